@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace carillon::core {
+
+/// Sound as it lies in a file: frames one after the other, channels interleaved.
+struct AudioClip {
+  std::vector<float> samples;
+  int channels = 1;
+  int sample_rate = 44100;
+};
+
+enum class SampleFormat { float32, int16 };
+
+/// WAV file. float32 keeps every level; int16 is rounded and clipped at full scale 1.0.
+/// Equal samples give equal bytes (no time-stamped PEAK chunk).
+/// @throws FileError
+void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format);
+
+/// Any format that libsndfile reads.
+/// @throws FileError  not readable, with libsndfile's reason
+AudioClip read_audio(const std::filesystem::path& path);
+
+}  // namespace carillon::core

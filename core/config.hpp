@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/units.hpp"
+
+namespace carillon::core {
+
+/// Closed interval that a parameter is drawn from; a single value has low == high.
+struct Range {
+  double low = 0;
+  double high = 0;
+  bool operator==(const Range&) const = default;
+};
+
+/// One mapping of a YAML configuration, read by asking for its keys.
+///
+/// Asking states the schema: key, type, dimension, default. `finish()` then refuses every key that
+/// nobody asked for, naming the nearest one that exists. Every answer, defaults included, is
+/// remembered, so that the resolved configuration can be written beside the results. Every error
+/// is a ConfigError of the form `file:line:column: objects[0].lenght: ...`.
+class ConfigNode {
+ public:
+  /// @param text       YAML document; its root must be a mapping
+  /// @param file_name  for messages
+  /// @param overrides  `key=value` with dotted keys (`audio.seconds=2`, `objects[0].count=1`),
+  ///                   applied before anything is read; a message about one names `--set`
+  static ConfigNode parse(const std::string& text, const std::string& file_name,
+                          const std::vector<std::string>& overrides = {});
+
+  bool has(const std::string& key) const;
+
+  /// Without a default, a missing key is an error that names the key and its unit.
+  double quantity(const std::string& key, Dimension dimension,
+                  std::optional<double> fallback = {});
+  /// A value, or a list [low, high].
+  Range range(const std::string& key, Dimension dimension, std::optional<Range> fallback = {});
+  /// A list of exactly `count` values with units (count 0: any number).
+  std::vector<double> quantities(const std::string& key, Dimension dimension, std::size_t count = 0,
+                                 std::optional<std::vector<double>> fallback = {});
+  std::int64_t integer(const std::string& key, std::int64_t low, std::int64_t high,
+                       std::optional<std::int64_t> fallback = {});
+  bool flag(const std::string& key, bool fallback);
+  std::string text(const std::string& key, std::optional<std::string> fallback = {});
+  /// One of `allowed`; the error names the nearest.
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed,
+                     std::optional<std::string> fallback = {});
+  /// A text or a list of texts.
+  std::vector<std::string> texts(const std::string& key,
+                                 std::optional<std::vector<std::string>> fallback = {});
+  /// Keys of this mapping in their order, for mappings whose keys are names chosen by the user.
+  std::vector<std::string> keys() const;
+
+  /// The mapping under `key`; an empty one when the key is missing (its defaults are recorded).
+  ConfigNode child(const std::string& key);
+  /// The mappings in the list under `key`; a missing key gives an empty list.
+  std::vector<ConfigNode> children(const std::string& key);
+
+  /// Refuses keys that were never asked for, here and in every child that was asked for.
+  void finish() const;
+
+  /// Throws a ConfigError that points at `key` (or at this mapping, for "").
+  [[noreturn]] void fail(const std::string& key, const std::string& message,
+                         const std::string& hint = {}) const;
+
+  /// Path of this node, e.g. `objects[0]`; "" for the root.
+  std::string path() const;
+
+  /// Everything that was asked for with the value that was answered, as YAML in SI units.
+  /// Keys in the order of asking; equal configurations give equal texts.
+  std::string resolved() const;
+
+ private:
+  struct Impl;
+  explicit ConfigNode(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
+};
+
+/// Text of a file, for `ConfigNode::parse`.
+/// @throws FileError  with the system's reason
+std::string read_text_file(const std::string& path);
+
+}  // namespace carillon::core

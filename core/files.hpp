@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace carillon::core {
+
+/// Writes through `write(temporary_path)`, syncs the file, renames it to `path` and syncs the
+/// folder: after a crash the file is there whole or not at all. Missing folders are made.
+/// @throws FileError  naming the path and the system's reason; nothing is left behind
+void write_durably(const std::filesystem::path& path,
+                   const std::function<void(const std::filesystem::path&)>& write);
+
+/// The same for a text or any bytes that are at hand.
+void write_text_durably(const std::filesystem::path& path, std::string_view text);
+
+/// @throws FileError
+std::string read_file(const std::filesystem::path& path);
+
+/// Files that match a pattern with *, ? and [..] (glob(3)), in byte order of their names.
+std::vector<std::filesystem::path> glob_files(const std::string& pattern);
+
+/// Folder for results that can be computed again: $CARILLON_CACHE, else
+/// $XDG_CACHE_HOME/carillon, else ~/.cache/carillon.
+std::filesystem::path default_cache_folder();
+
+}  // namespace carillon::core

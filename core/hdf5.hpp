@@ -1,0 +1,103 @@
+#pragma once
+
+#include <hdf5.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace carillon::core {
+
+/// Thin owners of HDF5 identifiers (C API). Object times are switched off, so equal contents give
+/// equal bytes. Errors throw FileError with the file, the object and HDF5's reason.
+class Hdf5Object {
+ public:
+  Hdf5Object() = default;
+  Hdf5Object(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  Hdf5Object(Hdf5Object&& other) noexcept { swap(other); }
+  Hdf5Object& operator=(Hdf5Object&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Hdf5Object() {
+    if (id_ >= 0) close_(id_);
+  }
+  hid_t get() const { return id_; }
+
+ private:
+  void swap(Hdf5Object& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+  }
+  hid_t id_ = -1;
+  herr_t (*close_)(hid_t) = nullptr;
+};
+
+using Extent = std::vector<std::uint64_t>;
+
+/// How an array lies on disk.
+struct StorageOptions {
+  std::uint64_t chunk_rows = 0;  ///< rows per chunk; 0: contiguous, uncompressed
+  int deflate = 0;               ///< 0-9; needs chunks
+};
+
+/// One block of a virtual dataset: rows of a dataset in another file, placed one after the other.
+struct VirtualSource {
+  std::string file;     ///< relative to the folder of the file that joins
+  std::string dataset;  ///< path inside it
+  std::uint64_t rows;
+};
+
+/// A file, or a group in it, that arrays and attributes are written to and read from.
+/// Element types: float, double, int8/16/32/64, uint8/16/32/64, std::string (variable length UTF-8).
+class Hdf5Group {
+ public:
+  static Hdf5Group create_file(const std::filesystem::path& path);
+  static Hdf5Group open_file(const std::filesystem::path& path);
+
+  Hdf5Group create_group(const std::string& name) const;
+  Hdf5Group open_group(const std::string& name) const;
+  bool has(const std::string& name) const;
+  std::vector<std::string> names() const;
+
+  template <class T>
+  void write(const std::string& name, std::span<const T> values, const Extent& extent,
+             const StorageOptions& storage = {}) const;
+  template <class T>
+  std::vector<T> read(const std::string& name) const;
+  /// Rows [first, first + count) along the first axis.
+  template <class T>
+  std::vector<T> read_rows(const std::string& name, std::uint64_t first, std::uint64_t count) const;
+  Extent extent(const std::string& name) const;
+
+  /// An empty dataset to be filled by rows. T is the stored type.
+  template <class T>
+  void create(const std::string& name, const Extent& extent,
+              const StorageOptions& storage = {}) const;
+  template <class T>
+  void write_rows(const std::string& name, std::uint64_t first, std::span<const T> values) const;
+
+  /// A dataset whose rows are those of `sources`, one after the other; element type and inner
+  /// extent are taken from the first source's file.
+  void write_virtual(const std::string& name, const std::filesystem::path& folder,
+                     std::span<const VirtualSource> sources) const;
+
+  /// Attributes on this group, or on one of its objects with `object`.
+  void write_attribute(const std::string& name, const std::string& value,
+                       const std::string& object = ".") const;
+  void write_attribute(const std::string& name, double value,
+                       const std::string& object = ".") const;
+  void write_attribute(const std::string& name, std::int64_t value,
+                       const std::string& object = ".") const;
+  std::string text_attribute(const std::string& name, const std::string& object = ".") const;
+  double number_attribute(const std::string& name, const std::string& object = ".") const;
+
+ private:
+  Hdf5Group(Hdf5Object id, std::string file) : id_(std::move(id)), file_(std::move(file)) {}
+  Hdf5Object id_;
+  std::string file_;
+};
+
+}  // namespace carillon::core

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace carillon::core {
+
+/// Picture, rows from top to bottom, `channels` bytes (1, 3 or 4; sRGB) per pixel.
+struct Image {
+  int width = 0;
+  int height = 0;
+  int channels = 3;
+  std::vector<std::uint8_t> pixels;
+};
+
+/// @throws FileError
+void write_png(const std::filesystem::path& path, const Image& image);
+/// Any PNG, as 8-bit channels.
+/// @throws FileError
+Image read_png(const std::filesystem::path& path);
+
+}  // namespace carillon::core

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "core/image.hpp"
+#include "solvers/surface_mesh.hpp"
+
+namespace carillon::render {
+
+struct Camera {
+  int width = 256;              ///< [pixel]
+  int height = 256;
+  double azimuth = 0.6;         ///< [rad] about the vertical z axis
+  double elevation = 0.45;      ///< [rad] above the horizon
+  double field_of_view = 0.6;   ///< vertical [rad]
+  double distance = 0;          ///< [m] from the body's centre; 0: the body fills the frame
+};
+
+struct Appearance {
+  std::array<double, 3> color = {0.7, 0.7, 0.72};  ///< linear reflectance
+  double roughness = 0.4;                          ///< 0 mirror, 1 matt
+  double metallic = 0;
+};
+
+/// Picture of a body, lit by a key, a fill and a rim light, drawn off screen by OSMesa.
+/// @throws core::Error  OSMesa cannot make a context
+core::Image render_frame(const solvers::SurfaceMesh& mesh, const Camera& camera,
+                         const Appearance& appearance);
+
+/// Looks of a material preset; a neutral grey for names it does not know.
+Appearance appearance_of(const std::string& material);
+
+}  // namespace carillon::render

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "solvers/surface_mesh.hpp"
+
+namespace carillon::render {
+
+/// surface: cells that the surface passes through; outer: those and all that cannot be reached
+/// from outside (what sight can know); solid: surface and true inside, cavities stay empty.
+enum class VoxelFill { surface, outer, solid };
+
+struct VoxelOptions {
+  int resolution = 30;
+  VoxelFill fill = VoxelFill::outer;
+  double pitch = 0;  ///< cell size [m] of a metric grid; 0: the body's longest side fills the grid
+};
+
+struct VoxelGrid {
+  int resolution = 0;
+  double pitch = 0;                 ///< [m]
+  solvers::Vec3 origin{0, 0, 0};    ///< corner of cell (0, 0, 0) [m]
+  std::vector<std::uint8_t> cells;  ///< resolution^3 zeros and ones, index (x * n + y) * n + z
+};
+
+/// @throws InputError  a metric grid is too small for the body; names the pitch that fits
+VoxelGrid voxelize(const solvers::SurfaceMesh& mesh, const VoxelOptions& options);
+
+VoxelFill parse_voxel_fill(const std::string& name);
+
+}  // namespace carillon::render

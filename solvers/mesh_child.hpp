@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "solvers/shape_source.hpp"
+
+namespace carillon::solvers {
+
+/// Limits of the mesher's process.
+struct ChildLimits {
+  double seconds = 300;                     ///< wall clock, then it is killed
+  std::int64_t memory = 8ll << 30;          ///< address space [byte]
+};
+
+/// Key of a mesh: SHA-256 of the request, of the file's bytes and of the mesher's version.
+/// @throws FileError  the mesh file cannot be read
+std::string mesh_key(const MeshRequest& request);
+
+/// Meshes in a child process (`carillon-mesh`, found beside this program or in $CARILLON_MESH),
+/// so that a crash, a hang or a lack of memory there costs this call only. The result is kept in
+/// `cache` under its key (empty path: no cache).
+/// @throws InputError, SolverError  as make_tet_mesh does, and SolverError for a crash, the time
+///         limit or the memory limit, each named
+MeshResult mesh_in_child(const MeshRequest& request, const ChildLimits& limits,
+                         const std::filesystem::path& cache);
+
+/// Diagnosis alone, in the same child (no repair, no tetrahedra).
+Diagnosis diagnose_in_child(const MeshFile& file, const ChildLimits& limits);
+
+}  // namespace carillon::solvers

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "core/trace.hpp"
+#include "solvers/tet_mesh.hpp"
+
+namespace carillon::solvers {
+
+/// Linear isotropic elasticity of one region.
+struct Elastic {
+  double youngs_modulus = 0;  ///< [Pa]
+  double poisson_ratio = 0;
+  double density = 0;         ///< [kg/m^3]
+};
+
+struct Band {
+  double min_frequency = 20;     ///< [Hz]
+  double max_frequency = 20000;  ///< [Hz]
+  int max_modes = 300;
+};
+
+struct SolveOptions {
+  Band band;
+  double tolerance = 1e-12;  ///< of SLEPc's transformed problem
+};
+
+/// What is known of a mode set's completeness and accuracy.
+struct Certificate {
+  std::int64_t modes_in_band = 0;  ///< flexible modes between the band's ends, by Sylvester inertia
+  std::int64_t modes_found = 0;    ///< of them, those in this set
+  bool complete = false;           ///< every mode in the band is in the set
+  double complete_to_hz = 0;       ///< no mode below this frequency is missing
+  int rigid_modes = 0;             ///< recognised by projection on the rigid-body space
+  int components = 0;
+  double max_residual = 0;         ///< ||K x - lambda M x|| / (lambda ||M x||), worst mode
+  double orthonormality = 0;       ///< max |X^T M X - I|
+  std::int64_t unknowns = 0;
+};
+
+/// The body's surface as the modes see it: node positions and curved faces.
+struct ModeSurface {
+  int order = 1;
+  std::vector<Vec3> nodes;          ///< [m]
+  std::vector<std::int32_t> faces;  ///< n x nodes_per_face(order), outward, triangle_lattice order
+};
+
+/// Free vibration modes of a body, ascending, flexible ones inside the band only.
+struct Modes {
+  std::vector<double> eigenvalues;  ///< lambda = omega_n^2 [rad^2/s^2], n
+  std::vector<double> residuals;    ///< n
+  /// Mass-normalised mode shapes [kg^-1/2] at the surface nodes: n rows x 3 * nodes, xyz together.
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shapes;
+  /// Share of each region in a mode's kinetic and strain energy: n rows x regions, rows sum to 1.
+  Eigen::MatrixXd kinetic_share;
+  Eigen::MatrixXd strain_share;
+  ModeSurface surface;
+  double mass = 0;  ///< [kg]
+  Certificate certificate;
+
+  std::size_t size() const { return eigenvalues.size(); }
+  /// Undamped frequency [Hz].
+  double frequency(std::size_t mode) const;
+};
+
+/// Modes of a free body by finite elements: K x = lambda M x, count by inertia, shift-invert
+/// Krylov-Schur, then checks (solver-independent units inside). The lowest `max_modes` flexible
+/// modes in the band, or all of them.
+///
+/// @param mesh     the same on every rank of `comm`
+/// @param regions  one for each of mesh.region_names
+/// @param trace    stages partition, assemble, count, solve, extract are added
+/// @return the same on every rank
+/// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density
+/// @throws SolverError  no convergence, residual above 1e-6, wrong number of rigid modes
+/// @note Collective on comm.
+Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
+                  const SolveOptions& options, MPI_Comm comm, core::Trace& trace);
+
+/// Modes of the same body with every length, Young's modulus and density multiplied by a factor:
+/// lambda scales with modulus / (density length^2), shapes with (density length^3)^-1/2. Exact.
+Modes rescale(const Modes& modes, double length, double modulus, double density);
+
+/// The modes of a set that lie in a band; the certificate follows (complete only as far as the
+/// set was).
+Modes restrict_to(const Modes& modes, const Band& band);
+
+/// Straight triangles that follow the curved faces: each face cut into order^2 pieces. Vertices
+/// are the surface's nodes, so mode shapes index alike.
+SurfaceMesh flatten(const ModeSurface& surface);
+
+}  // namespace carillon::solvers

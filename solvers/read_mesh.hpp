@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "solvers/shape_source.hpp"
+
+namespace carillon::solvers {
+
+/// Triangles of an OBJ, OFF, PLY or STL file (polygons are cut into triangles), as they stand in
+/// the file: no welding except for STL, whose format has no shared vertices.
+/// @throws InputError  malformed; names file and line (or byte), and what was expected
+/// @throws FileError   cannot be read
+SurfaceMesh read_surface(const std::string& path);
+
+/// Tetrahedra of a Gmsh MSH file, versions 2.2 and 4.1, ASCII or binary, order 1 to 4; physical
+/// groups become regions.
+/// @throws InputError, FileError
+TetMesh read_msh(const std::string& path);
+
+/// Factor from file units to metres: `length` / longest side when given, else 1.
+/// @throws InputError  the body is outside 1 mm to 10 m and any_size is off; suggests the unit
+double scale_to_metres(const Box& box, const MeshFile& file);
+
+}  // namespace carillon::solvers
