@@ -10,13 +10,21 @@
 
 namespace carillon::mpi {
 
-using Comm = core::Handle<MPI_Comm, MPI_Comm_free, nullptr>;
+/// MPI_Comm_free that lets MPI_COMM_NULL pass, which MPI_Comm_split hands to ranks left out.
+int free_comm(MPI_Comm* comm);
+
+/// Owner of a communicator that was made by this program. Freeing is collective.
+using Comm = core::Handle<MPI_Comm, free_comm, nullptr>;
+
+/// A communicator of the same ranks whose messages meet no others.
+/// @note Collective.
+Comm duplicate(MPI_Comm comm);
 
 int rank(MPI_Comm comm);
 int size(MPI_Comm comm);
 
 /// Starts MPI with full thread support and ends it; the one object of main().
-/// @throws core::Error  the library gives less than MPI_THREAD_MULTIPLE
+/// @throws core::Error  the library gives less than MPI_THREAD_MULTIPLE, or MPI is running already
 class Environment {
  public:
   Environment(int& argc, char**& argv);
@@ -24,6 +32,8 @@ class Environment {
   Environment(const Environment&) = delete;
   Environment& operator=(const Environment&) = delete;
 };
+
+// Waiting for another rank costs no core here: every function below sleeps between its looks.
 
 /// A text of rank `root`, the same on every rank afterwards.
 /// @note Collective.
@@ -34,7 +44,8 @@ std::string broadcast(const std::string& text, int root, MPI_Comm comm);
 std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm);
 
 /// Ends a collective stage that may have failed on some ranks: when any rank brings an error, all
-/// throw an Error of the same kind with the message of the lowest failing rank.
+/// throw an error of the same kind with the message and hint of the lowest failing rank. Kinds
+/// are ConfigError, InputError, SolverError, FileError and, for everything else, Error.
 /// @param error  what this rank's part threw, or null
 /// @note Collective.
 void agree(MPI_Comm comm, const std::exception_ptr& error);

@@ -1,0 +1,33 @@
+#include "mpi/patience.hpp"
+
+#include <algorithm>
+#include <thread>
+
+namespace carillon::mpi {
+
+void Patience::pause() {
+  if (yielded_ < yields_) {
+    ++yielded_;
+    std::this_thread::yield();
+    return;
+  }
+  std::this_thread::sleep_for(rest_);
+  rest_ = std::min(longest_, rest_ + rest_ / 2);
+}
+
+void Patience::reset() {
+  yielded_ = 0;
+  rest_ = shortest;
+}
+
+void wait_patiently(MPI_Request& request) {
+  Patience patience;
+  int finished = 0;
+  for (;;) {
+    MPI_Test(&request, &finished, MPI_STATUS_IGNORE);
+    if (finished != 0) return;
+    patience.pause();
+  }
+}
+
+}  // namespace carillon::mpi
