@@ -47,6 +47,9 @@ struct MeshQuality {
 };
 MeshQuality measure_quality(const TetMesh& mesh);
 
+/// Component of every node, numbered from 0 in the order of first nodes; nodes belong together when
+/// an element holds both. -1 for a node that no element uses.
+std::vector<std::int32_t> node_components(const TetMesh& mesh);
 /// Components joined by shared faces or nodes; rigid modes come six for each.
 int count_components(const TetMesh& mesh);
 
