@@ -37,8 +37,7 @@ class ConfigNode {
   bool has(const std::string& key) const;
 
   /// Without a default, a missing key is an error that names the key and its unit.
-  double quantity(const std::string& key, Dimension dimension,
-                  std::optional<double> fallback = {});
+  double quantity(const std::string& key, Dimension dimension, std::optional<double> fallback = {});
   /// A value, or a list [low, high].
   Range range(const std::string& key, Dimension dimension, std::optional<Range> fallback = {});
   /// A list of exactly `count` values with units (count 0: any number).

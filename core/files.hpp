@@ -20,7 +20,14 @@ void write_text_durably(const std::filesystem::path& path, std::string_view text
 /// @throws FileError
 std::string read_file(const std::filesystem::path& path);
 
-/// Files that match a pattern with *, ? and [..] (glob(3)), in byte order of their names.
+/// The same for large files: `take` gets the bytes in order, block by block.
+/// @throws FileError
+void read_blocks(const std::filesystem::path& path,
+                 const std::function<void(std::string_view)>& take);
+
+/// Files that match a pattern with *, ? and [..] (glob(3)), in byte order of their names; a
+/// leading ~ is the home folder. Folders are left out.
+/// @throws FileError  out of memory, or the system cannot search
 std::vector<std::filesystem::path> glob_files(const std::string& pattern);
 
 /// Folder for results that can be computed again: $CARILLON_CACHE, else

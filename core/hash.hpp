@@ -18,8 +18,7 @@ class Sha256 {
   Sha256& add(std::span<const std::byte> bytes);
   Sha256& add(std::string_view text);
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  Sha256& add(std::span<const T> values) {
+  requires std::is_trivially_copyable_v<T> Sha256& add(std::span<const T> values) {
     return add(std::as_bytes(values));
   }
   /// 64 hexadecimal digits. Ends the computation.

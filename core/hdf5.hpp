@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace carillon::core {
@@ -51,17 +52,27 @@ struct VirtualSource {
 };
 
 /// A file, or a group in it, that arrays and attributes are written to and read from.
-/// Element types: float, double, int8/16/32/64, uint8/16/32/64, std::string (variable length UTF-8).
+/// Element types: float, double, int8/16/32/64, uint8/16/32/64, std::string (variable length
+/// UTF-8). Names may be paths ("labels/material"); an array's groups are made, an object never
+/// replaced.
 class Hdf5Group {
  public:
+  /// A new file for writing; one that is there is replaced.
   static Hdf5Group create_file(const std::filesystem::path& path);
+  /// An existing file, for reading only.
   static Hdf5Group open_file(const std::filesystem::path& path);
+
+  /// Hands everything written so far to the system. Closing does it too, but cannot report a full
+  /// disk: call this last.
+  void flush() const;
 
   Hdf5Group create_group(const std::string& name) const;
   Hdf5Group open_group(const std::string& name) const;
   bool has(const std::string& name) const;
+  /// Members of this group in byte order.
   std::vector<std::string> names() const;
 
+  /// @param values  row-major, as many as `extent` holds; an empty extent is a single value
   template <class T>
   void write(const std::string& name, std::span<const T> values, const Extent& extent,
              const StorageOptions& storage = {}) const;
@@ -72,7 +83,7 @@ class Hdf5Group {
   std::vector<T> read_rows(const std::string& name, std::uint64_t first, std::uint64_t count) const;
   Extent extent(const std::string& name) const;
 
-  /// An empty dataset to be filled by rows. T is the stored type.
+  /// A dataset to be filled by rows, zero until then. T is the stored type.
   template <class T>
   void create(const std::string& name, const Extent& extent,
               const StorageOptions& storage = {}) const;
@@ -81,10 +92,12 @@ class Hdf5Group {
 
   /// A dataset whose rows are those of `sources`, one after the other; element type and inner
   /// extent are taken from the first source's file.
+  /// @param folder  that of the file that joins
   void write_virtual(const std::string& name, const std::filesystem::path& folder,
                      std::span<const VirtualSource> sources) const;
 
-  /// Attributes on this group, or on one of its objects with `object`.
+  /// Attributes on this group, or on one of its objects with `object`; one that is there is
+  /// replaced. Texts are of variable length, which h5py reads as str.
   void write_attribute(const std::string& name, const std::string& value,
                        const std::string& object = ".") const;
   void write_attribute(const std::string& name, double value,

@@ -19,7 +19,7 @@ class Progress {
   void finish(const std::string& note);
 
  private:
-  void draw(double done, const std::string& note, bool last);
+  void draw(const std::string& note, bool last);
   std::string label_;
   double total_;
   bool quiet_;
@@ -28,9 +28,10 @@ class Progress {
   double interval_;
   double start_;
   double last_drawn_;
+  double done_ = 0;
 };
 
-/// "3 s", "2 min 05 s", "1 h 12 min".
+/// "0.4 s", "3 s", "2 min 05 s", "1 h 12 min".
 std::string human_duration(double seconds);
 /// "512 B", "1.2 MB".
 std::string human_bytes(double bytes);

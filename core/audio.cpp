@@ -1,0 +1,101 @@
+#include "core/audio.hpp"
+
+#include <fmt/format.h>
+#include <sndfile.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/handle.hpp"
+
+namespace carillon::core {
+
+namespace {
+
+void close_file(SNDFILE** file) {
+  sf_close(*file);
+}
+using SoundFile = Handle<SNDFILE*, close_file, nullptr>;
+
+std::int16_t to_int16(float sample) {
+  // Full scale is 32768, as in libsndfile's reading; +1.0 itself clips by one step.
+  const float scaled = std::nearbyint(sample * 32768.0F);
+  return static_cast<std::int16_t>(std::clamp(scaled, -32768.0F, 32767.0F));
+}
+
+void check(const std::filesystem::path& path, const AudioClip& clip) {
+  if (clip.channels < 1 || clip.sample_rate < 1 ||
+      clip.samples.size() % static_cast<std::size_t>(clip.channels) != 0) {
+    throw FileError(fmt::format("{}: {} samples do not make whole frames of {} channels at {} Hz",
+                                path.string(), clip.samples.size(), clip.channels,
+                                clip.sample_rate));
+  }
+  const auto bad = std::find_if(clip.samples.begin(), clip.samples.end(),
+                                [](float sample) { return !std::isfinite(sample); });
+  if (bad != clip.samples.end()) {
+    throw FileError(fmt::format("{}: sample {} is not a finite number", path.string(),
+                                bad - clip.samples.begin()));
+  }
+}
+
+}  // namespace
+
+void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format) {
+  check(path, clip);
+  SF_INFO info{};
+  info.channels = clip.channels;
+  info.samplerate = clip.sample_rate;
+  info.format =
+      SF_FORMAT_WAV | (format == SampleFormat::float32 ? SF_FORMAT_FLOAT : SF_FORMAT_PCM_16);
+  SoundFile file(sf_open(path.c_str(), SFM_WRITE, &info));
+  if (file.get() == nullptr) {
+    throw FileError(fmt::format("{}: cannot be written: {}", path.string(), sf_strerror(nullptr)));
+  }
+  // The PEAK chunk holds the time of writing.
+  sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
+  const auto count = static_cast<sf_count_t>(clip.samples.size());
+  sf_count_t written = 0;
+  if (format == SampleFormat::float32) {
+    written = sf_write_float(file.get(), clip.samples.data(), count);
+  } else {
+    std::vector<std::int16_t> rounded(clip.samples.size());
+    std::transform(clip.samples.begin(), clip.samples.end(), rounded.begin(), to_int16);
+    written = sf_write_short(file.get(), rounded.data(), count);
+  }
+  std::string reason = sf_strerror(file.get());
+  // The header is completed on closing, so closing may fail too.
+  const int closed = sf_close(std::exchange(*file.put(), nullptr));
+  if (written == count && closed == 0) return;
+  if (written == count) reason = sf_error_number(closed);
+  throw FileError(fmt::format("{}: cannot be written: {}", path.string(), reason));
+}
+
+AudioClip read_audio(const std::filesystem::path& path) {
+  SF_INFO info{};
+  const SoundFile file(sf_open(path.c_str(), SFM_READ, &info));
+  if (file.get() == nullptr) {
+    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(nullptr)));
+  }
+  AudioClip clip;
+  clip.channels = info.channels;
+  clip.sample_rate = info.samplerate;
+  // The header's length may be anything in a damaged file, so what is read decides.
+  const auto channels = static_cast<std::size_t>(info.channels);
+  std::vector<float> block(4096 * channels);
+  while (true) {
+    const sf_count_t frames = sf_readf_float(file.get(), block.data(), 4096);
+    if (frames <= 0) break;
+    const auto count = static_cast<std::ptrdiff_t>(static_cast<std::size_t>(frames) * channels);
+    clip.samples.insert(clip.samples.end(), block.begin(), block.begin() + count);
+  }
+  if (sf_error(file.get()) != SF_ERR_NO_ERROR) {
+    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(file.get())));
+  }
+  return clip;
+}
+
+}  // namespace carillon::core

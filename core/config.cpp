@@ -1,0 +1,474 @@
+#include "core/config.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "core/config_text.hpp"
+#include "core/config_tree.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+
+namespace carillon::core {
+
+using Kind = ConfigTree::Kind;
+
+struct ConfigNode::Impl {
+  struct Document {
+    std::string file_name;
+    ConfigTree root;
+  };
+  /// Only whether the key exists was asked.
+  struct Existence {};
+  using Pointer = std::shared_ptr<Impl>;
+  /// An answer: as YAML text, one mapping, or a list of mappings.
+  using Answer = std::variant<Existence, ConfigText, Pointer, std::vector<Pointer>>;
+  struct Asked {
+    std::string key;
+    Answer answer;
+  };
+
+  std::shared_ptr<const Document> document;
+  const ConfigTree* tree = nullptr;  ///< null when the mapping is missing
+  ConfigPlace place;                 ///< of the mapping, or of the nearest one that exists
+  std::string path;
+  std::vector<Asked> asked;
+
+  std::string path_of(const std::string& key) const {
+    if (key.empty()) return path;
+    return path.empty() ? key : path + "." + key;
+  }
+
+  [[noreturn]] void refuse(const ConfigPlace& where, const std::string& full_path,
+                           const std::string& message, const std::string& hint = {}) const {
+    const std::string start = where.text(document->file_name) + ": ";
+    throw ConfigError(start + (full_path.empty() ? "" : full_path + ": ") + message, hint);
+  }
+  [[noreturn]] void refuse_value(const ConfigTree& value, const std::string& key,
+                                 const std::string& message, const std::string& hint = {}) const {
+    refuse(value.place, path_of(key), message, hint);
+  }
+
+  const ConfigEntry* entry(const std::string& key) const {
+    return tree != nullptr && tree->kind == Kind::mapping ? tree->find(key) : nullptr;
+  }
+
+  Asked* find_asked(const std::string& key) {
+    const auto found =
+        std::find_if(asked.begin(), asked.end(), [&](const Asked& one) { return one.key == key; });
+    return found == asked.end() ? nullptr : &*found;
+  }
+  void remember(const std::string& key, Answer answer) {
+    if (Asked* before = find_asked(key)) {
+      if (!std::holds_alternative<Existence>(answer)) before->answer = std::move(answer);
+    } else {
+      asked.push_back({key, std::move(answer)});
+    }
+  }
+  std::vector<std::string> asked_keys() const {
+    std::vector<std::string> names;
+    for (const Asked& one : asked) names.push_back(one.key);
+    return names;
+  }
+
+  /// The value under a key; null when it is missing and may be.
+  const ConfigTree* value(const std::string& key, const std::string& wanted, bool optional) {
+    const ConfigEntry* found = entry(key);
+    if (found == nullptr) {
+      if (!optional) refuse_missing(key, wanted);
+      return nullptr;
+    }
+    if (found->value.kind == Kind::nothing) {
+      const bool set = !found->value.place.override_by.empty();
+      refuse(set ? found->value.place : found->key_place, path_of(key),
+             fmt::format("has no value; {} is wanted", wanted),
+             optional ? "leave the key out for its default" : "");
+    }
+    return &found->value;
+  }
+
+  [[noreturn]] void refuse_missing(const std::string& key, const std::string& wanted) {
+    std::vector<std::string> others;
+    for (const std::string& name : tree != nullptr ? names() : others) {
+      if (find_asked(name) == nullptr) others.push_back(name);
+    }
+    std::string hint;
+    if (const std::string near = nearest_name(key, others); !near.empty()) {
+      hint = fmt::format("is \"{}\" ({}) meant for it?", near,
+                         entry(near)->key_place.text(document->file_name));
+    }
+    refuse(place, path_of(key), fmt::format("missing; {} is wanted", wanted), hint);
+  }
+
+  std::vector<std::string> names() const {
+    std::vector<std::string> keys;
+    if (tree != nullptr) {
+      for (const ConfigEntry& one : tree->entries) keys.push_back(one.key);
+    }
+    return keys;
+  }
+
+  const std::string& scalar(const ConfigTree& value, const std::string& key,
+                            const std::string& wanted) const {
+    if (value.kind == Kind::scalar) return value.scalar;
+    const char* what = value.kind == Kind::list      ? "a list"
+                       : value.kind == Kind::mapping ? "a mapping"
+                                                     : "nothing";
+    refuse_value(value, key, fmt::format("{} is wanted, not {}", wanted, what));
+  }
+
+  double number(const ConfigTree& value, const std::string& key, Dimension dimension) const {
+    const std::string& text = scalar(value, key, wanted_text(dimension));
+    try {
+      return parse_quantity(text, dimension);
+    } catch (const InputError& error) {
+      refuse_value(value, key, error.message(), error.hint());
+    }
+  }
+
+  std::vector<double> numbers(const ConfigTree& list, const std::string& key,
+                              Dimension dimension) const {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < list.items.size(); ++i) {
+      values.push_back(number(list.items[i], fmt::format("{}[{}]", key, i), dimension));
+    }
+    return values;
+  }
+
+  Pointer below(const ConfigTree* value, const ConfigPlace& where, std::string name) const {
+    auto one = std::make_shared<Impl>();
+    one->document = document;
+    one->tree = value;
+    one->place = where;
+    one->path = std::move(name);
+    return one;
+  }
+
+  void refuse_unknown_keys() const {
+    for (const std::string& key : names()) {
+      const auto known = std::find_if(asked.begin(), asked.end(),
+                                      [&](const Asked& one) { return one.key == key; });
+      if (known == asked.end()) {
+        const std::string near = nearest_name(key, asked_keys());
+        refuse(
+            entry(key)->key_place, path_of(key),
+            near.empty() ? "unknown key" : fmt::format("unknown key; did you mean \"{}\"?", near),
+            near.empty()
+                ? fmt::format(
+                      "known keys: {}",
+                      asked.empty() ? "none" : fmt::format("{}", fmt::join(asked_keys(), ", ")))
+                : "");
+      }
+      if (std::holds_alternative<Existence>(known->answer)) {
+        refuse(entry(key)->key_place, path_of(key), "has no effect beside the other keys",
+               "remove it");
+      }
+    }
+    for (const Asked& one : asked) {
+      if (const auto* child = std::get_if<Pointer>(&one.answer)) (*child)->refuse_unknown_keys();
+      if (const auto* list = std::get_if<std::vector<Pointer>>(&one.answer)) {
+        for (const Pointer& item : *list) item->refuse_unknown_keys();
+      }
+    }
+  }
+
+  /// The lines of this mapping, not indented.
+  std::vector<std::string> lines() const {
+    std::vector<std::string> all;
+    const auto indent = [&](const std::vector<std::string>& inner, const std::string& first,
+                            const std::string& rest) {
+      for (std::size_t i = 0; i < inner.size(); ++i)
+        all.push_back((i == 0 ? first : rest) + inner[i]);
+    };
+    for (const Asked& one : asked) {
+      const std::string key = yaml_text(one.key) + ":";
+      if (const auto* text = std::get_if<ConfigText>(&one.answer)) {
+        all.push_back(key + " " + text->value +
+                      (text->comment.empty() ? "" : "  # " + text->comment));
+      } else if (const auto* child = std::get_if<Pointer>(&one.answer)) {
+        const auto inner = (*child)->lines();
+        all.push_back(inner.empty() ? key + " {}" : key);
+        indent(inner, "  ", "  ");
+      } else if (const auto* list = std::get_if<std::vector<Pointer>>(&one.answer)) {
+        all.push_back(list->empty() ? key + " []" : key);
+        for (const Pointer& item : *list) {
+          const auto inner = item->lines();
+          indent(inner.empty() ? std::vector<std::string>{"{}"} : inner, "  - ", "    ");
+        }
+      }
+    }
+    return all;
+  }
+
+  static std::string wanted_text(Dimension dimension) {
+    if (dimension == Dimension::none) return "a number";
+    return fmt::format("a value in {}", unit_name(dimension));
+  }
+};
+
+ConfigNode::ConfigNode(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+ConfigNode ConfigNode::parse(const std::string& text, const std::string& file_name,
+                             const std::vector<std::string>& overrides) {
+  auto document = std::make_shared<Impl::Document>();
+  document->file_name = file_name;
+  document->root = parse_config_tree(text, file_name);
+  for (const std::string& assignment : overrides) apply_override(document->root, assignment);
+  auto impl = std::make_shared<Impl>();
+  impl->tree = &document->root;
+  impl->place = document->root.place;
+  impl->document = std::move(document);
+  return ConfigNode(std::move(impl));
+}
+
+bool ConfigNode::has(const std::string& key) const {
+  impl_->remember(key, Impl::Existence{});
+  return impl_->entry(key) != nullptr;
+}
+
+double ConfigNode::quantity(const std::string& key, Dimension dimension,
+                            std::optional<double> fallback) {
+  const std::string wanted = Impl::wanted_text(dimension);
+  const ConfigTree* value = impl_->value(key, wanted, fallback.has_value());
+  const double answer = value != nullptr ? impl_->number(*value, key, dimension) : *fallback;
+  impl_->remember(key, yaml_quantity(answer, dimension));
+  return answer;
+}
+
+Range ConfigNode::range(const std::string& key, Dimension dimension,
+                        std::optional<Range> fallback) {
+  const std::string wanted = Impl::wanted_text(dimension) + " or a list [low, high]";
+  Range answer = fallback.value_or(Range{});
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+    if (value->kind == Kind::scalar) {
+      answer.low = answer.high = impl_->number(*value, key, dimension);
+    } else if (value->kind == Kind::list && value->items.size() == 2) {
+      const auto ends = impl_->numbers(*value, key, dimension);
+      answer = {ends[0], ends[1]};
+    } else if (value->kind == Kind::list) {
+      impl_->refuse_value(
+          *value, key, fmt::format("{} is wanted, not a list of {}", wanted, value->items.size()));
+    } else {
+      impl_->scalar(*value, key, wanted);
+    }
+    if (answer.low > answer.high) {
+      impl_->refuse_value(
+          *value, key,
+          fmt::format("the range begins at {} and ends below it, at {}", answer.low, answer.high),
+          "write [low, high]");
+    }
+  }
+  if (answer.low == answer.high) {
+    impl_->remember(key, yaml_quantity(answer.low, dimension));
+  } else {
+    impl_->remember(key, yaml_quantities({answer.low, answer.high}, dimension));
+  }
+  return answer;
+}
+
+std::vector<double> ConfigNode::quantities(const std::string& key, Dimension dimension,
+                                           std::size_t count,
+                                           std::optional<std::vector<double>> fallback) {
+  const std::string wanted =
+      (count > 0 ? fmt::format("a list of {} values", count) : std::string("a list of values")) +
+      (dimension == Dimension::none ? "" : " in " + unit_name(dimension));
+  std::vector<double> answer = fallback.value_or(std::vector<double>{});
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+    if (value->kind != Kind::list) {
+      impl_->refuse_value(*value, key, fmt::format("{} is wanted", wanted), "write [a, b, ...]");
+    }
+    if (count > 0 && value->items.size() != count) {
+      impl_->refuse_value(*value, key,
+                          fmt::format("{} is wanted, not of {}", wanted, value->items.size()));
+    }
+    answer = impl_->numbers(*value, key, dimension);
+  }
+  impl_->remember(key, yaml_quantities(answer, dimension));
+  return answer;
+}
+
+namespace {
+
+/// Whole number in decimal digits, or as 1e6; nothing when the text is not one.
+std::optional<std::int64_t> whole_number(const std::string& text, bool& too_large) {
+  const std::string_view digits = std::string_view(text).substr(text.starts_with('+') ? 1 : 0);
+  const char* last = digits.data() + digits.size();
+  std::int64_t whole = 0;
+  const auto exact = std::from_chars(digits.data(), last, whole);
+  if (exact.ec == std::errc() && exact.ptr == last) return whole;
+  double real = 0;
+  const auto rounded = std::from_chars(digits.data(), last, real);
+  const bool number = rounded.ptr == last && !digits.empty() &&
+                      (rounded.ec == std::errc() ? std::isfinite(real)
+                                                 : rounded.ec == std::errc::result_out_of_range);
+  too_large = number && (rounded.ec != std::errc() || std::abs(real) > 0x1p53);
+  if (!number || too_large || real != std::floor(real)) return {};
+  return static_cast<std::int64_t>(real);
+}
+
+}  // namespace
+
+std::int64_t ConfigNode::integer(const std::string& key, std::int64_t low, std::int64_t high,
+                                 std::optional<std::int64_t> fallback) {
+  std::int64_t answer = fallback.value_or(0);
+  const std::string wanted = fmt::format("a whole number from {} to {}", low, high);
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+    const std::string& text = impl_->scalar(*value, key, wanted);
+    bool too_large = false;
+    const auto whole = whole_number(text, too_large);
+    if (!whole && !too_large) {
+      impl_->refuse_value(*value, key, fmt::format("{} is wanted, not \"{}\"", wanted, text));
+    }
+    if (too_large || *whole < low || *whole > high) {
+      impl_->refuse_value(*value, key,
+                          fmt::format("{} is out of range; {} is wanted", text, wanted));
+    }
+    answer = *whole;
+  }
+  impl_->remember(key, ConfigText{fmt::format("{}", answer), ""});
+  return answer;
+}
+
+bool ConfigNode::flag(const std::string& key, bool fallback) {
+  bool answer = fallback;
+  if (const ConfigTree* value = impl_->value(key, "true or false", true)) {
+    std::string text = impl_->scalar(*value, key, "true or false");
+    for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    const bool yes = text == "true" || text == "yes" || text == "on";
+    if (!yes && text != "false" && text != "no" && text != "off") {
+      impl_->refuse_value(*value, key,
+                          fmt::format("true or false is wanted, not \"{}\"", value->scalar));
+    }
+    answer = yes;
+  }
+  impl_->remember(key, ConfigText{answer ? "true" : "false", ""});
+  return answer;
+}
+
+std::string ConfigNode::text(const std::string& key, std::optional<std::string> fallback) {
+  std::string answer = fallback.value_or("");
+  if (const ConfigTree* value = impl_->value(key, "a text", fallback.has_value())) {
+    answer = impl_->scalar(*value, key, "a text");
+  }
+  impl_->remember(key, ConfigText{yaml_text(answer), ""});
+  return answer;
+}
+
+std::string ConfigNode::choice(const std::string& key, const std::vector<std::string>& allowed,
+                               std::optional<std::string> fallback) {
+  const std::string wanted = fmt::format("one of {}", fmt::join(allowed, ", "));
+  std::string answer = fallback.value_or("");
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+    answer = impl_->scalar(*value, key, wanted);
+    if (std::find(allowed.begin(), allowed.end(), answer) == allowed.end()) {
+      const std::string near = nearest_name(answer, allowed);
+      impl_->refuse_value(
+          *value, key,
+          fmt::format("unknown value \"{}\"{}", answer,
+                      near.empty() ? std::string() : fmt::format("; did you mean \"{}\"?", near)),
+          wanted);
+    }
+  }
+  impl_->remember(key, ConfigText{yaml_text(answer), ""});
+  return answer;
+}
+
+std::vector<std::string> ConfigNode::texts(const std::string& key,
+                                           std::optional<std::vector<std::string>> fallback) {
+  std::vector<std::string> answer = fallback.value_or(std::vector<std::string>{});
+  const std::string wanted = "a text or a list of texts";
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+    answer.clear();
+    if (value->kind == Kind::list) {
+      for (std::size_t i = 0; i < value->items.size(); ++i) {
+        answer.push_back(impl_->scalar(value->items[i], fmt::format("{}[{}]", key, i), "a text"));
+      }
+    } else {
+      answer.push_back(impl_->scalar(*value, key, wanted));
+    }
+  }
+  std::vector<std::string> quoted;
+  for (const std::string& one : answer) quoted.push_back(yaml_text(one));
+  impl_->remember(key, ConfigText{fmt::format("[{}]", fmt::join(quoted, ", ")), ""});
+  return answer;
+}
+
+std::vector<std::string> ConfigNode::keys() const {
+  return impl_->names();
+}
+
+ConfigNode ConfigNode::child(const std::string& key) {
+  if (const auto* before = impl_->find_asked(key)) {
+    if (const auto* same = std::get_if<Impl::Pointer>(&before->answer)) return ConfigNode(*same);
+  }
+  const ConfigEntry* entry = impl_->entry(key);
+  const ConfigTree* tree = entry != nullptr ? &entry->value : nullptr;
+  if (tree != nullptr && tree->kind != Kind::mapping && tree->kind != Kind::nothing) {
+    impl_->refuse_value(*tree, key, "a mapping of keys is wanted",
+                        "write its keys indented below it");
+  }
+  auto child =
+      impl_->below(tree, tree != nullptr ? tree->place : impl_->place, impl_->path_of(key));
+  impl_->remember(key, child);
+  return ConfigNode(std::move(child));
+}
+
+std::vector<ConfigNode> ConfigNode::children(const std::string& key) {
+  const auto* before = impl_->find_asked(key);
+  if (before == nullptr || !std::holds_alternative<std::vector<Impl::Pointer>>(before->answer)) {
+    std::vector<Impl::Pointer> list;
+    const ConfigEntry* entry = impl_->entry(key);
+    if (entry != nullptr && entry->value.kind != Kind::nothing) {
+      if (entry->value.kind != Kind::list) {
+        impl_->refuse_value(entry->value, key, "a list of mappings is wanted",
+                            "begin each element with \"- \"");
+      }
+      for (const ConfigTree& item : entry->value.items) {
+        const std::string name = fmt::format("{}[{}]", key, list.size());
+        if (item.kind != Kind::mapping && item.kind != Kind::nothing) {
+          impl_->refuse_value(item, name, "a mapping of keys is wanted");
+        }
+        list.push_back(impl_->below(&item, item.place, impl_->path_of(name)));
+      }
+    }
+    impl_->remember(key, std::move(list));
+    before = impl_->find_asked(key);
+  }
+  std::vector<ConfigNode> nodes;
+  for (const Impl::Pointer& item : std::get<std::vector<Impl::Pointer>>(before->answer)) {
+    nodes.push_back(ConfigNode(item));
+  }
+  return nodes;
+}
+
+void ConfigNode::finish() const {
+  impl_->refuse_unknown_keys();
+}
+
+void ConfigNode::fail(const std::string& key, const std::string& message,
+                      const std::string& hint) const {
+  const ConfigEntry* entry = key.empty() ? nullptr : impl_->entry(key);
+  impl_->refuse(entry != nullptr ? entry->value.place : impl_->place, impl_->path_of(key), message,
+                hint);
+}
+
+std::string ConfigNode::path() const {
+  return impl_->path;
+}
+
+std::string ConfigNode::resolved() const {
+  std::string text;
+  for (const std::string& line : impl_->lines()) text += line + "\n";
+  return text.empty() ? "{}\n" : text;
+}
+
+std::string read_text_file(const std::string& path) {
+  return read_file(path);
+}
+
+}  // namespace carillon::core

@@ -1,0 +1,175 @@
+#include "core/files.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <glob.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "core/handle.hpp"
+
+namespace carillon::core {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void close_descriptor(int* descriptor) {
+  ::close(*descriptor);
+}
+using Descriptor = Handle<int, close_descriptor, -1>;
+
+[[noreturn]] void fail(const fs::path& path, std::string_view doing, int error) {
+  throw FileError(
+      fmt::format("{}: {}: {}", path.string(), doing, std::generic_category().message(error)));
+}
+
+Descriptor open_or_fail(const fs::path& path, int flags, std::string_view doing) {
+  Descriptor file(::open(path.c_str(), flags | O_CLOEXEC));
+  if (file.get() < 0) fail(path, doing, errno);
+  return file;
+}
+
+void sync(const fs::path& path, int flags) {
+  const Descriptor file = open_or_fail(path, O_RDONLY | flags, "cannot be synced");
+  // Some file systems cannot sync a folder and say so with EINVAL; there is nothing left to do.
+  if (::fsync(file.get()) != 0 && errno != EINVAL) fail(path, "cannot be synced", errno);
+}
+
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+/// Makes a folder and those above it, each synced into the one that holds it.
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  if (fs::is_directory(folder, error)) return;
+  const fs::path above = folder_of(folder);
+  if (above != folder) make_folder(above);
+  fs::create_directory(folder, error);
+  // Another rank may have made it meanwhile; only what stands there now counts.
+  if (!fs::is_directory(folder)) {
+    fail(folder, "the folder cannot be made", error ? error.value() : ENOTDIR);
+  }
+  sync(above, O_DIRECTORY);
+}
+
+/// A name beside `path` that no other process, thread or host writes to. The ending stays, as
+/// writers choose the format by it.
+fs::path temporary_beside(const fs::path& path) {
+  static std::atomic<unsigned> count = 0;
+  char host[65] = "";
+  ::gethostname(host, sizeof host - 1);
+  const std::string name = fmt::format(".{}.{}.{}.{}.tmp{}", path.stem().string().substr(0, 100),
+                                       host, ::getpid(), count++, path.extension().string());
+  return folder_of(path) / name;
+}
+
+struct Removal {
+  const fs::path& path;
+  bool armed = true;
+  ~Removal() {
+    std::error_code ignored;
+    if (armed) fs::remove(path, ignored);
+  }
+};
+
+/// The variable's value; one that is empty counts as not set.
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+}  // namespace
+
+void write_durably(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  try {
+    make_folder(folder_of(path));
+    const fs::path temporary = temporary_beside(path);
+    Removal removal{temporary};
+    write(temporary);
+    sync(temporary, 0);
+    if (::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "cannot be written", errno);
+    removal.armed = false;
+    sync(folder_of(path), O_DIRECTORY);
+  } catch (const fs::filesystem_error& error) {
+    fail(path, "cannot be written", error.code().value());
+  }
+}
+
+void write_text_durably(const fs::path& path, std::string_view text) {
+  write_durably(path, [&path, text](const fs::path& temporary) {
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.get() < 0) fail(path, "cannot be written", errno);
+    for (std::string_view rest = text; !rest.empty();) {
+      const ssize_t written = ::write(file.get(), rest.data(), rest.size());
+      if (written < 0 && errno != EINTR) fail(path, "cannot be written", errno);
+      if (written > 0) rest.remove_prefix(static_cast<std::size_t>(written));
+    }
+  });
+}
+
+void read_blocks(const fs::path& path, const std::function<void(std::string_view)>& take) {
+  const Descriptor file = open_or_fail(path, O_RDONLY, "cannot be read");
+  std::string block(std::size_t{1} << 16, '\0');
+  while (true) {
+    const ssize_t count = ::read(file.get(), block.data(), block.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(path, "cannot be read", errno);
+    if (count == 0) return;
+    take(std::string_view(block.data(), static_cast<std::size_t>(count)));
+  }
+}
+
+std::string read_file(const fs::path& path) {
+  std::string text;
+  read_blocks(path, [&](std::string_view block) { text += block; });
+  return text;
+}
+
+std::vector<fs::path> glob_files(const std::string& pattern) {
+  glob_t found{};
+  struct Release {
+    glob_t* list;
+    ~Release() { ::globfree(list); }
+  } release{&found};
+  // glob's own order follows the locale.
+  const int outcome = ::glob(pattern.c_str(), GLOB_NOSORT | GLOB_TILDE, nullptr, &found);
+  if (outcome == GLOB_NOMATCH) return {};
+  if (outcome != 0) {
+    throw FileError(fmt::format("{}: cannot be searched: {}", pattern,
+                                outcome == GLOB_NOSPACE ? "out of memory" : "reading failed"));
+  }
+  std::vector<fs::path> files;
+  for (std::size_t i = 0; i < found.gl_pathc; ++i) {
+    std::error_code ignored;
+    if (!fs::is_directory(found.gl_pathv[i], ignored)) files.emplace_back(found.gl_pathv[i]);
+  }
+  std::sort(files.begin(), files.end(),
+            [](const fs::path& a, const fs::path& b) { return a.native() < b.native(); });
+  return files;
+}
+
+fs::path default_cache_folder() {
+  if (const std::string folder = environment("CARILLON_CACHE"); !folder.empty()) return folder;
+  // The XDG base directory specification has relative paths ignored.
+  if (const fs::path base = environment("XDG_CACHE_HOME"); base.is_absolute()) {
+    return base / "carillon";
+  }
+  fs::path home = environment("HOME");
+  if (home.empty()) {
+    const passwd* user = ::getpwuid(::getuid());
+    home = user != nullptr && user->pw_dir != nullptr ? fs::path(user->pw_dir)
+                                                      : fs::temp_directory_path();
+  }
+  return home / ".cache" / "carillon";
+}
+
+}  // namespace carillon::core

@@ -1,0 +1,312 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+#include <type_traits>
+
+#include "core/hdf5.hpp"
+#include "core/hdf5_detail.hpp"
+
+namespace carillon::core {
+
+using namespace hdf5;
+
+namespace {
+
+/// Type on disk, little-endian on every machine. Owned, as texts need a copy.
+template <class T>
+Hdf5Object stored_type() {
+  if constexpr (std::is_same_v<T, std::string>) return text_type();
+  if constexpr (std::is_same_v<T, float>) return Hdf5Object(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
+  if constexpr (std::is_same_v<T, double>) return Hdf5Object(H5Tcopy(H5T_IEEE_F64LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int8_t>) return Hdf5Object(H5Tcopy(H5T_STD_I8LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int16_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_I16LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int32_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_I32LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int64_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_I64LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint8_t>) return Hdf5Object(H5Tcopy(H5T_STD_U8LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint16_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_U16LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint32_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_U32LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint64_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_U64LE), H5Tclose);
+}
+
+template <class T>
+Hdf5Object memory_type() {
+  Hdf5Object stored = stored_type<T>();
+  if constexpr (std::is_same_v<T, std::string>) {
+    return stored;
+  } else {
+    return Hdf5Object(H5Tget_native_type(stored.get(), H5T_DIR_ASCEND), H5Tclose);
+  }
+}
+
+std::uint64_t product(const Extent& extent, std::size_t first_axis = 0) {
+  std::uint64_t count = 1;
+  for (std::size_t axis = first_axis; axis < extent.size(); ++axis) count *= extent[axis];
+  return count;
+}
+
+std::string shape_text(const Extent& extent) {
+  return fmt::format("[{}]", fmt::join(extent, ", "));
+}
+
+std::vector<hsize_t> sizes(const Extent& extent) {
+  return {extent.begin(), extent.end()};
+}
+
+Hdf5Object dataspace(const Extent& extent) {
+  if (extent.empty()) return Hdf5Object(H5Screate(H5S_SCALAR), H5Sclose);
+  const auto size = sizes(extent);
+  return Hdf5Object(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr),
+                    H5Sclose);
+}
+
+/// Chooses rows [first, first + count) along the first axis.
+void select_rows(hid_t space, const Extent& extent, std::uint64_t first, std::uint64_t count) {
+  std::vector<hsize_t> start(extent.size(), 0);
+  auto size = sizes(extent);
+  start[0] = first;
+  size[0] = count;
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr);
+}
+
+/// Chunks of whole rows; without chunks the array lies in one piece.
+void set_storage(hid_t properties, const std::string& file, const std::string& name,
+                 const Extent& extent, const StorageOptions& storage, std::size_t element_size) {
+  if (storage.deflate < 0 || storage.deflate > 9) {
+    refuse(file, name, fmt::format("deflate is 0 to 9, not {}", storage.deflate));
+  }
+  if (storage.chunk_rows == 0 && storage.deflate > 0) {
+    refuse(file, name, "compression needs chunks (chunk_rows)");
+  }
+  if (storage.chunk_rows == 0 || extent.empty() || product(extent) == 0) return;
+  // HDF5 takes no chunk of 4 GiB or more.
+  constexpr std::uint64_t largest_chunk = std::numeric_limits<std::uint32_t>::max();
+  const std::uint64_t row_bytes = product(extent, 1) * element_size;
+  const std::uint64_t fitting = std::max<std::uint64_t>(1, largest_chunk / row_bytes);
+  auto chunk = sizes(extent);
+  chunk[0] = std::min({storage.chunk_rows, extent[0], fitting});
+  check(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), file, name,
+        "cannot be chunked");
+  if (storage.deflate == 0) return;
+  // Bytes of equal weight side by side compress better.
+  check(H5Pset_shuffle(properties), file, name, "cannot be compressed");
+  check(H5Pset_deflate(properties, static_cast<unsigned>(storage.deflate)), file, name,
+        "cannot be compressed");
+}
+
+struct Dataset {
+  Hdf5Object id;
+  Hdf5Object type;
+  Extent extent;
+};
+
+Dataset open_dataset(hid_t group, const std::string& file, const std::string& name) {
+  Dataset dataset;
+  dataset.id =
+      checked(H5Dopen2(group, name.c_str(), H5P_DEFAULT), H5Dclose, file, name, "cannot be opened");
+  dataset.type = Hdf5Object(H5Dget_type(dataset.id.get()), H5Tclose);
+  const Hdf5Object space(H5Dget_space(dataset.id.get()), H5Sclose);
+  const int rank = H5Sget_simple_extent_ndims(space.get());
+  if (rank < 0) fail(file, name, "has no extent");
+  std::vector<hsize_t> size(static_cast<std::size_t>(rank));
+  H5Sget_simple_extent_dims(space.get(), size.data(), nullptr);
+  dataset.extent.assign(size.begin(), size.end());
+  return dataset;
+}
+
+template <class T>
+Hdf5Object make_dataset(hid_t group, const std::string& file, const std::string& name,
+                        const Extent& extent, const StorageOptions& storage, bool filled_later) {
+  const Hdf5Object type = stored_type<T>();
+  const Hdf5Object space = dataspace(extent);
+  const Hdf5Object links = making_groups();
+  const Hdf5Object properties = untimed_properties(H5P_DATASET_CREATE);
+  set_storage(properties.get(), file, name, extent, storage, H5Tget_size(type.get()));
+  if (filled_later) H5Pset_fill_time(properties.get(), H5D_FILL_TIME_ALLOC);
+  return checked(H5Dcreate2(group, name.c_str(), type.get(), space.get(), links.get(),
+                            properties.get(), H5P_DEFAULT),
+                 H5Dclose, file, name, "cannot be made");
+}
+
+/// Writes to the chosen part of a dataset.
+template <class T>
+void write_values(hid_t dataset, hid_t memory_space, hid_t file_space, const std::string& file,
+                  const std::string& name, std::span<const T> values) {
+  if (values.empty()) return;
+  const Hdf5Object type = memory_type<T>();
+  if constexpr (std::is_same_v<T, std::string>) {
+    std::vector<const char*> pointers;
+    for (const std::string& text : values) {
+      if (text.find('\0') != std::string::npos) refuse(file, name, "a text with a zero byte");
+      pointers.push_back(text.c_str());
+    }
+    check(H5Dwrite(dataset, type.get(), memory_space, file_space, H5P_DEFAULT, pointers.data()),
+          file, name, "cannot be written");
+  } else {
+    check(H5Dwrite(dataset, type.get(), memory_space, file_space, H5P_DEFAULT, values.data()), file,
+          name, "cannot be written");
+  }
+}
+
+template <class T>
+std::vector<T> read_values(const Dataset& dataset, hid_t memory_space, hid_t file_space,
+                           std::uint64_t count, const std::string& file, const std::string& name) {
+  const auto read = [&](hid_t type, void* buffer) {
+    check(H5Dread(dataset.id.get(), type, memory_space, file_space, H5P_DEFAULT, buffer), file,
+          name, "cannot be read");
+  };
+  const bool is_text = H5Tget_class(dataset.type.get()) == H5T_STRING;
+  if (is_text != std::is_same_v<T, std::string>) {
+    refuse(file, name, is_text ? "holds texts, not numbers" : "holds no texts");
+  }
+  if constexpr (std::is_same_v<T, std::string>) {
+    return read_texts(dataset.type.get(), memory_space, count, read);
+  } else {
+    std::vector<T> values(count);
+    if (count > 0) read(memory_type<T>().get(), values.data());
+    return values;
+  }
+}
+
+/// In the name of a virtual source, HDF5 takes % for the start of a pattern.
+std::string without_patterns(const std::string& name) {
+  std::string plain;
+  for (char c : name) plain.append(c == '%' ? 2 : 1, c);
+  return plain;
+}
+
+}  // namespace
+
+template <class T>
+void Hdf5Group::write(const std::string& name, std::span<const T> values, const Extent& extent,
+                      const StorageOptions& storage) const {
+  const QuietErrors quiet;
+  if (product(extent) != values.size()) {
+    refuse(file_, name,
+           fmt::format("{} values do not fill an array of {}", values.size(), shape_text(extent)));
+  }
+  const Hdf5Object dataset = make_dataset<T>(id_.get(), file_, name, extent, storage, false);
+  write_values(dataset.get(), H5S_ALL, H5S_ALL, file_, name, values);
+}
+
+template <class T>
+void Hdf5Group::create(const std::string& name, const Extent& extent,
+                       const StorageOptions& storage) const {
+  const QuietErrors quiet;
+  make_dataset<T>(id_.get(), file_, name, extent, storage, true);
+}
+
+template <class T>
+void Hdf5Group::write_rows(const std::string& name, std::uint64_t first,
+                           std::span<const T> values) const {
+  const QuietErrors quiet;
+  const Dataset dataset = open_dataset(id_.get(), file_, name);
+  const std::uint64_t row = product(dataset.extent, 1);
+  const std::uint64_t count = row > 0 ? values.size() / row : 0;
+  if (dataset.extent.empty() || count * row != values.size() || first > dataset.extent[0] ||
+      count > dataset.extent[0] - first) {
+    refuse(file_, name,
+           fmt::format("{} values from row {} on do not fit an array of {}", values.size(), first,
+                       shape_text(dataset.extent)));
+  }
+  if (values.empty()) return;
+  const Hdf5Object space = dataspace(dataset.extent);
+  select_rows(space.get(), dataset.extent, first, count);
+  const Hdf5Object memory = dataspace({values.size()});
+  write_values(dataset.id.get(), memory.get(), space.get(), file_, name, values);
+}
+
+template <class T>
+std::vector<T> Hdf5Group::read(const std::string& name) const {
+  const QuietErrors quiet;
+  const Dataset dataset = open_dataset(id_.get(), file_, name);
+  const Hdf5Object space = dataspace(dataset.extent);
+  return read_values<T>(dataset, space.get(), H5S_ALL, product(dataset.extent), file_, name);
+}
+
+template <class T>
+std::vector<T> Hdf5Group::read_rows(const std::string& name, std::uint64_t first,
+                                    std::uint64_t count) const {
+  const QuietErrors quiet;
+  const Dataset dataset = open_dataset(id_.get(), file_, name);
+  if (dataset.extent.empty() || first > dataset.extent[0] || count > dataset.extent[0] - first) {
+    refuse(file_, name,
+           fmt::format("rows {} to {} lie outside an array of {}", first, first + count,
+                       shape_text(dataset.extent)));
+  }
+  const std::uint64_t values = count * product(dataset.extent, 1);
+  const Hdf5Object space = dataspace(dataset.extent);
+  select_rows(space.get(), dataset.extent, first, count);
+  const Hdf5Object memory = dataspace({values});
+  return read_values<T>(dataset, memory.get(), space.get(), values, file_, name);
+}
+
+Extent Hdf5Group::extent(const std::string& name) const {
+  const QuietErrors quiet;
+  return open_dataset(id_.get(), file_, name).extent;
+}
+
+void Hdf5Group::write_virtual(const std::string& name, const std::filesystem::path& folder,
+                              std::span<const VirtualSource> sources) const {
+  if (sources.empty()) refuse(file_, name, "a virtual dataset needs a source");
+  const std::filesystem::path first_path = folder / sources[0].file;
+  const Hdf5Group first_file = open_file(first_path);
+  const QuietErrors quiet;
+  const Dataset first = open_dataset(first_file.id_.get(), first_path.string(), sources[0].dataset);
+  if (first.extent.empty()) refuse(first_path.string(), sources[0].dataset, "has no rows");
+
+  Extent joined = first.extent;
+  joined[0] = 0;
+  for (const VirtualSource& source : sources) joined[0] += source.rows;
+  const Hdf5Object properties = untimed_properties(H5P_DATASET_CREATE);
+  const Hdf5Object space = dataspace(joined);
+  std::uint64_t row = 0;
+  for (const VirtualSource& source : sources) {
+    if (source.rows == 0) continue;
+    Extent extent = first.extent;
+    extent[0] = source.rows;
+    const Hdf5Object source_space = dataspace(extent);
+    select_rows(space.get(), joined, row, source.rows);
+    row += source.rows;
+    check(H5Pset_virtual(properties.get(), space.get(), without_patterns(source.file).c_str(),
+                         without_patterns(source.dataset).c_str(), source_space.get()),
+          file_, name, "cannot be joined");
+  }
+  H5Sselect_all(space.get());
+  const Hdf5Object links = making_groups();
+  checked(H5Dcreate2(id_.get(), name.c_str(), first.type.get(), space.get(), links.get(),
+                     properties.get(), H5P_DEFAULT),
+          H5Dclose, file_, name, "cannot be made");
+}
+
+#define CARILLON_HDF5_ELEMENT(T)                                                                \
+  template void Hdf5Group::write<T>(const std::string&, std::span<const T>, const Extent&,      \
+                                    const StorageOptions&) const;                               \
+  template void Hdf5Group::create<T>(const std::string&, const Extent&, const StorageOptions&)  \
+      const;                                                                                    \
+  template void Hdf5Group::write_rows<T>(const std::string&, std::uint64_t, std::span<const T>) \
+      const;                                                                                    \
+  template std::vector<T> Hdf5Group::read<T>(const std::string&) const;                         \
+  template std::vector<T> Hdf5Group::read_rows<T>(const std::string&, std::uint64_t,            \
+                                                  std::uint64_t) const
+CARILLON_HDF5_ELEMENT(float);
+CARILLON_HDF5_ELEMENT(double);
+CARILLON_HDF5_ELEMENT(std::int8_t);
+CARILLON_HDF5_ELEMENT(std::int16_t);
+CARILLON_HDF5_ELEMENT(std::int32_t);
+CARILLON_HDF5_ELEMENT(std::int64_t);
+CARILLON_HDF5_ELEMENT(std::uint8_t);
+CARILLON_HDF5_ELEMENT(std::uint16_t);
+CARILLON_HDF5_ELEMENT(std::uint32_t);
+CARILLON_HDF5_ELEMENT(std::uint64_t);
+CARILLON_HDF5_ELEMENT(std::string);
+#undef CARILLON_HDF5_ELEMENT
+
+}  // namespace carillon::core

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/hdf5.hpp"
+
+/// What the HDF5 sources share; no part of the door.
+namespace carillon::core::hdf5 {
+
+/// Keeps HDF5 from printing its errors while it lives; they are thrown instead.
+class QuietErrors {
+ public:
+  QuietErrors();
+  ~QuietErrors();
+  QuietErrors(const QuietErrors&) = delete;
+  QuietErrors& operator=(const QuietErrors&) = delete;
+
+ private:
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+/// Throws FileError "file: object: doing: HDF5's reason", from HDF5's error stack.
+[[noreturn]] void fail(const std::string& file, std::string_view object, std::string_view doing);
+/// The same with a reason of our own.
+[[noreturn]] void refuse(const std::string& file, std::string_view object,
+                         std::string_view message);
+
+inline void check(herr_t outcome, const std::string& file, std::string_view object,
+                  std::string_view doing) {
+  if (outcome < 0) fail(file, object, doing);
+}
+inline Hdf5Object checked(hid_t id, herr_t (*close)(hid_t), const std::string& file,
+                          std::string_view object, std::string_view doing) {
+  if (id < 0) fail(file, object, doing);
+  return Hdf5Object(id, close);
+}
+
+/// Variable-length UTF-8 text.
+Hdf5Object text_type();
+
+/// Creation properties without times. @param kind  H5P_DATASET_CREATE, H5P_GROUP_CREATE ...
+Hdf5Object untimed_properties(hid_t kind);
+
+/// Link creation that makes the groups of a path which are not there.
+Hdf5Object making_groups();
+
+/// Texts of an attribute or a dataset; `read(type, buffer)` reads all `count` into a buffer.
+/// Variable and fixed length, as other writers leave them.
+template <class Read>
+std::vector<std::string> read_texts(hid_t stored_type, hid_t space, std::size_t count,
+                                    const Read& read) {
+  std::vector<std::string> texts(count);
+  if (count == 0) return texts;
+  if (H5Tis_variable_str(stored_type) > 0) {
+    const Hdf5Object type(H5Tcopy(stored_type), H5Tclose);
+    std::vector<char*> pointers(count, nullptr);
+    read(type.get(), pointers.data());
+    for (std::size_t i = 0; i < count; ++i) texts[i] = pointers[i] != nullptr ? pointers[i] : "";
+    H5Dvlen_reclaim(type.get(), space, H5P_DEFAULT, pointers.data());
+    return texts;
+  }
+  const std::size_t size = H5Tget_size(stored_type);
+  std::vector<char> bytes(count * size);
+  read(stored_type, bytes.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string_view padded(bytes.data() + i * size, size);
+    texts[i] = padded.substr(0, padded.find('\0'));
+    if (H5Tget_strpad(stored_type) == H5T_STR_SPACEPAD) {
+      texts[i].erase(texts[i].find_last_not_of(' ') + 1);
+    }
+  }
+  return texts;
+}
+
+}  // namespace carillon::core::hdf5

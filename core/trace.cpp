@@ -1,0 +1,37 @@
+#include "core/trace.hpp"
+
+#include <chrono>
+
+namespace carillon::core {
+
+namespace {
+
+void add(std::map<std::string, Trace::Entry>& into,
+         const std::map<std::string, Trace::Entry>& from) {
+  for (const auto& [name, entry] : from) {
+    Trace::Entry& sum = into[name];
+    sum.calls += entry.calls;
+    sum.seconds += entry.seconds;
+  }
+}
+
+}  // namespace
+
+void Trace::merge(const Trace& other) {
+  add(stages, other.stages);
+  add(effects, other.effects);
+}
+
+ScopedTimer::ScopedTimer(Trace::Entry& entry) : entry_(entry), start_(monotonic_seconds()) {}
+
+ScopedTimer::~ScopedTimer() {
+  entry_.calls += 1;
+  entry_.seconds += monotonic_seconds() - start_;
+}
+
+double monotonic_seconds() {
+  const auto since = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(since).count();
+}
+
+}  // namespace carillon::core
