@@ -9,207 +9,13 @@
 #include <utility>
 #include <variant>
 
-#include "core/config_text.hpp"
-#include "core/config_tree.hpp"
+#include "core/config_impl.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 
 namespace carillon::core {
 
 using Kind = ConfigTree::Kind;
-
-struct ConfigNode::Impl {
-  struct Document {
-    std::string file_name;
-    ConfigTree root;
-  };
-  /// Only whether the key exists was asked.
-  struct Existence {};
-  using Pointer = std::shared_ptr<Impl>;
-  /// An answer: as YAML text, one mapping, or a list of mappings.
-  using Answer = std::variant<Existence, ConfigText, Pointer, std::vector<Pointer>>;
-  struct Asked {
-    std::string key;
-    Answer answer;
-  };
-
-  std::shared_ptr<const Document> document;
-  const ConfigTree* tree = nullptr;  ///< null when the mapping is missing
-  ConfigPlace place;                 ///< of the mapping, or of the nearest one that exists
-  std::string path;
-  std::vector<Asked> asked;
-
-  std::string path_of(const std::string& key) const {
-    if (key.empty()) return path;
-    return path.empty() ? key : path + "." + key;
-  }
-
-  [[noreturn]] void refuse(const ConfigPlace& where, const std::string& full_path,
-                           const std::string& message, const std::string& hint = {}) const {
-    const std::string start = where.text(document->file_name) + ": ";
-    throw ConfigError(start + (full_path.empty() ? "" : full_path + ": ") + message, hint);
-  }
-  [[noreturn]] void refuse_value(const ConfigTree& value, const std::string& key,
-                                 const std::string& message, const std::string& hint = {}) const {
-    refuse(value.place, path_of(key), message, hint);
-  }
-
-  const ConfigEntry* entry(const std::string& key) const {
-    return tree != nullptr && tree->kind == Kind::mapping ? tree->find(key) : nullptr;
-  }
-
-  Asked* find_asked(const std::string& key) {
-    const auto found =
-        std::find_if(asked.begin(), asked.end(), [&](const Asked& one) { return one.key == key; });
-    return found == asked.end() ? nullptr : &*found;
-  }
-  void remember(const std::string& key, Answer answer) {
-    if (Asked* before = find_asked(key)) {
-      if (!std::holds_alternative<Existence>(answer)) before->answer = std::move(answer);
-    } else {
-      asked.push_back({key, std::move(answer)});
-    }
-  }
-  std::vector<std::string> asked_keys() const {
-    std::vector<std::string> names;
-    for (const Asked& one : asked) names.push_back(one.key);
-    return names;
-  }
-
-  /// The value under a key; null when it is missing and may be.
-  const ConfigTree* value(const std::string& key, const std::string& wanted, bool optional) {
-    const ConfigEntry* found = entry(key);
-    if (found == nullptr) {
-      if (!optional) refuse_missing(key, wanted);
-      return nullptr;
-    }
-    if (found->value.kind == Kind::nothing) {
-      const bool set = !found->value.place.override_by.empty();
-      refuse(set ? found->value.place : found->key_place, path_of(key),
-             fmt::format("has no value; {} is wanted", wanted),
-             optional ? "leave the key out for its default" : "");
-    }
-    return &found->value;
-  }
-
-  [[noreturn]] void refuse_missing(const std::string& key, const std::string& wanted) {
-    std::vector<std::string> others;
-    for (const std::string& name : tree != nullptr ? names() : others) {
-      if (find_asked(name) == nullptr) others.push_back(name);
-    }
-    std::string hint;
-    if (const std::string near = nearest_name(key, others); !near.empty()) {
-      hint = fmt::format("is \"{}\" ({}) meant for it?", near,
-                         entry(near)->key_place.text(document->file_name));
-    }
-    refuse(place, path_of(key), fmt::format("missing; {} is wanted", wanted), hint);
-  }
-
-  std::vector<std::string> names() const {
-    std::vector<std::string> keys;
-    if (tree != nullptr) {
-      for (const ConfigEntry& one : tree->entries) keys.push_back(one.key);
-    }
-    return keys;
-  }
-
-  const std::string& scalar(const ConfigTree& value, const std::string& key,
-                            const std::string& wanted) const {
-    if (value.kind == Kind::scalar) return value.scalar;
-    const char* what = value.kind == Kind::list      ? "a list"
-                       : value.kind == Kind::mapping ? "a mapping"
-                                                     : "nothing";
-    refuse_value(value, key, fmt::format("{} is wanted, not {}", wanted, what));
-  }
-
-  double number(const ConfigTree& value, const std::string& key, Dimension dimension) const {
-    const std::string& text = scalar(value, key, wanted_text(dimension));
-    try {
-      return parse_quantity(text, dimension);
-    } catch (const InputError& error) {
-      refuse_value(value, key, error.message(), error.hint());
-    }
-  }
-
-  std::vector<double> numbers(const ConfigTree& list, const std::string& key,
-                              Dimension dimension) const {
-    std::vector<double> values;
-    for (std::size_t i = 0; i < list.items.size(); ++i) {
-      values.push_back(number(list.items[i], fmt::format("{}[{}]", key, i), dimension));
-    }
-    return values;
-  }
-
-  Pointer below(const ConfigTree* value, const ConfigPlace& where, std::string name) const {
-    auto one = std::make_shared<Impl>();
-    one->document = document;
-    one->tree = value;
-    one->place = where;
-    one->path = std::move(name);
-    return one;
-  }
-
-  void refuse_unknown_keys() const {
-    for (const std::string& key : names()) {
-      const auto known = std::find_if(asked.begin(), asked.end(),
-                                      [&](const Asked& one) { return one.key == key; });
-      if (known == asked.end()) {
-        const std::string near = nearest_name(key, asked_keys());
-        refuse(
-            entry(key)->key_place, path_of(key),
-            near.empty() ? "unknown key" : fmt::format("unknown key; did you mean \"{}\"?", near),
-            near.empty()
-                ? fmt::format(
-                      "known keys: {}",
-                      asked.empty() ? "none" : fmt::format("{}", fmt::join(asked_keys(), ", ")))
-                : "");
-      }
-      if (std::holds_alternative<Existence>(known->answer)) {
-        refuse(entry(key)->key_place, path_of(key), "has no effect beside the other keys",
-               "remove it");
-      }
-    }
-    for (const Asked& one : asked) {
-      if (const auto* child = std::get_if<Pointer>(&one.answer)) (*child)->refuse_unknown_keys();
-      if (const auto* list = std::get_if<std::vector<Pointer>>(&one.answer)) {
-        for (const Pointer& item : *list) item->refuse_unknown_keys();
-      }
-    }
-  }
-
-  /// The lines of this mapping, not indented.
-  std::vector<std::string> lines() const {
-    std::vector<std::string> all;
-    const auto indent = [&](const std::vector<std::string>& inner, const std::string& first,
-                            const std::string& rest) {
-      for (std::size_t i = 0; i < inner.size(); ++i)
-        all.push_back((i == 0 ? first : rest) + inner[i]);
-    };
-    for (const Asked& one : asked) {
-      const std::string key = yaml_text(one.key) + ":";
-      if (const auto* text = std::get_if<ConfigText>(&one.answer)) {
-        all.push_back(key + " " + text->value +
-                      (text->comment.empty() ? "" : "  # " + text->comment));
-      } else if (const auto* child = std::get_if<Pointer>(&one.answer)) {
-        const auto inner = (*child)->lines();
-        all.push_back(inner.empty() ? key + " {}" : key);
-        indent(inner, "  ", "  ");
-      } else if (const auto* list = std::get_if<std::vector<Pointer>>(&one.answer)) {
-        all.push_back(list->empty() ? key + " []" : key);
-        for (const Pointer& item : *list) {
-          const auto inner = item->lines();
-          indent(inner.empty() ? std::vector<std::string>{"{}"} : inner, "  - ", "    ");
-        }
-      }
-    }
-    return all;
-  }
-
-  static std::string wanted_text(Dimension dimension) {
-    if (dimension == Dimension::none) return "a number";
-    return fmt::format("a value in {}", unit_name(dimension));
-  }
-};
 
 ConfigNode::ConfigNode(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
@@ -231,9 +37,14 @@ bool ConfigNode::has(const std::string& key) const {
   return impl_->entry(key) != nullptr;
 }
 
+bool ConfigNode::is_mapping(const std::string& key) const {
+  const ConfigEntry* found = impl_->entry(key);
+  return found != nullptr && found->value.kind == Kind::mapping;
+}
+
 double ConfigNode::quantity(const std::string& key, Dimension dimension,
                             std::optional<double> fallback) {
-  const std::string wanted = Impl::wanted_text(dimension);
+  const std::string wanted = wanted_text(dimension);
   const ConfigTree* value = impl_->value(key, wanted, fallback.has_value());
   const double answer = value != nullptr ? impl_->number(*value, key, dimension) : *fallback;
   impl_->remember(key, yaml_quantity(answer, dimension));
@@ -242,7 +53,7 @@ double ConfigNode::quantity(const std::string& key, Dimension dimension,
 
 Range ConfigNode::range(const std::string& key, Dimension dimension,
                         std::optional<Range> fallback) {
-  const std::string wanted = Impl::wanted_text(dimension) + " or a list [low, high]";
+  const std::string wanted = wanted_text(dimension) + " or a list [low, high]";
   Range answer = fallback.value_or(Range{});
   if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
     if (value->kind == Kind::scalar) {

@@ -35,6 +35,8 @@ class ConfigNode {
                           const std::vector<std::string>& overrides = {});
 
   bool has(const std::string& key) const;
+  /// Whether the value under `key` is a mapping, for keys that take a mapping or something else.
+  bool is_mapping(const std::string& key) const;
 
   /// Without a default, a missing key is an error that names the key and its unit.
   double quantity(const std::string& key, Dimension dimension, std::optional<double> fallback = {});

@@ -82,6 +82,8 @@ class Hdf5Group {
   template <class T>
   std::vector<T> read_rows(const std::string& name, std::uint64_t first, std::uint64_t count) const;
   Extent extent(const std::string& name) const;
+  /// Whether a dataset holds texts.
+  bool is_text(const std::string& name) const;
 
   /// A dataset to be filled by rows, zero until then. T is the stored type.
   template <class T>

@@ -253,6 +253,11 @@ Extent Hdf5Group::extent(const std::string& name) const {
   return open_dataset(id_.get(), file_, name).extent;
 }
 
+bool Hdf5Group::is_text(const std::string& name) const {
+  const QuietErrors quiet;
+  return H5Tget_class(open_dataset(id_.get(), file_, name).type.get()) == H5T_STRING;
+}
+
 void Hdf5Group::write_virtual(const std::string& name, const std::filesystem::path& folder,
                               std::span<const VirtualSource> sources) const {
   if (sources.empty()) refuse(file_, name, "a virtual dataset needs a source");
