@@ -1,0 +1,170 @@
+#include "cli/body.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cli/text.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/families.hpp"
+#include "solvers/modes_file.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::cli {
+
+using core::Dimension;
+using core::InputError;
+
+void add_body_options(CLI::App& command, BodyOptions& options) {
+  command
+      .add_option("mesh", options.mesh,
+                  "OBJ, OFF, PLY, STL or MSH file, or a generated shape such as "
+                  "bowl:radius=60mm,wall=3mm (carillon list shapes)")
+      ->required();
+  command
+      .add_option("--material,-m", options.material,
+                  "preset (carillon list materials), "
+                  "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700, or group=preset,... for "
+                  "the physical groups of an MSH file")
+      ->required();
+  command.add_option("--length", options.length,
+                     "longest side the body is scaled to, e.g. 0.12 m (default: file in metres)");
+  command.add_option("--thickness", options.thickness, "wall given to open sheets, e.g. 2 mm");
+  command.add_flag("--any-size", options.any_size, "let bodies outside 1 mm to 10 m pass");
+  command.add_option("--order", options.order, "order of the elements")
+      ->check(CLI::Range(1, 4))
+      ->capture_default_str();
+  command.add_option("--element-size", options.element_size,
+                     "largest edge, e.g. 5 mm (default: from thickness and curvature)");
+  command.add_option("--min-frequency", options.min_frequency, "lowest frequency of the band")
+      ->capture_default_str();
+  command.add_option("--max-frequency", options.max_frequency, "highest frequency of the band")
+      ->capture_default_str();
+  command.add_option("--max-modes", options.max_modes, "at most so many modes")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+}
+
+namespace {
+
+solvers::GeneratedShape parse_shape(const std::string& family_name, const std::string& values) {
+  const solvers::Family& family = solvers::find_family(family_name);
+  solvers::GeneratedShape shape{.family = family.name, .parameters = {}, .profile = {}};
+  std::vector<std::string> names;
+  for (const solvers::FamilyParameter& parameter : family.parameters) {
+    shape.parameters[parameter.name] = 0.5 * (parameter.low + parameter.high);
+    names.push_back(parameter.name);
+  }
+  for (const auto& [key, value] : parse_assignments(values)) {
+    if (!shape.parameters.contains(key)) {
+      const std::string near = core::nearest_name(key, names);
+      throw InputError(fmt::format("{} has no parameter \"{}\"", family.name, key),
+                       near.empty() ? fmt::format("it has {}", fmt::join(names, ", "))
+                                    : fmt::format("did you mean \"{}\"?", near));
+    }
+    shape.parameters[key] = core::parse_quantity(value, Dimension::length);
+  }
+  family.check(shape);
+  return shape;
+}
+
+}  // namespace
+
+solvers::MeshRequest mesh_request(const BodyOptions& options) {
+  solvers::MeshRequest request;
+  request.options.order = options.order;
+  if (!options.element_size.empty()) {
+    request.options.element_size = core::parse_quantity(options.element_size, Dimension::length);
+  }
+  if (std::filesystem::exists(options.mesh)) {
+    request.file.path = options.mesh;
+    request.file.any_size = options.any_size;
+    if (!options.length.empty()) {
+      request.file.length = core::parse_quantity(options.length, Dimension::length);
+    }
+    if (!options.thickness.empty()) {
+      request.file.thickness = core::parse_quantity(options.thickness, Dimension::length);
+    }
+    return request;
+  }
+  const auto colon = options.mesh.find(':');
+  const std::string family = options.mesh.substr(0, colon);
+  if (family.find_first_of("./\\") != std::string::npos) {
+    throw core::FileError(fmt::format("{}: no such file", options.mesh));
+  }
+  request.shape =
+      parse_shape(family, colon == std::string::npos ? "" : options.mesh.substr(colon + 1));
+  return request;
+}
+
+std::vector<synth::Material> region_materials(const std::string& text,
+                                              const std::vector<std::string>& regions) {
+  const bool by_group =
+      text.find('=') != std::string::npos && text.find("youngs_modulus") == std::string::npos;
+  if (!by_group) {
+    return std::vector<synth::Material>(regions.size(), synth::parse_material(text));
+  }
+  std::map<std::string, std::string> groups;
+  for (const auto& [group, name] : parse_assignments(text)) groups[group] = name;
+  return assign_materials(groups, regions, {});
+}
+
+solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
+                                const solvers::ChildLimits& limits,
+                                const std::filesystem::path& cache, MPI_Comm comm) {
+  solvers::MeshResult result;
+  std::string packed;
+  const bool leader = mpi::rank(comm) == 0;
+  mpi::agreed(comm, [&] {
+    if (!leader) return;
+    result = solvers::mesh_in_child(request, limits, cache);
+    if (mpi::size(comm) > 1) {
+      const auto bytes = nlohmann::json::to_cbor(solvers::to_json(result));
+      packed.assign(bytes.begin(), bytes.end());
+    }
+  });
+  if (mpi::size(comm) > 1) {
+    packed = mpi::broadcast(packed, 0, comm);
+    if (!leader) result = solvers::mesh_result_from_json(nlohmann::json::from_cbor(packed));
+  }
+  return result;
+}
+
+Body solve_body(const BodyOptions& options, const Context& context) {
+  Body body;
+  const solvers::MeshRequest request = mesh_request(options);
+  {
+    const core::ScopedTimer timer(body.trace.stages["mesh"]);
+    body.mesh = shared_mesh(request, {}, context.cache, context.world);
+  }
+  body.materials = region_materials(options.material, body.mesh.mesh.region_names);
+  solvers::SolveOptions solve;
+  solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
+  solve.band.max_frequency = core::parse_quantity(options.max_frequency, Dimension::frequency);
+  solve.band.max_modes = options.max_modes;
+  if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
+    throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
+  }
+  body.modes = solvers::cached_modes(body.mesh.mesh, elastic_of(body.materials), solve,
+                                     context.world, context.cache, body.trace);
+  body.decay_rates = synth::decay_rates(body.modes, damping_of(body.materials));
+  return body;
+}
+
+std::vector<solvers::Elastic> elastic_of(const std::vector<synth::Material>& materials) {
+  std::vector<solvers::Elastic> elastic;
+  for (const synth::Material& material : materials) elastic.push_back(material.elastic);
+  return elastic;
+}
+
+std::vector<synth::RayleighDamping> damping_of(const std::vector<synth::Material>& materials) {
+  std::vector<synth::RayleighDamping> damping;
+  for (const synth::Material& material : materials) damping.push_back(material.damping);
+  return damping;
+}
+
+}  // namespace carillon::cli

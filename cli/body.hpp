@@ -1,0 +1,64 @@
+#pragma once
+
+#include <string>
+
+#include "cli/context.hpp"
+#include "solvers/mesh_child.hpp"
+#include "solvers/modes.hpp"
+#include "synth/material.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace carillon::cli {
+
+/// The body that `modes`, `strike` and others take on the command line, and how to solve it.
+struct BodyOptions {
+  std::string mesh;      ///< file, or FAMILY[:parameter=value,...]
+  std::string material;  ///< preset or key=value list; for MSH groups: group=name,...
+  std::string length;    ///< longest side with unit; "": as it is
+  std::string thickness; ///< of open sheets
+  bool any_size = false;
+  int order = 2;
+  std::string element_size;
+  std::string min_frequency = "20 Hz";
+  std::string max_frequency = "20 kHz";
+  int max_modes = 300;
+};
+
+/// Adds the options above to a command.
+void add_body_options(CLI::App& command, BodyOptions& options);
+
+/// A file's name, or `bowl:radius=60mm,wall=3mm` (parameters not named are the middle of their
+/// range) as a request to the mesher.
+/// @throws InputError  unknown family or parameter, malformed value
+solvers::MeshRequest mesh_request(const BodyOptions& options);
+
+/// One material for each region of a mesh, from `steel` or from `shell=steel,core=wood`.
+/// @throws InputError  a region without material, or a name that is no region
+std::vector<synth::Material> region_materials(const std::string& text,
+                                              const std::vector<std::string>& regions);
+
+/// Mesh (by a child of rank 0, then broadcast) of a request; failures reach every rank.
+/// @note Collective on comm.
+solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
+                                const solvers::ChildLimits& limits,
+                                const std::filesystem::path& cache, MPI_Comm comm);
+
+/// Everything that the options ask for.
+struct Body {
+  solvers::MeshResult mesh;
+  std::vector<synth::Material> materials;  ///< one per region
+  solvers::Modes modes;
+  std::vector<double> decay_rates;         ///< d [1/s]
+  core::Trace trace;
+};
+
+/// @note Collective on the context's world.
+Body solve_body(const BodyOptions& options, const Context& context);
+
+std::vector<solvers::Elastic> elastic_of(const std::vector<synth::Material>& materials);
+std::vector<synth::RayleighDamping> damping_of(const std::vector<synth::Material>& materials);
+
+}  // namespace carillon::cli

@@ -1,0 +1,25 @@
+#include <CLI/CLI.hpp>
+
+#include "cli/build/build.hpp"
+
+namespace carillon::cli {
+
+void add_build(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand(
+      "build", "the dataset of a configuration; carries on where an earlier run stopped");
+  auto options = std::make_shared<BuildOptions>();
+  command->add_option("config", options->config, "YAML configuration")->required();
+  command->add_option("-o,--output", options->output,
+                      "folder of the dataset (default: the configuration's name)");
+  command->add_option("--set", options->overrides,
+                      "key=value instead of the configuration's, e.g. audio.seconds=2")
+      ->allow_extra_args(false);
+  command->add_flag("--retry-failed", options->retry_failed, "try failed tasks again");
+  command->footer(
+      "Examples:\n"
+      "  mpirun -n 4 carillon build configs/smoke.yaml\n"
+      "  carillon build configs/smoke.yaml --set strikes.per_object=1 --output small");
+  command->callback([&context, options] { context.exit_code = run_build(*options, context); });
+}
+
+}  // namespace carillon::cli

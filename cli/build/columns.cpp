@@ -1,0 +1,32 @@
+#include "cli/build/columns.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace carillon::cli {
+
+void Columns::write(const core::Hdf5Group& group) const {
+  // Wide columns are chunked so that one sample can be read without its neighbours.
+  constexpr std::uint64_t wide = 1024, values_per_chunk = 1 << 18;
+  for (const std::string& name : order_) {
+    const Column& column = columns_.at(name);
+    core::Extent extent{column.rows};
+    extent.insert(extent.end(), column.inner.begin(), column.inner.end());
+    const std::uint64_t row = std::accumulate(column.inner.begin(), column.inner.end(),
+                                              std::uint64_t{1}, std::multiplies<>());
+    core::StorageOptions storage;
+    if (row >= wide) {
+      storage.chunk_rows = std::clamp<std::uint64_t>(values_per_chunk / row, 1, column.rows);
+      storage.deflate = 1;
+    }
+    std::visit(
+        [&](const auto& values) {
+          using T = typename std::decay_t<decltype(values)>::value_type;
+          group.write<T>(name, values, extent, storage);
+        },
+        column.values);
+    group.write_attribute("unit", column.unit, name);
+  }
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/hdf5.hpp"
+
+namespace carillon::cli {
+
+/// The columns of one shard, filled sample by sample and written at once.
+class Columns {
+ public:
+  /// Adds one sample's value; `inner` is its extent (empty for a single value).
+  template <class T>
+  void add(const std::string& name, std::span<const T> values, const core::Extent& inner,
+           const std::string& unit = "1") {
+    Column& column = columns_[name];
+    if (column.rows == 0) {
+      column.values = std::vector<T>{};
+      column.inner = inner;
+      column.unit = unit;
+      order_.push_back(name);
+    }
+    auto& all = std::get<std::vector<T>>(column.values);
+    all.insert(all.end(), values.begin(), values.end());
+    ++column.rows;
+  }
+  template <class T>
+  void add(const std::string& name, const T& value, const std::string& unit = "1") {
+    add(name, std::span<const T>(&value, 1), {}, unit);
+  }
+
+  /// Every column as a dataset [rows, inner...] with its unit as an attribute.
+  void write(const core::Hdf5Group& group) const;
+
+ private:
+  struct Column {
+    std::variant<std::vector<float>, std::vector<double>, std::vector<std::int16_t>,
+                 std::vector<std::int64_t>, std::vector<std::uint64_t>, std::vector<std::string>>
+        values;
+    core::Extent inner;
+    std::string unit;
+    std::uint64_t rows = 0;
+  };
+  std::map<std::string, Column> columns_;
+  std::vector<std::string> order_;
+};
+
+}  // namespace carillon::cli

@@ -1,0 +1,268 @@
+#include "cli/build/configuration.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "cli/build/given_strikes.hpp"
+#include "core/error.hpp"
+#include "solvers/families.hpp"
+
+namespace carillon::cli {
+
+using core::ConfigNode;
+using core::Dimension;
+using core::Range;
+
+std::size_t AudioConfig::samples() const {
+  return static_cast<std::size_t>(std::llround(seconds * sample_rate));
+}
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// Paths in a configuration are meant from where the configuration lies.
+std::string beside(const std::string& file_name, const std::string& path) {
+  const std::filesystem::path given(path);
+  if (given.is_absolute()) return path;
+  return (std::filesystem::path(file_name).parent_path() / given).string();
+}
+
+/// Runs a check and turns what it throws into an error at a key.
+template <class Check>
+void at_key(const ConfigNode& node, const std::string& key, Check&& check) {
+  try {
+    check();
+  } catch (const core::ConfigError&) {
+    throw;
+  } catch (const core::Error& error) {
+    node.fail(key, error.message(), error.hint());
+  }
+}
+
+void read_family(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
+  source.family = node.text("shape");
+  at_key(node, "shape", [&] { solvers::find_family(source.family); });
+  const solvers::Family& family = solvers::find_family(source.family);
+  source.name = node.text("name", source.family);
+  source.count = static_cast<int>(node.integer("count", 1, 1000000, 1));
+  if (source.family == "turned") {
+    if (node.has("svg")) {
+      const std::string svg = node.text("svg");
+      const double height = node.quantity("height", Dimension::length);
+      at_key(node, "svg",
+             [&] { source.profile = solvers::profile_from_svg(beside(file_name, svg), height); });
+    } else {
+      for (ConfigNode& point : node.children("profile")) {
+        source.profile.push_back({point.quantity("radius", Dimension::length),
+                                  point.quantity("height", Dimension::length)});
+      }
+    }
+  }
+  ConfigNode parameters = node.child("parameters");
+  for (const solvers::FamilyParameter& p : family.parameters) {
+    source.parameters[p.name] =
+        parameters.range(p.name, Dimension::length, Range{p.low, p.high});
+  }
+}
+
+void read_files(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
+  source.pattern = beside(file_name, node.text("mesh"));
+  source.name = node.text("name", "");
+  source.file.length = node.quantity("length", Dimension::length, 0);
+  source.file.any_size = node.flag("any_size", false);
+  source.file.thickness = node.quantity("thickness", Dimension::length, 0);
+  source.file.wrap_tolerance = node.quantity("wrap_tolerance", Dimension::none, 0.002);
+  if (source.file.wrap_tolerance <= 0 || source.file.wrap_tolerance > 0.1) {
+    node.fail("wrap_tolerance", "must be above 0 and at most 0.1 of the box diagonal");
+  }
+}
+
+void read_object_materials(ConfigNode& node, ObjectSource& source, const BuildConfig& config,
+                           const std::vector<std::string>& shared) {
+  if (node.is_mapping("materials")) {
+    ConfigNode groups = node.child("materials");
+    for (const std::string& group : groups.keys()) source.groups[group] = groups.text(group);
+  } else {
+    source.materials = node.texts("materials", shared);
+    if (source.materials.empty()) node.fail("materials", "no material is named");
+  }
+  at_key(node, "materials", [&] {
+    for (const std::string& name : source.materials) {
+      synth::parse_material(name, config.own_materials);
+    }
+    for (const auto& [group, name] : source.groups) {
+      synth::parse_material(name, config.own_materials);
+    }
+  });
+  source.sizes = node.quantities("sizes", Dimension::none, 0, std::vector<double>{1});
+  for (const double size : source.sizes) {
+    if (!(size > 0)) node.fail("sizes", "a size is a positive factor on every length");
+  }
+}
+
+ObjectSource read_object(ConfigNode& node, const BuildConfig& config,
+                         const std::vector<std::string>& shared_materials,
+                         const std::string& file_name) {
+  ObjectSource source;
+  if (node.has("shape") == node.has("mesh")) {
+    node.fail("", "an object is either a `shape:` (a family) or a `mesh:` (files)");
+  }
+  if (node.has("shape")) {
+    read_family(node, source, file_name);
+  } else {
+    read_files(node, source, file_name);
+  }
+  read_object_materials(node, source, config, shared_materials);
+  return source;
+}
+
+void read_modes(ConfigNode node, BuildConfig& config) {
+  config.band.min_frequency = node.quantity("min_frequency", Dimension::frequency, 20);
+  config.band.max_frequency = node.quantity("max_frequency", Dimension::frequency, 20000);
+  if (!(config.band.min_frequency >= 0 &&
+        config.band.max_frequency > config.band.min_frequency)) {
+    node.fail("max_frequency", "must be above min_frequency");
+  }
+  config.band.max_modes = static_cast<int>(node.integer("max_modes", 1, 100000, 300));
+  config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 2));
+  config.mesh.element_size = node.quantity("element_size", Dimension::length, 0);
+  config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
+}
+
+void read_limits(ConfigNode node, BuildConfig& config) {
+  config.mesh_limits.seconds = node.quantity("mesh_time", Dimension::time, 300);
+  config.mesh_limits.memory =
+      static_cast<std::int64_t>(node.quantity("mesh_memory", Dimension::memory, 8ll << 30));
+}
+
+AudioConfig read_audio(ConfigNode node) {
+  AudioConfig audio;
+  audio.sample_rate = node.quantity("sample_rate", Dimension::frequency, 44100);
+  if (!(audio.sample_rate >= 1000 && audio.sample_rate <= 384000)) {
+    node.fail("sample_rate", "must lie between 1 kHz and 384 kHz");
+  }
+  audio.seconds = node.quantity("seconds", Dimension::time, 1);
+  if (!(audio.seconds > 0 && audio.seconds <= 600)) {
+    node.fail("seconds", "must be above 0 and at most 600 s");
+  }
+  audio.dtype = node.choice("dtype", {"float32", "int16"}, "float32") == "int16"
+                    ? core::SampleFormat::int16
+                    : core::SampleFormat::float32;
+  audio.gain = node.quantity("gain", Dimension::none, 1);
+  if (!(audio.gain > 0)) node.fail("gain", "must be positive");
+  return audio;
+}
+
+StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
+  StrikeConfig strikes;
+  if (node.has("csv")) {
+    const std::string csv = beside(file_name, node.text("csv"));
+    at_key(node, "csv", [&] { strikes.given = read_given_strikes(csv); });
+    return strikes;
+  }
+  strikes.per_object = static_cast<int>(node.integer("per_object", 1, 1000000, 8));
+  strikes.impulse = node.range("impulse", Dimension::impulse, Range{0.005, 0.05});
+  strikes.contact_time = node.range("contact_time", Dimension::time, Range{1e-4, 5e-4});
+  if (!(strikes.impulse.low > 0)) node.fail("impulse", "must be positive");
+  if (!(strikes.contact_time.low > 0)) node.fail("contact_time", "must be positive");
+  strikes.spread = node.quantity("spread", Dimension::angle, 0);
+  if (!(strikes.spread >= 0 && strikes.spread < pi / 2)) {
+    node.fail("spread", "must be at least 0 and below 90 deg");
+  }
+  return strikes;
+}
+
+synth::MelOptions read_mel(ConfigNode node, const AudioConfig& audio) {
+  synth::MelOptions mel;
+  mel.sample_rate = audio.sample_rate;
+  mel.bands = static_cast<int>(node.integer("bands", 1, 1024, 64));
+  mel.fft_size = static_cast<int>(node.integer("fft_size", 16, 1 << 20, 2048));
+  const std::int64_t frames = node.integer("frames", 2, 100000, 25);
+  // The largest hop that gives exactly the frames asked for; 1837 for 25 frames of 1 s at 44.1 kHz.
+  const auto hop = static_cast<std::int64_t>(audio.samples()) / (frames - 1);
+  mel.hop = static_cast<int>(node.integer("hop", 1, 1 << 24, std::max<std::int64_t>(1, hop)));
+  mel.min_frequency = node.quantity("min_frequency", Dimension::frequency, 0);
+  mel.max_frequency = node.quantity("max_frequency", Dimension::frequency, audio.sample_rate / 2);
+  if (!(mel.min_frequency >= 0 && mel.max_frequency > mel.min_frequency &&
+        mel.max_frequency <= audio.sample_rate / 2)) {
+    node.fail("max_frequency", "must be above min_frequency and at most half the sample rate");
+  }
+  return mel;
+}
+
+render::VoxelOptions read_voxels(ConfigNode node) {
+  render::VoxelOptions voxels;
+  voxels.resolution = static_cast<int>(node.integer("resolution", 1, 512, 30));
+  voxels.fill =
+      render::parse_voxel_fill(node.choice("fill", {"surface", "outer", "solid"}, "outer"));
+  voxels.pitch = node.quantity("pitch", Dimension::length, 0);
+  return voxels;
+}
+
+render::Camera read_camera(ConfigNode node) {
+  render::Camera camera;
+  camera.width = static_cast<int>(node.integer("width", 1, 8192, 256));
+  camera.height = static_cast<int>(node.integer("height", 1, 8192, 256));
+  camera.azimuth = node.quantity("azimuth", Dimension::angle, 0.6);
+  camera.elevation = node.quantity("elevation", Dimension::angle, 0.45);
+  camera.field_of_view = node.quantity("field_of_view", Dimension::angle, 0.6);
+  if (!(camera.field_of_view > 0 && camera.field_of_view < pi)) {
+    node.fail("field_of_view", "must lie between 0 and 180 deg");
+  }
+  camera.distance = node.quantity("distance", Dimension::length, 0);
+  return camera;
+}
+
+SplitConfig read_split(ConfigNode node) {
+  SplitConfig split;
+  split.validation = node.quantity("validation", Dimension::none, 0.1);
+  split.test = node.quantity("test", Dimension::none, 0.1);
+  if (!(split.validation >= 0 && split.test >= 0 && split.validation + split.test <= 1)) {
+    node.fail("test", "validation and test are shares of the whole and add up to at most 1");
+  }
+  return split;
+}
+
+}  // namespace
+
+BuildConfig read_build_config(const std::string& text, const std::string& file_name,
+                              const std::vector<std::string>& overrides) {
+  ConfigNode root = ConfigNode::parse(text, file_name, overrides);
+  BuildConfig config;
+  config.name = root.text("name", std::filesystem::path(file_name).stem().string());
+  config.seed = static_cast<std::uint64_t>(
+      root.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  if (root.has("materials_file")) {
+    const std::string path = beside(file_name, root.text("materials_file"));
+    at_key(root, "materials_file", [&] { config.own_materials = synth::read_materials(path); });
+  }
+  const std::vector<std::string> materials = root.texts("materials", std::vector<std::string>{});
+  for (ConfigNode& node : root.children("objects")) {
+    config.objects.push_back(read_object(node, config, materials, file_name));
+  }
+  if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
+
+  read_modes(root.child("modes"), config);
+  read_limits(root.child("limits"), config);
+  config.audio = read_audio(root.child("audio"));
+  config.strikes = read_strikes(root.child("strikes"), file_name);
+  for (ConfigNode& node : root.children("listeners")) {
+    const std::vector<double> p = node.quantities("position", Dimension::length, 3);
+    config.listeners.push_back({{p[0], p[1], p[2]}});
+  }
+  if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.audio);
+  if (root.has("voxels")) config.voxels = read_voxels(root.child("voxels"));
+  if (root.has("camera")) config.camera = read_camera(root.child("camera"));
+  ConfigNode files = root.child("files");
+  config.wav = files.flag("wav", false);
+  config.png = files.flag("png", false);
+  config.split = read_split(root.child("split"));
+  root.finish();
+  config.resolved = root.resolved();
+  return config;
+}
+
+}  // namespace carillon::cli

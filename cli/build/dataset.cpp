@@ -1,0 +1,154 @@
+#include "cli/build/dataset.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "core/files.hpp"
+#include "core/hdf5.hpp"
+
+namespace carillon::cli {
+
+using core::Hdf5Group;
+using core::VirtualSource;
+
+namespace {
+
+/// Joins the rows of one dataset of several files: texts are copied, arrays become virtual.
+void join(const Hdf5Group& into, const std::string& name, const BuildFolders& folders,
+          const std::vector<std::string>& files) {
+  const Hdf5Group first = Hdf5Group::open_file(folders.output / files.front());
+  if (first.is_text(name)) {
+    std::vector<std::string> all;
+    for (const std::string& file : files) {
+      const auto part = Hdf5Group::open_file(folders.output / file).read<std::string>(name);
+      all.insert(all.end(), part.begin(), part.end());
+    }
+    into.write<std::string>(name, all, {all.size()});
+    return;
+  }
+  std::vector<VirtualSource> sources;
+  for (const std::string& file : files) {
+    const core::Extent extent = Hdf5Group::open_file(folders.output / file).extent(name);
+    sources.push_back({file, name, extent.front()});
+  }
+  into.write_virtual(name, folders.output, sources);
+}
+
+void copy_text_attribute(const Hdf5Group& from, const Hdf5Group& to, const std::string& attribute,
+                         const std::string& object) {
+  to.write_attribute(attribute, from.text_attribute(attribute, object), object);
+}
+
+/// Arrays of bodies: one row per shape that has samples. Returns the row of each shape.
+std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index, const BuildPlan& plan,
+                                                 const std::vector<std::size_t>& done,
+                                                 const BuildFolders& folders) {
+  std::map<std::size_t, std::int64_t> rows;
+  std::vector<std::string> names, families, splits, files;
+  for (const std::size_t t : done) {
+    const std::size_t s = plan.tasks[t].shape;
+    if (!rows.emplace(s, static_cast<std::int64_t>(rows.size())).second) continue;
+    names.push_back(plan.shapes[s].id);
+    families.push_back(plan.shapes[s].family);
+    splits.push_back(plan.shapes[s].split_shape);
+    files.push_back("modes/" + plan.shapes[s].id + ".h5");
+  }
+  const Hdf5Group group = index.create_group("shapes");
+  group.write<std::string>("shape", names, {names.size()});
+  group.write<std::string>("family", families, {families.size()});
+  group.write<std::string>("split_shape", splits, {splits.size()});
+  group.write<std::string>("modes_file", files, {files.size()});
+  const Hdf5Group first = Hdf5Group::open_file(folders.output / files.front());
+  for (const char* name : {"voxels", "voxel_pitch", "voxel_origin", "frame"}) {
+    if (first.has(name)) join(group, name, folders, files);
+  }
+  return rows;
+}
+
+}  // namespace
+
+void write_index(const BuildPlan& plan, const std::vector<std::size_t>& done,
+                 const BuildFolders& folders) {
+  core::write_durably(folders.output / "index.h5", [&](const std::filesystem::path& path) {
+    const Hdf5Group index = Hdf5Group::create_file(path);
+    if (done.empty()) return;
+    std::vector<std::string> files;
+    for (const std::size_t t : done) files.push_back(plan.tasks[t].key + ".h5");
+    const Hdf5Group first = Hdf5Group::open_file(folders.output / files.front());
+    index.write_attribute("sample_rate_hz", first.number_attribute("sample_rate_hz"));
+    for (const std::string& name : first.names()) {
+      join(index, name, folders, files);
+      copy_text_attribute(first, index, "unit", name);
+    }
+    const auto rows = write_shapes(index, plan, done, folders);
+    std::vector<std::int64_t> shape_index;
+    for (const std::size_t t : done) {
+      shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));
+    }
+    index.write<std::int64_t>("shape_index", shape_index, {shape_index.size()});
+  });
+}
+
+namespace {
+
+nlohmann::json describe_material(const synth::Material& m) {
+  return {{"name", m.name},
+          {"youngs_modulus_pa", m.elastic.youngs_modulus},
+          {"poisson_ratio", m.elastic.poisson_ratio},
+          {"density_kg_m3", m.elastic.density},
+          {"alpha1_per_s", m.damping.alpha1},
+          {"alpha2_s", m.damping.alpha2},
+          {"source", m.source}};
+}
+
+nlohmann::json describe_materials(const BuildConfig& config) {
+  std::map<std::string, nlohmann::json> by_name;
+  for (const ObjectSource& source : config.objects) {
+    std::vector<std::string> names = source.materials;
+    for (const auto& [group, name] : source.groups) names.push_back(name);
+    for (const std::string& name : names) {
+      by_name[name] = describe_material(synth::parse_material(name, config.own_materials));
+    }
+  }
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& [name, material] : by_name) list.push_back(material);
+  return list;
+}
+
+nlohmann::json describe_shapes(const BuildPlan& plan) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Shape& shape : plan.shapes) {
+    nlohmann::json entry = {{"id", shape.id},
+                            {"family", shape.family},
+                            {"split_shape", shape.split_shape},
+                            {"request", solvers::to_json(shape.request)}};
+    if (!shape.path.empty()) entry["sha256"] = shape.identity;
+    nlohmann::json variants = nlohmann::json::array();
+    for (const Variant& v : shape.variants) {
+      variants.push_back({{"material", v.material}, {"size", v.size}});
+    }
+    entry["variants"] = variants;
+    list.push_back(entry);
+  }
+  return list;
+}
+
+}  // namespace
+
+void write_descriptions(const BuildConfig& config, const BuildPlan& plan,
+                        const nlohmann::json& files, const nlohmann::json& failures,
+                        const BuildFolders& folders) {
+  const nlohmann::json dataset = {{"name", config.name},
+                                  {"seed", config.seed},
+                                  {"samples", plan.samples.size()},
+                                  {"configuration", config.resolved},
+                                  {"versions", library_versions()},
+                                  {"materials", describe_materials(config)},
+                                  {"shapes", describe_shapes(plan)},
+                                  {"files", files}};
+  core::write_text_durably(folders.output / "dataset.json", dataset.dump(2) + "\n");
+  core::write_text_durably(folders.output / "failures.json", failures.dump(2) + "\n");
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,171 @@
+#include "cli/build/modes_task.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "cli/body.hpp"
+#include "core/files.hpp"
+#include "core/hdf5.hpp"
+#include "core/image.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/modes_file.hpp"
+
+namespace carillon::cli {
+
+using solvers::Elastic;
+
+namespace {
+
+/// Two bodies with these regions have the same dimensionless modes.
+bool same_set(const std::vector<Elastic>& a, const std::vector<Elastic>& b) {
+  const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-12 * std::abs(y); };
+  for (std::size_t r = 0; r < a.size(); ++r) {
+    if (!close(a[r].poisson_ratio, b[r].poisson_ratio) && a[r].poisson_ratio != b[r].poisson_ratio) {
+      return false;
+    }
+    if (!close(a[r].youngs_modulus * b[0].youngs_modulus,
+               b[r].youngs_modulus * a[0].youngs_modulus) ||
+        !close(a[r].density * b[0].density, b[r].density * a[0].density)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Longest time a wave takes per unit of the body's own length: frequencies scale with its inverse.
+double slowness(const Elastic& elastic, double size) {
+  return size * std::sqrt(elastic.density / elastic.youngs_modulus);
+}
+
+void write_views(const BuildConfig& config, const Shape& shape, const solvers::ModeSurface& surface,
+                 const BuildFolders& folders, const core::Hdf5Group& file, core::Trace& trace,
+                 std::vector<std::string>& written) {
+  const solvers::SurfaceMesh flat = solvers::flatten(surface);
+  if (config.voxels) {
+    const core::ScopedTimer timer(trace.effects["voxels"]);
+    const render::VoxelGrid grid = render::voxelize(flat, *config.voxels);
+    const auto n = static_cast<std::uint64_t>(grid.resolution);
+    file.write<std::uint8_t>("voxels", grid.cells, {1, n, n, n}, {.chunk_rows = 1, .deflate = 4});
+    file.write_attribute("pitch_m", grid.pitch, "voxels");
+    file.write<double>("voxel_pitch", std::vector<double>{grid.pitch}, {1});
+    file.write<double>("voxel_origin",
+                       std::vector<double>{grid.origin.x(), grid.origin.y(), grid.origin.z()},
+                       {1, 3});
+  }
+  if (config.camera) {
+    const core::ScopedTimer timer(trace.effects["frames"]);
+    const core::Image image = render::render_frame(
+        flat, *config.camera, render::appearance_of(shape.variants.front().material));
+    file.write<std::uint8_t>("frame", image.pixels,
+                             {1, static_cast<std::uint64_t>(image.height),
+                              static_cast<std::uint64_t>(image.width),
+                              static_cast<std::uint64_t>(image.channels)},
+                             {.chunk_rows = 1, .deflate = 4});
+    if (config.png) {
+      const std::filesystem::path picture =
+          std::filesystem::path("pictures") / (shape.id + ".png");
+      core::write_durably(folders.output / picture,
+                          [&](const std::filesystem::path& path) { core::write_png(path, image); });
+      written.push_back(picture.string());
+    }
+  }
+}
+
+void write_shape(const Shape& shape, const solvers::MeshResult& mesh, const core::Hdf5Group& file) {
+  file.write_attribute("shape", shape.id);
+  file.write_attribute("family", shape.family);
+  file.write_attribute("request", solvers::to_json(shape.request).dump());
+  file.write_attribute("quality", solvers::to_json(mesh.quality).dump());
+  if (!shape.path.empty()) {
+    file.write_attribute("diagnosis", solvers::to_json(mesh.diagnosis).dump());
+    file.write_attribute("repair", solvers::to_json(mesh.repair).dump());
+  }
+  file.write<std::string>("regions", mesh.mesh.region_names, {mesh.mesh.region_names.size()});
+}
+
+}  // namespace
+
+std::filesystem::path BuildFolders::modes_file(const Shape& shape) const {
+  return output / "modes" / (shape.id + ".h5");
+}
+
+std::filesystem::path BuildFolders::shard_file(const BuildTask& task) const {
+  return output / (task.key + ".h5");
+}
+
+ModeSets group_variants(const std::vector<std::vector<synth::Material>>& materials,
+                        const std::vector<Variant>& variants, const solvers::Band& band) {
+  ModeSets sets;
+  std::vector<double> slowest, fastest;
+  sets.variants.resize(variants.size());
+  for (std::size_t v = 0; v < variants.size(); ++v) {
+    const std::vector<Elastic> regions = elastic_of(materials[v]);
+    const double slow = slowness(regions[0], variants[v].size);
+    std::size_t s = 0;
+    while (s < sets.regions.size() && !same_set(regions, sets.regions[s])) ++s;
+    if (s == sets.regions.size()) {
+      sets.regions.push_back(regions);
+      slowest.push_back(slow);
+      fastest.push_back(slow);
+    }
+    // The slowest variant has the most modes in the band: it is the one that is solved.
+    if (slow > slowest[s]) sets.regions[s] = regions;
+    slowest[s] = std::max(slowest[s], slow);
+    fastest[s] = std::min(fastest[s], slow);
+    sets.variants[v].set = s;
+  }
+  for (std::size_t s = 0; s < sets.regions.size(); ++s) {
+    const double own = slowness(sets.regions[s][0], 1);
+    sets.bands.push_back({band.min_frequency * fastest[s] / own,
+                          band.max_frequency * slowest[s] / own, band.max_modes});
+  }
+  for (std::size_t v = 0; v < variants.size(); ++v) {
+    VariantModes& variant = sets.variants[v];
+    const Elastic& solved = sets.regions[variant.set][0];
+    const Elastic& wanted = materials[v][0].elastic;
+    variant.length = variants[v].size;
+    variant.modulus = wanted.youngs_modulus / solved.youngs_modulus;
+    variant.density = wanted.density / solved.density;
+  }
+  return sets;
+}
+
+std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& shape,
+                                        const BuildFolders& folders, MPI_Comm comm,
+                                        core::Trace& trace) {
+  solvers::MeshResult mesh;
+  {
+    const core::ScopedTimer timer(trace.stages["mesh"]);
+    mesh = shared_mesh(shape.request, config.mesh_limits, folders.cache, comm);
+  }
+  std::vector<std::vector<synth::Material>> materials;
+  for (const Variant& variant : shape.variants) {
+    materials.push_back(variant_materials(config, shape, variant, mesh.mesh.region_names));
+  }
+  const ModeSets sets = group_variants(materials, shape.variants, config.band);
+  std::vector<solvers::Modes> modes;
+  for (std::size_t s = 0; s < sets.regions.size(); ++s) {
+    solvers::SolveOptions options;
+    options.band = sets.bands[s];
+    modes.push_back(solvers::cached_modes(mesh.mesh, sets.regions[s], options, comm, folders.cache,
+                                          trace));
+  }
+  std::vector<std::string> written;
+  mpi::agreed(comm, [&] {
+    if (mpi::rank(comm) != 0) return;
+    core::write_durably(folders.modes_file(shape), [&](const std::filesystem::path& path) {
+      const core::Hdf5Group file = core::Hdf5Group::create_file(path);
+      write_shape(shape, mesh, file);
+      for (std::size_t s = 0; s < modes.size(); ++s) {
+        solvers::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
+      }
+      write_views(config, shape, modes.front().surface, folders, file, trace, written);
+    });
+    written.push_back(
+        std::filesystem::relative(folders.modes_file(shape), folders.output).string());
+  });
+  return written;
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,215 @@
+#include "cli/build/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "cli/text.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "core/random.hpp"
+#include "solvers/families.hpp"
+
+namespace carillon::cli {
+
+using core::InputError;
+
+namespace {
+
+constexpr std::size_t samples_per_task = 256;
+
+/// Part that a stable hash of `identity` falls into, so that a set can grow without moving anyone.
+std::string part_of(const BuildConfig& config, const std::string& identity,
+                    std::string_view purpose) {
+  core::RandomStream random(config.seed, core::stable_hash(identity), purpose);
+  const double draw = random.uniform();
+  if (draw < config.split.test) return "test";
+  if (draw < config.split.test + config.split.validation) return "validation";
+  return "train";
+}
+
+std::vector<Variant> make_variants(const ObjectSource& source) {
+  std::vector<std::string> materials = source.materials;
+  if (!source.groups.empty()) {
+    std::vector<std::string> parts;
+    for (const auto& [group, name] : source.groups) parts.push_back(group + "=" + name);
+    materials = {fmt::format("{}", fmt::join(parts, ","))};
+  }
+  std::vector<Variant> variants;
+  for (const std::string& material : materials) {
+    for (const double size : source.sizes) variants.push_back({material, size});
+  }
+  return variants;
+}
+
+/// Draws an instance's parameters; combinations that the family refuses are drawn again.
+solvers::GeneratedShape draw_shape(const BuildConfig& config, const ObjectSource& source,
+                                   const std::string& id) {
+  constexpr int tries = 1000;
+  const solvers::Family& family = solvers::find_family(source.family);
+  core::RandomStream random(config.seed, core::stable_hash(id), "shape.parameters");
+  std::string refusal;
+  for (int i = 0; i < tries; ++i) {
+    solvers::GeneratedShape shape{source.family, {}, source.profile};
+    for (const auto& [name, range] : source.parameters) {
+      shape.parameters[name] = random.uniform(range.low, range.high);
+    }
+    try {
+      family.check(shape);
+      return shape;
+    } catch (const InputError& error) {
+      refusal = error.message();
+    }
+  }
+  throw InputError(fmt::format("{}: no parameters in the given ranges fit together: {}", id, refusal),
+                   "change the ranges of objects[].parameters");
+}
+
+void add_family(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
+  const ObjectSource& source = config.objects[index];
+  for (int i = 0; i < source.count; ++i) {
+    Shape shape;
+    shape.id = fmt::format("{}-{:03}", source.name, i);
+    shape.family = source.family;
+    shape.source = index;
+    shape.request.shape = draw_shape(config, source, shape.id);
+    shape.identity = shape.id;
+    plan.shapes.push_back(std::move(shape));
+  }
+}
+
+void add_files(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
+  const ObjectSource& source = config.objects[index];
+  const auto paths = core::glob_files(source.pattern);
+  if (paths.empty()) {
+    throw InputError(fmt::format("objects[{}].mesh: nothing matches {}", index, source.pattern));
+  }
+  for (const auto& path : paths) {
+    Shape shape;
+    shape.id = source.name.empty() ? path.stem().string()
+                                   : fmt::format("{}-{}", source.name, path.stem().string());
+    shape.family = source.name.empty() ? "mesh" : source.name;
+    shape.path = path.string();
+    shape.source = index;
+    shape.request.file = source.file;
+    shape.request.file.path = path.string();
+    shape.identity = core::sha256_file(path);
+    plan.shapes.push_back(std::move(shape));
+  }
+}
+
+/// Strike numbers of a shape: drawn ones, or those rows of the CSV that speak of it.
+std::vector<int> strike_numbers(const BuildConfig& config, const Shape& shape) {
+  std::vector<int> numbers;
+  if (config.strikes.given.empty()) {
+    for (int i = 0; i < config.strikes.per_object; ++i) numbers.push_back(i);
+    return numbers;
+  }
+  for (std::size_t i = 0; i < config.strikes.given.size(); ++i) {
+    const std::string& wanted = config.strikes.given[i].shape;
+    if (wanted.empty() || wanted == "*" || wanted == shape.id) numbers.push_back(static_cast<int>(i));
+  }
+  return numbers;
+}
+
+void add_samples(const BuildConfig& config, std::size_t shape_index, BuildPlan& plan) {
+  const Shape& shape = plan.shapes[shape_index];
+  const std::size_t first = plan.samples.size();
+  for (const int strike : strike_numbers(config, shape)) {
+    for (std::size_t v = 0; v < shape.variants.size(); ++v) {
+      Sample sample;
+      sample.key = fmt::format("{}/{}/{}/strike-{:04}", shape.id, shape.variants[v].material,
+                               shape.variants[v].size, strike);
+      sample.id = core::stable_hash(sample.key);
+      sample.shape = shape_index;
+      sample.variant = v;
+      sample.strike = strike;
+      plan.samples.push_back(std::move(sample));
+    }
+  }
+  for (std::size_t from = first; from < plan.samples.size(); from += samples_per_task) {
+    BuildTask task;
+    task.kind = TaskKind::samples;
+    task.key = fmt::format("samples/{}-{:04}", shape.id, (from - first) / samples_per_task);
+    task.shape = shape_index;
+    task.first = from;
+    task.count = std::min(samples_per_task, plan.samples.size() - from);
+    plan.tasks.push_back(std::move(task));
+  }
+}
+
+}  // namespace
+
+BuildPlan make_plan(const BuildConfig& config) {
+  BuildPlan plan;
+  for (std::size_t i = 0; i < config.objects.size(); ++i) {
+    config.objects[i].family.empty() ? add_files(config, i, plan) : add_family(config, i, plan);
+  }
+  std::set<std::string> ids;
+  for (Shape& shape : plan.shapes) {
+    if (!ids.insert(shape.id).second) {
+      throw InputError(fmt::format("two shapes are named \"{}\"", shape.id),
+                       "give one of the entries of objects another `name:`");
+    }
+    shape.request.options = config.mesh;
+    shape.variants = make_variants(config.objects[shape.source]);
+    shape.split_shape = part_of(config, shape.identity, "split.shape");
+  }
+  for (std::size_t i = 0; i < plan.shapes.size(); ++i) {
+    plan.tasks.push_back({TaskKind::modes, "modes/" + plan.shapes[i].id, i, 0, 0});
+  }
+  for (std::size_t i = 0; i < plan.shapes.size(); ++i) add_samples(config, i, plan);
+  return plan;
+}
+
+std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config) {
+  // Seconds of a ten-node solve of a few ten thousand unknowns, and of 1 s of sound of 300 modes.
+  constexpr double modes_seconds = 5, seconds_per_mode_sample = 1e-9;
+  std::vector<mpi::Task> tasks;
+  for (const BuildTask& task : plan.tasks) {
+    mpi::Task entry;
+    entry.key = task.key;
+    if (task.kind == TaskKind::modes) {
+      entry.cost = modes_seconds;
+      entry.memory = 1e9;
+    } else {
+      const double rows = static_cast<double>(std::max<std::size_t>(1, config.listeners.size()));
+      const double values = static_cast<double>(task.count * config.audio.samples()) * rows;
+      entry.cost = values * config.band.max_modes * seconds_per_mode_sample;
+      entry.memory = values * 4 + 1e8;
+      entry.after = {static_cast<std::int64_t>(task.shape)};  // modes tasks come first, by shape
+    }
+    tasks.push_back(std::move(entry));
+  }
+  return tasks;
+}
+
+std::string fingerprint(const BuildPlan& plan) {
+  core::Sha256 hash;
+  for (const Shape& shape : plan.shapes) {
+    hash.add(shape.id).add(shape.identity).add(solvers::to_json(shape.request).dump());
+  }
+  for (const Sample& sample : plan.samples) hash.add(sample.key).add("\n");
+  return hash.hex();
+}
+
+std::string split_strike(const BuildConfig& config, const Shape& shape, int strike) {
+  return part_of(config, fmt::format("{}/strike-{:04}", shape.identity, strike), "split.strike");
+}
+
+std::vector<synth::Material> variant_materials(const BuildConfig& config, const Shape& shape,
+                                               const Variant& variant,
+                                               const std::vector<std::string>& regions) {
+  const ObjectSource& source = config.objects[shape.source];
+  if (!source.groups.empty()) {
+    return assign_materials(source.groups, regions, config.own_materials);
+  }
+  return std::vector<synth::Material>(
+      regions.size(), synth::parse_material(variant.material, config.own_materials));
+}
+
+}  // namespace carillon::cli

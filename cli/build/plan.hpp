@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "cli/build/configuration.hpp"
+#include "mpi/task_board.hpp"
+
+namespace carillon::cli {
+
+/// A shape made of a material at a size.
+struct Variant {
+  std::string material;  ///< name, or group=name,... for a body of several
+  double size = 1;       ///< factor on every length
+};
+
+/// One body: what to mesh, and the variants that ring.
+struct Shape {
+  std::string id;         ///< unique in the build, e.g. bowl-001
+  std::string family;     ///< label: the family, or the entry's name for files
+  std::string path;       ///< mesh file; "" for generated shapes
+  std::size_t source = 0; ///< index into BuildConfig::objects
+  solvers::MeshRequest request;
+  std::vector<Variant> variants;
+  std::string split_shape;   ///< train, validation or test
+  std::string identity;      ///< what decides the split: the id, or the file's SHA-256
+};
+
+/// One sound. Its values are a pure function of the configuration and its key.
+struct Sample {
+  std::string key;   ///< shape/material/size/strike-number
+  std::uint64_t id;  ///< stable hash of the key
+  std::size_t shape;
+  std::size_t variant;
+  int strike;        ///< strike number within the shape
+};
+
+enum class TaskKind { modes, samples };
+
+struct BuildTask {
+  TaskKind kind;
+  std::string key;
+  std::size_t shape;
+  std::size_t first = 0, count = 0;  ///< samples of a samples task
+};
+
+/// What a build does, before anything is done.
+struct BuildPlan {
+  std::vector<Shape> shapes;
+  std::vector<Sample> samples;
+  std::vector<BuildTask> tasks;
+};
+
+/// Expands a configuration: files are looked up, parameters drawn, samples numbered.
+/// @throws InputError, FileError  a pattern matches nothing, two shapes share a name
+BuildPlan make_plan(const BuildConfig& config);
+
+/// The plan's tasks with estimated seconds and memory, and what comes after what.
+std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config);
+
+/// Text that is equal exactly when two plans are: ranks compare it.
+std::string fingerprint(const BuildPlan& plan);
+
+/// Part of a strike: train, validation or test, held out within its shape.
+std::string split_strike(const BuildConfig& config, const Shape& shape, int strike);
+
+/// Materials of a variant, one per region of the mesh.
+/// @throws InputError  the mesh's groups and the configuration's do not match
+std::vector<synth::Material> variant_materials(const BuildConfig& config, const Shape& shape,
+                                               const Variant& variant,
+                                               const std::vector<std::string>& regions);
+
+}  // namespace carillon::cli

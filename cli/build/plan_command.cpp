@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "cli/build/build.hpp"
+#include "cli/build/effects.hpp"
+#include "core/progress.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// Bytes of the sample columns that weigh: audio and spectrograms.
+double sample_bytes(const BuildConfig& config) {
+  const double rows = static_cast<double>(std::max<std::size_t>(1, config.listeners.size()));
+  const double audio = static_cast<double>(config.audio.samples()) *
+                       (config.audio.dtype == core::SampleFormat::int16 ? 2 : 4);
+  const double mel =
+      config.mel ? 4.0 * config.mel->bands * synth::mel_frames(config.audio.samples(), *config.mel)
+                 : 0;
+  return rows * (audio * (config.wav ? 2 : 1) + mel);
+}
+
+nlohmann::json describe(const LoadedBuild& build) {
+  double seconds = 0, memory = 0;
+  std::size_t modes_tasks = 0, samples_tasks = 0;
+  for (const mpi::Task& task : board_tasks(build.plan, build.config)) {
+    seconds += task.cost;
+    memory = std::max(memory, task.memory);
+  }
+  for (const BuildTask& task : build.plan.tasks) {
+    ++(task.kind == TaskKind::modes ? modes_tasks : samples_tasks);
+  }
+  return {{"name", build.config.name},
+          {"shapes", build.plan.shapes.size()},
+          {"samples", build.plan.samples.size()},
+          {"tasks", {{"modes", modes_tasks}, {"samples", samples_tasks}}},
+          {"effects", plan_effects(build.config)},
+          {"estimate",
+           {{"rank_seconds", seconds},
+            {"memory_bytes_per_rank", memory},
+            {"disk_bytes", sample_bytes(build.config) * static_cast<double>(build.plan.samples.size())}}}};
+}
+
+void print_plan(const nlohmann::json& plan) {
+  fmt::print("{}: {} samples of {} shapes in {} + {} tasks\n", plan.at("name").get<std::string>(),
+             plan.at("samples").get<std::size_t>(), plan.at("shapes").get<std::size_t>(),
+             plan.at("tasks").at("modes").get<std::size_t>(),
+             plan.at("tasks").at("samples").get<std::size_t>());
+  for (const nlohmann::json& effect : plan.at("effects")) {
+    fmt::print("  {:<10} {:<4} {}\n", effect.at("name").get<std::string>(),
+               effect.at("enabled").get<bool>() ? "on" : "off",
+               effect.at("reason").get<std::string>());
+  }
+  const nlohmann::json& estimate = plan.at("estimate");
+  fmt::print("about {} of one rank, {} of memory per rank, {} on disk before compression\n",
+             core::human_duration(estimate.at("rank_seconds").get<double>()),
+             core::human_bytes(estimate.at("memory_bytes_per_rank").get<double>()),
+             core::human_bytes(estimate.at("disk_bytes").get<double>()));
+}
+
+}  // namespace
+
+void add_plan(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand("plan", "what a build would run, and why; runs nothing");
+  auto options = std::make_shared<BuildOptions>();
+  command->add_option("config", options->config, "YAML configuration")->required();
+  command->add_option("--set", options->overrides, "key=value instead of the configuration's")
+      ->allow_extra_args(false);
+  command->footer("Example:\n  carillon plan configs/smoke.yaml");
+  command->callback([&context, options] {
+    const LoadedBuild build = load_build(*options, context.world);
+    if (!context.speaks()) return;
+    const nlohmann::json plan = describe(build);
+    if (context.json) {
+      fmt::print("{}\n", plan.dump(2));
+    } else {
+      print_plan(plan);
+    }
+  });
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/build/build.hpp"
+#include "cli/build/samples_task.hpp"
+#include "core/audio.hpp"
+#include "core/error.hpp"
+#include "core/image.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// A sample by its number in the plan, its id or its key.
+const Sample& find_sample(const BuildPlan& plan, const std::string& name) {
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  const bool numeric = error == std::errc() && end == name.data() + name.size();
+  if (numeric && number < plan.samples.size()) return plan.samples[number];
+  std::vector<std::string> keys;
+  for (const Sample& sample : plan.samples) {
+    if (sample.key == name || (numeric && sample.id == number)) return sample;
+    keys.push_back(sample.key);
+  }
+  const std::string near = core::nearest_name(name, keys);
+  throw core::InputError(fmt::format("no sample \"{}\"", name),
+                         near.empty() ? fmt::format("numbers go from 0 to {}, keys look like {}",
+                                                    plan.samples.size() - 1, keys.front())
+                                      : fmt::format("did you mean {}?", near));
+}
+
+/// Grey picture of a spectrogram, 80 dB below its maximum black, low bands at the bottom.
+core::Image spectrogram_picture(const std::vector<float>& mel, int bands, int frames) {
+  constexpr int scale = 6;
+  constexpr double floor_db = -80;
+  const float top = std::max(1e-30f, *std::max_element(mel.begin(), mel.end()));
+  core::Image image{frames * scale, bands * scale, 1, {}};
+  image.pixels.resize(static_cast<std::size_t>(image.width * image.height));
+  for (int y = 0; y < image.height; ++y) {
+    const int band = bands - 1 - y / scale;
+    for (int x = 0; x < image.width; ++x) {
+      const double power = mel[static_cast<std::size_t>(band * frames + x / scale)];
+      const double db = 10 * std::log10(std::max(power / top, 1e-12));
+      image.pixels[static_cast<std::size_t>(y * image.width + x)] =
+          static_cast<std::uint8_t>(std::lround(255 * std::clamp(1 - db / floor_db, 0.0, 1.0)));
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+void add_preview(CLI::App& program, Context& context) {
+  struct Options {
+    BuildOptions build;
+    std::string sample = "0";
+    std::string output = "preview";
+  };
+  CLI::App* command = program.add_subcommand(
+      "preview", "one sample of a configuration as WAV, spectrogram and picture, before any build");
+  auto options = std::make_shared<Options>();
+  command->add_option("config", options->build.config, "YAML configuration")->required();
+  command->add_option("--sample", options->sample, "number, id or key of the sample")
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "folder for the files")->capture_default_str();
+  command->add_option("--set", options->build.overrides, "key=value instead of the configuration's")
+      ->allow_extra_args(false);
+  command->footer("Example:\n  carillon preview configs/smoke.yaml --sample 3");
+  command->callback([&context, options] {
+    LoadedBuild build = load_build(options->build, context.world);
+    if (!build.config.mel) {
+      build.config.mel = synth::MelOptions{.sample_rate = build.config.audio.sample_rate};
+    }
+    if (!build.config.camera) build.config.camera = render::Camera{};
+    build.config.png = true;
+    const Sample& sample = find_sample(build.plan, options->sample);
+    const Shape& shape = build.plan.shapes[sample.shape];
+    const BuildFolders folders{options->output, context.cache};
+    core::Trace trace;
+    run_modes_task(build.config, shape, folders, context.world, trace);
+    if (!context.speaks()) return;
+
+    const SampleResult result = SampleMaker(build.config, shape, folders).make(sample, trace);
+    const std::size_t count = build.config.audio.samples();
+    core::AudioClip clip;
+    clip.sample_rate = static_cast<int>(std::lround(build.config.audio.sample_rate));
+    clip.samples.assign(result.audio.begin(), result.audio.begin() + static_cast<long>(count));
+    core::write_wav(folders.output / "sound.wav", clip, core::SampleFormat::float32);
+    const std::vector<float> mel = synth::MelSpectrogram(*build.config.mel)(clip.samples);
+    core::write_png(folders.output / "spectrogram.png",
+                    spectrogram_picture(mel, build.config.mel->bands,
+                                        synth::mel_frames(count, *build.config.mel)));
+    const nlohmann::json summary = {{"sample", sample.key},
+                                    {"id", sample.id},
+                                    {"modes", result.modes},
+                                    {"peak", result.peak},
+                                    {"unit", result.audio_unit},
+                                    {"folder", options->output}};
+    if (context.json) {
+      fmt::print("{}\n", summary.dump(2));
+    } else {
+      fmt::print("{}: {} modes, peak {:.3g} {}; sound.wav, spectrogram.png and pictures/ in {}\n",
+                 sample.key, result.modes, result.peak, result.audio_unit, options->output);
+    }
+  });
+}
+
+}  // namespace carillon::cli

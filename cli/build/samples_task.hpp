@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/build/modes_task.hpp"
+#include "core/trace.hpp"
+
+namespace carillon::cli {
+
+/// A sound with everything that is needed to make it again.
+struct SampleResult {
+  synth::Strike strike;
+  synth::PointFrame frame;        ///< point and normal, at the sample's size [m]
+  std::vector<float> audio;       ///< listeners x samples, gain applied
+  std::string audio_unit;         ///< m/s or Pa
+  double peak = 0;                ///< largest magnitude in `audio`
+  std::size_t modes = 0;          ///< modes that sound
+  double complete_to_hz = 0;
+};
+
+/// Makes samples of one shape from its modes file; modes of a variant are rescaled once.
+class SampleMaker {
+ public:
+  /// @throws FileError  the modes file is missing or damaged
+  SampleMaker(const BuildConfig& config, const Shape& shape, const BuildFolders& folders);
+  ~SampleMaker();
+  SampleResult make(const Sample& sample, core::Trace& trace);
+  /// Materials of a variant, one per region.
+  const std::vector<synth::Material>& materials(std::size_t variant) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Synthesizes the samples of a task and writes their shard, and WAV files when asked for.
+/// Returns paths of the files written, relative to the output folder.
+std::vector<std::string> run_samples_task(const BuildConfig& config, const BuildPlan& plan,
+                                          const BuildTask& task, const BuildFolders& folders,
+                                          core::Trace& trace);
+
+}  // namespace carillon::cli

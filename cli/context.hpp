@@ -1,0 +1,42 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace carillon::cli {
+
+/// What every command gets: the world's ranks and the options before the command's name.
+struct Context {
+  MPI_Comm world = MPI_COMM_NULL;
+  bool json = false;   ///< one JSON document on standard output instead of text
+  bool quiet = false;  ///< no progress lines
+  std::string cache;   ///< folder of meshes and modes; empty: none is kept
+  int exit_code = 0;   ///< what the command ends with when it throws nothing
+
+  /// Rank 0 speaks for all.
+  bool speaks() const;
+};
+
+/// Exit codes of the program.
+enum ExitCode { exit_done = 0, exit_internal = 1, exit_input = 2, exit_failures = 3,
+                exit_interrupted = 130 };
+
+/// Each adds one command to the program. A new command is one file and one line in commands.cpp.
+using AddCommand = void (*)(CLI::App& program, Context& context);
+void add_build(CLI::App& program, Context& context);
+void add_inspect(CLI::App& program, Context& context);
+void add_list(CLI::App& program, Context& context);
+void add_modes(CLI::App& program, Context& context);
+void add_plan(CLI::App& program, Context& context);
+void add_preview(CLI::App& program, Context& context);
+void add_strike(CLI::App& program, Context& context);
+
+/// Runs the program: parses, calls the command, turns errors into messages and exit codes.
+int run(int argc, char** argv, MPI_Comm world);
+
+}  // namespace carillon::cli

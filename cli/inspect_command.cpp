@@ -1,0 +1,75 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "cli/context.hpp"
+#include "core/units.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/mesh_child.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+void print_diagnosis(const std::string& path, const solvers::Diagnosis& d) {
+  fmt::print("{}\n", path);
+  fmt::print("  {:<26} {} vertices, {} triangles\n", "size", d.vertices, d.triangles);
+  fmt::print("  {:<26} {:.4g} x {:.4g} x {:.4g} m\n", "extent", d.extent[0], d.extent[1],
+             d.extent[2]);
+  fmt::print("  {:<26} {:.4g} m^3, {:.4g} m^2\n", "volume, area", d.volume, d.area);
+  const std::pair<const char*, std::int64_t> findings[] = {
+      {"components", d.components},
+      {"nested components", d.nested_components},
+      {"touching components", d.touching_components},
+      {"boundary edges", d.boundary_edges},
+      {"non-manifold edges", d.nonmanifold_edges},
+      {"non-manifold vertices", d.nonmanifold_vertices},
+      {"misoriented edges", d.misoriented_edges},
+      {"self-intersections", d.self_intersections},
+      {"degenerate triangles", d.degenerate_triangles},
+      {"duplicate triangles", d.duplicate_triangles},
+      {"duplicate vertices", d.duplicate_vertices},
+      {"unreferenced vertices", d.unreferenced_vertices}};
+  for (const auto& [name, count] : findings) {
+    if (count != 0) fmt::print("  {:<26} {}\n", name, count);
+  }
+  fmt::print("  {}\n", d.clean ? "clean: used as it is" : "not clean: would be repaired or wrapped");
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& program, Context& context) {
+  struct Options {
+    std::vector<std::string> meshes;
+    std::string length;
+  };
+  CLI::App* command = program.add_subcommand("inspect", "diagnosis of surface meshes");
+  auto options = std::make_shared<Options>();
+  command->add_option("mesh", options->meshes, "OBJ, OFF, PLY or STL files")->required();
+  command->add_option("--length", options->length, "longest side the body is scaled to, e.g. 12 cm");
+  command->footer("Example:\n  carillon inspect *.obj");
+  command->callback([&context, options] {
+    if (!context.speaks()) return;
+    nlohmann::json all = nlohmann::json::array();
+    for (const std::string& path : options->meshes) {
+      solvers::MeshFile file;
+      file.path = path;
+      file.any_size = true;
+      if (!options->length.empty()) {
+        file.length = core::parse_quantity(options->length, core::Dimension::length);
+      }
+      const solvers::Diagnosis diagnosis = solvers::diagnose_in_child(file, {});
+      if (context.json) {
+        nlohmann::json one = solvers::to_json(diagnosis);
+        one["file"] = path;
+        all.push_back(one);
+      } else {
+        print_diagnosis(path, diagnosis);
+      }
+    }
+    if (context.json) fmt::print("{}\n", all.dump(2));
+  });
+}
+
+}  // namespace carillon::cli

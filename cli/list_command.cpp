@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "cli/build/effects.hpp"
+#include "cli/context.hpp"
+#include "solvers/families.hpp"
+#include "synth/material.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+nlohmann::json list_materials() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const synth::Material& m : synth::preset_materials()) {
+    list.push_back({{"name", m.name},
+                    {"youngs_modulus_pa", m.elastic.youngs_modulus},
+                    {"poisson_ratio", m.elastic.poisson_ratio},
+                    {"density_kg_m3", m.elastic.density},
+                    {"alpha1_per_s", m.damping.alpha1},
+                    {"alpha2_s", m.damping.alpha2},
+                    {"source", m.source}});
+  }
+  return list;
+}
+
+nlohmann::json list_shapes() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const solvers::Family& family : solvers::families()) {
+    nlohmann::json parameters = nlohmann::json::array();
+    for (const solvers::FamilyParameter& p : family.parameters) {
+      parameters.push_back(
+          {{"name", p.name}, {"low_m", p.low}, {"high_m", p.high}, {"meaning", p.meaning}});
+    }
+    list.push_back({{"name", family.name},
+                    {"description", family.description},
+                    {"parameters", parameters}});
+  }
+  return list;
+}
+
+nlohmann::json list_effects() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Effect& effect : effects()) {
+    list.push_back({{"name", effect.name}, {"description", effect.description}});
+  }
+  return list;
+}
+
+nlohmann::json list_models() {
+  return {{{"name", "rayleigh"},
+           {"description", "c = alpha1 + alpha2 lambda [1/s], decay rate d = c / 2"}}};
+}
+
+void print_value(const nlohmann::json& value) {
+  if (value.is_string()) {
+    fmt::print("{}", value.get<std::string>());
+  } else {
+    fmt::print("{}", value.dump());
+  }
+}
+
+void print_list(const nlohmann::json& list) {
+  for (const nlohmann::json& entry : list) {
+    fmt::print("{}\n", entry.at("name").get<std::string>());
+    for (const auto& [key, value] : entry.items()) {
+      if (key == "name") continue;
+      if (key == "parameters") {
+        for (const nlohmann::json& p : value) {
+          fmt::print("    {:<18} {:.4g} to {:.4g} m: {}\n", p.at("name").get<std::string>(),
+                     p.at("low_m").get<double>(), p.at("high_m").get<double>(),
+                     p.at("meaning").get<std::string>());
+        }
+        continue;
+      }
+      fmt::print("    {:<18} ", key);
+      print_value(value);
+      fmt::print("\n");
+    }
+  }
+}
+
+}  // namespace
+
+void add_list(CLI::App& program, Context& context) {
+  static const std::map<std::string, nlohmann::json (*)()> lists = {{"materials", list_materials},
+                                                                    {"shapes", list_shapes},
+                                                                    {"effects", list_effects},
+                                                                    {"models", list_models}};
+  CLI::App* command =
+      program.add_subcommand("list", "materials, shapes, effects or damping models by name");
+  auto what = std::make_shared<std::string>();
+  command->add_option("what", *what, "materials, shapes, effects or models")
+      ->required()
+      ->check(CLI::IsMember({"materials", "shapes", "effects", "models"}));
+  command->callback([&context, what] {
+    if (!context.speaks()) return;
+    const nlohmann::json list = lists.at(*what)();
+    if (context.json) {
+      fmt::print("{}\n", list.dump(2));
+    } else {
+      print_list(list);
+    }
+  });
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,9 @@
+#include "cli/context.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/environment.hpp"
+
+int main(int argc, char** argv) {
+  const carillon::mpi::Environment mpi(argc, argv);
+  const carillon::solvers::SolverEnvironment solvers;
+  return carillon::cli::run(argc, argv, MPI_COMM_WORLD);
+}

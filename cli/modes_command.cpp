@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "cli/body.hpp"
+#include "core/files.hpp"
+#include "solvers/modes_file.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+nlohmann::json to_json(const Body& body) {
+  nlohmann::json modes = nlohmann::json::array();
+  for (std::size_t i = 0; i < body.modes.size(); ++i) {
+    modes.push_back({{"frequency_hz", body.modes.frequency(i)},
+                     {"decay_rate_per_s", body.decay_rates[i]},
+                     {"residual", body.modes.residuals[i]}});
+  }
+  const solvers::Certificate& certificate = body.modes.certificate;
+  nlohmann::json timing = nlohmann::json::object();
+  for (const auto& [stage, entry] : body.trace.stages) timing[stage + "_s"] = entry.seconds;
+  nlohmann::json materials = nlohmann::json::array();
+  for (const synth::Material& material : body.materials) materials.push_back(material.name);
+  return {{"modes", modes},
+          {"certificate",
+           {{"modes_in_band", certificate.modes_in_band},
+            {"modes_found", certificate.modes_found},
+            {"complete", certificate.complete},
+            {"complete_to_hz", certificate.complete_to_hz},
+            {"rigid_modes", certificate.rigid_modes},
+            {"components", certificate.components},
+            {"max_residual", certificate.max_residual},
+            {"orthonormality", certificate.orthonormality},
+            {"unknowns", certificate.unknowns}}},
+          {"mesh", solvers::to_json(body.mesh.quality)},
+          {"repair", solvers::to_json(body.mesh.repair)},
+          {"materials", materials},
+          {"mass_kg", body.modes.mass},
+          {"timing", timing}};
+}
+
+void print_table(const Body& body) {
+  fmt::print("{:>5} {:>14} {:>14} {:>10} {:>10}\n", "mode", "frequency [Hz]", "decay [1/s]",
+             "T60 [s]", "residual");
+  for (std::size_t i = 0; i < body.modes.size(); ++i) {
+    fmt::print("{:>5} {:>14.4f} {:>14.4f} {:>10.3g} {:>10.1e}\n", i + 1, body.modes.frequency(i),
+               body.decay_rates[i], synth::t60(body.decay_rates[i]), body.modes.residuals[i]);
+  }
+  const solvers::Certificate& certificate = body.modes.certificate;
+  fmt::print("\n{} of the {} modes in the band; complete to {:.1f} Hz\n", certificate.modes_found,
+             certificate.modes_in_band, certificate.complete_to_hz);
+  fmt::print("{} rigid modes of {} component{}; worst residual {:.1e}\n", certificate.rigid_modes,
+             certificate.components, certificate.components == 1 ? "" : "s",
+             certificate.max_residual);
+  fmt::print("{} elements, {} unknowns, mass {:.4g} kg\n", body.mesh.quality.elements,
+             certificate.unknowns, body.modes.mass);
+  for (const std::string& action : body.mesh.repair.actions) fmt::print("repair: {}\n", action);
+  for (const auto& [stage, entry] : body.trace.stages) {
+    fmt::print("{:<18} {:8.3f} s\n", stage, entry.seconds);
+  }
+}
+
+}  // namespace
+
+void add_modes(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand("modes", "modes of one shape, with their certificate");
+  auto options = std::make_shared<BodyOptions>();
+  auto output = std::make_shared<std::string>();
+  add_body_options(*command, *options);
+  command->add_option("-o,--output", *output, "HDF5 file for frequencies, shapes and certificate");
+  command->footer(
+      "Examples:\n"
+      "  carillon modes cup.obj --length 0.1 m --material ceramic\n"
+      "  carillon modes block:length=50mm,width=30mm,height=20mm -m steel --max-frequency 150kHz\n"
+      "  mpirun -n 2 carillon modes bowl -m glass --json");
+  command->callback([&context, options, output] {
+    const Body body = solve_body(*options, context);
+    if (!context.speaks()) return;
+    if (!output->empty()) {
+      core::write_durably(*output, [&](const std::filesystem::path& path) {
+        solvers::write_modes(core::Hdf5Group::create_file(path), body.modes);
+      });
+    }
+    if (context.json) {
+      fmt::print("{}\n", to_json(body).dump(2));
+    } else {
+      print_table(body);
+    }
+  });
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,65 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "cli/context.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+bool Context::speaks() const { return mpi::rank(world) == 0; }
+
+namespace {
+
+constexpr AddCommand commands[] = {add_build,   add_plan,   add_preview, add_modes,
+                                   add_inspect, add_strike, add_list};
+
+int fail(const Context& context, ExitCode code, const char* message) {
+  if (context.speaks()) std::fprintf(stderr, "carillon: %s\n", message);
+  return code;
+}
+
+}  // namespace
+
+int run(int argc, char** argv, MPI_Comm world) {
+  Context context;
+  context.world = world;
+
+  CLI::App program{
+      "Carillon: datasets of struck objects, from shapes and materials to modes, sounds, voxels and "
+      "pictures.\nRuns with or without mpirun."};
+  program.name("carillon");
+  program.set_version_flag("--version", "carillon " CARILLON_VERSION);
+  program.require_subcommand(1);
+  program.fallthrough();
+  program.add_flag("--json", context.json, "print one JSON document on standard output");
+  program.add_flag("--quiet", context.quiet, "no progress lines");
+  context.cache = core::default_cache_folder();
+  program.add_option("--cache", context.cache, "folder for meshes and modes that can be used again; \"\" for none")
+      ->capture_default_str();
+  for (const AddCommand add : commands) add(program, context);
+  program.footer(
+      "Exit codes: 0 done, 1 internal error, 2 wrong usage, configuration or input,\n"
+      "3 finished but some tasks failed (failures.json), 130 interrupted (run again to go on).\n"
+      "Guide: docs/guide.md");
+
+  try {
+    program.parse(argc, argv);
+    return context.exit_code;
+  } catch (const CLI::ParseError& error) {
+    const bool wanted = error.get_exit_code() == 0;  // --help and --version
+    if (context.speaks()) program.exit(error);
+    return wanted ? exit_done : exit_input;
+  } catch (const core::ConfigError& error) {
+    return fail(context, exit_input, error.what());
+  } catch (const core::InputError& error) {
+    return fail(context, exit_input, error.what());
+  } catch (const core::FileError& error) {
+    return fail(context, exit_input, error.what());
+  } catch (const std::exception& error) {
+    return fail(context, exit_internal, error.what());
+  }
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,59 @@
+#include "cli/text.hpp"
+
+#include <fmt/format.h>
+
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace carillon::cli {
+
+using core::InputError;
+
+std::vector<std::pair<std::string, std::string>> parse_assignments(const std::string& text) {
+  std::vector<std::pair<std::string, std::string>> pairs;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const auto equals = part.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError(fmt::format("\"{}\" is not of the form name=value", part));
+    }
+    pairs.emplace_back(part.substr(0, equals), part.substr(equals + 1));
+  }
+  return pairs;
+}
+
+solvers::Vec3 parse_position(const std::string& text) {
+  solvers::Vec3 position;
+  std::istringstream parts(text);
+  int i = 0;
+  for (std::string part; std::getline(parts, part, ','); ++i) {
+    if (i < 3) position[i] = core::parse_quantity(part, core::Dimension::length);
+  }
+  if (i != 3) throw InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
+  return position;
+}
+
+std::vector<synth::Material> assign_materials(const std::map<std::string, std::string>& groups,
+                                              const std::vector<std::string>& regions,
+                                              const std::vector<synth::Material>& own) {
+  for (const auto& [group, name] : groups) {
+    if (std::find(regions.begin(), regions.end(), group) == regions.end()) {
+      throw InputError(fmt::format("the mesh has no physical group \"{}\"", group),
+                       fmt::format("it has {}", fmt::join(regions, ", ")));
+    }
+  }
+  std::vector<synth::Material> materials;
+  for (const std::string& region : regions) {
+    const auto found = groups.find(region);
+    if (found == groups.end()) {
+      throw InputError(fmt::format("physical group \"{}\" has no material", region),
+                       fmt::format("add {}: NAME", region));
+    }
+    materials.push_back(synth::parse_material(found->second, own));
+  }
+  return materials;
+}
+
+}  // namespace carillon::cli

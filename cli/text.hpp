@@ -1,0 +1,27 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "synth/material.hpp"
+
+namespace carillon::cli {
+
+/// `a=1,b=2` as pairs in order.
+/// @throws InputError  a part without '='
+std::vector<std::pair<std::string, std::string>> parse_assignments(const std::string& text);
+
+/// Three numbers with units, "0.1,0,2 cm".
+/// @throws InputError
+solvers::Vec3 parse_position(const std::string& text);
+
+/// One material for each region, from the names given to groups.
+/// @param own  materials that come before the presets
+/// @throws InputError  a region without material, or a group that the mesh does not have
+std::vector<synth::Material> assign_materials(const std::map<std::string, std::string>& groups,
+                                              const std::vector<std::string>& regions,
+                                              const std::vector<synth::Material>& own);
+
+}  // namespace carillon::cli

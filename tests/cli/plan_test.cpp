@@ -1,0 +1,123 @@
+#include "cli/build/plan.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "cli/build/effects.hpp"
+#include "core/error.hpp"
+
+namespace carillon::cli {
+namespace {
+
+BuildConfig config_of(const std::string& text) { return read_build_config(text, "test.yaml", {}); }
+
+BuildConfig bars(int count, int strikes, const std::string& more = "") {
+  return config_of("objects:\n  - shape: bar\n    materials: [steel, glass]\n    sizes: [1, 2]\n"
+                   "    count: " + std::to_string(count) + "\nstrikes: {per_object: " +
+                   std::to_string(strikes) + "}\n" + more);
+}
+
+TEST(Plan, CountsShapesVariantsAndStrikes) {
+  const BuildPlan plan = make_plan(bars(3, 5));
+  EXPECT_EQ(plan.shapes.size(), 3u);
+  EXPECT_EQ(plan.samples.size(), 3u * 2 * 2 * 5);
+  EXPECT_EQ(plan.tasks.size(), 6u);
+  std::set<std::string> keys;
+  for (const Sample& sample : plan.samples) keys.insert(sample.key);
+  EXPECT_EQ(keys.size(), plan.samples.size());
+}
+
+TEST(Plan, TasksHoldAtMost256SamplesOfOneShape) {
+  const BuildPlan plan = make_plan(bars(2, 150));
+  std::size_t samples = 0;
+  for (const BuildTask& task : plan.tasks) {
+    if (task.kind != TaskKind::samples) continue;
+    EXPECT_LE(task.count, 256u);
+    for (std::size_t i = task.first; i < task.first + task.count; ++i) {
+      EXPECT_EQ(plan.samples[i].shape, task.shape);
+    }
+    samples += task.count;
+  }
+  EXPECT_EQ(samples, plan.samples.size());
+  const auto board = board_tasks(plan, bars(2, 150));
+  for (std::size_t t = 0; t < board.size(); ++t) {
+    EXPECT_EQ(board[t].after.size(), plan.tasks[t].kind == TaskKind::samples ? 1u : 0u);
+  }
+}
+
+TEST(Plan, GrowingChangesNothingThatExists) {
+  const BuildPlan small = make_plan(bars(2, 3));
+  const BuildPlan large = make_plan(bars(5, 9));
+  std::map<std::string, std::uint64_t> ids;
+  for (const Sample& sample : large.samples) ids[sample.key] = sample.id;
+  for (const Sample& sample : small.samples) EXPECT_EQ(ids.at(sample.key), sample.id);
+  for (std::size_t i = 0; i < small.shapes.size(); ++i) {
+    EXPECT_EQ(small.shapes[i].id, large.shapes[i].id);
+    EXPECT_EQ(small.shapes[i].split_shape, large.shapes[i].split_shape);
+    EXPECT_EQ(small.shapes[i].request.shape.parameters, large.shapes[i].request.shape.parameters);
+  }
+}
+
+TEST(Plan, SeedsDrawOtherShapesAndZeroIsASeed) {
+  const auto parameters = [](const std::string& seed) {
+    return make_plan(bars(1, 1, "seed: " + seed + "\n")).shapes[0].request.shape.parameters;
+  };
+  EXPECT_EQ(parameters("0"), parameters("0"));
+  EXPECT_NE(parameters("0"), parameters("1"));
+}
+
+TEST(Plan, SplitsHaveTheirShares) {
+  const BuildConfig config = bars(2000, 1, "split: {validation: 0.2, test: 0.3}\n");
+  std::map<std::string, int> shares;
+  for (const Shape& shape : make_plan(config).shapes) ++shares[shape.split_shape];
+  EXPECT_NEAR(shares["test"] / 2000.0, 0.3, 0.04);
+  EXPECT_NEAR(shares["validation"] / 2000.0, 0.2, 0.04);
+  EXPECT_NEAR(shares["train"] / 2000.0, 0.5, 0.04);
+}
+
+TEST(Plan, EqualFilesFallIntoOnePart) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "plan-meshes";
+  std::filesystem::create_directories(folder);
+  for (int i = 0; i < 20; ++i) {
+    std::ofstream(folder / ("copy" + std::to_string(i) + ".off")) << "OFF\n0 0 0\n";
+  }
+  const BuildConfig config = config_of("objects:\n  - mesh: " + (folder / "*.off").string() +
+                                       "\n    materials: [steel]\nsplit: {test: 0.5}\n");
+  std::set<std::string> parts;
+  for (const Shape& shape : make_plan(config).shapes) parts.insert(shape.split_shape);
+  EXPECT_EQ(parts.size(), 1u);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Plan, NothingMatchedAndDoubleNamesAreErrors) {
+  EXPECT_THROW(make_plan(config_of("objects:\n  - mesh: none-*.off\n    materials: [steel]\n")),
+               core::InputError);
+  EXPECT_THROW(make_plan(config_of("objects:\n  - shape: bar\n    materials: [steel]\n"
+                                   "  - shape: bar\n    materials: [glass]\n")),
+               core::InputError);
+}
+
+TEST(Plan, FingerprintsTellPlansApart) {
+  EXPECT_EQ(fingerprint(make_plan(bars(2, 2))), fingerprint(make_plan(bars(2, 2))));
+  EXPECT_NE(fingerprint(make_plan(bars(2, 2))), fingerprint(make_plan(bars(2, 3))));
+}
+
+TEST(Plan, EffectsAreOffUnlessAskedFor) {
+  const nlohmann::json off = plan_effects(bars(1, 1));
+  const nlohmann::json on = plan_effects(
+      bars(1, 1, "mel: {}\nvoxels: {}\ncamera: {}\nlisteners:\n  - position: [0, 0, 1]\n"));
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    const std::string name = off[i].at("name");
+    const bool always = name == "damping" || name == "contact";
+    EXPECT_EQ(off[i].at("enabled").get<bool>(), always) << name;
+    EXPECT_TRUE(on[i].at("enabled").get<bool>()) << name;
+    EXPECT_FALSE(on[i].at("reason").get<std::string>().empty());
+  }
+}
+
+}  // namespace
+}  // namespace carillon::cli

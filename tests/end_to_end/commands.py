@@ -1,0 +1,178 @@
+"""modes, strike, inspect, list, plan and preview, and what they say when something is wrong."""
+import math
+import unittest
+
+import numpy
+
+from program import CONFIGS, FolderTest, run, run_json
+
+CUBE = """OFF
+8 6 0
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+4 3 2 1 0
+4 4 5 6 7
+4 0 1 5 4
+4 1 2 6 5
+4 2 3 7 6
+4 3 0 4 7
+"""
+
+
+def cents(a, b):
+    return 1200 * math.log2(a / b)
+
+
+def read_float_wav(path):
+    """Samples of a 32-bit float WAV with one channel."""
+    data = path.read_bytes()
+    at = 12
+    while data[at:at + 4] != b"data":
+        at += 8 + int.from_bytes(data[at + 4:at + 8], "little")
+    return numpy.frombuffer(data[at + 8:], dtype="<f4")
+
+
+class Modes(FolderTest):
+    def test_steel_bar_has_the_pitch_of_beam_theory(self):
+        # Slender free bar: f1 = 22.3733 / (2 pi L^2) sqrt(E I / (rho A)); Timoshenko's shear and
+        # rotary inertia lower it by well under 1 % at L / h = 50.
+        result = run_json("modes", "bar:length=500mm,width=20mm,height=10mm", "-m", "steel",
+                          "--max-frequency", "1kHz")
+        f1 = 22.3733 / (2 * math.pi * 0.5**2) * math.sqrt(2e11 / 7850) * 0.01 / math.sqrt(12)
+        self.assertLess(abs(cents(result["modes"][0]["frequency_hz"], f1)), 10)
+        self.assertTrue(result["certificate"]["complete"])
+        self.assertEqual(result["certificate"]["rigid_modes"], 6)
+
+    def test_decay_follows_rayleigh(self):
+        result = run_json("modes", "tile", "-m", "steel", "--max-modes", "5")
+        for mode in result["modes"]:
+            omega = 2 * math.pi * mode["frequency_hz"]
+            self.assertAlmostEqual(mode["decay_rate_per_s"] / (0.5 * (5 + 3e-8 * omega**2)), 1, 9)
+
+    def test_length_scales_a_mesh(self):
+        mesh = self.write("cube.off", CUBE)
+        small = run_json("modes", mesh, "-m", "steel", "--length", "50 mm", "--max-frequency",
+                         "60 kHz")
+        large = run_json("modes", mesh, "-m", "steel", "--length", "100 mm", "--max-frequency",
+                         "30 kHz")
+        for a, b in zip(small["modes"], large["modes"]):
+            self.assertAlmostEqual(a["frequency_hz"] / b["frequency_hz"], 2, 6)
+
+    def test_ranks_agree(self):
+        one = run_json("--cache", "", "modes", "ring", "-m", "steel", ranks=1)
+        two = run_json("--cache", "", "modes", "ring", "-m", "steel", ranks=2)
+        for a, b in zip(one["modes"], two["modes"], strict=True):
+            self.assertLess(abs(a["frequency_hz"] / b["frequency_hz"] - 1), 1e-8)
+
+    def test_second_run_comes_from_the_cache(self):
+        arguments = ("modes", "disc", "-m", "glass", "--max-modes", "10")
+        first = run_json(*arguments)
+        second = run_json(*arguments)
+        self.assertIn("modes from cache_s", second["timing"])
+        self.assertNotIn("solve_s", second["timing"])
+        self.assertEqual(first["modes"], second["modes"])
+
+
+class Strike(FolderTest):
+    def test_peaks_lie_at_the_modes(self):
+        # Listening by measuring: the strongest partials of the sound are modes of the body.
+        body = ("disc:radius=80mm,thickness=4mm", "-m", "steel")
+        wav = self.folder / "disc.wav"
+        run_json("strike", *body, "-o", wav, "--seconds", "2", "--at", "0.07,0.01,0.002")
+        modes = [m["frequency_hz"] for m in run_json("modes", *body)["modes"]]
+        sound = read_float_wav(wav)
+        self.assertEqual(len(sound), 88200)
+        spectrum = numpy.abs(numpy.fft.rfft(sound * numpy.hanning(len(sound))))
+        frequency = numpy.fft.rfftfreq(len(sound), 1 / 44100)
+        strongest = [i for i in range(1, len(spectrum) - 1)
+                     if spectrum[i] > 0.05 * spectrum.max() and spectrum[i] > spectrum[i - 1]
+                     and spectrum[i] > spectrum[i + 1]]
+        self.assertGreater(len(strongest), 2)
+        for peak in strongest:
+            self.assertLess(min(abs(frequency[peak] - f) for f in modes), 1.0)
+
+    def test_listener_gives_pressure(self):
+        wav = self.folder / "bowl.wav"
+        result = run_json("strike", "sphere", "-m", "glass", "-o", wav, "--listener", "0,0,1",
+                          "--max-frequency", "40kHz", "--sample-rate", "96000")
+        self.assertEqual(result["unit"], "Pa")
+        sound = read_float_wav(wav)
+        flight = int(1 / 343 * 96000)
+        self.assertEqual(numpy.abs(sound[:flight - 1]).max(), 0)
+        self.assertGreater(numpy.abs(sound).max(), 0)
+
+
+class Errors(FolderTest):
+    def expect(self, code, text, *arguments):
+        result = run(*arguments)
+        self.assertEqual(result.returncode, code, result.stderr)
+        self.assertIn(text, result.stderr + result.stdout)
+        self.assertNotIn("terminate", result.stderr)
+
+    def test_units_are_suggested(self):
+        mesh = self.write("mm.off", CUBE.replace("1 ", "120 ").replace(" 1", " 120"))
+        self.expect(2, "length", "modes", mesh, "-m", "steel")
+
+    def test_names_are_suggested(self):
+        self.expect(2, "steel", "modes", "tile", "-m", "stel")
+        self.expect(2, "bowl", "modes", "bowel", "-m", "steel")
+        self.expect(2, "width", "modes", "bar:widht=2cm", "-m", "steel")
+
+    def test_configuration_errors_name_the_place(self):
+        path = self.write("wrong.yaml", "objects:\n  - shape: bar\n    materials: [steel]\n"
+                                        "    cuont: 3\n")
+        self.expect(2, "wrong.yaml:4:5: objects[0].cuont", "build", path)
+        self.expect(2, 'did you mean "count"', "plan", path)
+
+    def test_missing_files_and_usage(self):
+        self.expect(2, "no such file", "modes", "not/there.obj", "-m", "steel")
+        self.expect(2, "", "modes")
+        self.expect(2, "", "no-such-command")
+
+    def test_bodies_that_are_none(self):
+        self.expect(2, "", "modes", self.write("empty.stl", ""), "-m", "steel")
+
+
+class Others(FolderTest):
+    def test_inspect_tells_what_is_wrong(self):
+        mesh = self.write("open.off", CUBE.replace("8 6 0", "8 5 0").rsplit("4 3 0", 1)[0])
+        diagnosis = run_json("inspect", mesh)[0]
+        self.assertFalse(diagnosis["closed"])
+        self.assertEqual(diagnosis["boundary_edges"], 4)
+        self.assertTrue(run_json("inspect", self.write("cube.off", CUBE))[0]["clean"])
+
+    def test_lists(self):
+        for what in ("materials", "shapes", "effects", "models"):
+            self.assertGreater(len(run_json("list", what)), 0)
+            self.assertEqual(run("list", what).returncode, 0)
+        steel = {m["name"]: m for m in run_json("list", "materials")}["steel"]
+        self.assertEqual(steel["youngs_modulus_pa"], 2e11)
+
+    def test_plan_says_what_runs_and_why(self):
+        plan = run_json("plan", CONFIGS / "smoke.yaml")
+        effects = {e["name"]: e for e in plan["effects"]}
+        self.assertFalse(effects["radiation"]["enabled"])
+        self.assertIn("listener", effects["radiation"]["reason"])
+        self.assertTrue(effects["mel"]["enabled"])
+
+    def test_preview_makes_its_three_files(self):
+        out = self.folder / "preview"
+        run_json("preview", CONFIGS / "smoke.yaml", "--sample", "0", "-o", out)
+        self.assertGreater(len(read_float_wav(out / "sound.wav")), 1000)
+        self.assertTrue((out / "spectrogram.png").exists())
+        self.assertEqual(len(list((out / "pictures").glob("*.png"))), 1)
+
+    def test_help_and_version(self):
+        self.assertEqual(run("--help").returncode, 0)
+        self.assertIn("carillon", run("--version").stdout)
+        self.assertEqual(run("build", "--help").returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,44 @@
+"""Runs the program as a user does."""
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+CARILLON = os.environ["CARILLON"]
+CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs"
+
+
+def run(*arguments, ranks=None, cwd=None):
+    """The finished process of `carillon arguments`, under mpirun when ranks are given."""
+    command = [CARILLON, *map(str, arguments)]
+    if ranks:
+        command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=400)
+
+
+def run_json(*arguments, **options):
+    result = run(*arguments, "--json", **options)
+    if result.returncode != 0:
+        raise AssertionError(f"exit {result.returncode}: {result.stderr}")
+    return json.loads(result.stdout)
+
+
+class FolderTest(unittest.TestCase):
+    """A test with a folder of its own and a cache in it."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls._folder = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls._folder.name)
+        os.environ["CARILLON_CACHE"] = str(cls.folder / "cache")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls._folder.cleanup()
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
