@@ -10,10 +10,10 @@ namespace carillon::synth {
 struct MelOptions {
   double sample_rate = 44100;  ///< [Hz]
   int fft_size = 2048;
-  int hop = 1837;              ///< 25 frames of 1 s at 44.1 kHz
+  int hop = 1837;  ///< 25 frames of 1 s at 44.1 kHz
   int bands = 64;
-  double min_frequency = 0;    ///< [Hz]
-  double max_frequency = 0;    ///< [Hz]; 0: half the sample rate
+  double min_frequency = 0;  ///< [Hz]
+  double max_frequency = 0;  ///< [Hz]; 0: half the sample rate
 };
 
 /// Frames of a clip: 1 + count / hop.

@@ -1,7 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -24,11 +25,14 @@ struct PointFrame {
   Vec3 position;
   Vec3 normal;
 };
+/// @throws InputError  no such face, or not a point of a face
 PointFrame frame_at(const solvers::ModeSurface& surface, const SurfacePoint& point);
 
-/// Points uniform by area on the outer surface (faces of inner cavities left out).
+/// Points uniform by area on the outer surface (faces of inner cavities left out). Each curved face
+/// is cut into order^2 straight pieces; area and nearness are those of the pieces.
 class SurfaceSampler {
  public:
+  /// @throws InputError  no outer surface: no faces, or all look inward
   explicit SurfaceSampler(const solvers::ModeSurface& surface);
   SurfacePoint sample(core::RandomStream& random) const;
   /// Nearest point of the outer surface to a position [m].
@@ -36,22 +40,26 @@ class SurfaceSampler {
   double area() const;  ///< [m^2], outer surface
 
  private:
-  solvers::ModeSurface surface_;
-  std::vector<double> cumulative_;       ///< area up to each straight piece
-  std::vector<std::int32_t> faces_;      ///< face of each piece
-  std::vector<std::array<Eigen::Vector3d, 3>> corners_;  ///< barycentric corners of each piece
+  struct Piece {
+    std::int32_t face;
+    std::array<Eigen::Vector3d, 3> corners;  ///< barycentric on the face
+    std::array<Vec3, 3> positions;           ///< [m]
+  };
+  std::vector<Piece> pieces_;
+  std::vector<double> cumulative_;  ///< area up to and with each piece [m^2]
 };
 
 /// Mode shapes interpolated at a surface point: n modes x 3 [kg^-1/2].
+/// @throws InputError  no such face, or not a point of a face
 Eigen::MatrixX3d shapes_at(const solvers::Modes& modes, const SurfacePoint& point);
 
 /// One blow: where, which way, how hard, how long. The contact force is a raised cosine of
 /// duration `contact_time` whose integral is `impulse`.
 struct Strike {
   SurfacePoint point;
-  Vec3 direction;             ///< unit vector the force points along (usually inward)
-  double impulse = 0;         ///< [N s]
-  double contact_time = 0;    ///< [s]; 0: an ideal impulse
+  Vec3 direction;           ///< unit vector the force points along (usually inward)
+  double impulse = 0;       ///< [N s]
+  double contact_time = 0;  ///< [s]; 0: an ideal impulse
 };
 
 /// Where the sound is taken: nothing (the velocity of the struck point along its outward normal
@@ -67,7 +75,7 @@ struct RingDown {
   /// What a unit modal impulse response contributes to the output, one row per listener (a single
   /// row when there is none): (phi . F)(phi . n) for the dry signal, impulse included.
   Eigen::MatrixXd gains;
-  std::vector<double> delays;  ///< time of flight of each row [s]
+  std::vector<double> delays;  ///< time of flight of each row [s]; 0 without listeners
   bool pressure = false;       ///< rows are pressure [Pa] (modal acceleration drives them),
                                ///< otherwise velocity [m/s]
 };
@@ -75,19 +83,35 @@ struct RingDown {
 /// Decay rates d [1/s] of every mode: c_i = sum over regions of alpha1 kinetic_share +
 /// alpha2 lambda strain_share, d = c / 2 (Sterling 2019, eq. 2.11; exact for Rayleigh damping that
 /// differs between regions as far as the damping stays diagonal).
+/// @param regions  one for each region of the modes
+/// @throws InputError  number of regions, or damping that is negative or not finite
 std::vector<double> decay_rates(const solvers::Modes& modes,
                                 std::span<const RayleighDamping> regions);
 
+/// Air at 20 degrees C and 1013.25 hPa, dry (CRC Handbook of Chemistry and Physics).
+inline constexpr double kAirDensity = 1.204;  ///< [kg/m^3]
+inline constexpr double kSoundSpeed = 343.0;  ///< [m/s]
+
 /// The dry signal of a strike, or the pressure at listeners from the body's volume velocity
-/// (monopole): p = rho_air dQ/dt / (4 pi r) after r / c. Exact for bodies small against the
-/// wavelength; bending modes have no volume velocity and are silent in it.
+/// (monopole): p = rho_air dQ/dt / (4 pi r) after r / c, with Q = sum over modes of q'_i times the
+/// integral of phi_i . n over the outer surface and r measured from the centroid of the enclosed
+/// volume. Exact for bodies small against the wavelength; bending modes have almost no volume
+/// velocity and are all but silent in it. A strike that pushes inward starts with negative
+/// velocity.
+/// @throws InputError  the direction is no unit vector, a value is not finite, or a listener is
+///                     nearer than the body's farthest point
 RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_rates,
                    const Strike& strike, std::span<const Listener> listeners);
 
 /// Samples of each row from t = 0 on, `count` per row, rows one after the other. Exact at the
 /// sampling instants: during contact the forced response, then free decay, both in closed form;
-/// over-critical modes as two real exponentials. Modes at or above Nyquist are left out.
+/// over-critical modes as two real exponentials. Modes whose damped frequency is at or above
+/// Nyquist are left out. With a contact time of 0 the first sample is taken just after the impulse,
+/// and the pressure's own impulse (Dirac) is left out: it has no samples. Delays are exact
+/// fractions of a sample. What ends early (parts of the sum that can no longer be heard) changes
+/// the result by less than -160 dB of the row's peak.
 /// @param dropped  number of modes left out, when not null
+/// @throws InputError  sizes that do not match, values that are negative or not finite
 std::vector<float> synthesize(const RingDown& rings, double contact_time, double sample_rate,
                               std::size_t count, int* dropped = nullptr);
 

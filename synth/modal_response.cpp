@@ -1,0 +1,183 @@
+#include "synth/modal_response.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace carillon::synth {
+
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kPi = std::numbers::pi;
+
+/// Poles nearer than this share of d are treated as one pair: a sum of two exponentials would lose
+/// more than a digit.
+constexpr double kNearCritical = 0.1;
+
+/// exp(z) - 1 without cancellation for small z.
+Complex expm1(const Complex& z) {
+  const double half_sine = std::sin(z.imag() / 2);
+  return {std::expm1(z.real()) * std::cos(z.imag()) - 2 * half_sine * half_sine,
+          std::exp(z.real()) * std::sin(z.imag())};
+}
+
+/// (exp(z) - 1) / z.
+Complex phi1(const Complex& z) {
+  return z == 0.0 ? Complex(1) : expm1(z) / z;
+}
+
+/// (exp(x) - exp(c)) / (x - c), given both exponentials.
+Complex exponential_difference(const Complex& x, const Complex& exp_x, const Complex& c,
+                               const Complex& exp_c) {
+  const Complex distance = x - c;
+  return std::norm(distance) < 1 ? exp_c * phi1(distance) : (exp_x - exp_c) / distance;
+}
+
+/// I(s, t): convolution of the unit raised cosine with exp(s t), 0 <= t <= T.
+Complex convolution(const Complex& s, double contact_time, double t) {
+  const double turn = 2 * kPi * (t / contact_time);
+  const Complex x = s * t;
+  const Complex exp_x = std::exp(x);
+  const Complex up(std::cos(turn), std::sin(turn));
+  const Complex constant = exponential_difference(x, exp_x, 0, 1);
+  const Complex cosine = exponential_difference(x, exp_x, {0, turn}, up) +
+                         exponential_difference(x, exp_x, {0, -turn}, std::conj(up));
+  return (t / contact_time) * (constant - 0.5 * cosine);
+}
+
+/// I(s, T) = phi1(sT) / (1 + (sT / 2 pi)^2), whose two poles are zeros of phi1: near one of them
+/// both are taken relative to it.
+Complex pulse_transform(const Complex& s, double contact_time) {
+  const Complex x = s * contact_time;
+  if (std::abs(x.imag()) < kPi) {
+    return phi1(x) * (2 * kPi / (x - Complex(0, 2 * kPi))) * (2 * kPi / (x + Complex(0, 2 * kPi)));
+  }
+  const Complex zero(0, std::copysign(2 * kPi, x.imag()));
+  const Complex offset = x - zero;
+  // exp(x) = exp(offset), so that phi1(x) = offset phi1(offset) / x.
+  return phi1(offset) * (2 * kPi / x) * (2 * kPi / (offset + 2.0 * zero));
+}
+
+}  // namespace
+
+double contact_force(double contact_time, double t) {
+  if (!(contact_time > 0) || t < 0 || t > contact_time) return 0;
+  const double sine = std::sin(kPi * (t / contact_time));
+  return 2 * sine * sine / contact_time;
+}
+
+ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contact_time)
+    : eigenvalue_(eigenvalue), decay_rate_(decay_rate), contact_time_(contact_time) {
+  const double omega = std::sqrt(eigenvalue);
+  oscillates_ = decay_rate < omega;
+  // The product of roots neither overflows nor cancels.
+  split_ = std::sqrt(std::abs(decay_rate - omega)) * std::sqrt(decay_rate + omega);
+  near_critical_ = split_ <= kNearCritical * decay_rate;
+  at_end_ = contact_time > 0 ? during_contact(contact_time) : Motion{0, 1, -2 * decay_rate};
+}
+
+Complex ModalResponse::first_pole() const {
+  // -d + split cancels when the damping is strong; the product of the poles is lambda.
+  if (oscillates_) return {-decay_rate_, split_};
+  const double sum = decay_rate_ + split_;
+  return sum > 0 ? -eigenvalue_ / sum : 0.0;
+}
+
+Complex ModalResponse::second_pole() const {
+  return oscillates_ ? Complex(-decay_rate_, -split_) : Complex(-(decay_rate_ + split_), 0);
+}
+
+double ModalResponse::damped_frequency() const {
+  return oscillates_ ? split_ : 0;
+}
+
+Motion ModalResponse::during_contact(double t) const {
+  if (!(contact_time_ > 0)) return at_end_;
+  if (!(t > 0)) return {};
+  double q = 0;
+  double v = 0;
+  if (near_critical_ && split_ * t < 0.5) {
+    // Divided difference by Cauchy's integral on a circle around both poles: I is entire, so the
+    // trapezoidal rule converges geometrically (the poles lie within a quarter of the radius), and
+    // nothing cancels however close they are. The lower half of the circle is the conjugate.
+    constexpr int kPoints = 16;
+    const double radius = 2 / t;
+    const double split_squared = oscillates_ ? -split_ * split_ : split_ * split_;
+    for (int k = 0; k < kPoints; ++k) {
+      const Complex offset = std::polar(radius, kPi * (k + 0.5) / kPoints);
+      const Complex s = -decay_rate_ + offset;
+      const Complex term =
+          convolution(s, contact_time_, t) * offset / (offset * offset - split_squared);
+      q += term.real() / kPoints;
+      v += (s * term).real() / kPoints;
+    }
+  } else if (oscillates_) {
+    const Complex integral = convolution(first_pole(), contact_time_, t);
+    q = integral.imag() / split_;
+    v = (first_pole() * integral).imag() / split_;
+  } else {
+    const double first = convolution(first_pole(), contact_time_, t).real();
+    const double second = convolution(second_pole(), contact_time_, t).real();
+    q = (first - second) / (2 * split_);
+    v = (first_pole().real() * first - second_pole().real() * second) / (2 * split_);
+  }
+  return {q, v, contact_force(contact_time_, t) - 2 * decay_rate_ * v - eigenvalue_ * q};
+}
+
+Motion ModalResponse::after_contact(double tau) const {
+  // Fundamental solutions: `slope` starts with q = 0, q' = 1; `start` with q = 1, q' = 0.
+  double slope = 0;
+  double slope_rate = 0;
+  double start = 0;
+  if (oscillates_) {
+    const double decay = std::exp(-decay_rate_ * tau);
+    const double angle = split_ * tau;
+    slope =
+        decay * (std::abs(angle) < 1e-4 ? tau * (1 - angle * angle / 6) : std::sin(angle) / split_);
+    slope_rate = decay * std::cos(angle) - decay_rate_ * slope;
+    start = decay * std::cos(angle) + decay_rate_ * slope;
+  } else {
+    const double slow = std::exp(first_pole().real() * tau);
+    slope = slow * tau * phi1(Complex(-2 * split_ * tau)).real();
+    slope_rate = slow + second_pole().real() * slope;
+    start = slow - first_pole().real() * slope;
+  }
+  const double q = at_end_.displacement * start + at_end_.velocity * slope;
+  const double v = -eigenvalue_ * at_end_.displacement * slope + at_end_.velocity * slope_rate;
+  return {q, v, -2 * decay_rate_ * v - eigenvalue_ * q};
+}
+
+std::array<Partial, 2> ModalResponse::partials(Quantity quantity) const {
+  const auto power = [&](const Complex& s) { return quantity == Quantity::velocity ? s : s * s; };
+  const Complex first = first_pole();
+  if (oscillates_) {
+    const auto omega = std::sqrt(static_cast<long double>(eigenvalue_));
+    const long double damped = std::sqrt((omega - decay_rate_) * (omega + decay_rate_));
+    // Im z = Re(-i z).
+    const Complex amplitude =
+        Complex(0, -1 / split_) * power(first) * pulse_transform(first, contact_time_);
+    return {Partial{amplitude, decay_rate_, damped}, Partial{}};
+  }
+  const Complex second = second_pole();
+  const double width = 2 * split_;
+  return {
+      Partial{power(first) * pulse_transform(first, contact_time_) / width, -first.real(), 0},
+      Partial{-power(second) * pulse_transform(second, contact_time_) / width, -second.real(), 0}};
+}
+
+double ModalResponse::bound_after_contact(double tau, Quantity quantity) const {
+  // With e the slower decay, |slope| <= tau e, and |slope_rate| and |start| <= e + fast |slope|.
+  // tau e rises until 1 / rate: before that its maximum is what counts.
+  const double rate = oscillates_ ? decay_rate_ : -first_pole().real();
+  const double reach = rate > 0 ? std::max(tau, 1 / rate) : tau;
+  const double fast = oscillates_ ? decay_rate_ : decay_rate_ + split_;
+  const double slope = reach * std::exp(-rate * reach);
+  const double start = std::exp(-rate * tau) + fast * slope;
+  const double q = std::abs(at_end_.displacement) * start + std::abs(at_end_.velocity) * slope;
+  const double v =
+      eigenvalue_ * std::abs(at_end_.displacement) * slope + std::abs(at_end_.velocity) * start;
+  return quantity == Quantity::velocity ? v : 2 * decay_rate_ * v + eigenvalue_ * q;
+}
+
+}  // namespace carillon::synth

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <complex>
+
+namespace carillon::synth {
+
+/// Displacement, velocity and acceleration of a modal coordinate.
+struct Motion {
+  double displacement = 0;
+  double velocity = 0;
+  double acceleration = 0;
+};
+
+enum class Quantity { velocity, acceleration };
+
+/// One exponential of a free decay: Re(amplitude exp((-decay_rate + i angular_frequency) tau)).
+struct Partial {
+  std::complex<double> amplitude;
+  double decay_rate = 0;              ///< [1/s]
+  long double angular_frequency = 0;  ///< [rad/s]; extended, for minutes of phase
+};
+
+/// Force of a blow of unit impulse: the raised cosine (1 - cos(2 pi t / T)) / T on 0 <= t <= T [N].
+double contact_force(double contact_time, double t);
+
+/// A mode at rest, q'' + 2 d q' + lambda q = F(t), struck by contact_force() of duration T, in
+/// closed form. With the poles s of s^2 + 2 d s + lambda = 0 and I(s, t) the convolution of F with
+/// exp(s t), q is the divided difference (I(s1, t) - I(s2, t)) / (s1 - s2). For T = 0 the force is
+/// an ideal impulse and t = 0 means just after it.
+class ModalResponse {
+ public:
+  /// @param eigenvalue    lambda = omega_n^2 >= 0 [rad^2/s^2]
+  /// @param decay_rate    d >= 0 [1/s], below, at or above omega_n
+  /// @param contact_time  T >= 0 [s]
+  ModalResponse(double eigenvalue, double decay_rate, double contact_time);
+
+  /// Motion while the force acts, 0 <= t <= T.
+  Motion during_contact(double t) const;
+  /// Motion at tau >= 0 after the contact's end.
+  Motion after_contact(double tau) const;
+
+  /// Damped angular frequency sqrt(lambda - d^2) [rad/s]; 0 for a mode that does not oscillate.
+  double damped_frequency() const;
+  /// The two poles are too close for a sum of two exponentials: only after_contact() is accurate.
+  bool near_critical() const { return near_critical_; }
+  /// The free decay as exponentials of time after the contact's end; unused ones are zero. Not for
+  /// near-critical modes.
+  std::array<Partial, 2> partials(Quantity quantity) const;
+  /// No smaller than |velocity| or |acceleration| at tau or later; falls with tau.
+  double bound_after_contact(double tau, Quantity quantity) const;
+
+ private:
+  std::complex<double> first_pole() const;
+  std::complex<double> second_pole() const;
+
+  double eigenvalue_;
+  double decay_rate_;
+  double contact_time_;
+  double split_;     ///< half the distance of the poles, sqrt|d^2 - lambda| [1/s]
+  bool oscillates_;  ///< the poles are a complex pair
+  bool near_critical_;
+  Motion at_end_;  ///< of the contact
+};
+
+}  // namespace carillon::synth

@@ -1,0 +1,161 @@
+#include "synth/ring_down.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "solvers/lagrange.hpp"
+#include "synth/outer_surface.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+/// How far a direction may be from unit length, and barycentric coordinates from summing to one.
+constexpr double kTolerance = 1e-6;
+
+void check_point(const SurfacePoint& point) {
+  const auto& b = point.barycentric;
+  if (!b.allFinite() || std::abs(b.sum() - 1) > kTolerance || b.minCoeff() < -kTolerance) {
+    throw core::InputError(
+        fmt::format("surface point: barycentric coordinates ({}, {}, {}) are not a point of a face",
+                    b[0], b[1], b[2]));
+  }
+}
+
+void check_strike(const Strike& strike) {
+  const double length = strike.direction.norm();
+  if (!(std::abs(length - 1) <= kTolerance)) {
+    throw core::InputError(
+        fmt::format("strike: the direction must be a unit vector, its length is {}", length));
+  }
+  if (!std::isfinite(strike.impulse)) throw core::InputError("strike: the impulse is not finite");
+}
+
+}  // namespace
+
+PointFrame frame_at(const solvers::ModeSurface& surface, const SurfacePoint& point) {
+  check_point(point);
+  const auto nodes = face_nodes(surface, point.face);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> gradient;
+  const Eigen::VectorXd values =
+      solvers::triangle_shape_functions(surface.order, point.barycentric, &gradient);
+  PointFrame frame{Vec3::Constant(0), Vec3::Constant(0)};
+  Vec3 first = Vec3::Constant(0);
+  Vec3 second = Vec3::Constant(0);
+  for (std::size_t a = 0; a < nodes.size(); ++a) {
+    const Vec3& node = surface.nodes[static_cast<std::size_t>(nodes[a])];
+    const auto row = static_cast<Eigen::Index>(a);
+    frame.position += values[row] * node;
+    first += (gradient(row, 1) - gradient(row, 0)) * node;
+    second += (gradient(row, 2) - gradient(row, 0)) * node;
+  }
+  Vec3 normal = first.cross(second);
+  if (!(normal.norm() > 0)) {
+    // A corner where the curved face folds to a line: the straight face still knows its side.
+    const auto corner = [&](std::size_t k) {
+      return surface.nodes[static_cast<std::size_t>(nodes[k])];
+    };
+    normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+  }
+  if (!(normal.norm() > 0)) {
+    throw core::InputError(fmt::format("surface point: face {} has no area", point.face));
+  }
+  frame.normal = normal.normalized();
+  return frame;
+}
+
+Eigen::MatrixX3d shapes_at(const solvers::Modes& modes, const SurfacePoint& point) {
+  check_point(point);
+  const auto nodes = face_nodes(modes.surface, point.face);
+  const Eigen::VectorXd values =
+      solvers::triangle_shape_functions(modes.surface.order, point.barycentric, nullptr);
+  Eigen::MatrixX3d shapes = Eigen::MatrixX3d::Zero(modes.shapes.rows(), 3);
+  for (std::size_t a = 0; a < nodes.size(); ++a) {
+    shapes += values[static_cast<Eigen::Index>(a)] *
+              modes.shapes.middleCols<3>(3 * static_cast<Eigen::Index>(nodes[a])).cast<double>();
+  }
+  return shapes;
+}
+
+std::vector<double> decay_rates(const solvers::Modes& modes,
+                                std::span<const RayleighDamping> regions) {
+  const auto count = static_cast<Eigen::Index>(modes.size());
+  const auto region_count = static_cast<Eigen::Index>(regions.size());
+  if (modes.kinetic_share.rows() != count || modes.strain_share.rows() != count ||
+      modes.kinetic_share.cols() != region_count || modes.strain_share.cols() != region_count) {
+    throw core::InputError(fmt::format("decay rates: {} dampings for modes of {} regions",
+                                       regions.size(), modes.kinetic_share.cols()));
+  }
+  for (const RayleighDamping& damping : regions) {
+    for (const double alpha : {damping.alpha1, damping.alpha2}) {
+      if (!(alpha >= 0) || !std::isfinite(alpha)) {
+        throw core::InputError(
+            fmt::format("decay rates: damping must be finite and not negative, not {}", alpha));
+      }
+    }
+  }
+  std::vector<double> rates(modes.size(), 0.0);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    double c = 0;
+    for (Eigen::Index r = 0; r < region_count; ++r) {
+      const RayleighDamping& damping = regions[static_cast<std::size_t>(r)];
+      c += damping.alpha1 * modes.kinetic_share(i, r) +
+           damping.alpha2 * modes.eigenvalues[static_cast<std::size_t>(i)] *
+               modes.strain_share(i, r);
+    }
+    rates[static_cast<std::size_t>(i)] = c / 2;
+  }
+  return rates;
+}
+
+RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_rates,
+                   const Strike& strike, std::span<const Listener> listeners) {
+  if (decay_rates.size() != modes.size()) {
+    throw core::InputError(
+        fmt::format("ring down: {} decay rates for {} modes", decay_rates.size(), modes.size()));
+  }
+  check_strike(strike);
+  const Vec3 force = strike.impulse * strike.direction;
+  const Eigen::MatrixX3d shapes = shapes_at(modes, strike.point);
+  const Eigen::VectorXd excitation = shapes * force;
+
+  RingDown rings;
+  rings.eigenvalues = modes.eigenvalues;
+  rings.decay_rates.assign(decay_rates.begin(), decay_rates.end());
+  if (listeners.empty()) {
+    const Vec3 normal = frame_at(modes.surface, strike.point).normal;
+    rings.gains = excitation.cwiseProduct(shapes * normal).transpose();
+    rings.delays = {0.0};
+    return rings;
+  }
+
+  const OuterHull hull = outer_hull(modes.surface);
+  const Eigen::VectorXd volume_velocity = modes.shapes.cast<double>() * hull.volume_weights;
+  const auto rows = static_cast<Eigen::Index>(listeners.size());
+  rings.pressure = true;
+  rings.gains.resize(rows, static_cast<Eigen::Index>(modes.size()));
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const Vec3& position = listeners[static_cast<std::size_t>(row)].position;
+    const double distance = (position - hull.centroid).norm();
+    if (!(distance > hull.radius) || !std::isfinite(distance)) {
+      throw core::InputError(
+          fmt::format("listener {} is {:.4g} m from the body's centre, which reaches {:.4g} m", row,
+                      distance, hull.radius),
+          "move the listener away from the body; the far field holds some radii away");
+    }
+    rings.gains.row(row) = (kAirDensity / (4 * std::numbers::pi * distance)) *
+                           excitation.cwiseProduct(volume_velocity).transpose();
+    rings.delays.push_back(distance / kSoundSpeed);
+  }
+  return rings;
+}
+
+double t60(double decay_rate) {
+  return std::log(1000.0) / decay_rate;
+}
+
+}  // namespace carillon::synth

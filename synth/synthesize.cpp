@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "synth/modal_response.hpp"
+#include "synth/resonators.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+/// All that ended partials could still have added, relative to the peak: -160 dB.
+constexpr double kTail = 1e-8;
+/// Where a near-critical mode, which dies within a few periods, ends: relative to its own start.
+constexpr double kNearCriticalTail = 1e-17;
+
+void check(const RingDown& rings, double contact_time, double sample_rate) {
+  const auto modes = rings.eigenvalues.size();
+  if (rings.decay_rates.size() != modes || static_cast<std::size_t>(rings.gains.cols()) != modes ||
+      rings.delays.size() != static_cast<std::size_t>(rings.gains.rows())) {
+    throw core::InputError(
+        fmt::format("synthesize: {} eigenvalues, {} decay rates, gains {} x {}, {} delays do not "
+                    "belong together",
+                    modes, rings.decay_rates.size(), rings.gains.rows(), rings.gains.cols(),
+                    rings.delays.size()));
+  }
+  if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
+    throw core::InputError(
+        fmt::format("synthesize: sample rate must be positive, not {} Hz", sample_rate));
+  }
+  if (!(contact_time >= 0) || !std::isfinite(contact_time)) {
+    throw core::InputError(
+        fmt::format("synthesize: contact time must not be negative, not {} s", contact_time));
+  }
+  for (std::size_t i = 0; i < modes; ++i) {
+    // The limit keeps d^2 finite; nothing rings above it anyway.
+    const double d = rings.decay_rates[i];
+    if (!(d >= 0 && d < 1e100)) {
+      throw core::InputError(
+          fmt::format("synthesize: decay rate of mode {} must be finite and not negative, not {} "
+                      "1/s",
+                      i, d));
+    }
+    const double lambda = rings.eigenvalues[i];
+    if (!(lambda >= 0) || !std::isfinite(lambda)) {
+      throw core::InputError(fmt::format(
+          "synthesize: eigenvalue of mode {} must be finite and not negative, not {}", i, lambda));
+    }
+  }
+  if (!rings.gains.allFinite()) throw core::InputError("synthesize: a gain is not finite");
+  for (const double delay : rings.delays) {
+    if (!(delay >= 0) || !std::isfinite(delay)) {
+      throw core::InputError(
+          fmt::format("synthesize: delay must be finite and not negative, not {} s", delay));
+    }
+  }
+}
+
+/// First sample at or after a time, at most `count`.
+std::size_t first_sample(long double time, double sample_rate, std::size_t count) {
+  const long double sample = std::ceil(time * sample_rate);
+  return sample < static_cast<long double>(count) ? static_cast<std::size_t>(sample) : count;
+}
+
+double value_of(const Motion& motion, Quantity quantity) {
+  return quantity == Quantity::velocity ? motion.velocity : motion.acceleration;
+}
+
+struct AudibleMode {
+  Eigen::Index column;
+  ModalResponse response;
+};
+
+/// One row, from the arrival of its sound on.
+void synthesize_row(const std::vector<AudibleMode>& modes, const Eigen::MatrixXd& gains,
+                    Eigen::Index row, Quantity quantity, double delay, double contact_time,
+                    double sample_rate, std::vector<double>& samples) {
+  const std::size_t count = samples.size();
+  const long double contact_end = static_cast<long double>(delay) + contact_time;
+  const std::size_t first = first_sample(delay, sample_rate, count);
+  const std::size_t free = first_sample(contact_end, sample_rate, count);
+  const auto time_after = [&](std::size_t sample, long double origin) {
+    return std::max(0.0L, static_cast<long double>(sample) / sample_rate - origin);
+  };
+
+  std::vector<Partial> partials;
+  for (const AudibleMode& mode : modes) {
+    const double gain = gains(row, mode.column);
+    if (gain == 0) continue;
+    for (std::size_t n = first; n < free; ++n) {
+      const auto t = static_cast<double>(time_after(n, delay));
+      samples[n] +=
+          gain * value_of(mode.response.during_contact(std::min(t, contact_time)), quantity);
+    }
+    if (mode.response.near_critical()) {
+      const double end = kNearCriticalTail * mode.response.bound_after_contact(0, quantity);
+      for (std::size_t n = free; n < count; ++n) {
+        const auto tau = static_cast<double>(time_after(n, contact_end));
+        if (mode.response.bound_after_contact(tau, quantity) <= end) break;
+        samples[n] += gain * value_of(mode.response.after_contact(tau), quantity);
+      }
+      continue;
+    }
+    for (Partial partial : mode.response.partials(quantity)) {
+      partial.amplitude *= gain;
+      partials.push_back(partial);
+    }
+  }
+  double peak = 0;
+  for (std::size_t n = first; n < free; ++n) peak = std::max(peak, std::abs(samples[n]));
+  add_partials(partials, time_after(free, contact_end), sample_rate, kTail, peak,
+               std::span(samples).subspan(free));
+}
+
+}  // namespace
+
+std::vector<float> synthesize(const RingDown& rings, double contact_time, double sample_rate,
+                              std::size_t count, int* dropped) {
+  check(rings, contact_time, sample_rate);
+  std::vector<AudibleMode> modes;
+  for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
+    const ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], contact_time);
+    if (response.damped_frequency() < std::numbers::pi * sample_rate) {
+      modes.push_back({static_cast<Eigen::Index>(i), response});
+    }
+  }
+  if (dropped != nullptr) *dropped = static_cast<int>(rings.eigenvalues.size() - modes.size());
+
+  const auto rows = static_cast<std::size_t>(rings.gains.rows());
+  const Quantity quantity = rings.pressure ? Quantity::acceleration : Quantity::velocity;
+  std::vector<float> result;
+  result.reserve(rows * count);
+  std::vector<double> samples;
+  for (std::size_t row = 0; row < rows; ++row) {
+    samples.assign(count, 0.0);
+    synthesize_row(modes, rings.gains, static_cast<Eigen::Index>(row), quantity, rings.delays[row],
+                   contact_time, sample_rate, samples);
+    for (const double sample : samples) result.push_back(static_cast<float>(sample));
+  }
+  return result;
+}
+
+}  // namespace carillon::synth
