@@ -66,6 +66,9 @@ std::vector<float> mel_filters(const MelOptions& options) {
     edge[i] =
         frequency_of(low + (high - low) * static_cast<double>(i) / static_cast<double>(bands + 1));
   }
+  // Exactly, or the bin at Nyquist would have a weight of one rounding error.
+  edge.front() = options.min_frequency;
+  edge.back() = options.max_frequency;
   std::vector<float> filters(bands * bins);
   for (std::size_t band = 0; band < bands; ++band) {
     const double area_norm = 2 / (edge[band + 2] - edge[band]);

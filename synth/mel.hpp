@@ -17,11 +17,16 @@ struct MelOptions {
 };
 
 /// Frames of a clip: 1 + count / hop.
+/// @throws InputError  impossible options, as MelSpectrogram
 int mel_frames(std::size_t count, const MelOptions& options);
 
-/// Computes many spectrograms of one definition (the FFT's plan and filters are made once).
+/// Computes many spectrograms of one definition (the FFT's plan and filters are made once). Uses
+/// buffers of its own: one object for each thread.
 class MelSpectrogram {
  public:
+  /// @throws InputError  no positive sample rate, hop or bands, an odd FFT size, or band limits
+  /// that
+  ///                     do not rise within 0 to Nyquist
   explicit MelSpectrogram(const MelOptions& options);
   ~MelSpectrogram();
   MelSpectrogram(const MelSpectrogram&) = delete;

@@ -1,0 +1,180 @@
+#include "synth/material.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "core/error.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::synth {
+namespace {
+
+std::string message_of(const std::string& text, const std::vector<Material>& own = {}) {
+  try {
+    parse_material(text, own);
+  } catch (const core::InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// A file that lives as long as the test.
+class MaterialFile {
+ public:
+  explicit MaterialFile(const std::string& text)
+      : path_(std::filesystem::temp_directory_path() /
+              ("carillon-materials-" + std::to_string(::getpid()) + ".yaml")) {
+    std::ofstream(path_) << text;
+  }
+  ~MaterialFile() { std::filesystem::remove(path_); }
+  std::string path() const { return path_.string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string file_error(const std::string& text) {
+  const MaterialFile file(text);
+  try {
+    read_materials(file.path());
+  } catch (const core::ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(PresetMaterials, AreThePublishedRows) {
+  ASSERT_EQ(preset_materials().size(), 13u);
+  const Material steel = parse_material("steel");
+  EXPECT_EQ(steel.elastic.youngs_modulus, 2.0e11);
+  EXPECT_EQ(steel.elastic.poisson_ratio, 0.29);
+  EXPECT_EQ(steel.elastic.density, 7850);
+  EXPECT_EQ(steel.damping.alpha1, 5);
+  EXPECT_EQ(steel.damping.alpha2, 3e-8);
+  const Material polycarbonate = parse_material("polycarbonate");
+  EXPECT_EQ(polycarbonate.damping.alpha1, 0.5);
+  EXPECT_EQ(polycarbonate.damping.alpha2, 4e-7);
+  EXPECT_EQ(parse_material("sterling_travertine").damping.alpha2, 2.5e-8);
+}
+
+TEST(PresetMaterials, AreSoundAndNamedOnce) {
+  std::set<std::string> names;
+  for (const Material& material : preset_materials()) {
+    EXPECT_NO_THROW(check_material(material)) << material.name;
+    EXPECT_TRUE(names.insert(material.name).second) << material.name;
+    EXPECT_FALSE(material.source.empty()) << material.name;
+    if (material.name.starts_with("sterling_")) {
+      EXPECT_TRUE(contains(material.source, "handbook")) << material.name;
+    }
+  }
+}
+
+// The seeds' check: a 10 kHz mode of the porcelain plate under its Rayleigh row has c = alpha1 +
+// alpha2 omega^2 = 43.4 1/s.
+TEST(PresetMaterials, PorcelainDampsATenKilohertzModeAsPublished) {
+  const Material porcelain = parse_material("sterling_porcelain");
+  const double omega = 2 * M_PI * 1e4;
+  EXPECT_NEAR(porcelain.damping.alpha1 + porcelain.damping.alpha2 * omega * omega, 43.378, 1e-3);
+}
+
+TEST(ParseMaterial, TakesKeysInAnyOrderWithUnits) {
+  const Material material =
+      parse_material(" density=2.7 g/cm^3, youngs_modulus=72 GPa ,poisson_ratio=0.19,alpha2=1e-7");
+  EXPECT_NEAR(material.elastic.youngs_modulus, 7.2e10, 1);
+  EXPECT_NEAR(material.elastic.density, 2700, 1e-9);
+  EXPECT_EQ(material.damping.alpha1, 0);
+  EXPECT_EQ(material.damping.alpha2, 1e-7);
+}
+
+TEST(ParseMaterial, NamesWhatIsWrong) {
+  EXPECT_TRUE(contains(message_of("stell"), "did you mean \"steel\"?"));
+  EXPECT_TRUE(contains(message_of("porcelain"), "did you mean \"sterling_porcelain\"?"));
+  EXPECT_TRUE(contains(message_of(""), "no name"));
+  EXPECT_TRUE(contains(message_of("youngs_modulos=1e9,poisson_ratio=0.3,density=1"),
+                       "did you mean \"youngs_modulus\"?"));
+  EXPECT_TRUE(contains(message_of("youngs_modulus=1e9,density=1"), "\"poisson_ratio\" is missing"));
+  EXPECT_TRUE(contains(message_of("youngs_modulus=1e9,youngs_modulus=1e9"), "given twice"));
+  EXPECT_TRUE(
+      contains(message_of("youngs_modulus=1e9,0.3,density=1"), "\"0.3\" is not of the form"));
+  EXPECT_TRUE(
+      contains(message_of("youngs_modulus=12 kg,poisson_ratio=0.3,density=1"), "youngs_modulus"));
+  EXPECT_TRUE(
+      contains(message_of("youngs_modulus=1e9,poisson_ratio=0.3,density=1,"), "not of the form"));
+}
+
+TEST(ParseMaterial, RefusesTheUnphysical) {
+  const auto with = [](const std::string& nu, const std::string& more = "") {
+    return message_of("youngs_modulus=1e9,density=1000,poisson_ratio=" + nu + more);
+  };
+  EXPECT_EQ(with("0.49"), "no error");
+  EXPECT_EQ(with("-0.9"), "no error");
+  EXPECT_TRUE(contains(with("0.5"), "Poisson"));
+  EXPECT_TRUE(contains(with("-1"), "Poisson"));
+  EXPECT_TRUE(contains(with("0.3", ",alpha1=-1"), "alpha1"));
+  EXPECT_TRUE(contains(message_of("youngs_modulus=0,poisson_ratio=0.3,density=1"), "modulus"));
+  EXPECT_TRUE(contains(message_of("youngs_modulus=1,poisson_ratio=0.3,density=-1"), "density"));
+  Material broken = parse_material("steel");
+  broken.elastic.density = std::nan("");
+  EXPECT_THROW(check_material(broken), core::InputError);
+}
+
+TEST(ParseMaterial, OwnMaterialsComeFirst) {
+  Material own = parse_material("steel");
+  own.elastic.density = 7900;
+  EXPECT_EQ(parse_material("steel", {own}).elastic.density, 7900);
+  own.name = "tool_steel";
+  EXPECT_TRUE(contains(message_of("tool_stel", {own}), "did you mean \"tool_steel\"?"));
+}
+
+TEST(ReadMaterials, ReadsNamesAndFieldsInOrder) {
+  const MaterialFile file(
+      "bell_bronze:\n"
+      "  youngs_modulus: 100 GPa\n"
+      "  poisson_ratio: 0.34\n"
+      "  density: 8600 kg/m^3\n"
+      "  alpha1: 2\n"
+      "  alpha2: 1e-8 s\n"
+      "  source: foundry's data sheet\n"
+      "aerogel: {youngs_modulus: 1e6, poisson_ratio: 0.2, density: 100}\n");
+  const std::vector<Material> materials = read_materials(file.path());
+  ASSERT_EQ(materials.size(), 2u);
+  EXPECT_EQ(materials[0].name, "bell_bronze");
+  EXPECT_NEAR(materials[0].elastic.youngs_modulus, 1e11, 1);
+  EXPECT_EQ(materials[0].damping.alpha1, 2);
+  EXPECT_EQ(materials[0].source, "foundry's data sheet");
+  EXPECT_EQ(materials[1].damping.alpha2, 0);
+  EXPECT_EQ(parse_material("aerogel", materials).elastic.density, 100);
+}
+
+TEST(ReadMaterials, PointsAtTheLine) {
+  const std::string unknown = file_error(
+      "m:\n  youngs_modulus: 1 GPa\n  poisson_ratio: 0.3\n  density: 1000\n  alpa1: 3\n");
+  EXPECT_TRUE(contains(unknown, ".yaml:5:3")) << unknown;
+  EXPECT_TRUE(contains(unknown, "alpha1")) << unknown;
+  const std::string unphysical =
+      file_error("m:\n  youngs_modulus: 1 GPa\n  poisson_ratio: 0.6\n  density: 1000\n");
+  EXPECT_TRUE(contains(unphysical, ".yaml:3:")) << unphysical;
+  EXPECT_TRUE(contains(unphysical, "Poisson")) << unphysical;
+  EXPECT_TRUE(
+      contains(file_error("m:\n  youngs_modulus: 1 GPa\n  density: 1000\n"), "poisson_ratio"));
+  EXPECT_TRUE(contains(
+      file_error("a=b: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}\n"), "name"));
+}
+
+TEST(T60, FollowsFromDamping) {
+  const RayleighDamping damping{6, 1e-7};
+  const double omega = 2 * M_PI * 3000;
+  const double d = (damping.alpha1 + damping.alpha2 * omega * omega) / 2;
+  EXPECT_NEAR(t60(d) * d, std::log(1000.0), 1e-12);
+}
+
+}  // namespace
+}  // namespace carillon::synth

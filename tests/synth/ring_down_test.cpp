@@ -1,0 +1,254 @@
+#include "synth/ring_down.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "tests/synth/curved_bodies.hpp"
+
+namespace carillon::synth {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Smooth, unlike fields, as good as any modes for what is tested here.
+Vec3 wavy(int mode, const Vec3& x) {
+  return {std::sin(3 * x.x() + mode), std::cos(2 * x.y() * (mode + 1)),
+          std::sin(x.z() + 0.5 * mode * x.x())};
+}
+
+solvers::Modes wavy_modes(int count) {
+  std::vector<double> eigenvalues;
+  for (int i = 0; i < count; ++i) eigenvalues.push_back(std::pow(2 * kPi * 200 * (i + 1), 2));
+  return modes_with(curved_sphere(0.1, Vec3::Zero(), 2, 3), eigenvalues, wavy);
+}
+
+Strike inward_strike(const solvers::Modes& modes, const SurfacePoint& point) {
+  return {point, -frame_at(modes.surface, point).normal, 0.02, 1e-3};
+}
+
+const SurfacePoint kSomewhere{5, {0.2, 0.3, 0.5}};
+
+TEST(ShapesAt, InterpolatesWithTheNodesOfTheFace) {
+  // A linear field is met exactly by every order.
+  Eigen::Matrix3d gradient;
+  gradient << 1, 2, 3, -1, 0.5, 2, 4, -2, 1;
+  for (int order = 1; order <= 4; ++order) {
+    const auto modes = modes_with(curved_sphere(0.1, Vec3(1, 2, 3), 2, order), {1e6},
+                                  [&](int, const Vec3& x) -> Vec3 { return gradient * x; });
+    const Vec3 position = frame_at(modes.surface, kSomewhere).position;
+    const Eigen::MatrixX3d shapes = shapes_at(modes, kSomewhere);
+    ASSERT_EQ(shapes.rows(), 1);
+    EXPECT_LT((shapes.row(0).transpose() - gradient * position).norm(), 1e-5) << order;
+  }
+}
+
+TEST(DecayRates, WeighsRegionsByTheirShareOfEnergy) {
+  solvers::Modes modes = wavy_modes(2);
+  modes.kinetic_share.resize(2, 2);
+  modes.strain_share.resize(2, 2);
+  modes.kinetic_share << 0.25, 0.75, 1, 0;
+  modes.strain_share << 0.9, 0.1, 0, 1;
+  const std::vector<RayleighDamping> regions = {{4, 1e-7}, {40, 3e-6}};
+  const auto d = decay_rates(modes, regions);
+  const double lambda0 = modes.eigenvalues[0], lambda1 = modes.eigenvalues[1];
+  EXPECT_NEAR(2 * d[0], 4 * 0.25 + 40 * 0.75 + lambda0 * (0.9e-7 + 0.3e-6), 1e-12 * lambda0);
+  EXPECT_NEAR(2 * d[1], 4 + lambda1 * 3e-6, 1e-9);
+  EXPECT_THROW(decay_rates(modes, std::vector<RayleighDamping>{{1, 0}}), core::InputError);
+  EXPECT_THROW(decay_rates(modes, std::vector<RayleighDamping>{{1, 0}, {-1, 0}}), core::InputError);
+}
+
+TEST(DecayRates, OfOneRegionAreRayleighs) {
+  const solvers::Modes modes = wavy_modes(5);
+  const RayleighDamping steel{5, 3e-8};
+  const auto d = decay_rates(modes, std::span(&steel, 1));
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_NEAR(t60(d[i]) * (steel.alpha1 + steel.alpha2 * modes.eigenvalues[i]) / 2,
+                std::log(1000.0), 1e-12);
+  }
+}
+
+TEST(RingDown, DryGainIsForceTimesNormalMotion) {
+  const solvers::Modes modes = wavy_modes(4);
+  const std::vector<double> d(4, 1.0);
+  Strike strike = inward_strike(modes, kSomewhere);
+  strike.direction = Vec3(1, -2, 2) / 3;
+  const RingDown rings = ring_down(modes, d, strike, {});
+  ASSERT_EQ(rings.gains.rows(), 1);
+  EXPECT_FALSE(rings.pressure);
+  EXPECT_EQ(rings.delays, std::vector<double>{0.0});
+  const Eigen::MatrixX3d shapes = shapes_at(modes, kSomewhere);
+  const Vec3 normal = frame_at(modes.surface, kSomewhere).normal;
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const double expected = 0.02 * shapes.row(i).dot(strike.direction) * shapes.row(i).dot(normal);
+    EXPECT_NEAR(rings.gains(0, i), expected, 1e-15);
+  }
+}
+
+// The body gives no energy: pushed inward, no mode answers outward first.
+TEST(RingDown, InwardStrikesMoveThePointInward) {
+  const solvers::Modes modes = wavy_modes(6);
+  const std::vector<double> d(6, 1.0);
+  for (std::int32_t face = 0; face < 32; ++face) {
+    const RingDown rings = ring_down(modes, d, inward_strike(modes, {face, {0.4, 0.4, 0.2}}), {});
+    EXPECT_LE(rings.gains.maxCoeff(), 0);
+    EXPECT_LT(synthesize(rings, 0, 44100, 1)[0], 0);
+  }
+}
+
+// Neither the sign of a mode nor the basis chosen within a pair of equal frequency may matter.
+TEST(RingDown, IgnoresSignsAndBasesOfPairs) {
+  rc::check("basis", [] {
+    solvers::Modes modes = wavy_modes(4);
+    modes.eigenvalues[2] = modes.eigenvalues[1];
+    const double angle = *rc::gen::inRange(0, 6283) * 1e-3;
+    const std::int32_t face = *rc::gen::inRange(0, 32);
+    solvers::Modes turned = modes;
+    turned.shapes.row(0) *= -1;
+    turned.shapes.row(1) =
+        float(std::cos(angle)) * modes.shapes.row(1) + float(std::sin(angle)) * modes.shapes.row(2);
+    turned.shapes.row(2) = float(-std::sin(angle)) * modes.shapes.row(1) +
+                           float(std::cos(angle)) * modes.shapes.row(2);
+    const std::vector<double> d(4, 3.0);
+    const Strike strike = inward_strike(modes, {face, {0.1, 0.6, 0.3}});
+    const std::vector<Listener> far = {{{1, 0.5, 0.2}}};
+    for (const std::span<const Listener> listeners :
+         {std::span<const Listener>{}, std::span<const Listener>(far)}) {
+      const RingDown a = ring_down(modes, d, strike, listeners);
+      const RingDown b = ring_down(turned, d, strike, listeners);
+      const double scale = a.gains.cwiseAbs().maxCoeff();
+      RC_ASSERT(std::abs(a.gains(0, 0) - b.gains(0, 0)) < 1e-5 * scale);
+      RC_ASSERT(std::abs(a.gains(0, 1) + a.gains(0, 2) - b.gains(0, 1) - b.gains(0, 2)) <
+                1e-5 * scale);
+      const auto sound_a = synthesize(a, 1e-3, 44100, 400);
+      const auto sound_b = synthesize(b, 1e-3, 44100, 400);
+      double peak = 0, worst = 0;
+      for (std::size_t n = 0; n < 400; ++n) {
+        peak = std::max(peak, std::abs(double(sound_a[n])));
+        worst = std::max(worst, std::abs(double(sound_a[n]) - sound_b[n]));
+      }
+      RC_ASSERT(worst < 1e-4 * peak);
+    }
+  });
+}
+
+TEST(RingDown, DoesNotDependOnWhereTheBodyLiesAndHowItIsTurned) {
+  const solvers::Modes modes = wavy_modes(3);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  const Vec3 shift(3, -2, 1);
+  solvers::Modes moved = modes;
+  for (Vec3& node : moved.surface.nodes) node = turn * node + shift;
+  for (Eigen::Index i = 0; i < moved.shapes.rows(); ++i) {
+    for (Eigen::Index a = 0; a < moved.shapes.cols(); a += 3) {
+      const Vec3 value = turn * modes.shapes.block<1, 3>(i, a).transpose().cast<double>();
+      moved.shapes.block<1, 3>(i, a) = value.transpose().cast<float>();
+    }
+  }
+  const std::vector<double> d(3, 2.0);
+  const Strike strike = inward_strike(modes, kSomewhere);
+  const Strike moved_strike = inward_strike(moved, kSomewhere);
+  const Vec3 ear(0.7, 0.2, -0.4);
+  const std::vector<Listener> here = {{ear}}, there = {{turn * ear + shift}};
+  const double dry = ring_down(modes, d, strike, {}).gains.norm();
+  EXPECT_LT(
+      (ring_down(modes, d, strike, {}).gains - ring_down(moved, d, moved_strike, {}).gains).norm(),
+      1e-5 * dry);
+  const RingDown a = ring_down(modes, d, strike, here);
+  const RingDown b = ring_down(moved, d, moved_strike, there);
+  EXPECT_LT((a.gains - b.gains).norm(), 1e-5 * a.gains.norm());
+  EXPECT_NEAR(a.delays[0], b.delays[0], 1e-12);
+}
+
+// A breathing sphere is the monopole itself: p = rho R^2 q'' / r, q'' the surface's acceleration,
+// after r / c.
+TEST(RingDown, BreathingSphereRadiatesAsAMonopole) {
+  constexpr double kRadius = 0.05, kMass = 2.5, kOmega = 2 * kPi * 900, kDecay = 30;
+  const double phi = 1 / std::sqrt(kMass);
+  const Vec3 centre(0.4, 0, -1);
+  const auto modes =
+      modes_with(curved_sphere(kRadius, centre, 6, 3), {kOmega * kOmega},
+                 [&](int, const Vec3& x) -> Vec3 { return phi * (x - centre).normalized(); });
+  const std::vector<double> d = {kDecay};
+  const Strike strike{kSomewhere, -frame_at(modes.surface, kSomewhere).normal, 0.3, 0};
+  const std::vector<Listener> listeners = {{centre + Vec3(0, 0.8, 0)}, {centre + Vec3(3, 0, 4)}};
+  const RingDown rings = ring_down(modes, d, strike, listeners);
+  EXPECT_TRUE(rings.pressure);
+  constexpr std::size_t kCount = 2000;
+  const auto sound = synthesize(rings, 0, 44100, kCount);
+  const double damped = std::sqrt(kOmega * kOmega - kDecay * kDecay);
+  for (std::size_t row = 0; row < 2; ++row) {
+    const double r = row == 0 ? 0.8 : 5.0;
+    const double scale = 1.204 * kRadius * kRadius / r * phi * phi * 0.3;
+    for (std::size_t n = 0; n < kCount; ++n) {
+      const double t = double(n) / 44100 - r / 343.0;
+      // Acceleration of a unit impulse response, pushed inward.
+      const double expected =
+          t < 0 ? 0
+                : -scale * std::exp(-kDecay * t) *
+                      (-2 * kDecay * std::cos(damped * t) +
+                       (kDecay * kDecay - damped * damped) / damped * std::sin(damped * t));
+      ASSERT_NEAR(sound[row * kCount + n], expected, 1e-4 * scale * kOmega) << row << " " << n;
+    }
+  }
+}
+
+TEST(RingDown, MotionWithoutVolumeVelocityIsSilentInTheMonopole) {
+  // A translation, and the sphere's quadrupole.
+  const auto modes = modes_with(curved_sphere(0.1, Vec3::Zero(), 4, 3), {1e6, 2e6},
+                                [](int mode, const Vec3& x) -> Vec3 {
+                                  return mode == 0 ? Vec3(1, 2, 3) : Vec3(x.x(), -x.y(), 0) / 0.1;
+                                });
+  const std::vector<double> d = {1, 1};
+  const std::vector<Listener> listeners = {{{1, 0, 0}}};
+  const RingDown rings = ring_down(modes, d, inward_strike(modes, kSomewhere), listeners);
+  // Against the volume velocity that the same motion, directed outward, would have.
+  const double breathing = kAirDensity / (4 * kPi) * 0.02 * 4 * kPi * 0.01;
+  EXPECT_LT(std::abs(rings.gains(0, 0)), 1e-6 * breathing);
+  EXPECT_LT(std::abs(rings.gains(0, 1)), 1e-6 * breathing);
+}
+
+TEST(RingDown, CavitiesDoNotRadiate) {
+  const auto radial = [](int, const Vec3& x) -> Vec3 { return x.normalized(); };
+  solvers::ModeSurface shell = curved_sphere(0.1, Vec3::Zero(), 3, 2);
+  const auto solid = modes_with(shell, {1e6}, radial);
+  append(shell, curved_sphere(0.08, Vec3::Zero(), 3, 2, true));
+  const auto hollow = modes_with(shell, {1e6}, radial);
+  const std::vector<double> d = {1};
+  const std::vector<Listener> listeners = {{{1, 0, 0}}};
+  const Strike strike = inward_strike(solid, kSomewhere);
+  EXPECT_EQ(ring_down(solid, d, strike, listeners).gains(0, 0),
+            ring_down(hollow, d, strike, listeners).gains(0, 0));
+}
+
+TEST(RingDown, FallsWithDistanceAndRefusesListenersInside) {
+  const solvers::Modes modes = wavy_modes(2);
+  const std::vector<double> d = {1, 1};
+  const Strike strike = inward_strike(modes, kSomewhere);
+  const std::vector<Listener> two = {{{1, 0, 0}}, {{0, 0, 4}}};
+  const RingDown rings = ring_down(modes, d, strike, two);
+  EXPECT_NEAR(rings.gains(0, 0) / rings.gains(1, 0), 4, 1e-9);
+  EXPECT_NEAR(rings.delays[1], 4 / 343.0, 1e-9);
+  for (const double r : {0.0, 0.05, 0.0999}) {
+    const std::vector<Listener> near = {{{r, 0, 0}}};
+    EXPECT_THROW(ring_down(modes, d, strike, near), core::InputError) << r;
+  }
+}
+
+TEST(RingDown, RefusesWhatCannotBe) {
+  const solvers::Modes modes = wavy_modes(2);
+  const std::vector<double> d = {1, 1};
+  Strike strike = inward_strike(modes, kSomewhere);
+  EXPECT_THROW(ring_down(modes, std::vector<double>{1}, strike, {}), core::InputError);
+  strike.direction *= 2;
+  EXPECT_THROW(ring_down(modes, d, strike, {}), core::InputError);
+  strike = inward_strike(modes, kSomewhere);
+  strike.point.face = 999;
+  EXPECT_THROW(ring_down(modes, d, strike, {}), core::InputError);
+}
+
+}  // namespace
+}  // namespace carillon::synth

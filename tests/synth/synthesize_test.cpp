@@ -1,0 +1,468 @@
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+
+#include "core/error.hpp"
+#include "synth/modal_response.hpp"
+#include "synth/resonators.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::synth {
+namespace {
+
+using Real = long double;
+using Cplx = std::complex<long double>;
+constexpr Real kPi = std::numbers::pi_v<long double>;
+
+/// Motion by classical Runge-Kutta steps of q'' + 2 d q' + lambda q = F(t). Steps end where the
+/// force does, whose second derivative jumps there.
+Motion step_through(double lambda, double d, double contact_time, double t) {
+  const auto force = [&](Real s) {
+    return s >= contact_time ? Real(0) : (1 - std::cos(2 * kPi * s / contact_time)) / contact_time;
+  };
+  const auto acceleration = [&](Real s, Real x, Real u) {
+    return force(s) - 2 * d * u - lambda * x;
+  };
+  Real q = 0, v = 0;
+  const auto advance = [&](Real begin, Real end) {
+    const Real rate = std::sqrt(Real(lambda)) + 2 * d + 1 / Real(contact_time);
+    const int steps = std::max(1, static_cast<int>(400 * rate * (end - begin)));
+    const Real h = (end - begin) / steps;
+    for (int i = 0; i < steps; ++i) {
+      const Real s = begin + i * h;
+      const Real k1 = v, l1 = acceleration(s, q, v);
+      const Real k2 = v + h / 2 * l1, l2 = acceleration(s + h / 2, q + h / 2 * k1, k2);
+      const Real k3 = v + h / 2 * l2, l3 = acceleration(s + h / 2, q + h / 2 * k2, k3);
+      const Real k4 = v + h * l3, l4 = acceleration(s + h, q + h * k3, k4);
+      q += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+      v += h / 6 * (l1 + 2 * l2 + 2 * l3 + l4);
+    }
+  };
+  advance(0, std::min(t, contact_time));
+  if (t > contact_time) advance(contact_time, t);
+  return {double(q), double(v), double(acceleration(t, q, v))};
+}
+
+RingDown one_row(std::vector<double> lambda, std::vector<double> d, std::vector<double> gains) {
+  RingDown rings;
+  rings.gains = Eigen::Map<Eigen::RowVectorXd>(gains.data(), Eigen::Index(gains.size()));
+  rings.eigenvalues = std::move(lambda);
+  rings.decay_rates = std::move(d);
+  rings.delays = {0.0};
+  return rings;
+}
+
+double peak_of(const std::vector<float>& samples) {
+  double peak = 0;
+  for (const float s : samples) peak = std::max(peak, std::abs(double(s)));
+  return peak;
+}
+
+Motion motion_at(const ModalResponse& response, double contact_time, double t) {
+  return t < contact_time ? response.during_contact(t) : response.after_contact(t - contact_time);
+}
+
+struct StepCase {
+  double frequency;     // Hz
+  double decay_rate;    // 1/s
+  double contact_time;  // s
+};
+
+class AgainstRungeKutta : public ::testing::TestWithParam<StepCase> {};
+
+TEST_P(AgainstRungeKutta, ContactAndDecay) {
+  const StepCase c = GetParam();
+  const double lambda = std::pow(2 * std::numbers::pi * c.frequency, 2);
+  const ModalResponse response(lambda, c.decay_rate, c.contact_time);
+  double scale_v = 0, scale_a = 0;
+  std::vector<std::pair<Motion, Motion>> pairs;
+  for (const double share : {0.1, 0.35, 0.5, 0.8, 1.0, 1.3, 2.5}) {
+    const double t = share * c.contact_time;
+    const Motion expected = step_through(lambda, c.decay_rate, c.contact_time, t);
+    pairs.emplace_back(expected, motion_at(response, c.contact_time, t));
+    scale_v = std::max(scale_v, std::abs(expected.velocity));
+    scale_a = std::max(scale_a, std::abs(expected.acceleration));
+  }
+  for (const auto& [expected, found] : pairs) {
+    EXPECT_NEAR(found.velocity, expected.velocity, 1e-9 * scale_v);
+    EXPECT_NEAR(found.acceleration, expected.acceleration, 1e-9 * scale_a);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Modes, AgainstRungeKutta,
+    ::testing::Values(StepCase{440, 5, 1e-3}, StepCase{5000, 80, 2e-4}, StepCase{20, 0.3, 1e-4},
+                      // Resonance with the pulse: f = 1 / T, damped and undamped.
+                      StepCase{1000, 0, 1e-3}, StepCase{1000, 1e-9, 1e-3},
+                      StepCase{1000.0001, 2, 1e-3},
+                      // Below, at and above critical damping; far above.
+                      StepCase{100, 2 * std::numbers::pi * 99.9999, 1e-3},
+                      StepCase{100, 2 * std::numbers::pi * 100, 1e-3},
+                      StepCase{100, 2 * std::numbers::pi * 100.0001, 1e-3},
+                      StepCase{100, 2 * std::numbers::pi * 101, 5e-3},
+                      StepCase{100, 2 * std::numbers::pi * 110, 5e-3}, StepCase{100, 5000, 1e-3},
+                      // A long soft contact on a stiff mode: nearly static.
+                      StepCase{8000, 40, 5e-3},
+                      // A rigid body.
+                      StepCase{0, 0, 1e-3}, StepCase{0, 30, 1e-3}));
+
+/// The plain sum over modes in extended precision, straight from the two poles.
+std::vector<Real> plain_sum(const RingDown& rings, Eigen::Index row, double contact_time, double fs,
+                            std::size_t count) {
+  std::vector<Real> out(count, 0);
+  const Real omega_force = 2 * kPi / Real(contact_time);
+  for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
+    const Real d = rings.decay_rates[i];
+    const Real wd = std::sqrt(Real(rings.eigenvalues[i]) - d * d);
+    const Cplx s(-d, wd);
+    const auto integral = [&](Real t) {  // of force times exp(s (t - t')) from 0 to min(t, T)
+      const Cplx down = (s * std::cos(omega_force * t) - omega_force * std::sin(omega_force * t)) /
+                        (s * s + omega_force * omega_force);
+      const Cplx up = s / (s * s + omega_force * omega_force);
+      return ((std::exp(s * t) - Real(1)) / s - std::exp(s * t) * up + down) / Real(contact_time);
+    };
+    for (std::size_t n = 0; n < count; ++n) {
+      const Real t = Real(n) / fs - rings.delays[std::size_t(row)];
+      if (t < 0) continue;
+      Cplx value = contact_time == 0 ? std::exp(s * t)
+                   : t < contact_time
+                       ? integral(t)
+                       : integral(contact_time) * std::exp(s * (t - Real(contact_time)));
+      value *= s;
+      Real force = 0;
+      if (rings.pressure) {
+        value *= s;
+        if (contact_time > 0 && t < contact_time) {
+          force = (1 - std::cos(omega_force * t)) / Real(contact_time);
+        }
+      }
+      out[n] += Real(rings.gains(row, Eigen::Index(i))) * (value.imag() / wd + force);
+    }
+  }
+  return out;
+}
+
+RingDown random_rings(int modes, unsigned seed, bool pressure) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  RingDown rings;
+  const int rows = pressure ? 2 : 1;
+  rings.gains.resize(rows, modes);
+  for (int i = 0; i < modes; ++i) {
+    const double omega = 2 * std::numbers::pi * 50 * std::pow(400.0, unit(random));
+    rings.eigenvalues.push_back(omega * omega);
+    rings.decay_rates.push_back((6 + 1e-7 * omega * omega) / 2);
+    for (int row = 0; row < rows; ++row) rings.gains(row, i) = unit(random) - 0.3;
+  }
+  rings.pressure = pressure;
+  rings.delays = pressure ? std::vector<double>{0.0, 0.00123} : std::vector<double>{0.0};
+  return rings;
+}
+
+TEST(Synthesize, IsThePlainSumToFloatPrecision) {
+  for (const bool pressure : {false, true}) {
+    for (const double contact_time : {0.0, 3e-4, 2.3e-3}) {
+      const RingDown rings = random_rings(29, 5, pressure);
+      constexpr std::size_t kCount = 8000;
+      const std::vector<float> sound = synthesize(rings, contact_time, 44100, kCount);
+      ASSERT_EQ(sound.size(), kCount * rings.delays.size());
+      for (std::size_t row = 0; row < rings.delays.size(); ++row) {
+        const auto expected = plain_sum(rings, Eigen::Index(row), contact_time, 44100, kCount);
+        double peak = 0, worst = 0;
+        for (std::size_t n = 0; n < kCount; ++n) {
+          peak = std::max(peak, std::abs(double(expected[n])));
+          // Rounding to float apart, the tails left out stay below -140 dB.
+          const double error = std::abs(double(sound[row * kCount + n]) - double(expected[n])) -
+                               0x1p-24 * std::abs(double(expected[n]));
+          worst = std::max(worst, error);
+        }
+        EXPECT_LT(worst, 1e-7 * peak) << contact_time << " " << pressure << " row " << row;
+        EXPECT_GT(peak, 0);
+      }
+    }
+  }
+}
+
+// In double precision, before rounding to float, with and without ending tails.
+TEST(Resonators, AreThePlainSumToTwelveDigits) {
+  constexpr int kModes = 51;
+  const RingDown rings = random_rings(kModes, 7, false);
+  std::vector<Partial> partials;
+  for (int i = 0; i < kModes; ++i) {
+    const ModalResponse response(rings.eigenvalues[std::size_t(i)],
+                                 rings.decay_rates[std::size_t(i)], 1e-3);
+    for (Partial partial : response.partials(Quantity::velocity)) {
+      partial.amplitude *= rings.gains(0, i);
+      if (partial.amplitude != 0.0) partials.push_back(partial);
+    }
+  }
+  std::vector<Real> expected(44100, 0);
+  double peak = 0;
+  for (std::size_t n = 0; n < expected.size(); ++n) {
+    for (const Partial& p : partials) {
+      expected[n] += (Cplx(p.amplitude) *
+                      std::exp(Cplx(-p.decay_rate, p.angular_frequency) * (Real(n) / 44100)))
+                         .real();
+    }
+    peak = std::max(peak, double(std::abs(expected[n])));
+  }
+  for (const double tail : {0.0, 1e-8}) {
+    std::vector<double> sum(44100, 0.0);
+    add_partials(partials, 0, 44100, tail, 0, sum);
+    double worst = 0;
+    for (std::size_t n = 0; n < sum.size(); ++n) {
+      worst = std::max(worst, double(std::abs(sum[n] - expected[n])));
+    }
+    EXPECT_LT(worst, (tail == 0 ? 1e-12 : 1e-8) * peak) << tail;
+    if (tail > 0) {
+      EXPECT_GT(worst, 1e-13 * peak) << "nothing ended early: the test is idle";
+    }
+  }
+}
+
+// An undamped mode over a minute: the last second is still in phase to 1e-11 rad.
+TEST(Resonators, DoNotDriftInAMinute) {
+  const Real omega = 2 * kPi * 19876.54321L;
+  const Partial partial{{0, -1}, 0, omega};
+  std::vector<double> sum(60 * 44100, 0.0);
+  add_partials(std::span(&partial, 1), 0, 44100, 1e-8, 0, sum);
+  double worst = 0;
+  for (std::size_t n = 59 * 44100; n < sum.size(); ++n) {
+    worst = std::max(worst, double(std::abs(sum[n] - std::sin(omega * (Real(n) / 44100)))));
+  }
+  EXPECT_LT(worst, 1e-11);
+}
+
+TEST(Synthesize, StartsWithTheImpulsesVelocity) {
+  // v(0+) = sum of gains: J phi^2 / m for every mode.
+  const RingDown rings = random_rings(20, 3, false);
+  EXPECT_NEAR(synthesize(rings, 0, 44100, 1)[0], rings.gains.sum(), 1e-6);
+}
+
+TEST(Synthesize, ShortContactTendsToAnIdealImpulse) {
+  const RingDown rings = random_rings(20, 4, false);
+  const auto ideal = synthesize(rings, 0, 44100, 4000);
+  double last = 1;
+  for (const double contact_time : {1e-5, 1e-6, 1e-7, 1e-8}) {
+    const auto soft = synthesize(rings, contact_time, 44100, 4000);
+    double worst = 0;
+    for (std::size_t n = 1; n < ideal.size(); ++n) {
+      worst = std::max(worst, std::abs(double(soft[n]) - ideal[n]));
+    }
+    worst /= peak_of(ideal);
+    EXPECT_LT(worst, 0.2 * last) << contact_time;
+    last = worst;
+  }
+  EXPECT_LT(last, 1e-3);
+}
+
+TEST(Synthesize, IsLinearInTheImpulse) {
+  RingDown rings = random_rings(20, 8, true);
+  const auto once = synthesize(rings, 1e-3, 44100, 5000);
+  rings.gains *= 2;
+  const auto twice = synthesize(rings, 1e-3, 44100, 5000);
+  for (std::size_t n = 0; n < once.size(); ++n) ASSERT_EQ(twice[n], 2 * once[n]) << n;
+}
+
+TEST(Synthesize, LeavesOutModesFromNyquistOn) {
+  const double nyquist = 2 * std::numbers::pi * 22050;
+  const auto with = [&](double omega, double d) {
+    int dropped = -1;
+    const auto sound =
+        synthesize(one_row({omega * omega, 4e6}, {d, 3.0}, {1, 0.5}), 1e-4, 44100, 500, &dropped);
+    EXPECT_GT(peak_of(sound), 0);
+    return dropped;
+  };
+  EXPECT_EQ(with(0.999 * nyquist, 5), 0);
+  EXPECT_EQ(with(1.001 * nyquist, 5), 1);
+  EXPECT_EQ(with(nyquist, 0), 1);
+  // Damping lowers the frequency: it is the damped one that counts.
+  EXPECT_EQ(with(1.001 * nyquist, 0.1 * nyquist), 0);
+  EXPECT_EQ(with(3 * nyquist, 3 * nyquist), 0);
+}
+
+TEST(Synthesize, IsContinuousThroughCriticalDamping) {
+  const double omega = 2 * std::numbers::pi * 300;
+  for (const double contact_time : {0.0, 1e-3}) {
+    const auto sound = [&](double ratio) {
+      return synthesize(one_row({omega * omega}, {ratio * omega}, {1}), contact_time, 44100, 600);
+    };
+    const auto critical = sound(1);
+    const double scale = peak_of(critical);
+    for (const double step : {1e-3, 1e-6, 1e-9, 1e-12}) {
+      for (const double ratio : {1 - step, 1 + step}) {
+        const auto near = sound(ratio);
+        for (std::size_t n = 0; n < near.size(); ++n) {
+          ASSERT_NEAR(near[n], critical[n], (3 * step + 1e-7) * scale) << ratio << " at " << n;
+        }
+      }
+    }
+  }
+}
+
+TEST(Synthesize, NeverGivesNaNHoweverStrongTheDamping) {
+  for (const double frequency : {0.0, 1e-6, 20.0, 440.0, 20000.0}) {
+    for (const double ratio : {0.0, 1e-12, 0.5, 0.994, 1.0, 1.006, 1.5, 1e3, 1e9, 1e60}) {
+      for (const double contact_time : {0.0, 1e-12, 1e-3, 0.1}) {
+        for (const bool pressure : {false, true}) {
+          const double omega = 2 * std::numbers::pi * frequency;
+          RingDown rings = one_row({omega * omega}, {ratio * std::max(omega, 1.0)}, {1});
+          rings.pressure = pressure;
+          for (const float s : synthesize(rings, contact_time, 44100, 200)) {
+            ASSERT_TRUE(std::isfinite(s) || (pressure && contact_time == 0))
+                << frequency << " " << ratio << " " << contact_time;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Synthesize, OverdampedModesAreTwoRealExponentials) {
+  const double omega = 1000, d = 1700;
+  const double split = std::sqrt(d * d - omega * omega);
+  const double s1 = -d + split, s2 = -d - split;
+  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), 0, 44100, 3000);
+  for (std::size_t n = 0; n < sound.size(); ++n) {
+    const double t = double(n) / 44100;
+    const double expected = (s1 * std::exp(s1 * t) - s2 * std::exp(s2 * t)) / (s1 - s2);
+    ASSERT_NEAR(sound[n], expected, 1e-7) << n;
+  }
+}
+
+// The envelope of one mode falls by 60 dB in T60.
+TEST(Synthesize, DecaysBySixtyDecibelsInT60) {
+  // T60 of half a second: a whole number of periods, so that both windows begin at a crest.
+  const double omega = 2 * std::numbers::pi * 1000, d = std::log(1000.0) / 0.5;
+  EXPECT_DOUBLE_EQ(t60(d), 0.5);
+  constexpr double kRate = 352800;  // fine enough to meet the peaks
+  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), 0, kRate, 220000);
+  const auto level = [&](double t) {
+    double peak = 0;
+    const auto begin = std::size_t(t * kRate);
+    for (std::size_t n = begin; n < begin + 1764; ++n) {
+      peak = std::max(peak, std::abs(double(sound[n])));
+    }
+    return 20 * std::log10(peak);
+  };
+  EXPECT_NEAR(level(0) - level(t60(d)), 60, 0.005);
+}
+
+TEST(Synthesize, DelaysByFractionsOfASample) {
+  RingDown rings = random_rings(10, 9, false);
+  constexpr double kRate = 8000;
+  // 10.25 samples of delay: the same values as at four times the rate, three quarters in between.
+  rings.delays = {10.25 / kRate};
+  const auto delayed = synthesize(rings, 1e-3, kRate, 500);
+  rings.delays = {0};
+  RingDown fine = rings;
+  const auto reference = synthesize(fine, 1e-3, 4 * kRate, 2000);
+  int dropped = 0;
+  synthesize(rings, 1e-3, kRate, 1, &dropped);
+  for (std::size_t i = fine.eigenvalues.size(); i-- > 0;) {
+    if (std::sqrt(fine.eigenvalues[i]) >= std::numbers::pi * kRate)
+      fine.gains(0, Eigen::Index(i)) = 0;
+  }
+  const auto audible = dropped > 0 ? synthesize(fine, 1e-3, 4 * kRate, 2000) : reference;
+  for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(delayed[n], 0) << n;
+  for (std::size_t n = 11; n < 500; ++n) {
+    ASSERT_NEAR(delayed[n], audible[4 * n - 41], 1e-6 * peak_of(audible)) << n;
+  }
+}
+
+TEST(Synthesize, GivesTheSameBitsTwice) {
+  const RingDown rings = random_rings(64, 11, true);
+  EXPECT_EQ(synthesize(rings, 1e-3, 44100, 20000), synthesize(rings, 1e-3, 44100, 20000));
+}
+
+// A longer clip begins with the shorter one, whatever ends early.
+TEST(Synthesize, LongerClipsBeginWithShorterOnes) {
+  const RingDown rings = random_rings(64, 12, false);
+  const auto longer = synthesize(rings, 1e-3, 44100, 30011);
+  const auto shorter = synthesize(rings, 1e-3, 44100, 7003);
+  EXPECT_TRUE(std::equal(shorter.begin(), shorter.end(), longer.begin()));
+}
+
+TEST(Synthesize, EmptyAndSilent) {
+  EXPECT_EQ(synthesize(one_row({}, {}, {}), 1e-3, 44100, 3), std::vector<float>(3, 0.0f));
+  EXPECT_EQ(synthesize(one_row({1e6}, {1}, {0}), 1e-3, 44100, 3), std::vector<float>(3, 0.0f));
+  EXPECT_TRUE(synthesize(one_row({1e6}, {1}, {1}), 1e-3, 44100, 0).empty());
+  // A blow that reaches the listener after the clip's end.
+  RingDown late = one_row({1e6}, {1}, {1});
+  late.delays = {1.0};
+  EXPECT_EQ(synthesize(late, 1e-3, 44100, 3), std::vector<float>(3, 0.0f));
+}
+
+TEST(Synthesize, RefusesWhatCannotBe) {
+  const auto good = one_row({1e6}, {1}, {1});
+  const auto broken = [&](auto change) {
+    RingDown rings = good;
+    change(rings);
+    return rings;
+  };
+  const double nan = std::nan("");
+  EXPECT_THROW(synthesize(good, -1e-3, 44100, 3), core::InputError);
+  EXPECT_THROW(synthesize(good, 1e-3, 0, 3), core::InputError);
+  EXPECT_THROW(synthesize(good, nan, 44100, 3), core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.decay_rates = {-1}; }), 0, 44100, 3),
+               core::InputError);
+  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {nan}; }), 0, 44100, 3),
+               core::InputError);
+  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {INFINITY}; }), 0, 44100, 3),
+               core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {-1}; }), 0, 44100, 3),
+               core::InputError);
+  EXPECT_THROW(synthesize(broken([&](auto& r) { r.gains(0, 0) = nan; }), 0, 44100, 3),
+               core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.delays = {-1}; }), 0, 44100, 3), core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.delays = {}; }), 0, 44100, 3), core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {}; }), 0, 44100, 3),
+               core::InputError);
+}
+
+// The bound that ends near-critical modes is one.
+TEST(ModalResponse, BoundHolds) {
+  rc::check("bound_after_contact", [] {
+    const double omega = std::exp(*rc::gen::inRange(0, 1000) * 0.011);
+    const double ratio = 0.9951 + 1e-5 * *rc::gen::inRange(0, 900);
+    const double contact_time = *rc::gen::element(0.0, 1e-4, 1e-2);
+    const ModalResponse response(omega * omega, ratio * omega, contact_time);
+    RC_ASSERT(response.near_critical());
+    const double begin = *rc::gen::inRange(0, 100) * 0.05 / omega;
+    for (int i = 0; i < 200; ++i) {
+      const Motion motion = response.after_contact(begin + i * 0.05 / omega);
+      RC_ASSERT(std::abs(motion.velocity) <=
+                response.bound_after_contact(begin, Quantity::velocity) * (1 + 1e-9));
+      RC_ASSERT(std::abs(motion.acceleration) <=
+                response.bound_after_contact(begin, Quantity::acceleration) * (1 + 1e-9));
+    }
+  });
+}
+
+// Energy: with an undamped mode and any contact, velocity and displacement after the blow stay on
+// one ellipse, whose size is the pulse's spectrum at omega.
+TEST(ModalResponse, KeepsEnergyWithoutDamping) {
+  rc::check("energy", [] {
+    const double omega = std::exp(4 + *rc::gen::inRange(0, 700) * 0.01);
+    const double contact_time = std::exp(-10 + *rc::gen::inRange(0, 600) * 0.01);
+    const ModalResponse response(omega * omega, 0, contact_time);
+    // |spectrum| of the unit raised cosine: sinc(x) / (1 - x^2), x = omega T / 2 pi.
+    const double x = omega * contact_time / (2 * std::numbers::pi);
+    const double y = std::numbers::pi * x;
+    const double spectrum = std::abs(x - 1) < 1e-9 ? 0.5 : std::abs(std::sin(y) / y / (1 - x * x));
+    for (const double tau : {0.0, 1e-4, 0.3}) {
+      const Motion motion = response.after_contact(tau);
+      RC_ASSERT(std::abs(std::hypot(motion.velocity, omega * motion.displacement) - spectrum) <
+                1e-11 * (1 + omega * tau));
+    }
+  });
+}
+
+}  // namespace
+}  // namespace carillon::synth
