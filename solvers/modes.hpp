@@ -17,7 +17,7 @@ namespace carillon::solvers {
 struct Elastic {
   double youngs_modulus = 0;  ///< [Pa]
   double poisson_ratio = 0;
-  double density = 0;         ///< [kg/m^3]
+  double density = 0;  ///< [kg/m^3]
 };
 
 struct Band {
@@ -33,14 +33,16 @@ struct SolveOptions {
 
 /// What is known of a mode set's completeness and accuracy.
 struct Certificate {
+  double min_frequency = 0;  ///< the band that was asked for [Hz]
+  double max_frequency = 0;
   std::int64_t modes_in_band = 0;  ///< flexible modes between the band's ends, by Sylvester inertia
   std::int64_t modes_found = 0;    ///< of them, those in this set
   bool complete = false;           ///< every mode in the band is in the set
   double complete_to_hz = 0;       ///< no mode below this frequency is missing
   int rigid_modes = 0;             ///< recognised by projection on the rigid-body space
   int components = 0;
-  double max_residual = 0;         ///< ||K x - lambda M x|| / (lambda ||M x||), worst mode
-  double orthonormality = 0;       ///< max |X^T M X - I|
+  double max_residual = 0;    ///< ||K x - lambda M x|| / (lambda ||M x||), worst mode
+  double orthonormality = 0;  ///< max |X^T M X - I|, rigid modes included
   std::int64_t unknowns = 0;
 };
 
@@ -71,14 +73,20 @@ struct Modes {
 
 /// Modes of a free body by finite elements: K x = lambda M x, count by inertia, shift-invert
 /// Krylov-Schur, then checks (solver-independent units inside). The lowest `max_modes` flexible
-/// modes in the band, or all of them.
+/// modes in the band, or all of them; none in the band is a result like any other. A
+/// SolverEnvironment must be alive.
+///
+/// Pairs of equal frequency come with whatever basis the solver found. Each shape's sign makes the
+/// largest of its entries on the surface positive.
 ///
 /// @param mesh     the same on every rank of `comm`
 /// @param regions  one for each of mesh.region_names
 /// @param trace    stages partition, assemble, count, solve, extract are added
 /// @return the same on every rank
-/// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density
-/// @throws SolverError  no convergence, residual above 1e-6, wrong number of rigid modes
+/// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density, an empty band, no
+///                      elements, or element nodes and regions that do not exist
+/// @throws SolverError  an element turned inside out, no convergence, residual above 1e-6, wrong
+///                      number of rigid modes, or parts that hang together by a point or an edge
 /// @note Collective on comm.
 Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                   const SolveOptions& options, MPI_Comm comm, core::Trace& trace);
@@ -87,8 +95,9 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
 /// lambda scales with modulus / (density length^2), shapes with (density length^3)^-1/2. Exact.
 Modes rescale(const Modes& modes, double length, double modulus, double density);
 
-/// The modes of a set that lie in a band; the certificate follows (complete only as far as the
-/// set was).
+/// The modes of a set that lie in a band within the one it was made for, the lowest max_modes of
+/// them. The certificate is exact as far as the set was complete; beyond, modes_in_band still
+/// counts up to the first band's top.
 Modes restrict_to(const Modes& modes, const Band& band);
 
 /// Straight triangles that follow the curved faces: each face cut into order^2 pieces. Vertices

@@ -1,0 +1,77 @@
+#include "solvers/collective.hpp"
+
+#include <new>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+enum Kind : int { input, solver, file, other };
+
+struct Failure {
+  int kind = other;
+  std::string message;
+  std::string hint;
+};
+
+Failure describe(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const core::InputError& e) {
+    return {input, e.message(), e.hint()};
+  } catch (const core::FileError& e) {
+    return {file, e.message(), e.hint()};
+  } catch (const core::SolverError& e) {
+    return {solver, e.message(), e.hint()};
+  } catch (const core::Error& e) {
+    return {other, e.message(), e.hint()};
+  } catch (const std::bad_alloc&) {
+    return {solver, "out of memory", ""};
+  } catch (const std::exception& e) {
+    return {other, e.what(), ""};
+  }
+}
+
+void broadcast(std::string& text, int root, MPI_Comm comm) {
+  auto length = static_cast<unsigned long>(text.size());
+  MPI_Bcast(&length, 1, MPI_UNSIGNED_LONG, root, comm);
+  text.resize(length);
+  MPI_Bcast(text.data(), static_cast<int>(length), MPI_CHAR, root, comm);
+}
+
+}  // namespace
+
+void agreed(MPI_Comm comm, const std::function<void()>& work) {
+  std::exception_ptr error;
+  try {
+    work();
+  } catch (...) {
+    error = std::current_exception();
+  }
+  int rank = 0, size = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &size);
+  int failing = error ? rank : size;
+  MPI_Allreduce(MPI_IN_PLACE, &failing, 1, MPI_INT, MPI_MIN, comm);
+  if (failing == size) return;
+  Failure failure;
+  if (rank == failing) failure = describe(error);
+  MPI_Bcast(&failure.kind, 1, MPI_INT, failing, comm);
+  broadcast(failure.message, failing, comm);
+  broadcast(failure.hint, failing, comm);
+  switch (failure.kind) {
+    case input:
+      throw core::InputError(failure.message, failure.hint);
+    case solver:
+      throw core::SolverError(failure.message, failure.hint);
+    case file:
+      throw core::FileError(failure.message, failure.hint);
+    default:
+      throw core::Error(failure.message, failure.hint);
+  }
+}
+
+}  // namespace carillon::solvers

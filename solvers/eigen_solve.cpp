@@ -1,0 +1,227 @@
+#include "solvers/eigen_solve.hpp"
+
+#include <fmt/core.h>
+#include <slepceps.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.hpp"
+#include "solvers/factor.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+using EpsHandle = core::Handle<EPS, EPSDestroy>;
+
+int size_of(MPI_Comm comm) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  return size;
+}
+
+double uniform_of(std::uint64_t x) {
+  // SplitMix64's finaliser (Steele, Lea and Flood 2014).
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-52 - 1;
+}
+
+/// Start vector by mesh node, so that it is the same however the nodes are spread over ranks.
+void fill_start(const System& system, std::uint64_t seed, Vec start) {
+  double* values = nullptr;
+  check(VecGetArray(start, &values));
+  for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
+    const auto number = static_cast<std::size_t>(system.graph.begin + row);
+    const auto node = static_cast<std::uint64_t>(system.partition.node[number]);
+    for (std::uint64_t c = 0; c < 3; ++c) {
+      *(values + 3 * row + static_cast<std::ptrdiff_t>(c)) =
+          uniform_of((seed << 40) + 3 * node + c);
+    }
+  }
+  check(VecRestoreArray(start, &values));
+}
+
+PetscErrorCode apply_inverse(PC shell, Vec right, Vec solution) {
+  void* factor = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(shell, &factor));
+  // An exception must not cross PETSc's frames.
+  try {
+    static_cast<const Factorization*>(factor)->solve(right, solution);
+  } catch (const std::exception& e) {
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", e.what());
+  }
+  PetscFunctionReturn(0);
+}
+
+/// A vector whose values lie in a column of a matrix.
+VecHandle wrap(MPI_Comm comm, double* values, PetscInt rows) {
+  VecHandle out;
+  check(VecCreateMPIWithArray(comm, 3, rows, PETSC_DETERMINE, values, out.put()));
+  return out;
+}
+
+/// Fills residuals, mass_vectors and orthonormality from values and vectors. `shifted` is
+/// K - shift M.
+void measure(const System& system, Mat shifted, double shift, Mat mass, MPI_Comm comm,
+             EigenPairs& pairs) {
+  const auto rows = system.owned_unknowns();
+  pairs.mass_vectors.resize(rows, pairs.size());
+  Eigen::VectorXd product(rows);
+  Eigen::ArrayXd squares(2 * pairs.size());
+  for (Eigen::Index k = 0; k < pairs.size(); ++k) {
+    const auto x = wrap(comm, pairs.vectors.col(k).data(), rows);
+    const auto mx = wrap(comm, pairs.mass_vectors.col(k).data(), rows);
+    const auto ax = wrap(comm, product.data(), rows);
+    check(MatMult(mass, x.get(), mx.get()));
+    check(MatMult(shifted, x.get(), ax.get()));
+    const double value = pairs.values[static_cast<std::size_t>(k)];
+    squares[2 * k] = (product - (value - shift) * pairs.mass_vectors.col(k)).squaredNorm();
+    squares[2 * k + 1] = pairs.mass_vectors.col(k).squaredNorm();
+  }
+  Eigen::MatrixXd gram = pairs.vectors.transpose() * pairs.mass_vectors;
+  MPI_Allreduce(MPI_IN_PLACE, squares.data(), static_cast<int>(squares.size()), MPI_DOUBLE, MPI_SUM,
+                comm);
+  MPI_Allreduce(MPI_IN_PLACE, gram.data(), static_cast<int>(gram.size()), MPI_DOUBLE, MPI_SUM,
+                comm);
+  pairs.residuals.clear();
+  for (Eigen::Index k = 0; k < pairs.size(); ++k) {
+    const double value = std::abs(pairs.values[static_cast<std::size_t>(k)]);
+    pairs.residuals.push_back(std::sqrt(squares[2 * k] / squares[2 * k + 1]) / value);
+  }
+  gram.diagonal().array() -= 1;
+  pairs.orthonormality = gram.size() == 0 ? 0 : gram.cwiseAbs().maxCoeff();
+}
+
+void krylov_schur(const System& system, const EigenRequest& request, Mat shifted, Mat mass,
+                  const Factorization& factor, MPI_Comm comm, EigenPairs& pairs) {
+  // The operator is K - sigma M itself and the target zero, so that M need never be added to
+  // another matrix; sigma is added to what comes out.
+  EpsHandle eps;
+  check(EPSCreate(comm, eps.put()));
+  check(EPSSetOperators(eps.get(), shifted, mass));
+  check(EPSSetProblemType(eps.get(), EPS_GHEP));
+  check(EPSSetType(eps.get(), EPSKRYLOVSCHUR));
+  check(EPSSetTarget(eps.get(), 0));
+  check(EPSSetWhichEigenpairs(eps.get(), EPS_TARGET_MAGNITUDE));
+  const auto unknowns = static_cast<PetscInt>(system.unknowns());
+  const PetscInt wanted = std::min<PetscInt>(request.pairs, unknowns);
+  // Beyond 150 modes the projected problem is held small, which bounds the basis' memory.
+  const PetscInt projected = wanted > 150 ? 150 : PETSC_DEFAULT;
+  check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, projected));
+  check(EPSSetTolerances(eps.get(), request.tolerance, 1000));
+  check(EPSSetPurify(eps.get(), PETSC_FALSE));
+  ST st = nullptr;
+  KSP ksp = nullptr;
+  PC pc = nullptr;
+  check(EPSGetST(eps.get(), &st));
+  check(STSetType(st, STSINVERT));
+  check(STGetKSP(st, &ksp));
+  check(KSPSetType(ksp, KSPPREONLY));
+  check(KSPGetPC(ksp, &pc));
+  check(PCSetType(pc, PCSHELL));
+  check(PCShellSetContext(pc, const_cast<Factorization*>(&factor)));
+  check(PCShellSetApply(pc, apply_inverse));
+  VecHandle start;
+  check(MatCreateVecs(shifted, start.put(), nullptr));
+  fill_start(system, request.seed, start.get());
+  Vec first = start.get();
+  check(EPSSetInitialSpace(eps.get(), 1, &first));
+  check(EPSSolve(eps.get()));
+
+  PetscInt found = 0;
+  check(EPSGetConverged(eps.get(), &found));
+  if (found < wanted) {
+    throw core::SolverError(
+        fmt::format("only {} of {} modes converged", found, wanted),
+        "the mesh may have nearly flat elements; another element size often helps");
+  }
+  const auto rows = system.owned_unknowns();
+  pairs.vectors.resize(rows, found);
+  for (PetscInt k = 0; k < found; ++k) {
+    double value = 0;
+    const auto x = wrap(comm, pairs.vectors.col(k).data(), rows);
+    check(EPSGetEigenpair(eps.get(), k, &value, nullptr, x.get(), nullptr));
+    pairs.values.push_back(value + request.shift);
+  }
+}
+
+/// All eigenpairs of a small problem on one rank, by Eigen.
+void dense(const System& system, const EigenRequest& request, EigenPairs& pairs) {
+  const auto n = static_cast<Eigen::Index>(system.unknowns());
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n), m = a;
+  const auto& graph = system.graph;
+  for (Eigen::Index row = 0; row < graph.rows(); ++row) {
+    const auto begin = graph.first[static_cast<std::size_t>(row)];
+    const auto width = graph.first[static_cast<std::size_t>(row) + 1] - begin;
+    for (Eigen::Index k = 0; k < width; ++k) {
+      const Eigen::Index column = graph.column[static_cast<std::size_t>(begin + k)];
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Eigen::Index j = 0; j < 3; ++j) {
+          const auto at = 9 * begin + i * 3 * width + 3 * k + j;
+          a(3 * row + i, 3 * column + j) = system.stiffness[static_cast<std::size_t>(at)];
+        }
+        m(3 * row + i, 3 * column + i) = system.mass[static_cast<std::size_t>(begin + k)];
+      }
+    }
+  }
+  a -= request.shift * m;
+  // Roles exchanged: the largest eigenvalues of M x = nu (K - sigma M) x are the wanted ones, and
+  // come out with the better accuracy.
+  Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(m, a);
+  if (solver.info() != Eigen::Success) {
+    throw core::SolverError("the dense eigenproblem could not be solved",
+                            "the mesh may have elements that are nearly flat");
+  }
+  const auto wanted = std::min<Eigen::Index>(request.pairs, n);
+  pairs.vectors.resize(n, wanted);
+  for (Eigen::Index k = 0; k < wanted; ++k) {
+    const double inverse = solver.eigenvalues()[n - 1 - k];
+    pairs.values.push_back(1 / inverse + request.shift);
+    pairs.vectors.col(k) = solver.eigenvectors().col(n - 1 - k) / std::sqrt(inverse);
+  }
+}
+
+/// Krylov methods want a space much larger than what is asked for.
+bool wants_dense(std::int64_t unknowns, int pairs) {
+  return unknowns <= 400 || (unknowns <= 2000 && 3 * static_cast<std::int64_t>(pairs) > unknowns);
+}
+
+}  // namespace
+
+std::int64_t count_below(const System& system, double value, MPI_Comm comm) {
+  for (int tries = 0; tries < 4; ++tries) {
+    const auto matrix = shifted_matrix(system, value, false, comm);
+    const Factorization factor(matrix.get(), FactorMethod::mumps_indefinite, {});
+    const auto inertia = factor.inertia();
+    if (inertia.zero == 0) return inertia.negative;
+    value *= 1 + 1e-6;
+  }
+  throw core::SolverError(fmt::format("an eigenvalue lies at every frequency tried near {:.6g} Hz",
+                                      system.scales.to_frequency(value)),
+                          "the matrices may be singular: check for parts of no mass or stiffness");
+}
+
+EigenPairs lowest_pairs(const System& system, const EigenRequest& request, MPI_Comm comm) {
+  EigenPairs pairs;
+  const bool alone = size_of(comm) == 1;
+  const auto shifted = shifted_matrix(system, request.shift, true, comm);
+  const auto mass = mass_matrix(system, comm);
+  if (alone && wants_dense(system.unknowns(), request.pairs)) {
+    dense(system, request, pairs);
+  } else {
+    std::vector<std::int32_t> order;
+    if (alone) order = nested_dissection(system.graph);
+    const Factorization factor(shifted.get(),
+                               alone ? FactorMethod::cholmod : FactorMethod::mumps_definite, order);
+    krylov_schur(system, request, shifted.get(), mass.get(), factor, comm, pairs);
+  }
+  measure(system, shifted.get(), request.shift, mass.get(), comm, pairs);
+  return pairs;
+}
+
+}  // namespace carillon::solvers

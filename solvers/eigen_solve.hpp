@@ -1,0 +1,46 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "solvers/assemble.hpp"
+
+namespace carillon::solvers {
+
+/// Number of eigenvalues of K x = lambda M x below `value` (dimensionless): the negative pivots of
+/// K - value M, by Sylvester's law of inertia. A value that hits an eigenvalue is moved up by 1e-6
+/// of itself.
+/// @throws core::SolverError  the matrix cannot be factored
+/// @note Collective on comm.
+std::int64_t count_below(const System& system, double value, MPI_Comm comm);
+
+/// Eigenpairs of K x = lambda M x, ascending, dimensionless.
+struct EigenPairs {
+  std::vector<double> values;
+  Eigen::MatrixXd vectors;        ///< owned unknowns x pairs, M-normalised
+  Eigen::MatrixXd mass_vectors;   ///< M times them
+  std::vector<double> residuals;  ///< ||K x - lambda M x|| / (|lambda| ||M x||)
+  double orthonormality = 0;      ///< max |X^T M X - I|
+
+  Eigen::Index size() const { return vectors.cols(); }
+};
+
+struct EigenRequest {
+  int pairs = 0;             ///< how many of the lowest
+  double shift = 0;          ///< sigma, negative
+  double tolerance = 1e-12;  ///< of the transformed problem
+  std::uint64_t seed = 0;    ///< of the start vector, which depends on nothing else but the nodes
+};
+
+/// The lowest eigenpairs by shift-invert Krylov-Schur about a negative shift, where K - sigma M is
+/// positive definite: Cholesky by CHOLMOD on one rank, by MUMPS on a group. Problems of a few
+/// hundred unknowns, and those that ask for a good part of all modes, are solved densely.
+/// @return at least `pairs` of them unless the problem has fewer
+/// @throws core::SolverError  no convergence
+/// @note Collective on comm.
+EigenPairs lowest_pairs(const System& system, const EigenRequest& request, MPI_Comm comm);
+
+}  // namespace carillon::solvers
