@@ -6,18 +6,23 @@
 
 namespace carillon::solvers {
 
-/// Nearest point of the true surface; what curved boundary nodes are moved to.
-using SurfaceProjection = std::function<Vec3(const Vec3&)>;
+/// Nearest point of the true surface to a point near it; what curved boundary nodes are moved to.
+/// `normal` is the outward direction of the straight boundary there: the answer lies on a side of
+/// the body that looks the same way, so a node of a thin wall stays on its own side.
+using SurfaceProjection = std::function<Vec3(const Vec3& point, const Vec3& normal)>;
 
 /// Remeshes a clean closed surface to sizes that follow local thickness and curvature, features
 /// kept (CGAL isotropic remeshing), and fills it by boundary-constrained Delaunay (Gmsh's
-/// library): a thin wall gets one layer of wide elements. First-order tetrahedra.
-/// @throws SolverError  Gmsh failed, or more than options.max_elements are needed
+/// library): a thin wall gets one layer of wide elements. First-order tetrahedra. Several
+/// components and cavities (components that look inward) are allowed.
+/// @throws SolverError  Gmsh failed, or more than options.max_elements are needed (names the
+///                      element_size that would fit)
 TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options);
 
 /// The same tetrahedra with nodes of a higher order; nodes of boundary edges and faces are moved
-/// by `project` (none: straight). Edges between faces that meet at more than 40 degrees stay on
-/// the surface too. An element whose Jacobian would turn negative is straightened and counted.
+/// by `project` (none: straight), and those inside follow. Edges between faces that meet at more
+/// than 40 degrees stay on the surface too. A node that would move by more than 0.3 of its edge is
+/// left on the chord. An element whose Jacobian would turn negative is straightened and counted.
 TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& project,
                 std::int64_t& straightened);
 

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "solvers/tet_mesh.hpp"
+
+namespace carillon::solvers {
+
+/// Fills closed surfaces by boundary-constrained Delaunay (Gmsh's library, one thread): every
+/// triangle becomes a boundary face, sizes inside follow those of the surface. First order.
+/// @param surface  clean; each component that looks outward becomes a body, those that look inward
+///                 are cavities of the body around them
+/// @throws SolverError  with Gmsh's reason
+TetMesh fill_with_tetrahedra(const SurfaceMesh& surface);
+
+/// One model in Gmsh's library, which holds global state: started once per process, silent, one
+/// thread, its own files ignored. The model goes with the object.
+class GmshModel {
+ public:
+  GmshModel();
+  ~GmshModel();
+  GmshModel(const GmshModel&) = delete;
+  GmshModel& operator=(const GmshModel&) = delete;
+};
+
+/// Runs calls of Gmsh and turns what it throws or reports into a SolverError that begins with
+/// `what`.
+void with_gmsh(const std::string& what, const std::function<void()>& calls);
+
+}  // namespace carillon::solvers

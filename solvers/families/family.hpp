@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solvers/families.hpp"
+
+namespace carillon::solvers {
+
+// What each file of families adds to the registry.
+std::vector<Family> box_families();
+std::vector<Family> round_families();
+std::vector<Family> vessel_families();
+Family wrench_family();
+Family sphere_family();
+Family turned_family();
+
+/// Value of a parameter of a checked shape.
+double parameter(const GeneratedShape& shape, const std::string& name);
+
+/// Every parameter of the family is there, positive and finite, and no other.
+/// @throws InputError  names the parameter, or the nearest one that exists
+void check_parameters(const GeneratedShape& shape);
+
+/// @throws InputError  `rule` with the family's name in front, when `holds` is false
+void require(bool holds, const GeneratedShape& shape, const std::string& rule);
+
+/// A mesh with its quality.
+MeshResult finish(TetMesh mesh, std::int64_t straightened = 0);
+
+}  // namespace carillon::solvers

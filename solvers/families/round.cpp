@@ -1,0 +1,101 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/families/extrude.hpp"
+#include "solvers/families/shell.hpp"
+#include "solvers/families/sizing.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+constexpr double full_turn = 2 * std::numbers::pi;
+
+Shell disc(const GeneratedShape& shape) {
+  const double thickness = parameter(shape, "thickness");
+  Profile profile;
+  profile.line({0, thickness / 2}, {parameter(shape, "radius"), thickness / 2});
+  return {std::move(profile), [thickness](double) { return thickness; }, thickness, thickness};
+}
+
+MeshResult mesh_disc(const GeneratedShape& shape, const MeshOptions& options) {
+  check_parameters(shape);
+  return mesh_shell(disc(shape), options);
+}
+
+/// Hollow cylinder about z, [0, length] along it: cells around, along and through the wall, layers
+/// along the shorter of the last two.
+MeshResult mesh_annulus(double inner, double outer, double length, const MeshOptions& options) {
+  const double wall = outer - inner;
+  const bool layers_in_wall = wall <= length;
+  const double thickness = std::min(wall, length), other = std::max(wall, length);
+  const auto around = [&](double cell) {
+    const double chord = std::min(cell, max_chord(outer, layers_in_wall ? wall : outer));
+    return 4 * std::max(3, static_cast<int>(std::ceil(full_turn * outer / chord / 4 * (1 - 1e-9))));
+  };
+  const auto count = [&](double cell) {
+    return std::int64_t{6} * around(cell) * cells_along(other, cell) *
+           layers_through(thickness, cell, options);
+  };
+  const double cell = cell_size(options, thickness, std::max(2 * outer, length), count);
+  const PlanarGrid grid = rectangle_grid(around(cell), cells_along(other, cell), true);
+  return finish(extrude(grid, layers_through(thickness, cell, options), options.order,
+                        [=](const Vec2& p, double t) {
+                          const double angle = full_turn * p.x();
+                          const double across = layers_in_wall ? t : p.y();
+                          const double along = layers_in_wall ? p.y() : t;
+                          const double r = (1 - across) * inner + across * outer;
+                          return Vec3(r * std::cos(angle), r * std::sin(angle), along * length);
+                        }));
+}
+
+void check_tube(const GeneratedShape& shape) {
+  check_parameters(shape);
+  require(parameter(shape, "wall") < parameter(shape, "radius"), shape,
+          "the wall must be thinner than the radius");
+}
+
+MeshResult mesh_tube(const GeneratedShape& shape, const MeshOptions& options) {
+  check_tube(shape);
+  const double radius = parameter(shape, "radius");
+  return mesh_annulus(radius - parameter(shape, "wall"), radius, parameter(shape, "length"),
+                      options);
+}
+
+void check_ring(const GeneratedShape& shape) {
+  check_parameters(shape);
+  require(parameter(shape, "inner_radius") < parameter(shape, "radius"), shape,
+          "inner_radius must be smaller than radius");
+}
+
+MeshResult mesh_ring(const GeneratedShape& shape, const MeshOptions& options) {
+  check_ring(shape);
+  return mesh_annulus(parameter(shape, "inner_radius"), parameter(shape, "radius"),
+                      parameter(shape, "height"), options);
+}
+
+}  // namespace
+
+std::vector<Family> round_families() {
+  return {{"disc",
+           "flat round disc",
+           {{"radius", 0.04, 0.15, "[m]"}, {"thickness", 0.003, 0.015, "along z [m]"}},
+           check_parameters,
+           mesh_disc},
+          {"tube",
+           "round tube, open at both ends",
+           {{"radius", 0.01, 0.04, "outer radius [m]"},
+            {"wall", 0.0015, 0.005, "thickness [m]"},
+            {"length", 0.08, 0.3, "along z [m]"}},
+           check_tube,
+           mesh_tube},
+          {"ring",
+           "ring with a rectangular section",
+           {{"radius", 0.04, 0.09, "outer radius [m]"},
+            {"inner_radius", 0.02, 0.035, "[m]"},
+            {"height", 0.005, 0.02, "along z [m]"}},
+           check_ring,
+           mesh_ring}};
+}
+
+}  // namespace carillon::solvers

@@ -1,0 +1,102 @@
+#include "solvers/families/shell.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/families/extrude.hpp"
+#include "solvers/families/sizing.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+/// Ends u of the cells that a segment is cut into: no longer than `cell`, shorter where it bends.
+std::vector<double> divide(const ProfileSegment& segment, double cell, double wall) {
+  constexpr int steps = 256;
+  std::vector<double> cumulated{0};
+  ProfilePoint before = segment.point(0);
+  for (int i = 1; i <= steps; ++i) {
+    const ProfilePoint now = segment.point(static_cast<double>(i) / steps);
+    const double chord = (now.at - before.at).norm();
+    const double cosine = std::clamp(now.tangent.dot(before.tangent), -1.0, 1.0);
+    const double angle = std::acos(cosine);
+    const double longest = angle > 1e-7 ? std::min(cell, max_chord(chord / angle, wall)) : cell;
+    cumulated.push_back(cumulated.back() + chord / longest);
+    before = now;
+  }
+  const int count = std::max(1, static_cast<int>(std::ceil(cumulated.back() * (1 - 1e-9))));
+  std::vector<double> ends;
+  std::size_t at = 0;
+  for (int k = 1; k < count; ++k) {
+    const double goal = cumulated.back() * k / count;
+    while (cumulated[at + 1] < goal) ++at;
+    const double within = (goal - cumulated[at]) / (cumulated[at + 1] - cumulated[at]);
+    ends.push_back((static_cast<double>(at) + within) / steps);
+  }
+  ends.push_back(1);
+  return ends;
+}
+
+/// The disc whose radius is the profile's coordinate s, its circles at the profile's joints.
+DiscGrid plan(const Shell& shell, double cell) {
+  const auto& segments = shell.profile.segments();
+  const double radius = shell.profile.largest_radius();
+  const double around =
+      2 * std::numbers::pi * radius / std::min(cell, max_chord(radius, shell.thinnest));
+  DiscGrid disc;
+  disc.around = 4 * std::max(3, static_cast<int>(std::ceil(around / 4 * (1 - 1e-9))));
+
+  // The square takes about half of the flat middle; rings of cells as wide as its own lead from it
+  // to a circle. The square's sides lie a fifth of its radius further in than its corners.
+  const double flat = segments.front().length;
+  const int side = disc.around / 4;
+  disc.core = 0.6 * flat;
+  disc.transition = std::max(1, static_cast<int>(std::lround(side / 7.0)));
+  double first = disc.core * std::min(1.6, 1 + 1.5 * disc.transition / side);
+  const double local = 2 * std::numbers::pi * flat / disc.around;
+  if (flat - first < 0.5 * std::min(cell, local)) first = flat;
+  disc.circles.push_back(first);
+  const int rings = first < flat ? cells_along(flat - first, cell) : 0;
+  for (int k = 1; k <= rings; ++k)
+    disc.circles.push_back(k == rings ? flat : first + (flat - first) * k / rings);
+
+  double start = flat;
+  for (std::size_t i = 1; i < segments.size(); ++i) {
+    for (double u : divide(segments[i], cell, shell.thinnest))
+      disc.circles.push_back(start + u * segments[i].length);
+    start += segments[i].length;
+  }
+  return disc;
+}
+
+}  // namespace
+
+void check_shell(const GeneratedShape& shape, const Shell& shell) {
+  require(shell.thickest <= 1.6 * shell.profile.tightest(), shape,
+          fmt::format("a wall of {:.4g} m is too thick for a profile that bends with a radius of "
+                      "{:.4g} m; it may be {:.4g} m",
+                      shell.thickest, shell.profile.tightest(), 1.6 * shell.profile.tightest()));
+}
+
+MeshResult mesh_shell(const Shell& shell, const MeshOptions& options) {
+  const auto count = [&](double cell) {
+    return 6 * plan(shell, cell).cells() * layers_through(shell.thickest, cell, options);
+  };
+  const double cell =
+      cell_size(options, shell.thickest,
+                std::max(shell.profile.length(), 2 * shell.profile.largest_radius()), count);
+  const int layers = layers_through(shell.thickest, cell, options);
+  return finish(extrude(disc_grid(plan(shell, cell)), layers, options.order,
+                        [&shell](const Vec2& p, double t) {
+                          const double s = p.norm();
+                          const ProfilePoint middle = shell.profile.point(s);
+                          const Vec2 normal(middle.tangent.y(), -middle.tangent.x());
+                          const Vec2 at = middle.at + (t - 0.5) * shell.wall(s) * normal;
+                          const Vec2 spoke = s > 0 ? Vec2(p / s) : Vec2(Vec2::Zero());
+                          return Vec3(at.x() * spoke.x(), at.x() * spoke.y(), at.y());
+                        }));
+}
+
+}  // namespace carillon::solvers
