@@ -107,7 +107,8 @@ namespace {
 
 /// Whole number in decimal digits, or as 1e6; nothing when the text is not one.
 std::optional<std::int64_t> whole_number(const std::string& text, bool& too_large) {
-  const std::string_view digits = std::string_view(text).substr(text.starts_with('+') ? 1 : 0);
+  const std::string_view digits =
+      std::string_view(text).substr(text.starts_with('+') && !text.starts_with("+-") ? 1 : 0);
   const char* last = digits.data() + digits.size();
   std::int64_t whole = 0;
   const auto exact = std::from_chars(digits.data(), last, whole);

@@ -68,6 +68,9 @@ class TreeBuilder : public YAML::EventHandler {
   }
   void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
                 const std::string& value) override {
+    if (never_closed(mark)) {
+      fail(place(mark), next_path(), "malformed YAML: the quote is never closed");
+    }
     ConfigTree tree = leaf(Kind::scalar, mark);
     tree.scalar = value;
     add(std::move(tree), anchor);
@@ -109,6 +112,23 @@ class TreeBuilder : public YAML::EventHandler {
     ConfigTree tree;
     std::size_t values;
   };
+
+  /// yaml-cpp lets the end of the text stand for a closing quote.
+  bool never_closed(const YAML::Mark& mark) const {
+    std::size_t at = static_cast<std::size_t>(std::max(0, mark.pos));
+    if (at >= text_.size()) return false;
+    const char quote = text_[at];
+    if (quote != '"' && quote != '\'') return false;
+    for (++at; at < text_.size(); ++at) {
+      if (text_[at] == '\\' && quote == '"') {
+        ++at;
+      } else if (text_[at] == quote) {
+        if (quote == '"' || at + 1 == text_.size() || text_[at + 1] != quote) return false;
+        ++at;
+      }
+    }
+    return true;
+  }
 
   void count(std::size_t more, const YAML::Mark& mark) {
     values_ += more;

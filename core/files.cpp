@@ -56,7 +56,7 @@ void make_folder(const fs::path& folder) {
   fs::create_directory(folder, error);
   // Another rank may have made it meanwhile; only what stands there now counts.
   if (!fs::is_directory(folder)) {
-    fail(folder, "the folder cannot be made", error ? error.value() : ENOTDIR);
+    fail(folder, "the folder cannot be made", fs::exists(folder) ? ENOTDIR : error.value());
   }
   sync(above, O_DIRECTORY);
 }

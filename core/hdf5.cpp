@@ -58,9 +58,19 @@ Hdf5Object untimed_properties(hid_t kind) {
   return properties;
 }
 
-Hdf5Object making_groups() {
+void make_groups_above(hid_t group, const std::string& file, const std::string& path) {
+  for (std::size_t slash = path.find('/', 1); slash != std::string::npos;
+       slash = path.find('/', slash + 1)) {
+    const std::string above = path.substr(0, slash);
+    if (H5Lexists(group, above.c_str(), H5P_DEFAULT) > 0) continue;
+    const Hdf5Object creation = untimed_properties(H5P_GROUP_CREATE);
+    checked(H5Gcreate2(group, above.c_str(), link_properties().get(), creation.get(), H5P_DEFAULT),
+            H5Gclose, file, above, "group cannot be made");
+  }
+}
+
+Hdf5Object link_properties() {
   Hdf5Object properties(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
-  H5Pset_create_intermediate_group(properties.get(), 1);
   H5Pset_char_encoding(properties.get(), H5T_CSET_UTF8);
   return properties;
 }
@@ -130,7 +140,8 @@ void Hdf5Group::flush() const {
 
 Hdf5Group Hdf5Group::create_group(const std::string& name) const {
   const QuietErrors quiet;
-  const Hdf5Object links = making_groups();
+  make_groups_above(id_.get(), file_, name);
+  const Hdf5Object links = link_properties();
   const Hdf5Object creation = untimed_properties(H5P_GROUP_CREATE);
   return {checked(H5Gcreate2(id_.get(), name.c_str(), links.get(), creation.get(), H5P_DEFAULT),
                   H5Gclose, file_, name, "group cannot be made"),

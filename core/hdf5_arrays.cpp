@@ -126,7 +126,8 @@ Hdf5Object make_dataset(hid_t group, const std::string& file, const std::string&
                         const Extent& extent, const StorageOptions& storage, bool filled_later) {
   const Hdf5Object type = stored_type<T>();
   const Hdf5Object space = dataspace(extent);
-  const Hdf5Object links = making_groups();
+  make_groups_above(group, file, name);
+  const Hdf5Object links = link_properties();
   const Hdf5Object properties = untimed_properties(H5P_DATASET_CREATE);
   set_storage(properties.get(), file, name, extent, storage, H5Tget_size(type.get()));
   if (filled_later) H5Pset_fill_time(properties.get(), H5D_FILL_TIME_ALLOC);
@@ -285,7 +286,8 @@ void Hdf5Group::write_virtual(const std::string& name, const std::filesystem::pa
           file_, name, "cannot be joined");
   }
   H5Sselect_all(space.get());
-  const Hdf5Object links = making_groups();
+  make_groups_above(id_.get(), file_, name);
+  const Hdf5Object links = link_properties();
   checked(H5Dcreate2(id_.get(), name.c_str(), first.type.get(), space.get(), links.get(),
                      properties.get(), H5P_DEFAULT),
           H5Dclose, file_, name, "cannot be made");

@@ -44,8 +44,12 @@ Hdf5Object text_type();
 /// Creation properties without times. @param kind  H5P_DATASET_CREATE, H5P_GROUP_CREATE ...
 Hdf5Object untimed_properties(hid_t kind);
 
-/// Link creation that makes the groups of a path which are not there.
-Hdf5Object making_groups();
+/// Makes the groups that a path leads through. (HDF5 can do so by itself, but then they keep the
+/// time.)
+void make_groups_above(hid_t group, const std::string& file, const std::string& path);
+
+/// Link creation with a UTF-8 name.
+Hdf5Object link_properties();
 
 /// Texts of an attribute or a dataset; `read(type, buffer)` reads all `count` into a buffer.
 /// Variable and fixed length, as other writers leave them.
