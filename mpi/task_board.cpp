@@ -1,0 +1,233 @@
+#include "mpi/task_board.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <unordered_set>
+
+#include "core/error.hpp"
+
+namespace carillon::mpi {
+
+namespace {
+
+void check_values(const Task& task) {
+  if (task.width < 1) {
+    throw core::Error(fmt::format("task '{}' wants {} ranks", task.key, task.width));
+  }
+  if (!std::isfinite(task.cost) || task.cost < 0 || !std::isfinite(task.memory) ||
+      task.memory < 0) {
+    throw core::Error(fmt::format("task '{}' has an estimate of {} s and {} bytes", task.key,
+                                  task.cost, task.memory));
+  }
+}
+
+bool is_settled(TaskState state) {
+  return state == TaskState::done || state == TaskState::failed || state == TaskState::skipped;
+}
+
+}  // namespace
+
+TaskBoard::TaskBoard(std::vector<Task> tasks)
+    : tasks_(std::move(tasks)),
+      states_(tasks_.size(), TaskState::waiting),
+      unmet_(tasks_.size(), 0),
+      dependents_(tasks_.size()) {
+  check_dependencies();
+  for (std::size_t i = 0; i < tasks_.size(); ++i) {
+    for (const std::int64_t earlier : tasks_[i].after) {
+      dependents_[static_cast<std::size_t>(earlier)].push_back(i);
+    }
+    unmet_[i] = static_cast<std::int64_t>(tasks_[i].after.size());
+    total_cost_ += tasks_[i].cost;
+  }
+  check_order();
+  counts_[static_cast<std::size_t>(TaskState::waiting)] = static_cast<std::int64_t>(tasks_.size());
+  fill_queues();
+}
+
+void TaskBoard::check_dependencies() const {
+  std::unordered_set<std::string> keys;
+  for (const Task& task : tasks_) {
+    check_values(task);
+    if (!keys.insert(task.key).second) {
+      throw core::Error(fmt::format("two tasks have the key '{}'", task.key));
+    }
+    for (const std::int64_t earlier : task.after) {
+      if (earlier < 0 || earlier >= static_cast<std::int64_t>(tasks_.size())) {
+        throw core::Error(fmt::format("task '{}' waits for task {}, but there are {} tasks",
+                                      task.key, earlier, tasks_.size()));
+      }
+      const Task& before = tasks_[static_cast<std::size_t>(earlier)];
+      if (before.width < task.width) {
+        throw core::Error(
+            fmt::format("task '{}' for {} ranks waits for the narrower task '{}' for {}", task.key,
+                        task.width, before.key, before.width));
+      }
+    }
+  }
+}
+
+void TaskBoard::check_order() const {
+  // Take away tasks that wait for nothing (Kahn); what remains waits for itself.
+  std::vector<std::int64_t> unmet = unmet_;
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < unmet.size(); ++i) {
+    if (unmet[i] == 0) free.push_back(i);
+  }
+  std::size_t ordered = 0;
+  while (!free.empty()) {
+    const std::size_t task = free.back();
+    free.pop_back();
+    ++ordered;
+    for (const std::size_t later : dependents_[task]) {
+      if (--unmet[later] == 0) free.push_back(later);
+    }
+  }
+  if (ordered == tasks_.size()) return;
+  // What is left holds the circles and what waits for them: going back from any of it along
+  // dependencies that are left too must end on a circle.
+  std::size_t task = 0;
+  while (unmet[task] == 0) ++task;
+  for (std::size_t steps = 0; steps < tasks_.size(); ++steps) {
+    for (const std::int64_t earlier : tasks_[task].after) {
+      if (unmet[static_cast<std::size_t>(earlier)] > 0) {
+        task = static_cast<std::size_t>(earlier);
+        break;
+      }
+    }
+  }
+  throw core::Error(
+      fmt::format("task '{}' waits for itself, by a circle of tasks that wait for "
+                  "each other",
+                  tasks_[task].key));
+}
+
+void TaskBoard::fill_queues() {
+  queues_.clear();
+  for (std::size_t i = 0; i < tasks_.size(); ++i) {
+    if (states_[i] != TaskState::waiting) continue;
+    Queue& queue = queues_[tasks_[i].width];
+    ++queue.waiting;
+    if (unmet_[i] == 0) queue.ready.push({tasks_[i].cost, static_cast<std::int64_t>(i)});
+  }
+}
+
+void TaskBoard::set_group_width(int group_width) {
+  if (claimed_ || group_width < 1) {
+    throw core::Error(fmt::format("groups of {} ranks cannot be had{}", group_width,
+                                  claimed_ ? " after the first claim" : ""));
+  }
+  for (Task& task : tasks_) {
+    if (task.width > 1) task.width = group_width;
+  }
+  fill_queues();
+}
+
+void TaskBoard::mark_done(std::int64_t task) {
+  const std::size_t index = markable(task);
+  if (states_[index] == TaskState::done) return;
+  if (states_[index] != TaskState::waiting) {
+    // Going back over what was skipped by mistake is spared by marking in the right order.
+    throw core::Error(
+        fmt::format("task '{}' is marked done after a failure it depends on", tasks_[index].key));
+  }
+  set_state(index, TaskState::done);
+  release_dependents(index);
+}
+
+void TaskBoard::mark_failed(std::int64_t task) {
+  const std::size_t index = markable(task);
+  if (states_[index] == TaskState::done) {
+    throw core::Error(fmt::format("task '{}' is marked done and failed", tasks_[index].key));
+  }
+  if (states_[index] == TaskState::failed) return;
+  set_state(index, TaskState::failed);
+  skip_dependents(index);
+}
+
+std::size_t TaskBoard::markable(std::int64_t task) const {
+  const std::size_t index = checked(task);
+  if (claimed_) {
+    throw core::Error(fmt::format("task '{}' is marked after the first claim", tasks_[index].key));
+  }
+  return index;
+}
+
+Claim TaskBoard::claim(int width) {
+  claimed_ = true;
+  const auto found = queues_.find(width);
+  if (found == queues_.end()) return {};
+  Queue& queue = found->second;
+  while (!queue.ready.empty()) {
+    const std::int64_t task = queue.ready.top().task;
+    queue.ready.pop();
+    const auto index = static_cast<std::size_t>(task);
+    if (states_[index] != TaskState::waiting) continue;
+    set_state(index, TaskState::running);
+    return {Claim::Kind::task, task};
+  }
+  return {queue.waiting > 0 ? Claim::Kind::wait : Claim::Kind::end, -1};
+}
+
+void TaskBoard::complete(std::int64_t task, bool ok) {
+  const std::size_t index = checked(task);
+  if (states_[index] != TaskState::running) {
+    throw core::Error(fmt::format("task '{}' is completed but was not running", tasks_[index].key));
+  }
+  set_state(index, ok ? TaskState::done : TaskState::failed);
+  if (ok) {
+    release_dependents(index);
+  } else {
+    skip_dependents(index);
+  }
+}
+
+void TaskBoard::release_dependents(std::size_t task) {
+  for (const std::size_t later : dependents_[task]) {
+    if (--unmet_[later] == 0 && states_[later] == TaskState::waiting) {
+      queues_[tasks_[later].width].ready.push(
+          {tasks_[later].cost, static_cast<std::int64_t>(later)});
+    }
+  }
+}
+
+void TaskBoard::skip_dependents(std::size_t task) {
+  std::vector<std::size_t> reached{task};
+  while (!reached.empty()) {
+    const std::size_t lost = reached.back();
+    reached.pop_back();
+    for (const std::size_t later : dependents_[lost]) {
+      // What is done already stays done, and so does what waits for it.
+      if (states_[later] != TaskState::waiting) continue;
+      set_state(later, TaskState::skipped);
+      reached.push_back(later);
+    }
+  }
+}
+
+void TaskBoard::set_state(std::size_t task, TaskState state) {
+  const TaskState before = states_[task];
+  if (before == TaskState::waiting) --queues_[tasks_[task].width].waiting;
+  if (is_settled(state) && !is_settled(before)) settled_cost_ += tasks_[task].cost;
+  --counts_[static_cast<std::size_t>(before)];
+  ++counts_[static_cast<std::size_t>(state)];
+  states_[task] = state;
+}
+
+std::size_t TaskBoard::checked(std::int64_t task) const {
+  if (task < 0 || task >= static_cast<std::int64_t>(tasks_.size())) {
+    throw core::Error(fmt::format("there is no task {} among {}", task, tasks_.size()));
+  }
+  return static_cast<std::size_t>(task);
+}
+
+TaskState TaskBoard::state(std::int64_t task) const {
+  return states_[checked(task)];
+}
+
+std::int64_t TaskBoard::count(TaskState state) const {
+  return counts_[static_cast<std::size_t>(state)];
+}
+
+}  // namespace carillon::mpi
