@@ -8,8 +8,10 @@
 
 namespace carillon::render {
 
-/// surface: cells that the surface passes through; outer: those and all that cannot be reached
-/// from outside (what sight can know); solid: surface and true inside, cavities stay empty.
+/// surface: cells that the surface passes through (a face that lies exactly between two cells
+/// belongs to the inner one); outer: those and all that cannot be reached from outside through the
+/// faces of empty cells (what sight can know); solid: surface and cells whose centre is inside,
+/// cavities stay empty.
 enum class VoxelFill { surface, outer, solid };
 
 struct VoxelOptions {
@@ -25,9 +27,12 @@ struct VoxelGrid {
   std::vector<std::uint8_t> cells;  ///< resolution^3 zeros and ones, index (x * n + y) * n + z
 };
 
-/// @throws InputError  a metric grid is too small for the body; names the pitch that fits
+/// The body's box lies centred in the grid.
+/// @throws InputError  a metric grid is too small for the body (names the pitch that fits), no
+///                     faces, no extent, or a resolution outside 1 to 512
 VoxelGrid voxelize(const solvers::SurfaceMesh& mesh, const VoxelOptions& options);
 
+/// @throws InputError  unknown; names the nearest
 VoxelFill parse_voxel_fill(const std::string& name);
 
 }  // namespace carillon::render
