@@ -1,24 +1,24 @@
 #pragma once
 
-#include <functional>
 #include <vector>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/surface_search.hpp"
 
 namespace carillon::solvers {
 
 /// Edges between faces that meet at more than this are features [degrees].
 constexpr double feature_angle_deg = 40;
 
-/// Closed surface with triangles whose edges are about `coarsest` / 2^level, at each place the
-/// coarsest level that `wanted_size` allows there (CGAL isotropic remeshing). Feature edges and
-/// corners stay. Vertices lie on the input.
-/// @param levels       number of halvings, 0: uniform
-/// @param wanted_size  largest edge [m] at a point of the surface
-SurfaceMesh remesh(const SurfaceMesh& surface, double coarsest, int levels,
-                   const std::function<double(const Vec3&)>& wanted_size);
+/// Closed surface whose edges follow a size at each vertex of the input: long edges are split,
+/// short ones collapsed, edges flipped towards six neighbours, vertices spread along the surface
+/// (Botsch and Kobbelt 2004). Feature lines and corners stay; vertices lie on the input.
+/// @param sizes  wanted edge length [m], one for each vertex, varying gently along the surface
+/// @throws InputError  the surface is open or not manifold
+SurfaceMesh remesh(const SurfaceMesh& surface, const std::vector<double>& sizes,
+                   const SurfaceSearch& search);
 
 /// Whether two triangles of a surface cross or overlap.
+/// @throws InputError  the surface is open or not manifold
 bool intersects_itself(const SurfaceMesh& surface);
 
 }  // namespace carillon::solvers

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 #include <unordered_map>
 
 #include "solvers/families/sizing.hpp"
@@ -86,10 +87,44 @@ SizeField measure_sizes(const SurfaceMesh& surface, const SurfaceSearch& search)
   return field;
 }
 
+std::vector<double> vertex_sizes(const SurfaceMesh& surface, const SizeField& field,
+                                 double coarsest, double relax) {
+  constexpr double growth = 0.5;
+  std::vector<double> sizes(surface.vertices.size(), coarsest);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    for (std::int32_t v : surface.triangles[t]) {
+      auto& size = sizes[static_cast<std::size_t>(v)];
+      size = std::min(size, std::max(coarsest / 16, field.limit(t, relax)));
+    }
+  // Dijkstra's walk from the smallest sizes outwards.
+  std::vector<std::vector<std::int32_t>> around(sizes.size());
+  for (const Triangle& t : surface.triangles)
+    for (std::size_t i = 0; i < 3; ++i)
+      around[static_cast<std::size_t>(t[i])].push_back(t[(i + 1) % 3]);
+  std::set<std::pair<double, std::int32_t>> waiting;
+  for (std::size_t v = 0; v < sizes.size(); ++v)
+    waiting.emplace(sizes[v], static_cast<std::int32_t>(v));
+  while (!waiting.empty()) {
+    const auto [size, v] = *waiting.begin();
+    waiting.erase(waiting.begin());
+    for (std::int32_t n : around[static_cast<std::size_t>(v)]) {
+      const auto other = static_cast<std::size_t>(n);
+      const double reached =
+          size +
+          growth * (surface.vertices[other] - surface.vertices[static_cast<std::size_t>(v)]).norm();
+      if (reached >= sizes[other]) continue;
+      waiting.erase({sizes[other], n});
+      sizes[other] = reached;
+      waiting.emplace(reached, n);
+    }
+  }
+  return sizes;
+}
+
 double SizeField::limit(std::size_t triangle, double relax) const {
-  const double bending = max_element_angle * relax * radius[triangle];
-  if (!std::isfinite(bending)) return infinite;
-  return std::min(bending, std::sqrt(8 * radius[triangle] * 0.35 * thickness[triangle]));
+  const double r = relax * radius[triangle];
+  if (!std::isfinite(r)) return infinite;
+  return max_chord(r, thickness[triangle]);
 }
 
 double SizeField::triangles(double edge, double relax) const {

@@ -69,13 +69,17 @@ SurfaceSearch::Hit SurfaceSearch::nearest(const Vec3& point) const {
   return {from_cgal(at), impl_->triangle[static_cast<std::size_t>(facet - impl_->facets.cbegin())]};
 }
 
-Vec3 SurfaceSearch::nearest_on_side(const Vec3& point, const Vec3& normal) const {
+std::optional<SurfaceSearch::Hit> SurfaceSearch::nearest_on_side(const Vec3& point,
+                                                                 const Vec3& normal) const {
+  const auto number = [&](Facets::const_iterator facet) {
+    return impl_->triangle[static_cast<std::size_t>(facet - impl_->facets.cbegin())];
+  };
   const auto [at, facet] = impl_->tree.closest_point_and_primitive(to_cgal(point));
-  if (normal_of(*facet).dot(normal) > 0) return from_cgal(at);
+  if (normal_of(*facet).dot(normal) > 0) return Hit{from_cgal(at), number(facet)};
   const Kernel::Line_3 line(to_cgal(point), to_cgal(point + normal));
   std::vector<Tree::Primitive_id> hits;
   impl_->tree.all_intersected_primitives(line, std::back_inserter(hits));
-  Vec3 best = point;
+  std::optional<Hit> best;
   double shortest = std::numeric_limits<double>::infinity();
   for (const auto& hit : hits) {
     const Vec3 facing = normal_of(*hit);
@@ -83,7 +87,7 @@ Vec3 SurfaceSearch::nearest_on_side(const Vec3& point, const Vec3& normal) const
     const double way = way_to(*hit, facing, point, normal);
     if (std::abs(way) >= shortest) continue;
     shortest = std::abs(way);
-    best = point + way * normal;
+    best = Hit{point + way * normal, number(hit)};
   }
   return best;
 }
@@ -108,8 +112,9 @@ double SurfaceSearch::thickness_below(std::size_t triangle) const {
 
 SurfaceProjection project_to(const SurfaceMesh& surface) {
   const auto search = std::make_shared<SurfaceSearch>(surface);
-  return [search](const Vec3& point, const Vec3& normal) {
-    return search->nearest_on_side(point, normal);
+  return [search](const Vec3& point, const Vec3& normal) -> Vec3 {
+    const auto hit = search->nearest_on_side(point, normal);
+    return hit ? hit->point : point;
   };
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "solvers/surface_mesh.hpp"
@@ -21,9 +22,9 @@ class SurfaceSearch {
   };
   Hit nearest(const Vec3& point) const;
 
-  /// Nearest point of the surface to `point` whose side looks along `normal`; `point` itself when
-  /// there is none on the line through it.
-  Vec3 nearest_on_side(const Vec3& point, const Vec3& normal) const;
+  /// Nearest point of the surface whose side looks along `normal`: the nearest point of all when
+  /// it does, else the nearest on the line through `point`; none when that line meets none.
+  std::optional<Hit> nearest_on_side(const Vec3& point, const Vec3& normal) const;
 
   /// Distance straight in from the middle of a triangle to the side across; infinite when the
   /// surface is open there.

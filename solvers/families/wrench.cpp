@@ -153,14 +153,20 @@ PlanarGrid triangulate(const std::vector<OutlinePiece>& outline, double cell) {
       }
       return entry->second;
     };
-    std::vector<std::size_t> elements, nodes;
-    gmsh::model::mesh::getElementsByType(2, elements, nodes, surface);
-    for (std::size_t n = 0; n < nodes.size(); n += 3)
-      grid.triangles.push_back({vertex(nodes[n]), vertex(nodes[n + 1]), vertex(nodes[n + 2])});
+    // Fresh vectors for each call: Gmsh leaves those that are not empty as they are.
+    const auto nodes_of = [](int type, int entity) {
+      std::vector<std::size_t> elements, nodes;
+      gmsh::model::mesh::getElementsByType(type, elements, nodes, entity);
+      return nodes;
+    };
+    const auto corner_nodes = nodes_of(2, surface);
+    for (std::size_t n = 0; n < corner_nodes.size(); n += 3)
+      grid.triangles.push_back(
+          {vertex(corner_nodes[n]), vertex(corner_nodes[n + 1]), vertex(corner_nodes[n + 2])});
     for (std::size_t i = 0; i < outline.size(); ++i) {
-      gmsh::model::mesh::getElementsByType(1, elements, nodes, curves[i]);
-      for (std::size_t n = 0; n < nodes.size(); n += 2)
-        piece_of_edge[std::minmax(vertex(nodes[n]), vertex(nodes[n + 1]))] = i;
+      const auto edge_nodes = nodes_of(1, curves[i]);
+      for (std::size_t n = 0; n < edge_nodes.size(); n += 2)
+        piece_of_edge[std::minmax(vertex(edge_nodes[n]), vertex(edge_nodes[n + 1]))] = i;
     }
   });
   grid.vertices = static_cast<std::int32_t>(points.size());
