@@ -23,6 +23,13 @@ Eigen::MatrixXd slopes_at(int order, const Eigen::Vector4d& point) {
   return gradient.rightCols<3>().colwise() - gradient.col(0);
 }
 
+/// a a^T, symmetric to the last bit.
+void square(const Eigen::MatrixXd& a, Eigen::MatrixXd& out) {
+  out.setZero(a.rows(), a.rows());
+  out.selfadjointView<Eigen::Lower>().rankUpdate(a);
+  out.triangularView<Eigen::StrictlyUpper>() = out.transpose();
+}
+
 }  // namespace
 
 LameConstants lame_constants(double youngs_modulus, double poisson_ratio, double density) {
@@ -45,7 +52,7 @@ ElementKernel::ElementKernel(int order)
   }
   for (int v = 0; v < 4; ++v) corner_slopes_.push_back(slopes_at(order, Eigen::Vector4d::Unit(v)));
   const auto exact = tabulate(order + 1);
-  reference_mass_ = exact.values * exact.weights.asDiagonal() * exact.values.transpose();
+  square(exact.values * exact.weights.cwiseSqrt().asDiagonal(), reference_mass_);
   reference_root_ = reference_mass_.llt().matrixU();
 }
 
@@ -124,10 +131,10 @@ void ElementKernel::stiffness(const LameConstants& material, Eigen::MatrixXd& k)
       weighted_.col(q).segment(i * nodes_, nodes_) = root * gradients_.col(3 * q + i);
     }
   }
-  products_.noalias() = weighted_ * weighted_.transpose();
+  square(weighted_, products_);
   k.resize(3 * nodes_, 3 * nodes_);
   for (int b = 0; b < nodes_; ++b) {
-    for (int a = 0; a < nodes_; ++a) {
+    for (int a = b; a < nodes_; ++a) {
       Eigen::Matrix3d s;
       for (int j = 0; j < 3; ++j) {
         for (int i = 0; i < 3; ++i) s(i, j) = products_(i * nodes_ + a, j * nodes_ + b);
@@ -135,6 +142,7 @@ void ElementKernel::stiffness(const LameConstants& material, Eigen::MatrixXd& k)
       Eigen::Matrix3d block = material.lambda * s + material.mu * s.transpose();
       block.diagonal().array() += material.mu * s.trace();
       k.block<3, 3>(3 * a, 3 * b) = block;
+      k.block<3, 3>(3 * b, 3 * a) = block.transpose();
     }
   }
 }
@@ -144,8 +152,9 @@ void ElementKernel::mass(double density, Eigen::MatrixXd& m) {
     m = (density * determinant_) * reference_mass_;
     return;
   }
-  const auto& values = curved_mass_.values;
-  m.noalias() = density * (values * mass_volumes_.asDiagonal() * values.transpose());
+  const Eigen::VectorXd roots = (density * mass_volumes_).cwiseSqrt();
+  weighted_.noalias() = curved_mass_.values * roots.asDiagonal();
+  square(weighted_, m);
 }
 
 void ElementKernel::add_energies(const LameConstants& material,

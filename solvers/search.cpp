@@ -133,14 +133,22 @@ class Search {
     result_.pairs = EigenPairs();
     result_.pairs =
         lowest_pairs(system_, {static_cast<int>(pairs), shift, options_.tolerance, seed}, comm_);
-    const auto split = split_rigid(mesh_, system_, component_, result_.pairs, comm_);
-    result_.flexible = split.flexible;
-    if (flexible_value(0) < 1e-9 * estimate_) {
-      throw core::SolverError(
-          "the body has a motion without strain beside the rigid ones: parts of it hang together "
-          "by a single point or edge",
-          "join the parts by a face, or separate them");
-    }
+    refuse_mechanism();
+    result_.flexible = split_rigid(mesh_, system_, component_, result_.pairs, comm_).flexible;
+  }
+
+  /// Parts that share a point or an edge alone swing about it without strain: more zero modes than
+  /// rigid ones, in any mixture.
+  void refuse_mechanism() const {
+    const auto& values = result_.pairs.values;
+    const auto zeros = std::count_if(values.begin(), values.end(),
+                                     [this](double v) { return v < 1e-9 * estimate_; });
+    if (zeros <= rigid_) return;
+    throw core::SolverError(
+        fmt::format("the body has {} motions without strain beside the {} rigid ones: parts of it "
+                    "hang together by a single point or edge",
+                    zeros - rigid_, rigid_),
+        "join the parts by a face, or separate them");
   }
 
   double flexible_value(std::size_t k) const {

@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.hpp"
+#include "solve.hpp"
+#include "solvers/modes_file.hpp"
+#include "temporary_folder.hpp"
+#include "test_meshes.hpp"
+
+namespace carillon {
+namespace {
+
+using namespace solvers;
+using test::box_mesh;
+using test::TemporaryFolder;
+
+void expect_equal(const Modes& a, const Modes& b) {
+  EXPECT_EQ(a.eigenvalues, b.eigenvalues);
+  EXPECT_EQ(a.residuals, b.residuals);
+  ASSERT_EQ(a.shapes.rows(), b.shapes.rows());
+  ASSERT_EQ(a.shapes.cols(), b.shapes.cols());
+  EXPECT_TRUE((a.shapes.array() == b.shapes.array()).all());
+  ASSERT_EQ(a.kinetic_share.cols(), b.kinetic_share.cols());
+  EXPECT_TRUE((a.kinetic_share.array() == b.kinetic_share.array()).all());
+  EXPECT_TRUE((a.strain_share.array() == b.strain_share.array()).all());
+  EXPECT_EQ(a.surface.order, b.surface.order);
+  EXPECT_EQ(a.surface.nodes, b.surface.nodes);
+  EXPECT_EQ(a.surface.faces, b.surface.faces);
+  EXPECT_EQ(a.mass, b.mass);
+  EXPECT_EQ(a.certificate.min_frequency, b.certificate.min_frequency);
+  EXPECT_EQ(a.certificate.max_frequency, b.certificate.max_frequency);
+  EXPECT_EQ(a.certificate.modes_in_band, b.certificate.modes_in_band);
+  EXPECT_EQ(a.certificate.modes_found, b.certificate.modes_found);
+  EXPECT_EQ(a.certificate.complete, b.certificate.complete);
+  EXPECT_EQ(a.certificate.complete_to_hz, b.certificate.complete_to_hz);
+  EXPECT_EQ(a.certificate.rigid_modes, b.certificate.rigid_modes);
+  EXPECT_EQ(a.certificate.components, b.certificate.components);
+  EXPECT_EQ(a.certificate.max_residual, b.certificate.max_residual);
+  EXPECT_EQ(a.certificate.orthonormality, b.certificate.orthonormality);
+  EXPECT_EQ(a.certificate.unknowns, b.certificate.unknowns);
+}
+
+class ModesFile : public testing::Test {
+ protected:
+  TetMesh mesh =
+      box_mesh({0.02, 0.03, 0.05}, {1, 2, 3}, 2, [](const Vec3& x) { return x[2] < 0.02 ? 0 : 1; });
+  std::vector<Elastic> regions = {test::steel, test::aluminium};
+  SolveOptions options{{20, 90000, 300}, 1e-12};
+  TemporaryFolder folder;
+
+  Modes solve(core::Trace& trace) {
+    return cached_modes(mesh, regions, options, MPI_COMM_SELF, folder.path(), trace);
+  }
+};
+
+TEST_F(ModesFile, ComesBackEqualFromDisk) {
+  const auto modes = test::lowest_modes(mesh, regions, 9);
+  const auto path = folder.path() / "modes.h5";
+  write_modes(core::Hdf5Group::create_file(path).create_group("cup"), modes);
+  expect_equal(read_modes(core::Hdf5Group::open_file(path).open_group("cup")), modes);
+  const auto group = core::Hdf5Group::open_file(path).open_group("cup");
+  EXPECT_EQ(group.text_attribute("unit", "eigenvalues"), "rad^2/s^2");
+  EXPECT_EQ(group.text_attribute("unit", "shapes"), "kg^-1/2");
+  EXPECT_EQ(group.extent("shapes"), (core::Extent{9, modes.surface.nodes.size(), 3}));
+}
+
+TEST_F(ModesFile, AnEmptySetComesBackToo) {
+  options.band = {20, 200, 300};
+  core::Trace trace;
+  const auto modes = solve(trace);
+  ASSERT_EQ(modes.size(), 0u);
+  const auto path = folder.path() / "empty.h5";
+  write_modes(core::Hdf5Group::create_file(path), modes);
+  expect_equal(read_modes(core::Hdf5Group::open_file(path)), modes);
+}
+
+TEST_F(ModesFile, IsFoundByTheSameQuestionOnly) {
+  core::Trace trace;
+  const auto first = solve(trace);
+  EXPECT_GT(first.size(), 0u);
+  EXPECT_EQ(trace.stages.count("modes from cache"), 0u);
+  const auto second = solve(trace);
+  EXPECT_EQ(trace.stages.at("modes from cache").calls, 1);
+  EXPECT_EQ(trace.stages.at("solve").calls, 1);
+  expect_equal(first, second);
+  regions[1].poisson_ratio = 0.331;
+  const auto third = solve(trace);
+  EXPECT_EQ(trace.stages.at("solve").calls, 2);
+  EXPECT_NE(third.eigenvalues, first.eigenvalues);
+}
+
+TEST_F(ModesFile, EveryPartOfTheQuestionIsInTheKey) {
+  const auto key = [&] { return modes_key(mesh, regions, options, 1); };
+  const auto first = key();
+  EXPECT_EQ(first.size(), 64u);
+  EXPECT_EQ(first, key());
+  EXPECT_NE(first, modes_key(mesh, regions, options, 2));
+  options.band.max_modes = 299;
+  EXPECT_NE(first, key());
+  options.band.max_modes = 300;
+  options.band.min_frequency = 21;
+  EXPECT_NE(first, key());
+  options.band.min_frequency = 20;
+  mesh.nodes[3][1] += 1e-9;
+  EXPECT_NE(first, key());
+  mesh.nodes[3][1] -= 1e-9;
+  mesh.regions[0] = 1;
+  EXPECT_NE(first, key());
+}
+
+TEST_F(ModesFile, ThatIsDamagedIsSolvedAgainAndReplaced) {
+  core::Trace trace;
+  const auto first = solve(trace);
+  const auto path = folder.path() / (modes_key(mesh, regions, options, 1) + ".h5");
+  std::ofstream(path, std::ios::trunc) << "not HDF5";
+  expect_equal(solve(trace), first);
+  EXPECT_EQ(trace.stages.at("solve").calls, 2);
+  solve(trace);
+  EXPECT_EQ(trace.stages.at("modes from cache").calls, 1);
+}
+
+TEST_F(ModesFile, ThatCannotBeWrittenCostsNothingButTime) {
+  core::Trace trace;
+  const auto file = folder.file("not-a-folder", "");
+  const auto modes = cached_modes(mesh, regions, options, MPI_COMM_SELF, file, trace);
+  EXPECT_GT(modes.size(), 0u);
+}
+
+}  // namespace
+}  // namespace carillon

@@ -1,0 +1,19 @@
+// Runs tests with MPI and SLEPc alive; a failure on any rank fails every rank.
+#include <gtest/gtest.h>
+#include <mpi.h>
+
+#include "solvers/environment.hpp"
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  int provided = 0;
+  MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &provided);
+  int failed = 0;
+  {
+    const carillon::solvers::SolverEnvironment environment;
+    failed = RUN_ALL_TESTS();
+    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  }
+  MPI_Finalize();
+  return failed;
+}
