@@ -1,17 +1,20 @@
 #pragma once
 
-#include <mpi.h>
-
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "mpi/folder_lock.hpp"
+
 namespace carillon::mpi {
 
-/// What is done, one line of JSON per finished task, appended and synced after the task's files
-/// are in place. Written by one process only.
+/// What is done, one JSON object a line, appended and synced after the task's files are in place.
+/// Written by one process only, which holds the folder's lock; several threads take turns by
+/// themselves (the service's hooks do).
 class Journal {
  public:
+  /// Opens the file, or makes it and its folder.
+  /// @throws core::FileError  with the system's reason; or naming the line that is no JSON object
   explicit Journal(std::filesystem::path path);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -19,28 +22,19 @@ class Journal {
 
   /// Lines of earlier runs; a last line cut short by a crash is ignored and removed.
   const std::vector<nlohmann::json>& entries() const { return entries_; }
+
+  /// The entry is on the disk when this returns. Text that is not UTF-8 is replaced.
+  /// @throws core::Error      the entry is not an object
+  /// @throws core::FileError  it could not be written (disk full); then no part of it stays
   void append(const nlohmann::json& entry);
 
  private:
+  void read_entries();
+  [[noreturn]] void fail(const char* what) const;
+
   std::filesystem::path path_;
   int file_ = -1;
   std::vector<nlohmann::json> entries_;
-};
-
-/// Holds an output folder for one build: every process of it keeps a lock that dies with the
-/// process (flock), so a second build is refused while any rank of the first is alive.
-class FolderLock {
- public:
-  /// Rank 0 takes it, the others join.
-  /// @throws core::FileError  another build holds it, on every rank alike
-  /// @note Collective on comm.
-  FolderLock(const std::filesystem::path& folder, MPI_Comm comm);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int file_ = -1;
 };
 
 }  // namespace carillon::mpi

@@ -1,0 +1,102 @@
+#include "mpi/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::mpi {
+
+namespace {
+
+std::string reason(int error) {
+  return std::generic_category().message(error);
+}
+
+int open_lock_file(const std::filesystem::path& path) {
+  // Closed in child programs, which may outlive this process.
+  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (file < 0) {
+    throw core::FileError(fmt::format("{}: cannot be opened: {}", path.string(), reason(errno)),
+                          "the output folder must be writable");
+  }
+  return file;
+}
+
+/// "process 123 on host-a", or nothing where the holder has not written it (yet).
+std::string read_holder(int file) {
+  std::array<char, 512> text{};
+  const ssize_t length = pread(file, text.data(), text.size(), 0);
+  std::string holder(text.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
+  return holder.substr(0, holder.find('\n'));
+}
+
+void write_holder(int file) {
+  std::array<char, 256> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+  const std::string text = fmt::format("process {} on {}\n", getpid(), host.data());
+  // For the message of a build that is refused; the lock itself does not need it.
+  if (ftruncate(file, 0) != 0 || pwrite(file, text.data(), text.size(), 0) < 0) return;
+}
+
+void lock(int file, int kind, const std::filesystem::path& folder) {
+  while (flock(file, kind | LOCK_NB) != 0) {
+    if (errno == EINTR) continue;
+    if (errno != EWOULDBLOCK) {
+      throw core::FileError(
+          fmt::format("{}: cannot be locked: {}", folder.string(), reason(errno)),
+          "the file system does not offer flock (Lustre: mount with -o flock); choose another "
+          "output folder");
+    }
+    const std::string holder = read_holder(file);
+    throw core::FileError(
+        fmt::format("{}: another build is writing to this folder{}", folder.string(),
+                    holder.empty() ? "" : fmt::format(" ({})", holder)),
+        "wait for it, end it, or choose another output folder");
+  }
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::filesystem::path& folder, MPI_Comm comm) {
+  const std::filesystem::path path = folder / ".lock";
+  try {
+    agreed(comm, [&] {
+      if (rank(comm) != 0) return;
+      std::error_code error;
+      std::filesystem::create_directories(folder, error);
+      if (error) {
+        throw core::FileError(
+            fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+      }
+      file_ = open_lock_file(path);
+      // Alone for a moment proves that nobody else is there; then shared, so that others can join.
+      // The change is not atomic: a second build may slip in between, and then this one gives way.
+      lock(file_, LOCK_EX, folder);
+      write_holder(file_);
+      lock(file_, LOCK_SH, folder);
+    });
+    agreed(comm, [&] {
+      if (rank(comm) == 0) return;
+      file_ = open_lock_file(path);
+      lock(file_, LOCK_SH, folder);
+    });
+  } catch (...) {
+    if (file_ >= 0) close(file_);
+    throw;
+  }
+}
+
+FolderLock::~FolderLock() {
+  if (file_ >= 0) close(file_);
+}
+
+}  // namespace carillon::mpi

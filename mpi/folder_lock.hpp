@@ -1,0 +1,29 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <filesystem>
+
+namespace carillon::mpi {
+
+/// Holds an output folder for one build: every process of it keeps a lock that dies with the
+/// process (flock on `.lock` in the folder), so a second build is refused while any rank of the
+/// first is alive. Child programs do not inherit it. The file stays behind; it means nothing by
+/// itself.
+class FolderLock {
+ public:
+  /// Rank 0 takes it, the others join. A missing folder is made.
+  /// @throws core::FileError  another build holds it (the message names its process and host), or
+  ///                          the file cannot be locked; on every rank alike
+  /// @note Collective on comm.
+  FolderLock(const std::filesystem::path& folder, MPI_Comm comm);
+  /// Gives up this rank's part.
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int file_ = -1;
+};
+
+}  // namespace carillon::mpi

@@ -1,0 +1,116 @@
+#include "mpi/journal.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "core/error.hpp"
+
+namespace carillon::mpi {
+
+namespace {
+
+std::string system_reason() {
+  return std::generic_category().message(errno);
+}
+
+/// A new name in a folder is durable when the folder is synced.
+bool sync_folder(const std::filesystem::path& folder) {
+  const int handle = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (handle < 0) return false;
+  const bool synced = fsync(handle) == 0;
+  close(handle);
+  return synced;
+}
+
+bool write_all(int file, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = write(file, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+}  // namespace
+
+Journal::Journal(std::filesystem::path path) : path_(std::move(path)) {
+  const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
+  std::error_code ignored;  // open() says it better
+  std::filesystem::create_directories(folder, ignored);
+  const bool is_new = !std::filesystem::exists(path_, ignored);
+  file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (file_ < 0) fail("cannot be opened");
+  try {
+    if (is_new && !sync_folder(folder)) fail("cannot be synced");
+    read_entries();
+  } catch (...) {
+    close(file_);
+    throw;
+  }
+}
+
+Journal::~Journal() {
+  close(file_);
+}
+
+void Journal::fail(const char* what) const {
+  throw core::FileError(fmt::format("{}: {}: {}", path_.string(), what, system_reason()));
+}
+
+void Journal::read_entries() {
+  std::string text;
+  std::array<char, 1 << 16> block{};
+  for (;;) {
+    const ssize_t length = read(file_, block.data(), block.size());
+    if (length < 0 && errno == EINTR) continue;
+    if (length < 0) fail("cannot be read");
+    if (length == 0) break;
+    text.append(block.data(), static_cast<std::size_t>(length));
+  }
+  std::size_t begin = 0;
+  for (std::size_t number = 1; begin < text.size(); ++number) {
+    const std::size_t end = text.find('\n', begin);
+    // The newline is written last: a line without one was never finished, nor its task recorded.
+    if (end == std::string::npos) {
+      if (ftruncate(file_, static_cast<off_t>(begin)) != 0 || fdatasync(file_) != 0) {
+        fail("its cut last line cannot be removed");
+      }
+      return;
+    }
+    nlohmann::json entry =
+        nlohmann::json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
+                              text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+    if (!entry.is_object()) {
+      throw core::FileError(
+          fmt::format("{}:{}: the journal is damaged: this line is not a JSON object",
+                      path_.string(), number),
+          "remove the line: the task that it records runs again");
+    }
+    entries_.push_back(std::move(entry));
+    begin = end + 1;
+  }
+}
+
+void Journal::append(const nlohmann::json& entry) {
+  if (!entry.is_object()) throw core::Error("an entry of the journal must be a JSON object");
+  const std::string line =
+      entry.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const off_t before = lseek(file_, 0, SEEK_END);
+  if (before < 0) fail("cannot be written");
+  if (write_all(file_, line) && fdatasync(file_) == 0) return;
+  const int error = errno;
+  // Half a line would spoil the next one.
+  const bool restored = ftruncate(file_, before) == 0;
+  errno = error;
+  fail(restored ? "cannot be written" : "cannot be written and ends in half a line");
+}
+
+}  // namespace carillon::mpi

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <mutex>
+
+#include "mpi/task_board.hpp"
+
+namespace carillon::mpi {
+
+/// What the host rank does when something happens on the board. One call at a time, from the
+/// service's thread or, for the host's own tasks, from the host's thread. An exception stops the
+/// run: nobody gets a new task, and it is thrown on every rank at the end.
+struct ServiceHooks {
+  /// A task ended; `outcome.record` goes to the journal here. The task counts as done (others may
+  /// begin what depends on it) only after this has returned.
+  std::function<void(const Task&, const Outcome&)> completed;
+  /// After every claim that handed out a task, and every completion.
+  std::function<void(const TaskBoard&)> progress;
+  /// A task is about to begin: a journal that notes it knows later what a crash interrupted.
+  std::function<void(const Task&)> started;
+};
+
+/// The board with its hooks, for several threads. Knows no MPI.
+class TaskHost {
+ public:
+  TaskHost(TaskBoard board, ServiceHooks hooks);
+
+  /// As TaskBoard::claim; `end` once stopped.
+  Claim claim(int width);
+  void complete(std::int64_t task, const Outcome& outcome);
+  /// No task is handed out any more.
+  void stop();
+
+  bool stopped() const;
+  /// The first exception that a hook threw, or null.
+  std::exception_ptr error() const;
+  /// The board as it is now.
+  TaskBoard board() const;
+
+ private:
+  template <class Act>
+  void guarded(Act&& act);
+
+  mutable std::mutex mutex_;
+  TaskBoard board_;
+  ServiceHooks hooks_;
+  bool stopped_ = false;
+  std::exception_ptr error_;
+};
+
+}  // namespace carillon::mpi
