@@ -11,11 +11,11 @@ namespace carillon::mpi {
 
 /// A piece of work that a group of ranks does alone.
 struct Task {
-  std::string key;                  ///< stable name, unique; the journal knows the task by this
-  double cost = 0;                  ///< estimated seconds on one rank
-  double memory = 0;                ///< estimated peak [byte]
-  int width = 1;                    ///< ranks of the group it wants
-  std::vector<std::int64_t> after;  ///< indices of tasks that must be done before
+  std::string key{};                  ///< stable name, unique; the journal knows the task by this
+  double cost = 0;                    ///< estimated seconds on one rank
+  double memory = 0;                  ///< estimated peak [byte]
+  int width = 1;                      ///< ranks of the group it wants
+  std::vector<std::int64_t> after{};  ///< indices of tasks that must be done before
 };
 
 enum class TaskState { waiting, running, done, failed, skipped };
@@ -25,7 +25,7 @@ struct Outcome {
   bool ok = true;
   /// One line of JSON for the journal. Of a failed task: {"kind", "message"} and perhaps "hint"
   /// (mpi/failure.hpp).
-  std::string record;
+  std::string record{};
 };
 
 /// Answer to a claim.

@@ -14,11 +14,11 @@ namespace carillon::mpi {
 struct ServiceHooks {
   /// A task ended; `outcome.record` goes to the journal here. The task counts as done (others may
   /// begin what depends on it) only after this has returned.
-  std::function<void(const Task&, const Outcome&)> completed;
+  std::function<void(const Task&, const Outcome&)> completed{};
   /// After every claim that handed out a task, and every completion.
-  std::function<void(const TaskBoard&)> progress;
+  std::function<void(const TaskBoard&)> progress{};
   /// A task is about to begin: a journal that notes it knows later what a crash interrupted.
-  std::function<void(const Task&)> started;
+  std::function<void(const Task&)> started{};
 };
 
 /// The board with its hooks, for several threads. Knows no MPI.

@@ -1,0 +1,99 @@
+// The board with its hooks, asked by several threads at once.
+#include "mpi/task_host.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+
+namespace carillon::mpi {
+namespace {
+
+std::vector<Task> tasks(int n) {
+  std::vector<Task> list;
+  for (int i = 0; i < n; ++i) list.push_back({.key = std::to_string(i), .cost = 1});
+  return list;
+}
+
+TEST(TaskHost, HooksSeeEveryTaskOneCallAtATime) {
+  std::atomic<int> inside{0};
+  std::atomic<bool> overlapped{false};
+  const auto alone = [&] {
+    if (++inside != 1) overlapped = true;
+    std::this_thread::yield();
+    --inside;
+  };
+  int started = 0;
+  int completed = 0;
+  double progress = 0;
+  TaskHost host(TaskBoard(tasks(400)), {.completed =
+                                            [&](const Task&, const Outcome& outcome) {
+                                              alone();
+                                              completed += outcome.record == "{}" ? 1 : 0;
+                                            },
+                                        .progress =
+                                            [&](const TaskBoard& board) {
+                                              alone();
+                                              progress = board.settled_cost();
+                                            },
+                                        .started =
+                                            [&](const Task&) {
+                                              alone();
+                                              ++started;
+                                            }});
+  std::vector<std::thread> workers;
+  for (int w = 0; w < 4; ++w) {
+    workers.emplace_back([&] {
+      for (Claim claim = host.claim(1); claim.kind == Claim::Kind::task; claim = host.claim(1)) {
+        host.complete(claim.task, {true, "{}"});
+      }
+    });
+  }
+  for (std::thread& worker : workers) worker.join();
+  EXPECT_FALSE(overlapped);
+  EXPECT_EQ(started, 400);
+  EXPECT_EQ(completed, 400);
+  EXPECT_EQ(progress, 400);
+  EXPECT_EQ(host.board().count(TaskState::done), 400);
+}
+
+TEST(TaskHost, StoppedMeansNoNewTaskAndWhatRunsIsStillRecorded) {
+  int completed = 0;
+  TaskHost host(TaskBoard(tasks(3)),
+                {.completed = [&](const Task&, const Outcome&) { ++completed; }});
+  const Claim claim = host.claim(1);
+  host.stop();
+  EXPECT_EQ(host.claim(1).kind, Claim::Kind::end);
+  host.complete(claim.task, {});
+  EXPECT_EQ(completed, 1);
+  EXPECT_TRUE(host.stopped());
+  EXPECT_FALSE(host.error());
+  EXPECT_EQ(host.board().count(TaskState::waiting), 2);
+}
+
+TEST(TaskHost, AHookThatThrowsStopsTheRunAndIsKept) {
+  TaskHost host(TaskBoard(tasks(3)), {.completed = [](const Task& task, const Outcome&) {
+                  throw std::runtime_error("disk full at " + task.key);
+                }});
+  const Claim first = host.claim(1);
+  const Claim second = host.claim(1);
+  EXPECT_NO_THROW(host.complete(first.task, {}));
+  EXPECT_EQ(host.claim(1).kind, Claim::Kind::end);
+  EXPECT_NO_THROW(host.complete(second.task, {}));
+  ASSERT_TRUE(host.error());
+  try {
+    std::rethrow_exception(host.error());
+  } catch (const std::runtime_error& e) {
+    EXPECT_STREQ(e.what(), "disk full at 0");
+  }
+}
+
+TEST(TaskHost, ATaskWhoseBeginningCannotBeNotedIsNotHandedOut) {
+  TaskHost host(TaskBoard(tasks(1)), {.started = [](const Task&) { throw 1; }});
+  EXPECT_EQ(host.claim(1).kind, Claim::Kind::end);
+  EXPECT_TRUE(host.error());
+}
+
+}  // namespace
+}  // namespace carillon::mpi
