@@ -6,12 +6,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <thread>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "core/hash.hpp"
 #include "temporary_folder.hpp"
 
 namespace carillon::core {
@@ -75,14 +75,19 @@ TEST(WriteWav, TheHeaderSaysWhatIsInside) {
 TEST(WriteWav, EqualSamplesGiveEqualBytes) {
   const TemporaryFolder folder;
   const AudioClip clip{{0.1F, 0.9F, -0.3F}, 1, 44100};
-  for (SampleFormat format : {SampleFormat::float32, SampleFormat::int16}) {
-    write_wav(folder / "a.wav", clip, format);
-    // A PEAK chunk would hold the second of writing.
-    std::this_thread::sleep_for(std::chrono::milliseconds(1100));
-    write_wav(folder / "b.wav", clip, format);
-    EXPECT_EQ(sha256_file(folder / "a.wav"), sha256_file(folder / "b.wav"));
-    EXPECT_EQ(chunk(read_file(folder / "a.wav"), "PEAK"), std::string::npos);
+  const auto write_both = [&](const std::string& name) {
+    write_wav(folder / (name + "32.wav"), clip, SampleFormat::float32);
+    write_wav(folder / (name + "16.wav"), clip, SampleFormat::int16);
+  };
+  write_both("a");
+  // A PEAK chunk would hold the second of writing.
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  write_both("b");
+  for (const char* bits : {"32.wav", "16.wav"}) {
+    EXPECT_EQ(read_file(folder / ("a" + std::string(bits))),
+              read_file(folder / ("b" + std::string(bits))));
   }
+  EXPECT_EQ(chunk(read_file(folder / "a32.wav"), "PEAK"), std::string::npos);
 }
 
 TEST(WriteWav, Int16RoundsToTheNearestAndClips) {
@@ -151,7 +156,7 @@ TEST(ReadAudio, DamagedFilesGiveASoundOrAnError) {
       const auto at = *rc::gen::inRange<std::size_t>(0, std::min<std::size_t>(bytes.size(), 48));
       bytes[at] = static_cast<char>(*rc::gen::inRange(0, 256));
     }
-    write_text_durably(folder / "damaged.wav", bytes);
+    std::ofstream(folder / "damaged.wav", std::ios::binary) << bytes;
     try {
       const AudioClip clip = read_audio(folder / "damaged.wav");
       RC_ASSERT(clip.channels > 0);
