@@ -79,6 +79,11 @@ struct MeshResult {
 ///                     that would fit)
 MeshResult make_tet_mesh(const MeshRequest& request);
 
+/// Diagnosis of a file's surface (of the boundary of its tetrahedra), scaled as `file` says but of
+/// any size. Inside the mesher's process too; others call diagnose_in_child().
+/// @throws InputError, FileError  the file cannot be read
+Diagnosis diagnose_file(const MeshFile& file);
+
 nlohmann::json to_json(const MeshRequest& request);
 nlohmann::json to_json(const Diagnosis& diagnosis);
 nlohmann::json to_json(const RepairReport& report);

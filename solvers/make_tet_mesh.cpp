@@ -1,0 +1,152 @@
+#include <fmt/core.h>
+
+#include <string>
+#include <utility>
+
+#include "core/error.hpp"
+#include "solvers/families.hpp"
+#include "solvers/mesher.hpp"
+#include "solvers/node_numbering.hpp"
+#include "solvers/read_mesh.hpp"
+#include "solvers/repair.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+void scale(std::vector<Vec3>& points, double factor) {
+  if (factor == 1) return;
+  for (Vec3& p : points) p *= factor;
+}
+
+/// The same curved elements with the nodes of a higher order: a polynomial of a lower degree is
+/// one of a higher degree, so the body does not change.
+TetMesh raise_order(const TetMesh& mesh, int order) {
+  // Corners first, numbered as they are met.
+  std::vector<std::int32_t> number(mesh.nodes.size(), -1);
+  std::int32_t vertices = 0;
+  std::vector<Corners> corners(mesh.element_count());
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      std::int32_t& n = number[static_cast<std::size_t>(mesh.element(e)[i])];
+      if (n < 0) n = vertices++;
+      corners[e][i] = n;
+    }
+  }
+  NodeNumbering numbering = number_nodes(corners, vertices, order);
+  TetMesh raised;
+  raised.order = order;
+  raised.regions = mesh.regions;
+  raised.region_names = mesh.region_names;
+  const auto& lattice = tetrahedron_lattice(order);
+  std::vector<Eigen::VectorXd> shapes;
+  for (const auto& at : lattice) {
+    const Eigen::Vector4d barycentric = Eigen::Vector4d(at[0], at[1], at[2], at[3]) / order;
+    shapes.push_back(tetrahedron_shape_functions(mesh.order, barycentric, nullptr));
+  }
+  for (const std::int64_t use : numbering.first_use) {
+    const auto element = mesh.element(static_cast<std::size_t>(use) / lattice.size());
+    const Eigen::VectorXd& shape = shapes[static_cast<std::size_t>(use) % lattice.size()];
+    Vec3 point = Vec3::Zero();
+    for (std::size_t i = 0; i < element.size(); ++i) {
+      point +=
+          shape[static_cast<Eigen::Index>(i)] * mesh.nodes[static_cast<std::size_t>(element[i])];
+    }
+    raised.nodes.push_back(point);
+  }
+  raised.elements = std::move(numbering.elements);
+  raised.faces = boundary_faces(raised);
+  return raised;
+}
+
+/// Corners of the boundary faces as a surface of its own.
+SurfaceMesh boundary_surface(const TetMesh& mesh) {
+  SurfaceMesh surface;
+  std::vector<std::int32_t> number(mesh.nodes.size(), -1);
+  const auto per_face = static_cast<std::size_t>(nodes_per_face(mesh.order));
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    Triangle t;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto node = static_cast<std::size_t>(mesh.faces[f * per_face + i]);
+      if (number[node] < 0) {
+        number[node] = static_cast<std::int32_t>(surface.vertices.size());
+        surface.vertices.push_back(mesh.nodes[node]);
+      }
+      t[i] = number[node];
+    }
+    surface.triangles.push_back(t);
+  }
+  return surface;
+}
+
+TetMesh scaled_msh(const MeshFile& file) {
+  TetMesh mesh = read_msh(file.path);
+  scale(mesh.nodes, scale_to_metres(bounding_box(mesh.nodes), file));
+  return mesh;
+}
+
+SurfaceMesh scaled_surface(const MeshFile& file) {
+  SurfaceMesh surface = read_surface(file.path);
+  // Vertices that no triangle uses say nothing about the size.
+  std::vector<Vec3> used;
+  for (const Triangle& t : surface.triangles) {
+    for (const std::int32_t v : t) used.push_back(surface.vertices[static_cast<std::size_t>(v)]);
+  }
+  scale(surface.vertices, scale_to_metres(bounding_box(used), file));
+  return surface;
+}
+
+MeshResult mesh_of_tetrahedra(const MeshRequest& request) {
+  MeshResult result;
+  result.mesh = scaled_msh(request.file);
+  const auto count = static_cast<std::int64_t>(result.mesh.element_count());
+  if (count > request.options.max_elements) {
+    throw core::SolverError(fmt::format("{}: {} tetrahedra are more than the {} allowed",
+                                        request.file.path, count, request.options.max_elements),
+                            "raise max_elements, or mesh the body coarser");
+  }
+  if (result.mesh.order < request.options.order) {
+    result.mesh = raise_order(result.mesh, request.options.order);
+  }
+  result.diagnosis = diagnose(boundary_surface(result.mesh));
+  result.quality = measure_quality(result.mesh);
+  return result;
+}
+
+MeshResult mesh_of_surface(const MeshRequest& request) {
+  MeshResult result;
+  const SurfaceMesh surface =
+      repair(scaled_surface(request.file), request.file, result.diagnosis, result.repair);
+  result.mesh = tetrahedralise(surface, request.options);
+  std::int64_t straightened = 0;
+  if (request.options.order > result.mesh.order) {
+    result.mesh = elevate(result.mesh, request.options.order, project_to(surface), straightened);
+  }
+  result.quality = measure_quality(result.mesh);
+  result.quality.straightened = straightened;
+  return result;
+}
+
+}  // namespace
+
+MeshResult make_tet_mesh(const MeshRequest& request) {
+  if (request.options.order < 1 || request.options.order > 4) {
+    throw core::InputError(
+        fmt::format("order {}: elements have order 1 to 4", request.options.order));
+  }
+  if (!request.shape.family.empty()) {
+    const Family& family = find_family(request.shape.family);
+    family.check(request.shape);
+    return family.mesh(request.shape, request.options);
+  }
+  return mesh_extension(request.file.path) == ".msh" ? mesh_of_tetrahedra(request)
+                                                     : mesh_of_surface(request);
+}
+
+Diagnosis diagnose_file(const MeshFile& file) {
+  MeshFile any = file;
+  any.any_size = true;  // a wrong unit shows in the extent
+  return diagnose(mesh_extension(file.path) == ".msh" ? boundary_surface(scaled_msh(any))
+                                                      : scaled_surface(any));
+}
+
+}  // namespace carillon::solvers

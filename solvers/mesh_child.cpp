@@ -1,0 +1,196 @@
+#include "solvers/mesh_child.hpp"
+
+#include <fmt/core.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "core/progress.hpp"
+#include "solvers/child_process.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Raised whenever the mesher or the repair would give another mesh for the same request.
+constexpr int kMesherVersion = 1;
+
+/// A folder for one request; gone with its object.
+class WorkFolder {
+ public:
+  WorkFolder() {
+    std::string name = (fs::temp_directory_path() / "carillon-mesh-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw core::FileError(fmt::format("{}: {}", name, std::strerror(errno)));
+    }
+    path_ = name;
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+fs::path worker_program() {
+  if (const char* named = std::getenv("CARILLON_MESH"); named != nullptr && *named != '\0') {
+    if (fs::exists(named)) return named;
+    throw core::FileError(fmt::format("CARILLON_MESH names {}, which does not exist", named));
+  }
+  // Beside this program, or one folder up: tests lie in a folder of their own.
+  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const fs::path& folder : {here, here.parent_path()}) {
+    if (fs::exists(folder / "carillon-mesh")) return folder / "carillon-mesh";
+  }
+  throw core::FileError(fmt::format("{}: carillon-mesh is missing", here.string()),
+                        "install it beside carillon, or name it in CARILLON_MESH");
+}
+
+std::string subject(const MeshRequest& request) {
+  return request.shape.family.empty() ? request.file.path
+                                      : "generated shape \"" + request.shape.family + "\"";
+}
+
+/// The last lines of the child's output, set off for a message.
+std::string quoted_tail(const std::string& output) {
+  std::size_t begin = output.size();
+  for (int lines = 0; lines < 6 && begin != std::string::npos && begin > 0; ++lines) {
+    begin = output.rfind('\n', begin - 1);
+  }
+  const std::string tail = output.substr(begin == std::string::npos ? 0 : begin);
+  if (tail.find_first_not_of(" \r\n\t") == std::string::npos) return "";
+  return "\n  its last words: " + tail.substr(tail.find_first_not_of("\r\n"));
+}
+
+[[noreturn]] void throw_reported(const json& error, const std::string& what,
+                                 const ChildLimits& limits) {
+  const std::string kind = error.at("kind");
+  const std::string message = error.at("message");
+  const std::string hint = error.at("hint");
+  if (kind == "input") throw core::InputError(message, hint);
+  if (kind == "file") throw core::FileError(message, hint);
+  if (kind == "memory") {
+    throw core::SolverError(
+        fmt::format("{}: meshing needs more than the limit of {}", what,
+                    core::human_bytes(static_cast<double>(limits.memory))),
+        "a larger element size or a simpler surface needs less; or raise the memory limit");
+  }
+  throw core::SolverError(message, hint);
+}
+
+/// Throws what a child without a reply died of.
+[[noreturn]] void throw_death(const ChildExit& exit, const std::string& what,
+                              const ChildLimits& limits) {
+  const std::string tail = quoted_tail(exit.output);
+  if (exit.timed_out) {
+    throw core::SolverError(fmt::format("{}: meshing was stopped at the time limit of {}{}", what,
+                                        core::human_duration(limits.seconds), tail),
+                            "a larger element size is faster; or raise the time limit");
+  }
+  if (exit.signal != 0) {
+    const char* name = sigabbrev_np(exit.signal);
+    throw core::SolverError(
+        fmt::format("{}: the mesher crashed after {} (signal {}, SIG{}){}", what,
+                    core::human_duration(exit.seconds), exit.signal, name ? name : "?", tail),
+        exit.signal == SIGKILL ? "the system may have run out of memory" : "");
+  }
+  throw core::SolverError(
+      fmt::format("{}: the mesher ended with code {} and no answer{}", what, exit.code, tail));
+}
+
+/// Has one task done in a child process. @return its result
+json ask_child(const char* task, const MeshRequest& request, const ChildLimits& limits) {
+  const WorkFolder folder;
+  const fs::path question = folder.path() / "request.cbor";
+  const fs::path reply = folder.path() / "reply.cbor";
+  const auto bytes = json::to_cbor(json{{"task", task},
+                                        {"request", to_json(request)},
+                                        {"memory", limits.memory},
+                                        {"parent", getpid()}});
+  std::ofstream out(question, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()),
+            static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw core::FileError(fmt::format("{}: cannot be written", question.string()));
+
+  const ChildExit exit =
+      run_child(worker_program(), {question.string(), reply.string()}, limits.seconds);
+  const std::string what = subject(request);
+  if (exit.timed_out || exit.signal != 0 || exit.code != 0 || !fs::exists(reply)) {
+    throw_death(exit, what, limits);
+  }
+  json answer = json::from_cbor(core::read_file(reply), true, false);
+  if (answer.is_discarded()) throw_death(exit, what, limits);
+  if (answer.contains("error")) throw_reported(answer.at("error"), what, limits);
+  return std::move(answer.at("result"));
+}
+
+/// A cached mesh; nothing when there is none or it is damaged.
+std::optional<MeshResult> from_cache(const fs::path& file) {
+  try {
+    if (!fs::exists(file)) return {};
+    return mesh_result_from_json(json::from_cbor(core::read_file(file)));
+  } catch (const core::Error&) {
+    return {};
+  } catch (const json::exception&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+std::string mesh_key(const MeshRequest& request) {
+  json described = to_json(request);
+  core::Sha256 hash;
+  hash.add(fmt::format("carillon mesh {}; " CARILLON_MESH_LIBRARIES "; ", kMesherVersion));
+  if (request.shape.family.empty()) {
+    // The file counts by its contents and by its ending, which decides how it is read.
+    described.erase("shape");
+    described["file"].erase("path");
+    described["file"].erase("any_size");
+    hash.add(fs::path(request.file.path).extension().string() + ";");
+    hash.add(core::sha256_file(request.file.path));
+  } else {
+    described.erase("file");
+  }
+  return hash.add(described.dump()).hex();
+}
+
+MeshResult mesh_in_child(const MeshRequest& request, const ChildLimits& limits,
+                         const fs::path& cache) {
+  if (cache.empty()) return mesh_result_from_json(ask_child("mesh", request, limits));
+  const fs::path file = cache / (mesh_key(request) + ".mesh.cbor");
+  if (auto cached = from_cache(file)) return std::move(*cached);
+  const json result = ask_child("mesh", request, limits);
+  MeshResult mesh = mesh_result_from_json(result);
+  const auto bytes = json::to_cbor(result);
+  core::write_text_durably(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return mesh;
+}
+
+Diagnosis diagnose_in_child(const MeshFile& file, const ChildLimits& limits) {
+  MeshRequest request;
+  request.file = file;
+  return diagnosis_from_json(ask_child("diagnose", request, limits));
+}
+
+}  // namespace carillon::solvers
