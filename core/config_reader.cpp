@@ -26,6 +26,23 @@ using Kind = ConfigTree::Kind;
 constexpr std::size_t deepest_nesting = 64;
 constexpr std::size_t most_values = 1'000'000;
 
+bool is_continuation(char c) {
+  return (static_cast<unsigned char>(c) & 0xc0) == 0x80;
+}
+
+/// Bytes of the UTF-8 character that begins here; 0 when none does.
+std::size_t character_size(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  const std::size_t size = first < 0x80                    ? 1
+                           : first >= 0xc2 && first < 0xe0 ? 2
+                           : first >= 0xe0 && first < 0xf0 ? 3
+                           : first >= 0xf0 && first < 0xf5 ? 4
+                                                           : 0;
+  if (size > text.size()) return 0;
+  const std::string_view rest = text.substr(0, size).substr(std::min<std::size_t>(1, size));
+  return std::all_of(rest.begin(), rest.end(), is_continuation) ? size : 0;
+}
+
 /// Builds the tree from the parser's events. yaml-cpp's own nodes are left aside: they keep the
 /// first of two equal keys silently, and loading every document of a damaged text may never end.
 class TreeBuilder : public YAML::EventHandler {
@@ -38,10 +55,15 @@ class TreeBuilder : public YAML::EventHandler {
   ConfigPlace place(const YAML::Mark& mark) const {
     ConfigPlace where;
     where.override_by = override_by_;
-    if (!mark.is_null()) {
-      where.line = mark.line + 1;
-      where.column = mark.column + 1;
-    }
+    if (mark.is_null()) return where;
+    where.line = mark.line + 1;
+    where.column = mark.column + 1;
+    // The parser counts bytes, editors characters.
+    const auto end = std::min(static_cast<std::size_t>(std::max(0, mark.pos)), text_.size());
+    const auto width = std::min(static_cast<std::size_t>(std::max(0, mark.column)), end);
+    where.column -= static_cast<int>(
+        std::count_if(text_.begin() + static_cast<std::ptrdiff_t>(end - width),
+                      text_.begin() + static_cast<std::ptrdiff_t>(end), is_continuation));
     return where;
   }
 
@@ -225,6 +247,29 @@ class TreeBuilder : public YAML::EventHandler {
   ConfigTree root_;
 };
 
+/// yaml-cpp would replace what is not UTF-8, end silently at a control character, and count
+/// places differently afterwards.
+void refuse_other_encodings(const std::string& text, const TreeBuilder& builder,
+                            const std::string& override_by) {
+  ConfigPlace where;
+  where.override_by = override_by;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto code = static_cast<unsigned char>(text[at]);
+    const std::size_t size = character_size(std::string_view(text).substr(at));
+    const bool control =
+        (code < 0x20 && code != '\t' && code != '\n' && code != '\r') || code == 0x7f;
+    if (size == 0 || control) {
+      builder.fail(where, "",
+                   control ? fmt::format("a control character (0x{:02x})", code)
+                           : fmt::format("a byte (0x{:02x}) that is not UTF-8", code),
+                   "save the file as UTF-8 text");
+    }
+    where.column = text[at] == '\n' ? 1 : where.column + 1;
+    where.line += text[at] == '\n';
+    at += size;
+  }
+}
+
 bool tab_indents(const std::string& text, int line) {
   std::istringstream lines(text);
   std::string one;
@@ -236,9 +281,12 @@ bool tab_indents(const std::string& text, int line) {
 
 }  // namespace
 
-ConfigTree read_yaml(const std::string& text, const std::string& file_name,
+ConfigTree read_yaml(const std::string& document, const std::string& file_name,
                      const std::string& override_by) {
+  // Places are counted from behind a byte order mark.
+  const std::string text = document.starts_with("\xef\xbb\xbf") ? document.substr(3) : document;
   TreeBuilder builder(text, file_name, override_by);
+  refuse_other_encodings(text, builder, override_by);
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);

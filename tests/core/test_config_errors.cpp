@@ -183,6 +183,29 @@ TEST(ConfigErrors, MalformedYamlPointsAtThePlace) {
       << tab;
 }
 
+TEST(ConfigErrors, OnlyUtf8TextIsRead) {
+  EXPECT_EQ(refusal("a: 1\nname: caf\xe9\n"),
+            "c.yaml:2:10: a byte (0xe9) that is not UTF-8\n  hint: save the file as UTF-8 text");
+  // yaml-cpp would take 0x04 for the end of the text.
+  EXPECT_EQ(refusal("a: 1\n\x04"
+                    "b: 2\n")
+                .substr(0, 43),
+            "c.yaml:2:1: a control character (0x04)\n  hi");
+  EXPECT_EQ(refusal(std::string("a\0:\0 \0", 6)).substr(0, 38),
+            "c.yaml:1:2: a control character (0x00)");
+  EXPECT_NE(refusal("a: \xf0\x9f\x94").find("not UTF-8"), std::string::npos);
+}
+
+TEST(ConfigErrors, PlacesCountCharactersWhateverTheLineEnds) {
+  EXPECT_EQ(refusal("{\"gr\u00f6\u00dfe\": 1, x: y}\r\n", length("x")).substr(0, 17),
+            "c.yaml:1:17: x: \"");
+  EXPECT_EQ(refusal("\xef\xbb\xbf"
+                    "a: 'b'\r\nx: 'long'\r\n",
+                    length("x"))
+                .substr(0, 16),
+            "c.yaml:2:4: x: \"");
+}
+
 TEST(ConfigErrors, TextAfterTheDocumentIsNotPassedOver) {
   // Read node by node, the parser would end before the stray bracket, and ",..." would never end.
   EXPECT_EQ(refusal("a: 1\n}\n").substr(0, 26), "c.yaml:2:1: malformed YAML");
