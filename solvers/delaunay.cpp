@@ -108,7 +108,7 @@ void generate_volume(int algorithm) {
   gmsh::option::setNumber("Mesh.MeshSizeFromPoints", 0);
   gmsh::option::setNumber("Mesh.MeshOnlyEmpty", 1);  // the surface stays as it is
   gmsh::option::setNumber("Mesh.Optimize", 1);
-  gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
+  gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.3);
   gmsh::model::mesh::generate(3);
 }
 

@@ -8,7 +8,8 @@
 namespace carillon::solvers {
 
 /// Fills closed surfaces by boundary-constrained Delaunay (Gmsh's library, one thread): every
-/// triangle becomes a boundary face, sizes inside follow those of the surface. First order.
+/// triangle becomes a boundary face, sizes inside follow those of the surface (edges deep in a
+/// solid reach 1.7 times the surface's). First order.
 /// @param surface  clean; each component that looks outward becomes a body, those that look inward
 ///                 are cavities of the body around them
 /// @throws SolverError  with Gmsh's reason
