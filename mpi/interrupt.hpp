@@ -10,10 +10,11 @@ namespace carillon::mpi {
 /// tasks that run are finished, no new ones begin. A second SIGINT ends the process at once. The
 /// former handlers come back afterwards.
 ///
-/// Make it after PETSc has started, whose own handlers would take its place. mpirun turns Ctrl-C
-/// and SIGTERM into SIGTERM for all ranks and kills them a second later unless it is told to wait
-/// (`--mca odls_base_sigkill_timeout SECONDS`); SIGUSR1 sent to mpirun is passed on and kills
-/// nothing, and is what batch systems send before time is up (`sbatch --signal=USR1@120`).
+/// Make it after PETSc has started, whose own handlers would take its place. Open MPI's mpirun
+/// answers Ctrl-C and SIGTERM with SIGTERM for all ranks after a second and SIGKILL after another
+/// (`--mca odls_base_sigkill_timeout SECONDS` sets both): a longer task is cut, and begins anew in
+/// the next run. SIGUSR1 sent to mpirun is passed on to the ranks and nothing is killed, so every
+/// task can end; batch systems send it before time is up (`sbatch --signal=B:USR1@120`).
 class InterruptGuard {
  public:
   /// Forgets earlier requests. One at a time in a process.
