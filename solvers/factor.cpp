@@ -48,17 +48,20 @@ IndexSet unknown_order(std::span<const std::int32_t> node_order) {
   return set;
 }
 
-void set_mumps_options(ScopedOptions& options, FactorMethod method, int workspace_percent) {
+void set_mumps_options(ScopedOptions& options, FactorMethod method, int workspace_percent,
+                       PetscInt unknowns) {
   // Debian's MUMPS has neither METIS nor SCOTCH: asked for them it takes PORD without a word. An
-  // order from outside is refused by PETSc's interface.
-  options.set("mat_mumps_icntl_7", "4");
+  // order from outside is refused by PETSc's interface. PORD fills less on large bodies, but ends
+  // the process on graphs that are nearly complete, so small ones are ordered by AMF.
+  constexpr PetscInt large = 20000;
+  options.set("mat_mumps_icntl_7", unknowns < large ? "2" : "4");
   options.set("mat_mumps_icntl_28", "1");
   options.set("mat_mumps_icntl_14", std::to_string(workspace_percent));
   if (method == FactorMethod::mumps_indefinite) {
     // The root front must not go to ScaLAPACK, which does not count its pivots' signs.
     options.set("mat_mumps_icntl_13", "1");
     options.set("mat_mumps_icntl_24", "1");
-    options.set("mat_mumps_cntl_3", "1e-12");
+    options.set("mat_mumps_cntl_3", "1e-15");
   }
 }
 
@@ -122,7 +125,9 @@ bool Factorization::attempt(Mat matrix, FactorMethod method, int workspace_perce
     options.set("mat_cholmod_nmethods", node_order.empty() ? "0" : "1");
     options.set("mat_cholmod_factor", "SUPERNODAL");
   } else {
-    set_mumps_options(options, method, workspace_percent);
+    PetscInt unknowns = 0;
+    check(MatGetSize(matrix, &unknowns, nullptr));
+    set_mumps_options(options, method, workspace_percent, unknowns);
   }
   check(MatSetOptionsPrefixFactor(matrix, options.prefix().c_str()));
   factor_ = MatHandle();

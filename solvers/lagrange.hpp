@@ -9,7 +9,9 @@ namespace carillon::solvers {
 constexpr int nodes_per_tetrahedron(int order) {
   return (order + 1) * (order + 2) * (order + 3) / 6;
 }
-constexpr int nodes_per_face(int order) { return (order + 1) * (order + 2) / 2; }
+constexpr int nodes_per_face(int order) {
+  return (order + 1) * (order + 2) / 2;
+}
 
 /// Where the nodes of a Lagrange tetrahedron lie: barycentric coordinates times the order, each a
 /// 4-tuple that sums to the order. Nodes come as the 4 vertices; then order-1 nodes on each edge

@@ -41,7 +41,9 @@ struct Certificate {
   double complete_to_hz = 0;       ///< no mode below this frequency is missing
   int rigid_modes = 0;             ///< recognised by projection on the rigid-body space
   int components = 0;
-  double max_residual = 0;    ///< ||K x - lambda M x|| / (lambda ||M x||), worst mode
+  /// ||K x - lambda M x|| / (lambda ||M x||), worst mode. Below 1e-8 as a rule; on very thin bodies
+  /// (1 to 1000) the rounding of x alone raises it to 1e-2, without harm to the frequencies.
+  double max_residual = 0;
   double orthonormality = 0;  ///< max |X^T M X - I|, rigid modes included
   std::int64_t unknowns = 0;
 };
@@ -85,8 +87,10 @@ struct Modes {
 /// @return the same on every rank
 /// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density, an empty band, no
 ///                      elements, or element nodes and regions that do not exist
-/// @throws SolverError  an element turned inside out, no convergence, residual above 1e-6, wrong
-///                      number of rigid modes, or parts that hang together by a point or an edge
+/// @throws SolverError  an element turned inside out, no convergence, residual above 1e-6 (and
+/// above
+///                      1e-3 in the energy norm), wrong number of rigid modes, or parts that hang
+///                      together by a point or an edge
 /// @note Collective on comm.
 Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                   const SolveOptions& options, MPI_Comm comm, core::Trace& trace);

@@ -17,8 +17,8 @@ struct TetMesh {
   std::vector<std::int32_t> elements;     ///< element_count() x nodes_per_tetrahedron(order)
   std::vector<std::int32_t> regions;      ///< region of each element, index into region_names
   std::vector<std::string> region_names;  ///< at least one; MSH physical groups keep their names
-  std::vector<std::int32_t> faces;  ///< boundary faces seen counter-clockwise from outside,
-                                    ///< n x nodes_per_face(order), triangle_lattice order
+  std::vector<std::int32_t> faces;        ///< boundary faces seen counter-clockwise from outside,
+                                          ///< n x nodes_per_face(order), triangle_lattice order
 
   std::size_t element_count() const { return regions.size(); }
   std::size_t face_count() const {
@@ -30,7 +30,8 @@ struct TetMesh {
   }
 };
 
-/// Boundary faces of the elements (those that one element owns), oriented outward, as TetMesh::faces.
+/// Boundary faces of the elements (those that one element owns), oriented outward, as
+/// TetMesh::faces.
 std::vector<std::int32_t> boundary_faces(const TetMesh& mesh);
 
 /// Shape and size of the elements, judged by their corners.
@@ -39,11 +40,11 @@ struct MeshQuality {
   std::int64_t nodes = 0;
   double min_dihedral_deg = 0;
   double max_dihedral_deg = 0;
-  double min_radius_ratio = 0;     ///< 3 x inradius / circumradius: 1 for the regular tetrahedron
+  double min_radius_ratio = 0;  ///< 3 x inradius / circumradius: 1 for the regular tetrahedron
   double median_radius_ratio = 0;
-  double volume = 0;               ///< [m^3], curved elements integrated
-  std::int64_t straightened = 0;   ///< elements whose curved nodes had to be pulled back to the
-                                   ///< chord to keep the Jacobian positive
+  double volume = 0;              ///< [m^3], curved elements integrated
+  std::int64_t straightened = 0;  ///< elements whose curved nodes had to be pulled back to the
+                                  ///< chord to keep the Jacobian positive
 };
 MeshQuality measure_quality(const TetMesh& mesh);
 

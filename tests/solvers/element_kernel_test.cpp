@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -85,8 +86,8 @@ INSTANTIATE_TEST_SUITE_P(Orders, Kernel,
                                          Case{4, false}, Case{2, true}, Case{3, true},
                                          Case{4, true}),
                          [](const auto& test) {
-                           return "P" + std::to_string(test.param.order) +
-                                  (test.param.curved ? "Curved" : "Straight");
+                           return fmt::format("P{}{}", test.param.order,
+                                              test.param.curved ? "Curved" : "Straight");
                          });
 
 TEST_P(Kernel, RigidMotionsHaveNoEnergyAndStiffnessIsSymmetric) {
