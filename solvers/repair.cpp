@@ -42,6 +42,7 @@ struct Patient {
   bool trusted = true;                       ///< most triangles agreed on their orientation
   std::optional<double> volume_before = {};  ///< the input's, when it was closed
   std::optional<double> volume = {};         ///< meant by the surface, once it is closed
+  bool overlapping = false;                  ///< pieces meet, so `volume` counts some space twice
 
   void say(std::string action) const { report.actions.push_back(std::move(action)); }
   void say(std::int64_t count, const char* format) const {
@@ -85,6 +86,17 @@ OpenEdges count_open(const SurfaceMesh& mesh) {
     count.open += edge.size() == 1;
   });
   return count;
+}
+
+/// Every edge is walked as often forward as backward: closed bodies that share edges.
+bool bounds_a_sum(const std::vector<Triangle>& triangles) {
+  bool balanced = true;
+  for_each_edge(edge_uses(triangles), [&balanced](std::span<const EdgeUse> edge) {
+    const auto forward =
+        std::count_if(edge.begin(), edge.end(), [](const EdgeUse& use) { return use.forward; });
+    balanced = balanced && 2 * forward == static_cast<std::ptrdiff_t>(edge.size());
+  });
+  return balanced;
 }
 
 /// Steps that only drop or merge what is there twice or is nothing.
@@ -158,8 +170,8 @@ std::optional<SurfaceMesh> without_local_intersections(SurfaceMesh mesh, Patient
 std::optional<SurfaceMesh> mend(const SurfaceMesh& mesh, Patient& patient) {
   auto closed = closed_manifold(mesh, patient);
   if (!closed) return {};
-  // Before pieces are united their overlap counts twice, so only separate ones tell a volume.
-  if (diagnose(*closed).self_intersections == 0) patient.volume = nested_volume(*closed);
+  patient.overlapping = diagnose(*closed).touching_components > 0;
+  patient.volume = nested_volume(*closed);
   auto local = without_local_intersections(std::move(*closed), patient);
   if (!local) return {};
   auto body = resolve_pieces(*local, patient.trusted, patient.report.actions);
@@ -215,7 +227,8 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
     if (!body) continue;
     if (patient.volume) {
       change = signed_volume(*body) / *patient.volume - 1;
-      if (std::abs(change) > kWrapVolumeChange) continue;
+      const bool too_small = change < -kWrapVolumeChange && !patient.overlapping;
+      if (too_small || change > kWrapVolumeChange) continue;
     }
     patient.say(
         fmt::format("wrapped (alpha {:.3g} m, offset {:.3g} m) and drew the wrap onto the "
@@ -223,11 +236,13 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
                     multiple * offset, offset));
     return std::move(*body);
   }
-  if (change != 0) {
+  if (std::abs(change) > kWrapVolumeChange) {
     refuse(patient, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),
            "a smaller wrap tolerance may keep thin walls and hollows");
   }
-  refuse(patient, "the surface is open and bounds no body", kSheetHint);
+  if (edges.open > 0) refuse(patient, "the surface is open and bounds no body", kSheetHint);
+  refuse(patient, "the surface cannot be repaired, nor wrapped by a body like it",
+         "mend it in a modeller, or try another wrap tolerance");
 }
 
 void refuse_flat(const SurfaceMesh& mesh, const Patient& patient) {
@@ -245,8 +260,11 @@ SurfaceMesh treat(SurfaceMesh work, Patient& patient) {
   tidy(work, patient);
   if (work.triangles.empty()) refuse(patient, "the triangles have no area", "");
   if (is_closed_and_oriented(work.triangles)) {
+    patient.overlapping = patient.diagnosis.touching_components > 0;
     patient.volume = nested_volume(work);
     if (!patient.volume_before) patient.volume_before = patient.volume;
+  } else if (bounds_a_sum(work.triangles) && !patient.volume_before) {
+    patient.volume_before = std::abs(signed_volume(work));
   }
 
   const bool sheet_wanted = patient.file.thickness > 0;
@@ -271,6 +289,16 @@ SurfaceMesh repair(const SurfaceMesh& mesh, const MeshFile& file, Diagnosis& dia
   report = {};
   if (diagnosis.clean) return mesh;
 
+  if (!(file.wrap_tolerance >= 1e-4 && file.wrap_tolerance <= 0.05)) {
+    throw core::InputError(
+        fmt::format("{}: wrap tolerance {:.6g}; a share of the box diagonal from "
+                    "0.0001 to 0.05 expected",
+                    file.path, file.wrap_tolerance));
+  }
+  if (!(file.thickness >= 0) || !std::isfinite(file.thickness)) {
+    throw core::InputError(fmt::format("{}: thickness {:.6g} m; a positive number expected",
+                                       file.path, file.thickness));
+  }
   report.used_as_is = false;
   Patient patient{file, diagnosis, report, bounding_box(mesh.vertices).extent().norm()};
   if (diagnosis.closed && diagnosis.misoriented_edges == 0) {

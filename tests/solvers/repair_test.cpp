@@ -1,132 +1,20 @@
-// Diagnosis and repair: bodies whose volume is known, damaged in known ways; then meshes by others.
+// Repair: bodies whose volume is known, damaged in known ways.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <set>
 
 #include "core/error.hpp"
-#include "solvers/read_mesh.hpp"
 #include "solvers/repair.hpp"
-#include "tests/solvers/temporary_folder.hpp"
-#include "tests/solvers/test_surfaces.hpp"
+#include "solvers/repair_steps.hpp"
+#include "tests/solvers/repaired.hpp"
 
 namespace carillon::solvers {
 namespace {
 
 using namespace test;  // NOLINT: bodies and damages
 using core::InputError;
-
-struct Outcome {
-  SurfaceMesh body;
-  Diagnosis diagnosis;
-  RepairReport report;
-};
-
-Outcome repaired(const SurfaceMesh& mesh, double thickness = 0) {
-  MeshFile file;
-  file.path = "body.obj";
-  file.thickness = thickness;
-  Outcome outcome;
-  outcome.body = repair(mesh, file, outcome.diagnosis, outcome.report);
-  EXPECT_TRUE(diagnose(outcome.body).clean);
-  return outcome;
-}
-
-std::string refusal(const SurfaceMesh& mesh) {
-  return message_of<InputError>([&mesh] { repaired(mesh); });
-}
-
-bool says(const RepairReport& report, const std::string& word) {
-  for (const std::string& action : report.actions) {
-    if (action.find(word) != std::string::npos) return true;
-  }
-  return false;
-}
-
-struct Body {
-  const char* name;
-  SurfaceMesh mesh;
-};
-
-std::vector<Body> bodies() {
-  return {{"sphere", sphere_surface(0.05, 10)},
-          {"box", box_surface(Vec3(0.02, 0.03, 0.05), 6)},
-          {"torus", torus_surface(0.04, 0.015, 14)},
-          {"tube", tube_surface(0.02, 0.003, 0.1, 10)},
-          {"bowl", bowl_surface(0.07, 0.004, 10)}};
-}
-
-TEST(Diagnose, FindsNothingWrongWithCleanBodies) {
-  for (const Body& body : bodies()) {
-    SCOPED_TRACE(body.name);
-    const Diagnosis d = diagnose(body.mesh);
-    EXPECT_TRUE(d.clean);
-    EXPECT_TRUE(d.closed);
-    EXPECT_EQ(d.components, 1);
-    EXPECT_GT(d.volume, 0);
-  }
-  const Diagnosis box = diagnose(box_surface(Vec3(1, 2, 3), 2));
-  EXPECT_NEAR(box.volume, 6, 1e-14);
-  EXPECT_NEAR(box.area, 22, 1e-13);
-  EXPECT_EQ(box.extent, (std::array<double, 3>{1, 2, 3}));
-  EXPECT_EQ(box.vertices, 26);
-  EXPECT_EQ(box.triangles, 48);
-}
-
-TEST(Diagnose, CountsEveryDefect) {
-  SurfaceMesh mesh = box_surface(Vec3(1, 1, 1), 2);
-  mesh.triangles.push_back(mesh.triangles[3]);  // a twin: three new edges of 3
-  mesh.vertices.push_back(mesh.vertices[0]);    // a duplicate nobody uses
-  mesh.triangles.push_back({mesh.triangles[0][0], mesh.triangles[0][0], mesh.triangles[0][1]});
-  Diagnosis d = diagnose(mesh);
-  EXPECT_EQ(d.duplicate_triangles, 1);
-  EXPECT_EQ(d.duplicate_vertices, 1);
-  EXPECT_EQ(d.unreferenced_vertices, 1);
-  EXPECT_EQ(d.degenerate_triangles, 1);
-  EXPECT_GE(d.nonmanifold_edges, 3);
-  EXPECT_FALSE(d.clean);
-
-  mesh = box_surface(Vec3(1, 1, 1), 2);
-  std::swap(mesh.triangles[5][0], mesh.triangles[5][1]);
-  EXPECT_EQ(diagnose(mesh).misoriented_edges, 3);
-  mesh.triangles.erase(mesh.triangles.begin() + 5);
-  EXPECT_EQ(diagnose(mesh).boundary_edges, 3);
-  EXPECT_FALSE(diagnose(mesh).closed);
-
-  const SurfaceMesh sphere = sphere_surface(1, 6);
-  d = diagnose(together(sphere, moved(sphere, Vec3(1, 0, 0))));
-  EXPECT_EQ(d.components, 2);
-  EXPECT_EQ(d.touching_components, 2);
-  EXPECT_GT(d.self_intersections, 10);
-  d = diagnose(together(sphere, turned_over(sphere_surface(0.5, 4))));
-  EXPECT_EQ(d.nested_components, 1);
-  EXPECT_TRUE(d.clean);  // a hollow ball
-  EXPECT_FALSE(diagnose(together(sphere, sphere_surface(0.5, 4))).clean);
-  EXPECT_FALSE(diagnose(turned_over(sphere)).clean);
-}
-
-TEST(Diagnose, FindsVerticesWhereSurfacesOnlyTouch) {
-  const SurfaceMesh box = box_surface(Vec3(1, 1, 1), 1);
-  SurfaceMesh mesh = together(box, moved(box, Vec3(1, 1, 1)));
-  // Join the corners that meet.
-  std::int32_t corner = -1;
-  for (std::size_t v = 0; v < 8; ++v) {
-    if (mesh.vertices[v] == Vec3(1, 1, 1)) corner = static_cast<std::int32_t>(v);
-  }
-  for (Triangle& t : mesh.triangles) {
-    for (std::int32_t& v : t) {
-      if (mesh.vertices[static_cast<std::size_t>(v)] == Vec3(1, 1, 1)) v = corner;
-    }
-  }
-  const Diagnosis d = diagnose(mesh);
-  EXPECT_EQ(d.nonmanifold_vertices, 1);
-  EXPECT_EQ(d.nonmanifold_edges, 0);
-  EXPECT_EQ(d.touching_components, 2);
-}
 
 TEST(Repair, ReturnsCleanBodiesBitForBit) {
   for (const Body& body : bodies()) {
@@ -276,6 +164,69 @@ TEST(Repair, RefusesHeapsOfTriangles) {
   EXPECT_NE(refusal(line).find("no area"), std::string::npos);
 }
 
+TEST(Repair, KeepsTheWallsOfWhatItWraps) {
+  // The bowl's wall is 2 % of its diagonal; a plain wrap at 0.2 % on either side adds a fifth.
+  const SurfaceMesh bowl = bowl_surface(0.07, 0.004, 12);
+  const double diagonal = bounding_box(bowl.vertices).extent().norm();
+  const SurfaceMesh wrap = alpha_wrap(bowl, 0.01 * diagonal, 0.002 * diagonal);
+  const double volume = signed_volume(bowl);
+  EXPECT_GT(signed_volume(wrap), 1.1 * volume);
+  const SurfaceMesh shrunk = shrink_onto(wrap, bowl);
+  EXPECT_NEAR(signed_volume(shrunk) / volume, 1, 0.01);
+  EXPECT_TRUE(diagnose(shrunk).clean);
+}
+
+TEST(Repair, WrapsBodiesThatOnlyTouchAtAPoint) {
+  const SurfaceMesh ball = sphere_surface(0.05, 8);
+  const Outcome outcome = repaired(together(ball, moved(ball, Vec3(0, 0, 0.1))));
+  EXPECT_TRUE(says(outcome.report, "wrap"));
+  EXPECT_EQ(diagnose(outcome.body).components, 1);
+  EXPECT_NEAR(signed_volume(outcome.body) / (2 * signed_volume(ball)), 1, 0.02);
+  EXPECT_NEAR(outcome.report.volume_change, 0, 0.02);
+}
+
+TEST(Repair, RefusesNonsenseOptions) {
+  MeshFile file;
+  Diagnosis diagnosis;
+  RepairReport report;
+  const SurfaceMesh broken = turned_over(sphere_surface(0.05, 4));
+  file.wrap_tolerance = 0;
+  EXPECT_THROW(repair(broken, file, diagnosis, report), InputError);
+  file.wrap_tolerance = 0.002;
+  file.thickness = std::nan("");
+  EXPECT_THROW(repair(broken, file, diagnosis, report), InputError);
+}
+
+TEST(Repair, EndsInABodyOrAReasonForAnyTriangles) {
+  // Few places and many triangles: every kind of degeneracy, most of them at once.
+  std::mt19937_64 random(21);
+  int made = 0;
+  for (int round = 0; round < 60; ++round) {
+    SurfaceMesh mesh;
+    const auto vertices = static_cast<std::int32_t>(4 + random() % 12);
+    for (std::int32_t v = 0; v < vertices; ++v) {
+      const auto coordinate = [&random] { return 0.01 * static_cast<double>(random() % 3); };
+      mesh.vertices.emplace_back(coordinate(), coordinate(), coordinate());
+    }
+    for (std::size_t t = 4 + random() % 40; t > 0; --t) {
+      const auto any = [&] { return static_cast<std::int32_t>(random() % vertices); };
+      mesh.triangles.push_back({any(), any(), any()});
+    }
+    MeshFile file;
+    file.wrap_tolerance = 0.02;
+    file.thickness = round % 3 == 0 ? 0.004 : 0;
+    Diagnosis diagnosis;
+    RepairReport report;
+    try {
+      EXPECT_TRUE(diagnose(repair(mesh, file, diagnosis, report)).clean);
+      ++made;
+    } catch (const InputError& error) {
+      EXPECT_FALSE(error.message().empty());
+    }
+  }
+  EXPECT_GT(made, 0);
+}
+
 TEST(Repair, IsDeterministic) {
   std::mt19937_64 random(11);
   SurfaceMesh mesh = damaged(torus_surface(0.04, 0.015, 12), Damage::dropped, 0.03, random);
@@ -285,66 +236,6 @@ TEST(Repair, IsDeterministic) {
   EXPECT_EQ(first.body.vertices, second.body.vertices);
   EXPECT_EQ(first.body.triangles, second.body.triangles);
   EXPECT_EQ(first.report.actions, second.report.actions);
-}
-
-/// Folder of meshes by others, or "" when it is absent.
-std::filesystem::path meshes_by_others() {
-  const char* data = std::getenv("CARILLON_TEST_DATA");
-  if (data == nullptr || !std::filesystem::exists(std::filesystem::path(data) / "meshes"))
-    return {};
-  return std::filesystem::path(data) / "meshes";
-}
-
-TEST(MeshesByOthers, EndInABodyOrANamedReason) {
-  const auto folder = meshes_by_others();
-  if (folder.empty()) GTEST_SKIP() << "CARILLON_TEST_DATA is not set";
-  std::set<std::string> refused;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file() || entry.path().extension() == ".csv") continue;
-    SCOPED_TRACE(entry.path().filename());
-    MeshFile file;
-    file.path = entry.path().string();
-    try {
-      Diagnosis diagnosis;
-      RepairReport report;
-      const SurfaceMesh body = repair(read_surface(file.path), file, diagnosis, report);
-      EXPECT_TRUE(diagnose(body).clean);
-      EXPECT_EQ(report.used_as_is, report.actions.empty());
-    } catch (const InputError& error) {
-      EXPECT_NE(error.message().find(file.path), std::string::npos);
-      refused.insert(entry.path().filename());
-    }
-  }
-  // Those that are no body whatever one does.
-  EXPECT_EQ(refused, (std::set<std::string>{"degenerate_flat.off", "edge_with_four_triangles.off",
-                                            "empty.stl", "tetra_pierced_by_triangle.off",
-                                            "triangle_soup_100.stl"}));
-}
-
-TEST(MeshesByOthers, ComeBackFromDamageWithinOnePercent) {
-  const auto folder = meshes_by_others();
-  if (folder.empty()) GTEST_SKIP() << "CARILLON_TEST_DATA is not set";
-  std::mt19937_64 random(1);
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "clean")) {
-    SCOPED_TRACE(entry.path().filename());
-    const SurfaceMesh mesh = repaired(read_surface(entry.path().string())).body;
-    const auto check = [&mesh](const SurfaceMesh& broken, const char* damage) {
-      SCOPED_TRACE(damage);
-      const Outcome outcome = repaired(broken);
-      EXPECT_NEAR(signed_volume(outcome.body) / signed_volume(mesh), 1, 0.01);
-      EXPECT_FALSE(says(outcome.report, "wrap"));
-    };
-    const SurfaceMesh dropped = damaged(mesh, Damage::dropped, 0.01, random);
-    if (mesh.triangles.size() < 20000) {
-      check(dropped, "dropped");
-      check(damaged(mesh, Damage::flipped, 0.01, random), "flipped");
-      check(damaged(mesh, Damage::doubled, 0.01, random), "doubled");
-      check(damaged(mesh, Damage::seams, 0.01, random), "seams");
-    }
-    const SurfaceMesh flipped = damaged(dropped, Damage::flipped, 0.01, random);
-    const SurfaceMesh doubled = damaged(flipped, Damage::doubled, 0.01, random);
-    check(damaged(doubled, Damage::seams, 0.01, random), "everything");
-  }
 }
 
 }  // namespace
