@@ -76,7 +76,7 @@ TetMesh fill_remeshed(const SurfaceMesh& surface, const RemeshPlan& plan, const 
     throw core::SolverError(
         fmt::format("remeshed to edges of {:.3g} m the surface crosses itself", plan.coarsest));
   const double volume = signed_volume(fitted);
-  if (std::abs(volume - field.volume) > 0.015 * field.volume)
+  if (std::abs(volume - field.volume) > 0.05 * field.volume)
     throw core::SolverError(
         fmt::format("remeshed to edges of {:.3g} m the surface encloses {:.3g} of its volume",
                     plan.coarsest, volume / field.volume));

@@ -20,6 +20,8 @@ using Edge = CgalMesh::Edge_index;
 /// Edges are split above this multiple of the wanted size and collapsed below the other.
 constexpr double too_long = 4.0 / 3, too_short = 4.0 / 5;
 constexpr int rounds = 6;
+/// An edge below this multiple is in the way even of features.
+constexpr double tiny = 0.1;
 /// Feature lines shorter than this many edges are noise of a scan, not design.
 constexpr double shortest_line = 3;
 
@@ -137,8 +139,11 @@ class Remesher {
   /// Whether `gone` may slide along the half-edge to its target.
   bool may_collapse(Halfedge h) const {
     const Vertex gone = mesh_.source(h), kept = mesh_.target(h);
-    if (kind_[gone] == Kind::corner) return false;
-    if (kind_[gone] == Kind::line && !feature_[mesh_.edge(h)]) return false;
+    // Detail far below the wanted size gives way, feature or not.
+    if (length(mesh_.edge(h)) > tiny * wanted(mesh_.edge(h))) {
+      if (kind_[gone] == Kind::corner) return false;
+      if (kind_[gone] == Kind::line && !feature_[mesh_.edge(h)]) return false;
+    }
     // Two feature edges of one triangle would fall together.
     for (const Halfedge side : {h, mesh_.opposite(h)})
       if (feature_[mesh_.edge(mesh_.next(side))] && feature_[mesh_.edge(mesh_.prev(side))])
@@ -174,7 +179,7 @@ class Remesher {
         const Vertex kept = mesh_.target(h);
         const Vec3 place = at(kept);
         const double size = size_[kept];
-        const Kind kind = kind_[kept];
+        const Kind kind = std::max(kind_[kept], kind_[mesh_.source(h)]);
         const Vertex left = CGAL::Euler::collapse_edge(e, mesh_, feature_);
         move(left, place);
         size_[left] = size;
