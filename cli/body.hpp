@@ -20,7 +20,7 @@ struct BodyOptions {
   std::string length;    ///< longest side with unit; "": as it is
   std::string thickness; ///< of open sheets
   bool any_size = false;
-  int order = 2;
+  int order = 3;
   std::string element_size;
   std::string min_frequency = "20 Hz";
   std::string max_frequency = "20 kHz";

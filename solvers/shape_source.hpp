@@ -30,7 +30,7 @@ struct MeshFile {
 
 /// How fine the tetrahedra are.
 struct MeshOptions {
-  int order = 2;            ///< Lagrange order of the nodes, 1 to 4
+  int order = 3;            ///< Lagrange order of the nodes, 1 to 4
   double element_size = 0;  ///< largest edge [m]; 0: chosen from thickness and curvature
   std::int64_t max_elements = 200000;
 };

@@ -9,6 +9,8 @@
 #include "core/files.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/folder_lock.hpp"
+#include "mpi/interrupt.hpp"
 #include "mpi/task_service.hpp"
 
 namespace carillon::cli {
@@ -147,6 +149,7 @@ int run_build(const BuildOptions& options, const Context& context) {
                                                     now.tasks().size()));
   };
   core::Trace trace;
+  const mpi::InterruptGuard guard;
   const mpi::RunReport report =
       mpi::run_tasks(context.world, std::move(board), hooks, 1,
                      [&](std::int64_t number, MPI_Comm group) {

@@ -127,7 +127,7 @@ void read_modes(ConfigNode node, BuildConfig& config) {
     node.fail("max_frequency", "must be above min_frequency");
   }
   config.band.max_modes = static_cast<int>(node.integer("max_modes", 1, 100000, 300));
-  config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 2));
+  config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 3));
   config.mesh.element_size = node.quantity("element_size", Dimension::length, 0);
   config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
 }

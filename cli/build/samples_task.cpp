@@ -14,14 +14,14 @@ namespace carillon::cli {
 
 namespace {
 
-constexpr double int16_full_scale = 32767;
+constexpr double int16_full_scale = 32768;  // as in WAV files
 
 std::vector<std::int16_t> to_int16(std::span<const float> audio, std::int64_t& clipped) {
   std::vector<std::int16_t> out;
   out.reserve(audio.size());
   for (const float value : audio) {
     const double scaled = std::nearbyint(static_cast<double>(value) * int16_full_scale);
-    const double held = std::clamp(scaled, -int16_full_scale - 1, int16_full_scale);
+    const double held = std::clamp(scaled, -int16_full_scale, int16_full_scale - 1);
     if (held != scaled) ++clipped;
     out.push_back(static_cast<std::int16_t>(held));
   }

@@ -25,7 +25,7 @@ Budget budget_of(int order) {
     case 2:
       return {0.7, 1200, 4000};
     case 3:
-      return {1.6, 500, 1400};
+      return {1.5, 700, 1600};
     default:
       return {2.4, 300, 700};
   }
