@@ -23,7 +23,7 @@ Budget budget_of(int order) {
     case 1:
       return {0.35, 4000, 20000};
     case 2:
-      return {0.7, 1200, 4000};
+      return {0.7, 2400, 5000};
     case 3:
       return {1.5, 700, 1600};
     default:

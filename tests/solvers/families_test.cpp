@@ -116,7 +116,7 @@ TEST(Families, EveryMeshIsSoundAtEveryOrder) {
                 euler.count(family.name) ? euler.at(family.name) : 2);
       EXPECT_EQ(count_components(result.mesh), 1);
       EXPECT_EQ(result.quality.elements, static_cast<std::int64_t>(result.mesh.element_count()));
-      EXPECT_LT(result.mesh.element_count(), order > 1 ? 5000u : 21000u);
+      EXPECT_LT(result.mesh.element_count(), order > 1 ? 5500u : 21000u);
       EXPECT_GT(result.mesh.element_count(), 100u);
     }
 }
