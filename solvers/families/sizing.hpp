@@ -15,8 +15,8 @@ using CountAtSize = std::function<std::int64_t(double)>;
 /// With element_size given: the cells whose diagonal is that long. Otherwise the size resolves
 /// bending waves in a wall of this thickness up to 20 kHz (wave speed 5 km/s, that of steel, glass
 /// or aluminium), bounded on both sides by numbers of elements: at the lower bound the first modes
-/// of a plate or bar are within about 20 cents at order 2 and 5 at order 3 (a thin deep bowl 100 and 15), at
-/// the upper one a solve takes a few seconds.
+/// of a plate or bar are within about 20 cents at order 2 and 5 at order 3 (of a thin deep bowl 100
+/// and 15), at the upper one a solve takes a few seconds.
 /// @throws SolverError  more than options.max_elements; names the element_size that would fit
 double cell_size(const MeshOptions& options, double thickness, double longest_side,
                  const CountAtSize& count);
