@@ -15,10 +15,10 @@ namespace carillon::cli {
 
 /// The body that `modes`, `strike` and others take on the command line, and how to solve it.
 struct BodyOptions {
-  std::string mesh;      ///< file, or FAMILY[:parameter=value,...]
-  std::string material;  ///< preset or key=value list; for MSH groups: group=name,...
-  std::string length;    ///< longest side with unit; "": as it is
-  std::string thickness; ///< of open sheets
+  std::string mesh;       ///< file, or FAMILY[:parameter=value,...]
+  std::string material;   ///< preset or key=value list; for MSH groups: group=name,...
+  std::string length;     ///< longest side with unit; "": as it is
+  std::string thickness;  ///< of open sheets
   bool any_size = false;
   int order = 3;
   std::string element_size;
@@ -51,7 +51,7 @@ struct Body {
   solvers::MeshResult mesh;
   std::vector<synth::Material> materials;  ///< one per region
   solvers::Modes modes;
-  std::vector<double> decay_rates;         ///< d [1/s]
+  std::vector<double> decay_rates;  ///< d [1/s]
   core::Trace trace;
 };
 

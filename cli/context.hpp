@@ -23,8 +23,13 @@ struct Context {
 };
 
 /// Exit codes of the program.
-enum ExitCode { exit_done = 0, exit_internal = 1, exit_input = 2, exit_failures = 3,
-                exit_interrupted = 130 };
+enum ExitCode {
+  exit_done = 0,
+  exit_internal = 1,
+  exit_input = 2,
+  exit_failures = 3,
+  exit_interrupted = 130
+};
 
 /// Each adds one command to the program. A new command is one file and one line in commands.cpp.
 using AddCommand = void (*)(CLI::App& program, Context& context);

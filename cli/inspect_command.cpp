@@ -34,7 +34,8 @@ void print_diagnosis(const std::string& path, const solvers::Diagnosis& d) {
   for (const auto& [name, count] : findings) {
     if (count != 0) fmt::print("  {:<26} {}\n", name, count);
   }
-  fmt::print("  {}\n", d.clean ? "clean: used as it is" : "not clean: would be repaired or wrapped");
+  fmt::print("  {}\n",
+             d.clean ? "clean: used as it is" : "not clean: would be repaired or wrapped");
 }
 
 }  // namespace
@@ -47,7 +48,8 @@ void add_inspect(CLI::App& program, Context& context) {
   CLI::App* command = program.add_subcommand("inspect", "diagnosis of surface meshes");
   auto options = std::make_shared<Options>();
   command->add_option("mesh", options->meshes, "OBJ, OFF, PLY or STL files")->required();
-  command->add_option("--length", options->length, "longest side the body is scaled to, e.g. 12 cm");
+  command->add_option("--length", options->length,
+                      "longest side the body is scaled to, e.g. 12 cm");
   command->footer("Example:\n  carillon inspect *.obj");
   command->callback([&context, options] {
     if (!context.speaks()) return;

@@ -34,9 +34,8 @@ nlohmann::json list_shapes() {
       parameters.push_back(
           {{"name", p.name}, {"low_m", p.low}, {"high_m", p.high}, {"meaning", p.meaning}});
     }
-    list.push_back({{"name", family.name},
-                    {"description", family.description},
-                    {"parameters", parameters}});
+    list.push_back(
+        {{"name", family.name}, {"description", family.description}, {"parameters", parameters}});
   }
   return list;
 }

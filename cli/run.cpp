@@ -8,7 +8,9 @@
 
 namespace carillon::cli {
 
-bool Context::speaks() const { return mpi::rank(world) == 0; }
+bool Context::speaks() const {
+  return mpi::rank(world) == 0;
+}
 
 namespace {
 
@@ -27,7 +29,8 @@ int run(int argc, char** argv, MPI_Comm world) {
   context.world = world;
 
   CLI::App program{
-      "Carillon: datasets of struck objects, from shapes and materials to modes, sounds, voxels and "
+      "Carillon: datasets of struck objects, from shapes and materials to modes, sounds, voxels "
+      "and "
       "pictures.\nRuns with or without mpirun."};
   program.name("carillon");
   program.set_version_flag("--version", "carillon " CARILLON_VERSION);
@@ -36,7 +39,9 @@ int run(int argc, char** argv, MPI_Comm world) {
   program.add_flag("--json", context.json, "print one JSON document on standard output");
   program.add_flag("--quiet", context.quiet, "no progress lines");
   context.cache = core::default_cache_folder();
-  program.add_option("--cache", context.cache, "folder for meshes and modes that can be used again; \"\" for none")
+  program
+      .add_option("--cache", context.cache,
+                  "folder for meshes and modes that can be used again; \"\" for none")
       ->capture_default_str();
   for (const AddCommand add : commands) add(program, context);
   program.footer(

@@ -29,8 +29,8 @@ synth::Strike make_strike(const StrikeOptions& options, const solvers::Modes& mo
   const synth::SurfaceSampler sampler(modes.surface);
   core::RandomStream random(options.seed, 0, "strike.position");
   synth::Strike strike;
-  strike.point = options.at.empty() ? sampler.sample(random)
-                                    : sampler.nearest(parse_position(options.at));
+  strike.point =
+      options.at.empty() ? sampler.sample(random) : sampler.nearest(parse_position(options.at));
   const synth::PointFrame frame = synth::frame_at(modes.surface, strike.point);
   strike.direction = options.direction.empty() ? solvers::Vec3(-frame.normal)
                                                : parse_position(options.direction).normalized();
@@ -45,13 +45,13 @@ void run_strike(const StrikeOptions& options, const Context& context) {
   const synth::Strike strike = make_strike(options, body.modes);
   std::vector<synth::Listener> listeners;
   if (!options.listener.empty()) listeners.push_back({parse_position(options.listener)});
-  const synth::RingDown rings =
-      synth::ring_down(body.modes, body.decay_rates, strike, listeners);
+  const synth::RingDown rings = synth::ring_down(body.modes, body.decay_rates, strike, listeners);
   const double seconds = core::parse_quantity(options.seconds, core::Dimension::time);
   core::AudioClip clip;
   clip.sample_rate = static_cast<int>(options.sample_rate);
-  clip.samples = synth::synthesize(rings, strike.contact_time, options.sample_rate,
-                                   static_cast<std::size_t>(std::lround(seconds * options.sample_rate)));
+  clip.samples =
+      synth::synthesize(rings, strike.contact_time, options.sample_rate,
+                        static_cast<std::size_t>(std::lround(seconds * options.sample_rate)));
   double peak = 0;
   for (float& sample : clip.samples) {
     sample = static_cast<float>(sample * options.gain);
@@ -85,7 +85,8 @@ void add_strike(CLI::App& program, Context& context) {
   command->add_option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");
   command->add_option("--direction", options->direction,
                       "way the force points, x,y,z (default: inward along the normal)");
-  command->add_option("--impulse", options->impulse, "integral of the force")->capture_default_str();
+  command->add_option("--impulse", options->impulse, "integral of the force")
+      ->capture_default_str();
   command->add_option("--contact-time", options->contact_time, "duration of the contact")
       ->capture_default_str();
   command->add_option("--listener", options->listener,

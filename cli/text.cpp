@@ -31,7 +31,8 @@ solvers::Vec3 parse_position(const std::string& text) {
   for (std::string part; std::getline(parts, part, ','); ++i) {
     if (i < 3) position[i] = core::parse_quantity(part, core::Dimension::length);
   }
-  if (i != 3) throw InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
+  if (i != 3)
+    throw InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
   return position;
 }
 

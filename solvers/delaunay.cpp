@@ -6,12 +6,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <unordered_map>
 
 #include "core/error.hpp"
+#include "solvers/flat_elements.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -177,20 +179,18 @@ void check_volume(const TetMesh& mesh, std::size_t first_element, const Body& bo
 }  // namespace
 
 GmshModel::GmshModel() {
-  static const bool started = [] {
-    gmsh::initialize(0, nullptr, false);
-    gmsh::option::setNumber("General.Terminal", 0);
-    gmsh::option::setNumber("General.NumThreads", 1);
-    gmsh::option::setNumber("General.AbortOnError", 2);
-    return true;
-  }();
-  static_cast<void>(started);
+  gmsh::initialize(0, nullptr, false);
+  gmsh::option::setNumber("General.Terminal", 0);
+  gmsh::option::setNumber("General.NumThreads", 1);
+  gmsh::option::setNumber("General.AbortOnError", 2);
+  // Gmsh perturbs points by the C library's random numbers: every model begins with the same ones.
+  std::srand(1);
   gmsh::model::add("body");
 }
 
 GmshModel::~GmshModel() {
   try {
-    gmsh::model::remove();
+    gmsh::finalize();
   } catch (...) {  // nothing to do: the next model is a new one
   }
 }
@@ -235,6 +235,7 @@ TetMesh fill_with_tetrahedra(const SurfaceMesh& surface) {
     }
   }
   mesh.faces = boundary_faces(mesh);
+  peel_flat_elements(mesh);
   return mesh;
 }
 

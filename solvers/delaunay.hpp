@@ -8,15 +8,16 @@
 namespace carillon::solvers {
 
 /// Fills closed surfaces by boundary-constrained Delaunay (Gmsh's library, one thread): every
-/// triangle becomes a boundary face, sizes inside follow those of the surface (edges deep in a
-/// solid reach 1.7 times the surface's). First order.
+/// triangle becomes a boundary face (but for flat elements on it, which are peeled off), sizes
+/// inside follow those of the surface (edges deep in a solid reach 1.7 times the surface's). First
+/// order.
 /// @param surface  clean; each component that looks outward becomes a body, those that look inward
 ///                 are cavities of the body around them
 /// @throws SolverError  with Gmsh's reason
 TetMesh fill_with_tetrahedra(const SurfaceMesh& surface);
 
-/// One model in Gmsh's library, which holds global state: started once per process, silent, one
-/// thread, its own files ignored. The model goes with the object.
+/// One model in Gmsh's library, silent, one thread, its own files ignored. The library starts and
+/// ends with the object: its global state would let a mesh depend on the one before.
 class GmshModel {
  public:
   GmshModel();

@@ -13,7 +13,7 @@ namespace carillon::solvers {
 /// One parameter of a family: name, default range and what it means.
 struct FamilyParameter {
   std::string name;
-  double low;   ///< default range of a household object, SI
+  double low;  ///< default range of a household object, SI
   double high;
   std::string meaning;
 };

@@ -10,8 +10,8 @@ namespace carillon::solvers {
 
 /// Limits of the mesher's process.
 struct ChildLimits {
-  double seconds = 300;                     ///< wall clock, then it is killed
-  std::int64_t memory = 8ll << 30;          ///< address space [byte]
+  double seconds = 300;             ///< wall clock, then it is killed
+  std::int64_t memory = 8ll << 30;  ///< address space [byte]
 };
 
 /// Key of a mesh: SHA-256 of the request, of the file's bytes and of the mesher's version.

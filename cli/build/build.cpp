@@ -145,17 +145,17 @@ int run_build(const BuildOptions& options, const Context& context) {
     journal->append(entry);
   };
   hooks.progress = [&](const mpi::TaskBoard& now) {
-    progress.update(now.settled_cost(), fmt::format("{} of {} tasks", now.count(mpi::TaskState::done),
-                                                    now.tasks().size()));
+    progress.update(
+        now.settled_cost(),
+        fmt::format("{} of {} tasks", now.count(mpi::TaskState::done), now.tasks().size()));
   };
   core::Trace trace;
   const mpi::InterruptGuard guard;
-  const mpi::RunReport report =
-      mpi::run_tasks(context.world, std::move(board), hooks, 1,
-                     [&](std::int64_t number, MPI_Comm group) {
-                       return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)],
-                                       folders, group, trace);
-                     });
+  const mpi::RunReport report = mpi::run_tasks(
+      context.world, std::move(board), hooks, 1, [&](std::int64_t number, MPI_Comm group) {
+        return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)], folders, group,
+                        trace);
+      });
   progress.finish("");
 
   const auto traces = mpi::all_gather(to_json(trace).dump(), context.world);
@@ -166,8 +166,8 @@ int run_build(const BuildOptions& options, const Context& context) {
     if (!host) return;
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
     const auto finished = finished_tasks(*journal, folders.output);
-    Summary summary{output, build.plan.shapes.size(), build.plan.samples.size(), to_run, 0,
-                    report.interrupted};
+    Summary summary{output, build.plan.shapes.size(), build.plan.samples.size(), to_run,
+                    0,      report.interrupted};
     summary.failed = write_results(build, folders, finished);
     if (to_run > 0) {
       core::Trace sum;

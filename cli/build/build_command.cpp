@@ -11,8 +11,9 @@ void add_build(CLI::App& program, Context& context) {
   command->add_option("config", options->config, "YAML configuration")->required();
   command->add_option("-o,--output", options->output,
                       "folder of the dataset (default: the configuration's name)");
-  command->add_option("--set", options->overrides,
-                      "key=value instead of the configuration's, e.g. audio.seconds=2")
+  command
+      ->add_option("--set", options->overrides,
+                   "key=value instead of the configuration's, e.g. audio.seconds=2")
       ->allow_extra_args(false);
   command->add_flag("--retry-failed", options->retry_failed, "try failed tasks again");
   command->footer(

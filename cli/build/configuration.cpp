@@ -63,8 +63,7 @@ void read_family(ConfigNode& node, ObjectSource& source, const std::string& file
   }
   ConfigNode parameters = node.child("parameters");
   for (const solvers::FamilyParameter& p : family.parameters) {
-    source.parameters[p.name] =
-        parameters.range(p.name, Dimension::length, Range{p.low, p.high});
+    source.parameters[p.name] = parameters.range(p.name, Dimension::length, Range{p.low, p.high});
   }
 }
 
@@ -122,8 +121,7 @@ ObjectSource read_object(ConfigNode& node, const BuildConfig& config,
 void read_modes(ConfigNode node, BuildConfig& config) {
   config.band.min_frequency = node.quantity("min_frequency", Dimension::frequency, 20);
   config.band.max_frequency = node.quantity("max_frequency", Dimension::frequency, 20000);
-  if (!(config.band.min_frequency >= 0 &&
-        config.band.max_frequency > config.band.min_frequency)) {
+  if (!(config.band.min_frequency >= 0 && config.band.max_frequency > config.band.min_frequency)) {
     node.fail("max_frequency", "must be above min_frequency");
   }
   config.band.max_modes = static_cast<int>(node.integer("max_modes", 1, 100000, 300));

@@ -5,8 +5,8 @@ namespace carillon::cli {
 namespace {
 
 constexpr Effect all_effects[] = {
-    {"damping", "Rayleigh damping of every mode",
-     [](const BuildConfig&) { return true; }, "every material has damping", ""},
+    {"damping", "Rayleigh damping of every mode", [](const BuildConfig&) { return true; },
+     "every material has damping", ""},
     {"contact", "finite contact pulse of the striker",
      [](const BuildConfig& config) {
        if (config.strikes.given.empty()) return true;
@@ -17,9 +17,10 @@ constexpr Effect all_effects[] = {
      },
      "strikes.contact_time is not zero", "every given strike is an ideal impulse"},
     {"radiation", "sound pressure at listeners from the body's volume velocity (monopole)",
-     [](const BuildConfig& config) { return !config.listeners.empty(); },
-     "listeners are placed", "no listener: the dry signal is the velocity of the struck point"},
-    {"mel", "mel power spectrograms", [](const BuildConfig& config) { return config.mel.has_value(); },
+     [](const BuildConfig& config) { return !config.listeners.empty(); }, "listeners are placed",
+     "no listener: the dry signal is the velocity of the struck point"},
+    {"mel", "mel power spectrograms",
+     [](const BuildConfig& config) { return config.mel.has_value(); },
      "the configuration has mel:", "the configuration has no mel:"},
     {"voxels", "voxel grid of each object",
      [](const BuildConfig& config) { return config.voxels.has_value(); },
@@ -31,7 +32,9 @@ constexpr Effect all_effects[] = {
 
 }  // namespace
 
-std::span<const Effect> effects() { return all_effects; }
+std::span<const Effect> effects() {
+  return all_effects;
+}
 
 nlohmann::json plan_effects(const BuildConfig& config) {
   nlohmann::json list = nlohmann::json::array();

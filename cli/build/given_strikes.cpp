@@ -26,8 +26,8 @@ std::vector<std::string> split_line(const std::string& line) {
   return cells;
 }
 
-const std::vector<std::string> known_columns = {"shape", "x_m", "y_m", "z_m", "dx", "dy", "dz",
-                                                "impulse_ns", "peak_force_n", "contact_time_s"};
+const std::vector<std::string> known_columns = {
+    "shape", "x_m", "y_m", "z_m", "dx", "dy", "dz", "impulse_ns", "peak_force_n", "contact_time_s"};
 
 /// The cells of one line by column name.
 class Row {
@@ -76,9 +76,8 @@ GivenStrike parse_row(const Row& row) {
   if (row.has("impulse_ns") == row.has("peak_force_n")) {
     throw row.error("give one of impulse_ns and peak_force_n");
   }
-  strike.impulse = row.has("impulse_ns")
-                       ? row.number("impulse_ns")
-                       : row.number("peak_force_n") * strike.contact_time / 2;
+  strike.impulse = row.has("impulse_ns") ? row.number("impulse_ns")
+                                         : row.number("peak_force_n") * strike.contact_time / 2;
   if (!(strike.impulse > 0)) throw row.error("the impulse is not positive");
   return strike;
 }

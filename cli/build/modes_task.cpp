@@ -21,7 +21,8 @@ namespace {
 bool same_set(const std::vector<Elastic>& a, const std::vector<Elastic>& b) {
   const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-12 * std::abs(y); };
   for (std::size_t r = 0; r < a.size(); ++r) {
-    if (!close(a[r].poisson_ratio, b[r].poisson_ratio) && a[r].poisson_ratio != b[r].poisson_ratio) {
+    if (!close(a[r].poisson_ratio, b[r].poisson_ratio) &&
+        a[r].poisson_ratio != b[r].poisson_ratio) {
       return false;
     }
     if (!close(a[r].youngs_modulus * b[0].youngs_modulus,
@@ -57,14 +58,13 @@ void write_views(const BuildConfig& config, const Shape& shape, const solvers::M
     const core::ScopedTimer timer(trace.effects["frames"]);
     const core::Image image = render::render_frame(
         flat, *config.camera, render::appearance_of(shape.variants.front().material));
-    file.write<std::uint8_t>("frame", image.pixels,
-                             {1, static_cast<std::uint64_t>(image.height),
-                              static_cast<std::uint64_t>(image.width),
-                              static_cast<std::uint64_t>(image.channels)},
-                             {.chunk_rows = 1, .deflate = 4});
+    file.write<std::uint8_t>(
+        "frame", image.pixels,
+        {1, static_cast<std::uint64_t>(image.height), static_cast<std::uint64_t>(image.width),
+         static_cast<std::uint64_t>(image.channels)},
+        {.chunk_rows = 1, .deflate = 4});
     if (config.png) {
-      const std::filesystem::path picture =
-          std::filesystem::path("pictures") / (shape.id + ".png");
+      const std::filesystem::path picture = std::filesystem::path("pictures") / (shape.id + ".png");
       core::write_durably(folders.output / picture,
                           [&](const std::filesystem::path& path) { core::write_png(path, image); });
       written.push_back(picture.string());
@@ -148,8 +148,8 @@ std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& 
   for (std::size_t s = 0; s < sets.regions.size(); ++s) {
     solvers::SolveOptions options;
     options.band = sets.bands[s];
-    modes.push_back(solvers::cached_modes(mesh.mesh, sets.regions[s], options, comm, folders.cache,
-                                          trace));
+    modes.push_back(
+        solvers::cached_modes(mesh.mesh, sets.regions[s], options, comm, folders.cache, trace));
   }
   std::vector<std::string> written;
   mpi::agreed(comm, [&] {

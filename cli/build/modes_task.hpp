@@ -28,7 +28,7 @@ struct VariantModes {
 /// densities between regions.
 struct ModeSets {
   std::vector<std::vector<solvers::Elastic>> regions;  ///< of each set, per region
-  std::vector<solvers::Band> bands;  ///< wide enough for every variant of the set
+  std::vector<solvers::Band> bands;                    ///< wide enough for every variant of the set
   std::vector<VariantModes> variants;
 };
 ModeSets group_variants(const std::vector<std::vector<synth::Material>>& materials,

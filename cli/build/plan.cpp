@@ -65,8 +65,9 @@ solvers::GeneratedShape draw_shape(const BuildConfig& config, const ObjectSource
       refusal = error.message();
     }
   }
-  throw InputError(fmt::format("{}: no parameters in the given ranges fit together: {}", id, refusal),
-                   "change the ranges of objects[].parameters");
+  throw InputError(
+      fmt::format("{}: no parameters in the given ranges fit together: {}", id, refusal),
+      "change the ranges of objects[].parameters");
 }
 
 void add_family(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
@@ -111,7 +112,8 @@ std::vector<int> strike_numbers(const BuildConfig& config, const Shape& shape) {
   }
   for (std::size_t i = 0; i < config.strikes.given.size(); ++i) {
     const std::string& wanted = config.strikes.given[i].shape;
-    if (wanted.empty() || wanted == "*" || wanted == shape.id) numbers.push_back(static_cast<int>(i));
+    if (wanted.empty() || wanted == "*" || wanted == shape.id)
+      numbers.push_back(static_cast<int>(i));
   }
   return numbers;
 }

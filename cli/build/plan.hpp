@@ -17,14 +17,14 @@ struct Variant {
 
 /// One body: what to mesh, and the variants that ring.
 struct Shape {
-  std::string id;         ///< unique in the build, e.g. bowl-001
-  std::string family;     ///< label: the family, or the entry's name for files
-  std::string path;       ///< mesh file; "" for generated shapes
-  std::size_t source = 0; ///< index into BuildConfig::objects
+  std::string id;          ///< unique in the build, e.g. bowl-001
+  std::string family;      ///< label: the family, or the entry's name for files
+  std::string path;        ///< mesh file; "" for generated shapes
+  std::size_t source = 0;  ///< index into BuildConfig::objects
   solvers::MeshRequest request;
   std::vector<Variant> variants;
-  std::string split_shape;   ///< train, validation or test
-  std::string identity;      ///< what decides the split: the id, or the file's SHA-256
+  std::string split_shape;  ///< train, validation or test
+  std::string identity;     ///< what decides the split: the id, or the file's SHA-256
 };
 
 /// One sound. Its values are a pure function of the configuration and its key.
@@ -33,7 +33,7 @@ struct Sample {
   std::uint64_t id;  ///< stable hash of the key
   std::size_t shape;
   std::size_t variant;
-  int strike;        ///< strike number within the shape
+  int strike;  ///< strike number within the shape
 };
 
 enum class TaskKind { modes, samples };

@@ -40,7 +40,8 @@ nlohmann::json describe(const LoadedBuild& build) {
           {"estimate",
            {{"rank_seconds", seconds},
             {"memory_bytes_per_rank", memory},
-            {"disk_bytes", sample_bytes(build.config) * static_cast<double>(build.plan.samples.size())}}}};
+            {"disk_bytes",
+             sample_bytes(build.config) * static_cast<double>(build.plan.samples.size())}}}};
 }
 
 void print_plan(const nlohmann::json& plan) {
@@ -63,7 +64,8 @@ void print_plan(const nlohmann::json& plan) {
 }  // namespace
 
 void add_plan(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand("plan", "what a build would run, and why; runs nothing");
+  CLI::App* command =
+      program.add_subcommand("plan", "what a build would run, and why; runs nothing");
   auto options = std::make_shared<BuildOptions>();
   command->add_option("config", options->config, "YAML configuration")->required();
   command->add_option("--set", options->overrides, "key=value instead of the configuration's")

@@ -68,7 +68,8 @@ void add_preview(CLI::App& program, Context& context) {
   command->add_option("config", options->build.config, "YAML configuration")->required();
   command->add_option("--sample", options->sample, "number, id or key of the sample")
       ->capture_default_str();
-  command->add_option("-o,--output", options->output, "folder for the files")->capture_default_str();
+  command->add_option("-o,--output", options->output, "folder for the files")
+      ->capture_default_str();
   command->add_option("--set", options->build.overrides, "key=value instead of the configuration's")
       ->allow_extra_args(false);
   command->footer("Example:\n  carillon preview configs/smoke.yaml --sample 3");
@@ -96,12 +97,9 @@ void add_preview(CLI::App& program, Context& context) {
     core::write_png(folders.output / "spectrogram.png",
                     spectrogram_picture(mel, build.config.mel->bands,
                                         synth::mel_frames(count, *build.config.mel)));
-    const nlohmann::json summary = {{"sample", sample.key},
-                                    {"id", sample.id},
-                                    {"modes", result.modes},
-                                    {"peak", result.peak},
-                                    {"unit", result.audio_unit},
-                                    {"folder", options->output}};
+    const nlohmann::json summary = {{"sample", sample.key},      {"id", sample.id},
+                                    {"modes", result.modes},     {"peak", result.peak},
+                                    {"unit", result.audio_unit}, {"folder", options->output}};
     if (context.json) {
       fmt::print("{}\n", summary.dump(2));
     } else {

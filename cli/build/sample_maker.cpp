@@ -80,8 +80,7 @@ struct SampleMaker::Impl {
     if (!config.strikes.given.empty()) {
       const GivenStrike& given = config.strikes.given[static_cast<std::size_t>(sample.strike)];
       strike.point = sampler->nearest(given.position);
-      strike.direction =
-          given.direction.value_or(-synth::frame_at(surface, strike.point).normal);
+      strike.direction = given.direction.value_or(-synth::frame_at(surface, strike.point).normal);
       strike.impulse = given.impulse;
       strike.contact_time = given.contact_time;
       return strike;
@@ -91,9 +90,8 @@ struct SampleMaker::Impl {
                              "strike.position");
     strike.point = sampler->sample(place);
     const Vec3 inward = -synth::frame_at(surface, strike.point).normal;
-    strike.direction = config.strikes.spread > 0
-                           ? spread_direction(inward, config.strikes.spread, place)
-                           : inward;
+    strike.direction =
+        config.strikes.spread > 0 ? spread_direction(inward, config.strikes.spread, place) : inward;
     core::RandomStream force(config.seed, sample.id, "strike.force");
     strike.impulse = force.log_uniform(config.strikes.impulse.low, config.strikes.impulse.high);
     strike.contact_time =
@@ -102,8 +100,7 @@ struct SampleMaker::Impl {
   }
 };
 
-SampleMaker::SampleMaker(const BuildConfig& config, const Shape& shape,
-                         const BuildFolders& folders)
+SampleMaker::SampleMaker(const BuildConfig& config, const Shape& shape, const BuildFolders& folders)
     : impl_(std::make_unique<Impl>(config, shape, folders)) {}
 
 SampleMaker::~SampleMaker() = default;

@@ -91,10 +91,10 @@ void add_mel(const BuildConfig& config, const synth::MelSpectrogram& mel,
   const auto bands = static_cast<std::uint64_t>(config.mel->bands);
   const auto frames = static_cast<std::uint64_t>(synth::mel_frames(samples, *config.mel));
   const auto listeners = static_cast<std::uint64_t>(config.listeners.size());
-  columns.add<float>("mel", all,
-                     listeners > 1 ? core::Extent{listeners, bands, frames}
-                                   : core::Extent{bands, frames},
-                     "power");
+  columns.add<float>(
+      "mel", all,
+      listeners > 1 ? core::Extent{listeners, bands, frames} : core::Extent{bands, frames},
+      "power");
 }
 
 void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& file) {
@@ -113,9 +113,9 @@ void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& f
 std::string write_sound(const BuildConfig& config, const Shape& shape, const Sample& sample,
                         const SampleResult& result, const BuildFolders& folders) {
   const Variant& variant = shape.variants[sample.variant];
-  const auto path = std::filesystem::path("sounds") / shape.id /
-                    fmt::format("{}-{}-strike-{:04}.wav", variant.material, variant.size,
-                                sample.strike);
+  const auto path =
+      std::filesystem::path("sounds") / shape.id /
+      fmt::format("{}-{}-strike-{:04}.wav", variant.material, variant.size, sample.strike);
   core::AudioClip clip;
   clip.sample_rate = static_cast<int>(std::lround(config.audio.sample_rate));
   clip.channels = static_cast<int>(std::max<std::size_t>(1, config.listeners.size()));
@@ -161,8 +161,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
     columns.write(file);
     if (config.mel) write_mel_attributes(*config.mel, file);
   });
-  written.push_back(
-      std::filesystem::relative(folders.shard_file(task), folders.output).string());
+  written.push_back(std::filesystem::relative(folders.shard_file(task), folders.output).string());
   return written;
 }
 

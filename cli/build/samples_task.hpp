@@ -11,11 +11,11 @@ namespace carillon::cli {
 /// A sound with everything that is needed to make it again.
 struct SampleResult {
   synth::Strike strike;
-  synth::PointFrame frame;        ///< point and normal, at the sample's size [m]
-  std::vector<float> audio;       ///< listeners x samples, gain applied
-  std::string audio_unit;         ///< m/s or Pa
-  double peak = 0;                ///< largest magnitude in `audio`
-  std::size_t modes = 0;          ///< modes that sound
+  synth::PointFrame frame;   ///< point and normal, at the sample's size [m]
+  std::vector<float> audio;  ///< listeners x samples, gain applied
+  std::string audio_unit;    ///< m/s or Pa
+  double peak = 0;           ///< largest magnitude in `audio`
+  std::size_t modes = 0;     ///< modes that sound
   double complete_to_hz = 0;
 };
 

@@ -20,8 +20,8 @@ nlohmann::json library_versions() {
   const std::string mpi_text(mpi, static_cast<std::size_t>(length));
   return {{"carillon", CARILLON_VERSION},
           {"compiler", "g++ " __VERSION__},
-          {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
-                                EIGEN_MINOR_VERSION)},
+          {"eigen",
+           fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
           {"petsc", fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR,
                                 PETSC_VERSION_SUBMINOR)},
           {"slepc", fmt::format("{}.{}.{}", SLEPC_VERSION_MAJOR, SLEPC_VERSION_MINOR,

@@ -25,7 +25,7 @@ Budget budget_of(int order) {
     case 2:
       return {0.7, 2400, 5000};
     case 3:
-      return {1.5, 700, 1600};
+      return {1.4, 900, 1700};
     default:
       return {2.4, 300, 700};
   }

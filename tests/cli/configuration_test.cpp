@@ -79,18 +79,18 @@ TEST(Configuration, MistakesNamePlaceAndRemedy) {
 
 TEST(Configuration, ImpossibleValuesAreRefused) {
   const std::string text(minimal);
-  for (const char* wrong :
-       {"modes: {min_frequency: 30 kHz}\n", "audio: {gain: 0}\n", "audio: {sample_rate: 10 Hz}\n",
-        "strikes: {spread: 90 deg}\n", "strikes: {impulse: 0}\n", "split: {test: 0.7, validation: 0.4}\n",
-        "mel: {max_frequency: 30 kHz}\n", "camera: {field_of_view: 180 deg}\n",
-        "audio: {seconds: 0}\n", "strikes: {csv: not-there.csv}\n"}) {
+  for (const char* wrong : {"modes: {min_frequency: 30 kHz}\n", "audio: {gain: 0}\n",
+                            "audio: {sample_rate: 10 Hz}\n", "strikes: {spread: 90 deg}\n",
+                            "strikes: {impulse: 0}\n", "split: {test: 0.7, validation: 0.4}\n",
+                            "mel: {max_frequency: 30 kHz}\n", "camera: {field_of_view: 180 deg}\n",
+                            "audio: {seconds: 0}\n", "strikes: {csv: not-there.csv}\n"}) {
     EXPECT_NE(refusal(text + wrong), "accepted") << wrong;
   }
 }
 
 TEST(Configuration, MaterialsOfGroups) {
-  const BuildConfig config = read(
-      "objects:\n  - mesh: a.msh\n    materials: {shell: steel, core: wood}\n");
+  const BuildConfig config =
+      read("objects:\n  - mesh: a.msh\n    materials: {shell: steel, core: wood}\n");
   EXPECT_EQ(config.objects[0].groups.at("core"), "wood");
   EXPECT_TRUE(config.objects[0].materials.empty());
 }

@@ -18,8 +18,8 @@ std::vector<std::vector<Material>> one_region(const std::vector<std::string>& na
 
 TEST(ModeSets, EqualPoissonRatiosShareASolve) {
   // Steel has nu = 0.29; so has the second material, at another stiffness and density.
-  const auto materials = one_region({"steel", "youngs_modulus=1e9,poisson_ratio=0.29,density=900",
-                                     "glass"});
+  const auto materials =
+      one_region({"steel", "youngs_modulus=1e9,poisson_ratio=0.29,density=900", "glass"});
   const std::vector<Variant> variants = {{"a", 1}, {"b", 2}, {"c", 1}};
   const ModeSets sets = group_variants(materials, variants, {20, 20000, 300});
   ASSERT_EQ(sets.regions.size(), 2u);
@@ -31,9 +31,8 @@ TEST(ModeSets, EveryVariantsBandIsCovered) {
   rc::check([] {
     const auto size = *rc::gen::container<std::vector<double>>(
         3, rc::gen::map(rc::gen::inRange(10, 1000), [](int i) { return i / 100.0; }));
-    const auto materials = one_region(
-        {"steel", "youngs_modulus=1e9,poisson_ratio=0.29,density=900",
-         "youngs_modulus=4e11,poisson_ratio=0.29,density=3000"});
+    const auto materials = one_region({"steel", "youngs_modulus=1e9,poisson_ratio=0.29,density=900",
+                                       "youngs_modulus=4e11,poisson_ratio=0.29,density=3000"});
     const std::vector<Variant> variants = {{"a", size[0]}, {"b", size[1]}, {"c", size[2]}};
     const solvers::Band band{20, 20000, 300};
     const ModeSets sets = group_variants(materials, variants, band);

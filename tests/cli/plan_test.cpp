@@ -13,12 +13,15 @@
 namespace carillon::cli {
 namespace {
 
-BuildConfig config_of(const std::string& text) { return read_build_config(text, "test.yaml", {}); }
+BuildConfig config_of(const std::string& text) {
+  return read_build_config(text, "test.yaml", {});
+}
 
 BuildConfig bars(int count, int strikes, const std::string& more = "") {
-  return config_of("objects:\n  - shape: bar\n    materials: [steel, glass]\n    sizes: [1, 2]\n"
-                   "    count: " + std::to_string(count) + "\nstrikes: {per_object: " +
-                   std::to_string(strikes) + "}\n" + more);
+  return config_of(
+      "objects:\n  - shape: bar\n    materials: [steel, glass]\n    sizes: [1, 2]\n"
+      "    count: " +
+      std::to_string(count) + "\nstrikes: {per_object: " + std::to_string(strikes) + "}\n" + more);
 }
 
 TEST(Plan, CountsShapesVariantsAndStrikes) {

@@ -116,8 +116,9 @@ class Errors(FolderTest):
         self.assertNotIn("terminate", result.stderr)
 
     def test_units_are_suggested(self):
-        mesh = self.write("mm.off", CUBE.replace("1 ", "120 ").replace(" 1", " 120"))
-        self.expect(2, "length", "modes", mesh, "-m", "steel")
+        header, corners, faces = CUBE[:10], CUBE[10:-60], CUBE[-60:]
+        mesh = self.write("mm.off", header + corners.replace("1", "120") + faces)
+        self.expect(2, "length: 0.12", "modes", mesh, "-m", "steel")
 
     def test_names_are_suggested(self):
         self.expect(2, "steel", "modes", "tile", "-m", "stel")
