@@ -1,4 +1,5 @@
 """modes, strike, inspect, list, plan and preview, and what they say when something is wrong."""
+import itertools
 import math
 import unittest
 
@@ -77,6 +78,93 @@ class Modes(FolderTest):
         self.assertIn("modes from cache_s", second["timing"])
         self.assertNotIn("solve_s", second["timing"])
         self.assertEqual(first["modes"], second["modes"])
+
+
+def two_part_bar(n=8):
+    """Nodes and tetrahedra (with a part, 1 or 2) of a bar 200 x 20 x 20 mm of two halves."""
+    nodes = [(0.2 * i / n, 0.02 * j, 0.02 * k) for i in range(n + 1) for j in (0, 1) for k in (0, 1)]
+    tetrahedra = []
+    for i in range(n):
+        for path in itertools.permutations(range(3)):  # Kuhn's six tetrahedra of a cell
+            corner = [0, 0, 0]
+            tet = []
+            for axis in (None, *path):
+                if axis is not None:
+                    corner[axis] = 1
+                tet.append((i + corner[0]) * 4 + corner[1] * 2 + corner[2])
+            a, b, c, d = (numpy.array(nodes[t]) for t in tet)
+            if numpy.dot(numpy.cross(b - a, c - a), d - a) < 0:
+                tet[2], tet[3] = tet[3], tet[2]
+            tetrahedra.append((1 if i < n // 2 else 2, tet))
+    return nodes, tetrahedra
+
+
+GROUPS = '$PhysicalNames\n2\n3 1 "left"\n3 2 "right"\n$EndPhysicalNames\n'
+
+
+def msh_2(nodes, tetrahedra):
+    lines = ["$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + GROUPS + f"$Nodes\n{len(nodes)}"]
+    lines += ["%d %.12g %.12g %.12g" % (i + 1, *p) for i, p in enumerate(nodes)]
+    lines.append(f"$EndNodes\n$Elements\n{len(tetrahedra)}")
+    lines += ["%d 4 2 %d %d %d %d %d %d" % (i + 1, part, part, *(t + 1 for t in tet))
+              for i, (part, tet) in enumerate(tetrahedra)]
+    return "\n".join(lines) + "\n$EndElements\n"
+
+
+def msh_4(nodes, tetrahedra):
+    box = "0 0 0 0.2 0.02 0.02"
+    lines = ["$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + GROUPS + "$Entities\n0 0 0 2",
+             f"1 {box} 1 1 0\n2 {box} 1 2 0\n$EndEntities",
+             f"$Nodes\n1 {len(nodes)} 1 {len(nodes)}\n3 1 0 {len(nodes)}"]
+    lines += [str(i + 1) for i in range(len(nodes))]
+    lines += ["%.12g %.12g %.12g" % p for p in nodes]
+    lines.append(f"$EndNodes\n$Elements\n2 {len(tetrahedra)} 1 {len(tetrahedra)}")
+    number = 0
+    for part in (1, 2):
+        own = [tet for p, tet in tetrahedra if p == part]
+        lines.append(f"3 {part} 4 {len(own)}")
+        for tet in own:
+            number += 1
+            lines.append("%d %d %d %d %d" % (number, *(t + 1 for t in tet)))
+    return "\n".join(lines) + "\n$EndElements\n"
+
+
+class Tetrahedra(FolderTest):
+    """MSH files: used as they are, physical groups have materials."""
+
+    def test_versions_agree_and_groups_have_materials(self):
+        bar = two_part_bar()
+        old = self.write("old.msh", msh_2(*bar))
+        new = self.write("new.msh", msh_4(*bar))
+        steel = run_json("modes", old, "-m", "steel")
+        self.assertEqual(steel["mesh"]["elements"], 48)
+        both = run_json("modes", new, "-m", "left=steel,right=steel")
+        for a, b in zip(steel["modes"], both["modes"], strict=True):
+            self.assertAlmostEqual(a["frequency_hz"] / b["frequency_hz"], 1, 9)
+        mixed = run_json("modes", new, "-m", "left=steel,right=wood", "--max-frequency", "5kHz")
+        rho = [7850, 750]
+        self.assertAlmostEqual(mixed["mass_kg"], 0.1 * 0.02 * 0.02 * sum(rho), 6)
+        # Damping lies between that of the two materials at every mode.
+        for mode in mixed["modes"]:
+            omega = 2 * math.pi * mode["frequency_hz"]
+            d = [0.5 * (a1 + a2 * omega**2) for a1, a2 in ((5, 3e-8), (60, 2e-6))]
+            self.assertGreater(mode["decay_rate_per_s"], d[0])
+            self.assertLess(mode["decay_rate_per_s"], d[1])
+
+    def test_groups_in_a_build(self):
+        mesh = self.write("bar.msh", msh_4(*two_part_bar()))
+        config = self.write("groups.yaml", f"objects:\n  - mesh: {mesh}\n"
+                            "    materials: {left: steel, right: glass}\n"
+                            "strikes: {per_object: 2}\naudio: {seconds: 0.1 s}\n")
+        summary = run_json("build", config, "-o", self.folder / "groups")
+        self.assertEqual((summary["samples"], summary["failed_tasks"]), (2, 0))
+
+    def test_wrong_groups_are_named(self):
+        mesh = self.write("wrong.msh", msh_2(*two_part_bar(2)))
+        for text in ("left=steel", "left=steel,right=glass,middle=wood"):
+            result = run("modes", mesh, "-m", text)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("physical group", result.stderr)
 
 
 class Strike(FolderTest):
