@@ -113,6 +113,14 @@ std::vector<synth::Material> region_materials(const std::string& text,
   return assign_materials(groups, regions, {});
 }
 
+void check_size(double longest, bool any_size) {
+  if (any_size || (longest >= 1e-3 && longest <= 10)) return;
+  throw InputError(fmt::format("the longest side is {:.6g} m, outside 1 mm to 10 m", longest),
+                   longest > 10 ? "are these millimetres? Write a unit, as in 120 mm; any_size "
+                                  "lets it pass"
+                                : "write a unit, as in 12 mm; any_size lets it pass");
+}
+
 solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
                                 const solvers::ChildLimits& limits,
                                 const std::filesystem::path& cache, MPI_Comm comm) {
@@ -136,10 +144,14 @@ solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
 
 Body solve_body(const BodyOptions& options, const Context& context) {
   Body body;
-  const solvers::MeshRequest request = mesh_request(options);
+  solvers::MeshRequest request;
+  mpi::agreed(context.world, [&] { request = mesh_request(options); });
   {
     const core::ScopedTimer timer(body.trace.stages["mesh"]);
     body.mesh = shared_mesh(request, {}, context.cache, context.world);
+  }
+  if (!request.shape.family.empty()) {
+    check_size(solvers::bounding_box(body.mesh.mesh.nodes).longest_side(), options.any_size);
   }
   body.materials = region_materials(options.material, body.mesh.mesh.region_names);
   solvers::SolveOptions solve;

@@ -40,6 +40,11 @@ solvers::MeshRequest mesh_request(const BodyOptions& options);
 std::vector<synth::Material> region_materials(const std::string& text,
                                               const std::vector<std::string>& regions);
 
+/// Bodies outside 1 mm to 10 m are mostly slips of a unit.
+/// @param longest  longest side [m], sizes included
+/// @throws InputError  outside, and `any_size` is off
+void check_size(double longest, bool any_size);
+
 /// Mesh (by a child of rank 0, then broadcast) of a request; failures reach every rank.
 /// @note Collective on comm.
 solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,

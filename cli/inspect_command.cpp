@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/context.hpp"
+#include "core/error.hpp"
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
 #include "solvers/mesh_child.hpp"
@@ -61,13 +62,19 @@ void add_inspect(CLI::App& program, Context& context) {
       if (!options->length.empty()) {
         file.length = core::parse_quantity(options->length, core::Dimension::length);
       }
-      const solvers::Diagnosis diagnosis = solvers::diagnose_in_child(file, {});
-      if (context.json) {
-        nlohmann::json one = solvers::to_json(diagnosis);
-        one["file"] = path;
-        all.push_back(one);
-      } else {
-        print_diagnosis(path, diagnosis);
+      try {
+        const solvers::Diagnosis diagnosis = solvers::diagnose_in_child(file, {});
+        if (context.json) {
+          nlohmann::json one = solvers::to_json(diagnosis);
+          one["file"] = path;
+          all.push_back(one);
+        } else {
+          print_diagnosis(path, diagnosis);
+        }
+      } catch (const core::Error& error) {
+        context.exit_code = exit_input;
+        all.push_back({{"file", path}, {"error", error.message()}});
+        fmt::print(stderr, "carillon: {}\n", error.what());
       }
     }
     if (context.json) fmt::print("{}\n", all.dump(2));

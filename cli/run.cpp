@@ -1,9 +1,12 @@
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
+#include <thread>
 
 #include "cli/context.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/trace.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
@@ -17,8 +20,30 @@ namespace {
 constexpr AddCommand commands[] = {add_build,   add_plan,   add_preview, add_modes,
                                    add_inspect, add_strike, add_list};
 
+/// Whether every rank comes here soon: they do after an error that they agreed on.
+bool everyone_arrives(MPI_Comm world) {
+  constexpr double patience_s = 5;
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ibarrier(world, &request);
+  const double start = core::monotonic_seconds();
+  int done = 0;
+  MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+  while (done == 0 && core::monotonic_seconds() - start < patience_s) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+  }
+  return done != 0;
+}
+
 int fail(const Context& context, ExitCode code, const char* message) {
   if (context.speaks()) std::fprintf(stderr, "carillon: %s\n", message);
+  if (!everyone_arrives(context.world)) {
+    // The others are in a collective call that this rank will never join: end them all.
+    if (!context.speaks()) {
+      std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
+    }
+    MPI_Abort(context.world, code);
+  }
   return code;
 }
 

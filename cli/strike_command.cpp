@@ -8,6 +8,7 @@
 #include "cli/body.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
+#include "core/error.hpp"
 #include "core/units.hpp"
 #include "synth/ring_down.hpp"
 
@@ -39,7 +40,31 @@ synth::Strike make_strike(const StrikeOptions& options, const solvers::Modes& mo
   return strike;
 }
 
+/// Everything that is wrong without knowing the body, before it is solved.
+void check_options(const StrikeOptions& options) {
+  const double seconds = core::parse_quantity(options.seconds, core::Dimension::time);
+  if (!(seconds > 0 && seconds <= 600)) {
+    throw core::InputError("--seconds must be above 0 and at most 600 s");
+  }
+  if (!(core::parse_quantity(options.impulse, core::Dimension::impulse) > 0)) {
+    throw core::InputError("--impulse must be positive");
+  }
+  if (!(core::parse_quantity(options.contact_time, core::Dimension::time) >= 0)) {
+    throw core::InputError("--contact-time must not be negative");
+  }
+  if (options.sample_rate != std::floor(options.sample_rate)) {
+    throw core::InputError("--sample-rate must be whole, as WAV files store it");
+  }
+  for (const std::string& position : {options.at, options.listener}) {
+    if (!position.empty()) parse_position(position);
+  }
+  if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
+    throw core::InputError("--direction has no length");
+  }
+}
+
 void run_strike(const StrikeOptions& options, const Context& context) {
+  check_options(options);
   const Body body = solve_body(options.body, context);
   if (!context.speaks()) return;
   const synth::Strike strike = make_strike(options, body.modes);

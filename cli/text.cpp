@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "core/random.hpp"
 #include "core/units.hpp"
 
 namespace carillon::cli {
@@ -22,6 +23,19 @@ std::vector<std::pair<std::string, std::string>> parse_assignments(const std::st
     pairs.emplace_back(part.substr(0, equals), part.substr(equals + 1));
   }
   return pairs;
+}
+
+std::string file_safe(const std::string& name) {
+  constexpr std::size_t longest = 60;
+  std::string safe;
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '.' || c == '-' || c == '_';
+    safe += plain ? c : '_';
+  }
+  if (safe == name && !safe.empty() && safe.size() <= longest && safe[0] != '.') return safe;
+  if (!safe.empty() && safe[0] == '.') safe[0] = '_';
+  return fmt::format("{}-{:08x}", safe.substr(0, longest), core::stable_hash(name) >> 32);
 }
 
 solvers::Vec3 parse_position(const std::string& text) {

@@ -13,6 +13,10 @@ namespace carillon::cli {
 /// @throws InputError  a part without '='
 std::vector<std::pair<std::string, std::string>> parse_assignments(const std::string& text);
 
+/// A name as part of a file's name: letters, digits, '.', '-' and '_' stay, the rest becomes '_'
+/// and a short hash keeps different names apart. Never empty, never more than 80 characters.
+std::string file_safe(const std::string& name);
+
 /// Three numbers with units, "0.1,0,2 cm".
 /// @throws InputError
 solvers::Vec3 parse_position(const std::string& text);

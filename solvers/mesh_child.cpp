@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 #include <signal.h>
+#include <spdlog/spdlog.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -149,10 +150,18 @@ std::optional<MeshResult> from_cache(const fs::path& file) {
   try {
     if (!fs::exists(file)) return {};
     return mesh_result_from_json(json::from_cbor(core::read_file(file)));
-  } catch (const core::Error&) {
+  } catch (const std::exception&) {
     return {};
-  } catch (const json::exception&) {
-    return {};
+  }
+}
+
+/// The mesh itself is good; without its file only the next run is slower.
+void to_cache(const fs::path& file, const json& result) {
+  try {
+    const auto bytes = json::to_cbor(result);
+    core::write_text_durably(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  } catch (const std::exception& error) {
+    spdlog::warn("a mesh could not be cached: {}", error.what());
   }
 }
 
@@ -166,7 +175,6 @@ std::string mesh_key(const MeshRequest& request) {
     // The file counts by its contents and by its ending, which decides how it is read.
     described.erase("shape");
     described["file"].erase("path");
-    described["file"].erase("any_size");
     hash.add(fs::path(request.file.path).extension().string() + ";");
     hash.add(core::sha256_file(request.file.path));
   } else {
@@ -182,8 +190,7 @@ MeshResult mesh_in_child(const MeshRequest& request, const ChildLimits& limits,
   if (auto cached = from_cache(file)) return std::move(*cached);
   const json result = ask_child("mesh", request, limits);
   MeshResult mesh = mesh_result_from_json(result);
-  const auto bytes = json::to_cbor(result);
-  core::write_text_durably(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  to_cache(file, result);
   return mesh;
 }
 

@@ -6,6 +6,15 @@
 
 namespace carillon::solvers {
 
+std::size_t whole_clusters(std::span<const double> eigenvalues, std::size_t most) {
+  constexpr double repeated = 1e-4;
+  if (eigenvalues.size() <= most) return eigenvalues.size();
+  std::size_t count = most;
+  while (count > 0 && eigenvalues[count] - eigenvalues[count - 1] <= repeated * eigenvalues[count])
+    --count;
+  return count > 0 ? count : most;
+}
+
 Modes rescale(const Modes& modes, double length, double modulus, double density) {
   Modes out = modes;
   const double eigenvalue = modulus / (density * length * length);
@@ -32,7 +41,11 @@ Modes restrict_to(const Modes& modes, const Band& band) {
     }
   }
   const auto in_band = static_cast<std::int64_t>(inside.size());
-  inside.resize(std::min(inside.size(), static_cast<std::size_t>(band.max_modes)));
+  std::vector<double> ascending;
+  for (const auto k : inside) {
+    ascending.push_back(modes.eigenvalues[static_cast<std::size_t>(k)]);
+  }
+  inside.resize(whole_clusters(ascending, static_cast<std::size_t>(band.max_modes)));
 
   Modes out;
   out.surface = modes.surface;
@@ -53,11 +66,14 @@ Modes restrict_to(const Modes& modes, const Band& band) {
   certificate.max_residual =
       out.residuals.empty() ? 0 : *std::max_element(out.residuals.begin(), out.residuals.end());
   // Up to there every mode is known, if the band does not begin below the first one.
-  const bool known = band.max_frequency <= modes.certificate.complete_to_hz &&
-                     band.min_frequency >= modes.certificate.min_frequency;
+  // The ends of a rescaled band carry rounding.
+  constexpr double rounding = 1e-9;
+  const bool known = band.max_frequency <= modes.certificate.complete_to_hz * (1 + rounding) &&
+                     band.min_frequency >= modes.certificate.min_frequency * (1 - rounding);
   certificate.modes_in_band = known ? in_band : modes.certificate.modes_in_band - below;
   certificate.complete = known && certificate.modes_found == in_band;
-  certificate.complete_to_hz = std::min(band.max_frequency, modes.certificate.complete_to_hz);
+  certificate.complete_to_hz =
+      known ? band.max_frequency : std::min(band.max_frequency, modes.certificate.complete_to_hz);
   if (certificate.modes_found < in_band) {
     const auto last = static_cast<std::size_t>(inside.back());
     const double limit = (modes.frequency(last) + modes.frequency(last + 1)) / 2;

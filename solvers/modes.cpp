@@ -92,7 +92,13 @@ Modes select(const TetMesh& mesh, std::span<const Elastic> regions, const Band& 
     return fields.eigenvalues[a] < fields.eigenvalues[b];
   });
   const auto in_band = order.size();
-  order.resize(std::min(in_band, static_cast<std::size_t>(band.max_modes)));
+  std::vector<double> ascending;
+  auto most = static_cast<std::size_t>(band.max_modes);
+  for (const auto k : order) {
+    ascending.push_back(fields.eigenvalues[k]);
+    most += std::sqrt(fields.eigenvalues[k]) < 2 * std::numbers::pi * band.bottom();
+  }
+  order.resize(whole_clusters(ascending, most));
 
   const auto rows = static_cast<Eigen::Index>(order.size());
   const auto region_count = static_cast<Eigen::Index>(regions.size());

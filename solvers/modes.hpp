@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -24,6 +25,11 @@ struct Band {
   double min_frequency = 20;     ///< [Hz]
   double max_frequency = 20000;  ///< [Hz]
   int max_modes = 300;
+  /// max_modes counts the modes above this [Hz]; those between min_frequency and it come on top.
+  /// 0: above min_frequency. For sets that serve bands with different bottoms.
+  double counted_from = 0;
+
+  double bottom() const { return std::max(min_frequency, counted_from); }
 };
 
 struct SolveOptions {
@@ -98,6 +104,11 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
 /// Modes of the same body with every length, Young's modulus and density multiplied by a factor:
 /// lambda scales with modulus / (density length^2), shapes with (density length^3)^-1/2. Exact.
 Modes rescale(const Modes& modes, double length, double modulus, double density);
+
+/// How many of ascending eigenvalues to take when at most `most` are wanted: a cluster of repeated
+/// ones (within 1e-4) is taken whole or left out, so that a sum over modes does not depend on the
+/// basis within it. Only a cluster that begins the list is cut.
+std::size_t whole_clusters(std::span<const double> eigenvalues, std::size_t most);
 
 /// The modes of a set that lie in a band within the one it was made for, the lowest max_modes of
 /// them. The certificate is exact as far as the set was complete; beyond, modes_in_band still

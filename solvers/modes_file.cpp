@@ -1,6 +1,7 @@
 #include "solvers/modes_file.hpp"
 
 #include <fmt/core.h>
+#include <slepcsys.h>
 #include <spdlog/spdlog.h>
 
 #include <optional>
@@ -15,7 +16,7 @@ namespace carillon::solvers {
 namespace {
 
 /// Part of every key: raise it when solve_modes() gives other values for equal input.
-constexpr std::string_view solver_version = "carillon modes 1";
+constexpr std::string_view solver_version = "carillon modes 2";
 /// Of the layout in a file.
 constexpr std::int64_t format_version = 1;
 
@@ -167,6 +168,9 @@ std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
                       const SolveOptions& options, int group_size) {
   core::Sha256 hash;
   hash.add(solver_version);
+  hash.add(fmt::format("PETSc {}.{}.{} SLEPc {}.{}.{} ", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR,
+                       PETSC_VERSION_SUBMINOR, SLEPC_VERSION_MAJOR, SLEPC_VERSION_MINOR,
+                       SLEPC_VERSION_SUBMINOR));
   const auto header = fmt::format("order {} nodes {} elements {} faces {} regions {} group {} ",
                                   mesh.order, mesh.nodes.size(), mesh.element_count(),
                                   mesh.face_count(), regions.size(), group_size);
@@ -180,7 +184,8 @@ std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
     numbers.insert(numbers.end(), {region.youngs_modulus, region.poisson_ratio, region.density});
   }
   numbers.insert(numbers.end(), {options.band.min_frequency, options.band.max_frequency,
-                                 static_cast<double>(options.band.max_modes), options.tolerance});
+                                 static_cast<double>(options.band.max_modes),
+                                 options.band.counted_from, options.tolerance});
   hash.add(std::span<const double>(numbers));
   return hash.hex();
 }

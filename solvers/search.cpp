@@ -47,7 +47,7 @@ class Search {
         component_(node_components(mesh)),
         rigid_(6 * count_components(mesh)),
         estimate_(system.scales.from_frequency(estimate_first_frequency(mesh, regions))),
-        bottom_(system.scales.from_frequency(options.band.min_frequency)),
+        bottom_(system.scales.from_frequency(options.band.bottom())),
         top_(system.scales.from_frequency(options.band.max_frequency)) {}
 
   SearchResult run() {
@@ -195,7 +195,7 @@ class Search {
       std::int64_t below = 0, doubtful = 0;
       for (const auto k : result_.flexible) {
         below += values[k] < counted_at_;
-        doubtful += std::abs(values[k] / counted_at_ - 1) < 2 * smallest_gap;
+        doubtful += std::abs(values[k] / counted_at_ - 1) < 4 * smallest_gap;
       }
       if (std::abs(below - below_counted_) > doubtful) return false;
       result_.all_verified = true;

@@ -44,26 +44,37 @@ core::Trace trace_from_json(const json& document) {
   return trace;
 }
 
+/// What all finished tasks ran, in this run and in those before it.
+core::Trace total_trace(const std::map<std::string, json>& finished) {
+  core::Trace sum;
+  for (const auto& [task, entry] : finished) {
+    if (entry.contains("trace")) sum.merge(trace_from_json(entry.at("trace")));
+  }
+  return sum;
+}
+
 /// The board of all tasks, with those that an earlier run settled marked.
 mpi::TaskBoard make_board(const LoadedBuild& build, const std::map<std::string, json>& finished,
                           bool retry_failed) {
   mpi::TaskBoard board(board_tasks(build.plan, build.config));
-  for (std::size_t t = 0; t < build.plan.tasks.size(); ++t) {
-    const auto found = finished.find(build.plan.tasks[t].key);
-    if (found == finished.end()) continue;
-    const auto number = static_cast<std::int64_t>(t);
-    if (found->second.at("ok").get<bool>()) {
-      board.mark_done(number);
-    } else if (!retry_failed) {
-      board.mark_failed(number);
-    }
+  const auto settled = [&](std::size_t task, bool ok) {
+    const auto found = finished.find(build.plan.tasks[task].key);
+    return found != finished.end() && found->second.at("ok").get<bool>() == ok;
+  };
+  // What is done comes first: it stays done whatever became of what it needed.
+  const std::size_t tasks = build.plan.tasks.size();
+  for (std::size_t t = 0; t < tasks; ++t) {
+    if (settled(t, true)) board.mark_done(static_cast<std::int64_t>(t));
+  }
+  for (std::size_t t = 0; t < tasks && !retry_failed; ++t) {
+    if (settled(t, false)) board.mark_failed(static_cast<std::int64_t>(t));
   }
   return board;
 }
 
 /// One task on the ranks of a group; returns its journal record.
 std::string run_task(const LoadedBuild& build, const BuildTask& task, const BuildFolders& folders,
-                     MPI_Comm group, core::Trace& trace) {
+                     MPI_Comm group) {
   const double start = core::monotonic_seconds();
   std::vector<std::string> written;
   core::Trace own;
@@ -72,7 +83,6 @@ std::string run_task(const LoadedBuild& build, const BuildTask& task, const Buil
   } else {
     written = run_samples_task(build.config, build.plan, task, folders, own);
   }
-  trace.merge(own);
   return json{{"files", describe_files(written, folders.output)},
               {"seconds", core::monotonic_seconds() - start},
               {"trace", to_json(own)}}
@@ -104,8 +114,8 @@ void print(const Summary& summary, bool as_json) {
     return;
   }
   if (summary.tasks_run == 0 && !summary.interrupted) {
-    fmt::print("nothing to do: {} is complete, {} samples of {} shapes\n", summary.output,
-               summary.samples, summary.shapes);
+    fmt::print("nothing to do: {} {} {} samples of {} shapes\n", summary.output,
+               summary.failed > 0 ? "holds" : "is complete with", summary.samples, summary.shapes);
   } else {
     fmt::print("{}: {} samples of {} shapes, {} tasks run\n", summary.output, summary.samples,
                summary.shapes, summary.tasks_run);
@@ -129,36 +139,35 @@ int run_build(const BuildOptions& options, const Context& context) {
   mpi::TaskBoard board;
   mpi::agreed(context.world, [&] {
     if (!host) return;
-    claim_folder(build.config, folders.output);
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
+    claim_folder(build, folders.output);
     board = make_board(build, finished_tasks(*journal, folders.output), options.retry_failed);
   });
-  const std::int64_t to_run = board.count(mpi::TaskState::waiting);  // rank 0's is told
+  const bool idle = board.count(mpi::TaskState::waiting) == 0;
+  std::int64_t tasks_run = 0;
 
   core::Progress progress("build", board.total_cost(),
-                          context.quiet || context.json || !host || to_run == 0);
+                          context.quiet || context.json || !host || idle);
   mpi::ServiceHooks hooks;
   hooks.completed = [&](const mpi::Task& task, const mpi::Outcome& outcome) {
     json entry = json::parse(outcome.record);
     entry["task"] = task.key;
     entry["ok"] = outcome.ok;
     journal->append(entry);
+    ++tasks_run;
   };
   hooks.progress = [&](const mpi::TaskBoard& now) {
     progress.update(
         now.settled_cost(),
         fmt::format("{} of {} tasks", now.count(mpi::TaskState::done), now.tasks().size()));
   };
-  core::Trace trace;
   const mpi::InterruptGuard guard;
   const mpi::RunReport report = mpi::run_tasks(
       context.world, std::move(board), hooks, 1, [&](std::int64_t number, MPI_Comm group) {
-        return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)], folders, group,
-                        trace);
+        return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)], folders, group);
       });
   progress.finish("");
 
-  const auto traces = mpi::all_gather(to_json(trace).dump(), context.world);
   const auto ranks = mpi::all_gather(
       json{{"busy_s", report.busy_seconds}, {"idle_s", report.idle_seconds}}.dump(), context.world);
   int exit_code = exit_done;
@@ -166,13 +175,11 @@ int run_build(const BuildOptions& options, const Context& context) {
     if (!host) return;
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
     const auto finished = finished_tasks(*journal, folders.output);
-    Summary summary{output, build.plan.shapes.size(), build.plan.samples.size(), to_run,
-                    0,      report.interrupted};
-    summary.failed = write_results(build, folders, finished);
-    if (to_run > 0) {
-      core::Trace sum;
-      for (const std::string& one : traces) sum.merge(trace_from_json(json::parse(one)));
-      json document = to_json(sum);
+    const Results results = write_results(build, folders, finished);
+    const Summary summary{output,    build.plan.shapes.size(), results.samples,
+                          tasks_run, results.failed,           report.interrupted};
+    if (tasks_run > 0) {
+      json document = to_json(total_trace(finished));
       for (const std::string& one : ranks) document["ranks"].push_back(json::parse(one));
       core::write_text_durably(folders.output / "trace.json", document.dump(2) + "\n");
     }

@@ -17,6 +17,8 @@ struct BuildOptions {
 
 /// A configuration as every rank sees it, and what it expands to.
 struct LoadedBuild {
+  std::string path;                    ///< of the configuration
+  std::vector<std::string> overrides;  ///< --set
   BuildConfig config;
   BuildPlan plan;
 };

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "cli/build/given_strikes.hpp"
 #include "core/error.hpp"
@@ -42,6 +43,20 @@ void at_key(const ConfigNode& node, const std::string& key, Check&& check) {
   }
 }
 
+/// A quantity that may be zero (meaning: chosen by the program) but not negative.
+double zero_or_more(ConfigNode& node, const std::string& key, Dimension dimension,
+                    double fallback = 0) {
+  const double value = node.quantity(key, dimension, fallback);
+  if (value < 0) node.fail(key, "must not be negative");
+  return value;
+}
+
+double above_zero(ConfigNode& node, const std::string& key, Dimension dimension, double fallback) {
+  const double value = node.quantity(key, dimension, fallback);
+  if (!(value > 0)) node.fail(key, "must be positive");
+  return value;
+}
+
 void read_family(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
   source.family = node.text("shape");
   at_key(node, "shape", [&] { solvers::find_family(source.family); });
@@ -70,12 +85,19 @@ void read_family(ConfigNode& node, ObjectSource& source, const std::string& file
 void read_files(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
   source.pattern = beside(file_name, node.text("mesh"));
   source.name = node.text("name", "");
-  source.file.length = node.quantity("length", Dimension::length, 0);
-  source.file.any_size = node.flag("any_size", false);
-  source.file.thickness = node.quantity("thickness", Dimension::length, 0);
+  source.file.length = zero_or_more(node, "length", Dimension::length);
+  source.file.thickness = zero_or_more(node, "thickness", Dimension::length);
   source.file.wrap_tolerance = node.quantity("wrap_tolerance", Dimension::none, 0.002);
-  if (source.file.wrap_tolerance <= 0 || source.file.wrap_tolerance > 0.1) {
-    node.fail("wrap_tolerance", "must be above 0 and at most 0.1 of the box diagonal");
+  if (!(source.file.wrap_tolerance >= 1e-4 && source.file.wrap_tolerance <= 0.05)) {
+    node.fail("wrap_tolerance", "must lie between 0.0001 and 0.05 of the box diagonal");
+  }
+}
+
+/// Equal variants would be the same samples twice.
+template <class T>
+void refuse_doubles(const ConfigNode& node, const std::string& key, const std::vector<T>& values) {
+  if (std::set<T>(values.begin(), values.end()).size() != values.size()) {
+    node.fail(key, "the same value stands here twice");
   }
 }
 
@@ -97,6 +119,9 @@ void read_object_materials(ConfigNode& node, ObjectSource& source, const BuildCo
     }
   });
   source.sizes = node.quantities("sizes", Dimension::none, 0, std::vector<double>{1});
+  if (source.sizes.empty()) node.fail("sizes", "no size is named");
+  refuse_doubles(node, "materials", source.materials);
+  refuse_doubles(node, "sizes", source.sizes);
   for (const double size : source.sizes) {
     if (!(size > 0)) node.fail("sizes", "a size is a positive factor on every length");
   }
@@ -114,26 +139,29 @@ ObjectSource read_object(ConfigNode& node, const BuildConfig& config,
   } else {
     read_files(node, source, file_name);
   }
+  source.file.any_size = node.flag("any_size", false);
   read_object_materials(node, source, config, shared_materials);
   return source;
 }
 
 void read_modes(ConfigNode node, BuildConfig& config) {
   config.band.min_frequency = node.quantity("min_frequency", Dimension::frequency, 20);
-  config.band.max_frequency = node.quantity("max_frequency", Dimension::frequency, 20000);
+  // Modes at or above half the sample rate would not sound.
+  config.band.max_frequency = node.quantity("max_frequency", Dimension::frequency,
+                                            std::min(20000.0, config.audio.sample_rate / 2));
   if (!(config.band.min_frequency >= 0 && config.band.max_frequency > config.band.min_frequency)) {
     node.fail("max_frequency", "must be above min_frequency");
   }
   config.band.max_modes = static_cast<int>(node.integer("max_modes", 1, 100000, 300));
   config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 3));
-  config.mesh.element_size = node.quantity("element_size", Dimension::length, 0);
+  config.mesh.element_size = zero_or_more(node, "element_size", Dimension::length);
   config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
 }
 
 void read_limits(ConfigNode node, BuildConfig& config) {
-  config.mesh_limits.seconds = node.quantity("mesh_time", Dimension::time, 300);
-  config.mesh_limits.memory =
-      static_cast<std::int64_t>(node.quantity("mesh_memory", Dimension::memory, 8ll << 30));
+  config.mesh_limits.seconds = above_zero(node, "mesh_time", Dimension::time, 300);
+  config.mesh_limits.memory = static_cast<std::int64_t>(
+      above_zero(node, "mesh_memory", Dimension::memory, static_cast<double>(8ll << 30)));
 }
 
 AudioConfig read_audio(ConfigNode node) {
@@ -146,6 +174,7 @@ AudioConfig read_audio(ConfigNode node) {
   if (!(audio.seconds > 0 && audio.seconds <= 600)) {
     node.fail("seconds", "must be above 0 and at most 600 s");
   }
+  if (audio.samples() == 0) node.fail("seconds", "is less than one sample");
   audio.dtype = node.choice("dtype", {"float32", "int16"}, "float32") == "int16"
                     ? core::SampleFormat::int16
                     : core::SampleFormat::float32;
@@ -178,10 +207,20 @@ synth::MelOptions read_mel(ConfigNode node, const AudioConfig& audio) {
   mel.sample_rate = audio.sample_rate;
   mel.bands = static_cast<int>(node.integer("bands", 1, 1024, 64));
   mel.fft_size = static_cast<int>(node.integer("fft_size", 16, 1 << 20, 2048));
-  const std::int64_t frames = node.integer("frames", 2, 100000, 25);
-  // The largest hop that gives exactly the frames asked for; 1837 for 25 frames of 1 s at 44.1 kHz.
-  const auto hop = static_cast<std::int64_t>(audio.samples()) / (frames - 1);
-  mel.hop = static_cast<int>(node.integer("hop", 1, 1 << 24, std::max<std::int64_t>(1, hop)));
+  if (mel.fft_size % 2 != 0) node.fail("fft_size", "must be even");
+  if (node.has("hop")) {
+    mel.hop = static_cast<int>(node.integer("hop", 1, 1 << 24));
+  } else {
+    // The largest hop that gives these frames; 1837 for 25 of 1 s at 44.1 kHz.
+    const std::int64_t frames = node.integer("frames", 2, 100000, 25);
+    const auto samples = static_cast<std::int64_t>(audio.samples());
+    mel.hop = static_cast<int>(std::max<std::int64_t>(1, samples / (frames - 1)));
+    const int made = synth::mel_frames(audio.samples(), mel);
+    if (made != frames) {
+      node.fail("frames", fmt::format("no hop cuts {} samples into {} frames; the nearest is {}",
+                                      samples, frames, made));
+    }
+  }
   mel.min_frequency = node.quantity("min_frequency", Dimension::frequency, 0);
   mel.max_frequency = node.quantity("max_frequency", Dimension::frequency, audio.sample_rate / 2);
   if (!(mel.min_frequency >= 0 && mel.max_frequency > mel.min_frequency &&
@@ -196,7 +235,7 @@ render::VoxelOptions read_voxels(ConfigNode node) {
   voxels.resolution = static_cast<int>(node.integer("resolution", 1, 512, 30));
   voxels.fill =
       render::parse_voxel_fill(node.choice("fill", {"surface", "outer", "solid"}, "outer"));
-  voxels.pitch = node.quantity("pitch", Dimension::length, 0);
+  voxels.pitch = zero_or_more(node, "pitch", Dimension::length);
   return voxels;
 }
 
@@ -210,7 +249,7 @@ render::Camera read_camera(ConfigNode node) {
   if (!(camera.field_of_view > 0 && camera.field_of_view < pi)) {
     node.fail("field_of_view", "must lie between 0 and 180 deg");
   }
-  camera.distance = node.quantity("distance", Dimension::length, 0);
+  camera.distance = zero_or_more(node, "distance", Dimension::length);
   return camera;
 }
 
@@ -243,9 +282,9 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   }
   if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
 
+  config.audio = read_audio(root.child("audio"));
   read_modes(root.child("modes"), config);
   read_limits(root.child("limits"), config);
-  config.audio = read_audio(root.child("audio"));
   config.strikes = read_strikes(root.child("strikes"), file_name);
   for (ConfigNode& node : root.children("listeners")) {
     const std::vector<double> p = node.quantities("position", Dimension::length, 3);

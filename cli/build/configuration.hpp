@@ -25,10 +25,10 @@ struct ObjectSource {
   std::map<std::string, core::Range> parameters;  ///< [m], every parameter of the family
   std::vector<std::array<double, 2>> profile;     ///< of the family "turned" [m]
   std::string pattern;                            ///< glob of mesh files
-  solvers::MeshFile file;                         ///< options of those files
-  std::vector<std::string> materials;             ///< one variant each
-  std::map<std::string, std::string> groups;      ///< instead: physical group -> material
-  std::vector<double> sizes;                      ///< factors on every length
+  solvers::MeshFile file;              ///< options of those files; any_size counts for families too
+  std::vector<std::string> materials;  ///< one variant each
+  std::map<std::string, std::string> groups;  ///< instead: physical group -> material
+  std::vector<double> sizes;                  ///< factors on every length
 };
 
 /// One strike that was given rather than drawn, in the body's coordinates at size 1.

@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "cli/build/samples_task.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 
@@ -68,8 +69,8 @@ std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index, const B
 
 }  // namespace
 
-void write_index(const BuildPlan& plan, const std::vector<std::size_t>& done,
-                 const BuildFolders& folders) {
+void write_index(const BuildConfig& config, const BuildPlan& plan,
+                 const std::vector<std::size_t>& done, const BuildFolders& folders) {
   core::write_durably(folders.output / "index.h5", [&](const std::filesystem::path& path) {
     const Hdf5Group index = Hdf5Group::create_file(path);
     if (done.empty()) return;
@@ -81,12 +82,14 @@ void write_index(const BuildPlan& plan, const std::vector<std::size_t>& done,
       join(index, name, folders, files);
       copy_text_attribute(first, index, "unit", name);
     }
+    if (config.mel) write_mel_attributes(*config.mel, index);
     const auto rows = write_shapes(index, plan, done, folders);
     std::vector<std::int64_t> shape_index;
     for (const std::size_t t : done) {
       shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));
     }
     index.write<std::int64_t>("shape_index", shape_index, {shape_index.size()});
+    index.write_attribute("unit", "1", "shape_index");
   });
 }
 
@@ -136,12 +139,12 @@ nlohmann::json describe_shapes(const BuildPlan& plan) {
 
 }  // namespace
 
-void write_descriptions(const BuildConfig& config, const BuildPlan& plan,
+void write_descriptions(const BuildConfig& config, const BuildPlan& plan, std::size_t samples,
                         const nlohmann::json& files, const nlohmann::json& failures,
                         const BuildFolders& folders) {
   const nlohmann::json dataset = {{"name", config.name},
                                   {"seed", config.seed},
-                                  {"samples", plan.samples.size()},
+                                  {"samples", samples},
                                   {"configuration", config.resolved},
                                   {"versions", library_versions()},
                                   {"materials", describe_materials(config)},

@@ -10,14 +10,15 @@ namespace carillon::cli {
 /// Writes index.h5: every sample of the given tasks in plan order, arrays joined as virtual
 /// datasets, texts copied; `shapes/` holds what belongs to bodies, and `shape_index` points there.
 /// @param done  indices of finished samples tasks, ascending
-void write_index(const BuildPlan& plan, const std::vector<std::size_t>& done,
-                 const BuildFolders& folders);
+void write_index(const BuildConfig& config, const BuildPlan& plan,
+                 const std::vector<std::size_t>& done, const BuildFolders& folders);
 
 /// Writes dataset.json (configuration, versions, materials, files with checksums) and
 /// failures.json. Neither holds a date, a host or a timing.
+/// @param samples   number of samples in the index
 /// @param files     `path, sha256, bytes` of every file of the dataset
-/// @param failures  `task, kind, message, reproduce` of every failed task
-void write_descriptions(const BuildConfig& config, const BuildPlan& plan,
+/// @param failures  `task, kind, message, hint, skipped, reproduce` of every failed task
+void write_descriptions(const BuildConfig& config, const BuildPlan& plan, std::size_t samples,
                         const nlohmann::json& files, const nlohmann::json& failures,
                         const BuildFolders& folders);
 

@@ -85,7 +85,9 @@ GivenStrike parse_row(const Row& row) {
 }  // namespace
 
 std::vector<GivenStrike> read_given_strikes(const std::string& path) {
-  std::istringstream lines(core::read_file(path));
+  std::string text = core::read_file(path);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // spreadsheets begin with a BOM
+  std::istringstream lines(text);
   std::vector<std::string> columns;
   std::vector<GivenStrike> strikes;
   std::string line;

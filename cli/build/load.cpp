@@ -11,11 +11,13 @@ LoadedBuild load_build(const BuildOptions& options, MPI_Comm world) {
   });
   text = mpi::broadcast(text, 0, world);
   LoadedBuild build;
+  build.path = options.config;
+  build.overrides = options.overrides;
   mpi::agreed(world, [&] {
     build.config = read_build_config(text, options.config, options.overrides);
     build.plan = make_plan(build.config);
   });
-  const auto plans = mpi::all_gather(fingerprint(build.plan), world);
+  const auto plans = mpi::all_gather(fingerprint(build.config, build.plan), world);
   for (const std::string& plan : plans) {
     if (plan != plans.front()) {
       throw core::InputError("the ranks do not see the same files",

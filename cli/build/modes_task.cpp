@@ -118,7 +118,8 @@ ModeSets group_variants(const std::vector<std::vector<synth::Material>>& materia
   for (std::size_t s = 0; s < sets.regions.size(); ++s) {
     const double own = slowness(sets.regions[s][0], 1);
     sets.bands.push_back({band.min_frequency * fastest[s] / own,
-                          band.max_frequency * slowest[s] / own, band.max_modes});
+                          band.max_frequency * slowest[s] / own, band.max_modes,
+                          band.min_frequency * slowest[s] / own});
   }
   for (std::size_t v = 0; v < variants.size(); ++v) {
     VariantModes& variant = sets.variants[v];
@@ -139,8 +140,10 @@ std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& 
     const core::ScopedTimer timer(trace.stages["mesh"]);
     mesh = shared_mesh(shape.request, config.mesh_limits, folders.cache, comm);
   }
+  const double longest = solvers::bounding_box(mesh.mesh.nodes).longest_side();
   std::vector<std::vector<synth::Material>> materials;
   for (const Variant& variant : shape.variants) {
+    check_size(longest * variant.size, config.objects[shape.source].file.any_size);
     materials.push_back(variant_materials(config, shape, variant, mesh.mesh.region_names));
   }
   const ModeSets sets = group_variants(materials, shape.variants, config.band);

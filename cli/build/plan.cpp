@@ -74,7 +74,7 @@ void add_family(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
   const ObjectSource& source = config.objects[index];
   for (int i = 0; i < source.count; ++i) {
     Shape shape;
-    shape.id = fmt::format("{}-{:03}", source.name, i);
+    shape.id = file_safe(fmt::format("{}-{:03}", source.name, i));
     shape.family = source.family;
     shape.source = index;
     shape.request.shape = draw_shape(config, source, shape.id);
@@ -91,8 +91,8 @@ void add_files(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
   }
   for (const auto& path : paths) {
     Shape shape;
-    shape.id = source.name.empty() ? path.stem().string()
-                                   : fmt::format("{}-{}", source.name, path.stem().string());
+    const std::string stem = path.stem().string();
+    shape.id = file_safe(source.name.empty() ? stem : fmt::format("{}-{}", source.name, stem));
     shape.family = source.name.empty() ? "mesh" : source.name;
     shape.path = path.string();
     shape.source = index;
@@ -100,6 +100,19 @@ void add_files(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
     shape.request.file.path = path.string();
     shape.identity = core::sha256_file(path);
     plan.shapes.push_back(std::move(shape));
+  }
+}
+
+/// Every given strike speaks of a shape that there is.
+void check_given_strikes(const BuildConfig& config, const std::set<std::string>& ids) {
+  for (const GivenStrike& strike : config.strikes.given) {
+    if (strike.shape.empty() || strike.shape == "*" || ids.contains(strike.shape)) continue;
+    const std::string near =
+        core::nearest_name(strike.shape, std::vector<std::string>(ids.begin(), ids.end()));
+    throw InputError(
+        fmt::format("strikes.csv names a shape \"{}\" that is not built", strike.shape),
+        near.empty() ? fmt::format("shapes are {}", fmt::join(ids, ", "))
+                     : fmt::format("did you mean \"{}\"?", near));
   }
 }
 
@@ -164,7 +177,12 @@ BuildPlan make_plan(const BuildConfig& config) {
   for (std::size_t i = 0; i < plan.shapes.size(); ++i) {
     plan.tasks.push_back({TaskKind::modes, "modes/" + plan.shapes[i].id, i, 0, 0});
   }
+  check_given_strikes(config, ids);
   for (std::size_t i = 0; i < plan.shapes.size(); ++i) add_samples(config, i, plan);
+  if (plan.samples.empty()) {
+    throw InputError("the configuration makes no samples",
+                     "no strike of strikes.csv speaks of any of its shapes");
+  }
   return plan;
 }
 
@@ -190,8 +208,19 @@ std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& con
   return tasks;
 }
 
-std::string fingerprint(const BuildPlan& plan) {
+std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
   core::Sha256 hash;
+  for (const synth::Material& m : config.own_materials) {
+    hash.add(fmt::format("{} {} {} {} {} {}\n", m.name, m.elastic.youngs_modulus,
+                         m.elastic.poisson_ratio, m.elastic.density, m.damping.alpha1,
+                         m.damping.alpha2));
+  }
+  for (const GivenStrike& s : config.strikes.given) {
+    const solvers::Vec3 direction = s.direction.value_or(solvers::Vec3::Zero());
+    hash.add(fmt::format("{} {} {}\n", s.shape, s.impulse, s.contact_time));
+    hash.add(std::span<const double>(s.position.data(), 3));
+    hash.add(std::span<const double>(direction.data(), 3));
+  }
   for (const Shape& shape : plan.shapes) {
     hash.add(shape.id).add(shape.identity).add(solvers::to_json(shape.request).dump());
   }

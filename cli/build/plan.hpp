@@ -59,8 +59,9 @@ BuildPlan make_plan(const BuildConfig& config);
 /// The plan's tasks with estimated seconds and memory, and what comes after what.
 std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config);
 
-/// Text that is equal exactly when two plans are: ranks compare it.
-std::string fingerprint(const BuildPlan& plan);
+/// Hash of the plan and of everything that was read for it beside the configuration: mesh files,
+/// own materials, given strikes, profiles. Ranks compare it, and a folder remembers it.
+std::string fingerprint(const BuildConfig& config, const BuildPlan& plan);
 
 /// Part of a strike: train, validation or test, held out within its shape.
 std::string split_strike(const BuildConfig& config, const Shape& shape, int strike);

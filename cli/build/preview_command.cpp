@@ -75,6 +75,10 @@ void add_preview(CLI::App& program, Context& context) {
   command->footer("Example:\n  carillon preview configs/smoke.yaml --sample 3");
   command->callback([&context, options] {
     LoadedBuild build = load_build(options->build, context.world);
+    if (std::filesystem::exists(std::filesystem::path(options->output) / "journal.jsonl")) {
+      throw core::InputError(fmt::format("{} holds a dataset", options->output),
+                             "choose another folder with --output");
+    }
     if (!build.config.mel) {
       build.config.mel = synth::MelOptions{.sample_rate = build.config.audio.sample_rate};
     }

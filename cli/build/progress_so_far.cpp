@@ -41,21 +41,30 @@ std::multiset<std::string> lines_of(const std::string& text) {
 
 }  // namespace
 
-void claim_folder(const BuildConfig& config, const std::filesystem::path& output) {
+void claim_folder(const LoadedBuild& build, const std::filesystem::path& output) {
   const std::filesystem::path path = output / "configuration.yaml";
+  const std::string text =
+      build.config.resolved + fmt::format("# inputs: {}\n", fingerprint(build.config, build.plan));
   if (!std::filesystem::exists(path)) {
-    core::write_text_durably(path, config.resolved);
+    core::write_text_durably(path, text);
     return;
   }
   const std::string old = core::read_file(path);
-  if (old == config.resolved) return;
-  const auto before = lines_of(old), now = lines_of(config.resolved);
+  if (old == text) return;
+  if (old.starts_with(build.config.resolved)) {
+    throw core::ConfigError(
+        fmt::format("{} was built from other files: a mesh, the materials, the strikes or a "
+                    "profile that the configuration names has changed",
+                    output.string()),
+        "choose another folder with --output, or remove this one");
+  }
+  const auto before = lines_of(old), now = lines_of(text);
   std::string difference;
   for (const std::string& line : before) {
-    if (!now.contains(line)) difference += "\n  - " + line;
+    if (!now.contains(line) && !line.starts_with("# inputs")) difference += "\n  - " + line;
   }
   for (const std::string& line : now) {
-    if (!before.contains(line)) difference += "\n  + " + line;
+    if (!before.contains(line) && !line.starts_with("# inputs")) difference += "\n  + " + line;
   }
   throw core::ConfigError(
       fmt::format("{} was built with another configuration:{}", output.string(), difference),
@@ -74,30 +83,40 @@ json describe_files(const std::vector<std::string>& written, const std::filesyst
 
 namespace {
 
-/// The command that meets a failed task's reason again.
+/// As one word of a shell.
+std::string quoted(const std::string& word) {
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+/// The command that meets a failed task's reason again: a sample of the same body.
 std::string reproduce(const LoadedBuild& build, const BuildTask& task) {
-  const Shape& shape = build.plan.shapes[task.shape];
-  const solvers::MeshRequest& request = shape.request;
-  std::string mesh = shape.path;
-  if (mesh.empty()) {
-    std::vector<std::string> values;
-    for (const auto& [name, value] : request.shape.parameters) {
-      values.push_back(fmt::format("{}={}", name, value));
-    }
-    mesh = fmt::format("{}:{}", shape.family, fmt::join(values, ","));
+  std::string command = "carillon preview " + quoted(build.path);
+  for (const std::string& assignment : build.overrides) command += " --set " + quoted(assignment);
+  for (const Sample& sample : build.plan.samples) {
+    if (sample.shape == task.shape) return command + " --sample " + quoted(sample.key);
   }
-  std::string command = fmt::format("carillon modes {} --material {} --order {}", mesh,
-                                    shape.variants.front().material, request.options.order);
-  if (request.file.length > 0) command += fmt::format(" --length {}", request.file.length);
-  if (request.file.thickness > 0) command += fmt::format(" --thickness {}", request.file.thickness);
-  if (request.file.any_size) command += " --any-size";
   return command;
+}
+
+/// Samples tasks that are left out because the modes of their body failed.
+json skipped_with(const LoadedBuild& build, const BuildTask& failed,
+                  const std::map<std::string, json>& finished) {
+  json skipped = json::array();
+  if (failed.kind != TaskKind::modes) return skipped;
+  for (const BuildTask& task : build.plan.tasks) {
+    const bool waits = task.kind == TaskKind::samples && task.shape == failed.shape;
+    if (waits && !finished.contains(task.key)) skipped.push_back(task.key);
+  }
+  return skipped;
 }
 
 }  // namespace
 
-std::size_t write_results(const LoadedBuild& build, const BuildFolders& folders,
-                          const std::map<std::string, json>& finished) {
+Results write_results(const LoadedBuild& build, const BuildFolders& folders,
+                      const std::map<std::string, json>& finished) {
+  Results results;
   std::vector<std::size_t> done;
   json files = json::array(), failures = json::array();
   for (std::size_t t = 0; t < build.plan.tasks.size(); ++t) {
@@ -106,19 +125,24 @@ std::size_t write_results(const LoadedBuild& build, const BuildFolders& folders,
     if (found == finished.end()) continue;
     const json& entry = found->second;
     if (entry.at("ok").get<bool>()) {
-      if (task.kind == TaskKind::samples) done.push_back(t);
+      if (task.kind == TaskKind::samples) {
+        done.push_back(t);
+        results.samples += task.count;
+      }
       for (const json& file : entry.at("files")) files.push_back(file);
     } else {
       failures.push_back({{"task", task.key},
                           {"kind", entry.value("kind", "Error")},
                           {"message", entry.value("message", "")},
                           {"hint", entry.value("hint", "")},
+                          {"skipped", skipped_with(build, task, finished)},
                           {"reproduce", reproduce(build, task)}});
     }
   }
-  write_index(build.plan, done, folders);
-  write_descriptions(build.config, build.plan, files, failures, folders);
-  return failures.size();
+  write_index(build.config, build.plan, done, folders);
+  write_descriptions(build.config, build.plan, results.samples, files, failures, folders);
+  results.failed = failures.size();
+  return results;
 }
 
 }  // namespace carillon::cli

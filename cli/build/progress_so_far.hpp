@@ -16,18 +16,23 @@ namespace carillon::cli {
 std::map<std::string, nlohmann::json> finished_tasks(const mpi::Journal& journal,
                                                      const std::filesystem::path& output);
 
-/// Writes the resolved configuration into a new folder; refuses a folder that another
-/// configuration made.
+/// Writes the resolved configuration, and the fingerprint of what was read with it, into a new
+/// folder; refuses a folder that another configuration or other files made.
 /// @throws ConfigError  with the lines that differ
-void claim_folder(const BuildConfig& config, const std::filesystem::path& output);
+void claim_folder(const LoadedBuild& build, const std::filesystem::path& output);
 
 /// `path, sha256, bytes` of files, for journal and dataset.json.
 nlohmann::json describe_files(const std::vector<std::string>& written,
                               const std::filesystem::path& output);
 
+/// What a folder holds.
+struct Results {
+  std::size_t samples = 0;  ///< in the index
+  std::size_t failed = 0;   ///< tasks
+};
+
 /// Writes index.h5, dataset.json and failures.json from all that is finished.
-/// @return number of failed tasks
-std::size_t write_results(const LoadedBuild& build, const BuildFolders& folders,
-                          const std::map<std::string, nlohmann::json>& finished);
+Results write_results(const LoadedBuild& build, const BuildFolders& folders,
+                      const std::map<std::string, nlohmann::json>& finished);
 
 }  // namespace carillon::cli

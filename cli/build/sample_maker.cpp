@@ -135,8 +135,10 @@ SampleResult SampleMaker::make(const Sample& sample, core::Trace& trace) {
   result.audio_unit = rings.pressure ? "Pa" : "m/s";
   {
     const core::ScopedTimer timer(trace.stages["synthesize"]);
+    int dropped = 0;  // at or above half the sample rate
     result.audio = synth::synthesize(rings, result.strike.contact_time, config.audio.sample_rate,
-                                     config.audio.samples());
+                                     config.audio.samples(), &dropped);
+    result.modes -= static_cast<std::size_t>(dropped);
   }
   for (float& value : result.audio) {
     value = static_cast<float>(value * config.audio.gain);

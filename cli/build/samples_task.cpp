@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "cli/build/columns.hpp"
+#include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/files.hpp"
 
@@ -75,7 +76,7 @@ void add_audio(const BuildConfig& config, const SampleResult& result, Columns& c
   } else {
     columns.add<float>("audio", result.audio, inner, result.audio_unit);
   }
-  columns.add("gain", config.audio.gain, "1/(" + result.audio_unit + ")");
+  columns.add("gain", config.audio.gain, result.audio_unit == "Pa" ? "1/Pa" : "s/m");
   columns.add("peak", result.peak);
   columns.add("clipped", clipped);
 }
@@ -97,6 +98,8 @@ void add_mel(const BuildConfig& config, const synth::MelSpectrogram& mel,
       "power");
 }
 
+}  // namespace
+
 void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& file) {
   file.write_attribute("scale", "slaney", "mel");
   file.write_attribute("norm", "slaney (area)", "mel");
@@ -109,13 +112,15 @@ void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& f
   file.write_attribute("max_frequency_hz", mel.max_frequency, "mel");
 }
 
+namespace {
+
 /// sounds/cup-001/glass-1-strike-0003.wav, one channel per listener.
 std::string write_sound(const BuildConfig& config, const Shape& shape, const Sample& sample,
                         const SampleResult& result, const BuildFolders& folders) {
   const Variant& variant = shape.variants[sample.variant];
-  const auto path =
-      std::filesystem::path("sounds") / shape.id /
-      fmt::format("{}-{}-strike-{:04}.wav", variant.material, variant.size, sample.strike);
+  const auto path = std::filesystem::path("sounds") / shape.id /
+                    fmt::format("{}-{}-strike-{:04}.wav", file_safe(variant.material), variant.size,
+                                sample.strike);
   core::AudioClip clip;
   clip.sample_rate = static_cast<int>(std::lround(config.audio.sample_rate));
   clip.channels = static_cast<int>(std::max<std::size_t>(1, config.listeners.size()));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/build/modes_task.hpp"
+#include "core/hdf5.hpp"
 #include "core/trace.hpp"
 
 namespace carillon::cli {
@@ -33,6 +34,9 @@ class SampleMaker {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// The definition of the spectrograms, as attributes of the dataset `mel`.
+void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& file);
 
 /// Synthesizes the samples of a task and writes their shard, and WAV files when asked for.
 /// Returns paths of the files written, relative to the output folder.

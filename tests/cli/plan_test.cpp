@@ -105,8 +105,16 @@ TEST(Plan, NothingMatchedAndDoubleNamesAreErrors) {
 }
 
 TEST(Plan, FingerprintsTellPlansApart) {
-  EXPECT_EQ(fingerprint(make_plan(bars(2, 2))), fingerprint(make_plan(bars(2, 2))));
-  EXPECT_NE(fingerprint(make_plan(bars(2, 2))), fingerprint(make_plan(bars(2, 3))));
+  const auto print = [](const BuildConfig& config) {
+    return fingerprint(config, make_plan(config));
+  };
+  EXPECT_EQ(print(bars(2, 2)), print(bars(2, 2)));
+  EXPECT_NE(print(bars(2, 2)), print(bars(2, 3)));
+  BuildConfig struck = bars(2, 2);
+  struck.strikes.given = {{"*", {0, 0, 0}, {}, 0.01, 0.001}};
+  const std::string before = print(struck);
+  struck.strikes.given[0].impulse = 0.02;
+  EXPECT_NE(print(struck), before);
 }
 
 TEST(Plan, EffectsAreOffUnlessAskedFor) {

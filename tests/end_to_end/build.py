@@ -1,12 +1,15 @@
 """A dataset as h5py sees it: complete, the same for every number of ranks, and resumable."""
 import hashlib
 import json
+import signal
+import subprocess
+import time
 import unittest
 
 import h5py
 import numpy
 
-from program import FolderTest, run, run_json
+from program import CARILLON, FolderTest, run, run_json
 
 CONFIG = """
 name: little
@@ -58,6 +61,7 @@ class Build(FolderTest):
             self.assertEqual(index["audio"].dtype, numpy.float32)
             self.assertEqual(index["audio"].attrs["unit"], "m/s")
             self.assertEqual(index["mel"].shape, (SAMPLES, 32, 9))
+            self.assertEqual(index["mel"].attrs["fft_size"], 2048)
             self.assertEqual(index["shapes/voxels"].shape, (4, 16, 16, 16))
             self.assertEqual(index["shapes/frame"].shape, (4, 48, 64, 3))
             names = index["shapes/shape"].asstr()[()]
@@ -150,6 +154,64 @@ class Build(FolderTest):
         self.assertEqual(result.returncode, 2)
         self.assertIn("+   per_object: 4", result.stderr)
 
+    def test_names_stay_inside_the_dataset(self):
+        config = self.write("names.yaml", "objects:\n  - shape: disc\n    name: ../../escape\n"
+                            "    materials: ['youngs_modulus=7e10,poisson_ratio=0.2,density=2500,"
+                            "alpha1=5,alpha2=1e-7']\n"
+                            "strikes: {per_object: 1}\naudio: {seconds: 0.1 s}\n"
+                            "files: {wav: true, png: true}\ncamera: {width: 32, height: 32}\n")
+        output = self.folder / "a" / "b" / "names"
+        run_json("build", config, "-o", output)
+        self.assertEqual([p.name for p in (self.folder / "a").iterdir()], ["b"])
+        self.assertEqual([p.name for p in (self.folder / "a" / "b").iterdir()], ["names"])
+        self.assertEqual(len(list((output / "sounds").rglob("*.wav"))), 1)
+
+    def test_interrupt_finishes_tasks_and_the_next_run_goes_on(self):
+        output = self.folder / "interrupted"
+        command = [CARILLON, "--cache", "", "build", str(self.config), "-o", str(output), "--json"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        journal = output / "journal.jsonl"
+        for _ in range(600):  # until a first task is in the journal
+            if journal.exists() and journal.read_text().count("\n") >= 1:
+                break
+            time.sleep(0.05)
+        process.send_signal(signal.SIGTERM)
+        summary = json.loads(process.communicate(timeout=120)[0])
+        self.assertEqual(process.returncode, 130)
+        self.assertTrue(summary["interrupted"])
+        self.assertEqual(summary["tasks_run"], journal.read_text().count("\n"))
+        rest = run_json("build", self.config, "-o", output)
+        self.assertEqual(rest["tasks_run"], 8 - summary["tasks_run"])
+        here, there = datasets(self.output / "index.h5"), datasets(output / "index.h5")
+        for key in here:
+            numpy.testing.assert_array_equal(here[key], there[key], key)
+
+    def test_changed_inputs_are_refused(self):
+        table = "x_m,y_m,z_m,impulse_ns,contact_time_s\n0,0,0,%s,0.0002\n"
+        self.write("hits.csv", table % 0.01)
+        config = self.write("hits.yaml", "objects:\n  - shape: disc\n    materials: [steel]\n"
+                            "strikes: {csv: hits.csv}\naudio: {seconds: 0.1 s}\n")
+        output = self.folder / "hits"
+        run_json("build", config, "-o", output)
+        self.write("hits.csv", table % 0.02)
+        result = run("build", config, "-o", output)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("built from other files", result.stderr)
+
+    def test_a_sample_does_not_depend_on_its_neighbours(self):
+        # The band's bottom counts for each size on its own, though one solve serves both.
+        text = ("objects:\n  - shape: bar\n    materials: [steel]\n    sizes: %s\n"
+                "modes: {min_frequency: 2 kHz, max_modes: 6}\nstrikes: {per_object: 1}\n"
+                "audio: {seconds: 0.1 s}\n")
+        sounds = []
+        for name, sizes in (("alone", "[3]"), ("both", "[1, 3]")):
+            config = self.write(f"{name}.yaml", text % sizes)
+            run_json("build", config, "-o", self.folder / name)
+            with h5py.File(self.folder / name / "index.h5") as index:
+                self.assertEqual(index["modes"][-1], 6)
+                sounds.append(index["audio"][-1])
+        numpy.testing.assert_allclose(sounds[0], sounds[1], atol=1e-6 * abs(sounds[0]).max())
+
     def test_growing_leaves_what_exists_alone(self):
         output = self.folder / "more"
         run_json("build", self.config, "-o", output, "--set", "strikes.per_object=4", "--set",
@@ -198,6 +260,8 @@ class Build(FolderTest):
         failures = json.loads((output / "failures.json").read_text())
         self.assertEqual([f["task"] for f in failures], ["modes/broken-soup"])
         self.assertTrue(failures[0]["message"])
+        self.assertEqual(failures[0]["skipped"], ["samples/broken-soup-0000"])
+        self.assertEqual(json.loads((output / "dataset.json").read_text())["samples"], SAMPLES)
         with h5py.File(output / "index.h5") as index:
             self.assertEqual(len(index["audio"]), SAMPLES)
         again = run("build", config, "-o", output, ranks=2)

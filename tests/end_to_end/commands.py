@@ -1,5 +1,6 @@
 """modes, strike, inspect, list, plan and preview, and what they say when something is wrong."""
 import itertools
+import json
 import math
 import unittest
 
@@ -207,6 +208,24 @@ class Errors(FolderTest):
         header, corners, faces = CUBE[:10], CUBE[10:-60], CUBE[-60:]
         mesh = self.write("mm.off", header + corners.replace("1", "120") + faces)
         self.expect(2, "length: 0.12", "modes", mesh, "-m", "steel")
+
+    def test_sizes_that_are_slips_of_a_unit(self):
+        self.expect(2, "millimetres", "modes", "bar:length=120,width=20,height=10", "-m", "steel")
+        self.expect(2, "outside 1 mm", "modes", "bar:length=0.2mm,width=0.1mm,height=0.05mm", "-m",
+                    "steel")
+
+    def test_values_are_checked_before_anything_is_solved(self):
+        for option, value in (("--seconds", "-1"), ("--impulse=-1 N s", None),
+                              ("--direction", "0,0,0"), ("--sample-rate", "44100.7")):
+            self.expect(2, option.split("=")[0], "strike", "tile", "-m", "steel", "-o", "x.wav",
+                        *([option, value] if value else [option]))
+
+    def test_one_bad_file_does_not_hide_the_others(self):
+        good = self.write("good.off", CUBE)
+        result = run("inspect", self.write("bad.off", "OFF\n1 2\n"), good, "--json")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("error", json.loads(result.stdout)[0])
+        self.assertTrue(json.loads(result.stdout)[1]["clean"])
 
     def test_names_are_suggested(self):
         self.expect(2, "steel", "modes", "tile", "-m", "stel")

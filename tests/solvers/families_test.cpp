@@ -124,7 +124,8 @@ TEST(Families, RandomParametersWithinTheRangesMesh) {
     family.check(shape);
     const auto made = mesh_of(shape, order);
     RC_ASSERT(mesh_faults(made.mesh) == "");
-    RC_ASSERT(made.quality.min_dihedral_deg > least_dihedral(family.name));
+    // Elements of order 4 are so wide that the corners of a tight bend lie nearly in a plane.
+    RC_ASSERT(made.quality.min_dihedral_deg > (order == 4 ? 0.5 : 1) * least_dihedral(family.name));
     RC_ASSERT(made.quality.elements < (order == 1 ? 25000 : 6000));
     RC_ASSERT(made.quality.straightened < made.quality.elements / 50 + 1);
   }));

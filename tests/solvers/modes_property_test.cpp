@@ -331,5 +331,38 @@ TEST(Modes, AreTheSameBitsWhenSolvedAgain) {
   EXPECT_TRUE((a.shapes.array() == b.shapes.array()).all());
 }
 
+TEST(WholeClusters, RepeatedEigenvaluesAreTakenWholeOrNotAtAll) {
+  const std::vector<double> pairs = {1, 2, 2 + 1e-9, 3, 4, 4, 4};
+  EXPECT_EQ(solvers::whole_clusters(pairs, 2), 1u);
+  EXPECT_EQ(solvers::whole_clusters(pairs, 3), 3u);
+  EXPECT_EQ(solvers::whole_clusters(pairs, 5), 4u);
+  EXPECT_EQ(solvers::whole_clusters(pairs, 6), 4u);
+  EXPECT_EQ(solvers::whole_clusters(pairs, 7), 7u);
+  EXPECT_EQ(solvers::whole_clusters(pairs, 100), 7u);
+  EXPECT_EQ(solvers::whole_clusters(std::vector<double>{2, 2, 2}, 2), 2u);
+}
+
+TEST(RestrictTo, ARescaledSetIsStillComplete) {
+  // Steel at 0.6 of its size: the certificate comes back a rounding below the band's top.
+  solvers::Modes modes;
+  modes.eigenvalues = {4e6, 9e6};
+  modes.residuals = {0, 0};
+  modes.shapes.setZero(2, 3);
+  modes.kinetic_share.setOnes(2, 1);
+  modes.strain_share.setOnes(2, 1);
+  modes.surface.nodes = {{0, 0, 0}};
+  for (const double size : {0.3, 0.6, 0.7, 1.1, 1.9, 3.0}) {
+    auto solved = modes;
+    solved.certificate.min_frequency = 20 * size;
+    solved.certificate.max_frequency = 20000 * size;
+    solved.certificate.complete_to_hz = 20000 * size;
+    solved.certificate.modes_in_band = 2;
+    solved.certificate.complete = true;
+    const auto cut = solvers::restrict_to(solvers::rescale(solved, size, 1, 1), {20, 20000, 300});
+    EXPECT_TRUE(cut.certificate.complete) << size;
+    EXPECT_EQ(cut.certificate.complete_to_hz, 20000) << size;
+  }
+}
+
 }  // namespace
 }  // namespace carillon
