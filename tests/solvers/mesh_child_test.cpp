@@ -163,8 +163,10 @@ TEST_F(MeshChild, KeysTellRequestsApart) {
   const std::string key = mesh_key(request_);
   MeshRequest other = request_;
   other.file.path = folder_.file("copy.obj", core::read_file(request_.file.path));
-  other.file.any_size = true;
   EXPECT_EQ(mesh_key(other), key) << "the same bytes under another name are the same mesh";
+  other.file.any_size = true;
+  EXPECT_NE(mesh_key(other), key) << "or a cached mesh would pass the check of its size";
+  other.file.any_size = request_.file.any_size;
   other.options.order = 3;
   EXPECT_NE(mesh_key(other), key);
   other = request_;
