@@ -18,6 +18,9 @@ nlohmann::json to_json(const Body& body) {
     modes.push_back({{"frequency_hz", body.modes.frequency(i)},
                      {"decay_rate_per_s", body.decay_rates[i]},
                      {"residual", body.modes.residuals[i]}});
+    if (!body.modes.pitch_errors.empty()) {
+      modes.back()["pitch_error_cents"] = body.modes.pitch_errors[i];
+    }
   }
   const solvers::Certificate& certificate = body.modes.certificate;
   nlohmann::json timing = nlohmann::json::object();
@@ -34,7 +37,9 @@ nlohmann::json to_json(const Body& body) {
             {"components", certificate.components},
             {"max_residual", certificate.max_residual},
             {"orthonormality", certificate.orthonormality},
-            {"unknowns", certificate.unknowns}}},
+            {"unknowns", certificate.unknowns},
+            {"count_verified", certificate.count_verified},
+            {"linear_solver", solvers::name_of(certificate.linear_solver)}}},
           {"mesh", solvers::to_json(body.mesh.quality)},
           {"repair", solvers::to_json(body.mesh.repair)},
           {"materials", materials},

@@ -2,6 +2,7 @@
 find_package(PkgConfig REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(BLAS REQUIRED)
 find_package(Threads REQUIRED)
 find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
@@ -18,6 +19,11 @@ pkg_check_modules(OSMESA REQUIRED IMPORTED_TARGET osmesa)
 pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi)
 # SLEPc requires PETSc; both real, double precision.
 pkg_check_modules(SLEPC REQUIRED IMPORTED_TARGET SLEPc PETSc)
+
+# Dense products of Eigen go to BLAS, whose kernels fit the machine at run time.
+add_library(carillon_blas INTERFACE)
+target_link_libraries(carillon_blas INTERFACE BLAS::BLAS)
+target_compile_definitions(carillon_blas INTERFACE EIGEN_USE_BLAS)
 
 find_library(METIS_LIBRARY metis REQUIRED)
 find_path(METIS_INCLUDE_DIR metis.h REQUIRED)

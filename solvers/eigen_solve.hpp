@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "solvers/assemble.hpp"
@@ -32,6 +33,11 @@ struct EigenPairs {
 
   Eigen::Index size() const { return vectors.cols(); }
 };
+
+/// Applies (K - sigma M)^-1, or something near it that is symmetric and positive definite, to
+/// columns: owned unknowns x columns. Collective.
+using Inverse = std::function<void(const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                   Eigen::Ref<Eigen::MatrixXd> solution)>;
 
 struct EigenRequest {
   int pairs = 0;             ///< how many of the lowest

@@ -159,6 +159,25 @@ void Factorization::solve(Vec right, Vec solution) const {
   check(MatSolve(factor_.get(), right, solution));
 }
 
+void Factorization::solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
+                          Eigen::Ref<Eigen::MatrixXd> solution) const {
+  MPI_Comm comm = MPI_COMM_NULL;
+  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(factor_.get()), &comm));
+  PetscInt unknowns = 0;
+  check(MatGetSize(factor_.get(), &unknowns, nullptr));
+  const auto rows = static_cast<PetscInt>(right.rows());
+  const auto columns = static_cast<PetscInt>(right.cols());
+  // PETSc wants columns without gaps.
+  const Eigen::MatrixXd from = right;
+  Eigen::MatrixXd to(right.rows(), right.cols());
+  MatHandle in, out;
+  check(MatCreateDense(comm, rows, PETSC_DECIDE, unknowns, columns,
+                       const_cast<double*>(from.data()), in.put()));
+  check(MatCreateDense(comm, rows, PETSC_DECIDE, unknowns, columns, to.data(), out.put()));
+  check(MatMatSolve(factor_.get(), in.get(), out.get()));
+  solution = to;
+}
+
 Inertia Factorization::inertia() const {
   PetscInt negative = 0, zero = 0, positive = 0;
   check(MatGetInertia(factor_.get(), &negative, &zero, &positive));

@@ -6,7 +6,7 @@
 namespace carillon::solvers {
 namespace {
 
-constexpr int max_order = 4;
+constexpr int max_order = 5;
 
 using Tuple3 = std::array<int, 3>;
 using Tuple4 = std::array<int, 4>;
@@ -63,6 +63,13 @@ std::vector<Tuple4> make_tetrahedron(int order) {
     }
   }
   if (order == 4) out.push_back({1, 1, 1, 1});
+  // Inside lies the lattice of a tetrahedron four orders lower, each index one larger.
+  if (order > 4) {
+    for (Tuple4 node : make_tetrahedron(order - 4)) {
+      for (int& index : node) ++index;
+      out.push_back(node);
+    }
+  }
   return out;
 }
 
@@ -121,7 +128,8 @@ Eigen::VectorXd shape_functions(int order, const Eigen::Matrix<double, Corners, 
 
 const std::vector<std::array<int, 4>>& tetrahedron_lattice(int order) {
   static const std::array<std::vector<Tuple4>, max_order> lattices = {
-      make_tetrahedron(1), make_tetrahedron(2), make_tetrahedron(3), make_tetrahedron(4)};
+      make_tetrahedron(1), make_tetrahedron(2), make_tetrahedron(3), make_tetrahedron(4),
+      make_tetrahedron(5)};
   return lattices.at(static_cast<std::size_t>(order - 1));
 }
 

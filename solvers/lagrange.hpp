@@ -13,6 +13,8 @@ constexpr int nodes_per_face(int order) {
   return (order + 1) * (order + 2) / 2;
 }
 
+/// Orders 1 to 5 are known: bodies are solved at 1 to 4, and order 5 measures the error of order 4.
+///
 /// Where the nodes of a Lagrange tetrahedron lie: barycentric coordinates times the order, each a
 /// 4-tuple that sums to the order. Nodes come as the 4 vertices; then order-1 nodes on each edge
 /// (01)(02)(03)(12)(13)(23), walking from its first vertex; then those inside each face

@@ -52,8 +52,10 @@ Modes restrict_to(const Modes& modes, const Band& band) {
   out.mass = modes.mass;
   out.certificate = modes.certificate;
   for (const auto k : inside) {
-    out.eigenvalues.push_back(modes.eigenvalues[static_cast<std::size_t>(k)]);
-    out.residuals.push_back(modes.residuals[static_cast<std::size_t>(k)]);
+    const auto mode = static_cast<std::size_t>(k);
+    out.eigenvalues.push_back(modes.eigenvalues[mode]);
+    out.residuals.push_back(modes.residuals[mode]);
+    if (!modes.pitch_errors.empty()) out.pitch_errors.push_back(modes.pitch_errors[mode]);
   }
   out.shapes = modes.shapes(inside, Eigen::all);
   out.kinetic_share = modes.kinetic_share(inside, Eigen::all);
@@ -80,6 +82,11 @@ Modes restrict_to(const Modes& modes, const Band& band) {
     certificate.complete_to_hz = std::min(certificate.complete_to_hz, limit);
   }
   return out;
+}
+
+std::string_view name_of(LinearSolver solver) {
+  constexpr std::string_view names[] = {"automatic", "direct", "iterative"};
+  return names[static_cast<std::size_t>(solver)];
 }
 
 SurfaceMesh flatten(const ModeSurface& surface) {

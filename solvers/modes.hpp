@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/trace.hpp"
@@ -32,9 +33,26 @@ struct Band {
   double bottom() const { return std::max(min_frequency, counted_from); }
 };
 
+enum class EigenSolver {
+  block_lanczos,  ///< thick-restarted block Lanczos, registered with SLEPc
+  krylov_schur,   ///< SLEPc's own
+};
+
+enum class LinearSolver {
+  automatic,  ///< direct while the factors fit the memory limit, else iterative
+  direct,     ///< Cholesky: CHOLMOD on one rank, MUMPS on a group
+  iterative,  ///< CG with GAMG; the count of modes is then not verified
+};
+
 struct SolveOptions {
   Band band;
   double tolerance = 1e-12;  ///< of SLEPc's transformed problem
+  EigenSolver solver = EigenSolver::block_lanczos;
+  LinearSolver linear_solver = LinearSolver::automatic;
+  /// [byte] for all ranks of the group together. What the machine has free is never asked: it
+  /// would let results depend on it.
+  std::int64_t memory_limit = 16ll << 30;
+  bool estimate_errors = true;  ///< fill Modes::pitch_errors
 };
 
 /// What is known of a mode set's completeness and accuracy.
@@ -52,6 +70,8 @@ struct Certificate {
   double max_residual = 0;
   double orthonormality = 0;  ///< max |X^T M X - I|, rigid modes included
   std::int64_t unknowns = 0;
+  bool count_verified = false;  ///< modes_in_band was counted by inertia, not taken from the search
+  LinearSolver linear_solver = LinearSolver::direct;  ///< the one that was used
 };
 
 /// The body's surface as the modes see it: node positions and curved faces.
@@ -65,6 +85,9 @@ struct ModeSurface {
 struct Modes {
   std::vector<double> eigenvalues;  ///< lambda = omega_n^2 [rad^2/s^2], n
   std::vector<double> residuals;    ///< n
+  /// Estimated distance to the pitch of the body itself (its true surface, no discretisation)
+  /// [cents], n values; empty where none was asked for.
+  std::vector<double> pitch_errors;
   /// Mass-normalised mode shapes [kg^-1/2] at the surface nodes: n rows x 3 * nodes, xyz together.
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shapes;
   /// Share of each region in a mode's kinetic and strain energy: n rows x regions, rows sum to 1.
@@ -114,6 +137,9 @@ std::size_t whole_clusters(std::span<const double> eigenvalues, std::size_t most
 /// them. The certificate is exact as far as the set was complete; beyond, modes_in_band still
 /// counts up to the first band's top.
 Modes restrict_to(const Modes& modes, const Band& band);
+
+/// "automatic", "direct" or "iterative".
+std::string_view name_of(LinearSolver solver);
 
 /// Straight triangles that follow the curved faces: each face cut into order^2 pieces. Vertices
 /// are the surface's nodes, so mode shapes index alike.

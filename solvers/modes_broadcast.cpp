@@ -47,6 +47,7 @@ void matrix(Matrix& values, MPI_Comm comm) {
 void broadcast(Modes& modes, MPI_Comm comm) {
   list(modes.eigenvalues, comm);
   list(modes.residuals, comm);
+  list(modes.pitch_errors, comm);
   matrix(modes.shapes, comm);
   matrix(modes.kinetic_share, comm);
   matrix(modes.strain_share, comm);

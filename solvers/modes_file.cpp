@@ -16,9 +16,9 @@ namespace carillon::solvers {
 namespace {
 
 /// Part of every key: raise it when solve_modes() gives other values for equal input.
-constexpr std::string_view solver_version = "carillon modes 2";
+constexpr std::string_view solver_version = "carillon modes 3";
 /// Of the layout in a file.
-constexpr std::int64_t format_version = 1;
+constexpr std::int64_t format_version = 2;
 
 constexpr int deflate_level = 4;
 
@@ -60,6 +60,8 @@ void write_certificate(const Hdf5Group& group, const Certificate& c) {
   group.write_attribute("max_residual", c.max_residual);
   group.write_attribute("orthonormality", c.orthonormality);
   integer("unknowns", c.unknowns);
+  integer("count_verified", c.count_verified ? 1 : 0);
+  group.write_attribute("linear_solver", std::string(name_of(c.linear_solver)));
 }
 
 Certificate read_certificate(const Hdf5Group& group) {
@@ -79,6 +81,10 @@ Certificate read_certificate(const Hdf5Group& group) {
   c.max_residual = number("max_residual");
   c.orthonormality = number("orthonormality");
   c.unknowns = integer("unknowns");
+  c.count_verified = integer("count_verified") != 0;
+  c.linear_solver = group.text_attribute("linear_solver") == name_of(LinearSolver::iterative)
+                        ? LinearSolver::iterative
+                        : LinearSolver::direct;
   return c;
 }
 
@@ -134,6 +140,10 @@ void write_modes(const Hdf5Group& group, const Modes& modes) {
   group.write_attribute("unit", std::string("rad^2/s^2"), "eigenvalues");
   group.write<double>("residuals", modes.residuals, {count});
   group.write_attribute("unit", std::string("1"), "residuals");
+  if (!modes.pitch_errors.empty()) {
+    group.write<double>("pitch_errors", modes.pitch_errors, {count});
+    group.write_attribute("unit", std::string("cent"), "pitch_errors");
+  }
   const core::Extent shape = {count, modes.surface.nodes.size(), 3};
   group.write<float>("shapes", {modes.shapes.data(), static_cast<std::size_t>(modes.shapes.size())},
                      shape, compressed_rows(count));
@@ -152,6 +162,7 @@ Modes read_modes(const Hdf5Group& group) {
   Modes modes;
   modes.eigenvalues = group.read<double>("eigenvalues");
   modes.residuals = group.read<double>("residuals");
+  if (group.has("pitch_errors")) modes.pitch_errors = group.read<double>("pitch_errors");
   modes.surface = read_surface(group.open_group("surface"));
   const auto shapes = group.read<float>("shapes");
   using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -176,6 +187,7 @@ std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
                                   mesh.face_count(), regions.size(), group_size);
   hash.add(header);
   for (const auto& x : mesh.nodes) hash.add(std::span<const double>(x.data(), 3));
+  for (const auto& x : mesh.finer_nodes) hash.add(std::span<const double>(x.data(), 3));
   hash.add(std::span<const std::int32_t>(mesh.elements));
   hash.add(std::span<const std::int32_t>(mesh.regions));
   hash.add(std::span<const std::int32_t>(mesh.faces));
@@ -183,9 +195,12 @@ std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
   for (const auto& region : regions) {
     numbers.insert(numbers.end(), {region.youngs_modulus, region.poisson_ratio, region.density});
   }
-  numbers.insert(numbers.end(), {options.band.min_frequency, options.band.max_frequency,
-                                 static_cast<double>(options.band.max_modes),
-                                 options.band.counted_from, options.tolerance});
+  numbers.insert(
+      numbers.end(),
+      {options.band.min_frequency, options.band.max_frequency,
+       static_cast<double>(options.band.max_modes), options.band.counted_from, options.tolerance,
+       static_cast<double>(options.solver), static_cast<double>(options.linear_solver),
+       static_cast<double>(options.memory_limit), options.estimate_errors ? 1.0 : 0.0});
   hash.add(std::span<const double>(numbers));
   return hash.hex();
 }

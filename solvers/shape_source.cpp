@@ -166,6 +166,7 @@ TetMesh tet_mesh_from_json(const json& in) {
       mesh.faces.size() % static_cast<std::size_t>(nodes_per_face(mesh.order)) != 0) {
     throw core::FileError("the mesh's arrays do not fit together");
   }
+  mesh.finer_nodes = points_from_binary(in.at("finer_nodes"));
   check_indices(mesh.elements, mesh.nodes.size(), "elements");
   check_indices(mesh.faces, mesh.nodes.size(), "faces");
   check_indices(mesh.regions, mesh.region_names.size(), "regions");
@@ -220,7 +221,8 @@ json to_json(const MeshResult& result) {
             {"elements", to_binary(mesh.elements)},
             {"regions", to_binary(mesh.regions)},
             {"region_names", mesh.region_names},
-            {"faces", to_binary(mesh.faces)}}},
+            {"faces", to_binary(mesh.faces)},
+            {"finer_nodes", to_binary(mesh.finer_nodes)}}},
           {"quality", to_json(result.quality)},
           {"diagnosis", to_json(result.diagnosis)},
           {"repair", to_json(result.repair)}};

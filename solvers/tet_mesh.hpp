@@ -19,6 +19,9 @@ struct TetMesh {
   std::vector<std::string> region_names;  ///< at least one; MSH physical groups keep their names
   std::vector<std::int32_t> faces;        ///< boundary faces seen counter-clockwise from outside,
                                           ///< n x nodes_per_face(order), triangle_lattice order
+  /// Nodes of the same elements at order + 1 on the true surface [m], numbered by numbering_at();
+  /// what errors are measured against. Empty: the mesh's own curved elements are the truth.
+  std::vector<Vec3> finer_nodes;
 
   std::size_t element_count() const { return regions.size(); }
   std::size_t face_count() const {
