@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "core/error.hpp"
@@ -45,13 +46,33 @@ void fill_start(const System& system, std::uint64_t seed, Vec start) {
   check(VecRestoreArray(start, &values));
 }
 
+/// Owned values of a vector as one column.
+class Column {
+ public:
+  explicit Column(Vec vector) : vector_(vector) {
+    PetscInt rows = 0;
+    check(VecGetLocalSize(vector, &rows));
+    check(VecGetArray(vector, &values_));
+    rows_ = rows;
+  }
+  ~Column() { VecRestoreArray(vector_, &values_); }
+  Column(const Column&) = delete;
+  Column& operator=(const Column&) = delete;
+  Eigen::Map<Eigen::MatrixXd> get() { return {values_, rows_, 1}; }
+
+ private:
+  Vec vector_;
+  double* values_ = nullptr;
+  Eigen::Index rows_ = 0;
+};
+
 PetscErrorCode apply_inverse(PC shell, Vec right, Vec solution) {
-  void* factor = nullptr;
+  void* inverse = nullptr;
   PetscFunctionBegin;
-  PetscCall(PCShellGetContext(shell, &factor));
+  PetscCall(PCShellGetContext(shell, &inverse));
   // An exception must not cross PETSc's frames.
   try {
-    static_cast<const Factorization*>(factor)->solve(right, solution);
+    (*static_cast<const Inverse*>(inverse))(Column(right).get(), Column(solution).get());
   } catch (const std::exception& e) {
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", e.what());
   }
@@ -68,33 +89,29 @@ VecHandle wrap(MPI_Comm comm, double* values, PetscInt rows) {
 /// Residuals above this are judged in the energy norm too.
 constexpr double target_residual = 1e-8;
 
-/// Fills energy_residuals; `factor` is that of `shifted` = K - shift M.
-void measure_in_energy(Mat shifted, double shift, const Factorization& factor, MPI_Comm comm,
-                       EigenPairs& pairs) {
+/// Fills energy_residuals.
+void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
   const auto rows = pairs.vectors.rows();
   Eigen::VectorXd residual(rows), solved(rows);
   pairs.energy_residuals.assign(pairs.residuals.size(), 0.0);
   for (std::size_t k = 0; k < pairs.residuals.size(); ++k) {
-    const double distance = pairs.values[k] - shift;
+    const double distance = pairs.values[k] - shifted.shift;
     // Rigid motions have no relative residual.
-    if (pairs.residuals[k] <= target_residual || pairs.values[k] < -1e-6 * shift) continue;
+    if (pairs.residuals[k] <= target_residual || pairs.values[k] < -1e-6 * shifted.shift) continue;
     const auto column = static_cast<Eigen::Index>(k);
     const auto x = wrap(comm, pairs.vectors.col(column).data(), static_cast<PetscInt>(rows));
     const auto r = wrap(comm, residual.data(), static_cast<PetscInt>(rows));
-    const auto s = wrap(comm, solved.data(), static_cast<PetscInt>(rows));
-    check(MatMult(shifted, x.get(), r.get()));
+    check(MatMult(shifted.matrix.get(), x.get(), r.get()));
     residual -= distance * pairs.mass_vectors.col(column);
-    factor.solve(r.get(), s.get());
+    shifted.inverse(residual, solved);
     double square = residual.dot(solved);
     MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, comm);
     pairs.energy_residuals[k] = std::sqrt(std::max(0.0, square) / distance);
   }
 }
 
-/// Fills residuals, mass_vectors and orthonormality from values and vectors. `shifted` is
-/// K - shift M.
-void measure(const System& system, Mat shifted, double shift, Mat mass, MPI_Comm comm,
-             EigenPairs& pairs) {
+/// Fills residuals, mass_vectors and orthonormality from values and vectors.
+void measure(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
   const auto rows = system.owned_unknowns();
   pairs.mass_vectors.resize(rows, pairs.size());
   Eigen::VectorXd product(rows);
@@ -103,10 +120,10 @@ void measure(const System& system, Mat shifted, double shift, Mat mass, MPI_Comm
     const auto x = wrap(comm, pairs.vectors.col(k).data(), rows);
     const auto mx = wrap(comm, pairs.mass_vectors.col(k).data(), rows);
     const auto ax = wrap(comm, product.data(), rows);
-    check(MatMult(mass, x.get(), mx.get()));
-    check(MatMult(shifted, x.get(), ax.get()));
+    check(MatMult(shifted.mass.get(), x.get(), mx.get()));
+    check(MatMult(shifted.matrix.get(), x.get(), ax.get()));
     const double value = pairs.values[static_cast<std::size_t>(k)];
-    squares[2 * k] = (product - (value - shift) * pairs.mass_vectors.col(k)).squaredNorm();
+    squares[2 * k] = (product - (value - shifted.shift) * pairs.mass_vectors.col(k)).squaredNorm();
     squares[2 * k + 1] = pairs.mass_vectors.col(k).squaredNorm();
   }
   Eigen::MatrixXd gram = pairs.vectors.transpose() * pairs.mass_vectors;
@@ -123,13 +140,13 @@ void measure(const System& system, Mat shifted, double shift, Mat mass, MPI_Comm
   pairs.orthonormality = gram.size() == 0 ? 0 : gram.cwiseAbs().maxCoeff();
 }
 
-void krylov_schur(const System& system, const EigenRequest& request, Mat shifted, Mat mass,
-                  const Factorization& factor, MPI_Comm comm, EigenPairs& pairs) {
+void krylov_schur(const System& system, const EigenRequest& request, const ShiftedSystem& shifted,
+                  MPI_Comm comm, EigenPairs& pairs) {
   // The operator is K - sigma M itself and the target zero, so that M need never be added to
   // another matrix; sigma is added to what comes out.
   EpsHandle eps;
   check(EPSCreate(comm, eps.put()));
-  check(EPSSetOperators(eps.get(), shifted, mass));
+  check(EPSSetOperators(eps.get(), shifted.matrix.get(), shifted.mass.get()));
   check(EPSSetProblemType(eps.get(), EPS_GHEP));
   check(EPSSetType(eps.get(), EPSKRYLOVSCHUR));
   check(EPSSetTarget(eps.get(), 0));
@@ -150,10 +167,10 @@ void krylov_schur(const System& system, const EigenRequest& request, Mat shifted
   check(KSPSetType(ksp, KSPPREONLY));
   check(KSPGetPC(ksp, &pc));
   check(PCSetType(pc, PCSHELL));
-  check(PCShellSetContext(pc, const_cast<Factorization*>(&factor)));
+  check(PCShellSetContext(pc, const_cast<Inverse*>(&shifted.inverse)));
   check(PCShellSetApply(pc, apply_inverse));
   VecHandle start;
-  check(MatCreateVecs(shifted, start.put(), nullptr));
+  check(MatCreateVecs(shifted.matrix.get(), start.put(), nullptr));
   fill_start(system, request.seed, start.get());
   Vec first = start.get();
   check(EPSSetInitialSpace(eps.get(), 1, &first));
@@ -172,12 +189,12 @@ void krylov_schur(const System& system, const EigenRequest& request, Mat shifted
     double value = 0;
     const auto x = wrap(comm, pairs.vectors.col(k).data(), rows);
     check(EPSGetEigenpair(eps.get(), k, &value, nullptr, x.get(), nullptr));
-    pairs.values.push_back(value + request.shift);
+    pairs.values.push_back(value + shifted.shift);
   }
 }
 
 /// All eigenpairs of a small problem on one rank, by Eigen.
-void dense(const System& system, const EigenRequest& request, EigenPairs& pairs) {
+void dense(const System& system, const EigenRequest& request, double shift, EigenPairs& pairs) {
   const auto n = static_cast<Eigen::Index>(system.unknowns());
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n), m = a;
   const auto& graph = system.graph;
@@ -195,7 +212,7 @@ void dense(const System& system, const EigenRequest& request, EigenPairs& pairs)
       }
     }
   }
-  a -= request.shift * m;
+  a -= shift * m;
   // Roles exchanged: the largest eigenvalues of M x = nu (K - sigma M) x are the wanted ones, and
   // come out with the better accuracy.
   Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(m, a);
@@ -207,7 +224,7 @@ void dense(const System& system, const EigenRequest& request, EigenPairs& pairs)
   pairs.vectors.resize(n, wanted);
   for (Eigen::Index k = 0; k < wanted; ++k) {
     const double inverse = solver.eigenvalues()[n - 1 - k];
-    pairs.values.push_back(1 / inverse + request.shift);
+    pairs.values.push_back(1 / inverse + shift);
     pairs.vectors.col(k) = solver.eigenvectors().col(n - 1 - k) / std::sqrt(inverse);
   }
 }
@@ -232,22 +249,34 @@ std::int64_t count_below(const System& system, double value, MPI_Comm comm) {
                           "the matrices may be singular: check for parts of no mass or stiffness");
 }
 
-EigenPairs lowest_pairs(const System& system, const EigenRequest& request, MPI_Comm comm) {
-  EigenPairs pairs;
+ShiftedSystem factor_shifted(const System& system, double shift, MPI_Comm comm) {
   const bool alone = size_of(comm) == 1;
-  const auto shifted = shifted_matrix(system, request.shift, true, comm);
-  const auto mass = mass_matrix(system, comm);
+  ShiftedSystem shifted;
+  shifted.shift = shift;
+  shifted.matrix = shifted_matrix(system, shift, true, comm);
+  shifted.mass = mass_matrix(system, comm);
   std::vector<std::int32_t> order;
   if (alone) order = nested_dissection(system.graph);
-  const Factorization factor(shifted.get(),
-                             alone ? FactorMethod::cholmod : FactorMethod::mumps_definite, order);
-  if (alone && wants_dense(system.unknowns(), request.pairs)) {
-    dense(system, request, pairs);
+  const auto factor = std::make_shared<const Factorization>(
+      shifted.matrix.get(), alone ? FactorMethod::cholmod : FactorMethod::mumps_definite, order);
+  shifted.inverse = [factor](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                             Eigen::Ref<Eigen::MatrixXd> solution) {
+    factor->solve(right, solution);
+  };
+  shifted.preconditioner = shifted.inverse;
+  return shifted;
+}
+
+EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
+                        const ShiftedSystem& shifted, MPI_Comm comm) {
+  EigenPairs pairs;
+  if (size_of(comm) == 1 && wants_dense(system.unknowns(), request.pairs)) {
+    dense(system, request, shifted.shift, pairs);
   } else {
-    krylov_schur(system, request, shifted.get(), mass.get(), factor, comm, pairs);
+    krylov_schur(system, request, shifted, comm, pairs);
   }
-  measure(system, shifted.get(), request.shift, mass.get(), comm, pairs);
-  measure_in_energy(shifted.get(), request.shift, factor, comm, pairs);
+  measure(system, shifted, comm, pairs);
+  measure_in_energy(shifted, comm, pairs);
   return pairs;
 }
 

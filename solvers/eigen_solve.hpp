@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solvers/assemble.hpp"
+#include "solvers/factor.hpp"
 
 namespace carillon::solvers {
 
@@ -39,19 +40,35 @@ struct EigenPairs {
 using Inverse = std::function<void(const Eigen::Ref<const Eigen::MatrixXd>& right,
                                    Eigen::Ref<Eigen::MatrixXd> solution)>;
 
+/// K - sigma M of a negative shift sigma, ready to solve with.
+struct ShiftedSystem {
+  double shift = 0;  ///< sigma, dimensionless
+  MatHandle matrix;  ///< K - sigma M
+  MatHandle mass;    ///< M
+  Inverse inverse;   ///< (K - sigma M)^-1; exact to rounding, or to the tolerance of a CG solve
+  /// The same or a cheap stand-in for it, symmetric and positive definite: the factor itself, or
+  /// one multigrid cycle.
+  Inverse preconditioner;
+};
+
+/// Cholesky of K - sigma M by CHOLMOD on one rank (METIS order), by MUMPS on a group.
+/// @throws core::SolverError  not positive definite, or out of memory
+/// @note Collective on comm.
+ShiftedSystem factor_shifted(const System& system, double shift, MPI_Comm comm);
+
 struct EigenRequest {
   int pairs = 0;             ///< how many of the lowest
-  double shift = 0;          ///< sigma, negative
   double tolerance = 1e-12;  ///< of the transformed problem
   std::uint64_t seed = 0;    ///< of the start vector, which depends on nothing else but the nodes
 };
 
-/// The lowest eigenpairs by shift-invert Krylov-Schur about a negative shift, where K - sigma M is
-/// positive definite: Cholesky by CHOLMOD on one rank, by MUMPS on a group. Problems of a few
-/// hundred unknowns, and those that ask for a good part of all modes, are solved densely.
+/// The lowest eigenpairs by shift-invert about a negative shift, where K - sigma M is positive
+/// definite. Problems of a few hundred unknowns, and those that ask for a good part of all modes,
+/// are solved densely.
 /// @return at least `pairs` of them unless the problem has fewer
 /// @throws core::SolverError  no convergence
 /// @note Collective on comm.
-EigenPairs lowest_pairs(const System& system, const EigenRequest& request, MPI_Comm comm);
+EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
+                        const ShiftedSystem& shifted, MPI_Comm comm);
 
 }  // namespace carillon::solvers

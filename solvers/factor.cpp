@@ -155,10 +155,6 @@ bool Factorization::attempt(Mat matrix, FactorMethod method, int workspace_perce
                                     : "the mesh may have elements that are nearly flat");
 }
 
-void Factorization::solve(Vec right, Vec solution) const {
-  check(MatSolve(factor_.get(), right, solution));
-}
-
 void Factorization::solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
                           Eigen::Ref<Eigen::MatrixXd> solution) const {
   MPI_Comm comm = MPI_COMM_NULL;

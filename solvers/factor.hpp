@@ -46,9 +46,8 @@ class Factorization {
   /// @note Collective on the matrix's communicator.
   Factorization(Mat matrix, FactorMethod method, std::span<const std::int32_t> node_order);
 
-  void solve(Vec right, Vec solution) const;
-  /// Many right-hand sides at once, owned unknowns x columns: much cheaper by the column, as the
-  /// factor is read once for all of them.
+  /// Any number of right-hand sides, owned unknowns x columns: much cheaper by the column than one
+  /// alone, as the factor is read once for all of them.
   /// @note Collective.
   void solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
              Eigen::Ref<Eigen::MatrixXd> solution) const;

@@ -129,8 +129,12 @@ class Search {
     const core::ScopedTimer timer(trace_.stages["solve"]);
     const auto pairs = std::min(wanted + rigid_ + spare_modes, system_.unknowns());
     result_.pairs = EigenPairs();
-    result_.pairs =
-        lowest_pairs(system_, {static_cast<int>(pairs), shift, options_.tolerance, seed}, comm_);
+    if (result_.shifted.shift != shift) {
+      result_.shifted = ShiftedSystem();  // two factors at once need not fit
+      result_.shifted = factor_shifted(system_, shift, comm_);
+    }
+    result_.pairs = lowest_pairs(system_, {static_cast<int>(pairs), options_.tolerance, seed},
+                                 result_.shifted, comm_);
     refuse_mechanism();
     result_.flexible = split_rigid(mesh_, system_, component_, result_.pairs, comm_).flexible;
   }

@@ -20,6 +20,7 @@ struct SearchResult {
   std::int64_t flexible_below_top = 0;
   bool all_verified = false;  ///< every flexible mode below the band's top is among the pairs
   double verified_below = 0;  ///< no mode below this (dimensionless) eigenvalue is missing
+  ShiftedSystem shifted;  ///< what the pairs were found with; empty when nothing was to be found
 };
 
 /// First guess (mesh.faces present) of the lowest flexible frequency [Hz]: that of a plate as thick
