@@ -111,7 +111,8 @@ void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& 
 }
 
 /// Fills residuals, mass_vectors and orthonormality from values and vectors.
-void measure(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
+void measure_residuals(const System& system, const ShiftedSystem& shifted, MPI_Comm comm,
+                       EigenPairs& pairs) {
   const auto rows = system.owned_unknowns();
   pairs.mass_vectors.resize(rows, pairs.size());
   Eigen::VectorXd product(rows);
@@ -276,8 +277,12 @@ EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
     krylov_schur(system, request, shifted, comm, pairs);
   }
   measure(system, shifted, comm, pairs);
-  measure_in_energy(shifted, comm, pairs);
   return pairs;
+}
+
+void measure(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
+  measure_residuals(system, shifted, comm, pairs);
+  measure_in_energy(shifted, comm, pairs);
 }
 
 }  // namespace carillon::solvers

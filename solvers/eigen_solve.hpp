@@ -71,4 +71,9 @@ struct EigenRequest {
 EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
                         const ShiftedSystem& shifted, MPI_Comm comm);
 
+/// Fills what is known of eigenpairs from their values and vectors: mass_vectors, residuals,
+/// energy_residuals and orthonormality.
+/// @note Collective on comm.
+void measure(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs);
+
 }  // namespace carillon::solvers
