@@ -3,10 +3,12 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "solvers/mesher.hpp"
 #include "solvers/node_numbering.hpp"
 #include "solvers/quadrature.hpp"
+#include "solvers/raise_order.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -18,22 +20,22 @@ const double sharp_angle = 40 * std::numbers::pi / 180;
 /// A node that would have to move by more of its edge's length is on the wrong track.
 constexpr double largest_move = 0.3;
 
-/// What a boundary edge of the straight mesh sees.
+/// What a boundary edge sees of the straight faces beside it.
 struct BoundaryEdge {
   std::vector<Vec3> normals;   ///< of its faces
   std::vector<Vec3> opposite;  ///< third corners of its faces
 };
 
-std::map<Edge, BoundaryEdge> boundary_edges(const TetMesh& linear,
-                                            const std::vector<std::int32_t>& faces) {
+std::map<Edge, BoundaryEdge> boundary_edges(const TetMesh& mesh) {
   std::map<Edge, BoundaryEdge> edges;
-  for (std::size_t f = 0; f < faces.size(); f += 3) {
+  const auto per_face = static_cast<std::size_t>(nodes_per_face(mesh.order));
+  for (std::size_t f = 0; f < mesh.faces.size(); f += per_face) {
     const auto at = [&](std::size_t i) {
-      return linear.nodes[static_cast<std::size_t>(faces[f + i % 3])];
+      return mesh.nodes[static_cast<std::size_t>(mesh.faces[f + i % 3])];
     };
     const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
     for (std::size_t i = 0; i < 3; ++i) {
-      auto& edge = edges[std::minmax(faces[f + i], faces[f + (i + 1) % 3])];
+      auto& edge = edges[std::minmax(mesh.faces[f + i], mesh.faces[f + (i + 1) % 3])];
       edge.normals.push_back(normal);
       edge.opposite.push_back(at(i + 2));
     }
@@ -73,19 +75,37 @@ struct Boundary {
   std::map<std::array<std::int32_t, 3>, Vec3> face_normals;
 };
 
-Boundary project_boundary(const TetMesh& linear, int order, const SurfaceProjection& project) {
+Boundary project_boundary(const TetMesh& mesh, const SurfaceProjection& project) {
   Boundary boundary;
-  const auto faces = linear.faces.empty() ? boundary_faces(linear) : linear.faces;
-  for (const auto& [ends, edge] : boundary_edges(linear, faces)) {
-    const Vec3 a = linear.nodes[static_cast<std::size_t>(ends.first)];
-    const Vec3 b = linear.nodes[static_cast<std::size_t>(ends.second)];
-    auto& moves = boundary.edges[ends];
-    for (int k = 1; k < order; ++k)
-      moves.push_back(edge_move(edge, a, b, a + (b - a) * k / order, project));
+  const auto seen = boundary_edges(mesh);
+  const auto& lattice = tetrahedron_lattice(mesh.order);
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto element = mesh.element(e);
+    for (std::size_t n = 4; n < lattice.size(); ++n) {
+      std::array<std::size_t, 4> ends{};
+      std::size_t count = 0;
+      for (std::size_t i = 0; i < 4; ++i)
+        if (lattice[n][i] > 0) ends[count++] = i;
+      if (count != 2) continue;
+      if (element[ends[0]] > element[ends[1]]) std::swap(ends[0], ends[1]);
+      const Edge key{element[ends[0]], element[ends[1]]};
+      const auto edge = seen.find(key);
+      if (edge == seen.end()) continue;
+      auto& moves = boundary.edges[key];
+      if (moves.empty()) {
+        // Not a number: not met yet.
+        moves.assign(static_cast<std::size_t>(mesh.order - 1), Vec3::Constant(std::nan("")));
+      }
+      Vec3& move = moves[static_cast<std::size_t>(lattice[n][ends[1]] - 1)];
+      if (!std::isnan(move.x())) continue;
+      const auto node = [&](std::int32_t i) { return mesh.nodes[static_cast<std::size_t>(i)]; };
+      move = edge_move(edge->second, node(key.first), node(key.second), node(element[n]), project);
+    }
   }
-  for (std::size_t f = 0; f < faces.size(); f += 3) {
-    std::array<std::int32_t, 3> key{faces[f], faces[f + 1], faces[f + 2]};
-    const auto at = [&](std::size_t i) { return linear.nodes[static_cast<std::size_t>(key[i])]; };
+  const auto per_face = static_cast<std::size_t>(nodes_per_face(mesh.order));
+  for (std::size_t f = 0; f < mesh.faces.size(); f += per_face) {
+    std::array<std::int32_t, 3> key{mesh.faces[f], mesh.faces[f + 1], mesh.faces[f + 2]};
+    const auto at = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(key[i])]; };
     const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
     std::sort(key.begin(), key.end());
     boundary.face_normals[key] = normal;
@@ -93,45 +113,42 @@ Boundary project_boundary(const TetMesh& linear, int order, const SurfaceProject
   return boundary;
 }
 
-/// Moves of a straight element's nodes: those on edges as projected, those in faces and inside by
-/// blending, those in boundary faces projected once more from there.
+/// Moves of an element's nodes: those on edges as projected, those in faces and inside by blending,
+/// those in boundary faces projected once more from there.
 class NodeMover {
  public:
-  using Corners4 = std::span<const std::int32_t>;
-  using Lattice = std::array<int, 4>;
+  NodeMover(const TetMesh& base, const Boundary& boundary, const SurfaceProjection& project)
+      : base_(base),
+        lattice_(tetrahedron_lattice(base.order)),
+        boundary_(boundary),
+        project_(project) {}
 
-  NodeMover(const TetMesh& linear, int order, const Boundary& boundary,
-            const SurfaceProjection& project)
-      : linear_(linear), order_(order), boundary_(boundary), project_(project) {}
-
-  Vec3 straight(Corners4 corners, const Lattice& at) const {
-    Vec3 p = Vec3::Zero();
-    for (std::size_t i = 0; i < 4; ++i) p += share(at[i]) * vertex(corners[i]);
-    return p;
-  }
-
-  Vec3 move(Corners4 corners, const Lattice& at) const {
-    const Vec3 edges = edge_blends(corners, at);
-    const auto zeros = std::count(at.begin(), at.end(), 0);
-    if (zeros == 1) return edges + face_rest(corners, at, edges);
+  /// @param n  local number of the node in element e
+  Vec3 move(std::size_t e, std::size_t n) const {
+    const Vec3 edges = edge_blends(e, n);
+    const auto zeros = zeros_of(n);
+    if (zeros == 1) return edges + face_rest(e, n, edges);
     if (zeros > 1) return edges;
     Vec3 inside = edges;
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       Vec3 rest = Vec3::Zero();
       double bubbles = 0;
-      for (const Lattice& node : tetrahedron_lattice(order_))
-        if (node[opposite] == 0 && std::count(node.begin(), node.end(), 0) == 1) {
-          rest += face_rest(corners, node, edge_blends(corners, node));
-          bubbles += bubble(node, opposite);
+      for (std::size_t on_face = 0; on_face < lattice_.size(); ++on_face)
+        if (lattice_[on_face][opposite] == 0 && zeros_of(on_face) == 1) {
+          rest += face_rest(e, on_face, edge_blends(e, on_face));
+          bubbles += bubble(on_face, opposite);
         }
-      if (bubbles > 0) inside += bubble(at, opposite) / bubbles * rest;
+      if (bubbles > 0) inside += bubble(n, opposite) / bubbles * rest;
     }
     return inside;
   }
 
  private:
-  double share(int weight) const { return static_cast<double>(weight) / order_; }
-  const Vec3& vertex(std::int32_t v) const { return linear_.nodes[static_cast<std::size_t>(v)]; }
+  double share(int weight) const { return static_cast<double>(weight) / base_.order; }
+  const Vec3& node(std::int32_t n) const { return base_.nodes[static_cast<std::size_t>(n)]; }
+  std::ptrdiff_t zeros_of(std::size_t n) const {
+    return std::count(lattice_[n].begin(), lattice_[n].end(), 0);
+  }
 
   /// Moves of an edge's nodes divided by t (1 - t), interpolated at t, times the barycentrics of
   /// both ends: the blending of Szabo and Babuska (1991), a polynomial of the element's order.
@@ -142,18 +159,21 @@ class NodeMover {
     }
     const auto found = boundary_.edges.find({from, to});
     if (found == boundary_.edges.end()) return Vec3::Zero();
+    const int order = base_.order;
     const double t = 0.5 * (1 + b_to - b_from);
     Vec3 sum = Vec3::Zero();
-    for (int k = 1; k < order_; ++k) {
+    for (int k = 1; k < order; ++k) {
       double basis = 1 / (share(k) * (1 - share(k)));
-      for (int j = 1; j < order_; ++j)
-        if (j != k) basis *= (t * order_ - j) / (k - j);
+      for (int j = 1; j < order; ++j)
+        if (j != k) basis *= (t * order - j) / (k - j);
       sum += basis * found->second[static_cast<std::size_t>(k - 1)];
     }
     return b_from * b_to * sum;
   }
 
-  Vec3 edge_blends(Corners4 corners, const Lattice& at) const {
+  Vec3 edge_blends(std::size_t e, std::size_t n) const {
+    const auto corners = base_.element(e);
+    const auto& at = lattice_[n];
     Vec3 sum = Vec3::Zero();
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = i + 1; j < 4; ++j)
@@ -163,31 +183,32 @@ class NodeMover {
   }
 
   /// What projection adds to the blended edges at a node inside a face; zero inside the body.
-  Vec3 face_rest(Corners4 corners, const Lattice& at, const Vec3& edges) const {
+  Vec3 face_rest(std::size_t e, std::size_t n, const Vec3& edges) const {
+    const auto element = base_.element(e);
     std::array<std::int32_t, 3> face{};
     std::size_t count = 0;
     for (std::size_t i = 0; i < 4; ++i)
-      if (at[i] > 0) face[count++] = corners[i];
+      if (lattice_[n][i] > 0) face[count++] = element[i];
     std::sort(face.begin(), face.end());
     const auto normal = boundary_.face_normals.find(face);
     if (normal == boundary_.face_normals.end()) return Vec3::Zero();
-    const Vec3 from = straight(corners, at) + edges;
-    const double shortest = std::min({(vertex(face[0]) - vertex(face[1])).norm(),
-                                      (vertex(face[1]) - vertex(face[2])).norm(),
-                                      (vertex(face[2]) - vertex(face[0])).norm()});
+    const Vec3 from = node(element[n]) + edges;
+    const double shortest = std::min({(node(face[0]) - node(face[1])).norm(),
+                                      (node(face[1]) - node(face[2])).norm(),
+                                      (node(face[2]) - node(face[0])).norm()});
     return guarded(from, project_(from, normal->second), shortest);
   }
 
   /// Product of a face's barycentrics.
-  double bubble(const Lattice& at, std::size_t opposite) const {
+  double bubble(std::size_t n, std::size_t opposite) const {
     double product = 1;
     for (std::size_t i = 0; i < 4; ++i)
-      if (i != opposite) product *= share(at[i]);
+      if (i != opposite) product *= share(lattice_[n][i]);
     return product;
   }
 
-  const TetMesh& linear_;
-  int order_;
+  const TetMesh& base_;
+  const std::vector<std::array<int, 4>>& lattice_;
   const Boundary& boundary_;
   const SurfaceProjection& project_;
 };
@@ -229,8 +250,8 @@ std::vector<std::size_t> folded_elements(const TetMesh& mesh) {
   return folded;
 }
 
-/// Pulls the boundary edges and faces of an element back to the chord; whether there were any.
-bool straighten(Boundary& boundary, std::span<const std::int32_t> corners) {
+/// Leaves the boundary edges and faces of an element where they were; whether there were any.
+bool hold_back(Boundary& boundary, std::span<const std::int32_t> corners) {
   std::size_t erased = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     std::array<std::int32_t, 3> face{corners[(i + 1) % 4], corners[(i + 2) % 4],
@@ -243,18 +264,43 @@ bool straighten(Boundary& boundary, std::span<const std::int32_t> corners) {
   return erased > 0;
 }
 
-}  // namespace
+/// Moves the nodes of boundary edges and faces on to the true surface, and those inside along.
+/// @return elements that would fold and keep their boundary as it was
+std::int64_t move_to_surface(TetMesh& mesh, const SurfaceProjection& project) {
+  const TetMesh base = mesh;
+  Boundary boundary = project_boundary(base, project);
+  const NodeMover mover(base, boundary, project);
+  const auto per_element = static_cast<std::size_t>(nodes_per_tetrahedron(mesh.order));
+  std::vector<bool> was_folded(mesh.element_count(), false);
+  std::int64_t held_back = 0;
+  for (bool changed = true; changed;) {
+    std::vector<bool> placed(mesh.nodes.size(), false);
+    for (std::size_t e = 0; e < mesh.element_count(); ++e)
+      for (std::size_t n = 4; n < per_element; ++n) {
+        const auto node = static_cast<std::size_t>(mesh.element(e)[n]);
+        if (placed[node]) continue;
+        placed[node] = true;
+        mesh.nodes[node] = base.nodes[node] + mover.move(e, n);
+      }
+    changed = false;
+    for (std::size_t e : folded_elements(mesh))
+      if (hold_back(boundary, mesh.element(e).first(4))) {
+        changed = true;
+        if (!was_folded[e]) ++held_back;
+        was_folded[e] = true;
+      }
+  }
+  return held_back;
+}
 
-TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& project,
-                std::int64_t& straightened) {
-  straightened = 0;
+/// Straight elements of an order; corners keep their numbers.
+TetMesh straight_elements(const TetMesh& linear, int order) {
   std::vector<Corners> corners(linear.element_count());
   for (std::size_t e = 0; e < corners.size(); ++e)
     std::copy_n(linear.element(e).begin(), 4, corners[e].begin());
   const auto numbering =
       number_nodes(corners, static_cast<std::int32_t>(linear.nodes.size()), order);
   const auto& lattice = tetrahedron_lattice(order);
-
   TetMesh mesh;
   mesh.order = order;
   mesh.elements = numbering.elements;
@@ -262,29 +308,30 @@ TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& proje
   mesh.region_names = linear.region_names;
   mesh.nodes = linear.nodes;
   mesh.nodes.resize(numbering.first_use.size());
-
-  const bool curved = project && order > 1;
-  Boundary boundary = curved ? project_boundary(linear, order, project) : Boundary{};
-  const NodeMover mover(linear, order, boundary, project);
-  std::vector<bool> was_folded(corners.size(), false);
-  for (bool changed = true; changed;) {
-    for (std::size_t n = linear.nodes.size(); n < mesh.nodes.size(); ++n) {
-      const auto use = static_cast<std::size_t>(numbering.first_use[n]);
-      const auto& element = corners[use / lattice.size()];
-      const auto& at = lattice[use % lattice.size()];
-      mesh.nodes[n] = mover.straight(element, at);
-      if (curved) mesh.nodes[n] += mover.move(element, at);
-    }
-    changed = false;
-    if (!curved) break;
-    for (std::size_t e : folded_elements(mesh))
-      if (straighten(boundary, corners[e])) {
-        changed = true;
-        if (!was_folded[e]) ++straightened;
-        was_folded[e] = true;
-      }
+  for (std::size_t n = linear.nodes.size(); n < mesh.nodes.size(); ++n) {
+    const auto use = static_cast<std::size_t>(numbering.first_use[n]);
+    const auto& at = lattice[use % lattice.size()];
+    Vec3 point = Vec3::Zero();
+    for (std::size_t i = 0; i < 4; ++i)
+      point += static_cast<double>(at[i]) / order *
+               linear.nodes[static_cast<std::size_t>(corners[use / lattice.size()][i])];
+    mesh.nodes[n] = point;
   }
   mesh.faces = boundary_faces(mesh);
+  return mesh;
+}
+
+}  // namespace
+
+TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& project,
+                std::int64_t& straightened) {
+  straightened = 0;
+  TetMesh mesh = straight_elements(linear, order);
+  if (!project) return mesh;
+  if (order > 1) straightened = move_to_surface(mesh, project);
+  TetMesh finer = raise_order(mesh, order + 1);
+  move_to_surface(finer, project);
+  mesh.finer_nodes = std::move(finer.nodes);
   return mesh;
 }
 

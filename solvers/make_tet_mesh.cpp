@@ -76,11 +76,9 @@ MeshResult mesh_of_surface(const MeshRequest& request) {
   MeshResult result;
   const SurfaceMesh surface =
       repair(scaled_surface(request.file), request.file, result.diagnosis, result.repair);
-  result.mesh = tetrahedralise(surface, request.options);
   std::int64_t straightened = 0;
-  if (request.options.order > result.mesh.order) {
-    result.mesh = elevate(result.mesh, request.options.order, project_to(surface), straightened);
-  }
+  result.mesh = elevate(tetrahedralise(surface, request.options), request.options.order,
+                        project_to(surface), straightened);
   result.quality = measure_quality(result.mesh);
   result.quality.straightened = straightened;
   return result;

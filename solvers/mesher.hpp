@@ -19,10 +19,15 @@ using SurfaceProjection = std::function<Vec3(const Vec3& point, const Vec3& norm
 ///                      element_size that would fit)
 TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options);
 
-/// The same tetrahedra with nodes of a higher order; nodes of boundary edges and faces are moved
-/// by `project` (none: straight), and those inside follow. Edges between faces that meet at more
-/// than 40 degrees stay on the surface too. A node that would move by more than 0.3 of its edge is
-/// left on the chord. An element whose Jacobian would turn negative is straightened and counted.
+/// The same tetrahedra with nodes of an order; nodes of boundary edges and faces are moved by
+/// `project` (none: straight, and no finer_nodes), and those inside follow. Edges between faces that
+/// meet at more than 40 degrees stay on the surface too. A node that would move by more than 0.3 of
+/// its edge is left on the chord. An element whose Jacobian would turn negative is straightened and
+/// counted.
+///
+/// finer_nodes start from the curved elements of the order and are moved on to the surface again.
+/// An element that was straightened and is sound at the next order is curved there: the difference
+/// is an error that the mesh has. One that only the next order would fold stays as it is.
 TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& project,
                 std::int64_t& straightened);
 

@@ -18,7 +18,7 @@ struct NodeNumbering {
 };
 
 /// @param tetrahedra    corners of the elements, numbers below vertex_count, all of them used
-/// @param order         1 to 4
+/// @param order         1 to 5
 NodeNumbering number_nodes(std::span<const Corners> tetrahedra, std::int32_t vertex_count,
                            int order);
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "solvers/node_numbering.hpp"
+#include "solvers/raise_order.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -78,26 +78,33 @@ TetMesh extrude(const PlanarGrid& grid, int layers, int order,
     }
 
   const auto numbering = number_nodes(tetrahedra, grid.vertices * (layers + 1), order);
-  const auto& lattice = tetrahedron_lattice(order);
+  // Nodes of an order where a numbering met them first.
+  const auto points = [&](const NodeNumbering& numbers, int at_order) {
+    const auto& lattice = tetrahedron_lattice(at_order);
+    std::vector<Vec3> nodes;
+    nodes.reserve(numbers.first_use.size());
+    for (std::int64_t use : numbers.first_use) {
+      const auto& origin = origins[static_cast<std::size_t>(use) / lattice.size()];
+      const auto& weights = lattice[static_cast<std::size_t>(use) % lattice.size()];
+      Eigen::Vector3i barycentric = Eigen::Vector3i::Zero();
+      int level = 0;  // in units of 1 / order, exact on both faces
+      for (std::size_t i = 0; i < 4; ++i) {
+        barycentric[origin.corners[i].corner] += weights[i];
+        level += weights[i] * origin.corners[i].level;
+      }
+      const double t = static_cast<double>(origin.layer * at_order + level) /
+                       static_cast<double>(layers * at_order);
+      nodes.push_back(map(grid.point(origin.triangle, barycentric.cast<double>() / at_order), t));
+    }
+    return nodes;
+  };
   TetMesh mesh;
   mesh.order = order;
   mesh.elements = numbering.elements;
   mesh.regions.assign(tetrahedra.size(), 0);
   mesh.region_names = {"body"};
-  mesh.nodes.reserve(numbering.first_use.size());
-  for (std::int64_t use : numbering.first_use) {
-    const auto& origin = origins[static_cast<std::size_t>(use) / lattice.size()];
-    const auto& weights = lattice[static_cast<std::size_t>(use) % lattice.size()];
-    Eigen::Vector3i barycentric = Eigen::Vector3i::Zero();
-    int level = 0;  // in units of 1/order, exact on both faces
-    for (std::size_t i = 0; i < 4; ++i) {
-      barycentric[origin.corners[i].corner] += weights[i];
-      level += weights[i] * origin.corners[i].level;
-    }
-    const double t =
-        static_cast<double>(origin.layer * order + level) / static_cast<double>(layers * order);
-    mesh.nodes.push_back(map(grid.point(origin.triangle, barycentric.cast<double>() / order), t));
-  }
+  mesh.nodes = points(numbering, order);
+  mesh.finer_nodes = points(numbering_at(mesh, order + 1), order + 1);
   mesh.faces = boundary_faces(mesh);
   return mesh;
 }

@@ -22,8 +22,8 @@ struct PlanarGrid {
 
 /// Body swept from a plane grid: t in [0, 1] runs through `layers` layers of prisms, each cut
 /// into three tetrahedra so that neighbours fit (Dompierre et al. 1999: every quadrilateral is cut
-/// from its smallest vertex). Nodes of every order are values of `map`, so those of the boundary
-/// lie on the true surface.
+/// from its smallest vertex). Nodes of every order, finer_nodes too, are values of `map`, so those
+/// of the boundary lie on the true surface.
 /// @param map  (plane point, t) -> position [m]; either orientation
 TetMesh extrude(const PlanarGrid& grid, int layers, int order,
                 const std::function<Vec3(const Vec2&, double)>& map);

@@ -158,9 +158,11 @@ std::vector<std::int32_t> boundary_nodes(const TetMesh& mesh) {
 }
 
 bool same_bytes(const TetMesh& a, const TetMesh& b) {
+  const auto same = [](const std::vector<Vec3>& x, const std::vector<Vec3>& y) {
+    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(Vec3)) == 0;
+  };
   return a.order == b.order && a.elements == b.elements && a.faces == b.faces &&
-         a.nodes.size() == b.nodes.size() &&
-         std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(Vec3)) == 0;
+         same(a.nodes, b.nodes) && same(a.finer_nodes, b.finer_nodes);
 }
 
 }  // namespace carillon::test

@@ -14,6 +14,7 @@
 #include "core/trace.hpp"
 #include "solvers/child_process.hpp"
 #include "solvers/mesh_child.hpp"
+#include "solvers/raise_order.hpp"
 #include "tests/solvers/temporary_folder.hpp"
 #include "tests/solvers/test_surfaces.hpp"
 
@@ -89,6 +90,9 @@ TEST_F(MeshChild, MeshesADamagedCurvedBodyAndAGeneratedOne) {
   const MeshResult result = mesh_in_child(request_, {}, {});
   EXPECT_FALSE(result.repair.used_as_is);
   EXPECT_NEAR(result.quality.volume / signed_volume(sphere), 1, 0.01);
+  const TetMesh next = next_order(result.mesh);
+  EXPECT_EQ(next.nodes, result.mesh.finer_nodes);
+  EXPECT_NEAR(measure_quality(next).volume / signed_volume(sphere), 1, 0.01);
 
   MeshRequest generated;
   generated.shape.family = "block";
@@ -135,6 +139,7 @@ TEST_F(MeshChild, UsesTetrahedraOfMshFilesAsTheyAre) {
   EXPECT_EQ(result.mesh.region_names, (std::vector<std::string>{"oak", "group_9"}));
   EXPECT_EQ(result.mesh.nodes.size(), 30u);  // two lattices of 20 that share a face of 10
   EXPECT_EQ(result.mesh.face_count(), 6u);
+  EXPECT_TRUE(result.mesh.finer_nodes.empty());  // nothing is truer than the elements themselves
   EXPECT_NEAR(result.quality.volume, 1e-3 / 6 + 1e-3 / 3, 1e-15);
   EXPECT_TRUE(result.diagnosis.closed);
   request_.options.max_elements = 1;

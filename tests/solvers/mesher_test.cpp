@@ -10,6 +10,7 @@
 #include "mesh_checks.hpp"
 #include "solvers/families/revolve.hpp"
 #include "solvers/node_numbering.hpp"
+#include "solvers/raise_order.hpp"
 #include "solvers/read_mesh.hpp"
 #include "solvers/remesh.hpp"
 #include "temporary_folder.hpp"
@@ -335,6 +336,7 @@ TEST(Tetrahedralise, ScannedAndDesignedShapes) {
     const TetMesh linear = tetrahedralise(surface, {});
     std::int64_t straightened = 0;
     const TetMesh mesh = elevate(linear, 2, project_to(surface), straightened);
+    EXPECT_EQ(mesh_faults(next_order(mesh)), "");
     EXPECT_EQ(mesh_faults(mesh), "");
     EXPECT_LT(mesh.element_count(), 12000u);
     EXPECT_NEAR(volume_of(mesh) / signed_volume(surface), 1, 0.015);
