@@ -193,9 +193,9 @@ class NodeMover {
     const auto normal = boundary_.face_normals.find(face);
     if (normal == boundary_.face_normals.end()) return Vec3::Zero();
     const Vec3 from = node(element[n]) + edges;
-    const double shortest = std::min({(node(face[0]) - node(face[1])).norm(),
-                                      (node(face[1]) - node(face[2])).norm(),
-                                      (node(face[2]) - node(face[0])).norm()});
+    const double shortest =
+        std::min({(node(face[0]) - node(face[1])).norm(), (node(face[1]) - node(face[2])).norm(),
+                  (node(face[2]) - node(face[0])).norm()});
     return guarded(from, project_(from, normal->second), shortest);
   }
 

@@ -20,10 +20,10 @@ using SurfaceProjection = std::function<Vec3(const Vec3& point, const Vec3& norm
 TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options);
 
 /// The same tetrahedra with nodes of an order; nodes of boundary edges and faces are moved by
-/// `project` (none: straight, and no finer_nodes), and those inside follow. Edges between faces that
-/// meet at more than 40 degrees stay on the surface too. A node that would move by more than 0.3 of
-/// its edge is left on the chord. An element whose Jacobian would turn negative is straightened and
-/// counted.
+/// `project` (none: straight, and no finer_nodes), and those inside follow. Edges between faces
+/// that meet at more than 40 degrees stay on the surface too. A node that would move by more than
+/// 0.3 of its edge is left on the chord. An element whose Jacobian would turn negative is
+/// straightened and counted.
 ///
 /// finer_nodes start from the curved elements of the order and are moved on to the surface again.
 /// An element that was straightened and is sound at the next order is curved there: the difference

@@ -72,9 +72,9 @@ struct MeshResult {
   RepairReport repair;  ///< files only
 };
 
-/// Reads or generates, repairs, remeshes and fills with tetrahedra. Meshes carry finer_nodes but for
-/// tetrahedra from an MSH file: they are the truth about their body. Runs inside the mesher's own
-/// process (no MPI, no PETSc); others call mesh_in_child().
+/// Reads or generates, repairs, remeshes and fills with tetrahedra. Meshes carry finer_nodes but
+/// for tetrahedra from an MSH file: they are the truth about their body. Runs inside the mesher's
+/// own process (no MPI, no PETSc); others call mesh_in_child().
 /// @throws InputError  not a body, or cannot be repaired; says which and what would help
 /// @throws SolverError the mesher failed, or the bound on elements is exceeded (names the size
 ///                     that would fit)
