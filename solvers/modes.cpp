@@ -125,6 +125,8 @@ Modes select(const TetMesh& mesh, std::span<const Elastic> regions, const Band& 
   certificate.max_residual =
       modes.residuals.empty() ? 0
                               : *std::max_element(modes.residuals.begin(), modes.residuals.end());
+  certificate.count_verified = found.counted;
+  certificate.linear_solver = found.linear_solver;
   certificate.modes_found = static_cast<std::int64_t>(modes.size());
   const double known_to = system.scales.to_frequency(found.verified_below);
   certificate.modes_in_band = found.all_verified || known_to >= band.max_frequency
@@ -158,17 +160,24 @@ double Modes::frequency(std::size_t mode) const {
 
 Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                   const SolveOptions& options, MPI_Comm comm, core::Trace& trace) {
+  return solve_modes(mesh, regions, options, comm, trace, SearchMethods());
+}
+
+Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
+                  const SolveOptions& options, MPI_Comm comm, core::Trace& trace,
+                  const SearchMethods& methods) {
   Modes modes;
   agreed(comm, [&] { check_input(mesh, regions, options.band); });
   if (mesh.faces.empty()) {
     TetMesh bounded = mesh;
     bounded.faces = boundary_faces(mesh);
-    return solve_modes(bounded, regions, options, comm, trace);
+    return solve_modes(bounded, regions, options, comm, trace, methods);
   }
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   if (ranks > 1 && 3 * static_cast<std::int64_t>(mesh.nodes.size()) < alone_below) {
-    agreed(comm, [&] { modes = solve_modes(mesh, regions, options, MPI_COMM_SELF, trace); });
+    agreed(comm,
+           [&] { modes = solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods); });
     return modes;
   }
   Partition part;
@@ -181,7 +190,7 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
     const core::ScopedTimer timer(trace.stages["assemble"]);
     system = assemble(mesh, regions, std::move(part), comm);
   }
-  const auto found = search_modes(mesh, regions, options, system, comm, trace);
+  const auto found = search_modes(mesh, regions, options, system, comm, trace, methods);
   const core::ScopedTimer timer(trace.stages["extract"]);
   return select(mesh, regions, options.band, system, found, comm);
 }

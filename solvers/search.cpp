@@ -8,20 +8,19 @@
 
 #include "core/error.hpp"
 #include "solvers/rigid.hpp"
+#include "solvers/search_checks.hpp"
 
 namespace carillon::solvers {
 namespace {
 
 constexpr double target_residual = 1e-8;
-constexpr double largest_residual = 1e-6;
-/// In the energy norm, whose square bounds the relative error of an eigenvalue: 0.001 cents.
-constexpr double largest_energy_residual = 1e-3;
 /// Modes asked for beyond those wanted: they show that the wanted ones are the lowest, and give a
 /// gap in which to count.
 constexpr std::int64_t spare_modes = 4;
+/// Solves with a better shift or more modes, before a set is judged as it is.
 constexpr int most_solves = 4;
-/// Eigenvalues closer than this (relative) count as one: no shift fits between them safely.
-constexpr double smallest_gap = 1e-6;
+/// An eigenvalue this close (relative) to where modes were counted may lie on either side of it.
+constexpr double count_margin = 4e-6;
 
 /// Area of the curved boundary, from its corners: good enough for an estimate.
 double corner_area(const TetMesh& mesh) {
@@ -38,12 +37,13 @@ double corner_area(const TetMesh& mesh) {
 class Search {
  public:
   Search(const TetMesh& mesh, std::span<const Elastic> regions, const SolveOptions& options,
-         const System& system, MPI_Comm comm, core::Trace& trace)
+         const System& system, MPI_Comm comm, core::Trace& trace, const SearchMethods& methods)
       : mesh_(mesh),
         options_(options),
         system_(system),
         comm_(comm),
         trace_(trace),
+        methods_(methods),
         component_(node_components(mesh)),
         rigid_(6 * count_components(mesh)),
         estimate_(system.scales.from_frequency(estimate_first_frequency(mesh, regions))),
@@ -52,6 +52,7 @@ class Search {
 
   SearchResult run() {
     result_.components = static_cast<int>(rigid_ / 6);
+    result_.counted = true;
     // Far below the first mode an inertia count drowns in rounding; no mode is missed by counting
     // higher up.
     counted_at_ = std::max(top_, 0.0025 * estimate_);
@@ -80,7 +81,7 @@ class Search {
     }
     std::int64_t below_band = 0;
     if (below_counted_ > most && bottom_ > 0.1 * estimate_) below_band = count(bottom_) - rigid_;
-    solve_until_good(std::min(below_counted_, std::max<std::int64_t>(below_band, 0) + most));
+    find_counted(std::min(below_counted_, std::max<std::int64_t>(below_band, 0) + most));
     return std::move(result_);
   }
 
@@ -90,98 +91,70 @@ class Search {
     return count_below(system_, value, comm_);
   }
 
-  /// Solves for so many flexible modes; again with a better shift, more modes or another start
-  /// where a check fails.
-  void solve_until_good(std::int64_t wanted) {
+  Count counter() {
+    return [this](double value) { return count(value); };
+  }
+
+  /// Finds so many flexible modes, and compares them with inertia.
+  void find_counted(std::int64_t wanted) {
+    wanted = solve_until_good(wanted);
+    if (verify(wanted)) return;
+    // Another start, in a larger space: what one vector happened to miss another holds.
+    ++seed_;
+    const auto more = std::min(below_counted_, wanted + wanted / 5 + spare_modes);
+    wanted = solve_until_good(more);
+    if (verify(wanted)) return;
+    if (fill_lacks(wanted) && verify(wanted)) return;
+    result_.verified_below = verified_prefix(result_, rigid_, counter());
+  }
+
+  /// Solves for so many flexible modes; again with a better shift or for more where that is needed.
+  /// @return how many were wanted in the end
+  std::int64_t solve_until_good(std::int64_t wanted) {
     // The shift lies a tenth of the first frequency below zero: nearer to zero the factored matrix
     // is nearly singular and residuals grow, further off convergence slows. 20 Hz is a floor for
     // bodies whose first mode is above it.
     const double floor = std::min(system_.scales.from_frequency(20), estimate_);
-    double shift = -std::max(0.01 * estimate_, floor);
-    std::uint64_t seed = 1;
-    bool shift_mended = false;
+    if (shift_ == 0) shift_ = -std::max(0.01 * estimate_, floor);
     for (int solves = 1;; ++solves) {
-      solve(wanted, shift, seed);
+      solve(wanted);
       const bool may_retry = solves < most_solves;
-      const double better_shift = -0.01 * flexible_value(0);
-      const double change = better_shift / shift;
-      if (worst_residual(wanted) > target_residual && may_retry && (change > 2 || change < 0.5) &&
-          !shift_mended) {
-        shift = better_shift;
-        shift_mended = true;
+      const double better_shift = -0.01 * flexible_value(result_, 0);
+      const double change = better_shift / shift_;
+      if (worst_residual(result_, wanted) > target_residual && may_retry &&
+          (change > 2 || change < 0.5) && !shift_mended_) {
+        shift_ = better_shift;
+        shift_mended_ = true;
         continue;
       }
-      refuse_bad_residuals(wanted);
+      refuse_bad_residuals(result_, wanted, system_.scales);
       const auto missing = missing_in_band(wanted);
-      if (missing > 0 && may_retry) {
-        wanted = std::min(below_counted_, wanted + missing);
-        continue;
-      }
-      if (verify(wanted)) return;
-      if (!may_retry) break;
-      ++seed;
-      wanted = std::min(below_counted_, wanted + wanted / 5 + spare_modes);
+      if (missing == 0 || !may_retry) return wanted;
+      wanted = std::min(below_counted_, wanted + missing);
     }
-    result_.verified_below = verified_prefix();
   }
 
-  void solve(std::int64_t wanted, double shift, std::uint64_t seed) {
+  void solve(std::int64_t wanted) {
     const core::ScopedTimer timer(trace_.stages["solve"]);
     const auto pairs = std::min(wanted + rigid_ + spare_modes, system_.unknowns());
     result_.pairs = EigenPairs();
-    if (result_.shifted.shift != shift) {
-      result_.shifted = ShiftedSystem();  // two factors at once need not fit
-      result_.shifted = factor_shifted(system_, shift, comm_);
-    }
-    result_.pairs = lowest_pairs(system_, {static_cast<int>(pairs), options_.tolerance, seed},
-                                 result_.shifted, comm_);
-    refuse_mechanism();
+    prepare();
+    result_.pairs = methods_.lowest(system_, {static_cast<int>(pairs), options_.tolerance, seed_},
+                                    result_.shifted, comm_);
+    judge();
+  }
+
+  /// Makes K - shift M ready to solve with, unless it is.
+  void prepare() {
+    if (result_.shifted.inverse && result_.shifted.shift == shift_) return;
+    result_.shifted = ShiftedSystem();  // two factors at once need not fit
+    result_.shifted = factor_shifted(system_, shift_, comm_);
+  }
+
+  /// Tells vibrations from rigid motions among the pairs.
+  void judge() {
+    refuse_mechanism(result_.pairs, rigid_, estimate_);
     result_.flexible = split_rigid(mesh_, system_, component_, result_.pairs, comm_).flexible;
-  }
-
-  /// Parts that share a point or an edge alone swing about it without strain: more zero modes than
-  /// rigid ones, in any mixture.
-  void refuse_mechanism() const {
-    const auto& values = result_.pairs.values;
-    const auto zeros = std::count_if(values.begin(), values.end(),
-                                     [this](double v) { return v < 1e-9 * estimate_; });
-    if (zeros <= rigid_) return;
-    throw core::SolverError(
-        fmt::format("the body has {} motions without strain beside the {} rigid ones: parts of it "
-                    "hang together by a single point or edge",
-                    zeros - rigid_, rigid_),
-        "join the parts by a face, or separate them");
-  }
-
-  double flexible_value(std::size_t k) const {
-    return result_.pairs.values[result_.flexible.at(k)];
-  }
-
-  double worst_residual(std::int64_t wanted) const {
-    double worst = 0;
-    const auto count = std::min(static_cast<std::size_t>(wanted), result_.flexible.size());
-    for (std::size_t k = 0; k < count; ++k) {
-      worst = std::max(worst, result_.pairs.residuals[result_.flexible[k]]);
-    }
-    return worst;
-  }
-
-  void refuse_bad_residuals(std::int64_t wanted) const {
-    const auto& pairs = result_.pairs;
-    const auto count = std::min(static_cast<std::size_t>(wanted), result_.flexible.size());
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto i = result_.flexible[k];
-      if (pairs.residuals[i] <= largest_residual ||
-          pairs.energy_residuals[i] <= largest_energy_residual) {
-        continue;
-      }
-      throw core::SolverError(
-          fmt::format("the mode at {:.6g} Hz has a residual of {:.1e} (in the energy norm {:.1e}) "
-                      "and should be below {:.0e} ({:.0e})",
-                      system_.scales.to_frequency(pairs.values[i]), pairs.residuals[i],
-                      pairs.energy_residuals[i], largest_residual, largest_energy_residual),
-          "the mesh may have elements that are nearly flat");
-    }
   }
 
   /// How many more must be found because some lie below the band: the bottom was not counted.
@@ -199,51 +172,59 @@ class Search {
       std::int64_t below = 0, doubtful = 0;
       for (const auto k : result_.flexible) {
         below += values[k] < counted_at_;
-        doubtful += std::abs(values[k] / counted_at_ - 1) < 4 * smallest_gap;
+        doubtful += std::abs(values[k] / counted_at_ - 1) < count_margin;
       }
       if (std::abs(below - below_counted_) > doubtful) return false;
       result_.all_verified = true;
       result_.verified_below = counted_at_;
       return true;
     }
+    const auto cut = cut_above(wanted);
+    if (!cut || count(cut->value) - rigid_ != cut->modes) return false;
+    result_.verified_below = cut->value;
+    return true;
+  }
+
+  struct Cut {
+    double value;
+    std::int64_t modes;  ///< flexible ones that were found below
+  };
+
+  /// The lowest gap above the wanted modes.
+  std::optional<Cut> cut_above(std::int64_t wanted) const {
     for (auto k = static_cast<std::size_t>(wanted); k < result_.flexible.size(); ++k) {
-      if (const auto cut = gap_below(k)) {
-        const auto modes = count(*cut) - rigid_;
-        if (modes != static_cast<std::int64_t>(k)) return false;
-        result_.verified_below = *cut;
-        return true;
+      if (const auto value = gap_below(result_, k)) {
+        return Cut{*value, static_cast<std::int64_t>(k)};
       }
     }
-    return false;
+    return std::nullopt;
   }
 
-  /// A value between flexible modes k - 1 and k, where there is room.
-  std::optional<double> gap_below(std::size_t k) const {
-    const double low = k == 0 ? 0 : flexible_value(k - 1), high = flexible_value(k);
-    if (high - low < smallest_gap * high) return std::nullopt;
-    return (low + high) / 2;
-  }
-
-  /// The highest gap below which nothing is missing, by bisection. A mode that is missing anywhere
-  /// below a gap shows there, so the answer is monotonic.
-  double verified_prefix() {
-    std::vector<std::pair<std::size_t, double>> gaps;
-    for (std::size_t k = 1; k < result_.flexible.size(); ++k) {
-      if (const auto cut = gap_below(k)) gaps.emplace_back(k, *cut);
+  /// Third attempt: slices the spectrum where modes are missing, and takes what is there.
+  /// @return whether anything was sliced
+  bool fill_lacks(std::int64_t wanted) {
+    double top = counted_at_;
+    if (wanted < below_counted_) {
+      // So many may be missing that no gap above the wanted ones was seen; the highest one serves.
+      auto cut = cut_above(wanted);
+      for (auto k = wanted; !cut && k > 0; --k) cut = cut_above(k - 1);
+      if (!cut) return false;
+      top = cut->value;
     }
-    double good = 0;
-    std::size_t low = 0, high = gaps.size();
-    while (low < high) {
-      const auto middle = (low + high) / 2;
-      const auto [modes, cut] = gaps[middle];
-      if (count(cut) - rigid_ == static_cast<std::int64_t>(modes)) {
-        good = cut;
-        low = middle + 1;
-      } else {
-        high = middle;
-      }
+    const auto lacks = find_lacks(result_, rigid_, top, counter());
+    if (lacks.empty()) return false;
+    const core::ScopedTimer timer(trace_.stages["slice"]);
+    result_.shifted = ShiftedSystem();
+    std::vector<EigenPairs> slices;
+    for (const auto& lack : lacks) {
+      slices.push_back(methods_.slice(system_, lack.low, lack.high, options_.tolerance, comm_));
     }
-    return good;
+    result_.pairs = with_slices(result_, lacks, slices);
+    prepare();
+    measure(system_, result_.shifted, comm_, result_.pairs);
+    judge();
+    refuse_bad_residuals(result_, wanted, system_.scales);
+    return true;
   }
 
   const TetMesh& mesh_;
@@ -251,11 +232,15 @@ class Search {
   const System& system_;
   MPI_Comm comm_;
   core::Trace& trace_;
+  const SearchMethods& methods_;
   std::vector<std::int32_t> component_;
   std::int64_t rigid_;
   double estimate_, bottom_, top_;  ///< dimensionless eigenvalues
   double counted_at_ = 0;
   std::int64_t below_counted_ = 0;  ///< flexible modes below counted_at_
+  double shift_ = 0;
+  bool shift_mended_ = false;
+  std::uint64_t seed_ = 1;  ///< of the start vector
   SearchResult result_;
 };
 
@@ -273,8 +258,8 @@ double estimate_first_frequency(const TetMesh& mesh, std::span<const Elastic> re
 
 SearchResult search_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                           const SolveOptions& options, const System& system, MPI_Comm comm,
-                          core::Trace& trace) {
-  return Search(mesh, regions, options, system, comm, trace).run();
+                          core::Trace& trace, const SearchMethods& methods) {
+  return Search(mesh, regions, options, system, comm, trace, methods).run();
 }
 
 }  // namespace carillon::solvers

@@ -2,12 +2,14 @@
 
 #include <mpi.h>
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "core/trace.hpp"
 #include "solvers/eigen_solve.hpp"
 #include "solvers/modes.hpp"
+#include "solvers/slicing.hpp"
 
 namespace carillon::solvers {
 
@@ -16,11 +18,22 @@ struct SearchResult {
   EigenPairs pairs;
   std::vector<std::size_t> flexible;  ///< pairs that vibrate, ascending
   int components = 0;
-  /// Flexible modes below the band's top, by inertia.
+  bool counted = false;  ///< inertia vouches for what is said of completeness
+  /// Flexible modes below the band's top: by inertia, or those that were seen.
   std::int64_t flexible_below_top = 0;
   bool all_verified = false;  ///< every flexible mode below the band's top is among the pairs
   double verified_below = 0;  ///< no mode below this (dimensionless) eigenvalue is missing
+  LinearSolver linear_solver = LinearSolver::direct;  ///< the one that was used
   ShiftedSystem shifted;  ///< what the pairs were found with; empty when nothing was to be found
+};
+
+/// What a search asks for eigenpairs; a test puts one here that loses a mode.
+struct SearchMethods {
+  /// First and second attempt.
+  std::function<EigenPairs(const System&, const EigenRequest&, const ShiftedSystem&, MPI_Comm)>
+      lowest = lowest_pairs;
+  /// Third attempt, where modes are still missing: low, high, tolerance as slice_spectrum().
+  std::function<EigenPairs(const System&, double, double, double, MPI_Comm)> slice = slice_spectrum;
 };
 
 /// First guess (mesh.faces present) of the lowest flexible frequency [Hz]: that of a plate as thick
@@ -29,11 +42,18 @@ struct SearchResult {
 double estimate_first_frequency(const TetMesh& mesh, std::span<const Elastic> regions);
 
 /// Counts, solves and verifies: the lowest flexible modes up to the band's top, as many as
-/// max_modes asks for above its bottom.
+/// max_modes asks for above its bottom. Where modes are missing a second attempt takes a larger
+/// subspace and another start, a third slices the spectrum where they must be; those that stay
+/// missing are stated in the result.
 /// @throws core::SolverError  see solve_modes
 /// @note Collective on comm.
 SearchResult search_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                           const SolveOptions& options, const System& system, MPI_Comm comm,
-                          core::Trace& trace);
+                          core::Trace& trace, const SearchMethods& methods = {});
+
+/// solve_modes() with other methods inside.
+Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
+                  const SolveOptions& options, MPI_Comm comm, core::Trace& trace,
+                  const SearchMethods& methods);
 
 }  // namespace carillon::solvers
