@@ -31,6 +31,15 @@ add_library(carillon_metis INTERFACE)
 target_link_libraries(carillon_metis INTERFACE ${METIS_LIBRARY})
 target_include_directories(carillon_metis INTERFACE ${METIS_INCLUDE_DIR})
 
+# Direct solvers: CHOLMOD on one rank, MUMPS on a group and for inertia.
+find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
+find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
+find_library(DMUMPS_LIBRARY dmumps REQUIRED)
+find_path(DMUMPS_INCLUDE_DIR dmumps_c.h REQUIRED)
+add_library(carillon_direct INTERFACE)
+target_link_libraries(carillon_direct INTERFACE ${CHOLMOD_LIBRARY} ${DMUMPS_LIBRARY})
+target_include_directories(carillon_direct INTERFACE ${CHOLMOD_INCLUDE_DIR} ${DMUMPS_INCLUDE_DIR})
+
 find_library(GMSH_LIBRARY gmsh REQUIRED)
 find_path(GMSH_INCLUDE_DIR gmsh.h REQUIRED)
 add_library(carillon_gmsh INTERFACE)

@@ -6,11 +6,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "core/error.hpp"
 #include "solvers/factor.hpp"
+#include "solvers/mumps.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -237,10 +237,11 @@ bool wants_dense(std::int64_t unknowns, int pairs) {
 
 }  // namespace
 
-std::int64_t count_below(const System& system, double value, MPI_Comm comm) {
+std::int64_t count_below(const System& system, double value, const FactorPlan& plan,
+                         MPI_Comm comm) {
   for (int tries = 0; tries < 4; ++tries) {
-    const auto matrix = shifted_matrix(system, value, false, comm);
-    const Factorization factor(matrix.get(), FactorMethod::mumps_indefinite, {});
+    Mumps factor(system, Mumps::Purpose::inertia, plan.node_order, comm);
+    factor.factor(value);
     const auto inertia = factor.inertia();
     if (inertia.zero == 0) return inertia.negative;
     value *= 1 + 1e-6;
@@ -250,20 +251,13 @@ std::int64_t count_below(const System& system, double value, MPI_Comm comm) {
                           "the matrices may be singular: check for parts of no mass or stiffness");
 }
 
-ShiftedSystem factor_shifted(const System& system, double shift, MPI_Comm comm) {
-  const bool alone = size_of(comm) == 1;
+ShiftedSystem factor_shifted(const System& system, double shift, const FactorPlan& plan,
+                             MPI_Comm comm) {
   ShiftedSystem shifted;
   shifted.shift = shift;
-  shifted.matrix = shifted_matrix(system, shift, true, comm);
+  shifted.matrix = shifted_product(system, shift, comm);
   shifted.mass = mass_matrix(system, comm);
-  std::vector<std::int32_t> order;
-  if (alone) order = nested_dissection(system.graph);
-  const auto factor = std::make_shared<const Factorization>(
-      shifted.matrix.get(), alone ? FactorMethod::cholmod : FactorMethod::mumps_definite, order);
-  shifted.inverse = [factor](const Eigen::Ref<const Eigen::MatrixXd>& right,
-                             Eigen::Ref<Eigen::MatrixXd> solution) {
-    factor->solve(right, solution);
-  };
+  shifted.inverse = factored_inverse(system, shift, plan, comm);
   shifted.preconditioner = shifted.inverse;
   return shifted;
 }

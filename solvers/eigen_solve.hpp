@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "solvers/assemble.hpp"
@@ -17,7 +16,7 @@ namespace carillon::solvers {
 /// of itself.
 /// @throws core::SolverError  the matrix cannot be factored
 /// @note Collective on comm.
-std::int64_t count_below(const System& system, double value, MPI_Comm comm);
+std::int64_t count_below(const System& system, double value, const FactorPlan& plan, MPI_Comm comm);
 
 /// Eigenpairs of K x = lambda M x, ascending, dimensionless.
 struct EigenPairs {
@@ -35,26 +34,23 @@ struct EigenPairs {
   Eigen::Index size() const { return vectors.cols(); }
 };
 
-/// Applies (K - sigma M)^-1, or something near it that is symmetric and positive definite, to
-/// columns: owned unknowns x columns. Collective.
-using Inverse = std::function<void(const Eigen::Ref<const Eigen::MatrixXd>& right,
-                                   Eigen::Ref<Eigen::MatrixXd> solution)>;
-
-/// K - sigma M of a negative shift sigma, ready to solve with.
+/// K - sigma M of a negative shift sigma, ready to solve with. Refers to the System it was made
+/// from, which must live as long.
 struct ShiftedSystem {
   double shift = 0;  ///< sigma, dimensionless
-  MatHandle matrix;  ///< K - sigma M
-  MatHandle mass;    ///< M
+  MatHandle matrix;  ///< K - sigma M, to multiply with; may hold no entries (shifted_product)
+  MatHandle mass;    ///< M, likewise
   Inverse inverse;   ///< (K - sigma M)^-1; exact to rounding, or to the tolerance of a CG solve
   /// The same or a cheap stand-in for it, symmetric and positive definite: the factor itself, or
   /// one multigrid cycle.
   Inverse preconditioner;
 };
 
-/// Cholesky of K - sigma M by CHOLMOD on one rank (METIS order), by MUMPS on a group.
+/// Cholesky of K - sigma M by CHOLMOD on one rank, by MUMPS on a group (METIS order).
 /// @throws core::SolverError  not positive definite, or out of memory
 /// @note Collective on comm.
-ShiftedSystem factor_shifted(const System& system, double shift, MPI_Comm comm);
+ShiftedSystem factor_shifted(const System& system, double shift, const FactorPlan& plan,
+                             MPI_Comm comm);
 
 struct EigenRequest {
   int pairs = 0;             ///< how many of the lowest

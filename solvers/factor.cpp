@@ -3,19 +3,22 @@
 #include <fmt/core.h>
 
 #include <limits>
-#include <optional>
-#include <string>
-#include <vector>
+#include <numeric>
+#include <utility>
 
 #include "core/error.hpp"
+#include "solvers/collective.hpp"
+#include "solvers/mumps.hpp"
+#include "solvers/products.hpp"
 
 namespace carillon::solvers {
 namespace {
 
-using IndexSet = core::Handle<IS, ISDestroy>;
-
-/// Signs that MUMPS reports in INFOG(1) when a workspace estimate was too small.
-constexpr PetscInt workspace_too_small = -8, main_workspace_too_small = -9;
+int size_of(MPI_Comm comm) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  return size;
+}
 
 /// A row-distributed AIJ matrix from CSR rows.
 MatHandle from_rows(MPI_Comm comm, PetscInt rows, PetscInt block,
@@ -34,35 +37,94 @@ MatHandle from_rows(MPI_Comm comm, PetscInt rows, PetscInt block,
   return matrix;
 }
 
-/// Elimination order of the unknowns: three to a node.
-IndexSet unknown_order(std::span<const std::int32_t> node_order) {
-  std::vector<PetscInt> order;
-  order.reserve(3 * node_order.size());
-  for (const auto node : node_order) {
-    for (PetscInt c = 0; c < 3; ++c) order.push_back(3 * node + c);
+/// What a shell matrix multiplies with.
+struct Shell {
+  Products products;
+  bool is_mass;
+  double shift;
+};
+
+PetscErrorCode multiply_shell(Mat matrix, Vec x, Vec out) {
+  Shell* shell = nullptr;
+  const double* from = nullptr;
+  double* to = nullptr;
+  PetscInt rows = 0;
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(matrix, &shell));
+  PetscCall(VecGetLocalSize(x, &rows));
+  PetscCall(VecGetArrayRead(x, &from));
+  PetscCall(VecGetArrayWrite(out, &to));
+  // An exception must not cross PETSc's frames.
+  try {
+    const Eigen::Map<const Eigen::MatrixXd> in(from, rows, 1);
+    Eigen::Map<Eigen::MatrixXd> product(to, rows, 1);
+    if (shell->is_mass) {
+      shell->products.mass(in, product);
+    } else {
+      shell->products.shifted(shell->shift, in, product);
+    }
+  } catch (const std::exception& e) {
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_MEM, "%s", e.what());
   }
-  IndexSet set;
-  check(ISCreateGeneral(PETSC_COMM_SELF, static_cast<PetscInt>(order.size()), order.data(),
-                        PETSC_COPY_VALUES, set.put()));
-  check(ISSetPermutation(set.get()));
-  return set;
+  PetscCall(VecRestoreArrayWrite(out, &to));
+  PetscCall(VecRestoreArrayRead(x, &from));
+  PetscFunctionReturn(0);
 }
 
-void set_mumps_options(ScopedOptions& options, FactorMethod method, int workspace_percent,
-                       PetscInt unknowns) {
-  // Debian's MUMPS has neither METIS nor SCOTCH: asked for them it takes PORD without a word. An
-  // order from outside is refused by PETSc's interface. PORD fills less on large bodies, but ends
-  // the process on graphs that are nearly complete, so small ones are ordered by AMF.
-  constexpr PetscInt large = 20000;
-  options.set("mat_mumps_icntl_7", unknowns < large ? "2" : "4");
-  options.set("mat_mumps_icntl_28", "1");
-  options.set("mat_mumps_icntl_14", std::to_string(workspace_percent));
-  if (method == FactorMethod::mumps_indefinite) {
-    // The root front must not go to ScaLAPACK, which does not count its pivots' signs.
-    options.set("mat_mumps_icntl_13", "1");
-    options.set("mat_mumps_icntl_24", "1");
-    options.set("mat_mumps_cntl_3", "1e-15");
+PetscErrorCode destroy_shell(Mat matrix) {
+  Shell* shell = nullptr;
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(matrix, &shell));
+  delete shell;
+  PetscFunctionReturn(0);
+}
+
+MatHandle make_shell(const System& system, bool is_mass, double shift, MPI_Comm comm) {
+  MatHandle matrix;
+  const PetscInt rows = system.owned_unknowns();
+  auto shell = std::make_unique<Shell>(Shell{Products(system, comm), is_mass, shift});
+  check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, shell.get(),
+                       matrix.put()));
+  shell.release();
+  check(MatShellSetOperation(matrix.get(), MATOP_DESTROY,
+                             reinterpret_cast<void (*)()>(destroy_shell)));
+  check(
+      MatShellSetOperation(matrix.get(), MATOP_MULT, reinterpret_cast<void (*)()>(multiply_shell)));
+  check(MatSetOption(matrix.get(), MAT_SYMMETRIC, PETSC_TRUE));
+  check(MatSetOption(matrix.get(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+  return matrix;
+}
+
+/// The node graph of the whole body on rank 0; nothing on others.
+NodeGraph gathered_graph(const System& system, MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  const int size = size_of(comm);
+  const auto& own = system.graph;
+  std::vector<std::int32_t> widths;
+  for (std::int32_t row = 0; row < own.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    widths.push_back(static_cast<std::int32_t>(own.first[r + 1] - own.first[r]));
   }
+  std::vector<int> counts(static_cast<std::size_t>(size)), starts(counts);
+  const auto nodes = static_cast<std::size_t>(rank == 0 ? system.partition.node_count() : 0);
+  std::vector<std::int32_t> all_widths(nodes);
+  for (int r = 0; r < size; ++r) {
+    counts[static_cast<std::size_t>(r)] = system.partition.owned(r);
+    starts[static_cast<std::size_t>(r)] = system.partition.first[static_cast<std::size_t>(r)];
+  }
+  MPI_Gatherv(widths.data(), own.rows(), MPI_INT32_T, all_widths.data(), counts.data(),
+              starts.data(), MPI_INT32_T, 0, comm);
+  NodeGraph whole;
+  whole.first.assign(1, 0);
+  for (const auto width : all_widths) whole.first.push_back(whole.first.back() + width);
+  const auto pairs = static_cast<int>(own.column.size());
+  MPI_Gather(&pairs, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm);
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  whole.column.resize(static_cast<std::size_t>(whole.first.back()));
+  MPI_Gatherv(own.column.data(), pairs, MPI_INT32_T, whole.column.data(), counts.data(),
+              starts.data(), MPI_INT32_T, 0, comm);
+  return whole;
 }
 
 }  // namespace
@@ -97,87 +159,48 @@ MatHandle shifted_matrix(const System& system, double shift, bool definite, MPI_
   return matrix;
 }
 
+MatHandle shifted_product(const System& system, double shift, MPI_Comm comm) {
+  return make_shell(system, false, shift, comm);
+}
+
 MatHandle mass_matrix(const System& system, MPI_Comm comm) {
-  const std::vector<PetscInt> first(system.graph.first.begin(), system.graph.first.end());
-  const std::vector<PetscInt> column(system.graph.column.begin(), system.graph.column.end());
-  const auto pairs = from_rows(comm, system.graph.rows(), 1, first, column, system.mass);
-  MatHandle mass;
-  check(MatCreateMAIJ(pairs.get(), 3, mass.put()));
-  return mass;
+  return make_shell(system, true, 0, comm);
 }
 
-Factorization::Factorization(Mat matrix, FactorMethod method,
-                             std::span<const std::int32_t> node_order) {
-  int percent = 30;
-  for (int tries = 0; tries < 4; ++tries, percent *= 2) {
-    if (attempt(matrix, method, percent, node_order)) return;
+FactorPlan plan_factors(const System& system, MPI_Comm comm) {
+  FactorPlan plan;
+  if (size_of(comm) == 1) {
+    plan.node_order = nested_dissection(system.graph);
+    plan.structure = std::make_shared<const CholeskyStructure>(system.graph, plan.node_order);
+    return plan;
   }
-  throw core::SolverError("MUMPS: the workspace was too small even at eight times the first guess");
+  const auto whole = gathered_graph(system, comm);
+  agreed(comm, [&] {
+    if (whole.rows() > 0) plan.node_order = nested_dissection(whole);
+  });
+  return plan;
 }
 
-bool Factorization::attempt(Mat matrix, FactorMethod method, int workspace_percent,
-                            std::span<const std::int32_t> node_order) {
-  const bool cholmod = method == FactorMethod::cholmod;
-  ScopedOptions options;
-  if (cholmod) {
-    // One method: the order that is given. Without one CHOLMOD tries AMD and METIS on the full
-    // matrix, which has nine times the entries of the node graph.
-    options.set("mat_cholmod_nmethods", node_order.empty() ? "0" : "1");
-    options.set("mat_cholmod_factor", "SUPERNODAL");
-  } else {
-    PetscInt unknowns = 0;
-    check(MatGetSize(matrix, &unknowns, nullptr));
-    set_mumps_options(options, method, workspace_percent, unknowns);
+FactorSize predict_factor(const System& system, FactorPurpose purpose, const FactorPlan& plan,
+                          MPI_Comm comm) {
+  if (purpose == FactorPurpose::solve && plan.structure) return plan.structure->size();
+  const bool solve = purpose == FactorPurpose::solve;
+  return Mumps(system, solve ? Mumps::Purpose::solve : Mumps::Purpose::inertia, plan.node_order,
+               comm)
+      .size();
+}
+
+Inverse factored_inverse(const System& system, double shift, const FactorPlan& plan,
+                         MPI_Comm comm) {
+  if (plan.structure) {
+    const auto factor = std::make_shared<const Cholesky>(system, shift, *plan.structure);
+    return [factor](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                    Eigen::Ref<Eigen::MatrixXd> solution) { factor->solve(right, solution); };
   }
-  check(MatSetOptionsPrefixFactor(matrix, options.prefix().c_str()));
-  factor_ = MatHandle();
-  check(MatGetFactor(matrix, cholmod ? MATSOLVERCHOLMOD : MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY,
-                     factor_.put()));
-  IndexSet order;
-  if (cholmod && !node_order.empty()) order = unknown_order(node_order);
-  MatFactorInfo info;
-  check(MatFactorInfoInitialize(&info));
-  check(MatCholeskyFactorSymbolic(factor_.get(), matrix, order.get(), &info));
-  check(MatCholeskyFactorNumeric(factor_.get(), matrix, &info));
-  MatFactorError error = MAT_FACTOR_NOERROR;
-  check(MatFactorGetError(factor_.get(), &error));
-  if (error == MAT_FACTOR_NOERROR) return true;
-  PetscInt status = 0, detail = 0;
-  if (!cholmod) {
-    check(MatMumpsGetInfog(factor_.get(), 1, &status));
-    check(MatMumpsGetInfog(factor_.get(), 2, &detail));
-    if (status == workspace_too_small || status == main_workspace_too_small) return false;
-  }
-  throw core::SolverError(
-      fmt::format("the matrix could not be factored ({} INFOG(1) = {}, INFOG(2) = {})",
-                  cholmod ? "CHOLMOD" : "MUMPS", status, detail),
-      error == MAT_FACTOR_OUTMEMORY ? "the body needs more memory: use a coarser mesh or more ranks"
-                                    : "the mesh may have elements that are nearly flat");
-}
-
-void Factorization::solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
-                          Eigen::Ref<Eigen::MatrixXd> solution) const {
-  MPI_Comm comm = MPI_COMM_NULL;
-  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(factor_.get()), &comm));
-  PetscInt unknowns = 0;
-  check(MatGetSize(factor_.get(), &unknowns, nullptr));
-  const auto rows = static_cast<PetscInt>(right.rows());
-  const auto columns = static_cast<PetscInt>(right.cols());
-  // PETSc wants columns without gaps.
-  const Eigen::MatrixXd from = right;
-  Eigen::MatrixXd to(right.rows(), right.cols());
-  MatHandle in, out;
-  check(MatCreateDense(comm, rows, PETSC_DECIDE, unknowns, columns,
-                       const_cast<double*>(from.data()), in.put()));
-  check(MatCreateDense(comm, rows, PETSC_DECIDE, unknowns, columns, to.data(), out.put()));
-  check(MatMatSolve(factor_.get(), in.get(), out.get()));
-  solution = to;
-}
-
-Inertia Factorization::inertia() const {
-  PetscInt negative = 0, zero = 0, positive = 0;
-  check(MatGetInertia(factor_.get(), &negative, &zero, &positive));
-  return {negative, zero, positive};
+  const auto factor = std::make_shared<Mumps>(system, Mumps::Purpose::solve, plan.node_order, comm);
+  factor->factor(shift);
+  return [factor](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                  Eigen::Ref<Eigen::MatrixXd> solution) { factor->solve(right, solution); };
 }
 
 }  // namespace carillon::solvers

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <mpi.h>
 #include <petscmat.h>
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <span>
+#include <functional>
+#include <memory>
+#include <vector>
 
 #include "core/handle.hpp"
 #include "solvers/assemble.hpp"
+#include "solvers/cholesky.hpp"
 #include "solvers/environment.hpp"
 
 namespace carillon::solvers {
@@ -15,50 +19,48 @@ namespace carillon::solvers {
 using MatHandle = core::Handle<Mat, MatDestroy>;
 using VecHandle = core::Handle<Vec, VecDestroy>;
 
-/// K - shift M, distributed like `system`; block size 3, exact preallocation.
+/// K - shift M with entries of its own, distributed like `system`; block size 3, exact
+/// preallocation.
 /// @param definite  the shift is negative, so the matrix is positive definite
 /// @note Collective on comm.
 MatHandle shifted_matrix(const System& system, double shift, bool definite, MPI_Comm comm);
-/// M, as one matrix of node pairs that acts on the three components alike.
+/// K - shift M that can be multiplied with only (a shell); takes no memory to speak of.
+/// @param system  is referred to and must live as long
 /// @note Collective on comm.
+MatHandle shifted_product(const System& system, double shift, MPI_Comm comm);
+/// M, likewise.
 MatHandle mass_matrix(const System& system, MPI_Comm comm);
 
-enum class FactorMethod {
-  cholmod,           ///< supernodal Cholesky on one rank
-  mumps_definite,    ///< multifrontal Cholesky
-  mumps_indefinite,  ///< multifrontal L D L^T with pivoting, knows its inertia
+/// What all factors of one system's K - shift M share, whatever the shift.
+struct FactorPlan {
+  /// order[k]: number of the node eliminated k-th, by nested dissection; on rank 0 alone.
+  std::vector<std::int32_t> node_order;
+  std::shared_ptr<const CholeskyStructure> structure;  ///< on one rank
 };
+/// @throws core::SolverError  METIS failed, or out of memory
+/// @note Collective on comm.
+FactorPlan plan_factors(const System& system, MPI_Comm comm);
 
-/// Signs of the pivots; Sylvester: those of the eigenvalues.
-struct Inertia {
-  std::int64_t negative = 0;
-  std::int64_t zero = 0;
-  std::int64_t positive = 0;
+enum class FactorPurpose {
+  solve,  ///< factor_shifted: Cholesky, kept; CHOLMOD on one rank, MUMPS on a group
+  count,  ///< count_below: L D L^T by MUMPS, whose entries are let go as they are made
 };
+/// Entries and peak memory of a factor before it is made: exact structure on one rank, MUMPS'
+/// estimate otherwise. Takes a small part of the factorisation's time.
+/// @return the same on every rank
+/// @note Collective on comm.
+FactorSize predict_factor(const System& system, FactorPurpose purpose, const FactorPlan& plan,
+                          MPI_Comm comm);
 
-/// A direct factorisation, ready to solve with. Workspace that turns out too small is doubled, at
-/// most three times.
-class Factorization {
- public:
-  /// @param node_order  elimination order of the nodes for cholmod (nested_dissection); empty: its
-  ///                    own. MUMPS always orders by itself (PORD)
-  /// @throws core::SolverError  singular, not positive definite, or out of memory
-  /// @note Collective on the matrix's communicator.
-  Factorization(Mat matrix, FactorMethod method, std::span<const std::int32_t> node_order);
+/// Applies (K - sigma M)^-1, or something near it that is symmetric and positive definite, to
+/// columns: owned unknowns x columns. Collective.
+using Inverse = std::function<void(const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                   Eigen::Ref<Eigen::MatrixXd> solution)>;
 
-  /// Any number of right-hand sides, owned unknowns x columns: much cheaper by the column than one
-  /// alone, as the factor is read once for all of them.
-  /// @note Collective.
-  void solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
-             Eigen::Ref<Eigen::MatrixXd> solution) const;
-  /// Of mumps_indefinite alone.
-  Inertia inertia() const;
-
- private:
-  bool attempt(Mat matrix, FactorMethod method, int workspace_percent,
-               std::span<const std::int32_t> node_order);
-
-  MatHandle factor_;
-};
+/// Solves with a Cholesky factor of K - shift M, shift < 0. Columns are much cheaper together than
+/// one by one: the factor is read once for all of them.
+/// @throws core::SolverError  not positive definite, or out of memory
+/// @note Collective on comm.
+Inverse factored_inverse(const System& system, double shift, const FactorPlan& plan, MPI_Comm comm);
 
 }  // namespace carillon::solvers

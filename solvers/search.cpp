@@ -44,6 +44,7 @@ class Search {
         comm_(comm),
         trace_(trace),
         methods_(methods),
+        plan_(plan_factors(system, comm)),
         component_(node_components(mesh)),
         rigid_(6 * count_components(mesh)),
         estimate_(system.scales.from_frequency(estimate_first_frequency(mesh, regions))),
@@ -88,7 +89,7 @@ class Search {
  private:
   std::int64_t count(double value) {
     const core::ScopedTimer timer(trace_.stages["count"]);
-    return count_below(system_, value, comm_);
+    return count_below(system_, value, plan_, comm_);
   }
 
   Count counter() {
@@ -148,7 +149,7 @@ class Search {
   void prepare() {
     if (result_.shifted.inverse && result_.shifted.shift == shift_) return;
     result_.shifted = ShiftedSystem();  // two factors at once need not fit
-    result_.shifted = factor_shifted(system_, shift_, comm_);
+    result_.shifted = factor_shifted(system_, shift_, plan_, comm_);
   }
 
   /// Tells vibrations from rigid motions among the pairs.
@@ -233,6 +234,7 @@ class Search {
   MPI_Comm comm_;
   core::Trace& trace_;
   const SearchMethods& methods_;
+  FactorPlan plan_;
   std::vector<std::int32_t> component_;
   std::int64_t rigid_;
   double estimate_, bottom_, top_;  ///< dimensionless eigenvalues

@@ -29,7 +29,8 @@ void set_factor_options(ScopedOptions& options, std::int64_t unknowns) {
   options.set("st_ksp_type", "preonly");
   options.set("st_pc_type", "cholesky");
   options.set("st_pc_factor_mat_solver_type", "mumps");
-  // See factor.cpp: PORD for large bodies, AMF for small; inertia needs the root front's pivots.
+  // PORD fills less on large bodies, but ends the process on graphs that are nearly complete, so
+  // small ones are ordered by AMF. Inertia needs the root front's pivots.
   options.set("st_mat_mumps_icntl_7", unknowns < 20000 ? "2" : "4");
   options.set("st_mat_mumps_icntl_28", "1");
   options.set("st_mat_mumps_icntl_14", "60");
