@@ -86,9 +86,9 @@ std::size_t triangle_entries(const NodeGraph& graph) {
 /// The upper triangle's pattern.
 cholmod_sparse* pattern(const NodeGraph& graph, Common& common) {
   const Index n = 3 * Index{graph.rows()};
-  auto* const out = cholmod_l_allocate_sparse(
-      static_cast<std::size_t>(n), static_cast<std::size_t>(n), triangle_entries(graph), 1, 1, 1,
-      CHOLMOD_PATTERN, common.get());
+  auto* const out =
+      cholmod_l_allocate_sparse(static_cast<std::size_t>(n), static_cast<std::size_t>(n),
+                                triangle_entries(graph), 1, 1, 1, CHOLMOD_PATTERN, common.get());
   if (out == nullptr) return out;
   auto* const first = static_cast<Index*>(out->p);
   auto* const rows = static_cast<Index*>(out->i);
@@ -109,9 +109,9 @@ cholmod_sparse* permuted_lower(const System& system, double shift, const Index* 
                                Common& common) {
   const auto& graph = system.graph;
   const Index n = 3 * Index{graph.rows()};
-  auto* const out = cholmod_l_allocate_sparse(
-      static_cast<std::size_t>(n), static_cast<std::size_t>(n), triangle_entries(graph), 0, 1, -1,
-      CHOLMOD_REAL, common.get());
+  auto* const out =
+      cholmod_l_allocate_sparse(static_cast<std::size_t>(n), static_cast<std::size_t>(n),
+                                triangle_entries(graph), 0, 1, -1, CHOLMOD_REAL, common.get());
   if (out == nullptr) return out;
   std::vector<Index> place(static_cast<std::size_t>(n));
   for (Index k = 0; k < n; ++k) place[static_cast<std::size_t>(order[k])] = k;

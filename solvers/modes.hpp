@@ -112,7 +112,7 @@ struct Modes {
 ///
 /// @param mesh     the same on every rank of `comm`
 /// @param regions  one for each of mesh.region_names
-/// @param trace    stages partition, assemble, count, solve, extract are added
+/// @param trace    stages partition, assemble, order, count, solve, extract are added
 /// @return the same on every rank
 /// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density, an empty band, no
 ///                      elements, or element nodes and regions that do not exist

@@ -57,8 +57,9 @@ struct Mumps::Inside {
     throw core::SolverError(
         fmt::format("the matrix could not be factored (MUMPS INFOG(1) = {}, INFOG(2) = {})",
                     result(1), result(2)),
-        memory ? "the body needs more memory: use a coarser mesh, more ranks or the iterative solver"
-               : "the mesh may have elements that are nearly flat");
+        memory
+            ? "the body needs more memory: use a coarser mesh, more ranks or the iterative solver"
+            : "the mesh may have elements that are nearly flat");
   }
 
   /// Calls add(row, column, index in stiffness, index in mass or -1) for this rank's entries of
@@ -129,8 +130,8 @@ void Mumps::Inside::fill_values(double shift) {
 void Mumps::Inside::set_controls() {
   for (const int output : {1, 2, 3}) control(output) = -1;
   control(4) = 0;
-  control(7) = 1;   // the order is given
-  control(14) = 30;  // percent of workspace on top of the estimate
+  control(7) = 1;                    // the order is given
+  control(14) = 30;                  // percent of workspace on top of the estimate
   control(18) = ranks == 1 ? 0 : 3;  // each rank holds entries of its own
   control(28) = 1;                   // analysis on rank 0: Debian's has no other
   if (purpose == Purpose::inertia) {
@@ -191,7 +192,8 @@ void Mumps::factor(double shift) {
                     inside.result(12)),
         "the mesh may have elements that are nearly flat");
   }
-  for (auto* list : {&inside.row_of, &inside.column_of, &inside.place_of}) std::vector<MUMPS_INT>().swap(*list);
+  for (auto* list : {&inside.row_of, &inside.column_of, &inside.place_of})
+    std::vector<MUMPS_INT>().swap(*list);
   std::vector<double>().swap(inside.values);
 }
 
@@ -209,8 +211,9 @@ void Mumps::solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
   }
   const auto own = static_cast<int>(right.rows());
   for (Eigen::Index k = 0; k < columns; ++k) {
-    MPI_Gatherv(right.col(k).data(), own, MPI_DOUBLE, inside.rank == 0 ? whole.col(k).data() : nullptr,
-                counts.data(), starts.data(), MPI_DOUBLE, 0, inside.comm);
+    MPI_Gatherv(right.col(k).data(), own, MPI_DOUBLE,
+                inside.rank == 0 ? whole.col(k).data() : nullptr, counts.data(), starts.data(),
+                MPI_DOUBLE, 0, inside.comm);
   }
   inside.id.rhs = whole.data();
   inside.id.nrhs = static_cast<MUMPS_INT>(columns);

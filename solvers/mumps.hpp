@@ -26,7 +26,8 @@ class Mumps {
  public:
   enum class Purpose {
     solve,    ///< Cholesky of a positive definite matrix, kept
-    inertia,  ///< L D L^T with pivoting; its entries are let go, which takes a quarter of the memory
+    inertia,  ///< L D L^T with pivoting; its entries are let go, which takes a quarter of the
+              ///< memory
   };
 
   /// Analyses the structure.

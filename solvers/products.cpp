@@ -112,8 +112,8 @@ void Products::multiply_block(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen:
 }
 
 template <class Row>
-void Products::multiply(const Eigen::Ref<const Eigen::MatrixXd>& x,
-                        Eigen::Ref<Eigen::MatrixXd> out, Row row) const {
+void Products::multiply(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Ref<Eigen::MatrixXd> out,
+                        Row row) const {
   Eigen::Index k = 0;
   for (; k + 8 <= x.cols(); k += 8) multiply_block<8>(x, k, out, row);
   for (; k < x.cols(); ++k) multiply_block<1>(x, k, out, row);
@@ -126,8 +126,8 @@ void Products::mass(const Eigen::Ref<const Eigen::MatrixXd>& x,
     const auto row = static_cast<std::size_t>(r);
     for (auto k = first[row]; k < first[row + 1]; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      add<3 * Width>(system_.mass[at],
-                     values + 3 * Width * static_cast<std::size_t>(place_[at]), sum);
+      add<3 * Width>(system_.mass[at], values + 3 * Width * static_cast<std::size_t>(place_[at]),
+                     sum);
     }
   });
 }

@@ -44,7 +44,6 @@ class Search {
         comm_(comm),
         trace_(trace),
         methods_(methods),
-        plan_(plan_factors(system, comm)),
         component_(node_components(mesh)),
         rigid_(6 * count_components(mesh)),
         estimate_(system.scales.from_frequency(estimate_first_frequency(mesh, regions))),
@@ -54,6 +53,10 @@ class Search {
   SearchResult run() {
     result_.components = static_cast<int>(rigid_ / 6);
     result_.counted = true;
+    {
+      const core::ScopedTimer timer(trace_.stages["order"]);
+      plan_ = plan_factors(system_, comm_);
+    }
     // Far below the first mode an inertia count drowns in rounding; no mode is missed by counting
     // higher up.
     counted_at_ = std::max(top_, 0.0025 * estimate_);

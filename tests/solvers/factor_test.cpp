@@ -59,8 +59,7 @@ Whole dense(const TetMesh& mesh) {
 Eigen::MatrixXd own_rows(const System& system, const Eigen::MatrixXd& whole) {
   Eigen::MatrixXd out(system.owned_unknowns(), whole.cols());
   for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
-    const auto node =
-        system.partition.node[static_cast<std::size_t>(system.graph.begin + row)];
+    const auto node = system.partition.node[static_cast<std::size_t>(system.graph.begin + row)];
     out.middleRows<3>(3 * row) = whole.middleRows<3>(3 * Eigen::Index{node});
   }
   return out;
@@ -104,8 +103,7 @@ TEST_F(Factors, SolveBlocksOfColumns) {
   const double shift = -0.02;
   const auto plan = plan_factors(system, MPI_COMM_WORLD);
   const auto inverse = factored_inverse(system, shift, plan, MPI_COMM_WORLD);
-  const Eigen::MatrixXd exact =
-      (whole.k - shift * whole.m).llt().solve(right);
+  const Eigen::MatrixXd exact = (whole.k - shift * whole.m).llt().solve(right);
   for (const Eigen::Index columns : {1, 3, 11}) {
     Eigen::MatrixXd out(system.owned_unknowns(), columns);
     inverse(own_rows(system, right.leftCols(columns)), out);
@@ -127,10 +125,9 @@ TEST_F(Factors, OfAnotherShiftComeFromTheSamePlan) {
 /// Every count between two eigenvalues is their number.
 TEST_F(Factors, CountEigenvaluesByInertia) {
   const auto plan = plan_factors(system, MPI_COMM_WORLD);
-  const Eigen::VectorXd values =
-      Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(whole.k, whole.m,
-                                                                Eigen::EigenvaluesOnly)
-          .eigenvalues();
+  const Eigen::VectorXd values = Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(
+                                     whole.k, whole.m, Eigen::EigenvaluesOnly)
+                                     .eigenvalues();
   for (const Eigen::Index k : {6, 7, 12, 60, 200}) {
     const double between = k == 6 ? values[6] / 2 : (values[k - 1] + values[k]) / 2;
     EXPECT_EQ(count_below(system, between, plan, MPI_COMM_WORLD), k);

@@ -210,7 +210,8 @@ TEST(Slicing, GivesWhatLowestPairsGives) {
   const std::vector materials{test::steel};
   const auto system = assemble(mesh, materials, partition(mesh, 1), MPI_COMM_SELF);
   const double shift = -system.scales.from_frequency(2000);
-  const auto shifted = factor_shifted(system, shift, MPI_COMM_SELF);
+  const auto shifted =
+      factor_shifted(system, shift, plan_factors(system, MPI_COMM_SELF), MPI_COMM_SELF);
   const auto all = lowest_pairs(system, {40, 1e-12, 1}, shifted, MPI_COMM_SELF);
   for (const auto& [first, last] : {std::pair{6, 9}, {8, 30}, {20, 21}}) {
     const auto at = [&all](int k) { return all.values[static_cast<std::size_t>(k)]; };
