@@ -1,0 +1,335 @@
+// The search for a setting that meets a pitch target, with made-up estimates of known behaviour.
+#include "solvers/pitch_target.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "family_shapes.hpp"
+#include "solvers/pitch_model.hpp"
+#include "test_meshes.hpp"
+
+namespace carillon::test {
+namespace {
+
+using namespace solvers;
+
+/// Errors [cent] of three modes as a function of a mesh.
+using ErrorModel = std::function<std::vector<double>(const MeshSize&)>;
+
+/// Eigenvalues of smooth modes: relative error (x h / p)^(2 p), the worst at `wave_number` [1/m].
+ErrorModel smooth(double wave_number) {
+  return [wave_number](const MeshSize& mesh) {
+    std::vector<double> cents;
+    for (const double share : {0.4, 0.7, 1.0}) {
+      const double x = share * wave_number * mesh.element_size / mesh.order;
+      cents.push_back(866 * std::pow(x, 2 * mesh.order));
+    }
+    return cents;
+  };
+}
+
+/// Counts calls and solves by a model of errors.
+struct Body {
+  GeneratedShape shape;
+  ErrorModel errors;
+  int meshes = 0, solves = 0;
+  std::vector<MeshOptions> asked;
+
+  MeshMaker mesh_maker() {
+    return [this](const MeshOptions& options) {
+      ++meshes;
+      asked.push_back(options);
+      return find_family(shape.family).mesh(shape, options);
+    };
+  }
+  ModeSolver solver() {
+    return [this](const TetMesh& mesh) {
+      ++solves;
+      const MeshSize size = size_of(mesh);
+      Modes modes;
+      modes.pitch_errors = errors(size);
+      modes.eigenvalues.resize(modes.pitch_errors.size(), 1e8);
+      modes.certificate.unknowns = 3 * static_cast<std::int64_t>(mesh.nodes.size());
+      return std::vector<Modes>{modes};
+    };
+  }
+  PitchResult reach(const PitchTarget& target) {
+    return reach_pitch(target, mesh_maker(), solver());
+  }
+};
+
+Body tile(ErrorModel errors) {
+  return {shape_of("tile", {{"length", 0.15}, {"width", 0.12}, {"thickness", 0.006}}),
+          std::move(errors),
+          0,
+          0,
+          {}};
+}
+
+Body block(ErrorModel errors) {
+  return {shape_of("block", {{"length", 0.1}, {"width", 0.08}, {"height", 0.06}}),
+          std::move(errors),
+          0,
+          0,
+          {}};
+}
+
+TEST(PitchModel, CountsUnknownsOfEveryOrderExactly) {
+  for (const char* family : {"tile", "block", "tube", "bowl"}) {
+    const auto shape = shape_at(find_family(family));
+    const MeshSize size = size_of(mesh_of(shape, 2, 0.05).mesh);
+    for (int order = 1; order <= 4; ++order) {
+      // Holes aside, which Euler's formula leaves out: a tube has one.
+      const double slack = std::string(family) == "tube" ? 3.0 * (order - 1) : 0;
+      EXPECT_NEAR(resized(size, order, 1).unknowns(),
+                  3.0 * static_cast<double>(mesh_of(shape, order, 0.05).mesh.nodes.size()), slack)
+          << family << " " << order;
+    }
+  }
+}
+
+TEST(PitchModel, FollowsRefinement) {
+  for (const char* family : {"tile", "block", "tube"}) {
+    const auto shape = shape_at(find_family(family));
+    const MeshSize coarse = size_of(mesh_of(shape, 3, 0.04).mesh);
+    const MeshSize fine = size_of(mesh_of(shape, 3, 0.02).mesh);
+    const MeshSize predicted = resized(coarse, 3, fine.element_size / coarse.element_size);
+    EXPECT_NEAR(std::log(predicted.unknowns() / fine.unknowns()), 0, 0.5) << family;
+    EXPECT_GT(relative_cost(fine), 2 * relative_cost(coarse)) << family;
+    EXPECT_GT(factor_memory(fine), 2 * factor_memory(coarse)) << family;
+  }
+  // Figures of a cube 50^3 (398k unknowns, 5.3 GB) and a plate 150 x 150 x 4 (342k, 1.5 GB).
+  EXPECT_NEAR(factor_memory({1, 0.02 * std::sqrt(3), 0, 398e3 / 3, 0, 0, 51 * 0.01 * std::sqrt(3)}),
+              5.3e9, 0.5 * 5.3e9);
+  EXPECT_NEAR(factor_memory({1, 0.02, 0, 342e3 / 3, 0, 0, 0.04}), 1.5e9, 0.1e9);
+}
+
+TEST(PitchModel, ErrorsFallWithTheRateOfTheOrder) {
+  for (int p = 1; p <= 4; ++p) {
+    EXPECT_NEAR(predicted_error(10, p, p, 1), 10, 1e-9);
+    EXPECT_NEAR(predicted_error(10, p, p, 0.5), 10 * std::pow(0.5, 2 * p), 1e-9);
+    EXPECT_LT(predicted_error(10, p, p + 1, 1), 10);
+  }
+}
+
+TEST(PitchTarget, AFirstSettingGoodEnoughIsKept) {
+  Body body = tile(smooth(20));
+  const PitchResult result = body.reach({.cents = 5});
+  EXPECT_TRUE(result.report.met());
+  EXPECT_EQ(result.report.steps.size(), 1u);
+  EXPECT_EQ(body.asked[0].order, 3);
+  EXPECT_EQ(body.asked[0].element_size, 0);
+  EXPECT_TRUE(result.report.steps[0].automatic_size);
+  EXPECT_EQ(result.report.reached_cents, result.sets[0].pitch_errors[2]);
+}
+
+TEST(PitchTarget, RefinesUntilTheWorstModeMeetsIt) {
+  for (const double cents : {20.0, 1.0, 0.2})
+    for (Body body : {tile(smooth(90)), block(smooth(60))}) {
+      const PitchResult result = body.reach({.cents = cents});
+      const PitchReport& report = result.report;
+      EXPECT_TRUE(report.met()) << report.stopped_by << ": " << report.reason;
+      EXPECT_LE(report.reached_cents, cents);
+      EXPECT_EQ(report.reached_cents, report.steps[report.chosen].worst_cents);
+      // Errors follow the model, so one jump is enough; nothing is solved twice.
+      EXPECT_LE(report.steps.size(), 3u) << body.shape.family << " " << cents;
+      EXPECT_EQ(body.solves, static_cast<int>(report.steps.size()));
+      EXPECT_EQ(body.meshes, body.solves);
+      EXPECT_EQ(result.mesh.mesh.order, report.steps[report.chosen].order);
+      EXPECT_EQ(static_cast<std::int64_t>(result.mesh.mesh.element_count()),
+                report.steps[report.chosen].elements);
+    }
+}
+
+TEST(PitchTarget, IsNoDearerThanNeeded) {
+  // What it settles on is within a small factor of the cheapest setting on a fine grid of all.
+  const ErrorModel errors = smooth(90);
+  Body body = tile(errors);
+  const PitchResult result = body.reach({.cents = 1});
+  ASSERT_TRUE(result.report.met());
+  double cheapest = 1e300;
+  for (int order = 2; order <= 4; ++order)
+    for (double size = 0.012; size < 0.06; size *= 1.15) {
+      const MeshSize mesh = size_of(mesh_of(body.shape, order, size).mesh);
+      if (errors(mesh)[2] <= 1) cheapest = std::min(cheapest, relative_cost(mesh));
+    }
+  EXPECT_LT(relative_cost(size_of(result.mesh.mesh)), 2.5 * cheapest);
+}
+
+TEST(PitchTarget, SlowConvergenceAtCornersIsNoticed) {
+  // A notch adds h^1.09 at every order.
+  Body body = tile([](const MeshSize& mesh) {
+    auto cents = smooth(90)(mesh);
+    cents[2] += 2 * std::pow(mesh.element_size / 0.02, 1.09);
+    return cents;
+  });
+  const PitchResult result = body.reach({.cents = 0.8});
+  EXPECT_TRUE(result.report.met()) << result.report.stopped_by;
+  EXPECT_LE(result.report.steps.size(), 6u);
+}
+
+TEST(PitchTarget, SaysThatNothingHelps) {
+  Body body = tile([](const MeshSize&) { return std::vector<double>{0.1, 0.2, 7}; });
+  const PitchResult result = body.reach({.cents = 5});
+  EXPECT_EQ(result.report.stopped_by, "no_progress");
+  EXPECT_NE(result.report.reason.find("7 cents"), std::string::npos);
+  EXPECT_EQ(result.report.reached_cents, 7);
+  EXPECT_EQ(result.report.steps.size(), 3u);
+  EXPECT_EQ(result.sets.size(), 1u);
+}
+
+TEST(PitchTarget, StopsAtTheElementsAllowed) {
+  Body body = tile(smooth(300));
+  PitchTarget target{.cents = 0.01};
+  target.start.max_elements = 3000;
+  const PitchResult result = body.reach(target);
+  EXPECT_EQ(result.report.stopped_by, "max_elements") << result.report.reason;
+  EXPECT_NE(result.report.reason.find("3000"), std::string::npos);
+  for (const PitchStep& step : result.report.steps) EXPECT_LE(step.elements, 3000);
+  // The best the bound allows was tried.
+  EXPECT_GT(result.report.steps.size(), 1u);
+  EXPECT_LT(result.report.reached_cents, 0.5 * result.report.steps[0].worst_cents);
+}
+
+TEST(PitchTarget, StopsAtTheMemoryLimit) {
+  Body body = block(smooth(600));
+  PitchTarget target{.cents = 0.01};
+  target.memory_limit = 200 << 20;
+  const PitchResult result = body.reach(target);
+  EXPECT_EQ(result.report.stopped_by, "memory_limit") << result.report.reason;
+  EXPECT_LT(factor_memory(size_of(result.mesh.mesh)), 1.5 * (200 << 20));
+  // An iterative solver keeps no factor: elements are the bound then.
+  target.linear_solver = LinearSolver::iterative;
+  target.start.max_elements = 20000;
+  EXPECT_EQ(body.reach(target).report.stopped_by, "max_elements");
+}
+
+TEST(PitchTarget, AFailureAfterTheFirstStepKeepsWhatThereIs) {
+  Body body = tile(smooth(90));
+  const auto mesh = body.mesh_maker();
+  const auto result = reach_pitch(
+      {.cents = 0.1},
+      [&](const MeshOptions& options) {
+        if (body.meshes > 0) throw core::SolverError("the mesher took longer than 300 s");
+        return mesh(options);
+      },
+      body.solver());
+  EXPECT_EQ(result.report.stopped_by, "mesher");
+  EXPECT_NE(result.report.reason.find("300 s"), std::string::npos);
+  EXPECT_EQ(result.report.steps.size(), 1u);
+  EXPECT_GT(result.mesh.mesh.element_count(), 0u);
+
+  const auto solve = body.solver();
+  body.solves = 0;
+  const auto unsolved = reach_pitch({.cents = 0.1}, body.mesh_maker(), [&](const TetMesh& m) {
+    if (body.solves > 0) throw core::SolverError("out of memory");
+    return solve(m);
+  });
+  EXPECT_EQ(unsolved.report.stopped_by, "solver");
+
+  EXPECT_THROW(
+      reach_pitch({.cents = 1}, body.mesh_maker(),
+                  [](const TetMesh&) -> std::vector<Modes> { throw core::SolverError("no"); }),
+      core::SolverError);
+}
+
+TEST(PitchTarget, GivenElementsRiseInOrderAlone) {
+  Body body = tile(smooth(150));
+  PitchTarget target{.cents = 1e-3, .start = {.order = 2}, .fixed_mesh = true};
+  const MeshOptions coarse{.order = 2, .element_size = 0.03};
+  const auto given = [&](const MeshOptions& options) {
+    EXPECT_EQ(options.element_size, 0);
+    MeshOptions at = coarse;
+    at.order = options.order;
+    return find_family("tile").mesh(body.shape, at);
+  };
+  const auto result = reach_pitch(target, given, body.solver());
+  EXPECT_EQ(result.report.stopped_by, "order") << result.report.reason;
+  EXPECT_EQ(result.mesh.mesh.order, 4);
+  for (const PitchStep& step : result.report.steps)
+    EXPECT_EQ(step.elements, result.report.steps[0].elements);
+}
+
+TEST(PitchTarget, EverySetMustMeetIt) {
+  Body body = tile(smooth(60));
+  const auto result = reach_pitch({.cents = 2}, body.mesh_maker(), [&](const TetMesh& mesh) {
+    auto sets = body.solver()(mesh);
+    sets.push_back(sets[0]);
+    sets[1].pitch_errors = smooth(120)(size_of(mesh));
+    return sets;
+  });
+  ASSERT_TRUE(result.report.met());
+  EXPECT_EQ(result.sets.size(), 2u);
+  EXPECT_LE(result.sets[1].pitch_errors[2], 2);
+}
+
+TEST(PitchTarget, ModesWithoutEstimatesAndNoModesAtAll) {
+  Body body = tile([](const MeshSize&) { return std::vector<double>{}; });
+  EXPECT_TRUE(body.reach({.cents = 1}).report.met());  // no mode, no error
+  const auto blind = reach_pitch({.cents = 1}, body.mesh_maker(), [](const TetMesh&) {
+    Modes modes;
+    modes.eigenvalues = {1.0};
+    return std::vector<Modes>{modes};
+  });
+  EXPECT_EQ(blind.report.stopped_by, "no_estimate");
+  for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL})
+    EXPECT_THROW(body.reach({.cents = bad}), core::InputError) << bad;
+}
+
+/// A plate in one layer of straight elements, which takes no time to make.
+MeshResult plain_plate(const MeshOptions& options) {
+  const double edge = options.element_size > 0 ? options.element_size : 0.03;
+  const auto cells = [&](double side) { return static_cast<int>(std::ceil(1.5 * side / edge)); };
+  const int x = cells(0.15), y = cells(0.12);
+  if (6 * x * y > options.max_elements) throw core::SolverError("more than max_elements");
+  MeshResult result;
+  result.mesh = box_mesh({0.15, 0.12, 0.006}, {x, y, 1}, options.order);
+  return result;
+}
+
+TEST(PitchTarget, AlwaysEndsAndTellsTheTruth) {
+  EXPECT_TRUE(rc::check([] {
+    const double wave_number = *rc::gen::inRange(10, 400);
+    const double floor_cents = *rc::gen::element(0.0, 0.0, 0.3, 3.0);
+    const double cents = *rc::gen::element(0.1, 1.0, 5.0, 20.0);
+    Body body = tile([=](const MeshSize& mesh) {
+      auto errors = smooth(wave_number)(mesh);
+      for (double& e : errors) e += floor_cents;
+      return errors;
+    });
+    PitchTarget target{.cents = cents};
+    target.start.max_elements = 900;
+    target.start.order = *rc::gen::inRange(1, 5);
+    const PitchReport report = reach_pitch(target, plain_plate, body.solver()).report;
+    RC_ASSERT(report.steps.size() <= 8u);
+    RC_ASSERT(report.met() == (report.reached_cents <= cents));
+    for (const PitchStep& step : report.steps) RC_ASSERT(report.reached_cents <= step.worst_cents);
+    RC_ASSERT(report.met() || !report.reason.empty());
+  }));
+}
+
+TEST(PitchTarget, JsonNamesStepsAndWhatStoppedIt) {
+  Body body = tile(smooth(90));
+  const PitchReport report = body.reach({.cents = 1}).report;
+  const auto json = to_json(report, true);
+  EXPECT_EQ(json.at("asked_cents"), 1.0);
+  EXPECT_LE(json.at("reached_cents").get<double>(), 1);
+  EXPECT_TRUE(json.at("stopped_by").is_null());
+  ASSERT_EQ(json.at("steps").size(), report.steps.size());
+  for (const char* key : {"order", "element_size_m", "unknowns", "seconds", "worst_cents"})
+    EXPECT_TRUE(json.at("steps")[0].contains(key)) << key;
+  EXPECT_FALSE(to_json(report, false).at("steps")[0].contains("seconds"));
+}
+
+TEST(PitchTarget, ToleranceFollowsTargetsThatTheSolverCouldSpoil) {
+  EXPECT_EQ(tolerance_for(5), 1e-12);
+  EXPECT_EQ(tolerance_for(0.01), 1e-12);
+  EXPECT_LT(tolerance_for(0.001), 2e-13);
+  EXPECT_GE(tolerance_for(1e-9), 1e-15);
+}
+
+}  // namespace
+}  // namespace carillon::test
