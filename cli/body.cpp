@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/text.hpp"
+#include "cli/turned_body.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
@@ -46,6 +47,12 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
       ->capture_default_str();
   command.add_option("--max-modes", options.max_modes, "at most so many modes")
       ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command
+      .add_option("--solver", options.solver,
+                  "block_lanczos or krylov_schur on tetrahedra; fourier: harmonics about the axis "
+                  "of a generated body of revolution")
+      ->check(CLI::IsMember({"block_lanczos", "krylov_schur", "fourier"}))
       ->capture_default_str();
 }
 
@@ -142,7 +149,20 @@ solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
   return result;
 }
 
+solvers::SolveOptions solve_options(const BodyOptions& options) {
+  solvers::SolveOptions solve;
+  solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
+  solve.band.max_frequency = core::parse_quantity(options.max_frequency, Dimension::frequency);
+  solve.band.max_modes = options.max_modes;
+  if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
+    throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
+  }
+  if (options.solver == "krylov_schur") solve.solver = solvers::EigenSolver::krylov_schur;
+  return solve;
+}
+
 Body solve_body(const BodyOptions& options, const Context& context) {
+  if (options.solver == "fourier") return solve_turned(options, context);
   Body body;
   solvers::MeshRequest request;
   mpi::agreed(context.world, [&] { request = mesh_request(options); });
@@ -154,15 +174,9 @@ Body solve_body(const BodyOptions& options, const Context& context) {
     check_size(solvers::bounding_box(body.mesh.mesh.nodes).longest_side(), options.any_size);
   }
   body.materials = region_materials(options.material, body.mesh.mesh.region_names);
-  solvers::SolveOptions solve;
-  solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
-  solve.band.max_frequency = core::parse_quantity(options.max_frequency, Dimension::frequency);
-  solve.band.max_modes = options.max_modes;
-  if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
-    throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
-  }
-  body.modes = solvers::cached_modes(body.mesh.mesh, elastic_of(body.materials), solve,
-                                     context.world, context.cache, body.trace);
+  body.modes =
+      solvers::cached_modes(body.mesh.mesh, elastic_of(body.materials), solve_options(options),
+                            context.world, context.cache, body.trace);
   body.decay_rates = synth::decay_rates(body.modes, damping_of(body.materials));
   return body;
 }

@@ -25,6 +25,7 @@ struct BodyOptions {
   std::string min_frequency = "20 Hz";
   std::string max_frequency = "20 kHz";
   int max_modes = 300;
+  std::string solver = "block_lanczos";  ///< or krylov_schur; fourier: see solve_turned()
 };
 
 /// Adds the options above to a command.
@@ -34,6 +35,10 @@ void add_body_options(CLI::App& command, BodyOptions& options);
 /// range) as a request to the mesher.
 /// @throws InputError  unknown family or parameter, malformed value
 solvers::MeshRequest mesh_request(const BodyOptions& options);
+
+/// Band and solver that the options ask for.
+/// @throws InputError  malformed frequencies, an empty band
+solvers::SolveOptions solve_options(const BodyOptions& options);
 
 /// One material for each region of a mesh, from `steel` or from `shell=steel,core=wood`.
 /// @throws InputError  a region without material, or a name that is no region

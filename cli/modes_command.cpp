@@ -21,6 +21,7 @@ nlohmann::json to_json(const Body& body) {
     if (!body.modes.pitch_errors.empty()) {
       modes.back()["pitch_error_cents"] = body.modes.pitch_errors[i];
     }
+    if (!body.modes.harmonics.empty()) modes.back()["harmonic"] = body.modes.harmonics[i];
   }
   const solvers::Certificate& certificate = body.modes.certificate;
   nlohmann::json timing = nlohmann::json::object();
@@ -48,11 +49,13 @@ nlohmann::json to_json(const Body& body) {
 }
 
 void print_table(const Body& body) {
-  fmt::print("{:>5} {:>14} {:>14} {:>10} {:>10}\n", "mode", "frequency [Hz]", "decay [1/s]",
-             "T60 [s]", "residual");
+  const bool turned = !body.modes.harmonics.empty();
+  fmt::print("{:>5} {:>14} {:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]", "decay [1/s]",
+             "T60 [s]", "residual", turned ? " harmonic" : "");
   for (std::size_t i = 0; i < body.modes.size(); ++i) {
-    fmt::print("{:>5} {:>14.4f} {:>14.4f} {:>10.3g} {:>10.1e}\n", i + 1, body.modes.frequency(i),
-               body.decay_rates[i], synth::t60(body.decay_rates[i]), body.modes.residuals[i]);
+    fmt::print("{:>5} {:>14.4f} {:>14.4f} {:>10.3g} {:>10.1e}{}\n", i + 1, body.modes.frequency(i),
+               body.decay_rates[i], synth::t60(body.decay_rates[i]), body.modes.residuals[i],
+               turned ? fmt::format(" {:>8}", body.modes.harmonics[i]) : "");
   }
   const solvers::Certificate& certificate = body.modes.certificate;
   fmt::print("\n{} of the {} modes in the band; complete to {:.1f} Hz\n", certificate.modes_found,
@@ -60,8 +63,10 @@ void print_table(const Body& body) {
   fmt::print("{} rigid modes of {} component{}; worst residual {:.1e}\n", certificate.rigid_modes,
              certificate.components, certificate.components == 1 ? "" : "s",
              certificate.max_residual);
-  fmt::print("{} elements, {} unknowns, mass {:.4g} kg\n", body.mesh.quality.elements,
-             certificate.unknowns, body.modes.mass);
+  const std::string size = turned ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
+                                  : fmt::format("{} elements, {} unknowns",
+                                                body.mesh.quality.elements, certificate.unknowns);
+  fmt::print("{}, mass {:.4g} kg\n", size, body.modes.mass);
   for (const std::string& action : body.mesh.repair.actions) fmt::print("repair: {}\n", action);
   for (const auto& [stage, entry] : body.trace.stages) {
     fmt::print("{:<18} {:8.3f} s\n", stage, entry.seconds);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "solvers/meridian.hpp"
 #include "solvers/shape_source.hpp"
 
 namespace carillon::solvers {
@@ -27,6 +28,8 @@ struct Family {
   void (*check)(const GeneratedShape& shape);
   /// Tetrahedra of the body at an order, boundary nodes on the true surface.
   MeshResult (*mesh)(const GeneratedShape& shape, const MeshOptions& options);
+  /// Section of a body of revolution about z (checks the shape first); null for other bodies.
+  Meridian (*meridian)(const GeneratedShape& shape) = nullptr;
 };
 
 /// All families: bar, block, tile, disc, plate (dinner plate), bowl, cup, vase, bell, tube, ring,

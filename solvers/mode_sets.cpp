@@ -56,6 +56,7 @@ Modes restrict_to(const Modes& modes, const Band& band) {
     out.eigenvalues.push_back(modes.eigenvalues[mode]);
     out.residuals.push_back(modes.residuals[mode]);
     if (!modes.pitch_errors.empty()) out.pitch_errors.push_back(modes.pitch_errors[mode]);
+    if (!modes.harmonics.empty()) out.harmonics.push_back(modes.harmonics[mode]);
   }
   out.shapes = modes.shapes(inside, Eigen::all);
   out.kinetic_share = modes.kinetic_share(inside, Eigen::all);

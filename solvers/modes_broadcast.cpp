@@ -48,6 +48,7 @@ void broadcast(Modes& modes, MPI_Comm comm) {
   list(modes.eigenvalues, comm);
   list(modes.residuals, comm);
   list(modes.pitch_errors, comm);
+  list(modes.harmonics, comm);
   matrix(modes.shapes, comm);
   matrix(modes.kinetic_share, comm);
   matrix(modes.strain_share, comm);

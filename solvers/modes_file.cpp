@@ -144,6 +144,7 @@ void write_modes(const Hdf5Group& group, const Modes& modes) {
     group.write<double>("pitch_errors", modes.pitch_errors, {count});
     group.write_attribute("unit", std::string("cent"), "pitch_errors");
   }
+  if (!modes.harmonics.empty()) group.write<std::int32_t>("harmonics", modes.harmonics, {count});
   const core::Extent shape = {count, modes.surface.nodes.size(), 3};
   group.write<float>("shapes", {modes.shapes.data(), static_cast<std::size_t>(modes.shapes.size())},
                      shape, compressed_rows(count));
@@ -163,6 +164,7 @@ Modes read_modes(const Hdf5Group& group) {
   modes.eigenvalues = group.read<double>("eigenvalues");
   modes.residuals = group.read<double>("residuals");
   if (group.has("pitch_errors")) modes.pitch_errors = group.read<double>("pitch_errors");
+  if (group.has("harmonics")) modes.harmonics = group.read<std::int32_t>("harmonics");
   modes.surface = read_surface(group.open_group("surface"));
   const auto shapes = group.read<float>("shapes");
   using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "solvers/families/extrude.hpp"
 #include "solvers/families/shell.hpp"
@@ -21,6 +22,11 @@ Shell disc(const GeneratedShape& shape) {
 MeshResult mesh_disc(const GeneratedShape& shape, const MeshOptions& options) {
   check_parameters(shape);
   return mesh_shell(disc(shape), options);
+}
+
+Meridian disc_meridian(const GeneratedShape& shape) {
+  check_parameters(shape);
+  return shell_meridian(disc(shape));
 }
 
 /// Hollow cylinder about z, [0, length] along it: cells around, along and through the wall, layers
@@ -49,6 +55,19 @@ MeshResult mesh_annulus(double inner, double outer, double length, const MeshOpt
                         }));
 }
 
+/// The section of the same, with cells of their own along the ends of a thin wall.
+Meridian annulus_meridian(double inner, double outer, double length) {
+  const double wall = outer - inner;
+  const auto radii = with_edge_layers(wall, length), heights = with_edge_layers(length, wall);
+  Meridian out = rectangular_meridian(radii, heights);
+  for (auto& block : out.blocks) {
+    block.point = [inner, point = std::move(block.point)](double u, double v) -> Vec2 {
+      return point(u, v) + Vec2(inner, 0);
+    };
+  }
+  return out;
+}
+
 void check_tube(const GeneratedShape& shape) {
   check_parameters(shape);
   require(parameter(shape, "wall") < parameter(shape, "radius"), shape,
@@ -60,6 +79,12 @@ MeshResult mesh_tube(const GeneratedShape& shape, const MeshOptions& options) {
   const double radius = parameter(shape, "radius");
   return mesh_annulus(radius - parameter(shape, "wall"), radius, parameter(shape, "length"),
                       options);
+}
+
+Meridian tube_meridian(const GeneratedShape& shape) {
+  check_tube(shape);
+  const double radius = parameter(shape, "radius");
+  return annulus_meridian(radius - parameter(shape, "wall"), radius, parameter(shape, "length"));
 }
 
 void check_ring(const GeneratedShape& shape) {
@@ -74,6 +99,12 @@ MeshResult mesh_ring(const GeneratedShape& shape, const MeshOptions& options) {
                       parameter(shape, "height"), options);
 }
 
+Meridian ring_meridian(const GeneratedShape& shape) {
+  check_ring(shape);
+  return annulus_meridian(parameter(shape, "inner_radius"), parameter(shape, "radius"),
+                          parameter(shape, "height"));
+}
+
 }  // namespace
 
 std::vector<Family> round_families() {
@@ -81,21 +112,24 @@ std::vector<Family> round_families() {
            "flat round disc",
            {{"radius", 0.04, 0.15, "[m]"}, {"thickness", 0.003, 0.015, "along z [m]"}},
            check_parameters,
-           mesh_disc},
+           mesh_disc,
+           disc_meridian},
           {"tube",
            "round tube, open at both ends",
            {{"radius", 0.01, 0.04, "outer radius [m]"},
             {"wall", 0.0015, 0.005, "thickness [m]"},
             {"length", 0.08, 0.3, "along z [m]"}},
            check_tube,
-           mesh_tube},
+           mesh_tube,
+           tube_meridian},
           {"ring",
            "ring with a rectangular section",
            {{"radius", 0.04, 0.09, "outer radius [m]"},
             {"inner_radius", 0.02, 0.035, "[m]"},
             {"height", 0.005, 0.02, "along z [m]"}},
            check_ring,
-           mesh_ring}};
+           mesh_ring,
+           ring_meridian}};
 }
 
 }  // namespace carillon::solvers

@@ -71,6 +71,13 @@ DiscGrid plan(const Shell& shell, double cell) {
   return disc;
 }
 
+/// Point of the wall, t from one side to the other.
+Vec2 wall_point(const Shell& shell, double s, double t) {
+  const ProfilePoint middle = shell.profile.point(s);
+  const Vec2 normal(middle.tangent.y(), -middle.tangent.x());
+  return middle.at + (t - 0.5) * shell.wall(s) * normal;
+}
+
 }  // namespace
 
 void check_shell(const GeneratedShape& shape, const Shell& shell) {
@@ -91,12 +98,34 @@ MeshResult mesh_shell(const Shell& shell, const MeshOptions& options) {
   return finish(extrude(disc_grid(plan(shell, cell)), layers, options.order,
                         [&shell](const Vec2& p, double t) {
                           const double s = p.norm();
-                          const ProfilePoint middle = shell.profile.point(s);
-                          const Vec2 normal(middle.tangent.y(), -middle.tangent.x());
-                          const Vec2 at = middle.at + (t - 0.5) * shell.wall(s) * normal;
+                          const Vec2 at = wall_point(shell, s, t);
                           const Vec2 spoke = s > 0 ? Vec2(p / s) : Vec2(Vec2::Zero());
                           return Vec3(at.x() * spoke.x(), at.x() * spoke.y(), at.y());
                         }));
+}
+
+Meridian shell_meridian(const Shell& shell) {
+  std::vector<double> joints = shell.wall_joints;
+  double length = 0;
+  for (const auto& segment : shell.profile.segments()) joints.push_back(length += segment.length);
+  joints.insert(joints.end(), {0, with_edge_layers(length, shell.wall(length)).rbegin()[1]});
+  std::sort(joints.begin(), joints.end());
+  // Joints that nearly coincide would make slivers of blocks.
+  const double least = 0.2 * shell.thinnest;
+  joints.erase(std::unique(joints.begin(), joints.end(),
+                           [least](double a, double b) { return b - a < least; }),
+               joints.end());
+  joints.back() = length;
+  Meridian out;
+  for (std::size_t i = 0; i + 1 < joints.size(); ++i) {
+    const int corner = 2 * static_cast<int>(i);
+    const double from = joints[i], to = joints[i + 1];
+    out.blocks.push_back(
+        {{corner, corner + 2, corner + 3, corner + 1}, [shell, from, to](double u, double v) {
+           return wall_point(shell, (1 - u) * from + u * to, v);
+         }});
+  }
+  return out;
 }
 
 }  // namespace carillon::solvers

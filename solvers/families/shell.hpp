@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "solvers/families/family.hpp"
 #include "solvers/families/profile.hpp"
@@ -14,11 +15,16 @@ struct Shell {
   std::function<double(double s)> wall;  ///< thickness [m] at a place of the profile
   double thinnest;                       ///< smallest wall [m]
   double thickest;                       ///< largest wall [m]
+  /// Places s inside segments where the wall's thickness is not smooth.
+  std::vector<double> wall_joints = {};
 };
 
 /// @throws InputError  the wall is thicker than the profile's curvature lets it be
 void check_shell(const GeneratedShape& shape, const Shell& shell);
 
 MeshResult mesh_shell(const Shell& shell, const MeshOptions& options);
+
+/// Section with a block for each segment of the profile, and one of its own along the rim.
+Meridian shell_meridian(const Shell& shell);
 
 }  // namespace carillon::solvers

@@ -91,6 +91,11 @@ MeshResult mesh_sphere(const GeneratedShape& shape, const MeshOptions& options) 
   return finish(std::move(mesh), straightened);
 }
 
+Meridian sphere_meridian(const GeneratedShape& shape) {
+  check_parameters(shape);
+  return ball_meridian(parameter(shape, "radius"));
+}
+
 }  // namespace
 
 Family sphere_family() {
@@ -98,7 +103,8 @@ Family sphere_family() {
           "solid ball about the origin",
           {{"radius", 0.01, 0.06, "[m]"}},
           check_parameters,
-          mesh_sphere};
+          mesh_sphere,
+          sphere_meridian};
 }
 
 }  // namespace carillon::solvers

@@ -128,7 +128,7 @@ Shell bell(const GeneratedShape& shape) {
     const double u = std::clamp((s / length - 0.6) / 0.4, 0.0, 1.0);
     return wall + (lip - wall) * u * u * (3 - 2 * u);
   };
-  return {std::move(profile), thickness, std::min(wall, lip), std::max(wall, lip)};
+  return {std::move(profile), thickness, std::min(wall, lip), std::max(wall, lip), {0.6 * length}};
 }
 
 void check_bell(const GeneratedShape& shape) {
@@ -148,6 +148,12 @@ MeshResult mesh(const GeneratedShape& shape, const MeshOptions& options) {
   return mesh_shell(make(shape), options);
 }
 
+template <Shell (*make)(const GeneratedShape&), void (*check)(const GeneratedShape&)>
+Meridian meridian(const GeneratedShape& shape) {
+  check(shape);
+  return shell_meridian(make(shape));
+}
+
 }  // namespace
 
 std::vector<Family> vessel_families() {
@@ -158,7 +164,8 @@ std::vector<Family> vessel_families() {
             {"height", 0.016, 0.032, "from the underside to the top of the rim [m]"},
             {"wall", 0.003, 0.006, "thickness [m]"}},
            check_plate,
-           mesh<plate, check_plate>},
+           mesh<plate, check_plate>,
+           meridian<plate, check_plate>},
           {"bowl",
            "bowl: flat foot and an elliptical wall, upright at the rim",
            {{"radius", 0.06, 0.12, "outer radius of the rim [m]"},
@@ -166,7 +173,8 @@ std::vector<Family> vessel_families() {
             {"height", 0.04, 0.08, "from the underside to the rim [m]"},
             {"wall", 0.002, 0.005, "thickness [m]"}},
            check_bowl,
-           mesh<bowl, check_bowl>},
+           mesh<bowl, check_bowl>,
+           meridian<bowl, check_bowl>},
           {"cup",
            "cup or drinking glass: flat bottom and a straight wall",
            {{"radius", 0.033, 0.05, "outer radius of the rim [m]"},
@@ -174,7 +182,8 @@ std::vector<Family> vessel_families() {
             {"height", 0.07, 0.14, "from the underside to the rim [m]"},
             {"wall", 0.002, 0.004, "thickness [m]"}},
            check_cup,
-           mesh<cup, check_cup>},
+           mesh<cup, check_cup>,
+           meridian<cup, check_cup>},
           {"vase",
            "vase: foot, belly, neck and lip joined by smooth curves, closed at the bottom",
            {{"foot_radius", 0.03, 0.045, "outer radius above the bottom [m]"},
@@ -184,7 +193,8 @@ std::vector<Family> vessel_families() {
             {"height", 0.16, 0.3, "from the underside to the rim [m]"},
             {"wall", 0.003, 0.006, "thickness [m]"}},
            check_vase,
-           mesh<vase, check_vase>},
+           mesh<vase, check_vase>,
+           meridian<vase, check_vase>},
           {"bell",
            "bell: closed crown, waist that widens to the mouth, thicker at the sound bow",
            {{"radius", 0.045, 0.08, "outer radius of the mouth [m]"},
@@ -193,7 +203,8 @@ std::vector<Family> vessel_families() {
             {"wall", 0.003, 0.005, "thickness of crown and waist [m]"},
             {"lip_wall", 0.005, 0.009, "thickness at the mouth [m]"}},
            check_bell,
-           mesh<bell, check_bell>}};
+           mesh<bell, check_bell>,
+           meridian<bell, check_bell>}};
 }
 
 }  // namespace carillon::solvers

@@ -175,7 +175,7 @@ std::vector<std::string> csv_column(const std::string& path, const std::string& 
   std::vector<std::string> out;
   std::ptrdiff_t wanted = -1;
   for (std::string line; std::getline(file, line);) {
-    if (line.starts_with('#')) continue;
+    if (line.starts_with('#') || line.starts_with("\"#")) continue;
     if (line.ends_with('\r')) line.pop_back();
     std::vector<std::string> cells;
     std::istringstream stream(line);

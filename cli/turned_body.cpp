@@ -1,0 +1,60 @@
+#include "cli/turned_body.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/families.hpp"
+#include "solvers/fourier_modes.hpp"
+#include "solvers/modes_broadcast.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+const solvers::Family& turned_family(const solvers::MeshRequest& request) {
+  std::vector<std::string> names;
+  for (const auto& family : solvers::families()) {
+    if (family.meridian) names.push_back(family.name);
+  }
+  const auto hint = fmt::format("bodies of revolution: {}", fmt::join(names, ", "));
+  if (request.shape.family.empty()) {
+    throw core::InputError("the fourier solver needs a generated shape, not a file", hint);
+  }
+  const auto& family = solvers::find_family(request.shape.family);
+  if (!family.meridian) {
+    throw core::InputError(
+        fmt::format("{} is not a body of revolution, which the fourier solver needs", family.name),
+        hint);
+  }
+  return family;
+}
+
+}  // namespace
+
+Body solve_turned(const BodyOptions& options, const Context& context) {
+  Body body;
+  mpi::agreed(context.world, [&] {
+    const auto request = mesh_request(options);
+    const auto meridian = turned_family(request).meridian(request.shape);
+    check_size(solvers::measure(meridian).longest_side(), options.any_size);
+    body.mesh.mesh.region_names = {"body"};
+    body.materials = region_materials(options.material, body.mesh.mesh.region_names);
+    const auto solve = solve_options(options);
+    if (mpi::rank(context.world) != 0) return;
+    solvers::FourierOptions fourier;
+    fourier.cell = request.options.element_size;
+    body.modes = solvers::solve_fourier(meridian, body.materials.front().elastic, solve, fourier,
+                                        body.trace);
+  });
+  solvers::broadcast(body.modes, context.world);
+  body.decay_rates = synth::decay_rates(body.modes, std::vector{body.materials.front().damping});
+  return body;
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,192 @@
+#include "solvers/fourier_search.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "solvers/eigen_solve.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+constexpr double target_residual = 1e-8;
+constexpr double largest_residual = 1e-6;
+constexpr double largest_energy_residual = 1e-3;
+constexpr std::int64_t spare_modes = 3;
+constexpr int most_solves = 3;
+/// Eigenvalues this close (relative) to where they were counted may fall on either side.
+constexpr double smallest_gap = 1e-6;
+
+int rigid_motions(int n) {
+  return n < 2 ? 2 : 0;
+}
+
+/// Share of each pair's kinetic energy that is rigid.
+Eigen::VectorXd rigid_shares(const FourierForms& forms, int n, const EigenPairs& pairs) {
+  const auto rigid = rigid_fields(forms, n);
+  if (rigid.cols() == 0) return Eigen::VectorXd::Zero(pairs.size());
+  Eigen::MatrixXd weighted = Eigen::MatrixXd::Zero(rigid.rows(), rigid.cols());
+  const auto& graph = forms.graph;
+  const double angle = n == 0 ? 2 * std::numbers::pi : std::numbers::pi;
+  for (Eigen::Index row = 0; row < graph.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    for (auto i = graph.first[r]; i < graph.first[r + 1]; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const Eigen::Index column = graph.column[at];
+      weighted.middleRows<3>(3 * row) += angle * forms.mass[at] * rigid.middleRows<3>(3 * column);
+    }
+  }
+  const Eigen::MatrixXd gram = rigid.transpose() * weighted;
+  const Eigen::MatrixXd normal = gram.llt().matrixL().solve(weighted.transpose() * pairs.vectors);
+  return normal.colwise().squaredNorm().transpose();
+}
+
+/// Splits off the rigid pairs. @return indices of flexible ones, ascending
+std::vector<std::size_t> flexible_pairs(const FourierForms& forms, const EigenPairs& pairs,
+                                        Harmonic& harmonic) {
+  const auto share = rigid_shares(forms, harmonic.n, pairs);
+  std::vector<std::size_t> flexible;
+  double contained = 0;
+  harmonic.rigid = 0;
+  for (Eigen::Index k = 0; k < pairs.size(); ++k) {
+    if (share[k] > 0.5) {
+      ++harmonic.rigid;
+      contained += share[k];
+    } else {
+      flexible.push_back(static_cast<std::size_t>(k));
+    }
+  }
+  const int wanted = rigid_motions(harmonic.n);
+  if (harmonic.rigid != wanted || contained < wanted * (1 - 1e-6)) {
+    throw core::SolverError(
+        fmt::format("{} rigid motions found in harmonic {} of a body of revolution, which has {}",
+                    harmonic.rigid, harmonic.n, wanted),
+        "the section may have parts of almost no thickness");
+  }
+  return flexible;
+}
+
+void refuse_bad_residuals(const Scales& scales, const EigenPairs& pairs,
+                          const std::vector<std::size_t>& flexible, std::int64_t wanted) {
+  for (std::size_t k = 0; k < std::min(flexible.size(), static_cast<std::size_t>(wanted)); ++k) {
+    const auto i = flexible[k];
+    if (pairs.residuals[i] <= largest_residual ||
+        pairs.energy_residuals[i] <= largest_energy_residual) {
+      continue;
+    }
+    throw core::SolverError(fmt::format("the mode at {:.6g} Hz has a residual of {:.1e}",
+                                        scales.to_frequency(pairs.values[i]), pairs.residuals[i]),
+                            "the section may have parts of almost no thickness");
+  }
+}
+
+/// The highest gap between found eigenvalues below which counts agree.
+double verified_prefix(const FourierForms& forms, const System& system, const Harmonic& harmonic) {
+  double good = 0;
+  const auto rigid = rigid_motions(harmonic.n);
+  for (std::size_t k = 1; k < harmonic.values.size(); ++k) {
+    const double low = harmonic.values[k - 1], high = harmonic.values[k];
+    if (high - low < smallest_gap * high) continue;
+    const double cut = (low + high) / 2;
+    if (count_below(system, cut, forms.plan, MPI_COMM_SELF) - rigid != static_cast<std::int64_t>(k))
+      break;
+    good = cut;
+  }
+  return good;
+}
+
+}  // namespace
+
+double largest_wave_number(const MeridianSize& size, const Elastic& material, double frequency) {
+  const double omega = 2 * std::numbers::pi * frequency;
+  const double nu = material.poisson_ratio;
+  const double bar = std::sqrt(material.youngs_modulus / material.density);
+  const double shear = bar / std::sqrt(2 * (1 + nu));
+  const double bending = std::sqrt(omega * std::sqrt(12 * (1 - nu * nu)) / (bar * 0.5 * size.wall));
+  // Viktorov 1967: c_R / c_T = (0.87 + 1.12 nu) / (1 + nu); below nu = 0 it falls to 0.69.
+  const double rayleigh = shear * (nu > 0 ? (0.87 + 1.12 * nu) / (1 + nu) : 0.69);
+  return 1.1 * std::max(bending, omega / rayleigh);
+}
+
+double estimate_first_frequency(const MeridianSize& size, const Elastic& material) {
+  const double speed = std::sqrt(material.youngs_modulus / material.density);
+  const double length = size.longest_side();
+  return speed * (2 * size.volume / size.surface) / (length * length);
+}
+
+std::vector<Harmonic> count_harmonics(const FourierForms& forms, const MeridianSize& size,
+                                      double frequency, core::Trace& trace) {
+  const core::ScopedTimer timer(trace.stages["count"]);
+  const double most = largest_wave_number(size, forms.material, frequency) * size.largest_radius;
+  const double top = forms.scales.from_frequency(frequency);
+  std::vector<Harmonic> out;
+  int empty = 0;
+  for (int n = 0; empty < 3 || n <= most; ++n) {
+    Harmonic harmonic;
+    harmonic.n = n;
+    harmonic.counted =
+        count_below(harmonic_system(forms, n), top, forms.plan, MPI_COMM_SELF) - rigid_motions(n);
+    if (harmonic.counted < 0) {
+      throw core::SolverError(
+          fmt::format("harmonic {} has fewer modes below {:.6g} Hz than rigid motions", n,
+                      frequency),
+          "the section may have parts of almost no thickness");
+    }
+    empty = harmonic.counted == 0 ? empty + 1 : 0;
+    out.push_back(std::move(harmonic));
+  }
+  return out;
+}
+
+void solve_harmonic(const FourierForms& forms, double frequency, double estimate, double tolerance,
+                    Harmonic& harmonic, core::Trace& trace) {
+  const core::ScopedTimer timer(trace.stages["solve"]);
+  const auto system = harmonic_system(forms, harmonic.n);
+  const double top = forms.scales.from_frequency(frequency);
+  const double first = forms.scales.from_frequency(estimate);
+  double shift = -std::max(0.01 * first, std::min(forms.scales.from_frequency(20), first));
+  const auto rigid = rigid_motions(harmonic.n);
+  for (int solves = 1; solves <= most_solves; ++solves) {
+    auto pairs = static_cast<int>(
+        std::min(harmonic.counted + rigid + spare_modes * solves, system.unknowns()));
+    const auto shifted = factor_shifted(system, shift, forms.plan, MPI_COMM_SELF);
+    auto found = lowest_pairs(system, {pairs, tolerance, static_cast<std::uint64_t>(solves)},
+                              shifted, MPI_COMM_SELF);
+    const auto flexible = flexible_pairs(forms, found, harmonic);
+    double worst = 0;
+    std::int64_t below = 0, doubtful = 0;
+    harmonic.values.clear();
+    harmonic.residuals.clear();
+    for (const auto k : flexible) {
+      const double value = found.values[k];
+      if (value < top) worst = std::max(worst, found.residuals[k]);
+      below += value < top;
+      doubtful += std::abs(value / top - 1) < 4 * smallest_gap;
+      harmonic.values.push_back(value);
+      harmonic.residuals.push_back(found.residuals[k]);
+    }
+    const auto kept = static_cast<Eigen::Index>(flexible.size());
+    harmonic.vectors.resize(found.vectors.rows(), kept);
+    for (Eigen::Index k = 0; k < kept; ++k) {
+      harmonic.vectors.col(k) =
+          found.vectors.col(static_cast<Eigen::Index>(flexible[static_cast<std::size_t>(k)]));
+    }
+    harmonic.orthonormality = found.orthonormality;
+    // Near a shift that is too small rigid motions are nearly singular and residuals grow.
+    const bool may_retry = solves < most_solves;
+    if (worst > target_residual && may_retry && !harmonic.values.empty() &&
+        -0.01 * harmonic.values[0] < 2 * shift) {
+      shift = -0.01 * harmonic.values[0];
+      continue;
+    }
+    refuse_bad_residuals(forms.scales, found, flexible, harmonic.counted);
+    if (std::abs(below - harmonic.counted) <= doubtful) return;
+  }
+  harmonic.verified_below = verified_prefix(forms, system, harmonic);
+}
+
+}  // namespace carillon::solvers
