@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "cli/pitch.hpp"
 #include "cli/text.hpp"
 #include "cli/turned_body.hpp"
 #include "core/error.hpp"
@@ -54,6 +55,10 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
                   "of a generated body of revolution")
       ->check(CLI::IsMember({"block_lanczos", "krylov_schur", "fourier"}))
       ->capture_default_str();
+  .add_option("--pitch-cents", options.pitch_cents,
+              "refine order and element size until the worst mode's estimated pitch error is "
+              "below it; begins with --order and --element-size")
+      ->check(CLI::Range(1e-3, 1e4));
 }
 
 namespace {
@@ -162,21 +167,43 @@ solvers::SolveOptions solve_options(const BodyOptions& options) {
 }
 
 Body solve_body(const BodyOptions& options, const Context& context) {
-  if (options.solver == "fourier") return solve_turned(options, context);
+  if (options.solver == "fourier") {
+    if (options.pitch_cents > 0) {
+      throw InputError("--pitch-cents refines tetrahedra, and the fourier solver has none");
+    }
+    return solve_turned(options, context);
+  }
   Body body;
   solvers::MeshRequest request;
   mpi::agreed(context.world, [&] { request = mesh_request(options); });
-  {
-    const core::ScopedTimer timer(body.trace.stages["mesh"]);
-    body.mesh = shared_mesh(request, {}, context.cache, context.world);
+  solvers::SolveOptions solve = solve_options(options);
+  const auto solve_mesh = [&](const solvers::MeshResult& mesh) {
+    if (!request.shape.family.empty()) {
+      check_size(solvers::bounding_box(mesh.mesh.nodes).longest_side(), options.any_size);
+    }
+    body.materials = region_materials(options.material, mesh.mesh.region_names);
+    return std::vector{solvers::cached_modes(mesh.mesh, elastic_of(body.materials), solve,
+                                             context.world, context.cache, body.trace)};
+  };
+  if (options.pitch_cents > 0) {
+    solve.tolerance = solvers::tolerance_for(options.pitch_cents);
+    const PitchSearch search{.request = request,
+                             .cents = options.pitch_cents,
+                             .linear_solver = solve.linear_solver,
+                             .memory_limit = solve.memory_limit,
+                             .limits = {},
+                             .cache = context.cache};
+    auto result = refine_to_pitch(search, solve_mesh, context.world, body.trace);
+    body.mesh = std::move(result.mesh);
+    body.modes = std::move(result.sets.front());
+    body.pitch_target = std::move(result.report);
+  } else {
+    {
+      const core::ScopedTimer timer(body.trace.stages["mesh"]);
+      body.mesh = shared_mesh(request, {}, context.cache, context.world);
+    }
+    body.modes = std::move(solve_mesh(body.mesh).front());
   }
-  if (!request.shape.family.empty()) {
-    check_size(solvers::bounding_box(body.mesh.mesh.nodes).longest_side(), options.any_size);
-  }
-  body.materials = region_materials(options.material, body.mesh.mesh.region_names);
-  body.modes =
-      solvers::cached_modes(body.mesh.mesh, elastic_of(body.materials), solve_options(options),
-                            context.world, context.cache, body.trace);
   body.decay_rates = synth::decay_rates(body.modes, damping_of(body.materials));
   return body;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "cli/context.hpp"
 #include "solvers/mesh_child.hpp"
 #include "solvers/modes.hpp"
+#include "solvers/pitch_target.hpp"
 #include "synth/material.hpp"
 
 namespace CLI {
@@ -26,6 +28,7 @@ struct BodyOptions {
   std::string max_frequency = "20 kHz";
   int max_modes = 300;
   std::string solver = "block_lanczos";  ///< or krylov_schur; fourier: see solve_turned()
+  double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
 };
 
 /// Adds the options above to a command.
@@ -61,7 +64,8 @@ struct Body {
   solvers::MeshResult mesh;
   std::vector<synth::Material> materials;  ///< one per region
   solvers::Modes modes;
-  std::vector<double> decay_rates;  ///< d [1/s]
+  std::vector<double> decay_rates;                   ///< d [1/s]
+  std::optional<solvers::PitchReport> pitch_target;  ///< when one was asked for
   core::Trace trace;
 };
 

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "cli/body.hpp"
+#include "cli/pitch.hpp"
 #include "core/files.hpp"
 #include "solvers/modes_file.hpp"
 #include "synth/ring_down.hpp"
@@ -28,32 +30,45 @@ nlohmann::json to_json(const Body& body) {
   for (const auto& [stage, entry] : body.trace.stages) timing[stage + "_s"] = entry.seconds;
   nlohmann::json materials = nlohmann::json::array();
   for (const synth::Material& material : body.materials) materials.push_back(material.name);
-  return {{"modes", modes},
-          {"certificate",
-           {{"modes_in_band", certificate.modes_in_band},
-            {"modes_found", certificate.modes_found},
-            {"complete", certificate.complete},
-            {"complete_to_hz", certificate.complete_to_hz},
-            {"rigid_modes", certificate.rigid_modes},
-            {"components", certificate.components},
-            {"max_residual", certificate.max_residual},
-            {"orthonormality", certificate.orthonormality},
-            {"unknowns", certificate.unknowns},
-            {"count_verified", certificate.count_verified},
-            {"linear_solver", solvers::name_of(certificate.linear_solver)}}},
-          {"mesh", solvers::to_json(body.mesh.quality)},
-          {"repair", solvers::to_json(body.mesh.repair)},
-          {"materials", materials},
-          {"mass_kg", body.modes.mass},
-          {"timing", timing}};
+  nlohmann::json out = {{"modes", modes},
+                        {"certificate",
+                         {{"modes_in_band", certificate.modes_in_band},
+                          {"modes_found", certificate.modes_found},
+                          {"complete", certificate.complete},
+                          {"complete_to_hz", certificate.complete_to_hz},
+                          {"rigid_modes", certificate.rigid_modes},
+                          {"components", certificate.components},
+                          {"max_residual", certificate.max_residual},
+                          {"orthonormality", certificate.orthonormality},
+                          {"unknowns", certificate.unknowns},
+                          {"count_verified", certificate.count_verified},
+                          {"linear_solver", solvers::name_of(certificate.linear_solver)}}},
+                        {"mesh", solvers::to_json(body.mesh.quality)},
+                        {"repair", solvers::to_json(body.mesh.repair)},
+                        {"materials", materials},
+                        {"mass_kg", body.modes.mass},
+                        {"timing", timing}};
+  if (body.pitch_target) out["pitch_target"] = solvers::to_json(*body.pitch_target, true);
+  return out;
+}
+
+/// Worst and median of the estimated errors.
+void print_pitch_errors(const std::vector<double>& errors) {
+  const auto worst = std::max_element(errors.begin(), errors.end());
+  fmt::print("estimated pitch error: worst {:.3g} cents (mode {}), median {:.3g}\n", *worst,
+             worst - errors.begin() + 1, solvers::median(errors));
 }
 
 void print_table(const Body& body) {
   const bool turned = !body.modes.harmonics.empty();
-  fmt::print("{:>5} {:>14} {:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]", "decay [1/s]",
-             "T60 [s]", "residual", turned ? " harmonic" : "");
+  const bool estimated = !body.modes.pitch_errors.empty();
+  fmt::print("{:>5} {:>14} {}{:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]",
+             estimated ? "error [cent] " : "", "decay [1/s]", "T60 [s]", "residual",
+             turned ? " harmonic" : "");
   for (std::size_t i = 0; i < body.modes.size(); ++i) {
-    fmt::print("{:>5} {:>14.4f} {:>14.4f} {:>10.3g} {:>10.1e}{}\n", i + 1, body.modes.frequency(i),
+    fmt::print("{:>5} {:>14.4f} {}{:>14.4f} {:>10.3g} {:>10.1e}{}\n", i + 1,
+               body.modes.frequency(i),
+               estimated ? fmt::format("{:>12.2g} ", body.modes.pitch_errors[i]) : "",
                body.decay_rates[i], synth::t60(body.decay_rates[i]), body.modes.residuals[i],
                turned ? fmt::format(" {:>8}", body.modes.harmonics[i]) : "");
   }
@@ -63,11 +78,13 @@ void print_table(const Body& body) {
   fmt::print("{} rigid modes of {} component{}; worst residual {:.1e}\n", certificate.rigid_modes,
              certificate.components, certificate.components == 1 ? "" : "s",
              certificate.max_residual);
+  if (estimated) print_pitch_errors(body.modes.pitch_errors);
   const std::string size = turned ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
                                   : fmt::format("{} elements, {} unknowns",
                                                 body.mesh.quality.elements, certificate.unknowns);
   fmt::print("{}, mass {:.4g} kg\n", size, body.modes.mass);
   for (const std::string& action : body.mesh.repair.actions) fmt::print("repair: {}\n", action);
+  if (body.pitch_target) print_report(*body.pitch_target);
   for (const auto& [stage, entry] : body.trace.stages) {
     fmt::print("{:<18} {:8.3f} s\n", stage, entry.seconds);
   }
@@ -85,6 +102,7 @@ void add_modes(CLI::App& program, Context& context) {
       "Examples:\n"
       "  carillon modes cup.obj --length 0.1 m --material ceramic\n"
       "  carillon modes block:length=50mm,width=30mm,height=20mm -m steel --max-frequency 150kHz\n"
+      "  carillon modes bowl -m glass --pitch-cents 5\n"
       "  mpirun -n 2 carillon modes bowl -m glass --json");
   command->callback([&context, options, output] {
     const Body body = solve_body(*options, context);

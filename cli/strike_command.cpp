@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/body.hpp"
+#include "cli/pitch.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -87,16 +88,18 @@ void run_strike(const StrikeOptions& options, const Context& context) {
   const solvers::Vec3 position = synth::frame_at(body.modes.surface, strike.point).position;
   const char* unit = rings.pressure ? "Pa" : "m/s";
   if (context.json) {
-    const nlohmann::json json = {{"file", options.output},
-                                 {"modes", body.modes.size()},
-                                 {"unit", unit},
-                                 {"peak", peak},
-                                 {"position_m", {position.x(), position.y(), position.z()}}};
+    nlohmann::json json = {{"file", options.output},
+                           {"modes", body.modes.size()},
+                           {"unit", unit},
+                           {"peak", peak},
+                           {"position_m", {position.x(), position.y(), position.z()}}};
+    if (body.pitch_target) json["pitch_target"] = solvers::to_json(*body.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
   } else {
     fmt::print("{}: {} modes, struck at ({:.4f}, {:.4f}, {:.4f}) m, peak {:.3g} {}\n",
                options.output, body.modes.size(), position.x(), position.y(), position.z(), peak,
                unit);
+    if (body.pitch_target) print_report(*body.pitch_target);
   }
 }
 

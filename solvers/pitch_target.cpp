@@ -85,7 +85,7 @@ class Search {
     }
     std::vector<Modes> sets;
     try {
-      sets = solve_(mesh.mesh);
+      sets = solve_(mesh);
     } catch (const core::SolverError& error) {
       if (first) throw;
       stop("solver", error.message());
@@ -99,9 +99,11 @@ class Search {
   void judge(const MeshOptions& options, MeshResult mesh, std::vector<Modes> sets, double seconds) {
     PitchStep step;
     std::vector<double> errors;
-    bool estimated = true;
     for (const Modes& modes : sets) {
-      estimated = estimated && modes.pitch_errors.size() == modes.size();
+      if (modes.pitch_errors.size() != modes.size()) {
+        throw core::InputError("a pitch target needs estimated pitch errors",
+                               "solve with estimate_errors");
+      }
       errors.insert(errors.end(), modes.pitch_errors.begin(), modes.pitch_errors.end());
       step.unknowns = std::max(step.unknowns, modes.certificate.unknowns);
     }
@@ -127,9 +129,7 @@ class Search {
       result_.sets = std::move(sets);
     }
     steps.push_back(step);
-    if (!estimated) {
-      stop("no_estimate", "the modes came without an estimate of their pitch errors");
-    } else if (!met() && stuck_ > 1) {
+    if (!met() && stuck_ > 1) {
       stop("no_progress",
            fmt::format("two refinements did not bring the worst mode below {:.3g} cents",
                        report().reached_cents));

@@ -38,7 +38,7 @@ struct PitchReport {
   std::vector<PitchStep> steps;  ///< in the order in which they were tried
   /// Empty when the target is met. Else what ended the search: max_elements, memory_limit, order (4
   /// is the highest, and the mesh cannot be refined), mesher (it failed or ran into its limits),
-  /// solver, no_progress, steps or no_estimate.
+  /// solver, no_progress or steps.
   std::string stopped_by;
   std::string reason;  ///< the same for a person
 
@@ -54,7 +54,7 @@ struct PitchResult {
 /// Makes the mesh of a setting.
 using MeshMaker = std::function<MeshResult(const MeshOptions&)>;
 /// Mode sets of a mesh that must all meet the target, with their pitch_errors.
-using ModeSolver = std::function<std::vector<Modes>(const TetMesh&)>;
+using ModeSolver = std::function<std::vector<Modes>(const MeshResult&)>;
 
 /// Solves, reads the estimated pitch errors, and refines until the worst mode meets the target or
 /// something stops it: each step takes the order from 2 to 4 and the size that should meet it at
@@ -65,7 +65,9 @@ using ModeSolver = std::function<std::vector<Modes>(const TetMesh&)>;
 /// The choice follows from counts and estimates alone, never from the clock, so it is the same
 /// everywhere; but for a mesh that ran into a limit of time.
 ///
-/// @throws InputError   the target is not a positive number; and what make_mesh and solve throw
+/// @throws InputError   the target is not a positive number, or modes come without pitch_errors;
+/// and
+///                      what make_mesh and solve throw
 /// @throws SolverError  the first setting failed
 /// @note Collective where make_mesh and solve are.
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,

@@ -158,6 +158,13 @@ void read_modes(ConfigNode node, BuildConfig& config) {
   config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
 }
 
+void read_solver(ConfigNode node, BuildConfig& config) {
+  config.pitch_cents = zero_or_more(node, "pitch_cents", Dimension::none);
+  if (config.pitch_cents > 0 && config.pitch_cents < 1e-3) {
+    node.fail("pitch_cents", "must be at least 0.001 cents, or 0 for none");
+  }
+}
+
 void read_limits(ConfigNode node, BuildConfig& config) {
   config.mesh_limits.seconds = above_zero(node, "mesh_time", Dimension::time, 300);
   config.mesh_limits.memory = static_cast<std::int64_t>(
@@ -284,6 +291,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
 
   config.audio = read_audio(root.child("audio"));
   read_modes(root.child("modes"), config);
+  read_solver(root.child("solver"), config);
   read_limits(root.child("limits"), config);
   config.strikes = read_strikes(root.child("strikes"), file_name);
   for (ConfigNode& node : root.children("listeners")) {

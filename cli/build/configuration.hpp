@@ -69,6 +69,7 @@ struct BuildConfig {
   std::vector<ObjectSource> objects;
   solvers::Band band;
   solvers::MeshOptions mesh;
+  double pitch_cents = 0;  ///< each shape is refined until its worst mode is within it; 0: not
   solvers::ChildLimits mesh_limits;
   AudioConfig audio;
   StrikeConfig strikes;

@@ -1,10 +1,12 @@
 #include "cli/build/modes_task.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <cmath>
 
 #include "cli/body.hpp"
+#include "cli/pitch.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
@@ -132,14 +134,12 @@ ModeSets group_variants(const std::vector<std::vector<synth::Material>>& materia
   return sets;
 }
 
-std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& shape,
-                                        const BuildFolders& folders, MPI_Comm comm,
-                                        core::Trace& trace) {
-  solvers::MeshResult mesh;
-  {
-    const core::ScopedTimer timer(trace.stages["mesh"]);
-    mesh = shared_mesh(shape.request, config.mesh_limits, folders.cache, comm);
-  }
+namespace {
+
+/// Mode sets of a mesh that serve every variant of its shape.
+std::vector<solvers::Modes> solve_sets(const BuildConfig& config, const Shape& shape,
+                                       const solvers::MeshResult& mesh, const BuildFolders& folders,
+                                       MPI_Comm comm, core::Trace& trace) {
   const double longest = solvers::bounding_box(mesh.mesh.nodes).longest_side();
   std::vector<std::vector<synth::Material>> materials;
   for (const Variant& variant : shape.variants) {
@@ -151,15 +151,57 @@ std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& 
   for (std::size_t s = 0; s < sets.regions.size(); ++s) {
     solvers::SolveOptions options;
     options.band = sets.bands[s];
+    if (config.pitch_cents > 0) options.tolerance = solvers::tolerance_for(config.pitch_cents);
     modes.push_back(
         solvers::cached_modes(mesh.mesh, sets.regions[s], options, comm, folders.cache, trace));
   }
+  return modes;
+}
+
+/// Mesh and mode sets as the configuration asks: as they come, or refined to a pitch target.
+solvers::PitchResult make_sets(const BuildConfig& config, const Shape& shape,
+                               const BuildFolders& folders, MPI_Comm comm, core::Trace& trace) {
+  const auto solve = [&](const solvers::MeshResult& mesh) {
+    return solve_sets(config, shape, mesh, folders, comm, trace);
+  };
+  if (config.pitch_cents > 0) {
+    PitchSearch search;
+    search.request = shape.request;
+    search.cents = config.pitch_cents;
+    search.limits = config.mesh_limits;
+    search.cache = folders.cache;
+    solvers::PitchResult result = refine_to_pitch(search, solve, comm, trace);
+    if (!result.report.met() && mpi::rank(comm) == 0) {
+      spdlog::warn("{}: {:.3g} cents instead of {:.3g}: {}", shape.id, result.report.reached_cents,
+                   config.pitch_cents, result.report.reason);
+    }
+    return result;
+  }
+  solvers::PitchResult result;
+  {
+    const core::ScopedTimer timer(trace.stages["mesh"]);
+    result.mesh = shared_mesh(shape.request, config.mesh_limits, folders.cache, comm);
+  }
+  result.sets = solve(result.mesh);
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& shape,
+                                        const BuildFolders& folders, MPI_Comm comm,
+                                        core::Trace& trace) {
+  const solvers::PitchResult made = make_sets(config, shape, folders, comm, trace);
+  const std::vector<solvers::Modes>& modes = made.sets;
   std::vector<std::string> written;
   mpi::agreed(comm, [&] {
     if (mpi::rank(comm) != 0) return;
     core::write_durably(folders.modes_file(shape), [&](const std::filesystem::path& path) {
       const core::Hdf5Group file = core::Hdf5Group::create_file(path);
-      write_shape(shape, mesh, file);
+      write_shape(shape, made.mesh, file);
+      if (config.pitch_cents > 0) {
+        file.write_attribute("pitch_target", solvers::to_json(made.report, false).dump());
+      }
       for (std::size_t s = 0; s < modes.size(); ++s) {
         solvers::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
       }

@@ -194,7 +194,8 @@ std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& con
     mpi::Task entry;
     entry.key = task.key;
     if (task.kind == TaskKind::modes) {
-      entry.cost = modes_seconds;
+      // A pitch target takes a first solve, and as a rule a larger second one.
+      entry.cost = config.pitch_cents > 0 ? 3 * modes_seconds : modes_seconds;
       entry.memory = 1e9;
     } else {
       const double rows = static_cast<double>(std::max<std::size_t>(1, config.listeners.size()));

@@ -46,8 +46,9 @@ struct Body {
     };
   }
   ModeSolver solver() {
-    return [this](const TetMesh& mesh) {
+    return [this](const MeshResult& made) {
       ++solves;
+      const TetMesh& mesh = made.mesh;
       const MeshSize size = size_of(mesh);
       Modes modes;
       modes.pitch_errors = errors(size);
@@ -224,7 +225,7 @@ TEST(PitchTarget, AFailureAfterTheFirstStepKeepsWhatThereIs) {
 
   const auto solve = body.solver();
   body.solves = 0;
-  const auto unsolved = reach_pitch({.cents = 0.1}, body.mesh_maker(), [&](const TetMesh& m) {
+  const auto unsolved = reach_pitch({.cents = 0.1}, body.mesh_maker(), [&](const MeshResult& m) {
     if (body.solves > 0) throw core::SolverError("out of memory");
     return solve(m);
   });
@@ -232,7 +233,7 @@ TEST(PitchTarget, AFailureAfterTheFirstStepKeepsWhatThereIs) {
 
   EXPECT_THROW(
       reach_pitch({.cents = 1}, body.mesh_maker(),
-                  [](const TetMesh&) -> std::vector<Modes> { throw core::SolverError("no"); }),
+                  [](const MeshResult&) -> std::vector<Modes> { throw core::SolverError("no"); }),
       core::SolverError);
 }
 
@@ -255,10 +256,10 @@ TEST(PitchTarget, GivenElementsRiseInOrderAlone) {
 
 TEST(PitchTarget, EverySetMustMeetIt) {
   Body body = tile(smooth(60));
-  const auto result = reach_pitch({.cents = 2}, body.mesh_maker(), [&](const TetMesh& mesh) {
+  const auto result = reach_pitch({.cents = 2}, body.mesh_maker(), [&](const MeshResult& mesh) {
     auto sets = body.solver()(mesh);
     sets.push_back(sets[0]);
-    sets[1].pitch_errors = smooth(120)(size_of(mesh));
+    sets[1].pitch_errors = smooth(120)(size_of(mesh.mesh));
     return sets;
   });
   ASSERT_TRUE(result.report.met());
@@ -269,12 +270,13 @@ TEST(PitchTarget, EverySetMustMeetIt) {
 TEST(PitchTarget, ModesWithoutEstimatesAndNoModesAtAll) {
   Body body = tile([](const MeshSize&) { return std::vector<double>{}; });
   EXPECT_TRUE(body.reach({.cents = 1}).report.met());  // no mode, no error
-  const auto blind = reach_pitch({.cents = 1}, body.mesh_maker(), [](const TetMesh&) {
-    Modes modes;
-    modes.eigenvalues = {1.0};
-    return std::vector<Modes>{modes};
-  });
-  EXPECT_EQ(blind.report.stopped_by, "no_estimate");
+  EXPECT_THROW(reach_pitch({.cents = 1}, body.mesh_maker(),
+                           [](const MeshResult&) {
+                             Modes modes;
+                             modes.eigenvalues = {1.0};
+                             return std::vector<Modes>{modes};
+                           }),
+               core::InputError);
   for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL})
     EXPECT_THROW(body.reach({.cents = bad}), core::InputError) << bad;
 }

@@ -1,0 +1,61 @@
+#include "cli/pitch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "cli/body.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// Tetrahedra that a file gives cannot be made smaller.
+bool gives_tetrahedra(const solvers::MeshRequest& request) {
+  if (!request.shape.family.empty()) return false;
+  std::string ending = std::filesystem::path(request.file.path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".msh";
+}
+
+}  // namespace
+
+solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver& solve,
+                                     MPI_Comm comm, core::Trace& trace) {
+  solvers::PitchTarget target;
+  target.cents = search.cents;
+  target.start = search.request.options;
+  target.fixed_mesh = gives_tetrahedra(search.request);
+  target.linear_solver = search.linear_solver;
+  target.memory_limit = search.memory_limit;
+  const auto make_mesh = [&](const solvers::MeshOptions& options) {
+    const core::ScopedTimer timer(trace.stages["mesh"]);
+    solvers::MeshRequest request = search.request;
+    request.options = options;
+    return shared_mesh(request, search.limits, search.cache, comm);
+  };
+  return solvers::reach_pitch(target, make_mesh, solve);
+}
+
+void print_report(const solvers::PitchReport& report) {
+  fmt::print("\npitch target {:.3g} cents: ", report.asked_cents);
+  if (report.met()) {
+    fmt::print("met, the worst mode is within {:.3g}\n", report.reached_cents);
+  } else {
+    fmt::print("not met, the worst mode is within {:.3g}; {}\n", report.reached_cents,
+               report.reason);
+  }
+  fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9} {:>14} {:>15}\n", "", "order", "size [mm]",
+             "elements", "unknowns", "time [s]", "worst [cent]", "median [cent]");
+  for (std::size_t i = 0; i < report.steps.size(); ++i) {
+    const solvers::PitchStep& step = report.steps[i];
+    fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9.2f} {:>14.3g} {:>15.3g}\n",
+               i == report.chosen ? "chosen" : "", step.order,
+               fmt::format("{}{:.3g}", step.automatic_size ? "auto " : "", 1e3 * step.element_size),
+               step.elements, step.unknowns, step.seconds, step.worst_cents, step.median_cents);
+  }
+}
+
+}  // namespace carillon::cli
