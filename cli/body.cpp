@@ -55,9 +55,10 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
                   "of a generated body of revolution")
       ->check(CLI::IsMember({"block_lanczos", "krylov_schur", "fourier"}))
       ->capture_default_str();
-  .add_option("--pitch-cents", options.pitch_cents,
-              "refine order and element size until the worst mode's estimated pitch error is "
-              "below it; begins with --order and --element-size")
+  command
+      .add_option("--pitch-cents", options.pitch_cents,
+                  "refine order and element size until the worst mode's estimated pitch error is "
+                  "below it; begins with --order and --element-size")
       ->check(CLI::Range(1e-3, 1e4));
 }
 
