@@ -20,7 +20,8 @@ namespace {
 const solvers::Family& turned_family(const solvers::MeshRequest& request) {
   std::vector<std::string> names;
   for (const auto& family : solvers::families()) {
-    if (family.meridian) names.push_back(family.name);
+    // A profile cannot be given on the command line.
+    if (family.meridian && !family.parameters.empty()) names.push_back(family.name);
   }
   const auto hint = fmt::format("bodies of revolution: {}", fmt::join(names, ", "));
   if (request.shape.family.empty()) {

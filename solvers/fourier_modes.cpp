@@ -18,7 +18,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 /// Side of a cell times the largest wave number, and its order: errors near 0.001 cents.
 constexpr double waves_in_cell = 4.0 / 6.0;
-constexpr int most_halvings = 2;
+constexpr int most_refinements = 2;
 /// Bodies with more modes than this in the band are not solved beyond max_modes.
 constexpr double many_modes = 2000;
 /// Far below the first mode an inertia count drowns in rounding.
@@ -94,22 +94,30 @@ class FourierSolve {
         fourier_(fourier),
         trace_(trace),
         size_(measure(meridian)),
-        estimate_(estimate_first_frequency(size_, material)) {}
+        estimate_(estimate_first_frequency(size_, material)),
+        order_(fourier.order) {}
 
   Modes run() {
     auto attempt = count(first_top());
     const bool refine = options_.estimate_errors && fourier_.cell == 0;
-    for (int halvings = 0;; ++halvings) {
+    double before = std::numeric_limits<double>::infinity();
+    for (int step = 0;; ++step) {
       solve(attempt);
       auto found = list(attempt);
       if (options_.estimate_errors) estimate_errors(attempt, found);
-      const auto worst = std::max_element(
-          found.begin(), found.end(),
-          [](const Found& a, const Found& b) { return a.pitch_error < b.pitch_error; });
-      const bool good = found.empty() || worst->pitch_error <= fourier_.pitch_target;
-      if (good || !refine || halvings == most_halvings) return select(attempt, std::move(found));
-      // Halving cells that are larger than the section's parts would change nothing.
-      cell_ = std::min(cell_, longest_side(meridian_)) / 2;
+      double worst = 0;
+      for (const auto& mode : found) worst = std::max(worst, mode.pitch_error);
+      const bool gains = worst < before / 2;
+      if (!refine || worst <= fourier_.pitch_target || step == most_refinements || !gains) {
+        return select(attempt, std::move(found));
+      }
+      before = worst;
+      if (step == 0) {
+        order_ += 2;
+      } else {
+        // Halving cells that are larger than the section's parts would change nothing.
+        cell_ = std::min(cell_, longest_side(meridian_)) / 2;
+      }
       attempt = count_with_cell(attempt.top);
     }
   }
@@ -171,7 +179,7 @@ class FourierSolve {
   }
 
   Attempt count_with_cell(double top) const {
-    Attempt attempt{forms_of_order(fourier_.order), top, {}};
+    Attempt attempt{forms_of_order(order_), top, {}};
     attempt.harmonics =
         count_harmonics(attempt.forms, size_, std::max(top, lowest_count * estimate_), trace_);
     return attempt;
@@ -211,7 +219,7 @@ class FourierSolve {
   void estimate_errors(const Attempt& attempt, std::vector<Found>& found) const {
     const core::ScopedTimer timer(trace_.stages["errors"]);
     core::Trace unseen;
-    const auto finer = forms_of_order(fourier_.order + 2);
+    const auto finer = forms_of_order(order_ + 2);
     const double counted_at = std::max(attempt.top, lowest_count * estimate_);
     for (std::size_t h = 0; h < attempt.harmonics.size(); ++h) {
       const auto& coarse = attempt.harmonics[h];
@@ -330,6 +338,7 @@ class FourierSolve {
   core::Trace& trace_;
   MeridianSize size_;
   double estimate_;  ///< of the lowest flexible frequency [Hz]
+  int order_;
   double cell_ = 0;
 };
 

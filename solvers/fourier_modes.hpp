@@ -10,8 +10,9 @@ namespace carillon::solvers {
 struct FourierOptions {
   int order = 6;    ///< of the cells, 2 to 14
   double cell = 0;  ///< largest side of a cell [m]; 0: from the wave number at the band's top
-  /// Wanted pitch error [cents]: cells are halved, twice at most, while the estimate is above it.
-  /// Needs SolveOptions::estimate_errors and no `cell` of one's own.
+  /// Wanted pitch error [cents]: while the estimate is above it, the order is raised by 2 and then
+  /// cells are halved, as long as that at least halves the error. Needs
+  /// SolveOptions::estimate_errors and no `cell` of one's own.
   double pitch_target = 0.01;
 };
 

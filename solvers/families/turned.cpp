@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "solvers/delaunay.hpp"
 #include "solvers/families/family.hpp"
+#include "solvers/families/polygon_meridian.hpp"
 #include "solvers/families/revolve.hpp"
 #include "solvers/families/sizing.hpp"
 
@@ -46,6 +47,11 @@ MeshResult mesh_turned(const GeneratedShape& shape, const MeshOptions& options) 
   }
 }
 
+Meridian turned_meridian(const GeneratedShape& shape) {
+  check_parameters(shape);
+  return polygon_meridian(checked_profile(shape.profile, "turned"));
+}
+
 }  // namespace
 
 Family turned_family() {
@@ -54,7 +60,8 @@ Family turned_family() {
           "a ring where it keeps off it",
           {},
           check_turned,
-          mesh_turned};
+          mesh_turned,
+          turned_meridian};
 }
 
 }  // namespace carillon::solvers

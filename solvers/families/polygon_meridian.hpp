@@ -1,0 +1,14 @@
+#pragma once
+
+#include "solvers/families/outline.hpp"
+#include "solvers/meridian.hpp"
+
+namespace carillon::solvers {
+
+/// Section of a checked profile: its constrained Delaunay triangulation (CGAL, refined until no
+/// angle is below 6 degrees: cells of high order may be long and thin), each triangle cut into
+/// three quadrilaterals at its centroid and the middles of its sides. Blocks are graded towards
+/// re-entrant corners.
+Meridian polygon_meridian(const ProfilePolygon& profile);
+
+}  // namespace carillon::solvers
