@@ -18,10 +18,8 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<int, Kernel>;
 using FaceBase = CGAL::Delaunay_mesh_face_base_2<Kernel>;
-using Triangulation =
-    CGAL::Constrained_Delaunay_triangulation_2<Kernel,
-                                               CGAL::Triangulation_data_structure_2<VertexBase,
-                                                                                    FaceBase>>;
+using Triangulation = CGAL::Constrained_Delaunay_triangulation_2<
+    Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>>;
 using Criteria = CGAL::Delaunay_mesh_size_criteria_2<Triangulation>;
 
 /// Square of the sine of the smallest angle.
@@ -54,12 +52,11 @@ class Blocks {
       const std::size_t after = (k + 1) % 3, before = (k + 2) % 3;
       const Vec2 a = corner[k], b = 0.5 * (corner[k] + corner[after]), c = centre,
                  d = 0.5 * (corner[k] + corner[before]);
-      meridian_.blocks.push_back({{number[k], side(number[k], number[after]), middle,
-                                   side(number[k], number[before])},
-                                  [=](double u, double v) -> Vec2 {
-                                    return (1 - v) * ((1 - u) * a + u * b) +
-                                           v * ((1 - u) * d + u * c);
-                                  }});
+      meridian_.blocks.push_back(
+          {{number[k], side(number[k], number[after]), middle, side(number[k], number[before])},
+           [=](double u, double v) -> Vec2 {
+             return (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c);
+           }});
     }
   }
 

@@ -72,6 +72,19 @@ class Modes(FolderTest):
         for a, b in zip(one["modes"], two["modes"], strict=True):
             self.assertLess(abs(a["frequency_hz"] / b["frequency_hz"] - 1), 1e-8)
 
+    def test_a_body_of_revolution_is_solved_by_harmonics_too(self):
+        solid = run_json("modes", "ring", "-m", "steel", "--order", "4")
+        for ranks in (1, 2):
+            turned = run_json("modes", "ring", "-m", "steel", "--solver", "fourier", ranks=ranks)
+            self.assertEqual(len(turned["modes"]), len(solid["modes"]))
+            for a, b in zip(turned["modes"], solid["modes"]):
+                self.assertLess(abs(cents(a["frequency_hz"], b["frequency_hz"])), 5)
+                self.assertLess(a["pitch_error_cents"], 0.02)
+            self.assertEqual([m["harmonic"] for m in turned["modes"][:2]], [2, 2])
+        answer = run("modes", "bar", "-m", "steel", "--solver", "fourier")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("not a body of revolution", answer.stderr)
+
     def test_second_run_comes_from_the_cache(self):
         arguments = ("modes", "disc", "-m", "glass", "--max-modes", "10")
         first = run_json(*arguments)

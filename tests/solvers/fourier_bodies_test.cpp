@@ -57,7 +57,9 @@ struct Thick {
   std::map<std::string, double> given;
   int modes;
 };
-void PrintTo(const Thick& c, std::ostream* out) { *out << c.family; }
+void PrintTo(const Thick& c, std::ostream* out) {
+  *out << c.family;
+}
 
 class Against3d : public testing::TestWithParam<Thick> {};
 
@@ -77,13 +79,13 @@ TEST_P(Against3d, TheLowestModesAgree) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Families, Against3d,
-    testing::Values(Thick{"bowl", {{"wall", 0.006}}, 8}, Thick{"cup", {{"wall", 0.005}}, 8},
-                    Thick{"vase", {{"wall", 0.008}, {"height", 0.16}}, 8},
-                    Thick{"plate", {{"wall", 0.006}}, 8}, Thick{"disc", {}, 12},
-                    Thick{"sphere", {}, 21}),
-    [](const auto& given) { return given.param.family; });
+INSTANTIATE_TEST_SUITE_P(Families, Against3d,
+                         testing::Values(Thick{"bowl", {{"wall", 0.006}}, 8},
+                                         Thick{"cup", {{"wall", 0.005}}, 8},
+                                         Thick{"vase", {{"wall", 0.008}, {"height", 0.16}}, 8},
+                                         Thick{"plate", {{"wall", 0.006}}, 8},
+                                         Thick{"disc", {}, 12}, Thick{"sphere", {}, 21}),
+                         [](const auto& given) { return given.param.family; });
 
 /// Energy of the response along d at the surface point nearest to `where`: sum over a pair of
 /// (phi . d)^2, which no choice of basis in the pair changes.
@@ -125,7 +127,7 @@ TEST(FourierShapes, PairsKnowNoDirection) {
   const auto modes = fourier(shape_of("bowl"), test::glass, 12000);
   ASSERT_GT(modes.size(), 20u);
   const auto& nodes = modes.surface.nodes;
-  for (std::size_t k = 0; k < modes.size(); k += modes.harmonics[k] > 0 ? 2 : 1) {
+  for (std::size_t k = 0; k<modes.size(); k += modes.harmonics[k]> 0 ? 2 : 1) {
     const std::size_t count = modes.harmonics[k] > 0 ? 2 : 1;
     // Circles by height and radius, in micrometres.
     std::map<std::pair<long, long>, Eigen::Vector3d> first;
@@ -140,11 +142,10 @@ TEST(FourierShapes, PairsKnowNoDirection) {
                                       .segment<3>(3 * static_cast<Eigen::Index>(n))
                                       .transpose()
                                       .cast<double>();
-        squares += Eigen::Vector3d(c * u.x() + s * u.y(), c * u.y() - s * u.x(), u.z())
-                       .cwiseAbs2();
+        squares += Eigen::Vector3d(c * u.x() + s * u.y(), c * u.y() - s * u.x(), u.z()).cwiseAbs2();
       }
-      const auto [circle, is_new] = first.try_emplace(
-          {std::lround(1e6 * radius), std::lround(1e6 * nodes[n].z())}, squares);
+      const auto [circle, is_new] =
+          first.try_emplace({std::lround(1e6 * radius), std::lround(1e6 * nodes[n].z())}, squares);
       largest = std::max(largest, squares.sum());
       difference = std::max(difference, (squares - circle->second).cwiseAbs().maxCoeff());
     }
@@ -199,18 +200,17 @@ void expect_same(const Modes& a, const Modes& b, double most) {
 /// Triangulated sections against rectangles, one that keeps off the axis and one whose cells meet
 /// it in sides and in corners.
 TEST(FourierTurned, PolygonsGiveWhatRectanglesGive) {
-  expect_same(fourier(turned({{0.04, 0}, {0.05, 0}, {0.05, 0.01}, {0.04, 0.01}}), test::steel,
-                      30000),
-              fourier(rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel, 30000), 0.01);
   expect_same(
-      fourier(turned({{0, 0}, {0.02, 0}, {0.02, 0.06}, {0, 0.06}}), test::steel, 70000),
-      fourier(rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel, 70000), 0.01);
+      fourier(turned({{0.04, 0}, {0.05, 0}, {0.05, 0.01}, {0.04, 0.01}}), test::steel, 30000),
+      fourier(rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel, 30000), 0.01);
+  expect_same(fourier(turned({{0, 0}, {0.02, 0}, {0.02, 0.06}, {0, 0.06}}), test::steel, 70000),
+              fourier(rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel, 70000), 0.01);
 }
 
 /// A goblet's foot: re-entrant corners, graded in one and cut into other blocks in the other.
 TEST(FourierTurned, ReentrantCornersConverge) {
-  const auto polygon = turned(
-      {{0, 0}, {0.04, 0}, {0.04, 0.01}, {0.012, 0.01}, {0.012, 0.05}, {0, 0.05}});
+  const auto polygon =
+      turned({{0, 0}, {0.04, 0}, {0.04, 0.01}, {0.012, 0.01}, {0.012, 0.05}, {0, 0.05}});
   Meridian blocks = rectangular_meridian({0, 0.012, 0.04}, {0, 0.01, 0.05});
   blocks.blocks.pop_back();
   grade_towards(blocks, 4, 4);
