@@ -1,7 +1,6 @@
 #include "solvers/eigen_solve.hpp"
 
 #include <fmt/core.h>
-#include <slepceps.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -9,13 +8,13 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "solvers/factor.hpp"
+#include "solvers/block_lanczos.hpp"
+#include "solvers/krylov_schur.hpp"
 #include "solvers/mumps.hpp"
+#include "solvers/products.hpp"
 
 namespace carillon::solvers {
 namespace {
-
-using EpsHandle = core::Handle<EPS, EPSDestroy>;
 
 int size_of(MPI_Comm comm) {
   int size = 1;
@@ -23,74 +22,12 @@ int size_of(MPI_Comm comm) {
   return size;
 }
 
-double uniform_of(std::uint64_t x) {
-  // SplitMix64's finaliser (Steele, Lea and Flood 2014).
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-52 - 1;
-}
-
-/// Start vector by mesh node, so that it is the same however the nodes are spread over ranks.
-void fill_start(const System& system, std::uint64_t seed, Vec start) {
-  double* values = nullptr;
-  check(VecGetArray(start, &values));
-  for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
-    const auto number = static_cast<std::size_t>(system.graph.begin + row);
-    const auto node = static_cast<std::uint64_t>(system.partition.node[number]);
-    for (std::uint64_t c = 0; c < 3; ++c) {
-      *(values + 3 * row + static_cast<std::ptrdiff_t>(c)) =
-          uniform_of((seed << 40) + 3 * node + c);
-    }
-  }
-  check(VecRestoreArray(start, &values));
-}
-
-/// Owned values of a vector as one column.
-class Column {
- public:
-  explicit Column(Vec vector) : vector_(vector) {
-    PetscInt rows = 0;
-    check(VecGetLocalSize(vector, &rows));
-    check(VecGetArray(vector, &values_));
-    rows_ = rows;
-  }
-  ~Column() { VecRestoreArray(vector_, &values_); }
-  Column(const Column&) = delete;
-  Column& operator=(const Column&) = delete;
-  Eigen::Map<Eigen::MatrixXd> get() { return {values_, rows_, 1}; }
-
- private:
-  Vec vector_;
-  double* values_ = nullptr;
-  Eigen::Index rows_ = 0;
-};
-
-PetscErrorCode apply_inverse(PC shell, Vec right, Vec solution) {
-  void* inverse = nullptr;
-  PetscFunctionBegin;
-  PetscCall(PCShellGetContext(shell, &inverse));
-  // An exception must not cross PETSc's frames.
-  try {
-    (*static_cast<const Inverse*>(inverse))(Column(right).get(), Column(solution).get());
-  } catch (const std::exception& e) {
-    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", e.what());
-  }
-  PetscFunctionReturn(0);
-}
-
-/// A vector whose values lie in a column of a matrix.
-VecHandle wrap(MPI_Comm comm, double* values, PetscInt rows) {
-  VecHandle out;
-  check(VecCreateMPIWithArray(comm, 3, rows, PETSC_DETERMINE, values, out.put()));
-  return out;
-}
-
 /// Residuals above this are judged in the energy norm too.
 constexpr double target_residual = 1e-8;
 
 /// Fills energy_residuals.
-void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
+void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, const Products& products,
+                       EigenPairs& pairs) {
   const auto rows = pairs.vectors.rows();
   Eigen::VectorXd residual(rows), solved(rows);
   pairs.energy_residuals.assign(pairs.residuals.size(), 0.0);
@@ -99,9 +36,7 @@ void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& 
     // Rigid motions have no relative residual.
     if (pairs.residuals[k] <= target_residual || pairs.values[k] < -1e-6 * shifted.shift) continue;
     const auto column = static_cast<Eigen::Index>(k);
-    const auto x = wrap(comm, pairs.vectors.col(column).data(), static_cast<PetscInt>(rows));
-    const auto r = wrap(comm, residual.data(), static_cast<PetscInt>(rows));
-    check(MatMult(shifted.matrix.get(), x.get(), r.get()));
+    products.shifted(shifted.shift, pairs.vectors.col(column), residual);
     residual -= distance * pairs.mass_vectors.col(column);
     shifted.inverse(residual, solved);
     double square = residual.dot(solved);
@@ -111,21 +46,22 @@ void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& 
 }
 
 /// Fills residuals, mass_vectors and orthonormality from values and vectors.
-void measure_residuals(const System& system, const ShiftedSystem& shifted, MPI_Comm comm,
-                       EigenPairs& pairs) {
-  const auto rows = system.owned_unknowns();
+void measure_residuals(double shift, MPI_Comm comm, const Products& products, EigenPairs& pairs) {
+  const auto rows = pairs.vectors.rows();
   pairs.mass_vectors.resize(rows, pairs.size());
-  Eigen::VectorXd product(rows);
-  Eigen::ArrayXd squares(2 * pairs.size());
-  for (Eigen::Index k = 0; k < pairs.size(); ++k) {
-    const auto x = wrap(comm, pairs.vectors.col(k).data(), rows);
-    const auto mx = wrap(comm, pairs.mass_vectors.col(k).data(), rows);
-    const auto ax = wrap(comm, product.data(), rows);
-    check(MatMult(shifted.mass.get(), x.get(), mx.get()));
-    check(MatMult(shifted.matrix.get(), x.get(), ax.get()));
-    const double value = pairs.values[static_cast<std::size_t>(k)];
-    squares[2 * k] = (product - (value - shifted.shift) * pairs.mass_vectors.col(k)).squaredNorm();
-    squares[2 * k + 1] = pairs.mass_vectors.col(k).squaredNorm();
+  products.mass(pairs.vectors, pairs.mass_vectors);
+  Eigen::ArrayXXd squares(2, pairs.size());
+  constexpr Eigen::Index at_a_time = 8;
+  Eigen::MatrixXd product(rows, at_a_time);
+  for (Eigen::Index first = 0; first < pairs.size(); first += at_a_time) {
+    const auto columns = std::min(at_a_time, pairs.size() - first);
+    products.shifted(shift, pairs.vectors.middleCols(first, columns), product.leftCols(columns));
+    for (Eigen::Index i = 0; i < columns; ++i) {
+      const auto mass_vector = pairs.mass_vectors.col(first + i);
+      const double value = pairs.values[static_cast<std::size_t>(first + i)];
+      squares(0, first + i) = (product.col(i) - (value - shift) * mass_vector).squaredNorm();
+      squares(1, first + i) = mass_vector.squaredNorm();
+    }
   }
   Eigen::MatrixXd gram = pairs.vectors.transpose() * pairs.mass_vectors;
   MPI_Allreduce(MPI_IN_PLACE, squares.data(), static_cast<int>(squares.size()), MPI_DOUBLE, MPI_SUM,
@@ -135,63 +71,38 @@ void measure_residuals(const System& system, const ShiftedSystem& shifted, MPI_C
   pairs.residuals.clear();
   for (Eigen::Index k = 0; k < pairs.size(); ++k) {
     const double value = std::abs(pairs.values[static_cast<std::size_t>(k)]);
-    pairs.residuals.push_back(std::sqrt(squares[2 * k] / squares[2 * k + 1]) / value);
+    pairs.residuals.push_back(std::sqrt(squares(0, k) / squares(1, k)) / value);
   }
   gram.diagonal().array() -= 1;
   pairs.orthonormality = gram.size() == 0 ? 0 : gram.cwiseAbs().maxCoeff();
 }
 
-void krylov_schur(const System& system, const EigenRequest& request, const ShiftedSystem& shifted,
-                  MPI_Comm comm, EigenPairs& pairs) {
-  // The operator is K - sigma M itself and the target zero, so that M need never be added to
-  // another matrix; sigma is added to what comes out.
-  EpsHandle eps;
-  check(EPSCreate(comm, eps.put()));
-  check(EPSSetOperators(eps.get(), shifted.matrix.get(), shifted.mass.get()));
-  check(EPSSetProblemType(eps.get(), EPS_GHEP));
-  check(EPSSetType(eps.get(), EPSKRYLOVSCHUR));
-  check(EPSSetTarget(eps.get(), 0));
-  check(EPSSetWhichEigenpairs(eps.get(), EPS_TARGET_MAGNITUDE));
-  const auto unknowns = static_cast<PetscInt>(system.unknowns());
-  const PetscInt wanted = std::min<PetscInt>(request.pairs, unknowns);
-  // Beyond 150 modes the projected problem is held small, which bounds the basis' memory.
-  const PetscInt projected = wanted > 150 ? 150 : PETSC_DEFAULT;
-  check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, projected));
-  check(EPSSetTolerances(eps.get(), request.tolerance, 1000));
-  check(EPSSetPurify(eps.get(), PETSC_FALSE));
-  ST st = nullptr;
-  KSP ksp = nullptr;
-  PC pc = nullptr;
-  check(EPSGetST(eps.get(), &st));
-  check(STSetType(st, STSINVERT));
-  check(STGetKSP(st, &ksp));
-  check(KSPSetType(ksp, KSPPREONLY));
-  check(KSPGetPC(ksp, &pc));
-  check(PCSetType(pc, PCSHELL));
-  check(PCShellSetContext(pc, const_cast<Inverse*>(&shifted.inverse)));
-  check(PCShellSetApply(pc, apply_inverse));
-  VecHandle start;
-  check(MatCreateVecs(shifted.matrix.get(), start.put(), nullptr));
-  fill_start(system, request.seed, start.get());
-  Vec first = start.get();
-  check(EPSSetInitialSpace(eps.get(), 1, &first));
-  check(EPSSolve(eps.get()));
-
-  PetscInt found = 0;
-  check(EPSGetConverged(eps.get(), &found));
-  if (found < wanted) {
+EigenPairs lanczos(const System& system, const EigenRequest& request, const ShiftedSystem& shifted,
+                   MPI_Comm comm) {
+  const Products products(system, comm);
+  LanczosProblem problem;
+  problem.owned = system.owned_unknowns();
+  problem.total = system.unknowns();
+  problem.comm = comm;
+  problem.apply = shifted.inverse;
+  problem.mass = [&products](const auto& x, auto out) { products.mass(x, out); };
+  problem.start = [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
+    fill_start(system, request.seed, number, out);
+  };
+  LanczosOptions options;
+  options.pairs = static_cast<int>(std::min<std::int64_t>(request.pairs, system.unknowns()));
+  options.tolerance = request.tolerance;
+  options.basis = request.basis;
+  auto found = block_lanczos(problem, options);
+  if (found.values.size() < options.pairs) {
     throw core::SolverError(
-        fmt::format("only {} of {} modes converged", found, wanted),
+        fmt::format("only {} of {} modes converged", found.values.size(), options.pairs),
         "the mesh may have nearly flat elements; another element size often helps");
   }
-  const auto rows = system.owned_unknowns();
-  pairs.vectors.resize(rows, found);
-  for (PetscInt k = 0; k < found; ++k) {
-    double value = 0;
-    const auto x = wrap(comm, pairs.vectors.col(k).data(), rows);
-    check(EPSGetEigenpair(eps.get(), k, &value, nullptr, x.get(), nullptr));
-    pairs.values.push_back(value + shifted.shift);
-  }
+  EigenPairs pairs;
+  for (const double theta : found.values) pairs.values.push_back(1 / theta + shifted.shift);
+  pairs.vectors = std::move(found.vectors);
+  return pairs;
 }
 
 /// All eigenpairs of a small problem on one rank, by Eigen.
@@ -267,16 +178,19 @@ EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
   EigenPairs pairs;
   if (size_of(comm) == 1 && wants_dense(system.unknowns(), request.pairs)) {
     dense(system, request, shifted.shift, pairs);
+  } else if (request.solver == EigenSolver::krylov_schur) {
+    pairs = krylov_schur(system, request, shifted, comm);
   } else {
-    krylov_schur(system, request, shifted, comm, pairs);
+    pairs = lanczos(system, request, shifted, comm);
   }
   measure(system, shifted, comm, pairs);
   return pairs;
 }
 
 void measure(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
-  measure_residuals(system, shifted, comm, pairs);
-  measure_in_energy(shifted, comm, pairs);
+  const Products products(system, comm);
+  measure_residuals(shifted.shift, comm, products, pairs);
+  measure_in_energy(shifted, comm, products, pairs);
 }
 
 }  // namespace carillon::solvers

@@ -8,6 +8,7 @@
 
 #include "solvers/assemble.hpp"
 #include "solvers/factor.hpp"
+#include "solvers/modes.hpp"
 
 namespace carillon::solvers {
 
@@ -55,7 +56,9 @@ ShiftedSystem factor_shifted(const System& system, double shift, const FactorPla
 struct EigenRequest {
   int pairs = 0;             ///< how many of the lowest
   double tolerance = 1e-12;  ///< of the transformed problem
-  std::uint64_t seed = 0;    ///< of the start vector, which depends on nothing else but the nodes
+  std::uint64_t seed = 0;    ///< of the start vectors, which depend on nothing else but the nodes
+  EigenSolver solver = EigenSolver::block_lanczos;
+  int basis = 0;  ///< most vectors held at a time by block_lanczos; 0: chosen from `pairs`
 };
 
 /// The lowest eigenpairs by shift-invert about a negative shift, where K - sigma M is positive

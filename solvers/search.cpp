@@ -143,8 +143,9 @@ class Search {
     const auto pairs = std::min(wanted + rigid_ + spare_modes, system_.unknowns());
     result_.pairs = EigenPairs();
     prepare();
-    result_.pairs = methods_.lowest(system_, {static_cast<int>(pairs), options_.tolerance, seed_},
-                                    result_.shifted, comm_);
+    result_.pairs = methods_.lowest(
+        system_, {static_cast<int>(pairs), options_.tolerance, seed_, options_.solver},
+        result_.shifted, comm_);
     judge();
   }
 

@@ -1,0 +1,153 @@
+// Eigenpairs of bodies by both solvers, at 1, 2 and 3 ranks.
+#include "solvers/eigen_solve.hpp"
+
+#include <gtest/gtest.h>
+#include <mpi.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "solve.hpp"
+#include "test_meshes.hpp"
+
+namespace carillon {
+namespace {
+
+using namespace solvers;
+using test::box_mesh;
+
+/// A body ready to be solved by a group.
+struct Body {
+  Body(const TetMesh& mesh, MPI_Comm group) : comm(group) {
+    int ranks = 1;
+    MPI_Comm_size(comm, &ranks);
+    system = assemble(mesh, std::vector<Elastic>{test::steel}, partition(mesh, ranks), comm);
+    // Near a tenth of the first frequency.
+    shifted = factor_shifted(system, -0.02, plan_factors(system, comm), comm);
+  }
+  EigenPairs lowest(const EigenRequest& request) const {
+    return lowest_pairs(system, request, shifted, comm);
+  }
+  MPI_Comm comm;
+  System system;
+  ShiftedSystem shifted;
+};
+
+double largest_difference(const EigenPairs& a, const EigenPairs& b, int pairs) {
+  double largest = 0;
+  for (std::size_t k = 6; k < static_cast<std::size_t>(pairs); ++k) {
+    largest = std::max(largest, std::abs(a.values.at(k) / b.values.at(k) - 1));
+  }
+  return largest;
+}
+
+/// Cosine of the largest angle between the spaces of pairs [first, first + count) of both.
+double smallest_cosine(const EigenPairs& a, const EigenPairs& b, Eigen::Index first,
+                       Eigen::Index count) {
+  Eigen::MatrixXd product = a.vectors.middleCols(first, count).transpose() *
+                            b.mass_vectors.middleCols(first, count);
+  MPI_Allreduce(MPI_IN_PLACE, product.data(), static_cast<int>(product.size()), MPI_DOUBLE, MPI_SUM,
+                MPI_COMM_WORLD);
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(product).singularValues().minCoeff();
+}
+
+void expect_good(const EigenPairs& pairs, int wanted) {
+  ASSERT_GE(pairs.size(), wanted);
+  EXPECT_TRUE(std::is_sorted(pairs.values.begin(), pairs.values.end()));
+  for (std::size_t k = 6; k < static_cast<std::size_t>(wanted); ++k) {
+    EXPECT_LT(pairs.residuals[k], 1e-8);
+  }
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_LT(std::abs(pairs.values[k]), 1e-9);
+  EXPECT_GT(pairs.values[6], 1e-3);
+  EXPECT_LT(pairs.orthonormality, 1e-11);
+}
+
+/// A cube: single, twofold and threefold values.
+TEST(EigenSolvers, FindTheSameModes) {
+  const Body body(box_mesh({0.03, 0.03, 0.03}, {4, 4, 4}, 2), MPI_COMM_WORLD);
+  constexpr int wanted = 50;
+  const auto block = body.lowest({wanted, 1e-12, 1, EigenSolver::block_lanczos});
+  const auto stock = body.lowest({wanted, 1e-12, 1, EigenSolver::krylov_schur});
+  expect_good(block, wanted);
+  expect_good(stock, wanted);
+  EXPECT_LT(largest_difference(block, stock, wanted), 1e-9);
+  int spaces = 0;
+  for (Eigen::Index first = 0; first < wanted;) {
+    Eigen::Index count = 1;
+    const auto value = [&](Eigen::Index k) { return block.values[static_cast<std::size_t>(k)]; };
+    while (first + count < wanted &&
+           value(first + count) - value(first) < 1e-6 * std::abs(value(first + count)) + 1e-9) {
+      ++count;
+    }
+    if (first + count < wanted) {  // the last may be cut
+      EXPECT_GT(smallest_cosine(block, stock, first, count), 1 - 1e-9) << first << ", " << count;
+      spaces += count > 1;
+    }
+    first += count;
+  }
+  EXPECT_GT(spaces, 5) << "a cube has repeated modes";
+}
+
+TEST(EigenSolvers, DoNotDependOnTheSizeOfTheBasis) {
+  const Body body(box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2), MPI_COMM_WORLD);
+  constexpr int wanted = 40;
+  const auto wide = body.lowest({wanted, 1e-12, 1, EigenSolver::block_lanczos, 200});
+  const auto narrow = body.lowest({wanted, 1e-12, 1, EigenSolver::block_lanczos, 60});
+  expect_good(wide, wanted);
+  expect_good(narrow, wanted);
+  EXPECT_LT(largest_difference(wide, narrow, wanted), 1e-10);
+}
+
+TEST(EigenSolvers, DoNotDependOnTheStart) {
+  const Body body(box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2), MPI_COMM_WORLD);
+  constexpr int wanted = 30;
+  EXPECT_LT(largest_difference(body.lowest({wanted, 1e-12, 1}), body.lowest({wanted, 1e-12, 2}),
+                               wanted),
+            1e-10);
+}
+
+TEST(EigenSolvers, GiveAGroupTheValuesOfOneRank) {
+  const auto mesh = box_mesh({0.1, 0.1, 0.01}, {8, 8, 1}, 2);
+  constexpr int wanted = 40;
+  const Body alone(mesh, MPI_COMM_SELF), group(mesh, MPI_COMM_WORLD);
+  for (const auto solver : {EigenSolver::block_lanczos, EigenSolver::krylov_schur}) {
+    const EigenRequest request{wanted, 1e-12, 1, solver};
+    EXPECT_LT(largest_difference(alone.lowest(request), group.lowest(request), wanted), 1e-10);
+  }
+}
+
+/// Eight equal bodies: every value eightfold, the rigid one forty-eightfold.
+TEST(EigenSolvers, FindEveryCopyOfEqualBodies) {
+  const auto one = box_mesh({0.02, 0.031, 0.053}, {2, 2, 3}, 2);
+  auto mesh = one;
+  for (int k = 1; k < 8; ++k) {
+    mesh = test::joined(
+        mesh, test::moved(one, [k](const Vec3& x) -> Vec3 { return x + Vec3(0.1 * k, 0, 0); }));
+  }
+  mesh.regions.assign(mesh.regions.size(), 0);
+  mesh.region_names.resize(1);
+  const Body body(mesh, MPI_COMM_WORLD);
+  const int wanted = 8 * 14;
+  const auto pairs = body.lowest({wanted, 1e-12, 1});
+  ASSERT_GE(pairs.size(), wanted);
+  const Body single(one, MPI_COMM_SELF);
+  const auto of_one = single.lowest({14, 1e-12, 1});
+  for (std::size_t k = 0; k < 14; ++k) {
+    // Eigenvalues in units of the longest side, which differ.
+    const double expected = single.system.scales.to_frequency(of_one.values[k]);
+    for (std::size_t copy = 0; copy < 8; ++copy) {
+      EXPECT_NEAR(body.system.scales.to_frequency(pairs.values[8 * k + copy]), expected,
+                  k < 6 ? 50 : 1e-7 * expected);
+    }
+  }
+}
+
+TEST(EigenSolvers, AreTheSameBitsWhenSolvedAgain) {
+  const Body body(box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2), MPI_COMM_WORLD);
+  EXPECT_EQ(body.lowest({20, 1e-12, 1}).values, body.lowest({20, 1e-12, 1}).values);
+}
+
+}  // namespace
+}  // namespace carillon
