@@ -59,7 +59,8 @@ class Lanczos {
  private:
   Index basis_size() const {
     // Up to some 150 modes half of the basis is spare; beyond, memory counts for more.
-    const Index spare = std::max<Index>(6 * block_, std::min<Index>(2 * wanted_, 150 + wanted_ / 8));
+    const Index spare =
+        std::max<Index>(6 * block_, std::min<Index>(2 * wanted_, 150 + wanted_ / 8));
     const Index asked = options_.basis > 0 ? options_.basis : wanted_ + spare;
     return std::min<Index>(problem_.total, std::max<Index>(asked, wanted_ + 2 * block_));
   }
@@ -330,10 +331,10 @@ class Lanczos {
   Index block_, wanted_, basis_;
   Index look_at_;  ///< size of the basis at which convergence is looked for again
   int rank_ = 0, ranks_ = 1;
-  MatrixXd v_;                  ///< basis: locked vectors first
-  MatrixXd t_;                  ///< projection of the operator on it
-  MatrixXd next_, mass_next_;   ///< block in hand and M times it
-  MatrixXd coupling_;           ///< of the last block of the basis with the block in hand
+  MatrixXd v_;                 ///< basis: locked vectors first
+  MatrixXd t_;                 ///< projection of the operator on it
+  MatrixXd next_, mass_next_;  ///< block in hand and M times it
+  MatrixXd coupling_;          ///< of the last block of the basis with the block in hand
   Index used_ = 0, locked_ = 0, converged_ = 0;
   int started_ = 0, fresh_ = 0;
   VectorXd theta_;
