@@ -3,50 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/fields.hpp"
+
 namespace carillon::solvers {
 namespace {
-
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Modes treated at a time: bounds the copy of whole shapes that every rank holds.
 constexpr std::size_t batch_size = 32;
 
-/// Displacements of some modes at every node, by new number: a row holds x y z of each mode.
-RowMatrix gather_modes(const System& system, const EigenPairs& pairs,
-                       std::span<const std::size_t> chosen, MPI_Comm comm) {
-  const auto rows = system.graph.rows();
-  const auto columns = 3 * static_cast<Eigen::Index>(chosen.size());
-  RowMatrix own(rows, columns);
-  for (std::size_t f = 0; f < chosen.size(); ++f) {
-    const auto vector = pairs.vectors.col(static_cast<Eigen::Index>(chosen[f]));
-    for (Eigen::Index row = 0; row < rows; ++row) {
-      own.row(row).segment<3>(3 * static_cast<Eigen::Index>(f)) =
-          vector.segment<3>(3 * row).transpose();
-    }
+Eigen::MatrixXd columns_of(const EigenPairs& pairs, std::span<const std::size_t> chosen) {
+  Eigen::MatrixXd out(pairs.vectors.rows(), static_cast<Eigen::Index>(chosen.size()));
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    out.col(static_cast<Eigen::Index>(k)) = pairs.vectors.col(static_cast<Eigen::Index>(chosen[k]));
   }
-  int size = 1;
-  MPI_Comm_size(comm, &size);
-  if (size == 1) return own;
-  // Counted in rows, so that the counts stay far from 2^31.
-  MPI_Datatype row_type;
-  MPI_Type_contiguous(static_cast<int>(columns), MPI_DOUBLE, &row_type);
-  MPI_Type_commit(&row_type);
-  std::vector<int> counts, starts;
-  for (int r = 0; r < size; ++r) {
-    counts.push_back(system.partition.owned(r));
-    starts.push_back(system.partition.first[static_cast<std::size_t>(r)]);
-  }
-  RowMatrix all(system.partition.node_count(), columns);
-  MPI_Allgatherv(own.data(), rows, row_type, all.data(), counts.data(), starts.data(), row_type,
-                 comm);
-  MPI_Type_free(&row_type);
-  return all;
+  return out;
 }
 
 /// Adds the energies of the elements whose first node this rank owns.
 /// @param strain, kinetic  modes x regions
 void add_energies(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
-                  const RowMatrix& fields, Eigen::Ref<Eigen::ArrayXXd> strain,
+                  const NodeFields& fields, Eigen::Ref<Eigen::ArrayXXd> strain,
                   Eigen::Ref<Eigen::ArrayXXd> kinetic) {
   const auto constants = lame_constants(regions, system.scales);
   ElementKernel kernel(mesh.order);
@@ -71,7 +47,7 @@ void add_energies(const TetMesh& mesh, std::span<const Elastic> regions, const S
 }
 
 /// A shape's displacements at the surface nodes, signed and in kg^-1/2.
-void keep_surface(const System& system, const RowMatrix& fields, Eigen::Index field,
+void keep_surface(const System& system, const NodeFields& fields, Eigen::Index field,
                   std::span<const std::int32_t> surface_nodes, double scale, float* out) {
   std::vector<double> values;
   values.reserve(3 * surface_nodes.size());
@@ -125,7 +101,7 @@ ModeFields extract_fields(const TetMesh& mesh, std::span<const Elastic> regions,
   const double to_si = 1 / std::sqrt(scales.density * std::pow(scales.length, 3));
   for (std::size_t first = 0; first < chosen.size(); first += batch_size) {
     const auto batch = chosen.subspan(first, std::min(batch_size, chosen.size() - first));
-    const auto fields = gather_modes(system, pairs, batch, comm);
+    const auto fields = gather_fields(system, columns_of(pairs, batch), comm);
     const auto row = static_cast<Eigen::Index>(first);
     const auto count = static_cast<Eigen::Index>(batch.size());
     add_energies(mesh, regions, system, fields, strain.middleRows(row, count),

@@ -12,17 +12,18 @@
 #include "solvers/collective.hpp"
 #include "solvers/extract.hpp"
 #include "solvers/search.hpp"
+#include "solvers/select.hpp"
 
 namespace carillon::solvers {
 namespace {
 
-/// A group's ranks each solve a body of fewer unknowns alone: splitting it would gain nothing, and
-/// its parts could be empty.
 constexpr std::int64_t alone_below = 1000;
 
 void require(bool holds, const std::string& message) {
   if (!holds) throw core::InputError(message);
 }
+
+}  // namespace
 
 void check_input(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band) {
   require(mesh.element_count() > 0, "the mesh has no elements");
@@ -60,6 +61,14 @@ void check_input(const TetMesh& mesh, std::span<const Elastic> regions, const Ba
   require(band.max_modes >= 1, "max_modes must be at least 1");
 }
 
+bool too_small_to_split(const TetMesh& mesh, MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks > 1 && 3 * static_cast<std::int64_t>(mesh.nodes.size()) < alone_below;
+}
+
+namespace {
+
 double total_mass(const System& system, MPI_Comm comm) {
   double sum = 0;
   for (const double m : system.mass) sum += m;
@@ -67,9 +76,10 @@ double total_mass(const System& system, MPI_Comm comm) {
   return sum * system.scales.density * std::pow(system.scales.length, 3);
 }
 
-/// Chooses the modes inside the band from what the search found and fills the set.
-Modes select(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band,
-             const System& system, const SearchResult& found, MPI_Comm comm) {
+}  // namespace
+
+Modes select_modes(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band,
+                   const System& system, const SearchResult& found, MPI_Comm comm) {
   Modes modes;
   std::vector<std::int32_t> surface_nodes;
   modes.surface = surface_of(mesh, surface_nodes);
@@ -152,8 +162,6 @@ Modes select(const TetMesh& mesh, std::span<const Elastic> regions, const Band& 
   return modes;
 }
 
-}  // namespace
-
 double Modes::frequency(std::size_t mode) const {
   return std::sqrt(eigenvalues.at(mode)) / (2 * std::numbers::pi);
 }
@@ -173,13 +181,13 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
     bounded.faces = boundary_faces(mesh);
     return solve_modes(bounded, regions, options, comm, trace, methods);
   }
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  if (ranks > 1 && 3 * static_cast<std::int64_t>(mesh.nodes.size()) < alone_below) {
+  if (too_small_to_split(mesh, comm)) {
     agreed(comm,
            [&] { modes = solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods); });
     return modes;
   }
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
   Partition part;
   {
     const core::ScopedTimer timer(trace.stages["partition"]);
@@ -192,7 +200,7 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
   }
   const auto found = search_modes(mesh, regions, options, system, comm, trace, methods);
   const core::ScopedTimer timer(trace.stages["extract"]);
-  return select(mesh, regions, options.band, system, found, comm);
+  return select_modes(mesh, regions, options.band, system, found, comm);
 }
 
 }  // namespace carillon::solvers

@@ -72,6 +72,11 @@ struct Certificate {
   std::int64_t unknowns = 0;
   bool count_verified = false;  ///< modes_in_band was counted by inertia, not taken from the search
   LinearSolver linear_solver = LinearSolver::direct;  ///< the one that was used
+  /// The set comes from a basis of modes at so many other Poisson's ratios; 0: a solve of its own.
+  /// Residuals are then those of the energy norm, whose square bounds an eigenvalue's error.
+  int snapshots = 0;
+  /// Bound of what the basis adds to any pitch of the set [cents]; 0 for a solve of its own.
+  double basis_error = 0;
 };
 
 /// The body's surface as the modes see it: node positions and curved faces.

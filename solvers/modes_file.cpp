@@ -18,7 +18,7 @@ namespace {
 /// Part of every key: raise it when solve_modes() gives other values for equal input.
 constexpr std::string_view solver_version = "carillon modes 3";
 /// Of the layout in a file.
-constexpr std::int64_t format_version = 2;
+constexpr std::int64_t format_version = 3;
 
 constexpr int deflate_level = 4;
 
@@ -62,6 +62,8 @@ void write_certificate(const Hdf5Group& group, const Certificate& c) {
   integer("unknowns", c.unknowns);
   integer("count_verified", c.count_verified ? 1 : 0);
   group.write_attribute("linear_solver", std::string(name_of(c.linear_solver)));
+  integer("snapshots", c.snapshots);
+  group.write_attribute("basis_error_cents", c.basis_error);
 }
 
 Certificate read_certificate(const Hdf5Group& group) {
@@ -85,6 +87,8 @@ Certificate read_certificate(const Hdf5Group& group) {
   c.linear_solver = group.text_attribute("linear_solver") == name_of(LinearSolver::iterative)
                         ? LinearSolver::iterative
                         : LinearSolver::direct;
+  c.snapshots = static_cast<int>(integer("snapshots"));
+  c.basis_error = number("basis_error_cents");
   return c;
 }
 
@@ -107,6 +111,10 @@ ModeSurface read_surface(const Hdf5Group& group) {
   }
   surface.faces = group.read<std::int32_t>("faces");
   return surface;
+}
+
+std::filesystem::path file_of(const std::filesystem::path& cache, const std::string& key) {
+  return cache / (key + ".h5");
 }
 
 /// A cached set, unless there is none or the file is unusable.
@@ -207,31 +215,41 @@ std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
   return hash.hex();
 }
 
+std::optional<Modes> load_modes(const std::filesystem::path& cache, const std::string& key,
+                                MPI_Comm comm, core::Trace& trace) {
+  const double start = core::monotonic_seconds();
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  std::optional<Modes> modes;
+  if (rank == 0) modes = load(file_of(cache, key));
+  int hit = modes ? 1 : 0;
+  MPI_Bcast(&hit, 1, MPI_INT, 0, comm);
+  if (!hit) return std::nullopt;
+  if (!modes) modes.emplace();
+  broadcast(*modes, comm);
+  auto& entry = trace.stages["modes from cache"];
+  ++entry.calls;
+  entry.seconds += core::monotonic_seconds() - start;
+  return modes;
+}
+
+void store_modes(const std::filesystem::path& cache, const std::string& key, const Modes& modes,
+                 MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  if (rank == 0) store(file_of(cache, key), modes);
+}
+
 Modes cached_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                    const SolveOptions& options, MPI_Comm comm, const std::filesystem::path& cache,
                    core::Trace& trace) {
   if (cache.empty()) return solve_modes(mesh, regions, options, comm, trace);
-  int rank = 0, size = 1;
-  MPI_Comm_rank(comm, &rank);
+  int size = 1;
   MPI_Comm_size(comm, &size);
-  const auto path = cache / (modes_key(mesh, regions, options, size) + ".h5");
-  std::optional<Modes> cached;
-  {
-    const double start = core::monotonic_seconds();
-    if (rank == 0) cached = load(path);
-    int hit = cached ? 1 : 0;
-    MPI_Bcast(&hit, 1, MPI_INT, 0, comm);
-    if (hit) {
-      Modes modes = cached ? std::move(*cached) : Modes{};
-      broadcast(modes, comm);
-      auto& entry = trace.stages["modes from cache"];
-      ++entry.calls;
-      entry.seconds += core::monotonic_seconds() - start;
-      return modes;
-    }
-  }
+  const auto key = modes_key(mesh, regions, options, size);
+  if (auto modes = load_modes(cache, key, comm, trace)) return std::move(*modes);
   auto modes = solve_modes(mesh, regions, options, comm, trace);
-  if (rank == 0) store(path, modes);
+  store_modes(cache, key, modes, comm);
   return modes;
 }
 

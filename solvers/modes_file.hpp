@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "core/hdf5.hpp"
@@ -17,8 +18,16 @@ Modes read_modes(const core::Hdf5Group& group);
 std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
                       const SolveOptions& options, int group_size);
 
-/// solve_modes() behind a cache of files named by key (empty path: no cache). A hit is counted
-/// in trace.stages["modes from cache"].
+/// A cached set by its key, unless there is none or its file is unusable. A hit is counted in
+/// trace.stages["modes from cache"].
+/// @note Collective on comm: rank 0 reads the file, all get the same modes.
+std::optional<Modes> load_modes(const std::filesystem::path& cache, const std::string& key,
+                                MPI_Comm comm, core::Trace& trace);
+/// Caches a set; where that fails, a warning is all that comes of it.
+void store_modes(const std::filesystem::path& cache, const std::string& key, const Modes& modes,
+                 MPI_Comm comm);
+
+/// solve_modes() behind a cache of files named by key (empty path: no cache).
 /// @note Collective on comm: rank 0 reads or writes the file, all get the same modes.
 Modes cached_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                    const SolveOptions& options, MPI_Comm comm, const std::filesystem::path& cache,

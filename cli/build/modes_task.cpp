@@ -105,27 +105,27 @@ ModeSets group_variants(const std::vector<std::vector<synth::Material>>& materia
     const std::vector<Elastic> regions = elastic_of(materials[v]);
     const double slow = slowness(regions[0], variants[v].size);
     std::size_t s = 0;
-    while (s < sets.regions.size() && !same_set(regions, sets.regions[s])) ++s;
-    if (s == sets.regions.size()) {
-      sets.regions.push_back(regions);
+    while (s < sets.requests.size() && !same_set(regions, sets.requests[s].regions)) ++s;
+    if (s == sets.requests.size()) {
+      sets.requests.push_back({regions, band});
       slowest.push_back(slow);
       fastest.push_back(slow);
     }
-    // The slowest variant has the most modes in the band: it is the one that is solved.
-    if (slow > slowest[s]) sets.regions[s] = regions;
+    // The slowest variant has the most modes in the band: its set serves the others.
+    if (slow > slowest[s]) sets.requests[s].regions = regions;
     slowest[s] = std::max(slowest[s], slow);
     fastest[s] = std::min(fastest[s], slow);
     sets.variants[v].set = s;
   }
-  for (std::size_t s = 0; s < sets.regions.size(); ++s) {
-    const double own = slowness(sets.regions[s][0], 1);
-    sets.bands.push_back({band.min_frequency * fastest[s] / own,
-                          band.max_frequency * slowest[s] / own, band.max_modes,
-                          band.min_frequency * slowest[s] / own});
+  for (std::size_t s = 0; s < sets.requests.size(); ++s) {
+    const double own = slowness(sets.requests[s].regions[0], 1);
+    sets.requests[s].band = {band.min_frequency * fastest[s] / own,
+                             band.max_frequency * slowest[s] / own, band.max_modes,
+                             band.min_frequency * slowest[s] / own};
   }
   for (std::size_t v = 0; v < variants.size(); ++v) {
     VariantModes& variant = sets.variants[v];
-    const Elastic& solved = sets.regions[variant.set][0];
+    const Elastic& solved = sets.requests[variant.set].regions[0];
     const Elastic& wanted = materials[v][0].elastic;
     variant.length = variants[v].size;
     variant.modulus = wanted.youngs_modulus / solved.youngs_modulus;
@@ -147,15 +147,9 @@ std::vector<solvers::Modes> solve_sets(const BuildConfig& config, const Shape& s
     materials.push_back(variant_materials(config, shape, variant, mesh.mesh.region_names));
   }
   const ModeSets sets = group_variants(materials, shape.variants, config.band);
-  std::vector<solvers::Modes> modes;
-  for (std::size_t s = 0; s < sets.regions.size(); ++s) {
-    solvers::SolveOptions options;
-    options.band = sets.bands[s];
-    if (config.pitch_cents > 0) options.tolerance = solvers::tolerance_for(config.pitch_cents);
-    modes.push_back(
-        solvers::cached_modes(mesh.mesh, sets.regions[s], options, comm, folders.cache, trace));
-  }
-  return modes;
+  solvers::SolveOptions options;
+  if (config.pitch_cents > 0) options.tolerance = solvers::tolerance_for(config.pitch_cents);
+  return solvers::solve_materials(mesh.mesh, sets.requests, options, comm, folders.cache, trace);
 }
 
 /// Mesh and mode sets as the configuration asks: as they come, or refined to a pitch target.

@@ -7,6 +7,7 @@
 
 #include "cli/build/plan.hpp"
 #include "core/trace.hpp"
+#include "solvers/solve_materials.hpp"
 
 namespace carillon::cli {
 
@@ -24,11 +25,11 @@ struct VariantModes {
   double length = 1, modulus = 1, density = 1;  ///< factors for solvers::rescale
 };
 
-/// Variants that one eigensolve serves: equal Poisson's ratios, and equal ratios of moduli and
+/// Variants that one mode set serves: equal Poisson's ratios, and equal ratios of moduli and
 /// densities between regions.
 struct ModeSets {
-  std::vector<std::vector<solvers::Elastic>> regions;  ///< of each set, per region
-  std::vector<solvers::Band> bands;                    ///< wide enough for every variant of the set
+  /// Each set's regions, those of its slowest variant, and a band wide enough for every variant.
+  std::vector<solvers::ModeRequest> requests;
   std::vector<VariantModes> variants;
 };
 ModeSets group_variants(const std::vector<std::vector<synth::Material>>& materials,

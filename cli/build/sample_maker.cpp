@@ -53,7 +53,7 @@ struct SampleMaker::Impl {
       materials.push_back(variant_materials(build, body, variant, regions));
     }
     sets = group_variants(materials, body.variants, build.band);
-    for (std::size_t s = 0; s < sets.regions.size(); ++s) {
+    for (std::size_t s = 0; s < sets.requests.size(); ++s) {
       solved.push_back(solvers::read_modes(file.open_group(fmt::format("set-{:03}", s))));
     }
     sampler = std::make_unique<synth::SurfaceSampler>(solved.front().surface);

@@ -22,7 +22,7 @@ TEST(ModeSets, EqualPoissonRatiosShareASolve) {
       one_region({"steel", "youngs_modulus=1e9,poisson_ratio=0.29,density=900", "glass"});
   const std::vector<Variant> variants = {{"a", 1}, {"b", 2}, {"c", 1}};
   const ModeSets sets = group_variants(materials, variants, {20, 20000, 300});
-  ASSERT_EQ(sets.regions.size(), 2u);
+  ASSERT_EQ(sets.requests.size(), 2u);
   EXPECT_EQ(sets.variants[0].set, sets.variants[1].set);
   EXPECT_NE(sets.variants[0].set, sets.variants[2].set);
 }
@@ -36,12 +36,12 @@ TEST(ModeSets, EveryVariantsBandIsCovered) {
     const std::vector<Variant> variants = {{"a", size[0]}, {"b", size[1]}, {"c", size[2]}};
     const solvers::Band band{20, 20000, 300};
     const ModeSets sets = group_variants(materials, variants, band);
-    RC_ASSERT(sets.regions.size() == 1u);
+    RC_ASSERT(sets.requests.size() == 1u);
     for (const VariantModes& v : sets.variants) {
       // Frequencies of the variant are those of the solved body times this factor.
       const double factor = std::sqrt(v.modulus / v.density) / v.length;
-      RC_ASSERT(sets.bands[0].min_frequency * factor <= band.min_frequency * (1 + 1e-9));
-      RC_ASSERT(sets.bands[0].max_frequency * factor >= band.max_frequency * (1 - 1e-9));
+      RC_ASSERT(sets.requests[0].band.min_frequency * factor <= band.min_frequency * (1 + 1e-9));
+      RC_ASSERT(sets.requests[0].band.max_frequency * factor >= band.max_frequency * (1 - 1e-9));
     }
   });
 }

@@ -1,0 +1,290 @@
+#include "solvers/poisson_basis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "solvers/collective.hpp"
+#include "solvers/dense_eigen.hpp"
+#include "solvers/fields.hpp"
+#include "solvers/poisson_bounds.hpp"
+#include "solvers/products.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+/// Part of a mode that may be left out of the basis: its square, times the ratio of the largest
+/// Ritz value to the mode's, is the error.
+constexpr double dropped = 1e-6;
+/// Relative distance of a Ritz value from its bound that a count tolerates: 0.1 cents.
+constexpr double tightness = 1.2e-4;
+
+Eigen::MatrixXd product_over_ranks(const Eigen::Ref<const Eigen::MatrixXd>& a,
+                                   const Eigen::Ref<const Eigen::MatrixXd>& b, MPI_Comm comm) {
+  Eigen::MatrixXd out = a.transpose() * b;
+  MPI_Allreduce(MPI_IN_PLACE, out.data(), static_cast<int>(out.size()), MPI_DOUBLE, MPI_SUM, comm);
+  return out;
+}
+
+/// Widens an M-orthonormal basis by what new vectors add to it.
+/// @return coordinates of the vectors in the wider basis
+Eigen::MatrixXd widen(PoissonBasis& basis, const System& system, Eigen::MatrixXd vectors,
+                      MPI_Comm comm) {
+  const Products products(system, comm);
+  Eigen::MatrixXd mass_vectors(vectors.rows(), vectors.cols());
+  products.mass(vectors, mass_vectors);
+  const auto before = basis.size();
+  Eigen::MatrixXd inside = Eigen::MatrixXd::Zero(before, vectors.cols());
+  // Twice is enough (Kahan and Parlett).
+  for (int pass = 0; pass < 2 && before > 0; ++pass) {
+    const auto part = product_over_ranks(basis.vectors, mass_vectors, comm);
+    vectors.noalias() -= basis.vectors * part;
+    products.mass(vectors, mass_vectors);
+    inside += part;
+  }
+  auto gram = product_over_ranks(vectors, mass_vectors, comm);
+  gram = (gram + gram.transpose()).eval() / 2;
+  const auto sizes = dense_eigenpairs(gram);
+  const auto kept = (sizes.array() > dropped * dropped).count();
+  const Eigen::MatrixXd turned =
+      gram.rightCols(kept) * sizes.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  basis.vectors.conservativeResize(vectors.rows(), before + kept);
+  basis.vectors.rightCols(kept).noalias() = vectors * turned;
+  Eigen::MatrixXd coordinates(before + kept, vectors.cols());
+  coordinates << inside,
+      sizes.tail(kept).cwiseSqrt().asDiagonal() * gram.rightCols(kept).transpose();
+  return coordinates;
+}
+
+Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix, std::span<const std::size_t> chosen) {
+  Eigen::MatrixXd out(matrix.rows(), static_cast<Eigen::Index>(chosen.size()));
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    out.col(static_cast<Eigen::Index>(k)) = matrix.col(static_cast<Eigen::Index>(chosen[k]));
+  }
+  return out;
+}
+
+std::vector<Elastic> with_ratio(std::vector<Elastic> regions, double ratio) {
+  for (auto& region : regions) region.poisson_ratio = ratio;
+  return regions;
+}
+
+/// Constants of every region with lambda and mu for unit modulus replaced by these.
+std::vector<LameConstants> constants(const PoissonBasis& basis, double lambda, double mu) {
+  std::vector<LameConstants> out;
+  for (const auto& region : basis.regions) {
+    const double modulus = region.youngs_modulus / basis.system->scales.modulus;
+    out.push_back({lambda * modulus, mu * modulus, 0});
+  }
+  return out;
+}
+
+/// Fills lambda_part and mu_part.
+void project(const TetMesh& mesh, PoissonBasis& basis, MPI_Comm comm) {
+  constexpr Eigen::Index at_a_time = 256;
+  const auto size = basis.size();
+  basis.lambda_part.resize(size, size);
+  basis.mu_part.resize(size, size);
+  const std::vector<LameConstants> parts[] = {constants(basis, 1, 0), constants(basis, 0, 1)};
+  for (Eigen::Index first = 0; first < size; first += at_a_time) {
+    const auto count = std::min(at_a_time, size - first);
+    const auto products =
+        apply_stiffness(mesh, *basis.system, parts, basis.vectors.middleCols(first, count), comm);
+    basis.lambda_part.middleCols(first, count) =
+        product_over_ranks(basis.vectors, products[0], comm);
+    basis.mu_part.middleCols(first, count) = product_over_ranks(basis.vectors, products[1], comm);
+  }
+  for (auto* part : {&basis.lambda_part, &basis.mu_part}) {
+    *part = ((*part + part->transpose()) / 2).eval();
+  }
+}
+
+/// K(ratio) is at least this times M on the M-orthogonal complement of the Ritz vectors.
+double complement_ceiling(const PoissonBasis& basis, double ratio,
+                          const Eigen::MatrixXd& coordinates) {
+  std::vector<double> ratios;
+  for (const auto& snapshot : basis.snapshots) ratios.push_back(snapshot.poisson_ratio);
+  const auto weights = stiffness_weights(ratios, ratio);
+  std::vector<KnownSpectrum> known;
+  for (std::size_t s = 0; s < weights.size(); ++s) {
+    if (weights[s] == 0) continue;
+    const auto& snapshot = basis.snapshots[s];
+    const auto below = (snapshot.eigenvalues.array() < snapshot.complete_below).count();
+    known.push_back({weights[s], snapshot.eigenvalues.head(below), snapshot.complete_below,
+                     snapshot.coordinates.leftCols(below)});
+  }
+  return complement_bound(known, coordinates);
+}
+
+}  // namespace
+
+std::optional<PoissonBasis> make_poisson_basis(const TetMesh& mesh,
+                                               std::span<const Elastic> regions,
+                                               std::span<const double> ratios,
+                                               const SolveOptions& options, MPI_Comm comm,
+                                               core::Trace& trace) {
+  PoissonBasis basis;
+  basis.regions.assign(regions.begin(), regions.end());
+  basis.reference = ratios[ratios.size() / 2];
+  // The reference comes last: its factor stays, and two need not fit at once.
+  std::vector<double> order(ratios.begin(), ratios.end());
+  std::stable_partition(order.begin(), order.end(),
+                        [&basis](double ratio) { return ratio != basis.reference; });
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  for (const double ratio : order) {
+    const auto materials = with_ratio(basis.regions, ratio);
+    auto system = std::make_shared<System>();
+    Partition part;
+    {
+      const core::ScopedTimer timer(trace.stages["partition"]);
+      agreed(comm, [&] { part = partition(mesh, ranks); });
+    }
+    {
+      const core::ScopedTimer timer(trace.stages["assemble"]);
+      *system = assemble(mesh, materials, std::move(part), comm);
+    }
+    auto found = search_modes(mesh, materials, options, *system, comm, trace);
+    const auto modes = static_cast<double>(found.flexible.size());
+    const double vectors = modes * static_cast<double>(ratios.size() + 6);
+    if (8 * vectors * static_cast<double>(system->unknowns()) >
+        static_cast<double>(options.memory_limit) / 2) {
+      return std::nullopt;
+    }
+    const core::ScopedTimer timer(trace.stages["basis"]);
+    Snapshot snapshot;
+    snapshot.poisson_ratio = ratio;
+    snapshot.complete_below = found.verified_below;
+    snapshot.eigenvalues.resize(static_cast<Eigen::Index>(found.flexible.size()));
+    for (std::size_t k = 0; k < found.flexible.size(); ++k) {
+      snapshot.eigenvalues[static_cast<Eigen::Index>(k)] = found.pairs.values[found.flexible[k]];
+    }
+    if (!found.flexible.empty()) {
+      snapshot.coordinates =
+          widen(basis, *system, columns_of(found.pairs.vectors, found.flexible), comm);
+    }
+    basis.snapshots.push_back(std::move(snapshot));
+    basis.components = found.components;
+    basis.counted = basis.counted && found.counted;
+    basis.linear_solver = found.linear_solver;
+    if (ratio == basis.reference) {
+      basis.shifted = std::move(found.shifted);
+      basis.system = std::move(system);
+    }
+  }
+  const core::ScopedTimer timer(trace.stages["basis"]);
+  for (auto& snapshot : basis.snapshots) {
+    // Later directions are orthogonal to it.
+    const auto before = snapshot.coordinates.rows();
+    snapshot.coordinates.conservativeResize(basis.size(), Eigen::NoChange);
+    snapshot.coordinates.bottomRows(basis.size() - before).setZero();
+  }
+  std::sort(basis.snapshots.begin(), basis.snapshots.end(),
+            [](const Snapshot& a, const Snapshot& b) { return a.poisson_ratio < b.poisson_ratio; });
+  if (basis.size() > 0 && !basis.shifted.inverse) return std::nullopt;
+  project(mesh, basis, comm);
+  return basis;
+}
+
+namespace {
+
+/// Dense Ritz pairs of one Poisson's ratio.
+struct DensePairs {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd coordinates;
+};
+
+/// The lowest Ritz pairs as fields, with their residuals and what these prove.
+RitzModes bounded_pairs(const TetMesh& mesh, const PoissonBasis& basis, double ratio,
+                        const DensePairs& dense, Eigen::Index count, MPI_Comm comm) {
+  RitzModes out;
+  out.coordinates = dense.coordinates.leftCols(count);
+  const Eigen::VectorXd values = dense.values.head(count);
+  auto& pairs = out.found.pairs;
+  pairs.vectors.noalias() = basis.vectors * out.coordinates;
+  pairs.mass_vectors.resize(pairs.vectors.rows(), count);
+  Products(*basis.system, comm).mass(pairs.vectors, pairs.mass_vectors);
+  const auto unit = lame_constants(1, ratio, 0);
+  const std::vector<LameConstants> material[] = {constants(basis, unit.lambda, unit.mu)};
+  auto residuals =
+      std::move(apply_stiffness(mesh, *basis.system, material, pairs.vectors, comm)[0]);
+  residuals.noalias() -= pairs.mass_vectors * values.asDiagonal();
+  Eigen::MatrixXd solved(residuals.rows(), residuals.cols());
+  if (count > 0) basis.shifted.inverse(residuals, solved);
+  auto gram = product_over_ranks(residuals, solved, comm);
+  gram = (gram + gram.transpose()).eval() / 2;
+
+  const double ceiling = complement_ceiling(basis, ratio, out.coordinates);
+  Eigen::VectorXd lower = Eigen::VectorXd::Zero(count);
+  if (ceiling > 0) {
+    // On the complement A = K(reference) - sigma M, which the residuals were measured with, is at
+    // most so many times K(ratio).
+    const double from_reference =
+        1 / stiffness_ratio(basis.reference, ratio) - basis.shifted.shift / ceiling;
+    const auto bounds = bound_ritz_values(values, from_reference * gram, ceiling, tightness);
+    lower = bounds.lower;
+    out.found.verified_below = bounds.counted_below;
+  }
+  for (Eigen::Index k = 0; k < count; ++k) {
+    out.found.flexible.push_back(static_cast<std::size_t>(k));
+    pairs.values.push_back(values[k]);
+    pairs.energy_residuals.push_back(std::sqrt(std::max(0.0, gram(k, k)) / values[k]));
+    out.lower.push_back(lower[k]);
+  }
+  pairs.residuals = pairs.energy_residuals;
+  auto identity = product_over_ranks(pairs.vectors, pairs.mass_vectors, comm);
+  identity.diagonal().array() -= 1;
+  pairs.orthonormality = count == 0 ? 0 : identity.cwiseAbs().maxCoeff();
+  return out;
+}
+
+/// Leaves out all but the lowest pairs.
+void keep(RitzModes& modes, Eigen::Index count) {
+  const auto size = static_cast<std::size_t>(count);
+  auto& pairs = modes.found.pairs;
+  for (auto* list : {&pairs.values, &pairs.residuals, &pairs.energy_residuals, &modes.lower}) {
+    list->resize(size);
+  }
+  modes.found.flexible.resize(size);
+  pairs.vectors.conservativeResize(Eigen::NoChange, count);
+  pairs.mass_vectors.conservativeResize(Eigen::NoChange, count);
+  modes.coordinates.conservativeResize(Eigen::NoChange, count);
+}
+
+}  // namespace
+
+RitzModes ritz_modes(const TetMesh& mesh, const PoissonBasis& basis, double poisson_ratio,
+                     const RitzRequest& request, MPI_Comm comm) {
+  const auto unit = lame_constants(1, poisson_ratio, 0);
+  DensePairs dense;
+  dense.coordinates = unit.lambda * basis.lambda_part + unit.mu * basis.mu_part;
+  dense.values = dense_eigenpairs(dense.coordinates);
+  const auto below = [&dense](double value) -> Eigen::Index {
+    return (dense.values.array() < value).count();
+  };
+  const auto inside = below(request.top);
+  const auto wanted = std::min(inside, below(request.bottom) + request.most);
+  const double highest = wanted < inside ? dense.values[wanted] : request.top;
+
+  // Pairs beyond those wanted bear the coupling to what lies above; how many of them it takes shows
+  // in the bounds.
+  constexpr double headroom[] = {1.4, 2};
+  constexpr Eigen::Index spare = 4;
+  RitzModes out;
+  for (const double factor : headroom) {
+    const auto count = std::clamp(below(factor * highest), wanted + spare, dense.values.size());
+    out = bounded_pairs(mesh, basis, poisson_ratio, dense, count, comm);
+    if (out.found.verified_below > highest) break;
+  }
+  keep(out, std::min<Eigen::Index>(wanted + spare, static_cast<Eigen::Index>(out.lower.size())));
+  auto& found = out.found;
+  found.components = basis.components;
+  found.linear_solver = basis.linear_solver;
+  found.flexible_below_top = inside;
+  const bool to_top = found.verified_below >= request.top * (1 - tightness);
+  found.counted = basis.counted && to_top;
+  found.all_verified = to_top && wanted == inside;
+  return out;
+}
+
+}  // namespace carillon::solvers

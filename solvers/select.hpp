@@ -1,0 +1,26 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <span>
+
+#include "solvers/search.hpp"
+
+namespace carillon::solvers {
+
+/// Refuses what solve_modes() refuses.
+/// @throws core::InputError  see solve_modes
+void check_input(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band);
+
+/// Bodies of fewer unknowns are solved by each of a group's ranks alone: splitting them would gain
+/// nothing, and parts could be empty.
+bool too_small_to_split(const TetMesh& mesh, MPI_Comm comm);
+
+/// The modes inside a band from what was found: fields, shares and certificate.
+/// @param regions  those whose stiffness the pairs belong to
+/// @param system   gives scales and partition, whatever its stiffness
+/// @note Collective on comm.
+Modes select_modes(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band,
+                   const System& system, const SearchResult& found, MPI_Comm comm);
+
+}  // namespace carillon::solvers

@@ -1,0 +1,211 @@
+#include "solvers/solve_materials.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/hash.hpp"
+#include "solvers/collective.hpp"
+#include "solvers/modes_file.hpp"
+#include "solvers/poisson_basis.hpp"
+#include "solvers/select.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+/// How far snapshots reach beyond the highest band, in frequency and in number of modes: modes at
+/// another Poisson's ratio lie elsewhere, and the bounds want room.
+constexpr double reach = 1.3, more_modes = 1.3;
+/// What the basis may add to a pitch [cents].
+constexpr double largest_basis_error = 0.1;
+
+double cents(double ratio_of_eigenvalues) {
+  return 600 * std::log2(ratio_of_eigenvalues);
+}
+
+/// Frequencies of a request over those of the body that its group solves.
+double speed(const ModeRequest& request, std::span<const Elastic> solved) {
+  const auto& own = request.regions[0];
+  return std::sqrt(own.youngs_modulus / solved[0].youngs_modulus * solved[0].density / own.density);
+}
+
+Band scaled(const Band& band, double factor) {
+  return {band.min_frequency * factor, band.max_frequency * factor, band.max_modes,
+          band.counted_from * factor};
+}
+
+/// A band that holds those of all requests, on the body of `solved`.
+Band snapshot_band(std::span<const ModeRequest> requests, const SolveGroup& group,
+                   std::span<const Elastic> solved) {
+  Band out{std::numeric_limits<double>::infinity(), 0, 0, 0};
+  for (const auto i : group.requests) {
+    const auto band = scaled(requests[i].band, 1 / speed(requests[i], solved));
+    out.min_frequency = std::min(out.min_frequency, band.min_frequency);
+    out.max_frequency = std::max(out.max_frequency, band.max_frequency);
+    out.max_modes = std::max(out.max_modes, band.max_modes);
+    out.counted_from = std::max(out.counted_from, band.bottom());
+  }
+  out.max_frequency *= reach;
+  out.max_modes = static_cast<int>(std::min(1e9, std::ceil(more_modes * out.max_modes) + 8));
+  return out;
+}
+
+/// A request's modes from the basis, unless they cannot be certified.
+std::optional<Modes> from_basis(const TetMesh& mesh, const PoissonBasis& basis,
+                                const ModeRequest& request, MPI_Comm comm) {
+  const double factor = speed(request, basis.regions);
+  const auto band = scaled(request.band, 1 / factor);
+  const double ratio = request.regions[0].poisson_ratio;
+  auto regions = basis.regions;
+  for (auto& region : regions) region.poisson_ratio = ratio;
+  const auto& scales = basis.system->scales;
+  const auto ritz = ritz_modes(mesh, basis, ratio,
+                               {scales.from_frequency(band.bottom()),
+                                scales.from_frequency(band.max_frequency), band.max_modes},
+                               comm);
+  auto modes = select_modes(mesh, regions, band, *basis.system, ritz.found, comm);
+
+  double error = 0;
+  const auto& values = ritz.found.pairs.values;
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    // The energies' quotient of the same vector: what differs is rounding, as on very thin bodies.
+    const double value = modes.eigenvalues[k] / scales.eigenvalue();
+    const auto near = std::min_element(values.begin(), values.end(), [value](double a, double b) {
+      return std::abs(a - value) < std::abs(b - value);
+    });
+    const auto bound = ritz.lower[static_cast<std::size_t>(near - values.begin())];
+    if (!(bound > 0)) return std::nullopt;
+    error = std::max({error, cents(value / bound), std::abs(cents(value / *near))});
+  }
+  if (error > largest_basis_error) return std::nullopt;
+  // Complete as far as the set goes, or not at all.
+  const bool limited = ritz.found.flexible_below_top > static_cast<std::int64_t>(modes.size());
+  const double known_to = scales.to_frequency(ritz.found.verified_below);
+  const bool proved = limited ? modes.size() > 0 && known_to > modes.frequency(modes.size() - 1)
+                              : ritz.found.all_verified;
+  if (!proved) return std::nullopt;
+
+  const auto& own = request.regions[0];
+  modes = rescale(modes, 1, own.youngs_modulus / basis.regions[0].youngs_modulus,
+                  own.density / basis.regions[0].density);
+  modes.certificate.min_frequency = request.band.min_frequency;
+  modes.certificate.max_frequency = request.band.max_frequency;
+  if (modes.certificate.complete) {
+    modes.certificate.complete_to_hz = request.band.max_frequency;
+  }
+  modes.certificate.snapshots = static_cast<int>(basis.snapshots.size());
+  modes.certificate.basis_error = error;
+  return modes;
+}
+
+/// Modes of all requests of a group that shares a basis.
+std::vector<Modes> solve_together(const TetMesh& mesh, std::span<const ModeRequest> requests,
+                                  const SolveGroup& group, const SolveOptions& options,
+                                  MPI_Comm comm, core::Trace& trace) {
+  if (too_small_to_split(mesh, comm)) {
+    std::vector<Modes> modes;
+    agreed(comm,
+           [&] { modes = solve_together(mesh, requests, group, options, MPI_COMM_SELF, trace); });
+    return modes;
+  }
+  for (const auto i : group.requests) {
+    agreed(comm, [&] { check_input(mesh, requests[i].regions, requests[i].band); });
+  }
+  // Solved in the material of the slowest waves, the last of the group.
+  const auto& solved = requests[group.requests.back()].regions;
+  auto joint = options;
+  joint.band = snapshot_band(requests, group, solved);
+  auto basis = make_poisson_basis(mesh, solved, group.snapshots, joint, comm, trace);
+  std::vector<std::optional<Modes>> served(group.requests.size());
+  for (std::size_t k = 0; k < served.size() && basis; ++k) {
+    const core::ScopedTimer timer(trace.stages["ritz"]);
+    served[k] = from_basis(mesh, *basis, requests[group.requests[k]], comm);
+  }
+  basis.reset();
+  std::vector<Modes> out;
+  for (std::size_t k = 0; k < served.size(); ++k) {
+    if (served[k]) {
+      out.push_back(std::move(*served[k]));
+      continue;
+    }
+    ++trace.stages["solved apart"].calls;
+    auto own = options;
+    own.band = requests[group.requests[k]].band;
+    out.push_back(solve_modes(mesh, requests[group.requests[k]].regions, own, comm, trace));
+  }
+  return out;
+}
+
+/// Keys of a group's sets: a set depends on all that it was solved with.
+std::vector<std::string> keys_of(const TetMesh& mesh, std::span<const ModeRequest> requests,
+                                 const SolveGroup& group, const SolveOptions& options,
+                                 MPI_Comm comm) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  std::vector<std::string> own;
+  core::Sha256 all;
+  all.add("joint modes 1 ");
+  all.add(std::span<const double>(group.snapshots));
+  for (const auto i : group.requests) {
+    auto one = options;
+    one.band = requests[i].band;
+    own.push_back(modes_key(mesh, requests[i].regions, one, size));
+    all.add(own.back());
+  }
+  const auto together = all.hex();
+  std::vector<std::string> keys;
+  for (const auto& key : own) {
+    core::Sha256 hash;
+    keys.push_back(hash.add(together).add(key).hex());
+  }
+  return keys;
+}
+
+std::vector<Modes> cached_together(const TetMesh& mesh, std::span<const ModeRequest> requests,
+                                   const SolveGroup& group, const SolveOptions& options,
+                                   MPI_Comm comm, const std::filesystem::path& cache,
+                                   core::Trace& trace) {
+  if (cache.empty()) return solve_together(mesh, requests, group, options, comm, trace);
+  const auto keys = keys_of(mesh, requests, group, options, comm);
+  std::vector<Modes> modes;
+  for (const auto& key : keys) {
+    auto stored = load_modes(cache, key, comm, trace);
+    if (!stored) break;
+    modes.push_back(std::move(*stored));
+  }
+  if (modes.size() == keys.size()) return modes;
+  modes = solve_together(mesh, requests, group, options, comm, trace);
+  for (std::size_t k = 0; k < keys.size(); ++k) store_modes(cache, keys[k], modes[k], comm);
+  return modes;
+}
+
+}  // namespace
+
+std::vector<Modes> solve_materials(const TetMesh& mesh, std::span<const ModeRequest> requests,
+                                   const SolveOptions& options, MPI_Comm comm,
+                                   const std::filesystem::path& cache, core::Trace& trace) {
+  if (mesh.faces.empty() && mesh.element_count() > 0) {
+    TetMesh bounded = mesh;
+    bounded.faces = boundary_faces(mesh);
+    return solve_materials(bounded, requests, options, comm, cache, trace);
+  }
+  std::vector<Modes> out(requests.size());
+  for (const auto& group : plan_solves(requests)) {
+    if (!group.snapshots.empty()) {
+      auto modes = cached_together(mesh, requests, group, options, comm, cache, trace);
+      for (std::size_t k = 0; k < modes.size(); ++k) {
+        out[group.requests[k]] = std::move(modes[k]);
+      }
+      continue;
+    }
+    for (const auto i : group.requests) {
+      auto own = options;
+      own.band = requests[i].band;
+      out[i] = cached_modes(mesh, requests[i].regions, own, comm, cache, trace);
+    }
+  }
+  return out;
+}
+
+}  // namespace carillon::solvers

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "core/trace.hpp"
+#include "solvers/modes.hpp"
+
+namespace carillon::solvers {
+
+/// What one material (or several of equal Poisson's ratio) asks of a shape.
+struct ModeRequest {
+  std::vector<Elastic> regions;  ///< one for each of the mesh's region_names
+  Band band;
+};
+
+/// Requests served together. With snapshots: modes at these Poisson's ratios span a basis for all
+/// of them. Without: each is solved on its own.
+struct SolveGroup {
+  std::vector<std::size_t> requests;
+  std::vector<double> snapshots;  ///< Poisson's ratios, ascending
+
+  std::size_t solves() const { return snapshots.empty() ? requests.size() : snapshots.size(); }
+};
+
+/// Which eigensolves serve a list of requests.
+///
+/// One basis of three snapshots (two where the ratios lie within 0.12 of each other) serves every
+/// request whose regions share one Poisson's ratio between 0 and 0.46 and the same contrasts of
+/// moduli and densities; up to three requests are no dearer alone. A solve is taken to cost as much
+/// as its band's top, in frequency times size over the speed of sound, plus that of the lowest
+/// request (counting and factoring); requests are split by their tops into several groups where
+/// that saves more than a third.
+///
+/// The three ratios are 0.10, 0.30 and 0.44 whatever is asked for, so that a material's modes
+/// hardly depend on which others there are.
+std::vector<SolveGroup> plan_solves(std::span<const ModeRequest> requests);
+
+/// Modes of one shape in several materials: solve_modes() of every request, by as few eigensolves
+/// as plan_solves() says. Modes from a basis are certified: every frequency lies within
+/// certificate.basis_error of that of a solve of its own, at most 0.1 cents, and completeness is
+/// proved as far as the certificate says. A request that cannot be certified is solved on its own.
+///
+/// @param options  its band is not used
+/// @param cache    folder of files by content; "" for none
+/// @param trace    beside the stages of solve_modes: "basis" (joining snapshots), "ritz" (requests
+///                 served from a basis), "solved apart" (requests that could not be)
+/// @return one for each request
+/// @throws as solve_modes
+/// @note Collective on comm.
+std::vector<Modes> solve_materials(const TetMesh& mesh, std::span<const ModeRequest> requests,
+                                   const SolveOptions& options, MPI_Comm comm,
+                                   const std::filesystem::path& cache, core::Trace& trace);
+
+}  // namespace carillon::solvers
