@@ -131,6 +131,27 @@ class Build(FolderTest):
                 for key in here:
                     numpy.testing.assert_array_equal(here[key], there[key], f"{name}: {key}")
 
+    def test_three_eigensolves_serve_every_material(self):
+        config = self.write("materials.yaml", "materials: [ceramic, glass, wood, plastic, iron,"
+                            " polycarbonate, steel, sterling_porcelain, sterling_glass]\n"
+                            "objects:\n  - shape: bar\n    sizes: [1, 1.2]\n"
+                            "modes: {max_frequency: 8 kHz}\n"
+                            "strikes: {per_object: 1}\naudio: {seconds: 0.1 s}\n")
+        output = self.folder / "materials"
+        self.assertEqual(run_json("--cache", "", "build", config, "-o", output)["samples"], 18)
+        stages = json.loads((output / "trace.json").read_text())["stages"]
+        self.assertLessEqual(stages["solve"]["calls"], 3)
+        # Glass and sterling_glass have the same ratio of Poisson.
+        self.assertEqual(stages["ritz"]["calls"], 8)
+        with h5py.File(next((output / "modes").glob("*.h5"))) as file:
+            sets = [file[name] for name in file if name.startswith("set-")]
+            self.assertEqual(len(sets), 8)
+            for one in sets:
+                certificate = one["certificate"].attrs
+                self.assertEqual(certificate["complete"], 1)
+                self.assertEqual(certificate["snapshots"], 3)
+                self.assertLess(certificate["basis_error_cents"], 0.1)
+
     def test_second_run_does_nothing(self):
         before = {p: p.stat().st_mtime_ns for p in self.output.rglob("*.h5") if p.name != "index.h5"}
         result = run("build", self.config, "-o", self.output, ranks=2)
