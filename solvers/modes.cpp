@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "solvers/assemble.hpp"
 #include "solvers/collective.hpp"
+#include "solvers/conformity.hpp"
 #include "solvers/extract.hpp"
 #include "solvers/search.hpp"
 #include "solvers/select.hpp"
@@ -59,6 +60,7 @@ void check_input(const TetMesh& mesh, std::span<const Elastic> regions, const Ba
           std::isfinite(band.max_frequency),
       fmt::format("the band from {} to {} Hz is empty", band.min_frequency, band.max_frequency));
   require(band.max_modes >= 1, "max_modes must be at least 1");
+  refuse_overlaps(mesh);
 }
 
 bool too_small_to_split(const TetMesh& mesh, MPI_Comm comm) {

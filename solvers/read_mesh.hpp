@@ -14,7 +14,9 @@ SurfaceMesh read_surface(const std::string& path);
 
 /// Tetrahedra of a Gmsh MSH file, versions 2.2 and 4.1, ASCII or binary, order 1 to 4; physical
 /// groups become regions.
-/// @throws InputError, FileError
+/// @throws InputError  malformed, an element folded or without volume, or elements that meet but do
+///                     not share whole faces (a hanging node)
+/// @throws FileError   cannot be read
 TetMesh read_msh(const std::string& path);
 
 /// Ending of a file name in small letters, e.g. ".obj"; decides which reader is used.

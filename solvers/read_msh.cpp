@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "solvers/conformity.hpp"
 #include "solvers/lagrange.hpp"
 #include "solvers/msh_elements.hpp"
 #include "solvers/msh_file.hpp"
@@ -130,6 +131,20 @@ void orient(const std::string& path, TetMesh& mesh) {
   }
 }
 
+/// Elements of different fineness that are not matched are torn apart where they meet, and the body
+/// would sound far too low without a word.
+void refuse_hanging_node(const std::string& path, const TetMesh& mesh) {
+  const auto hanging = find_hanging_node(mesh);
+  if (!hanging) return;
+  const Vec3& at = mesh.nodes[static_cast<std::size_t>(hanging->node)];
+  throw core::InputError(
+      fmt::format("{}: a corner at ({:.6g}, {:.6g}, {:.6g}) lies inside a face of tetrahedron {}, "
+                  "which does not have it as a corner",
+                  path, at[0], at[1], at[2], hanging->element + 1),
+      "elements that meet must share whole faces: mesh the parts together (in Gmsh: "
+      "BooleanFragments), or part them from each other");
+}
+
 }  // namespace
 
 TetMesh read_msh(const std::string& path) {
@@ -159,6 +174,7 @@ TetMesh read_msh(const std::string& path) {
   }
   drop_unused_nodes(mesh);
   orient(path, mesh);
+  refuse_hanging_node(path, mesh);
   mesh.faces = boundary_faces(mesh);
   return mesh;
 }
