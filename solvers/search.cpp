@@ -2,9 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "core/error.hpp"
 #include "solvers/rigid.hpp"
@@ -31,6 +33,26 @@ double corner_area(const TetMesh& mesh) {
     surface.triangles.push_back({corner[0], corner[1], corner[2]});
   }
   return area(surface);
+}
+
+/// sqrt(E / rho) [m/s] with E and rho averaged over the body: E by the mean compliance, since the
+/// soft parts are the ones that bend while the heavy ones load them.
+double mean_wave_speed(const TetMesh& mesh, std::span<const Elastic> regions) {
+  std::vector<double> volumes(regions.size(), 0.0);
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto corner = [&](std::size_t i) -> const Vec3& {
+      return mesh.nodes[static_cast<std::size_t>(mesh.element(e)[i])];
+    };
+    volumes[static_cast<std::size_t>(mesh.regions[e])] +=
+        std::abs((corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(corner(3) - corner(0)));
+  }
+  double compliance = 0, mass = 0, volume = 0;
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    volume += volumes[r];
+    compliance += volumes[r] / regions[r].youngs_modulus;
+    mass += volumes[r] * regions[r].density;
+  }
+  return volume / std::sqrt(compliance * mass);
 }
 
 /// Everything one search needs and learns.
@@ -253,13 +275,9 @@ class Search {
 }  // namespace
 
 double estimate_first_frequency(const TetMesh& mesh, std::span<const Elastic> regions) {
-  double speed = 0;
-  for (const auto& region : regions) {
-    speed = std::max(speed, std::sqrt(region.youngs_modulus / region.density));
-  }
   const double thickness = 2 * measure_quality(mesh).volume / corner_area(mesh);
   const double length = bounding_box(mesh.nodes).longest_side();
-  return speed * thickness / (length * length);
+  return mean_wave_speed(mesh, regions) * thickness / (length * length);
 }
 
 SearchResult search_modes(const TetMesh& mesh, std::span<const Elastic> regions,

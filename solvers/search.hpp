@@ -38,7 +38,8 @@ struct SearchMethods {
 
 /// First guess (mesh.faces present) of the lowest flexible frequency [Hz]: that of a plate as thick
 /// as 2 volume / area and as long as the longest side, c (2 V / A) / L^2 with c = sqrt(E / rho)
-/// (the constant of a free bar or plate is near 1).
+/// (the constant of a free bar or plate is near 1). In a body of several materials E is that of the
+/// mean compliance, rho the mean density.
 double estimate_first_frequency(const TetMesh& mesh, std::span<const Elastic> regions);
 
 /// Counts, solves and verifies: the lowest flexible modes up to the band's top, as many as
