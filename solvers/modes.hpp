@@ -124,10 +124,9 @@ struct Modes {
 /// @return the same on every rank
 /// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density, an empty band, no
 ///                      elements, or element nodes and regions that do not exist
-/// @throws SolverError  an element turned inside out, no convergence, residual above 1e-6 (and
-/// above
-///                      1e-3 in the energy norm), wrong number of rigid modes, or parts that hang
-///                      together by a point or an edge
+/// @throws SolverError  an element turned inside out, elements that overlap, no convergence,
+///                      residual above 1e-6 (and above 1e-2 in the energy norm), wrong number of
+///                      rigid modes, or parts that hang together by a point or an edge
 /// @note Collective on comm.
 Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
                   const SolveOptions& options, MPI_Comm comm, core::Trace& trace);

@@ -126,7 +126,15 @@ RigidSplit split_rigid(const TetMesh& mesh, const System& system,
       split.flexible.push_back(order[k]);
     }
   }
-  if (recognised != wanted || contained < static_cast<double>(wanted) * (1 - 1e-6)) {
+  const double lacking = static_cast<double>(wanted) - contained;
+  if (recognised == wanted && lacking > 1e-6 * static_cast<double>(wanted)) {
+    throw core::SolverError(
+        fmt::format("the rigid motions of the body come out mixed with vibrations: {:.1e} of their "
+                    "energy is missing",
+                    lacking / static_cast<double>(wanted)),
+        "the mesh may have elements that are nearly flat, or parts of almost no mass or stiffness");
+  }
+  if (recognised != wanted) {
     throw core::SolverError(
         fmt::format("{} rigid modes found where a free body of {} component{} has {}", recognised,
                     wanted / 6, wanted == 6 ? "" : "s", wanted),

@@ -20,7 +20,7 @@ std::optional<double> gap_below(const SearchResult& found, std::size_t k);
 double worst_residual(const SearchResult& found, std::int64_t wanted);
 
 /// @throws core::SolverError  one of the first `wanted` flexible modes has a residual above 1e-6,
-///                            and above 1e-3 in the energy norm
+///                            and above 1e-2 in the energy norm
 void refuse_bad_residuals(const SearchResult& found, std::int64_t wanted, const Scales& scales);
 
 /// Parts that share a point or an edge alone swing about it without strain: more zero modes than
