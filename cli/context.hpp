@@ -33,6 +33,7 @@ enum ExitCode {
 
 /// Each adds one command to the program. A new command is one file and one line in commands.cpp.
 using AddCommand = void (*)(CLI::App& program, Context& context);
+void add_accuracy(CLI::App& program, Context& context);
 void add_build(CLI::App& program, Context& context);
 void add_inspect(CLI::App& program, Context& context);
 void add_list(CLI::App& program, Context& context);

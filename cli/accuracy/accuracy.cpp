@@ -1,0 +1,143 @@
+#include "cli/accuracy/accuracy.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <fstream>
+#include <thread>
+
+#include "cli/accuracy/findings.hpp"
+#include "cli/accuracy/stand_in.hpp"
+#include "cli/build/dataset.hpp"
+#include "core/error.hpp"
+#include "core/progress.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::json;
+
+namespace {
+
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const auto colon = line.find(": ");
+    if (line.rfind("model name", 0) == 0 && colon != std::string::npos)
+      return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+/// Load of the machine over the last minute: what else ran spoils wall times.
+double load_average() {
+  double load = 0;
+  return getloadavg(&load, 1) == 1 ? load : 0;
+}
+
+/// A body whose file is missing gets its stand-in, or is passed over.
+/// @return whether there is a body to measure
+bool find_body(LadderObject& object, Findings& findings, const std::filesystem::path& output,
+               const Context& context, MPI_Comm comm) {
+  const std::string& path = object.request.file.path;
+  if (path.empty() || std::filesystem::exists(path)) return true;
+  if (object.stand_in) {
+    findings.note =
+        fmt::format("{} is missing: a noisy {} in its place", path, object.stand_in->shape.family);
+    const auto file = output / (object.name + "-stand-in.off");
+    mpi::agreed(comm, [&] {
+      if (mpi::rank(comm) == 0) write_stand_in(*object.stand_in, file, context.cache);
+    });
+    object.request.file = {};
+    object.request.file.path = file.string();
+    return true;
+  }
+  if (!object.optional) throw core::FileError(fmt::format("{}: no such file", path));
+  findings.failure = fmt::format("passed over, {} is missing", path);
+  return false;
+}
+
+Findings climb(const LadderConfig& config, const LadderObject& object, RungRunner& runner,
+               Findings findings, const std::function<void(const std::string&)>& tell) {
+  tell("reference of " + object.name);
+  findings.reference = runner.reference();
+  for (const int order : object.orders)
+    for (const double size : object.sizes) {
+      tell(fmt::format("{}, order {}, size x {:.3g}", object.name, order, size));
+      runner.at_factor(order, size, config.tolerances.front());
+    }
+  const int usual_order = solvers::MeshOptions().order;
+  for (std::size_t i = 1; i < config.tolerances.size(); ++i) {
+    tell(fmt::format("{}, tolerance {:.0e}", object.name, config.tolerances[i]));
+    runner.at_factor(usual_order, 1, config.tolerances[i]);
+  }
+  for (const double cents : config.pitch_cents) {
+    tell(fmt::format("{}, {:.3g} cents", object.name, cents));
+    Choice choice;
+    choice.cents = cents;
+    choice.report = runner.choose(cents);
+    for (const auto& step : choice.report.steps)
+      choice.steps.push_back(&runner.rung_of(step, cents));
+    findings.choices.push_back(std::move(choice));
+  }
+  for (const auto& rung : runner.rungs()) findings.rungs.push_back(rung.get());
+  return findings;
+}
+
+json measure_object(const LadderConfig& config, LadderObject object,
+                    const std::filesystem::path& output, const Context& context, MPI_Comm comm,
+                    const std::function<void(const std::string&)>& tell) {
+  Findings findings;
+  findings.name = object.name;
+  if (!find_body(object, findings, output, context, comm)) return to_json(config, findings);
+  RungRunner runner(config, object, context, comm);
+  try {
+    findings = climb(config, object, runner, std::move(findings), tell);
+  } catch (const core::SolverError& error) {
+    // One body that cannot be solved does not spoil the others.
+    findings.failure = error.message();
+  }
+  return to_json(config, findings);
+}
+
+json measure(const LadderConfig& config, const std::filesystem::path& output,
+             const Context& context, MPI_Comm comm) {
+  const double start = core::monotonic_seconds();
+  core::Progress progress("accuracy", static_cast<double>(config.objects.size()),
+                          context.quiet || context.json || !context.speaks());
+  json document = {{"name", config.name},
+                   {"carillon", library_versions()},
+                   {"machine",
+                    {{"processor", processor_name()},
+                     {"cores", std::thread::hardware_concurrency()},
+                     {"ranks", mpi::size(comm)},
+                     {"load_before", load_average()}}},
+                   {"clock", config.cpu_time ? "processor" : "wall"},
+                   {"modes", config.modes},
+                   {"configuration", config.resolved},
+                   {"objects", json::array()}};
+  for (std::size_t i = 0; i < config.objects.size(); ++i) {
+    const auto tell = [&](const std::string& note) {
+      progress.update(static_cast<double>(i), note);
+    };
+    document["objects"].push_back(
+        measure_object(config, config.objects[i], output, context, comm, tell));
+  }
+  progress.finish("");
+  document["seconds"] = core::monotonic_seconds() - start;
+  return document;
+}
+
+}  // namespace
+
+json measure_ladder(const LadderConfig& config, const std::filesystem::path& output,
+                    const Context& context) {
+  if (config.all_ranks) return measure(config, output, context, context.world);
+  json document;
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) document = measure(config, output, context, MPI_COMM_SELF);
+  });
+  return document;
+}
+
+}  // namespace carillon::cli

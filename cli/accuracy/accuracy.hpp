@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/accuracy/ladder_config.hpp"
+#include "cli/context.hpp"
+
+namespace carillon::cli {
+
+struct AccuracyOptions {
+  std::string config;
+  std::string output;  ///< folder; "": the configuration's name
+  std::vector<std::string> overrides;
+};
+
+/// Measures the ladder of a configuration: on rank 0 while the others wait, or on all ranks.
+/// @param output  folder that exists, for stand-ins
+/// @return the document of accuracy.json, the same on every rank that measures
+/// @note Collective on the context's world.
+nlohmann::json measure_ladder(const LadderConfig& config, const std::filesystem::path& output,
+                              const Context& context);
+
+/// Draws accuracy.svg and accuracy.png beside accuracy.json with scripts/plot_accuracy, which is
+/// looked for beside the program, in its share folder and in the source tree.
+/// @return "" or why there is no picture, for a person
+std::string plot_ladder(const std::filesystem::path& document);
+
+}  // namespace carillon::cli

@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/accuracy/accuracy.hpp"
+#include "cli/accuracy/findings.hpp"
+#include "core/config.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+void run_accuracy(const AccuracyOptions& options, const Context& context) {
+  std::string text;
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) text = core::read_text_file(options.config);
+  });
+  text = mpi::broadcast(text, 0, context.world);
+  LadderConfig config;
+  mpi::agreed(context.world,
+              [&] { config = read_ladder_config(text, options.config, options.overrides); });
+
+  const std::filesystem::path output = options.output.empty() ? config.name : options.output;
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    std::error_code error;
+    std::filesystem::create_directories(output, error);
+    if (error) throw core::FileError(fmt::format("{}: {}", output.string(), error.message()));
+  });
+  const nlohmann::json document = measure_ladder(config, output, context);
+  if (!context.speaks()) return;
+
+  const std::filesystem::path file = output / "accuracy.json";
+  core::write_text_durably(file, document.dump(1) + "\n");
+  const std::string no_picture = plot_ladder(file);
+  if (context.json) {
+    fmt::print("{}\n", document.dump(1));
+  } else {
+    for (const nlohmann::json& object : document.at("objects")) print_findings(object);
+    fmt::print("\n{}: accuracy.json{}\n", output.string(),
+               no_picture.empty() ? ", accuracy.svg, accuracy.png" : "");
+  }
+  if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
+}
+
+}  // namespace
+
+void add_accuracy(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand(
+      "accuracy", "the accuracy-for-time ladder: seconds against pitch errors");
+  auto options = std::make_shared<AccuracyOptions>();
+  command->add_option("config", options->config, "YAML configuration")->required();
+  command->add_option("-o,--output", options->output,
+                      "folder of the findings (default: the configuration's name)");
+  command
+      ->add_option("--set", options->overrides,
+                   "key=value instead of the configuration's, e.g. modes=60")
+      ->allow_extra_args(false);
+  command->footer(
+      "Examples:\n"
+      "  carillon accuracy configs/accuracy.yaml\n"
+      "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o ladder");
+  command->callback([&context, options] { run_accuracy(*options, context); });
+}
+
+}  // namespace carillon::cli

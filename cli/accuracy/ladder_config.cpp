@@ -1,0 +1,163 @@
+#include "cli/accuracy/ladder_config.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <set>
+
+#include "core/config.hpp"
+#include "core/error.hpp"
+#include "solvers/families.hpp"
+
+namespace carillon::cli {
+
+using core::ConfigNode;
+using core::Dimension;
+
+namespace {
+
+/// Errors of a shape or a material get the place in the file.
+template <class Check>
+auto at_key(const ConfigNode& node, const std::string& key, Check&& check) {
+  try {
+    return check();
+  } catch (const core::ConfigError&) {
+    throw;
+  } catch (const core::Error& error) {
+    node.fail(key, error.message(), error.hint());
+  }
+}
+
+std::vector<double> positive(ConfigNode& node, const std::string& key,
+                             const std::vector<double>& fallback) {
+  const auto values = node.quantities(key, Dimension::none, 0, fallback);
+  if (values.empty()) node.fail(key, "no value is named");
+  for (const double value : values) {
+    if (!(value > 0)) node.fail(key, fmt::format("{} is not positive", value));
+  }
+  return values;
+}
+
+std::vector<int> read_orders(ConfigNode& node, const std::vector<int>& fallback) {
+  const auto values = positive(node, "orders", {fallback.begin(), fallback.end()});
+  std::vector<int> orders;
+  for (const double value : values) {
+    const int order = static_cast<int>(value);
+    if (order != value || order > 4) node.fail("orders", "elements have order 1 to 4");
+    orders.push_back(order);
+  }
+  return orders;
+}
+
+solvers::GeneratedShape read_shape(ConfigNode& node) {
+  solvers::GeneratedShape shape;
+  shape.family = node.text("shape");
+  const auto& family = at_key(node, "shape", [&]() -> const solvers::Family& {
+    return solvers::find_family(shape.family);
+  });
+  if (shape.family == "turned") {
+    for (ConfigNode& point : node.children("profile")) {
+      shape.profile.push_back({point.quantity("radius", Dimension::length),
+                               point.quantity("height", Dimension::length)});
+    }
+  }
+  ConfigNode parameters = node.child("parameters");
+  for (const auto& p : family.parameters) {
+    shape.parameters[p.name] =
+        parameters.quantity(p.name, Dimension::length, 0.5 * (p.low + p.high));
+  }
+  at_key(node, "parameters", [&] {
+    family.check(shape);
+    return 0;
+  });
+  return shape;
+}
+
+void read_file(ConfigNode& node, LadderObject& object, const std::string& file_name) {
+  const std::filesystem::path path(node.text("mesh"));
+  auto& file = object.request.file;
+  file.path = path.is_absolute() ? path.string()
+                                 : (std::filesystem::path(file_name).parent_path() / path).string();
+  file.length = node.quantity("length", Dimension::length, 0);
+  if (file.length < 0) node.fail("length", "must not be negative");
+  object.optional = node.flag("optional", false);
+  if (!node.has("stand_in")) return;
+  ConfigNode stand_in = node.child("stand_in");
+  object.stand_in = StandIn{read_shape(stand_in), stand_in.quantity("noise", Dimension::length)};
+  if (!(object.stand_in->noise >= 0)) stand_in.fail("noise", "must not be negative");
+}
+
+LadderObject read_object(ConfigNode& node, const LadderObject& shared, const std::string& material,
+                         const std::string& file_name) {
+  if (node.has("shape") == node.has("mesh")) {
+    node.fail("", "an object is either a `shape:` (a family) or a `mesh:` (a file)");
+  }
+  LadderObject object = shared;
+  if (node.has("shape")) {
+    object.request.shape = read_shape(node);
+  } else {
+    read_file(node, object, file_name);
+  }
+  object.name = node.text(
+      "name", node.has("shape") ? object.request.shape.family
+                                : std::filesystem::path(object.request.file.path).stem().string());
+  const std::string name = node.text("material", material);
+  object.material = at_key(node, "material", [&] { return synth::parse_material(name); });
+  object.orders = read_orders(node, shared.orders);
+  object.sizes = positive(node, "sizes", shared.sizes);
+  object.reference_size = node.quantity("reference_size", Dimension::none, shared.reference_size);
+  if (!(object.reference_size > 0)) node.fail("reference_size", "must be positive");
+  return object;
+}
+
+ReferenceSolver read_reference(ConfigNode node, LadderConfig& config, double& size) {
+  const std::string solver =
+      node.choice("solver", {"automatic", "fourier", "tetrahedra"}, "automatic");
+  config.reference_order = static_cast<int>(node.integer("order", 1, 4, 4));
+  size = node.quantity("size", Dimension::none, 0.5);
+  return solver == "fourier"      ? ReferenceSolver::fourier
+         : solver == "tetrahedra" ? ReferenceSolver::tetrahedra
+                                  : ReferenceSolver::automatic;
+}
+
+}  // namespace
+
+LadderConfig read_ladder_config(const std::string& text, const std::string& file_name,
+                                const std::vector<std::string>& overrides) {
+  ConfigNode root = ConfigNode::parse(text, file_name, overrides);
+  LadderConfig config;
+  config.name = root.text("name", std::filesystem::path(file_name).stem().string());
+  const std::string material = root.text("material", "steel");
+  config.modes = static_cast<int>(root.integer("modes", 1, 10000, 24));
+  config.min_frequency = root.quantity("min_frequency", Dimension::frequency, 20);
+  config.max_frequency = root.quantity("max_frequency", Dimension::frequency, 200e3);
+  if (!(config.min_frequency >= 0 && config.max_frequency > config.min_frequency)) {
+    root.fail("max_frequency", "must be above min_frequency");
+  }
+  LadderObject shared;
+  shared.orders = read_orders(root, {1, 2, 3, 4});
+  shared.sizes = positive(root, "sizes", {1.5, 1, 0.7});
+  config.tolerances = positive(root, "tolerances", {1e-12});
+  config.pitch_cents = positive(root, "pitch_cents", {1, 2, 5, 10, 20});
+  config.max_elements = root.integer("max_elements", 1, 100000000, 200000);
+  config.all_ranks = root.choice("ranks", {"one", "all"}, "one") == "all";
+  config.cpu_time = root.choice("clock", {"wall", "processor"}, "wall") == "processor";
+  ConfigNode repeats = root.child("repeats");
+  config.repeat_below = repeats.quantity("below", Dimension::time, 1);
+  config.most_runs = static_cast<int>(repeats.integer("most", 1, 100, 3));
+  config.reference = read_reference(root.child("reference"), config, shared.reference_size);
+  std::set<std::string> names;
+  for (ConfigNode& node : root.children("objects")) {
+    config.objects.push_back(read_object(node, shared, material, file_name));
+    if (!names.insert(config.objects.back().name).second) {
+      node.fail("", fmt::format("two objects are named \"{}\"", config.objects.back().name),
+                "give one of them another `name:`");
+    }
+  }
+  if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
+  root.finish();
+  config.resolved = root.resolved();
+  return config;
+}
+
+}  // namespace carillon::cli

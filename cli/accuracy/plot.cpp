@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+#include "cli/accuracy/accuracy.hpp"
+#include "solvers/child_process.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// scripts/plot_accuracy exits with this where matplotlib is missing.
+constexpr int no_matplotlib = 4;
+
+fs::path plot_script() {
+  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const char* place : {"../share/carillon/scripts", "../scripts", "../../scripts"}) {
+    const fs::path script = here / place / "plot_accuracy";
+    if (fs::exists(script)) return fs::weakly_canonical(script);
+  }
+  return {};
+}
+
+/// Pythons to try: the one that is named, else the first of the path and the system's.
+std::vector<fs::path> pythons() {
+  if (const char* named = std::getenv("CARILLON_PYTHON"); named != nullptr && *named != '\0') {
+    return {named};
+  }
+  std::vector<fs::path> found;
+  std::string path = std::getenv("PATH") != nullptr ? std::getenv("PATH") : "";
+  for (std::size_t from = 0; from <= path.size();) {
+    const std::size_t end = std::min(path.find(':', from), path.size());
+    const fs::path candidate = fs::path(path.substr(from, end - from)) / "python3";
+    if (end > from && fs::exists(candidate)) {
+      found.push_back(candidate);
+      break;
+    }
+    from = end + 1;
+  }
+  for (const char* system : {"/usr/bin/python3"})
+    if (fs::exists(system)) found.emplace_back(system);
+  return found;
+}
+
+}  // namespace
+
+std::string plot_ladder(const fs::path& document) {
+  const fs::path script = plot_script();
+  if (script.empty()) return "no picture: scripts/plot_accuracy was not found";
+  std::string reason = "no picture: there is no python3";
+  for (const fs::path& python : pythons()) {
+    const auto exit =
+        solvers::run_child(python, {script.string(), document.string()}, /*seconds=*/300);
+    if (exit.code == 0 && exit.signal == 0) return "";
+    reason = exit.code == no_matplotlib
+                 ? fmt::format("no picture: {} has no matplotlib; with one that has, run {} {}",
+                               python.string(), script.string(), document.string())
+                 : fmt::format("no picture: {} failed: {}", script.string(), exit.output);
+  }
+  return reason;
+}
+
+}  // namespace carillon::cli

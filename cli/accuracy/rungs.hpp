@@ -1,0 +1,82 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/accuracy/ladder_config.hpp"
+#include "cli/context.hpp"
+#include "solvers/modes.hpp"
+#include "solvers/pitch_target.hpp"
+
+namespace carillon::cli {
+
+/// One setting of one body, run afresh: mesh and modes with their estimated errors, no cache.
+struct Rung {
+  solvers::MeshOptions options;
+  double tolerance = 1e-12;
+  double element_size = 0;  ///< as asked for [m]; the longest edge where it was automatic
+  double seconds = 0;       ///< wall time of the fastest run
+  double cpu_seconds = 0;   ///< processor time of the same run, mesher included
+  int runs = 0;
+  std::map<std::string, double> stages;  ///< [s] of that run
+  std::string failure;                   ///< why there is no result, else ""
+  solvers::MeshResult mesh;
+  solvers::Modes modes;
+};
+
+/// Modes that the rungs are compared with.
+struct Reference {
+  std::string solver;       ///< fourier or tetrahedra
+  int order = 0;            ///< of the elements
+  double element_size = 0;  ///< [m]; 0 for harmonics
+  std::int64_t unknowns = 0;
+  double seconds = 0;               ///< spent on it in this run
+  double worst_cents = 0;           ///< its own estimated error
+  std::vector<double> frequencies;  ///< [Hz], a few more than are compared
+};
+
+/// Runs the rungs of one body, each setting once.
+class RungRunner {
+ public:
+  /// @param object  stays alive as long as the runner
+  RungRunner(const LadderConfig& config, const LadderObject& object, const Context& context,
+             MPI_Comm comm);
+
+  /// Much finer than any rung; kept in the cache.
+  /// @throws SolverError, InputError  there is none
+  Reference reference();
+
+  /// Longest edge that an order takes by itself [m].
+  double automatic_size(int order);
+
+  /// A setting, from what was run before where it was.
+  /// @param size_factor  on the automatic size; 1: the automatic mesh itself
+  const Rung& at_factor(int order, double size_factor, double tolerance);
+  const Rung& run(const solvers::MeshOptions& options, double tolerance);
+
+  /// What --pitch-cents chooses. The rungs that it tries are run like all others.
+  /// @throws SolverError  its first setting fails
+  solvers::PitchReport choose(double cents);
+  /// The rung of a step towards a target.
+  const Rung& rung_of(const solvers::PitchStep& step, double cents) const;
+
+  /// Every rung so far, in the order of running.
+  const std::vector<std::unique_ptr<Rung>>& rungs() const { return rungs_; }
+
+ private:
+  solvers::SolveOptions solve_options(double tolerance, int modes) const;
+  std::vector<solvers::Elastic> regions(const solvers::MeshResult& mesh) const;
+  void run_once(Rung& rung);
+  solvers::Modes fourier_modes(core::Trace& trace) const;
+
+  const LadderConfig& config_;
+  const LadderObject& object_;
+  const Context& context_;
+  MPI_Comm comm_;
+  std::map<int, double> automatic_sizes_;
+  std::vector<std::unique_ptr<Rung>> rungs_;
+};
+
+}  // namespace carillon::cli
