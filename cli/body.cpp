@@ -169,7 +169,7 @@ solvers::SolveOptions solve_options(const BodyOptions& options) {
 
 Body solve_body(const BodyOptions& options, const Context& context) {
   if (options.solver == "fourier") {
-    if (options.pitch_cents > 0) {
+    if (options.pitch_cents != 0) {
       throw InputError("--pitch-cents refines tetrahedra, and the fourier solver has none");
     }
     return solve_turned(options, context);
@@ -186,7 +186,7 @@ Body solve_body(const BodyOptions& options, const Context& context) {
     return std::vector{solvers::cached_modes(mesh.mesh, elastic_of(body.materials), solve,
                                              context.world, context.cache, body.trace)};
   };
-  if (options.pitch_cents > 0) {
+  if (options.pitch_cents != 0) {
     solve.tolerance = solvers::tolerance_for(options.pitch_cents);
     const PitchSearch search{.request = request,
                              .cents = options.pitch_cents,

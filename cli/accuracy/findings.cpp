@@ -44,7 +44,8 @@ std::optional<double> cost_of_half_the_error(std::span<const CostPoint> front) {
     xy += error * time;
   }
   const double spread = n * xx - x * x;
-  if (n < 3 || spread <= 0) return std::nullopt;
+  // Errors that do not differ by more than rounding have no slope.
+  if (n < 3 || spread <= 1e-9 * n * n) return std::nullopt;
   const double slope = (n * xy - x * y) / spread;  // negative: less error, more time
   return std::exp2(-slope);
 }

@@ -118,7 +118,15 @@ const Rung& RungRunner::at_factor(int order, double size_factor, double toleranc
   solvers::MeshOptions options;
   options.order = order;
   options.max_elements = config_.max_elements;
-  if (size_factor != 1) options.element_size = size_factor * automatic_size(order);
+  try {
+    if (size_factor != 1) options.element_size = size_factor * automatic_size(order);
+  } catch (const core::SolverError& error) {
+    rungs_.push_back(std::make_unique<Rung>());
+    rungs_.back()->options = options;
+    rungs_.back()->tolerance = tolerance;
+    rungs_.back()->failure = error.message();
+    return *rungs_.back();
+  }
   return run(options, tolerance);
 }
 
