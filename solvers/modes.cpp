@@ -12,6 +12,7 @@
 #include "solvers/collective.hpp"
 #include "solvers/conformity.hpp"
 #include "solvers/extract.hpp"
+#include "solvers/pitch_error.hpp"
 #include "solvers/search.hpp"
 #include "solvers/select.hpp"
 
@@ -81,7 +82,8 @@ double total_mass(const System& system, MPI_Comm comm) {
 }  // namespace
 
 Modes select_modes(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band,
-                   const System& system, const SearchResult& found, MPI_Comm comm) {
+                   const System& system, const SearchResult& found, MPI_Comm comm,
+                   std::vector<std::size_t>* chosen) {
   Modes modes;
   std::vector<std::int32_t> surface_nodes;
   modes.surface = surface_of(mesh, surface_nodes);
@@ -121,6 +123,7 @@ Modes select_modes(const TetMesh& mesh, std::span<const Elastic> regions, const 
     const auto k = order[static_cast<std::size_t>(row)];
     const auto from = static_cast<Eigen::Index>(k);
     modes.eigenvalues.push_back(fields.eigenvalues[k]);
+    if (chosen) chosen->push_back(found.flexible[k]);
     modes.residuals.push_back(found.pairs.residuals[found.flexible[k]]);
     modes.shapes.row(row) = fields.shapes.row(from);
     modes.kinetic_share.row(row) = fields.kinetic_share.row(from);
@@ -201,8 +204,17 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
     system = assemble(mesh, regions, std::move(part), comm);
   }
   const auto found = search_modes(mesh, regions, options, system, comm, trace, methods);
-  const core::ScopedTimer timer(trace.stages["extract"]);
-  return select_modes(mesh, regions, options.band, system, found, comm);
+  std::vector<std::size_t> chosen;
+  {
+    const core::ScopedTimer timer(trace.stages["extract"]);
+    modes = select_modes(mesh, regions, options.band, system, found, comm, &chosen);
+  }
+  if (options.estimate_errors && !chosen.empty()) {
+    const core::ScopedTimer timer(trace.stages["estimate"]);
+    modes.pitch_errors = pitch_errors(mesh, regions, system, found, chosen, modes.eigenvalues,
+                                      options.memory_limit / 8, comm);
+  }
+  return modes;
 }
 
 }  // namespace carillon::solvers

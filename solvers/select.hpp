@@ -19,8 +19,10 @@ bool too_small_to_split(const TetMesh& mesh, MPI_Comm comm);
 /// The modes inside a band from what was found: fields, shares and certificate.
 /// @param regions  those whose stiffness the pairs belong to
 /// @param system   gives scales and partition, whatever its stiffness
+/// @param chosen   if not null, is filled with the pair that each mode was made from
 /// @note Collective on comm.
 Modes select_modes(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band,
-                   const System& system, const SearchResult& found, MPI_Comm comm);
+                   const System& system, const SearchResult& found, MPI_Comm comm,
+                   std::vector<std::size_t>* chosen = nullptr);
 
 }  // namespace carillon::solvers

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/raise_order.hpp"
+
 namespace carillon::test {
 
 using solvers::tetrahedron_lattice;
@@ -120,6 +122,17 @@ Icosahedron icosahedron() {
   return body;
 }
 
+/// 1 on the icosahedron, 0 in the middle, linear on every ray.
+double gauge(const Icosahedron& body, const Vec3& p) {
+  double value = 0;
+  for (const auto& face : body.faces) {
+    const Vec3 outward =
+        (body.corners[face[0]] + body.corners[face[1]] + body.corners[face[2]]) / 3;
+    value = std::max(value, outward.dot(p) / outward.squaredNorm());
+  }
+  return value;
+}
+
 }  // namespace
 
 TetMesh ball_mesh(double radius, int cells, int order) {
@@ -157,15 +170,77 @@ TetMesh ball_mesh(double radius, int cells, int order) {
   }
   const auto straight = with_order(mesh, order);
   return moved(straight, [&](const Vec3& p) -> Vec3 {
-    double gauge = 0;  // 1 on the icosahedron
-    for (const auto& face : body.faces) {
-      const Vec3 outward =
-          (body.corners[face[0]] + body.corners[face[1]] + body.corners[face[2]]) / 3;
-      gauge = std::max(gauge, outward.dot(p) / outward.squaredNorm());
-    }
-    if (gauge < 1e-12) return Vec3::Zero();
-    return radius * ((1 - gauge) * p + gauge * gauge * p.normalized());
+    const double g = gauge(body, p);
+    if (g < 1e-12) return Vec3::Zero();
+    return radius * ((1 - g) * p + g * g * p.normalized());
   });
+}
+
+TetMesh shell_mesh(double outer, double inner, int faces, int layers, int order) {
+  const auto body = icosahedron();
+  // The surface in triangles, corners shared by their place in faces and on edges.
+  std::map<std::vector<std::pair<std::size_t, int>>, std::int32_t> known;
+  std::vector<Vec3> points;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  for (const auto& face : body.faces) {
+    const auto vertex = [&](int i, int j) {
+      const std::array<int, 3> share = {faces - i - j, i, j};
+      std::vector<std::pair<std::size_t, int>> key;
+      Vec3 position = Vec3::Zero();
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (share[k] == 0) continue;
+        key.emplace_back(face[k], share[k]);
+        position += share[k] * body.corners[face[k]] / faces;
+      }
+      std::sort(key.begin(), key.end());
+      const auto [entry, is_new] = known.try_emplace(key, static_cast<std::int32_t>(points.size()));
+      if (is_new) points.push_back(position);
+      return entry->second;
+    };
+    for (int i = 0; i < faces; ++i) {
+      for (int j = 0; i + j < faces; ++j) {
+        triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i, j + 1)});
+        if (i + j + 2 > faces) continue;
+        triangles.push_back({vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
+      }
+    }
+  }
+  TetMesh mesh;
+  mesh.region_names = {"body"};
+  const double hollow = inner / outer;
+  const auto level = static_cast<std::int32_t>(points.size());
+  for (int k = 0; k <= layers; ++k) {
+    const double g = hollow + (1 - hollow) * k / layers;
+    for (const auto& p : points) mesh.nodes.push_back(g * p);
+  }
+  for (int k = 0; k < layers; ++k) {
+    for (auto corners : triangles) {
+      // Diagonals rise from the lower number, so that neighbours agree on them.
+      std::sort(corners.begin(), corners.end());
+      const auto at = [&](std::size_t v, int up) { return corners[v] + (k + up) * level; };
+      const std::array<std::int32_t, 4> cut[] = {{at(0, 0), at(1, 0), at(2, 0), at(2, 1)},
+                                                 {at(0, 0), at(1, 0), at(1, 1), at(2, 1)},
+                                                 {at(0, 0), at(0, 1), at(1, 1), at(2, 1)}};
+      for (auto tet : cut) {
+        const auto x = [&](std::size_t v) { return mesh.nodes[static_cast<std::size_t>(tet[v])]; };
+        if ((x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) < 0) std::swap(tet[2], tet[3]);
+        mesh.elements.insert(mesh.elements.end(), tet.begin(), tet.end());
+        mesh.regions.push_back(0);
+      }
+    }
+  }
+  return moved(with_order(mesh, order),
+               [&](const Vec3& p) -> Vec3 { return outer * gauge(body, p) * p.normalized(); });
+}
+
+TetMesh with_finer_nodes(TetMesh mesh, const TetMesh& finer) {
+  const auto numbering = solvers::numbering_at(mesh, finer.order);
+  mesh.finer_nodes.resize(numbering.first_use.size());
+  for (std::size_t k = 0; k < finer.elements.size(); ++k) {
+    mesh.finer_nodes[static_cast<std::size_t>(numbering.elements[k])] =
+        finer.nodes[static_cast<std::size_t>(finer.elements[k])];
+  }
+  return mesh;
 }
 
 TetMesh joined(const TetMesh& first, const TetMesh& second) {

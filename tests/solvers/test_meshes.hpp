@@ -25,6 +25,16 @@ TetMesh box_mesh(const Vec3& sides, const std::array<int, 3>& cells, int order,
 /// element has two faces on the boundary, which would flatten it.
 TetMesh ball_mesh(double radius, int cells, int order);
 
+/// Hollow ball around the origin: 20 faces^2 curved prisms to a layer, three tetrahedra each, both
+/// boundaries spheres.
+/// @param faces   pieces along an edge of the icosahedron
+/// @param layers  through the wall
+TetMesh shell_mesh(double outer, double inner, int faces, int layers, int order);
+
+/// The mesh with the nodes of `finer`, the same elements (number and corners) at the next order,
+/// as its finer_nodes.
+TetMesh with_finer_nodes(TetMesh mesh, const TetMesh& finer);
+
 /// Both bodies in one mesh, the second's regions renumbered to those of the first.
 TetMesh joined(const TetMesh& first, const TetMesh& second);
 

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <Eigen/Core>
+
+#include "solvers/eigen_solve.hpp"
+#include "solvers/finer_space.hpp"
+#include "solvers/local_solves.hpp"
+#include "solvers/order_transfer.hpp"
+
+namespace carillon::solvers {
+
+/// When the correction of a field is good enough.
+struct CorrectionGoal {
+  double share = 0.02;  ///< of its energy that may still be missing
+  /// Missing energy that matters in no case, for each field (dimensionless, as x^T A x).
+  Eigen::ArrayXd negligible;
+  int most_steps = 80;
+};
+
+/// Solves A d = r on the next order's space by conjugate gradients, on many fields at once. The
+/// preconditioner has two levels: the solved order's own inverse, which the search has already,
+/// and overlapping blocks of the nodes of each element.
+class FinerCorrection {
+ public:
+  /// All are kept by reference.
+  FinerCorrection(const TetMesh& mesh, const System& system, const Inverse& coarse,
+                  const FinerSpace& space, MPI_Comm comm);
+
+  /// Fields of the solved order at the nodes of the next (owned unknowns x fields).
+  /// @note Collective.
+  Fields prolong(const Eigen::Ref<const Eigen::MatrixXd>& owned) const {
+    return transfer_.prolong(owned);
+  }
+  /// @param right  in: right-hand sides; out: what is left of them, right - A d
+  /// @return d
+  /// @note Collective.
+  Fields solve(Fields& right, const CorrectionGoal& goal) const;
+
+ private:
+  void precondition(const Fields& residual, Fields& out) const;
+
+  const Inverse& coarse_;
+  const FinerSpace& space_;
+  MPI_Comm comm_;
+  OrderTransfer transfer_;
+  LocalSolves local_;
+};
+
+/// Sums over unknowns of products of two sets of fields, one for each field; the same on every
+/// rank to the last bit.
+/// @note Collective.
+Eigen::ArrayXd dots(const Fields& a, const Fields& b, MPI_Comm comm);
+
+}  // namespace carillon::solvers

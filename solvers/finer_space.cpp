@@ -1,0 +1,229 @@
+#include "solvers/finer_space.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "solvers/raise_order.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+/// The rigid motions of an element, orthonormal: 3 nodes x 6.
+Eigen::MatrixXd rigid_motions(const Coordinates& nodes) {
+  Coordinates arm = nodes.colwise() - nodes.rowwise().mean();
+  arm /= arm.cwiseAbs().maxCoeff();
+  Eigen::MatrixXd motions(3 * nodes.cols(), 6);
+  for (Eigen::Index a = 0; a < nodes.cols(); ++a) {
+    motions.middleRows<3>(3 * a) << rigid_motions_at(arm.col(a));
+  }
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(motions);
+  return qr.householderQ() * Eigen::MatrixXd::Identity(motions.rows(), 6);
+}
+
+/// Elements whose first node a rank owns.
+std::vector<std::size_t> elements_of(const TetMesh& mesh, const System& system) {
+  std::vector<std::size_t> out;
+  const auto begin = system.graph.begin, end = begin + system.graph.rows();
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto number = system.partition.number[static_cast<std::size_t>(mesh.element(e)[0])];
+    if (number >= begin && number < end) out.push_back(e);
+  }
+  return out;
+}
+
+}  // namespace
+
+void gather(const Fields& fields, std::span<const std::int32_t> element, Fields& local) {
+  const auto block = 3 * fields.rows();
+  local.resize(fields.rows(), 3 * static_cast<Eigen::Index>(element.size()));
+  double* out = local.data();
+  for (const auto node : element) {
+    out = std::copy_n(fields.data() + node * block, block, out);
+  }
+}
+
+void scatter_add(const Fields& local, std::span<const std::int32_t> element, Fields& fields) {
+  const auto block = 3 * fields.rows();
+  using Block = Eigen::Map<Eigen::VectorXd>;
+  using ConstBlock = Eigen::Map<const Eigen::VectorXd>;
+  Eigen::Index a = 0;
+  for (const auto node : element) {
+    Block(fields.data() + node * block, block) += ConstBlock(local.data() + a++ * block, block);
+  }
+}
+
+void sum_over_ranks(Fields& fields, MPI_Comm comm) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  if (size == 1) return;
+  // In pieces, so that counts stay far from 2^31.
+  constexpr Eigen::Index piece = 1 << 27;
+  for (Eigen::Index at = 0; at < fields.size(); at += piece) {
+    const auto count = std::min(piece, fields.size() - at);
+    MPI_Allreduce(MPI_IN_PLACE, fields.data() + at, static_cast<int>(count), MPI_DOUBLE, MPI_SUM,
+                  comm);
+  }
+}
+
+Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm) {
+  Eigen::Matrix<double, 3, 6> motions;
+  motions.leftCols<3>().setIdentity();
+  motions.rightCols<3>() << 0, arm[2], -arm[1],  //
+      -arm[2], 0, arm[0],                        //
+      arm[1], -arm[0], 0;
+  return motions;
+}
+
+FinerSpace::FinerSpace(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
+                       double shift, std::int64_t memory, MPI_Comm comm)
+    : comm_(comm),
+      scales_(system.scales),
+      mesh_(next_order(mesh)),
+      materials_(lame_constants(regions, system.scales)),
+      mass_factor_(-shift),
+      own_(elements_of(mesh, system)) {
+  const std::int64_t nodes = nodes_per_tetrahedron(mesh_.order);
+  keeps_ = static_cast<std::int64_t>(own_.size()) * 10 * nodes * nodes * 8 <= memory;
+  // What is put back may fold a neighbour; a chain of them is rare and short.
+  constexpr int most_rounds = 5;
+  std::vector<Vec3> own_curve;
+  for (int round = 0; round <= most_rounds; ++round) {
+    const auto folded = compute_own();
+    sound_ = folded.empty();
+    if (sound_) return;
+    if (own_curve.empty()) own_curve = raise_order(mesh, mesh_.order).nodes;
+    for (const auto e : folded) {
+      for (const auto n : mesh_.element(e)) {
+        const auto node = static_cast<std::size_t>(n);
+        mesh_.nodes[node] = own_curve[node];
+      }
+    }
+  }
+}
+
+std::vector<std::size_t> FinerSpace::compute_own() {
+  ElementKernel kernel(mesh_.order);
+  std::vector<unsigned char> folded(mesh_.element_count(), 0);
+  matrices_.assign(keeps_ ? own_.size() : 0, Matrices());
+  Matrices scratch;
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    auto& matrices = keeps_ ? matrices_[k] : scratch;
+    if (!compute(kernel, own_[k], matrices)) folded[own_[k]] = 1;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, folded.data(), static_cast<int>(folded.size()), MPI_UNSIGNED_CHAR,
+                MPI_MAX, comm_);
+  std::vector<std::size_t> out;
+  for (std::size_t e = 0; e < folded.size(); ++e) {
+    if (folded[e]) out.push_back(e);
+  }
+  return out;
+}
+
+bool FinerSpace::compute(ElementKernel& kernel, std::size_t element, Matrices& out) const {
+  Coordinates nodes;
+  gather(mesh_, element, scales_, nodes);
+  if (!(kernel.place(nodes) > 0)) return false;
+  const auto& material = materials_[static_cast<std::size_t>(mesh_.regions[element])];
+  kernel.stiffness(material, out.a);
+  kernel.mass(material.density, out.mass);
+  for (Eigen::Index j = 0; j < out.mass.cols(); ++j) {
+    for (Eigen::Index i = 0; i < out.mass.rows(); ++i) {
+      out.a.block<3, 3>(3 * i, 3 * j).diagonal().array() += mass_factor_ * out.mass(i, j);
+    }
+  }
+  return true;
+}
+
+const FinerSpace::Matrices& FinerSpace::matrices(ElementKernel& kernel, std::size_t own,
+                                                 Matrices& scratch) const {
+  if (keeps_) return matrices_[own];
+  compute(kernel, own_[own], scratch);
+  return scratch;
+}
+
+void FinerSpace::for_each_matrix(
+    const std::function<void(std::size_t, const Eigen::MatrixXd&)>& use) const {
+  ElementKernel kernel(mesh_.order);
+  std::vector<bool> touched(mesh_.nodes.size(), false);
+  for (const auto e : own_) {
+    for (const auto n : mesh_.element(e)) touched[static_cast<std::size_t>(n)] = true;
+  }
+  Matrices scratch;
+  std::size_t next = 0;
+  for (std::size_t e = 0; e < mesh_.element_count(); ++e) {
+    if (next < own_.size() && own_[next] == e) {
+      use(e, matrices(kernel, next++, scratch).a);
+      continue;
+    }
+    const auto corners = mesh_.element(e).first(4);
+    if (std::any_of(corners.begin(), corners.end(),
+                    [&touched](std::int32_t n) { return touched[static_cast<std::size_t>(n)]; })) {
+      compute(kernel, e, scratch);
+      use(e, scratch.a);
+    }
+  }
+}
+
+void FinerSpace::forces(const Fields& x, Fields& stiff, Fields& inert) const {
+  ElementKernel kernel(mesh_.order);
+  stiff.setZero(x.rows(), x.cols());
+  inert.setZero(x.rows(), x.cols());
+  Matrices scratch;
+  Coordinates nodes;
+  Fields local, rigid, product(x.rows(), 3 * kernel.nodes());
+  Eigen::Map<Eigen::MatrixXd> by_node(product.data(), 3 * x.rows(), kernel.nodes());
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const auto element = mesh_.element(own_[k]);
+    const auto& m = matrices(kernel, k, scratch);
+    gather(mesh_, own_[k], scales_, nodes);
+    const Eigen::MatrixXd motions = rigid_motions(nodes);
+    gather(x, element, local);
+    by_node.noalias() =
+        Eigen::Map<const Eigen::MatrixXd>(local.data(), by_node.rows(), by_node.cols()) * m.mass;
+    scatter_add(product, element, inert);
+    rigid.noalias() = (local * motions) * motions.transpose();
+    local -= rigid;
+    product.noalias() = local * m.a;
+    scatter_add(product, element, stiff);
+    by_node.noalias() =
+        mass_factor_ *
+        Eigen::Map<const Eigen::MatrixXd>(rigid.data(), by_node.rows(), by_node.cols()) * m.mass;
+    scatter_add(product, element, stiff);
+  }
+  sum_over_ranks(stiff, comm_);
+  sum_over_ranks(inert, comm_);
+}
+
+void FinerSpace::apply(const Fields& x, Fields& out) const {
+  ElementKernel kernel(mesh_.order);
+  out.setZero(x.rows(), x.cols());
+  Matrices scratch;
+  Fields local, product(x.rows(), 3 * kernel.nodes());
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const auto element = mesh_.element(own_[k]);
+    gather(x, element, local);
+    product.noalias() = local * matrices(kernel, k, scratch).a;
+    scatter_add(product, element, out);
+  }
+  sum_over_ranks(out, comm_);
+}
+
+void FinerSpace::apply_mass(const Fields& x, Fields& out) const {
+  ElementKernel kernel(mesh_.order);
+  out.setZero(x.rows(), x.cols());
+  Matrices scratch;
+  Fields local, product(x.rows(), 3 * kernel.nodes());
+  // Three components and all fields at once: a column of 3 fields values for each node.
+  Eigen::Map<Eigen::MatrixXd> by_node(product.data(), 3 * x.rows(), kernel.nodes());
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const auto element = mesh_.element(own_[k]);
+    gather(x, element, local);
+    by_node.noalias() =
+        Eigen::Map<const Eigen::MatrixXd>(local.data(), by_node.rows(), by_node.cols()) *
+        matrices(kernel, k, scratch).mass;
+    scatter_add(product, element, out);
+  }
+  sum_over_ranks(out, comm_);
+}
+
+}  // namespace carillon::solvers

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "solvers/assemble.hpp"
+#include "solvers/element.hpp"
+#include "solvers/tet_mesh.hpp"
+
+namespace carillon::solvers {
+
+/// Displacement fields on a mesh, dimensionless: fields x 3 nodes, unknowns node by node (x, y, z).
+/// The values of all fields at a node lie together, so an element's part is a few copies away from
+/// a dense product.
+using Fields = Eigen::MatrixXd;
+
+/// Translations and rotations at a point: displacements, 3 x 6.
+Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm);
+
+/// Fields at the nodes of one element: fields x 3 nodes.
+void gather(const Fields& fields, std::span<const std::int32_t> element, Fields& local);
+void scatter_add(const Fields& local, std::span<const std::int32_t> element, Fields& fields);
+/// Adds up the ranks' parts. Collective.
+void sum_over_ranks(Fields& fields, MPI_Comm comm);
+
+/// The elements of a body at the next order (next_order), and A = K - sigma M and M on them: what
+/// the solved order is measured against. Operators work element by element on all fields at once;
+/// each rank computes its own elements, and every rank holds whole fields.
+class FinerSpace {
+ public:
+  /// @param mesh    the mesh that `system` was assembled from
+  /// @param shift   sigma < 0, dimensionless
+  /// @param memory  [byte] that this rank's element matrices may take; where they would take more
+  ///                they are computed at every use
+  /// @note Collective.
+  FinerSpace(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
+             double shift, std::int64_t memory, MPI_Comm comm);
+
+  /// The elements at the next order. Those that nodes on the true surface would turn inside out
+  /// keep the curve that they have.
+  const TetMesh& mesh() const { return mesh_; }
+  /// False where an element is turned inside out all the same: nothing can be measured then.
+  bool is_sound() const { return sound_; }
+  std::span<const std::size_t> own_elements() const { return own_; }
+
+  /// Calls `use` with the matrix A of this rank's elements and of those that share a corner with
+  /// them, ascending.
+  void for_each_matrix(
+      const std::function<void(std::size_t element, const Eigen::MatrixXd& a)>& use) const;
+
+  /// A x and M x. Rigid motions of each element are left out of K x, where they would cancel only
+  /// in exact arithmetic: on thin bodies their rounding outweighs the energy of bending.
+  /// @note Collective.
+  void forces(const Fields& x, Fields& stiff, Fields& inert) const;
+  /// A x.
+  /// @note Collective.
+  void apply(const Fields& x, Fields& out) const;
+  /// M x.
+  /// @note Collective.
+  void apply_mass(const Fields& x, Fields& out) const;
+
+ private:
+  /// Matrices of an element: A, 3 nodes x 3 nodes, and M of one component, nodes x nodes.
+  struct Matrices {
+    Eigen::MatrixXd a, mass;
+  };
+  /// Computes the matrices of own elements.
+  /// @return elements, of all ranks, that are turned inside out
+  std::vector<std::size_t> compute_own();
+  bool compute(ElementKernel& kernel, std::size_t element, Matrices& out) const;
+  const Matrices& matrices(ElementKernel& kernel, std::size_t own, Matrices& scratch) const;
+
+  MPI_Comm comm_;
+  Scales scales_;
+  TetMesh mesh_;
+  std::vector<LameConstants> materials_;
+  double mass_factor_;  ///< -sigma
+  bool keeps_;          ///< matrices of own elements are kept
+  bool sound_ = false;
+  std::vector<std::size_t> own_;
+  std::vector<Matrices> matrices_;
+};
+
+}  // namespace carillon::solvers

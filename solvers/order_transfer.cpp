@@ -1,0 +1,130 @@
+#include "solvers/order_transfer.hpp"
+
+#include <Eigen/LU>
+#include <vector>
+
+#include "solvers/lagrange.hpp"
+#include "solvers/raise_order.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+/// How far nodes of the next order lie off the solved order's elements; exactly zero where that is
+/// rounding [m].
+std::vector<Vec3> offsets(const TetMesh& mesh, const TetMesh& finer, double length) {
+  constexpr double rounding = 1e-12;
+  std::vector<Vec3> out = raise_order(mesh, finer.order).nodes;
+  for (std::size_t n = 0; n < out.size(); ++n) {
+    out[n] = finer.nodes[n] - out[n];
+    if (out[n].norm() < rounding * length) out[n].setZero();
+  }
+  return out;
+}
+
+}  // namespace
+
+OrderTransfer::OrderTransfer(const TetMesh& mesh, const System& system, const FinerSpace& finer,
+                             MPI_Comm comm)
+    : mesh_(mesh), system_(system), finer_(finer), comm_(comm) {
+  const TetMesh& next = finer.mesh();
+  const auto& lattice = tetrahedron_lattice(next.order);
+  const auto coarse_nodes = nodes_per_tetrahedron(mesh.order);
+  const auto fine_nodes = static_cast<Eigen::Index>(lattice.size());
+  Eigen::MatrixXd values(coarse_nodes, fine_nodes);
+  std::vector<Eigen::MatrixXd> slopes;  // by the last three barycentric coordinates
+  for (std::size_t k = 0; k < lattice.size(); ++k) {
+    const auto& at = lattice[k];
+    const Eigen::Vector4d barycentric = Eigen::Vector4d(at[0], at[1], at[2], at[3]) / next.order;
+    Eigen::Matrix<double, Eigen::Dynamic, 4> gradient;
+    values.col(static_cast<Eigen::Index>(k)) =
+        tetrahedron_shape_functions(mesh.order, barycentric, &gradient);
+    slopes.push_back(gradient.rightCols<3>().colwise() - gradient.col(0));
+  }
+  std::vector<std::int32_t> user(next.nodes.size(), -1), uses(next.nodes.size(), 0);
+  for (std::size_t e = 0; e < next.element_count(); ++e) {
+    for (const auto n : next.element(e)) {
+      const auto node = static_cast<std::size_t>(n);
+      if (user[node] < 0) user[node] = static_cast<std::int32_t>(e);
+      ++uses[node];
+    }
+  }
+  const auto offset = offsets(mesh, next, system.scales.length);
+  Coordinates nodes;
+  for (const auto e : finer.own_elements()) {
+    const auto element = next.element(e);
+    auto& weights = weights_.emplace_back(Eigen::MatrixXd::Zero(coarse_nodes, fine_nodes));
+    gather(mesh, e, system.scales, nodes);
+    for (Eigen::Index k = 0; k < fine_nodes; ++k) {
+      const auto node = static_cast<std::size_t>(element[static_cast<std::size_t>(k)]);
+      if (user[node] == static_cast<std::int32_t>(e)) weights.col(k) = values.col(k);
+      if (offset[node].isZero(0)) continue;
+      const auto& slope = slopes[static_cast<std::size_t>(k)];
+      const Eigen::Matrix3d jacobian = nodes * slope;
+      const Vec3 along = jacobian.inverse() * offset[node] / system.scales.length;
+      weights.col(k) += slope * along / uses[node];
+    }
+  }
+}
+
+Fields OrderTransfer::gather_owned(const Eigen::Ref<const Eigen::MatrixXd>& owned) const {
+  const auto fields = owned.cols(), rows = owned.rows() / 3;
+  Fields out(fields, 3 * static_cast<Eigen::Index>(mesh_.nodes.size()));
+  out.setZero();
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const auto number = static_cast<std::size_t>(system_.graph.begin + row);
+    out.middleCols<3>(3 * system_.partition.node[number]) =
+        owned.middleRows<3>(3 * row).transpose();
+  }
+  sum_over_ranks(out, comm_);
+  return out;
+}
+
+void OrderTransfer::add_prolonged(const Eigen::Ref<const Eigen::MatrixXd>& owned,
+                                  Fields& out) const {
+  const auto coarse = gather_owned(owned);
+  const auto own = finer_.own_elements();
+  const auto rows = 3 * coarse.rows();
+  Fields local, product;
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    const auto& weights = weights_[k];
+    gather(coarse, mesh_.element(own[k]), local);
+    product.resize(coarse.rows(), 3 * weights.cols());
+    // Three components and all fields at once: a column of 3 fields values for each node.
+    Eigen::Map<Eigen::MatrixXd>(product.data(), rows, weights.cols()).noalias() =
+        Eigen::Map<const Eigen::MatrixXd>(local.data(), rows, weights.rows()) * weights;
+    scatter_add(product, finer_.mesh().element(own[k]), out);
+  }
+}
+
+Fields OrderTransfer::prolong(const Eigen::Ref<const Eigen::MatrixXd>& owned) const {
+  Fields out =
+      Fields::Zero(owned.cols(), 3 * static_cast<Eigen::Index>(finer_.mesh().nodes.size()));
+  add_prolonged(owned, out);
+  sum_over_ranks(out, comm_);
+  return out;
+}
+
+Eigen::MatrixXd OrderTransfer::restriction(const Fields& fine) const {
+  Fields coarse = Fields::Zero(fine.rows(), 3 * static_cast<Eigen::Index>(mesh_.nodes.size()));
+  const auto own = finer_.own_elements();
+  const auto rows = 3 * fine.rows();
+  Fields local, product;
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    const auto& weights = weights_[k];
+    gather(fine, finer_.mesh().element(own[k]), local);
+    product.resize(fine.rows(), 3 * weights.rows());
+    Eigen::Map<Eigen::MatrixXd>(product.data(), rows, weights.rows()).noalias() =
+        Eigen::Map<const Eigen::MatrixXd>(local.data(), rows, weights.cols()) * weights.transpose();
+    scatter_add(product, mesh_.element(own[k]), coarse);
+  }
+  sum_over_ranks(coarse, comm_);
+  Eigen::MatrixXd owned(system_.owned_unknowns(), fine.rows());
+  for (Eigen::Index row = 0; row < owned.rows() / 3; ++row) {
+    const auto number = static_cast<std::size_t>(system_.graph.begin + row);
+    owned.middleRows<3>(3 * row) =
+        coarse.middleCols<3>(3 * system_.partition.node[number]).transpose();
+  }
+  return owned;
+}
+
+}  // namespace carillon::solvers

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <vector>
+
+#include "solvers/eigen_solve.hpp"
+#include "solvers/finer_space.hpp"
+
+namespace carillon::solvers {
+
+/// Fields of the solved order as fields of the next, element by element, and the transpose. Where
+/// a node of the next order lies off the solved order's element (on the true surface) the field is
+/// carried on along its gradient, averaged over the node's elements: a rotation stays a rotation.
+/// Without that the bending of a slender round body would come with strains of its own.
+class OrderTransfer {
+ public:
+  /// All are kept by reference.
+  OrderTransfer(const TetMesh& mesh, const System& system, const FinerSpace& finer, MPI_Comm comm);
+
+  /// @param owned  owned unknowns x fields
+  /// @note Collective.
+  Fields prolong(const Eigen::Ref<const Eigen::MatrixXd>& owned) const;
+  /// This rank's elements' part of the same: the ranks' parts add up to it.
+  /// @note Collective.
+  void add_prolonged(const Eigen::Ref<const Eigen::MatrixXd>& owned, Fields& out) const;
+  /// The transpose of prolong(): owned unknowns x fields.
+  /// @note Collective.
+  Eigen::MatrixXd restriction(const Fields& fine) const;
+
+ private:
+  Fields gather_owned(const Eigen::Ref<const Eigen::MatrixXd>& owned) const;
+
+  const TetMesh& mesh_;
+  const System& system_;
+  const FinerSpace& finer_;
+  MPI_Comm comm_;
+  /// For each own element, its nodes x those of the next order; the ranks' elements together give
+  /// a node's value once.
+  std::vector<Eigen::MatrixXd> weights_;
+};
+
+}  // namespace carillon::solvers

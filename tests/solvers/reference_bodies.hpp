@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solve.hpp"
+
+namespace carillon::test {
+
+/// A free isotropic body whose frequencies a table of tests' data lists.
+struct ReferenceBody {
+  std::string name;
+  std::string table;  ///< below reference_modes/
+  solvers::Elastic material;
+  /// Meshes of three sizes, coarse to fine, with the nodes of the next order.
+  std::function<solvers::TetMesh(int order, int size)> mesh;
+};
+
+/// Every table that describes a free isotropic body. The others are not of this kind:
+/// beam_free_free and rod_free_free (theory of beams and rods), lame_modes_square_section (single
+/// modes, without the others between), plate_ss_faces_NAFEMS_FV52 and published_nafems (supported),
+/// published_rus_SrTiO3_cubic (anisotropic), tetfem_box (frequencies of one discrete mesh).
+const std::vector<ReferenceBody>& reference_bodies();
+const ReferenceBody& reference_body(const std::string& name);
+
+/// Frequencies of a table, ascending, repeated ones as often as they come; all of them below the
+/// last are known.
+std::vector<double> table_frequencies(const std::string& table);
+
+/// Estimated against true pitch errors of a body's modes.
+struct Effectivity {
+  std::size_t compared = 0;  ///< modes off by more than 0.2 cents
+  double least = 0, median = 0, most = 0;
+  double worst_error = 0;  ///< [cents]
+  std::string complaint;   ///< modes outside [0.5, 3], in words
+};
+
+/// Each frequency is corrected by its estimate; the sorted result tells which mode of the table is
+/// meant, so that modes that lie in another order than they should are compared with themselves.
+Effectivity measure_effectivity(const solvers::Modes& modes, std::span<const double> truth);
+
+}  // namespace carillon::test
