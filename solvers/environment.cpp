@@ -4,10 +4,12 @@
 #include <mpi.h>
 #include <omp.h>
 #include <slepcsys.h>
+#include <spdlog/spdlog.h>
 
 #include <sstream>
 
 #include "core/error.hpp"
+#include "solvers/blas_library.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -40,6 +42,11 @@ SolverEnvironment::SolverEnvironment() {
   char** pointer = arguments;
   check(SlepcInitialize(&count, &pointer, nullptr, nullptr));
   check(PetscPushErrorHandler(collect, nullptr));
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (const auto complaint = blas_complaint(); rank == 0 && !complaint.empty()) {
+    spdlog::warn("{}", complaint);
+  }
 }
 
 SolverEnvironment::~SolverEnvironment() {

@@ -34,8 +34,8 @@ struct Band {
 };
 
 enum class EigenSolver {
-  block_lanczos,  ///< thick-restarted block Lanczos, registered with SLEPc
-  krylov_schur,   ///< SLEPc's own
+  block_lanczos,  ///< thick-restarted block Lanczos (block_lanczos.hpp)
+  krylov_schur,   ///< SLEPc's
 };
 
 enum class LinearSolver {

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+namespace carillon::solvers {
+
+/// What is wrong with the BLAS that this process was linked to at run time, for a person; empty
+/// when nothing is. The reference BLAS is many times slower than a tuned one, and threads of its
+/// own stand in the way of other ranks.
+std::string blas_complaint();
+
+}  // namespace carillon::solvers
