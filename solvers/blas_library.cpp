@@ -26,7 +26,9 @@ std::string blas_complaint() {
   const std::unique_ptr<void, CloseLibrary> library(
       dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD));
   if (!library) return {};
-  const auto has = [&library](const char* symbol) { return dlsym(library.get(), symbol) != nullptr; };
+  const auto has = [&library](const char* symbol) {
+    return dlsym(library.get(), symbol) != nullptr;
+  };
   // OpenBLAS, BLIS, MKL, ATLAS.
   constexpr std::array tuned = {"openblas_get_config", "bli_info_get_version_str",
                                 "mkl_get_version", "ATL_buildinfo"};

@@ -1,0 +1,157 @@
+// Seconds and memory of 60 modes by Carillon, by stock SLEPc with MUMPS and by Eigen with Spectra,
+// from the same matrices in one run. Prints the tables of docs/performance.md.
+#include <fmt/core.h>
+#include <mpi.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+
+#include "routes.hpp"
+#include "solvers/environment.hpp"
+#include "solvers/extract.hpp"
+#include "solvers/families.hpp"
+#include "solvers/search.hpp"
+
+namespace carillon::bench {
+namespace {
+
+using namespace solvers;
+
+const Elastic steel{2.0e11, 0.29, 7850};
+
+struct Body {
+  std::string name;
+  GeneratedShape shape;
+};
+
+std::vector<Body> bodies() {
+  return {{"bowl",
+           {"bowl",
+            {{"radius", 0.08}, {"base_radius", 0.03}, {"height", 0.06}, {"wall", 0.004}},
+            {}}},
+          {"tile", {"tile", {{"length", 0.2}, {"width", 0.2}, {"thickness", 0.008}}, {}}},
+          {"block", {"block", {{"length", 0.1}, {"width", 0.08}, {"height", 0.06}}, {}}}};
+}
+
+/// A mesh of nearly so many unknowns; the last making is timed.
+TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
+  const auto& family = find_family(body.shape.family);
+  MeshOptions options;
+  options.order = 3;
+  options.max_elements = 10000000;
+  options.element_size = 0.03;
+  TetMesh mesh;
+  // Element counts come in steps, so the nearest of a few tries has to do.
+  double best = 0, best_size = options.element_size;
+  for (int tries = 0; tries < 8; ++tries) {
+    mesh = family.mesh(body.shape, options).mesh;
+    const double count = 3.0 * static_cast<double>(mesh.nodes.size());
+    if (std::abs(std::log(count / unknowns)) < std::abs(std::log(std::max(1.0, best) / unknowns))) {
+      best = count;
+      best_size = options.element_size;
+    }
+    if (std::abs(count / unknowns - 1) < 0.1) break;
+    options.element_size *= std::pow(count / unknowns, body.name == "block" ? 1.0 / 3 : 0.45);
+  }
+  options.element_size = best_size;
+  measure_stage(stages, "mesh", [&] { mesh = family.mesh(body.shape, options).mesh; });
+  return mesh;
+}
+
+double worst_difference(const Answer& a, const Answer& b, int pairs) {
+  double worst = 0;
+  for (std::size_t k = 6; k < static_cast<std::size_t>(pairs); ++k) {
+    worst = std::max(worst, std::abs(a.values.at(k) / b.values.at(k) - 1));
+  }
+  return worst;
+}
+
+void print_row(const std::string& body, std::int64_t unknowns, const std::string& route,
+               const std::vector<Stage>& stages) {
+  for (const auto& stage : stages) {
+    fmt::print("| {} | {} | {} | {} | {:.2f} | {:.0f} |\n", body, unknowns, route, stage.name,
+               stage.seconds, 1e-6 * static_cast<double>(stage.bytes));
+  }
+  std::fflush(stdout);
+}
+
+/// @return the summary's row
+std::string run(const Body& body, double unknowns, int modes, double most_flops) {
+  std::vector<Stage> stages;
+  const auto mesh = mesh_of(body, unknowns, stages);
+  const std::vector<Elastic> regions(mesh.region_names.size(), steel);
+  System system;
+  measure_stage(stages, "assemble", [&] {
+    system = assemble(mesh, regions, partition(mesh, 1), MPI_COMM_SELF);
+  });
+  const double shift =
+      -0.01 * system.scales.from_frequency(estimate_first_frequency(mesh, regions));
+  const int pairs = modes + 6;
+  const auto own = carillon_route(system, shift, pairs);
+  auto all = stages;
+  all.insert(all.end(), own.stages.begin(), own.stages.end());
+  print_row(body.name, system.unknowns(), "Carillon", all);
+  const auto slepc = slepc_route(system, shift, pairs);
+  print_row(body.name, system.unknowns(), "Krylov-Schur, MUMPS", slepc.stages);
+  const auto spectra = spectra_route(system, shift, pairs, most_flops);
+  if (spectra.refused.empty()) {
+    print_row(body.name, system.unknowns(), "Spectra, SimplicialLDLT", spectra.stages);
+  }
+  // The count is left out where routes are compared: the others make none.
+  const auto solve_stages =
+      std::vector<Stage>(own.stages.begin(), own.stages.end() - 1);
+  const double solve = total_seconds(solve_stages);
+  auto row = fmt::format("| {} | {} | {:.1f} % | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.0e} |", body.name,
+                         system.unknowns(), 100 * stages.back().seconds / solve, solve,
+                         own.stages.back().seconds, total_seconds(slepc.stages),
+                         total_seconds(slepc.stages) / solve, worst_difference(own, slepc, pairs));
+  row += spectra.refused.empty()
+             ? fmt::format(" {:.2f} | {:.1f} | {:.0e} |", total_seconds(spectra.stages),
+                           total_seconds(spectra.stages) / solve,
+                           worst_difference(own, spectra, pairs))
+             : fmt::format(" {} | - | - |", spectra.refused);
+  return row;
+}
+
+}  // namespace
+}  // namespace carillon::bench
+
+int main(int argc, char** argv) {
+  using namespace carillon;
+  std::vector<double> sizes = {1e4, 5e4, 2e5};
+  std::vector<std::string> names = {"bowl", "tile", "block"};
+  int modes = 60;
+  double most_flops = 1e12;
+  CLI::App app("Seconds and memory of modes by three routes, in one run");
+  app.add_option("--unknowns", sizes, "sizes of the bodies");
+  app.add_option("--bodies", names, "bowl, tile, block");
+  app.add_option("--modes", modes, "flexible modes asked for");
+  app.add_option("--spectra-flops", most_flops,
+                 "largest factorisation that the Spectra route is given [flop]");
+  CLI11_PARSE(app, argc, argv);
+  MPI_Init(&argc, &argv);
+  int status = 0;
+  try {
+    const solvers::SolverEnvironment environment;
+    fmt::print("{}; {} modes; processor seconds, one thread\n\n", bench::machine(), modes);
+    fmt::print("| body | unknowns | route | stage | s | peak MB |\n|---|---|---|---|---|---|\n");
+    std::vector<std::string> summary;
+    for (const double size : sizes) {
+      for (const auto& body : bench::bodies()) {
+        if (std::find(names.begin(), names.end(), body.name) == names.end()) continue;
+        summary.push_back(bench::run(body, size, modes, most_flops));
+      }
+    }
+    fmt::print(
+        "\n| body | unknowns | assembly / solve | solve (order, factor, iterate) | count | "
+        "Krylov-Schur, MUMPS | ratio | difference | Spectra, SimplicialLDLT | ratio | difference "
+        "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+    for (const auto& row : summary) fmt::print("{}\n", row);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "carillon-bench: {}\n", e.what());
+    status = 1;
+  }
+  MPI_Finalize();
+  return status;
+}
