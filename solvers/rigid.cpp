@@ -11,50 +11,51 @@
 namespace carillon::solvers {
 namespace {
 
-/// The six rigid motions of each component about its middle, evaluated at any node.
-class RigidMotions {
- public:
-  RigidMotions(const TetMesh& mesh, const System& system,
-               const std::vector<std::int32_t>& component)
-      : mesh_(mesh), system_(system), component_(component) {
-    const auto count =
-        static_cast<std::size_t>(*std::max_element(component.begin(), component.end()) + 1);
-    std::vector<std::vector<Vec3>> points(count);
-    for (std::size_t n = 0; n < component.size(); ++n) {
-      if (component[n] < 0) continue;
-      points[static_cast<std::size_t>(component[n])].push_back(position(n));
-    }
-    for (const auto& cloud : points) boxes_.push_back(bounding_box(cloud));
+void add_over_ranks(Eigen::MatrixXd& matrix, MPI_Comm comm) {
+  MPI_Allreduce(MPI_IN_PLACE, matrix.data(), static_cast<int>(matrix.size()), MPI_DOUBLE, MPI_SUM,
+                comm);
+}
+
+/// R^T M X, from the owned rows.
+Eigen::MatrixXd projections(const System& system, const RigidMotions& motions,
+                            const EigenPairs& pairs) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(motions.count(), pairs.size());
+  for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
+    const auto number = static_cast<std::size_t>(system.graph.begin + row);
+    const auto node = static_cast<std::size_t>(system.partition.node[number]);
+    out.middleRows<6>(motions.first_of(node)).noalias() +=
+        motions.at(node).transpose() * pairs.mass_vectors.middleRows<3>(3 * row);
   }
+  return out;
+}
 
-  Eigen::Index count() const { return 6 * static_cast<Eigen::Index>(boxes_.size()); }
-  Eigen::Index first_of(std::size_t node) const { return 6 * component_[node]; }
+}  // namespace
 
-  /// Displacement of a node in its component's six motions: 3 x 6.
-  Eigen::Matrix<double, 3, 6> at(std::size_t node) const {
-    const auto& box = boxes_[static_cast<std::size_t>(component_[node])];
-    const Vec3 arm = (position(node) - (box.low + box.high) / 2) / box.longest_side();
-    Eigen::Matrix<double, 3, 6> motions;
-    motions.leftCols<3>().setIdentity();
-    motions.rightCols<3>() << 0, arm[2], -arm[1],  //
-        -arm[2], 0, arm[0],                        //
-        arm[1], -arm[0], 0;
-    return motions;
+RigidMotions::RigidMotions(const TetMesh& mesh, const Scales& scales,
+                           const std::vector<std::int32_t>& component)
+    : mesh_(mesh), scales_(scales), component_(component) {
+  const auto count =
+      static_cast<std::size_t>(*std::max_element(component.begin(), component.end()) + 1);
+  std::vector<std::vector<Vec3>> points(count);
+  for (std::size_t n = 0; n < component.size(); ++n) {
+    if (component[n] < 0) continue;
+    points[static_cast<std::size_t>(component[n])].push_back(position(n));
   }
+  for (const auto& cloud : points) boxes_.push_back(bounding_box(cloud));
+}
 
- private:
-  Vec3 position(std::size_t node) const {
-    return (mesh_.nodes[node] - system_.scales.origin) / system_.scales.length;
-  }
+Eigen::Matrix<double, 3, 6> RigidMotions::at(std::size_t node) const {
+  const auto& box = boxes_[static_cast<std::size_t>(component_[node])];
+  const Vec3 arm = (position(node) - (box.low + box.high) / 2) / box.longest_side();
+  Eigen::Matrix<double, 3, 6> motions;
+  motions.leftCols<3>().setIdentity();
+  motions.rightCols<3>() << 0, arm[2], -arm[1],  //
+      -arm[2], 0, arm[0],                        //
+      arm[1], -arm[0], 0;
+  return motions;
+}
 
-  const TetMesh& mesh_;
-  const System& system_;
-  const std::vector<std::int32_t>& component_;
-  std::vector<Box> boxes_;
-};
-
-/// R^T M R, from the owned rows of M.
-Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions) {
+Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions, MPI_Comm comm) {
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(motions.count(), motions.count());
   const auto& graph = system.graph;
   const auto node_of = [&system](std::int32_t number) {
@@ -71,36 +72,16 @@ Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions) {
     const auto first = motions.first_of(node);
     gram.block<6, 6>(first, first) += motions.at(node).transpose() * weighted;
   }
+  add_over_ranks(gram, comm);
   return gram;
 }
-
-/// R^T M X, from the owned rows.
-Eigen::MatrixXd projections(const System& system, const RigidMotions& motions,
-                            const EigenPairs& pairs) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(motions.count(), pairs.size());
-  for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
-    const auto number = static_cast<std::size_t>(system.graph.begin + row);
-    const auto node = static_cast<std::size_t>(system.partition.node[number]);
-    out.middleRows<6>(motions.first_of(node)).noalias() +=
-        motions.at(node).transpose() * pairs.mass_vectors.middleRows<3>(3 * row);
-  }
-  return out;
-}
-
-void add_over_ranks(Eigen::MatrixXd& matrix, MPI_Comm comm) {
-  MPI_Allreduce(MPI_IN_PLACE, matrix.data(), static_cast<int>(matrix.size()), MPI_DOUBLE, MPI_SUM,
-                comm);
-}
-
-}  // namespace
 
 RigidSplit split_rigid(const TetMesh& mesh, const System& system,
                        const std::vector<std::int32_t>& component, const EigenPairs& pairs,
                        MPI_Comm comm) {
-  const RigidMotions motions(mesh, system, component);
-  auto gram = gram_matrix(system, motions);
+  const RigidMotions motions(mesh, system.scales, component);
+  const auto gram = gram_matrix(system, motions, comm);
   auto projected = projections(system, motions, pairs);
-  add_over_ranks(gram, comm);
   add_over_ranks(projected, comm);
   // Part of each pair's kinetic energy that is rigid: 1 or 0, but for rounding.
   const Eigen::MatrixXd normal = gram.llt().matrixL().solve(projected);

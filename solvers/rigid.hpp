@@ -9,6 +9,34 @@
 
 namespace carillon::solvers {
 
+/// The six rigid motions of each component about its middle, evaluated at any node; entries near 1.
+class RigidMotions {
+ public:
+  /// @param component  of every mesh node (node_components)
+  RigidMotions(const TetMesh& mesh, const Scales& scales,
+               const std::vector<std::int32_t>& component);
+
+  Eigen::Index count() const { return 6 * static_cast<Eigen::Index>(boxes_.size()); }
+  /// Number of the first motion that moves a node; the next five do too, and no other.
+  Eigen::Index first_of(std::size_t node) const { return 6 * component_[node]; }
+  /// Displacement of a node in its component's six motions: 3 x 6.
+  Eigen::Matrix<double, 3, 6> at(std::size_t node) const;
+
+ private:
+  Vec3 position(std::size_t node) const {
+    return (mesh_.nodes[node] - scales_.origin) / scales_.length;
+  }
+
+  const TetMesh& mesh_;
+  const Scales& scales_;
+  const std::vector<std::int32_t>& component_;
+  std::vector<Box> boxes_;
+};
+
+/// R^T M R of the rigid motions R: block diagonal, positive definite.
+/// @note Collective on comm.
+Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions, MPI_Comm comm);
+
 /// Which eigenpairs are rigid motions and which are vibrations.
 struct RigidSplit {
   std::vector<std::size_t> rigid;     ///< indices of pairs

@@ -9,6 +9,10 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "solvers/collective.hpp"
+#include "solvers/iterative_inverse.hpp"
+#include "solvers/memory_gate.hpp"
+#include "solvers/probe.hpp"
 #include "solvers/rigid.hpp"
 #include "solvers/search_checks.hpp"
 
@@ -19,8 +23,10 @@ constexpr double target_residual = 1e-8;
 /// Modes asked for beyond those wanted: they show that the wanted ones are the lowest, and give a
 /// gap in which to count.
 constexpr std::int64_t spare_modes = 4;
-/// Solves with a better shift or more modes, before a set is judged as it is.
+/// Solves for more modes, before a set is judged as it is.
 constexpr int most_solves = 4;
+/// Modes asked for at first where they cannot be counted before.
+constexpr std::int64_t first_batch = 20;
 /// An eigenvalue this close (relative) to where modes were counted may lie on either side of it.
 constexpr double count_margin = 4e-6;
 
@@ -61,6 +67,7 @@ class Search {
   Search(const TetMesh& mesh, std::span<const Elastic> regions, const SolveOptions& options,
          const System& system, MPI_Comm comm, core::Trace& trace, const SearchMethods& methods)
       : mesh_(mesh),
+        regions_(regions),
         options_(options),
         system_(system),
         comm_(comm),
@@ -74,11 +81,49 @@ class Search {
 
   SearchResult run() {
     result_.components = static_cast<int>(rigid_ / 6);
-    result_.counted = true;
-    {
+    choose_solver();
+    if (memory_.counts) {
+      find_counted();
+    } else {
+      find_uncounted();
+    }
+    // What follows a search may need the factor that a count took the place of.
+    if (result_.pairs.size() > 0) prepare();
+    return std::move(result_);
+  }
+
+ private:
+  /// Analyses the factors and decides which of them are made.
+  void choose_solver() {
+    if (options_.linear_solver != LinearSolver::iterative) {
       const core::ScopedTimer timer(trace_.stages["order"]);
       plan_ = plan_factors(system_, comm_);
     }
+    const core::ScopedTimer timer(trace_.stages["order"]);
+    const auto first_pairs =
+        pairs_for(std::min<std::int64_t>(options_.band.max_modes, first_batch));
+    needs_ = memory_needs(system_, options_, plan_, first_pairs, comm_);
+    memory_ = decide(needs_, options_.linear_solver, options_.memory_limit);
+    result_.linear_solver = memory_.linear_solver;
+    result_.counted = memory_.counts;
+  }
+
+  std::int64_t pairs_for(std::int64_t wanted) const {
+    return std::min(wanted + rigid_ + spare_modes, system_.unknowns());
+  }
+
+  std::int64_t count(double value) {
+    const core::ScopedTimer timer(trace_.stages["count"]);
+    if (!memory_.both_fit) result_.shifted = ShiftedSystem();
+    return count_below(system_, value, plan_, comm_);
+  }
+
+  Count counter() {
+    return [this](double value) { return count(value); };
+  }
+
+  /// Counts the band's modes first, finds so many or as many as are wanted, and compares.
+  void find_counted() {
     // Far below the first mode an inertia count drowns in rounding; no mode is missed by counting
     // higher up.
     counted_at_ = std::max(top_, 0.0025 * estimate_);
@@ -96,7 +141,7 @@ class Search {
       result_.all_verified = true;
       result_.verified_below = top_;
       result_.pairs.vectors.resize(system_.owned_unknowns(), 0);
-      return std::move(result_);
+      return;
     }
     const std::int64_t most = options_.band.max_modes;
     if (below_counted_ > most && counted_at_ > top_) {
@@ -107,67 +152,97 @@ class Search {
     }
     std::int64_t below_band = 0;
     if (below_counted_ > most && bottom_ > 0.1 * estimate_) below_band = count(bottom_) - rigid_;
-    find_counted(std::min(below_counted_, std::max<std::int64_t>(below_band, 0) + most));
-    return std::move(result_);
-  }
-
- private:
-  std::int64_t count(double value) {
-    const core::ScopedTimer timer(trace_.stages["count"]);
-    return count_below(system_, value, plan_, comm_);
-  }
-
-  Count counter() {
-    return [this](double value) { return count(value); };
-  }
-
-  /// Finds so many flexible modes, and compares them with inertia.
-  void find_counted(std::int64_t wanted) {
-    wanted = solve_until_good(wanted);
+    auto wanted = std::min(below_counted_, std::max<std::int64_t>(below_band, 0) + most);
+    wanted = solve_for_band(wanted);
     if (verify(wanted)) return;
     // Another start, in a larger space: what one vector happened to miss another holds.
     ++seed_;
-    const auto more = std::min(below_counted_, wanted + wanted / 5 + spare_modes);
-    wanted = solve_until_good(more);
+    wanted = solve_for_band(std::min(below_counted_, wanted + wanted / 5 + spare_modes));
     if (verify(wanted)) return;
     if (fill_lacks(wanted) && verify(wanted)) return;
     result_.verified_below = verified_prefix(result_, rigid_, counter());
   }
 
-  /// Solves for so many flexible modes; again with a better shift or for more where that is needed.
+  /// Without inertia: solves for more and more modes until some lie above the band or enough within
+  /// it, then looks beside them for any that were lost.
+  void find_uncounted() {
+    std::int64_t wanted = std::min<std::int64_t>(options_.band.max_modes, first_batch);
+    for (int attempt = 0; attempt < 2; ++attempt, ++seed_) {
+      while (true) {
+        solve_well(wanted);
+        const auto enough = found_below(bottom_) + options_.band.max_modes;
+        if (highest() > top_ || wanted >= enough || all_found()) break;
+        // Modes crowd as f^1 (plates) to f^3 (solids); more than enough costs less than once more.
+        const double share = std::pow(top_ / highest(), 0.75);
+        const double guess = std::clamp(1.2 * share, 1.5, 4.0) * static_cast<double>(wanted);
+        wanted = std::min(enough, static_cast<std::int64_t>(guess));
+      }
+      const double beside = lowest_beside(result_.pairs, system_, result_.shifted, seed_, comm_);
+      if (all_found() || beside > highest() * (1 - 1e-6)) {
+        result_.all_verified = highest() > top_ || all_found();
+        result_.flexible_below_top = found_below(top_);
+        result_.verified_below = result_.all_verified ? top_ : highest();
+        return;
+      }
+      wanted += wanted / 5 + spare_modes;
+    }
+    // Something stays lost, and nothing says where.
+    result_.flexible_below_top = found_below(top_) + 1;
+  }
+
+  double highest() const { return flexible_value(result_, result_.flexible.size() - 1); }
+
+  bool all_found() const { return result_.pairs.size() == system_.unknowns(); }
+
+  std::int64_t found_below(double value) const {
+    return std::count_if(result_.flexible.begin(), result_.flexible.end(),
+                         [&](std::size_t k) { return result_.pairs.values[k] < value; });
+  }
+
+  /// Solves for so many flexible modes, and for more when those turn out to lie below the band.
   /// @return how many were wanted in the end
-  std::int64_t solve_until_good(std::int64_t wanted) {
+  std::int64_t solve_for_band(std::int64_t wanted) {
+    for (int solves = 1;; ++solves) {
+      solve_well(wanted);
+      if (wanted >= below_counted_ || solves == most_solves) return wanted;
+      // The band's bottom was not counted: what was found tells how many lie below it.
+      const auto missing = found_below(bottom_) + options_.band.max_modes - wanted;
+      if (missing <= 0) return wanted;
+      wanted = std::min(below_counted_, wanted + missing);
+    }
+  }
+
+  /// Solves for so many flexible modes; once more with a better shift where residuals ask for it.
+  void solve_well(std::int64_t wanted) {
     // The shift lies a tenth of the first frequency below zero: nearer to zero the factored matrix
     // is nearly singular and residuals grow, further off convergence slows. 20 Hz is a floor for
     // bodies whose first mode is above it.
     const double floor = std::min(system_.scales.from_frequency(20), estimate_);
     if (shift_ == 0) shift_ = -std::max(0.01 * estimate_, floor);
-    for (int solves = 1;; ++solves) {
+    solve(wanted);
+    const double better_shift = -0.01 * flexible_value(result_, 0);
+    const double change = better_shift / shift_;
+    if (worst_residual(result_, wanted) > target_residual && (change > 2 || change < 0.5) &&
+        !shift_mended_) {
+      shift_ = better_shift;
+      shift_mended_ = true;
       solve(wanted);
-      const bool may_retry = solves < most_solves;
-      const double better_shift = -0.01 * flexible_value(result_, 0);
-      const double change = better_shift / shift_;
-      if (worst_residual(result_, wanted) > target_residual && may_retry &&
-          (change > 2 || change < 0.5) && !shift_mended_) {
-        shift_ = better_shift;
-        shift_mended_ = true;
-        continue;
-      }
-      refuse_bad_residuals(result_, wanted, system_.scales);
-      const auto missing = missing_in_band(wanted);
-      if (missing == 0 || !may_retry) return wanted;
-      wanted = std::min(below_counted_, wanted + missing);
     }
+    refuse_bad_residuals(result_, wanted, system_.scales);
   }
 
   void solve(std::int64_t wanted) {
     const core::ScopedTimer timer(trace_.stages["solve"]);
-    const auto pairs = std::min(wanted + rigid_ + spare_modes, system_.unknowns());
+    const auto pairs = pairs_for(wanted);
+    // The basis was counted for a first few pairs before there was a number.
+    needs_.vectors = vector_bytes(system_, pairs);
+    refuse_large_basis(needs_, memory_, options_.memory_limit);
     result_.pairs = EigenPairs();
     prepare();
-    result_.pairs = methods_.lowest(
-        system_, {static_cast<int>(pairs), options_.tolerance, seed_, options_.solver},
-        result_.shifted, comm_);
+    const EigenRequest request{static_cast<int>(pairs), options_.tolerance, seed_, options_.solver};
+    agreed(comm_, [&] {
+      result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_);
+    });
     judge();
   }
 
@@ -175,21 +250,16 @@ class Search {
   void prepare() {
     if (result_.shifted.inverse && result_.shifted.shift == shift_) return;
     result_.shifted = ShiftedSystem();  // two factors at once need not fit
-    result_.shifted = factor_shifted(system_, shift_, plan_, comm_);
+    result_.shifted = memory_.linear_solver == LinearSolver::iterative
+                          ? iterative_shifted(mesh_, regions_, system_, component_, shift_,
+                                              memory_.coarse_factor, comm_)
+                          : factor_shifted(system_, shift_, plan_, comm_);
   }
 
   /// Tells vibrations from rigid motions among the pairs.
   void judge() {
     refuse_mechanism(result_.pairs, rigid_, estimate_);
     result_.flexible = split_rigid(mesh_, system_, component_, result_.pairs, comm_).flexible;
-  }
-
-  /// How many more must be found because some lie below the band: the bottom was not counted.
-  std::int64_t missing_in_band(std::int64_t wanted) const {
-    if (wanted >= below_counted_) return 0;
-    std::int64_t below = 0;
-    for (const auto k : result_.flexible) below += result_.pairs.values[k] < bottom_;
-    return std::max<std::int64_t>(0, below + options_.band.max_modes - wanted);
   }
 
   /// Compares the eigenpairs with inertia counts.
@@ -255,12 +325,15 @@ class Search {
   }
 
   const TetMesh& mesh_;
+  std::span<const Elastic> regions_;
   const SolveOptions& options_;
   const System& system_;
   MPI_Comm comm_;
   core::Trace& trace_;
   const SearchMethods& methods_;
   FactorPlan plan_;
+  MemoryNeeds needs_;
+  MemoryDecision memory_;
   std::vector<std::int32_t> component_;
   std::int64_t rigid_;
   double estimate_, bottom_, top_;  ///< dimensionless eigenvalues

@@ -1,0 +1,102 @@
+#include "solvers/memory_gate.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+std::int64_t kept(const FactorSize& factor) {
+  return static_cast<std::int64_t>(sizeof(double)) * factor.entries;
+}
+
+std::string gibibytes(std::int64_t bytes) {
+  return fmt::format("{:.1f} GiB", static_cast<double>(bytes) / (1ll << 30));
+}
+
+/// K and M of a level below, of order 2 below 3: about a quarter.
+std::int64_t with_coarser(std::int64_t system) {
+  return system + system / 4;
+}
+
+/// Columns on their way through the solvers, eight at a time on every level.
+constexpr std::int64_t work_columns = 80;
+
+}  // namespace
+
+std::int64_t vector_bytes(const System& system, std::int64_t pairs) {
+  // Krylov methods hold twice as many vectors as they find, or 150 more; the pairs come beside them
+  // with M times each.
+  const auto basis = std::min(2 * pairs, pairs + 150) + 2 * pairs + work_columns;
+  return basis * system.unknowns() * static_cast<std::int64_t>(sizeof(double));
+}
+
+MemoryNeeds memory_needs(const System& system, const SolveOptions& options, const FactorPlan& plan,
+                         std::int64_t pairs, MPI_Comm comm) {
+  MemoryNeeds needs;
+  const auto own = sizeof(double) * (system.stiffness.size() + system.mass.size()) +
+                   sizeof(std::int32_t) * system.graph.column.size();
+  needs.system = static_cast<std::int64_t>(own);
+  MPI_Allreduce(MPI_IN_PLACE, &needs.system, 1, MPI_INT64_T, MPI_SUM, comm);
+  needs.vectors = vector_bytes(system, pairs);
+  if (options.linear_solver == LinearSolver::iterative) return needs;
+  const double bound = 200 * std::pow(static_cast<double>(system.unknowns()), 4.0 / 3);
+  const double limit = static_cast<double>(options.memory_limit - needs.system - needs.vectors);
+  if (2 * 8 * bound < limit) return needs;
+  needs.solve = predict_factor(system, FactorPurpose::solve, plan, comm);
+  needs.count = predict_factor(system, FactorPurpose::count, plan, comm);
+  return needs;
+}
+
+MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t limit) {
+  MemoryDecision decision;
+  const auto base = needs.system + needs.vectors;
+  if (asked != LinearSolver::iterative && base + needs.solve.bytes <= limit) {
+    decision.counts = needs.system + needs.count.bytes <= limit;
+    decision.both_fit = base + kept(needs.solve) + needs.count.bytes <= limit;
+    return decision;
+  }
+  const auto iterative = with_coarser(needs.system) + needs.vectors;
+  const auto ways_out =
+      fmt::format("use a coarser mesh (a larger element size){}, or raise the memory limit",
+                  asked == LinearSolver::direct ? ", the iterative linear solver" : "");
+  if (asked == LinearSolver::direct) {
+    throw core::SolverError(
+        fmt::format("a factor of {:.2g} entries takes {} beside {} of matrices and {} of vectors, "
+                    "more than the memory limit of {}",
+                    static_cast<double>(needs.solve.entries), gibibytes(needs.solve.bytes),
+                    gibibytes(needs.system), gibibytes(needs.vectors), gibibytes(limit)),
+        ways_out);
+  }
+  if (iterative > limit) {
+    throw core::SolverError(
+        fmt::format("{} of matrices and {} of vectors are more than the memory limit of {} even "
+                    "without a factor",
+                    gibibytes(with_coarser(needs.system)), gibibytes(needs.vectors),
+                    gibibytes(limit)),
+        ways_out + ", or ask for fewer modes");
+  }
+  decision.linear_solver = LinearSolver::iterative;
+  decision.counts = false;
+  decision.both_fit = false;
+  decision.coarse_factor = limit - iterative;
+  return decision;
+}
+
+void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision,
+                        std::int64_t limit) {
+  const bool iterative = decision.linear_solver == LinearSolver::iterative;
+  const auto held = iterative ? with_coarser(needs.system) : needs.system + kept(needs.solve);
+  if (held + needs.vectors <= limit) return;
+  throw core::SolverError(
+      fmt::format("{} of vectors do not fit beside {} of matrices{}: the memory limit is {}",
+                  gibibytes(needs.vectors), gibibytes(held), iterative ? "" : " and factor",
+                  gibibytes(limit)),
+      "ask for fewer modes, use a coarser mesh, or raise the memory limit");
+}
+
+}  // namespace carillon::solvers

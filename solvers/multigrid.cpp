@@ -1,0 +1,175 @@
+#include "solvers/multigrid.hpp"
+
+#include <Eigen/Cholesky>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "solvers/algebraic_multigrid.hpp"
+#include "solvers/p_coarsening.hpp"
+#include "solvers/rigid.hpp"
+#include "solvers/smoother.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+/// Degree of the smoothing polynomial: one more costs two products by cycle.
+constexpr int smoothing_degree = 4;
+
+/// P x and P^T x, column by column.
+void prolong(Mat prolongation, const Eigen::MatrixXd& coarse, Eigen::MatrixXd& fine,
+             MPI_Comm comm) {
+  for (Eigen::Index k = 0; k < coarse.cols(); ++k) {
+    VecHandle from, to;
+    check(VecCreateMPIWithArray(comm, 3, static_cast<PetscInt>(coarse.rows()), PETSC_DETERMINE,
+                                coarse.col(k).data(), from.put()));
+    check(VecCreateMPIWithArray(comm, 3, static_cast<PetscInt>(fine.rows()), PETSC_DETERMINE,
+                                fine.col(k).data(), to.put()));
+    check(MatMult(prolongation, from.get(), to.get()));
+  }
+}
+
+void restrict(Mat prolongation, const Eigen::MatrixXd& fine, Eigen::MatrixXd& coarse,
+              MPI_Comm comm) {
+  for (Eigen::Index k = 0; k < fine.cols(); ++k) {
+    VecHandle from, to;
+    check(VecCreateMPIWithArray(comm, 3, static_cast<PetscInt>(fine.rows()), PETSC_DETERMINE,
+                                fine.col(k).data(), from.put()));
+    check(VecCreateMPIWithArray(comm, 3, static_cast<PetscInt>(coarse.rows()), PETSC_DETERMINE,
+                                coarse.col(k).data(), to.put()));
+    check(MatMultTranspose(prolongation, from.get(), to.get()));
+  }
+}
+
+/// A level's equations factored, if that takes no more memory than is given.
+std::optional<Inverse> factor_within(const System& system, double shift, std::int64_t bytes,
+                                     MPI_Comm comm) {
+  const auto plan = plan_factors(system, comm);
+  if (predict_factor(system, FactorPurpose::solve, plan, comm).bytes > bytes) return std::nullopt;
+  return factored_inverse(system, shift, plan, comm);
+}
+
+/// The levels of one body, from its own order downward.
+class Cycle {
+ public:
+  Cycle(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
+        const std::vector<std::int32_t>& component, double shift, std::int64_t factor_bytes,
+        MPI_Comm comm)
+      : comm_(comm) {
+    const TetMesh* finest = &mesh;
+    const System* last = &system;
+    while (finest->order > 1) {
+      smoothers_.push_back(std::make_unique<Smoother>(*last, shift, smoothing_degree, comm));
+      const int order = finest->order > 2 ? 2 : 1;
+      levels_.push_back(
+          std::make_unique<PLevel>(coarsen(mesh, regions, *finest, last->partition, order, comm)));
+      finest = &levels_.back()->mesh;
+      last = &levels_.back()->system;
+      if (const auto direct = factor_within(*last, shift, factor_bytes, comm)) {
+        coarsest_ = *direct;
+        return;
+      }
+    }
+    const auto parts = levels_.empty() ? component : node_components(*finest);
+    const RigidMotions motions(*finest, last->scales, parts);
+    coarsest_ = algebraic_multigrid_cycle(*last, motions, shift, comm);
+  }
+
+  void apply(std::size_t level, const Eigen::Ref<const Eigen::MatrixXd>& right,
+             Eigen::Ref<Eigen::MatrixXd> solution) const {
+    if (level == smoothers_.size()) {
+      coarsest_(right, solution);
+      return;
+    }
+    const auto& smoother = *smoothers_[level];
+    const auto& coarse = *levels_[level];
+    const auto columns = right.cols();
+    smoother.smooth(right, solution);
+    Eigen::MatrixXd residual(right.rows(), columns), correction(right.rows(), columns);
+    smoother.multiply(solution, residual);
+    residual = right - residual;
+    Eigen::MatrixXd coarse_right(coarse.system.owned_unknowns(), columns);
+    Eigen::MatrixXd coarse_solution(coarse.system.owned_unknowns(), columns);
+    restrict(coarse.prolongation.get(), residual, coarse_right, comm_);
+    apply(level + 1, coarse_right, coarse_solution);
+    prolong(coarse.prolongation.get(), coarse_solution, correction, comm_);
+    solution += correction;
+    smoother.multiply(solution, residual);
+    residual = right - residual;
+    smoother.smooth(residual, correction);
+    solution += correction;
+  }
+
+ private:
+  std::vector<std::unique_ptr<Smoother>> smoothers_;
+  std::vector<std::unique_ptr<PLevel>> levels_;
+  Inverse coarsest_;
+  MPI_Comm comm_;
+};
+
+/// Solves for the rigid part: curved elements of lower order know rotations only nearly, and their
+/// energy under K - shift M is next to nothing.
+class RigidCorrection {
+ public:
+  RigidCorrection(const TetMesh& mesh, const System& system,
+                  const std::vector<std::int32_t>& component, double shift, MPI_Comm comm)
+      : comm_(comm) {
+    const RigidMotions motions(mesh, system.scales, component);
+    motions_.resize(system.owned_unknowns(), 6);
+    for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
+      const auto number = static_cast<std::size_t>(system.graph.begin + row);
+      const auto node = static_cast<std::size_t>(system.partition.node[number]);
+      motions_.middleRows<3>(3 * row) = motions.at(node);
+      first_.push_back(motions.first_of(node));
+    }
+    count_ = motions.count();
+    // K does nothing to rigid motions, so their energy is that of -shift M.
+    gram_ = gram_matrix(system, motions, comm);
+    gram_ *= -shift;
+    factor_.compute(gram_);
+  }
+
+  void add(const Eigen::Ref<const Eigen::MatrixXd>& right,
+           Eigen::Ref<Eigen::MatrixXd> solution) const {
+    Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(count_, right.cols());
+    for (std::size_t n = 0; n < first_.size(); ++n) {
+      const auto row = 3 * static_cast<Eigen::Index>(n);
+      projected.middleRows<6>(first_[n]).noalias() +=
+          motions_.middleRows<3>(row).transpose() * right.middleRows<3>(row);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, projected.data(), static_cast<int>(projected.size()), MPI_DOUBLE,
+                  MPI_SUM, comm_);
+    projected = factor_.solve(projected).eval();
+    for (std::size_t n = 0; n < first_.size(); ++n) {
+      const auto row = 3 * static_cast<Eigen::Index>(n);
+      solution.middleRows<3>(row).noalias() +=
+          motions_.middleRows<3>(row) * projected.middleRows<6>(first_[n]);
+    }
+  }
+
+ private:
+  Eigen::Matrix<double, Eigen::Dynamic, 6> motions_;
+  std::vector<Eigen::Index> first_;  ///< motion of each owned node
+  Eigen::Index count_ = 0;
+  Eigen::MatrixXd gram_;
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+  MPI_Comm comm_;
+};
+
+}  // namespace
+
+Inverse multigrid_cycle(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
+                        const std::vector<std::int32_t>& component, double shift,
+                        std::int64_t factor_bytes, MPI_Comm comm) {
+  const auto cycle =
+      std::make_shared<const Cycle>(mesh, regions, system, component, shift, factor_bytes, comm);
+  const auto rigid = std::make_shared<const RigidCorrection>(mesh, system, component, shift, comm);
+  return [cycle, rigid](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                        Eigen::Ref<Eigen::MatrixXd> solution) {
+    cycle->apply(0, right, solution);
+    rigid->add(right, solution);
+  };
+}
+
+}  // namespace carillon::solvers

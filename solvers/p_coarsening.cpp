@@ -1,0 +1,154 @@
+#include "solvers/p_coarsening.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/collective.hpp"
+#include "solvers/raise_order.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+/// Values at the nodes of a tetrahedron of order `from` of the shape functions of order `to`.
+Eigen::MatrixXd reference_prolongation(int from, int to) {
+  const auto& lattice = tetrahedron_lattice(from);
+  Eigen::MatrixXd out(nodes_per_tetrahedron(from), nodes_per_tetrahedron(to));
+  for (Eigen::Index n = 0; n < out.rows(); ++n) {
+    const auto& at = lattice[static_cast<std::size_t>(n)];
+    const Eigen::Vector4d barycentric = Eigen::Vector4d(at[0], at[1], at[2], at[3]) / from;
+    out.row(n) = tetrahedron_shape_functions(to, barycentric, nullptr).transpose();
+  }
+  return out;
+}
+
+/// The three components of each node's row and column.
+Eigen::MatrixXd for_components(const Eigen::MatrixXd& nodes) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(3 * nodes.rows(), 3 * nodes.cols());
+  for (Eigen::Index a = 0; a < nodes.rows(); ++a) {
+    for (Eigen::Index b = 0; b < nodes.cols(); ++b) {
+      out.block<3, 3>(3 * a, 3 * b).diagonal().setConstant(nodes(a, b));
+    }
+  }
+  return out;
+}
+
+std::int32_t owned_row(const System& system, std::int32_t node) {
+  const auto row = system.partition.number[static_cast<std::size_t>(node)] - system.graph.begin;
+  return row >= 0 && row < system.graph.rows() ? row : -1;
+}
+
+void add_element(std::span<const std::int32_t> element, const Eigen::MatrixXd& k,
+                 const Eigen::MatrixXd& m, System& system) {
+  const auto& graph = system.graph;
+  for (std::size_t a = 0; a < element.size(); ++a) {
+    const auto row = owned_row(system, element[a]);
+    if (row < 0) continue;
+    const auto first = graph.first[static_cast<std::size_t>(row)];
+    const auto width = graph.first[static_cast<std::size_t>(row) + 1] - first;
+    const auto* columns = graph.column.data() + first;
+    double* const block_row = system.stiffness.data() + 9 * first;
+    const auto ia = static_cast<Eigen::Index>(a);
+    for (std::size_t b = 0; b < element.size(); ++b) {
+      const auto ib = static_cast<Eigen::Index>(b);
+      const auto number = system.partition.number[static_cast<std::size_t>(element[b])];
+      const auto at = std::lower_bound(columns, columns + width, number) - columns;
+      system.mass[static_cast<std::size_t>(first + at)] += m(ia, ib);
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Eigen::Index j = 0; j < 3; ++j) {
+          block_row[3 * (i * width + at) + j] += k(3 * ia + i, 3 * ib + j);
+        }
+      }
+    }
+  }
+}
+
+/// Sums the restricted elements into the rows that this rank owns.
+void sum_elements(const TetMesh& mesh, std::span<const Elastic> regions, PLevel& level) {
+  auto& system = level.system;
+  const auto constants = lame_constants(regions, system.scales);
+  const Eigen::MatrixXd scalar = reference_prolongation(mesh.order, level.mesh.order);
+  const Eigen::MatrixXd vector = for_components(scalar);
+  ElementKernel kernel(mesh.order);
+  Coordinates nodes;
+  Eigen::MatrixXd k, m;
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto element = level.mesh.element(e);
+    if (std::none_of(element.begin(), element.end(),
+                     [&](std::int32_t n) { return owned_row(system, n) >= 0; })) {
+      continue;
+    }
+    gather(mesh, e, system.scales, nodes);
+    kernel.place(nodes);
+    const auto& material = constants[static_cast<std::size_t>(mesh.regions[e])];
+    kernel.stiffness(material, k);
+    kernel.mass(material.density, m);
+    add_element(element, vector.transpose() * k * vector, scalar.transpose() * m * scalar, system);
+  }
+}
+
+/// Rows of the prolongation of the finer nodes that this rank owns.
+MatHandle prolongation(const TetMesh& finer, const Partition& finer_partition, const PLevel& level,
+                       int rank, MPI_Comm comm) {
+  const Eigen::MatrixXd weights = reference_prolongation(finer.order, level.mesh.order);
+  const auto begin = finer_partition.first[static_cast<std::size_t>(rank)];
+  const auto rows = finer_partition.owned(rank);
+  std::vector<std::int64_t> place(static_cast<std::size_t>(rows), -1);
+  const auto per_element = static_cast<std::size_t>(nodes_per_tetrahedron(finer.order));
+  for (std::size_t at = 0; at < finer.elements.size(); ++at) {
+    const auto number = finer_partition.number[static_cast<std::size_t>(finer.elements[at])];
+    if (number < begin || number >= begin + rows) continue;
+    auto& first = place[static_cast<std::size_t>(number - begin)];
+    if (first < 0) first = static_cast<std::int64_t>(at);
+  }
+  std::vector<PetscInt> first = {0}, column;
+  std::vector<double> value;
+  for (const auto at : place) {
+    const auto element = level.mesh.element(static_cast<std::size_t>(at) / per_element);
+    const auto local = static_cast<Eigen::Index>(static_cast<std::size_t>(at) % per_element);
+    std::vector<std::pair<PetscInt, double>> entries;
+    for (std::size_t n = 0; n < element.size(); ++n) {
+      const double weight = weights(local, static_cast<Eigen::Index>(n));
+      if (std::abs(weight) < 1e-12) continue;
+      entries.emplace_back(level.system.partition.number[static_cast<std::size_t>(element[n])],
+                           weight);
+    }
+    std::sort(entries.begin(), entries.end());
+    for (const auto& [number, weight] : entries) {
+      column.push_back(number);
+      value.push_back(weight);
+    }
+    first.push_back(static_cast<PetscInt>(column.size()));
+  }
+  MatHandle scalar, out;
+  check(MatCreateMPIAIJWithArrays(comm, rows, level.system.graph.rows(), PETSC_DETERMINE,
+                                  PETSC_DETERMINE, first.data(), column.data(), value.data(),
+                                  scalar.put()));
+  check(MatCreateMAIJ(scalar.get(), 3, out.put()));
+  return out;
+}
+
+}  // namespace
+
+PLevel coarsen(const TetMesh& mesh, std::span<const Elastic> regions, const TetMesh& finer,
+               const Partition& finer_partition, int order, MPI_Comm comm) {
+  int rank = 0, ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
+  PLevel level;
+  agreed(comm, [&] {
+    level.mesh = raise_order(mesh, order);
+    level.mesh.faces.clear();
+    auto& system = level.system;
+    system.scales = scales_of(mesh, regions);
+    system.partition = partition(level.mesh, ranks);
+    system.graph =
+        node_graph(level.mesh, system.partition, elements_around_nodes(level.mesh), rank);
+    system.stiffness.assign(9 * system.graph.column.size(), 0.0);
+    system.mass.assign(system.graph.column.size(), 0.0);
+    sum_elements(mesh, regions, level);
+  });
+  level.prolongation = prolongation(finer, finer_partition, level, rank, comm);
+  return level;
+}
+
+}  // namespace carillon::solvers

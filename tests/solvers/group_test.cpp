@@ -1,0 +1,188 @@
+// Groups of ranks that solve one body: the answer of one rank, and failures that reach all.
+#include <gtest/gtest.h>
+#include <mpi.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "solve.hpp"
+#include "solvers/search.hpp"
+#include "test_meshes.hpp"
+
+namespace carillon {
+namespace {
+
+using namespace solvers;
+using test::box_mesh;
+
+int world_size() {
+  int size = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  return size;
+}
+
+bool on_last_rank() {
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  return rank == world_size() - 1;
+}
+
+bool on_all_ranks(bool here) {
+  int all = here ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+  return all == 1;
+}
+
+TetMesh block() {
+  return box_mesh({0.02, 0.031, 0.053}, {2, 2, 4}, 3);
+}
+
+Modes solve(const TetMesh& mesh, MPI_Comm comm, LinearSolver linear_solver,
+            const SearchMethods& methods = {}) {
+  core::Trace trace;
+  SolveOptions options;
+  options.band = {20, 120000, 20};
+  options.linear_solver = linear_solver;
+  options.estimate_errors = false;
+  const std::vector<Elastic> regions(mesh.region_names.size(), test::steel);
+  return solve_modes(mesh, regions, options, comm, trace, methods);
+}
+
+void expect_equal(const Modes& group, const Modes& alone, double tolerance) {
+  ASSERT_EQ(group.size(), alone.size());
+  for (std::size_t k = 0; k < alone.size(); ++k) {
+    EXPECT_NEAR(group.frequency(k) / alone.frequency(k), 1, tolerance) << k;
+  }
+  EXPECT_LT(group.certificate.max_residual, 1e-8);
+  EXPECT_EQ(group.certificate.rigid_modes, alone.certificate.rigid_modes);
+  EXPECT_EQ(group.certificate.complete, alone.certificate.complete);
+}
+
+TEST(Group, DirectModesAreThoseOfOneRank) {
+  const auto alone = solve(block(), MPI_COMM_SELF, LinearSolver::direct);
+  const auto group = solve(block(), MPI_COMM_WORLD, LinearSolver::direct);
+  expect_equal(group, alone, 1e-9);
+  EXPECT_TRUE(group.certificate.count_verified);
+  EXPECT_EQ(group.certificate.modes_in_band, alone.certificate.modes_in_band);
+}
+
+/// Two bodies: each has rigid motions of its own.
+TEST(Group, IterativeModesAreThoseOfOneRank) {
+  const auto one = box_mesh({0.02, 0.031, 0.053}, {2, 2, 3}, 3);
+  const auto mesh = test::joined(
+      one, test::moved(one, [](const Vec3& x) -> Vec3 { return 0.8 * x + Vec3(0.1, 0, 0); }));
+  const auto alone = solve(mesh, MPI_COMM_SELF, LinearSolver::direct);
+  const auto group = solve(mesh, MPI_COMM_WORLD, LinearSolver::iterative);
+  expect_equal(group, alone, 1e-9);
+  EXPECT_FALSE(group.certificate.count_verified);
+  EXPECT_EQ(group.certificate.linear_solver, LinearSolver::iterative);
+}
+
+/// Algebraic multigrid over several ranks, as order 1 has no level below.
+TEST(Group, AlgebraicMultigridSolvesOnRanks) {
+  const auto mesh = box_mesh({0.02, 0.031, 0.053}, {7, 8, 9}, 1);
+  expect_equal(solve(mesh, MPI_COMM_WORLD, LinearSolver::iterative),
+               solve(mesh, MPI_COMM_SELF, LinearSolver::direct), 1e-9);
+}
+
+/// Three bodies that lie loose have eighteen rigid modes; three that share faces are one.
+TEST(Group, CountsTheRigidModesOfComponents) {
+  const auto one = box_mesh({0.02, 0.02, 0.03}, {2, 2, 3}, 2);
+  auto loose = one;
+  for (int n = 1; n < 3; ++n) {
+    loose = test::joined(
+        loose, test::moved(one, [n](const Vec3& x) -> Vec3 { return x + Vec3(0.05 * n, 0, 0); }));
+  }
+  const auto apart = solve(loose, MPI_COMM_WORLD, LinearSolver::direct);
+  EXPECT_EQ(apart.certificate.components, 3);
+  EXPECT_EQ(apart.certificate.rigid_modes, 18);
+  EXPECT_TRUE(apart.certificate.count_verified);
+  const auto touching = solve(
+      box_mesh({0.06, 0.02, 0.03}, {6, 2, 3}, 2, [](const Vec3& x) { return int(x[0] / 0.02); }),
+      MPI_COMM_WORLD, LinearSolver::direct);
+  EXPECT_EQ(touching.certificate.components, 1);
+  EXPECT_EQ(touching.certificate.rigid_modes, 6);
+}
+
+/// A mode that is lost on a group is sliced for by the group.
+TEST(Group, SlicesForModesThatAreLost) {
+  const auto alone = solve(block(), MPI_COMM_SELF, LinearSolver::direct);
+  int slices = 0;
+  SearchMethods methods;
+  methods.lowest = [](const System& system, const EigenRequest& request,
+                      const ShiftedSystem& shifted, MPI_Comm comm) {
+    auto pairs = lowest_pairs(system, request, shifted, comm);
+    pairs.vectors.col(9) = pairs.vectors.rightCols(1).eval();
+    pairs.values[9] = pairs.values.back();
+    pairs.values.pop_back();
+    pairs.vectors.conservativeResize(Eigen::NoChange, pairs.vectors.cols() - 1);
+    std::vector<Eigen::Index> order;
+    for (Eigen::Index k = 0; k < pairs.vectors.cols(); ++k) {
+      if (k != 9) order.push_back(k);
+    }
+    order.push_back(9);
+    pairs.vectors = pairs.vectors(Eigen::all, order).eval();
+    std::rotate(pairs.values.begin() + 9, pairs.values.begin() + 10, pairs.values.end());
+    measure(system, shifted, comm, pairs);
+    return pairs;
+  };
+  methods.slice = [&slices](const System& system, double low, double high, double tolerance,
+                            MPI_Comm comm) {
+    ++slices;
+    return slice_spectrum(system, low, high, tolerance, comm);
+  };
+  expect_equal(solve(block(), MPI_COMM_WORLD, LinearSolver::direct, methods), alone, 1e-9);
+  EXPECT_GE(slices, 1);
+}
+
+template <class Error>
+std::string error_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& e) {
+    return e.message();
+  }
+  return "";
+}
+
+/// One rank fails in the solver: all hear of it, none waits, and the group goes on.
+TEST(Group, AFailureOfOneRankReachesAll) {
+  SearchMethods methods;
+  methods.lowest = [](const System& system, const EigenRequest& request,
+                      const ShiftedSystem& shifted, MPI_Comm comm) {
+    auto pairs = lowest_pairs(system, request, shifted, comm);
+    if (on_last_rank()) throw core::SolverError("rank fell over");
+    return pairs;
+  };
+  const auto message = error_of<core::SolverError>(
+      [&] { solve(block(), MPI_COMM_WORLD, LinearSolver::direct, methods); });
+  EXPECT_TRUE(on_all_ranks(message == "rank fell over")) << message;
+  EXPECT_GT(solve(block(), MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
+}
+
+/// One rank runs out of memory in earnest: its address space is limited to little more than it has.
+TEST(Group, OneRankOutOfMemoryReachesAll) {
+  const auto mesh = box_mesh({0.1, 0.1, 0.1}, {10, 10, 10}, 3);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  if (on_last_rank()) {
+    std::ifstream statm("/proc/self/statm");
+    rlim_t pages = 0;
+    ASSERT_TRUE(statm >> pages);
+    rlimit tight = before;
+    tight.rlim_cur = pages * 4096 + (24u << 20);
+    ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);
+  }
+  const auto message =
+      error_of<core::SolverError>([&] { solve(mesh, MPI_COMM_WORLD, LinearSolver::direct); });
+  if (on_last_rank()) {
+    ASSERT_EQ(setrlimit(RLIMIT_AS, &before), 0);
+  }
+  EXPECT_TRUE(on_all_ranks(message.find("out of memory") != std::string::npos)) << message;
+  EXPECT_GT(solve(block(), MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
+}
+
+}  // namespace
+}  // namespace carillon
