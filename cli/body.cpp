@@ -60,6 +60,21 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
                   "refine order and element size until the worst mode's estimated pitch error is "
                   "below it; begins with --order and --element-size")
       ->check(CLI::Range(1e-3, 1e4));
+  command
+      .add_option("--linear-solver", options.linear_solver,
+                  "direct: Cholesky; iterative: conjugate gradients with multigrid, modes are then "
+                  "not counted; automatic: direct while it fits the memory limit")
+      ->check(CLI::IsMember({"automatic", "direct", "iterative"}))
+      ->capture_default_str();
+  command
+      .add_option("--memory-limit", options.memory_limit,
+                  "of the solve, all ranks together; decides what automatic means")
+      ->capture_default_str();
+  command
+      .add_option("--max-elements", options.max_elements,
+                  "more is an error that names the element size that would fit")
+      ->check(CLI::Range(1, 100000000))
+      ->capture_default_str();
 }
 
 namespace {
@@ -90,6 +105,7 @@ solvers::GeneratedShape parse_shape(const std::string& family_name, const std::s
 solvers::MeshRequest mesh_request(const BodyOptions& options) {
   solvers::MeshRequest request;
   request.options.order = options.order;
+  request.options.max_elements = options.max_elements;
   if (!options.element_size.empty()) {
     request.options.element_size = core::parse_quantity(options.element_size, Dimension::length);
   }
@@ -164,6 +180,10 @@ solvers::SolveOptions solve_options(const BodyOptions& options) {
     throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
   }
   if (options.solver == "krylov_schur") solve.solver = solvers::EigenSolver::krylov_schur;
+  solve.linear_solver = solvers::parse_linear_solver(options.linear_solver);
+  const double limit = core::parse_quantity(options.memory_limit, Dimension::memory);
+  if (!(limit >= 1)) throw InputError("--memory-limit must be positive");
+  solve.memory_limit = static_cast<std::int64_t>(limit);
   return solve;
 }
 

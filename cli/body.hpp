@@ -27,6 +27,9 @@ struct BodyOptions {
   std::string min_frequency = "20 Hz";
   std::string max_frequency = "20 kHz";
   int max_modes = 300;
+  std::string linear_solver = "automatic";
+  std::string memory_limit = "16 GiB";
+  int max_elements = 200000;
   std::string solver = "block_lanczos";  ///< or krylov_schur; fourier: see solve_turned()
   double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
 };

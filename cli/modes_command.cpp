@@ -73,8 +73,10 @@ void print_table(const Body& body) {
                turned ? fmt::format(" {:>8}", body.modes.harmonics[i]) : "");
   }
   const solvers::Certificate& certificate = body.modes.certificate;
-  fmt::print("\n{} of the {} modes in the band; complete to {:.1f} Hz\n", certificate.modes_found,
-             certificate.modes_in_band, certificate.complete_to_hz);
+  fmt::print("\n{} of the {} modes in the band{}; complete to {:.1f} Hz\n", certificate.modes_found,
+             certificate.modes_in_band,
+             certificate.count_verified ? "" : " that were seen (not counted by inertia)",
+             certificate.complete_to_hz);
   fmt::print("{} rigid modes of {} component{}; worst residual {:.1e}\n", certificate.rigid_modes,
              certificate.components, certificate.components == 1 ? "" : "s",
              certificate.max_residual);

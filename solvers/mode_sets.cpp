@@ -1,10 +1,30 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
+#include "core/error.hpp"
 #include "solvers/modes.hpp"
 
 namespace carillon::solvers {
+namespace {
+
+constexpr std::array<std::string_view, 3> linear_solvers = {"automatic", "direct", "iterative"};
+constexpr std::array<std::string_view, 2> eigen_solvers = {"block_lanczos", "krylov_schur"};
+
+template <class Enum, std::size_t N>
+Enum parse(const std::array<std::string_view, N>& names, std::string_view name, const char* what) {
+  const auto at = std::find(names.begin(), names.end(), name);
+  if (at == names.end()) {
+    throw core::InputError(fmt::format("\"{}\" is no {}", name, what),
+                           fmt::format("known are {}", fmt::join(names, ", ")));
+  }
+  return static_cast<Enum>(at - names.begin());
+}
+
+}  // namespace
 
 std::size_t whole_clusters(std::span<const double> eigenvalues, std::size_t most) {
   constexpr double repeated = 1e-4;
@@ -86,8 +106,15 @@ Modes restrict_to(const Modes& modes, const Band& band) {
 }
 
 std::string_view name_of(LinearSolver solver) {
-  constexpr std::string_view names[] = {"automatic", "direct", "iterative"};
-  return names[static_cast<std::size_t>(solver)];
+  return linear_solvers[static_cast<std::size_t>(solver)];
+}
+
+LinearSolver parse_linear_solver(std::string_view name) {
+  return parse<LinearSolver>(linear_solvers, name, "linear solver");
+}
+
+EigenSolver parse_eigen_solver(std::string_view name) {
+  return parse<EigenSolver>(eigen_solvers, name, "eigensolver");
 }
 
 SurfaceMesh flatten(const ModeSurface& surface) {

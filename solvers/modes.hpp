@@ -147,6 +147,11 @@ Modes restrict_to(const Modes& modes, const Band& band);
 
 /// "automatic", "direct" or "iterative".
 std::string_view name_of(LinearSolver solver);
+/// @throws InputError  no such name
+LinearSolver parse_linear_solver(std::string_view name);
+/// @param name  "block_lanczos" or "krylov_schur"
+/// @throws InputError  no such name
+EigenSolver parse_eigen_solver(std::string_view name);
 
 /// Straight triangles that follow the curved faces: each face cut into order^2 pieces. Vertices
 /// are the surface's nodes, so mode shapes index alike.

@@ -240,9 +240,8 @@ class Search {
     result_.pairs = EigenPairs();
     prepare();
     const EigenRequest request{static_cast<int>(pairs), options_.tolerance, seed_, options_.solver};
-    agreed(comm_, [&] {
-      result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_);
-    });
+    agreed(comm_,
+           [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
     judge();
   }
 

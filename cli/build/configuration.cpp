@@ -163,6 +163,12 @@ void read_solver(ConfigNode node, BuildConfig& config) {
   if (config.pitch_cents > 0 && config.pitch_cents < 1e-3) {
     node.fail("pitch_cents", "must be at least 0.001 cents, or 0 for none");
   }
+  config.solver.linear_solver = solvers::parse_linear_solver(
+      node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));
+  config.solver.solver = solvers::parse_eigen_solver(
+      node.choice("eigen_solver", {"block_lanczos", "krylov_schur"}, "block_lanczos"));
+  config.solver.memory_limit = static_cast<std::int64_t>(above_zero(
+      node, "memory_limit", Dimension::memory, static_cast<double>(config.solver.memory_limit)));
 }
 
 void read_limits(ConfigNode node, BuildConfig& config) {

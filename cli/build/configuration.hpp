@@ -68,6 +68,7 @@ struct BuildConfig {
   std::vector<synth::Material> own_materials;
   std::vector<ObjectSource> objects;
   solvers::Band band;
+  solvers::SolveOptions solver;  ///< all but the band
   solvers::MeshOptions mesh;
   double pitch_cents = 0;  ///< each shape is refined until its worst mode is within it; 0: not
   solvers::ChildLimits mesh_limits;

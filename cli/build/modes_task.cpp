@@ -147,7 +147,7 @@ std::vector<solvers::Modes> solve_sets(const BuildConfig& config, const Shape& s
     materials.push_back(variant_materials(config, shape, variant, mesh.mesh.region_names));
   }
   const ModeSets sets = group_variants(materials, shape.variants, config.band);
-  solvers::SolveOptions options;
+  solvers::SolveOptions options = config.solver;
   if (config.pitch_cents > 0) options.tolerance = solvers::tolerance_for(config.pitch_cents);
   return solvers::solve_materials(mesh.mesh, sets.requests, options, comm, folders.cache, trace);
 }
@@ -162,6 +162,8 @@ solvers::PitchResult make_sets(const BuildConfig& config, const Shape& shape,
     PitchSearch search;
     search.request = shape.request;
     search.cents = config.pitch_cents;
+    search.linear_solver = config.solver.linear_solver;
+    search.memory_limit = config.solver.memory_limit;
     search.limits = config.mesh_limits;
     search.cache = folders.cache;
     solvers::PitchResult result = refine_to_pitch(search, solve, comm, trace);
