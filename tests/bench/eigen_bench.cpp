@@ -26,12 +26,11 @@ struct Body {
 };
 
 std::vector<Body> bodies() {
-  return {{"bowl",
-           {"bowl",
-            {{"radius", 0.08}, {"base_radius", 0.03}, {"height", 0.06}, {"wall", 0.004}},
-            {}}},
-          {"tile", {"tile", {{"length", 0.2}, {"width", 0.2}, {"thickness", 0.008}}, {}}},
-          {"block", {"block", {{"length", 0.1}, {"width", 0.08}, {"height", 0.06}}, {}}}};
+  return {
+      {"bowl",
+       {"bowl", {{"radius", 0.08}, {"base_radius", 0.03}, {"height", 0.06}, {"wall", 0.004}}, {}}},
+      {"tile", {"tile", {{"length", 0.2}, {"width", 0.2}, {"thickness", 0.008}}, {}}},
+      {"block", {"block", {{"length", 0.1}, {"width", 0.08}, {"height", 0.06}}, {}}}};
 }
 
 /// A mesh of nearly so many unknowns; the last making is timed.
@@ -82,9 +81,8 @@ std::string run(const Body& body, double unknowns, int modes, double most_flops)
   const auto mesh = mesh_of(body, unknowns, stages);
   const std::vector<Elastic> regions(mesh.region_names.size(), steel);
   System system;
-  measure_stage(stages, "assemble", [&] {
-    system = assemble(mesh, regions, partition(mesh, 1), MPI_COMM_SELF);
-  });
+  measure_stage(stages, "assemble",
+                [&] { system = assemble(mesh, regions, partition(mesh, 1), MPI_COMM_SELF); });
   const double shift =
       -0.01 * system.scales.from_frequency(estimate_first_frequency(mesh, regions));
   const int pairs = modes + 6;
@@ -99,11 +97,10 @@ std::string run(const Body& body, double unknowns, int modes, double most_flops)
     print_row(body.name, system.unknowns(), "Spectra, SimplicialLDLT", spectra.stages);
   }
   // The count is left out where routes are compared: the others make none.
-  const auto solve_stages =
-      std::vector<Stage>(own.stages.begin(), own.stages.end() - 1);
+  const auto solve_stages = std::vector<Stage>(own.stages.begin(), own.stages.end() - 1);
   const double solve = total_seconds(solve_stages);
-  auto row = fmt::format("| {} | {} | {:.1f} % | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.0e} |", body.name,
-                         system.unknowns(), 100 * stages.back().seconds / solve, solve,
+  auto row = fmt::format("| {} | {} | {:.1f} % | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.0e} |",
+                         body.name, system.unknowns(), 100 * stages.back().seconds / solve, solve,
                          own.stages.back().seconds, total_seconds(slepc.stages),
                          total_seconds(slepc.stages) / solve, worst_difference(own, slepc, pairs));
   row += spectra.refused.empty()

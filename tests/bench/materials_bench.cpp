@@ -28,13 +28,12 @@ struct Body {
 };
 
 std::vector<Body> bodies() {
-  return {{"bowl",
-           {"bowl",
-            {{"radius", 0.08}, {"base_radius", 0.03}, {"height", 0.06}, {"wall", 0.004}},
-            {}},
-           0.014},
-          {"tile", {"tile", {{"length", 0.2}, {"width", 0.2}, {"thickness", 0.008}}, {}}, 0.014},
-          {"block", {"block", {{"length", 0.1}, {"width", 0.08}, {"height", 0.06}}, {}}, 0.016}};
+  return {
+      {"bowl",
+       {"bowl", {{"radius", 0.08}, {"base_radius", 0.03}, {"height", 0.06}, {"wall", 0.004}}, {}},
+       0.014},
+      {"tile", {"tile", {{"length", 0.2}, {"width", 0.2}, {"thickness", 0.008}}, {}}, 0.014},
+      {"block", {"block", {{"length", 0.1}, {"width", 0.08}, {"height", 0.06}}, {}}, 0.016}};
 }
 
 /// Processor time of this process [s]: other programs do not count.
@@ -84,9 +83,8 @@ Outcome compare(const TetMesh& mesh, const std::vector<ModeRequest>& all) {
   };
   const auto requests = merged(all);
   std::vector<Modes> sets, own;
-  out.together = seconds_of([&] {
-    sets = solve_materials(mesh, requests, options, MPI_COMM_SELF, {}, out.trace);
-  });
+  out.together = seconds_of(
+      [&] { sets = solve_materials(mesh, requests, options, MPI_COMM_SELF, {}, out.trace); });
   out.ratios_apart = seconds_of([&] {
     for (const auto& request : requests) own.push_back(alone(request));
   });
@@ -126,7 +124,8 @@ void print_row(const std::string& name, std::int64_t unknowns, const char* task,
 void run(const std::vector<std::string>& names, double finer, int modes) {
   const auto& materials = synth::preset_materials();
   fmt::print(
-      "| body | unknowns | task | modes | solves | together s | each s | ratio | each nu s | ratio | "
+      "| body | unknowns | task | modes | solves | together s | each s | ratio | each nu s | ratio "
+      "| "
       "error cents | bound cents |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& body : bodies()) {
     if (!names.empty() && std::find(names.begin(), names.end(), body.name) == names.end()) continue;
@@ -142,8 +141,7 @@ void run(const std::vector<std::string>& names, double finer, int modes) {
     first.band = {0, 1e9, modes};
     first.estimate_errors = false;
     const Elastic reference{1e11, 0.27, 2700};
-    const auto found =
-        solve_modes(mesh, std::span(&reference, 1), first, MPI_COMM_SELF, trace);
+    const auto found = solve_modes(mesh, std::span(&reference, 1), first, MPI_COMM_SELF, trace);
     const double top = found.frequency(found.size() - 1) * 1.001 * slowness(reference);
     std::vector<ModeRequest> equal, audible;
     for (const auto& material : materials) {
@@ -167,7 +165,8 @@ int main(int argc, char** argv) {
   int modes = 60;
   app.add_option("--body", names, "bowl, tile, block; all without");
   app.add_option("--finer", finer, "factor on the meshes' fineness")->capture_default_str();
-  app.add_option("--modes", modes, "modes of the comparison by equal counts")->capture_default_str();
+  app.add_option("--modes", modes, "modes of the comparison by equal counts")
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   MPI_Init(&argc, &argv);
   {
