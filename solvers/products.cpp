@@ -13,10 +13,76 @@ std::vector<int> starts_of(const std::vector<int>& counts) {
   return starts;
 }
 
+/// Wider vectors where the machine has them. The sums are the same to the last bit: each number is
+/// summed by itself, in the same order.
+#define CARILLON_WIDE [[gnu::target_clones("avx2", "default")]]
+
 /// out += a x for Width neighbouring numbers.
 template <int Width>
-inline void add(double a, const double* x, double* out) {
+[[gnu::always_inline]] inline void add(double a, const double* x, double* out) {
   for (int k = 0; k < Width; ++k) out[k] += a * x[k];
+}
+
+/// A rank's rows as the loops want them.
+struct Rows {
+  std::int32_t count;
+  const std::int64_t* first;
+  const std::int32_t* place;
+  const double* stiffness;
+  const double* mass;
+};
+
+/// Writes a node's sums into the columns.
+template <int Width>
+[[gnu::always_inline]] inline void put(const double* sum, std::int32_t row, double* const* out) {
+  for (int k = 0; k < Width; ++k) {
+    for (int i = 0; i < 3; ++i)
+      out[k][3 * static_cast<std::ptrdiff_t>(row) + i] = sum[i * Width + k];
+  }
+}
+
+template <int Width>
+[[gnu::always_inline]] inline void multiply_mass(const Rows& rows, const double* x,
+                                                 double* const* out) {
+  double sum[3 * Width];
+  for (std::int32_t row = 0; row < rows.count; ++row) {
+    std::fill_n(sum, 3 * Width, 0.0);
+    for (auto k = rows.first[row]; k < rows.first[row + 1]; ++k) {
+      add<3 * Width>(rows.mass[k], x + 3 * Width * std::ptrdiff_t{rows.place[k]}, sum);
+    }
+    put<Width>(sum, row, out);
+  }
+}
+
+template <int Width>
+[[gnu::always_inline]] inline void multiply_shifted(const Rows& rows, double shift, const double* x,
+                                                    double* const* out) {
+  double sum[3 * Width];
+  for (std::int32_t row = 0; row < rows.count; ++row) {
+    std::fill_n(sum, 3 * Width, 0.0);
+    const auto begin = rows.first[row], width = rows.first[row + 1] - begin;
+    const double* stiffness = rows.stiffness + 9 * begin;
+    for (std::int64_t k = 0; k < width; ++k) {
+      const double* node = x + 3 * Width * std::ptrdiff_t{rows.place[begin + k]};
+      const double mass = shift * rows.mass[begin + k];
+      for (std::int64_t i = 0; i < 3; ++i) {
+        for (std::int64_t j = 0; j < 3; ++j) {
+          const double entry = stiffness[3 * (i * width + k) + j] - (i == j ? mass : 0);
+          add<Width>(entry, node + j * Width, sum + i * Width);
+        }
+      }
+    }
+    put<Width>(sum, row, out);
+  }
+}
+
+CARILLON_WIDE void multiply_mass_8(const Rows& rows, const double* x, double* const* out) {
+  multiply_mass<8>(rows, x, out);
+}
+
+CARILLON_WIDE void multiply_shifted_8(const Rows& rows, double shift, const double* x,
+                                      double* const* out) {
+  multiply_shifted<8>(rows, shift, x, out);
 }
 
 }  // namespace
@@ -80,77 +146,55 @@ void Products::exchange(std::vector<double>& values) const {
   MPI_Type_free(&row_type);
 }
 
-/// Columns `first` to `first + Width`. Inside, a node's values lie together: x of every column,
-/// then y, then z.
-template <int Width, class Row>
-void Products::multiply_block(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Index first,
-                              Eigen::Ref<Eigen::MatrixXd> out, Row& row) const {
-  const auto rows = static_cast<Eigen::Index>(system_.graph.rows());
-  std::vector<double> values(3 * Width *
-                             static_cast<std::size_t>(system_.graph.rows() + from_others_));
-  for (Eigen::Index k = 0; k < Width; ++k) {
-    const double* from = x.col(first + k).data();
-    for (Eigen::Index r = 0; r < 3 * rows; ++r) {
-      values[static_cast<std::size_t>(r * Width + k)] = from[r];
-    }
-  }
-  exchange<Width>(values);
+/// Columns `first` to `first + Width`, which `multiply` gets packed: a node's values lie together,
+/// x of every column, then y, then z.
+template <int Width, class Multiply>
+void Products::block(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Index first,
+                     Eigen::Ref<Eigen::MatrixXd> out, Multiply multiply) const {
+  const auto rows = 3 * static_cast<std::size_t>(system_.graph.rows());
+  std::vector<double> values(Width * (rows + 3 * static_cast<std::size_t>(from_others_)));
   std::array<double*, Width> to;
   for (std::size_t k = 0; k < Width; ++k) {
-    to[k] = out.col(first + static_cast<Eigen::Index>(k)).data();
+    const auto column = first + static_cast<Eigen::Index>(k);
+    const double* from = x.col(column).data();
+    for (std::size_t r = 0; r < rows; ++r) values[r * Width + k] = from[r];
+    to[k] = out.col(column).data();
   }
-  std::array<double, 3 * Width> sum;
-  for (std::int32_t r = 0; r < system_.graph.rows(); ++r) {
-    sum.fill(0);
-    row.template operator()<Width>(r, values.data(), sum.data());
-    for (std::size_t k = 0; k < Width; ++k) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        to[k][3 * static_cast<std::size_t>(r) + i] = sum[i * Width + k];
-      }
-    }
-  }
-}
-
-template <class Row>
-void Products::multiply(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Ref<Eigen::MatrixXd> out,
-                        Row row) const {
-  Eigen::Index k = 0;
-  for (; k + 8 <= x.cols(); k += 8) multiply_block<8>(x, k, out, row);
-  for (; k < x.cols(); ++k) multiply_block<1>(x, k, out, row);
+  exchange<Width>(values);
+  multiply(values.data(), to.data());
 }
 
 void Products::mass(const Eigen::Ref<const Eigen::MatrixXd>& x,
                     Eigen::Ref<Eigen::MatrixXd> out) const {
-  const auto& first = system_.graph.first;
-  multiply(x, out, [&]<int Width>(std::int32_t r, const double* values, double* sum) {
-    const auto row = static_cast<std::size_t>(r);
-    for (auto k = first[row]; k < first[row + 1]; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      add<3 * Width>(system_.mass[at], values + 3 * Width * static_cast<std::size_t>(place_[at]),
-                     sum);
-    }
-  });
+  const auto& graph = system_.graph;
+  const Rows rows{graph.rows(), graph.first.data(), place_.data(), nullptr, system_.mass.data()};
+  Eigen::Index k = 0;
+  for (; k + 8 <= x.cols(); k += 8) {
+    block<8>(x, k, out,
+             [&](const double* from, double* const* to) { multiply_mass_8(rows, from, to); });
+  }
+  for (; k < x.cols(); ++k) {
+    block<1>(x, k, out,
+             [&](const double* from, double* const* to) { multiply_mass<1>(rows, from, to); });
+  }
 }
 
 void Products::shifted(double shift, const Eigen::Ref<const Eigen::MatrixXd>& x,
                        Eigen::Ref<Eigen::MatrixXd> out) const {
-  const auto& first = system_.graph.first;
-  multiply(x, out, [&]<int Width>(std::int32_t r, const double* values, double* sum) {
-    const auto row = static_cast<std::size_t>(r);
-    const auto begin = first[row], width = first[row + 1] - begin;
-    const double* stiffness = system_.stiffness.data() + 9 * begin;
-    for (std::int64_t k = 0; k < width; ++k) {
-      const auto at = static_cast<std::size_t>(begin + k);
-      const double* x_node = values + 3 * Width * static_cast<std::size_t>(place_[at]);
-      const double mass = shift * system_.mass[at];
-      for (std::int64_t i = 0; i < 3; ++i) {
-        for (std::int64_t j = 0; j < 3; ++j) {
-          const double entry = stiffness[3 * (i * width + k) + j] - (i == j ? mass : 0);
-          add<Width>(entry, x_node + j * Width, sum + i * Width);
-        }
-      }
-    }
-  });
+  const auto& graph = system_.graph;
+  const Rows rows{graph.rows(), graph.first.data(), place_.data(), system_.stiffness.data(),
+                  system_.mass.data()};
+  Eigen::Index k = 0;
+  for (; k + 8 <= x.cols(); k += 8) {
+    block<8>(x, k, out, [&](const double* from, double* const* to) {
+      multiply_shifted_8(rows, shift, from, to);
+    });
+  }
+  for (; k < x.cols(); ++k) {
+    block<1>(x, k, out, [&](const double* from, double* const* to) {
+      multiply_shifted<1>(rows, shift, from, to);
+    });
+  }
 }
 
 }  // namespace carillon::solvers

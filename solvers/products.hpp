@@ -25,12 +25,9 @@ class Products {
                Eigen::Ref<Eigen::MatrixXd> out) const;
 
  private:
-  template <class Row>
-  void multiply(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Ref<Eigen::MatrixXd> out,
-                Row row) const;
-  template <int Width, class Row>
-  void multiply_block(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Index first,
-                      Eigen::Ref<Eigen::MatrixXd> out, Row& row) const;
+  template <int Width, class Multiply>
+  void block(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Index first,
+             Eigen::Ref<Eigen::MatrixXd> out, Multiply multiply) const;
   template <int Width>
   void exchange(std::vector<double>& values) const;
 
