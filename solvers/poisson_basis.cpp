@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "solvers/collective.hpp"
 #include "solvers/dense_eigen.hpp"
 #include "solvers/fields.hpp"
+#include "solvers/pitch_error.hpp"
 #include "solvers/poisson_bounds.hpp"
 #include "solvers/products.hpp"
 
@@ -116,6 +118,53 @@ double complement_ceiling(const PoissonBasis& basis, double ratio,
   return complement_bound(known, coordinates);
 }
 
+/// Estimates those of a snapshot's modes that requests can reach.
+std::vector<double> estimate(const TetMesh& mesh, std::span<const Elastic> regions,
+                             const System& system, const SearchResult& found,
+                             const SolveOptions& options, MPI_Comm comm) {
+  // A tenth more than the bands, in frequency and in number.
+  constexpr double part = 1.1 / beyond;
+  const auto count = found.flexible.size();
+  const double top = part * part * system.scales.from_frequency(options.band.max_frequency);
+  std::size_t most =
+      std::min(count, static_cast<std::size_t>(part * static_cast<double>(count)) + 1);
+  while (most < count && found.pairs.values[found.flexible[most]] < top) ++most;
+  std::vector<double> eigenvalues;
+  for (std::size_t k = 0; k < most; ++k) {
+    eigenvalues.push_back(found.pairs.values[found.flexible[k]] * system.scales.eigenvalue());
+  }
+  return pitch_errors(mesh, regions, system, found, std::span(found.flexible).first(most),
+                      eigenvalues, options.memory_limit / 8, comm);
+}
+
+/// Errors of Ritz pairs: those of the neighbouring snapshots' modes, by squared overlaps.
+std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
+                                 const Eigen::MatrixXd& coordinates) {
+  std::vector<double> ratios;
+  for (const auto& snapshot : basis.snapshots) ratios.push_back(snapshot.poisson_ratio);
+  const auto weights = stiffness_weights(ratios, ratio);
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  std::vector<double> out(static_cast<std::size_t>(coordinates.cols()), 0.0);
+  for (std::size_t s = 0; s < weights.size(); ++s) {
+    const auto& snapshot = basis.snapshots[s];
+    if (weights[s] == 0 || snapshot.pitch_errors.empty()) continue;
+    const auto known = static_cast<Eigen::Index>(snapshot.pitch_errors.size());
+    const Eigen::MatrixXd shares =
+        (snapshot.coordinates.leftCols(known).transpose() * coordinates).array().square();
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      double error = 0, share = 0;
+      for (std::size_t j = 0; j < snapshot.pitch_errors.size(); ++j) {
+        const double part = shares(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k));
+        if (part < 1e-4) continue;  // an infinite error of another mode is not this one's
+        error += part * snapshot.pitch_errors[j];
+        share += part;
+      }
+      out[k] += weights[s] / sum * (share > 0 ? error / share : snapshot.pitch_errors.back());
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::optional<PoissonBasis> make_poisson_basis(const TetMesh& mesh,
@@ -162,6 +211,10 @@ std::optional<PoissonBasis> make_poisson_basis(const TetMesh& mesh,
     if (!found.flexible.empty()) {
       snapshot.coordinates =
           widen(basis, *system, columns_of(found.pairs.vectors, found.flexible), comm);
+    }
+    if (options.estimate_errors && !found.flexible.empty()) {
+      const core::ScopedTimer estimating(trace.stages["estimate"]);
+      snapshot.pitch_errors = estimate(mesh, materials, *system, found, options, comm);
     }
     basis.snapshots.push_back(std::move(snapshot));
     basis.components = found.components;
@@ -277,6 +330,10 @@ RitzModes ritz_modes(const TetMesh& mesh, const PoissonBasis& basis, double pois
     if (out.found.verified_below > highest) break;
   }
   keep(out, std::min<Eigen::Index>(wanted + spare, static_cast<Eigen::Index>(out.lower.size())));
+  const bool estimated =
+      std::any_of(basis.snapshots.begin(), basis.snapshots.end(),
+                  [](const Snapshot& snapshot) { return !snapshot.pitch_errors.empty(); });
+  if (estimated) out.pitch_errors = carry_errors(basis, poisson_ratio, out.coordinates);
   auto& found = out.found;
   found.components = basis.components;
   found.linear_solver = basis.linear_solver;

@@ -19,6 +19,8 @@ struct Snapshot {
   Eigen::VectorXd eigenvalues;  ///< flexible ones, ascending
   double complete_below = 0;    ///< none is missing below
   Eigen::MatrixXd coordinates;  ///< V^T M X: basis x eigenvalues
+  /// Of the lowest eigenvalues, those that requests reach [cents]; empty where none was asked for.
+  std::vector<double> pitch_errors;
 };
 
 /// Span of a body's modes at a few Poisson's ratios (snapshots), in which any other ratio is a
@@ -43,7 +45,7 @@ struct PoissonBasis {
 /// nothing are dropped.
 /// @param regions  moduli and densities; every region has the same Poisson's ratio
 /// @param ratios   of the snapshots, ascending; the middle one becomes the reference
-/// @param options  band of the snapshots
+/// @param options  band of the snapshots, `beyond` times as wide as those it serves
 /// @param trace    stages of a solve, and "basis", are added
 /// @return nothing where the vectors would take more than half of options.memory_limit, or where
 ///         the reference has no mode in the band though others have
@@ -55,6 +57,10 @@ std::optional<PoissonBasis> make_poisson_basis(const TetMesh& mesh,
                                                const SolveOptions& options, MPI_Comm comm,
                                                core::Trace& trace);
 
+/// How far snapshots are to reach beyond the bands that a basis serves, in frequency and in number
+/// of modes: modes at another Poisson's ratio lie elsewhere, and the bounds want room.
+constexpr double beyond = 1.3;
+
 /// Modes of another Poisson's ratio within a basis.
 struct RitzModes {
   /// Pairs, all of them flexible. Counted as far as the bounds hold.
@@ -62,6 +68,8 @@ struct RitzModes {
   /// Lower bounds of the pairs' eigenvalues; the values themselves are upper ones.
   std::vector<double> lower;
   Eigen::MatrixXd coordinates;  ///< basis x pairs
+  /// Of each pair, from the snapshots' modes that it overlaps [cents]; empty where they have none.
+  std::vector<double> pitch_errors;
 };
 
 /// Which modes are wanted. Eigenvalues are dimensionless.

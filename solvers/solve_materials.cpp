@@ -14,9 +14,6 @@
 namespace carillon::solvers {
 namespace {
 
-/// How far snapshots reach beyond the highest band, in frequency and in number of modes: modes at
-/// another Poisson's ratio lie elsewhere, and the bounds want room.
-constexpr double reach = 1.3, more_modes = 1.3;
 /// What the basis may add to a pitch [cents].
 constexpr double largest_basis_error = 0.1;
 
@@ -46,8 +43,8 @@ Band snapshot_band(std::span<const ModeRequest> requests, const SolveGroup& grou
     out.max_modes = std::max(out.max_modes, band.max_modes);
     out.counted_from = std::max(out.counted_from, band.bottom());
   }
-  out.max_frequency *= reach;
-  out.max_modes = static_cast<int>(std::min(1e9, std::ceil(more_modes * out.max_modes) + 8));
+  out.max_frequency *= beyond;
+  out.max_modes = static_cast<int>(std::min(1e9, std::ceil(beyond * out.max_modes) + 8));
   return out;
 }
 
@@ -74,9 +71,13 @@ std::optional<Modes> from_basis(const TetMesh& mesh, const PoissonBasis& basis,
     const auto near = std::min_element(values.begin(), values.end(), [value](double a, double b) {
       return std::abs(a - value) < std::abs(b - value);
     });
-    const auto bound = ritz.lower[static_cast<std::size_t>(near - values.begin())];
-    if (!(bound > 0)) return std::nullopt;
-    error = std::max({error, cents(value / bound), std::abs(cents(value / *near))});
+    const auto pair = static_cast<std::size_t>(near - values.begin());
+    if (!(ritz.lower[pair] > 0)) return std::nullopt;
+    const double added = std::max(cents(value / ritz.lower[pair]), std::abs(cents(value / *near)));
+    error = std::max(error, added);
+    if (!ritz.pitch_errors.empty()) {
+      modes.pitch_errors.push_back(ritz.pitch_errors[pair] + added);
+    }
   }
   if (error > largest_basis_error) return std::nullopt;
   // Complete as far as the set goes, or not at all.

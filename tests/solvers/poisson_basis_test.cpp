@@ -237,6 +237,31 @@ TEST(PoissonBasis, OtherMaterialsOfABuildHardlyMatter) {
   }
 }
 
+TEST(PoissonBasis, PitchErrorsComeFromTheSnapshots) {
+  // Coarse enough for errors of some cents.
+  const auto mesh = test::box_mesh({0.1, 0.08, 0.01}, {4, 3, 1}, 2);
+  std::vector<ModeRequest> requests;
+  for (const double ratio : {0.15, 0.2, 0.35, 0.41}) {
+    requests.push_back(request(ratio, {20, 15 * kilohertz, 300}));
+  }
+  core::Trace trace;
+  const auto sets = solve_materials(mesh, requests, {}, MPI_COMM_SELF, {}, trace);
+  EXPECT_EQ(trace.stages["estimate"].calls, 3);
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    core::Trace alone;
+    SolveOptions options;
+    options.band = requests[i].band;
+    const auto own = solve_modes(mesh, requests[i].regions, options, MPI_COMM_SELF, alone);
+    EXPECT_EQ(sets[i].certificate.snapshots, 3);
+    ASSERT_EQ(sets[i].pitch_errors.size(), own.size());
+    ASSERT_GT(own.size(), 5u);
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      EXPECT_GT(own.pitch_errors[k], 0.2);
+      EXPECT_NEAR(sets[i].pitch_errors[k] / own.pitch_errors[k], 1, 0.25);
+    }
+  }
+}
+
 TEST(PoissonBasis, RegionsOfOneContrastShareABasis) {
   const auto mesh = test::box_mesh({0.02, 0.03, 0.1}, {2, 2, 6}, 2,
                                    [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
