@@ -5,27 +5,49 @@
 #include "solvers/conjugate_gradients.hpp"
 #include "solvers/multigrid.hpp"
 #include "solvers/products.hpp"
+#include "solvers/rigid_solve.hpp"
 
 namespace carillon::solvers {
 
 ShiftedSystem iterative_shifted(const TetMesh& mesh, std::span<const Elastic> regions,
                                 const System& system, const std::vector<std::int32_t>& component,
-                                double shift, std::int64_t factor_bytes, MPI_Comm comm) {
+                                const IterativeOptions& options, MPI_Comm comm) {
+  const double shift = options.shift;
   ShiftedSystem shifted;
   shifted.shift = shift;
   shifted.matrix = shifted_product(system, shift, comm);
   shifted.mass = mass_matrix(system, comm);
-  const auto cycle = multigrid_cycle(mesh, regions, system, component, shift, factor_bytes, comm);
+  const auto cycle = multigrid_cycle(mesh, regions, system, component, shift, options.factor_bytes, comm);
+  const auto rigid = std::make_shared<const RigidSolve>(mesh, system, component, shift, comm);
   const auto products = std::make_shared<const Products>(system, comm);
   const Inverse product = [products, shift](const Eigen::Ref<const Eigen::MatrixXd>& x,
                                             Eigen::Ref<Eigen::MatrixXd> out) {
     products->shifted(shift, x, out);
   };
-  shifted.inverse = [product, cycle, comm](const Eigen::Ref<const Eigen::MatrixXd>& right,
-                                           Eigen::Ref<Eigen::MatrixXd> solution) {
-    conjugate_gradients(product, cycle, {}, right, solution, comm);
+  // Curved elements of a lower order know rotations only nearly, and the energy of rigid motions
+  // under K - shift M is next to nothing.
+  shifted.preconditioner = [cycle, rigid](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                          Eigen::Ref<Eigen::MatrixXd> solution) {
+    cycle(right, solution);
+    rigid->add(right, solution);
   };
-  shifted.preconditioner = cycle;
+  const auto& preconditioner = shifted.preconditioner;
+  shifted.inverse = [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](
+                        const Eigen::Ref<const Eigen::MatrixXd>& right,
+                        Eigen::Ref<Eigen::MatrixXd> solution) {
+    // Rigid motions answer far more strongly than all else: solved for by themselves, before and
+    // after, they leave a tolerance that is relative to the vibrations.
+    solution.setZero();
+    rigid->add(right, solution);
+    Eigen::MatrixXd residual(right.rows(), right.cols()), vibration(right.rows(), right.cols());
+    product(solution, residual);
+    residual = right - residual;
+    conjugate_gradients(product, preconditioner, cg, residual, vibration, comm);
+    solution += vibration;
+    product(solution, residual);
+    residual = right - residual;
+    rigid->add(residual, solution);
+  };
   return shifted;
 }
 

@@ -10,16 +10,22 @@
 
 namespace carillon::solvers {
 
-/// K - shift M (shift < 0) solved by conjugate gradients with a multigrid cycle (multigrid_cycle),
-/// to 1e-12 of the right side: for bodies whose factor does not fit. `preconditioner` is the cycle.
+struct IterativeOptions {
+  double shift = 0;          ///< negative, dimensionless
+  double tolerance = 1e-12;  ///< of conjugate gradients (CgOptions), rigid motions set apart
+  std::int64_t factor_bytes = 0;  ///< that a factor on a coarser level may take, all ranks together
+};
+
+/// K - shift M solved by conjugate gradients with a multigrid cycle (multigrid_cycle): for bodies
+/// whose factor does not fit. `preconditioner` is the cycle; rigid motions are solved for exactly
+/// in both.
 ///
-/// @param component     of every mesh node (node_components)
-/// @param factor_bytes  [byte] that a factor on a coarser level may take, all ranks together
+/// @param component  of every mesh node (node_components)
 /// @return refers to `system`; its inverse throws core::SolverError, alike on every rank, when 2000
 ///         iterations are not enough
 /// @note Collective on comm.
 ShiftedSystem iterative_shifted(const TetMesh& mesh, std::span<const Elastic> regions,
                                 const System& system, const std::vector<std::int32_t>& component,
-                                double shift, std::int64_t factor_bytes, MPI_Comm comm);
+                                const IterativeOptions& options, MPI_Comm comm);
 
 }  // namespace carillon::solvers

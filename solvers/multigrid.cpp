@@ -1,7 +1,5 @@
 #include "solvers/multigrid.hpp"
 
-#include <Eigen/Cholesky>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -108,55 +106,6 @@ class Cycle {
   MPI_Comm comm_;
 };
 
-/// Solves for the rigid part: curved elements of lower order know rotations only nearly, and their
-/// energy under K - shift M is next to nothing.
-class RigidCorrection {
- public:
-  RigidCorrection(const TetMesh& mesh, const System& system,
-                  const std::vector<std::int32_t>& component, double shift, MPI_Comm comm)
-      : comm_(comm) {
-    const RigidMotions motions(mesh, system.scales, component);
-    motions_.resize(system.owned_unknowns(), 6);
-    for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
-      const auto number = static_cast<std::size_t>(system.graph.begin + row);
-      const auto node = static_cast<std::size_t>(system.partition.node[number]);
-      motions_.middleRows<3>(3 * row) = motions.at(node);
-      first_.push_back(motions.first_of(node));
-    }
-    count_ = motions.count();
-    // K does nothing to rigid motions, so their energy is that of -shift M.
-    gram_ = gram_matrix(system, motions, comm);
-    gram_ *= -shift;
-    factor_.compute(gram_);
-  }
-
-  void add(const Eigen::Ref<const Eigen::MatrixXd>& right,
-           Eigen::Ref<Eigen::MatrixXd> solution) const {
-    Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(count_, right.cols());
-    for (std::size_t n = 0; n < first_.size(); ++n) {
-      const auto row = 3 * static_cast<Eigen::Index>(n);
-      projected.middleRows<6>(first_[n]).noalias() +=
-          motions_.middleRows<3>(row).transpose() * right.middleRows<3>(row);
-    }
-    MPI_Allreduce(MPI_IN_PLACE, projected.data(), static_cast<int>(projected.size()), MPI_DOUBLE,
-                  MPI_SUM, comm_);
-    projected = factor_.solve(projected).eval();
-    for (std::size_t n = 0; n < first_.size(); ++n) {
-      const auto row = 3 * static_cast<Eigen::Index>(n);
-      solution.middleRows<3>(row).noalias() +=
-          motions_.middleRows<3>(row) * projected.middleRows<6>(first_[n]);
-    }
-  }
-
- private:
-  Eigen::Matrix<double, Eigen::Dynamic, 6> motions_;
-  std::vector<Eigen::Index> first_;  ///< motion of each owned node
-  Eigen::Index count_ = 0;
-  Eigen::MatrixXd gram_;
-  Eigen::LLT<Eigen::MatrixXd> factor_;
-  MPI_Comm comm_;
-};
-
 }  // namespace
 
 Inverse multigrid_cycle(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
@@ -164,12 +113,8 @@ Inverse multigrid_cycle(const TetMesh& mesh, std::span<const Elastic> regions, c
                         std::int64_t factor_bytes, MPI_Comm comm) {
   const auto cycle =
       std::make_shared<const Cycle>(mesh, regions, system, component, shift, factor_bytes, comm);
-  const auto rigid = std::make_shared<const RigidCorrection>(mesh, system, component, shift, comm);
-  return [cycle, rigid](const Eigen::Ref<const Eigen::MatrixXd>& right,
-                        Eigen::Ref<Eigen::MatrixXd> solution) {
-    cycle->apply(0, right, solution);
-    rigid->add(right, solution);
-  };
+  return [cycle](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                 Eigen::Ref<Eigen::MatrixXd> solution) { cycle->apply(0, right, solution); };
 }
 
 }  // namespace carillon::solvers

@@ -14,7 +14,7 @@ namespace carillon::solvers {
 /// blocks of each node, order 2 below orders 3 and 4, order 1 below that, and on the coarsest level
 /// a direct factor where it fits, else a cycle of algebraic multigrid (PETSc's GAMG) with the rigid
 /// motions as near-null space. Algebraic multigrid alone is weak on elements of high order, and
-/// order 1 alone is too stiff for thin walls. Rigid motions are solved for exactly beside it.
+/// order 1 alone is too stiff for thin walls.
 ///
 /// @param component     of every mesh node (node_components)
 /// @param factor_bytes  [byte] that a factor on a coarser level may take, all ranks together

@@ -25,6 +25,8 @@ constexpr double target_residual = 1e-8;
 constexpr std::int64_t spare_modes = 4;
 /// Solves for more modes, before a set is judged as it is.
 constexpr int most_solves = 4;
+/// Tolerance of the eigensolver over an iterative inverse, and what the inverse needs of it.
+constexpr double tightest_iterative = 1e-10, inner_share = 0.01;
 /// Modes asked for at first where they cannot be counted before.
 constexpr std::int64_t first_batch = 20;
 /// An eigenvalue this close (relative) to where modes were counted may lie on either side of it.
@@ -106,6 +108,12 @@ class Search {
     memory_ = decide(needs_, options_.linear_solver, options_.memory_limit);
     result_.linear_solver = memory_.linear_solver;
     result_.counted = memory_.counts;
+  }
+
+  /// Of the eigensolver. One that is fed by an inexact inverse cannot see below its error.
+  double tolerance() const {
+    const bool iterative = memory_.linear_solver == LinearSolver::iterative;
+    return iterative ? std::max(options_.tolerance, tightest_iterative) : options_.tolerance;
   }
 
   std::int64_t pairs_for(std::int64_t wanted) const {
@@ -239,7 +247,7 @@ class Search {
     refuse_large_basis(needs_, memory_, options_.memory_limit);
     result_.pairs = EigenPairs();
     prepare();
-    const EigenRequest request{static_cast<int>(pairs), options_.tolerance, seed_, options_.solver};
+    const EigenRequest request{static_cast<int>(pairs), tolerance(), seed_, options_.solver};
     agreed(comm_,
            [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
     judge();
@@ -249,10 +257,12 @@ class Search {
   void prepare() {
     if (result_.shifted.inverse && result_.shifted.shift == shift_) return;
     result_.shifted = ShiftedSystem();  // two factors at once need not fit
-    result_.shifted = memory_.linear_solver == LinearSolver::iterative
-                          ? iterative_shifted(mesh_, regions_, system_, component_, shift_,
-                                              memory_.coarse_factor, comm_)
-                          : factor_shifted(system_, shift_, plan_, comm_);
+    if (memory_.linear_solver == LinearSolver::direct) {
+      result_.shifted = factor_shifted(system_, shift_, plan_, comm_);
+      return;
+    }
+    const IterativeOptions options{shift_, inner_share * tolerance(), memory_.coarse_factor};
+    result_.shifted = iterative_shifted(mesh_, regions_, system_, component_, options, comm_);
   }
 
   /// Tells vibrations from rigid motions among the pairs.

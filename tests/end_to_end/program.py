@@ -10,12 +10,13 @@ CARILLON = os.environ["CARILLON"]
 CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs"
 
 
-def run(*arguments, ranks=None, cwd=None):
+def run(*arguments, ranks=None, cwd=None, timeout=400):
     """The finished process of `carillon arguments`, under mpirun when ranks are given."""
     command = [CARILLON, *map(str, arguments)]
     if ranks:
         command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=400)
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd,
+                          timeout=timeout)
 
 
 def run_json(*arguments, **options):

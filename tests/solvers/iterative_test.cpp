@@ -52,13 +52,14 @@ struct Problem {
   }
 
   Inverse cycle(std::int64_t bytes) const {
-    return multigrid_cycle(mesh, regions, system, component, shift, bytes, MPI_COMM_SELF);
+    return iterative(bytes).preconditioner;
   }
   ShiftedSystem direct() const {
     return factor_shifted(system, shift, plan_factors(system, MPI_COMM_SELF), MPI_COMM_SELF);
   }
   ShiftedSystem iterative(std::int64_t bytes) const {
-    return iterative_shifted(mesh, regions, system, component, shift, bytes, MPI_COMM_SELF);
+    return iterative_shifted(mesh, regions, system, component, {shift, 1e-12, bytes},
+                             MPI_COMM_SELF);
   }
 };
 
