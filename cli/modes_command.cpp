@@ -8,11 +8,28 @@
 #include "cli/pitch.hpp"
 #include "core/files.hpp"
 #include "solvers/modes_file.hpp"
+#include "solvers/search.hpp"
 #include "synth/ring_down.hpp"
 
 namespace carillon::cli {
 
 namespace {
+
+/// Why a set is empty, and which way the band would have to be widened.
+std::string why_no_mode(const Body& body) {
+  const solvers::Certificate& certificate = body.modes.certificate;
+  std::string text = fmt::format("no mode lies between {:.6g} and {:.6g} Hz{}",
+                                 certificate.min_frequency, certificate.max_frequency,
+                                 certificate.count_verified ? ", by count" : "");
+  // Harmonics of a turned body come without a mesh to guess from.
+  if (body.mesh.mesh.faces.empty()) return text;
+  const double guess =
+      solvers::estimate_first_frequency(body.mesh.mesh, elastic_of(body.materials));
+  text += fmt::format("; the body's first is expected near {:.2g} Hz", guess);
+  if (guess > certificate.max_frequency) text += ": raise --max-frequency";
+  if (guess < certificate.min_frequency) text += ": lower --min-frequency";
+  return text;
+}
 
 nlohmann::json to_json(const Body& body) {
   nlohmann::json modes = nlohmann::json::array();
@@ -48,6 +65,7 @@ nlohmann::json to_json(const Body& body) {
                         {"materials", materials},
                         {"mass_kg", body.modes.mass},
                         {"timing", timing}};
+  if (body.modes.size() == 0) out["explanation"] = why_no_mode(body);
   if (body.pitch_target) out["pitch_target"] = solvers::to_json(*body.pitch_target, true);
   return out;
 }
@@ -72,6 +90,7 @@ void print_table(const Body& body) {
                body.decay_rates[i], synth::t60(body.decay_rates[i]), body.modes.residuals[i],
                turned ? fmt::format(" {:>8}", body.modes.harmonics[i]) : "");
   }
+  if (body.modes.size() == 0) fmt::print("{}\n", why_no_mode(body));
   const solvers::Certificate& certificate = body.modes.certificate;
   fmt::print("\n{} of the {} modes in the band{}; complete to {:.1f} Hz\n", certificate.modes_found,
              certificate.modes_in_band,
