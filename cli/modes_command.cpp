@@ -18,9 +18,9 @@ namespace {
 /// Why a set is empty, and which way the band would have to be widened.
 std::string why_no_mode(const Body& body) {
   const solvers::Certificate& certificate = body.modes.certificate;
-  std::string text = fmt::format("no mode lies between {:.6g} and {:.6g} Hz{}",
-                                 certificate.min_frequency, certificate.max_frequency,
-                                 certificate.count_verified ? ", by count" : "");
+  std::string text =
+      fmt::format("no mode lies between {:.6g} and {:.6g} Hz{}", certificate.min_frequency,
+                  certificate.max_frequency, certificate.count_verified ? ", by count" : "");
   // Harmonics of a turned body come without a mesh to guess from.
   if (body.mesh.mesh.faces.empty()) return text;
   const double guess =

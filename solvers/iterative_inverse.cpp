@@ -17,7 +17,8 @@ ShiftedSystem iterative_shifted(const TetMesh& mesh, std::span<const Elastic> re
   shifted.shift = shift;
   shifted.matrix = shifted_product(system, shift, comm);
   shifted.mass = mass_matrix(system, comm);
-  const auto cycle = multigrid_cycle(mesh, regions, system, component, shift, options.factor_bytes, comm);
+  const auto cycle =
+      multigrid_cycle(mesh, regions, system, component, shift, options.factor_bytes, comm);
   const auto rigid = std::make_shared<const RigidSolve>(mesh, system, component, shift, comm);
   const auto products = std::make_shared<const Products>(system, comm);
   const Inverse product = [products, shift](const Eigen::Ref<const Eigen::MatrixXd>& x,

@@ -11,8 +11,8 @@
 namespace carillon::solvers {
 
 struct IterativeOptions {
-  double shift = 0;          ///< negative, dimensionless
-  double tolerance = 1e-12;  ///< of conjugate gradients (CgOptions), rigid motions set apart
+  double shift = 0;               ///< negative, dimensionless
+  double tolerance = 1e-12;       ///< of conjugate gradients (CgOptions), rigid motions set apart
   std::int64_t factor_bytes = 0;  ///< that a factor on a coarser level may take, all ranks together
 };
 

@@ -211,8 +211,10 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
   }
   if (options.estimate_errors && !chosen.empty()) {
     const core::ScopedTimer timer(trace.stages["estimate"]);
-    modes.pitch_errors = pitch_errors(mesh, regions, system, found, chosen, modes.eigenvalues,
-                                      options.memory_limit / 8, comm);
+    modes.pitch_errors = pitch_errors(
+        modes.eigenvalues, estimate_true_modes(mesh, regions, system, found, chosen,
+                                               modes.eigenvalues, options.memory_limit / 8, comm)
+                               .modes);
   }
   return modes;
 }

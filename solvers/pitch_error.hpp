@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,14 +12,30 @@
 
 namespace carillon::solvers {
 
-/// How far the pitch of each mode is from that of the body itself [cents], from what the same
-/// elements at the next order (next_order: nodes on the true surface) change: a hierarchical
-/// surplus, solved nearly exactly. One step of inverse iteration on that space starts from every
-/// mode, by conjugate gradients; Rayleigh and Ritz's procedure on the modes and their corrections
-/// gives the pitches that the next order has; what that order itself still misses is allowed for
-/// by a factor. The k-th of the modes is compared with the k-th of those pitches: modes that lie in
-/// the wrong order are off by as much as the frequencies in their places are, and the bases of
-/// repeated modes do not matter.
+/// A mode of the body, from the modes found at the solved order.
+struct TrueMode {
+  double found = 0;        ///< eigenvalue where its shape lay at the solved order [rad^2/s^2]
+  double eigenvalue = 0;   ///< its own [rad^2/s^2]; infinite where nothing can be said
+  double uncertainty = 0;  ///< [cents] by which its pitch is unknown in any case
+};
+
+struct TrueModes {
+  std::vector<TrueMode> modes;  ///< as many as were found, in no order
+  Eigen::MatrixXd shares;       ///< of the found modes in each: found x modes
+};
+
+/// The k-th of the eigenvalues `found`, ascending, is compared with the k-th of those that should
+/// be: modes that lie in the wrong order are off by as much as the frequencies in their places are,
+/// and the bases of repeated modes do not matter.
+/// @param truth  as many, in any order
+/// @return [cents] at least 0.01 (what solver tolerances leave open)
+std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth);
+
+/// Modes of a body from what the same elements at the next order (next_order: nodes on the true
+/// surface) change: a hierarchical surplus, solved nearly exactly. One step of inverse iteration on
+/// that space starts from every mode, by conjugate gradients; Rayleigh and Ritz's procedure on the
+/// modes and their corrections gives the pitches that the next order has; what that order itself
+/// still misses is allowed for by a factor.
 ///
 /// @param found        search of the modes of `system`, which was assembled from `mesh`
 /// @param chosen       indices of pairs
@@ -26,13 +43,12 @@ namespace carillon::solvers {
 /// @param memory       [byte] for all ranks together; what it bounds is how many modes are treated
 ///                     at once and whether element matrices are kept. About twice the memory of K
 ///                     (smoothing blocks) comes on top
-/// @return one for each chosen pair, at least 0.01 (what solver tolerances leave open); infinite
-///         where the next order's elements are turned inside out, so that nothing can be said
+/// @return with infinite eigenvalues where the next order's elements are turned inside out
 /// @note Collective on comm; the same on every rank.
-std::vector<double> pitch_errors(const TetMesh& mesh, std::span<const Elastic> regions,
-                                 const System& system, const SearchResult& found,
-                                 std::span<const std::size_t> chosen,
-                                 std::span<const double> eigenvalues, std::int64_t memory,
-                                 MPI_Comm comm);
+TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regions,
+                              const System& system, const SearchResult& found,
+                              std::span<const std::size_t> chosen,
+                              std::span<const double> eigenvalues, std::int64_t memory,
+                              MPI_Comm comm);
 
 }  // namespace carillon::solvers

@@ -8,7 +8,6 @@
 #include "solvers/collective.hpp"
 #include "solvers/dense_eigen.hpp"
 #include "solvers/fields.hpp"
-#include "solvers/pitch_error.hpp"
 #include "solvers/poisson_bounds.hpp"
 #include "solvers/products.hpp"
 
@@ -119,9 +118,8 @@ double complement_ceiling(const PoissonBasis& basis, double ratio,
 }
 
 /// Estimates those of a snapshot's modes that requests can reach.
-std::vector<double> estimate(const TetMesh& mesh, std::span<const Elastic> regions,
-                             const System& system, const SearchResult& found,
-                             const SolveOptions& options, MPI_Comm comm) {
+TrueModes estimate(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
+                   const SearchResult& found, const SolveOptions& options, MPI_Comm comm) {
   // A tenth more than the bands, in frequency and in number.
   constexpr double part = 1.1 / beyond;
   const auto count = found.flexible.size();
@@ -133,36 +131,43 @@ std::vector<double> estimate(const TetMesh& mesh, std::span<const Elastic> regio
   for (std::size_t k = 0; k < most; ++k) {
     eigenvalues.push_back(found.pairs.values[found.flexible[k]] * system.scales.eigenvalue());
   }
-  return pitch_errors(mesh, regions, system, found, std::span(found.flexible).first(most),
-                      eigenvalues, options.memory_limit / 8, comm);
+  return estimate_true_modes(mesh, regions, system, found, std::span(found.flexible).first(most),
+                             eigenvalues, options.memory_limit / 8, comm);
 }
 
-/// Errors of Ritz pairs: those of the neighbouring snapshots' modes, by squared overlaps.
+/// Errors of Ritz pairs: each should lie as much lower as the true modes of the neighbouring
+/// snapshots do that it overlaps.
 std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
+                                 const std::vector<double>& values,
                                  const Eigen::MatrixXd& coordinates) {
   std::vector<double> ratios;
   for (const auto& snapshot : basis.snapshots) ratios.push_back(snapshot.poisson_ratio);
   const auto weights = stiffness_weights(ratios, ratio);
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
-  std::vector<double> out(static_cast<std::size_t>(coordinates.cols()), 0.0);
+  Eigen::ArrayXd rise = Eigen::ArrayXd::Zero(coordinates.cols()), uncertainty = rise;
   for (std::size_t s = 0; s < weights.size(); ++s) {
-    const auto& snapshot = basis.snapshots[s];
-    if (weights[s] == 0 || snapshot.pitch_errors.empty()) continue;
-    const auto known = static_cast<Eigen::Index>(snapshot.pitch_errors.size());
-    const Eigen::MatrixXd shares =
-        (snapshot.coordinates.leftCols(known).transpose() * coordinates).array().square();
-    for (std::size_t k = 0; k < out.size(); ++k) {
-      double error = 0, share = 0;
-      for (std::size_t j = 0; j < snapshot.pitch_errors.size(); ++j) {
-        const double part = shares(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k));
-        if (part < 1e-4) continue;  // an infinite error of another mode is not this one's
-        error += part * snapshot.pitch_errors[j];
-        share += part;
-      }
-      out[k] += weights[s] / sum * (share > 0 ? error / share : snapshot.pitch_errors.back());
+    const auto& [modes, shares] = basis.snapshots[s].truth;
+    if (weights[s] == 0 || modes.empty()) continue;
+    // Other modes than the ones it comes from are noise; squared again, they do not count.
+    const Eigen::MatrixXd own = basis.snapshots[s].coordinates.leftCols(shares.rows()) * shares;
+    const Eigen::ArrayXXd part = (own.transpose() * coordinates).array().square().square();
+    const Eigen::ArrayXd whole = part.colwise().sum().max(1e-300).transpose();
+    Eigen::ArrayXd own_rise(shares.cols()), own_uncertainty(shares.cols());
+    for (std::size_t j = 0; j < modes.size(); ++j) {
+      const auto row = static_cast<Eigen::Index>(j);
+      own_rise[row] = std::log(modes[j].eigenvalue / modes[j].found);
+      own_uncertainty[row] = modes[j].uncertainty;
     }
+    const double weight = weights[s] / sum;
+    rise += weight * (part.colwise() * own_rise).colwise().sum().transpose() / whole;
+    uncertainty += weight * (part.colwise() * own_uncertainty).colwise().sum().transpose() / whole;
   }
-  return out;
+  std::vector<TrueMode> truth;
+  for (Eigen::Index k = 0; k < rise.size(); ++k) {
+    const double found = values[static_cast<std::size_t>(k)];
+    truth.push_back({found, found * std::exp(rise[k]), uncertainty[k]});
+  }
+  return pitch_errors(values, std::move(truth));
 }
 
 }  // namespace
@@ -214,7 +219,7 @@ std::optional<PoissonBasis> make_poisson_basis(const TetMesh& mesh,
     }
     if (options.estimate_errors && !found.flexible.empty()) {
       const core::ScopedTimer estimating(trace.stages["estimate"]);
-      snapshot.pitch_errors = estimate(mesh, materials, *system, found, options, comm);
+      snapshot.truth = estimate(mesh, materials, *system, found, options, comm);
     }
     basis.snapshots.push_back(std::move(snapshot));
     basis.components = found.components;
@@ -332,8 +337,9 @@ RitzModes ritz_modes(const TetMesh& mesh, const PoissonBasis& basis, double pois
   keep(out, std::min<Eigen::Index>(wanted + spare, static_cast<Eigen::Index>(out.lower.size())));
   const bool estimated =
       std::any_of(basis.snapshots.begin(), basis.snapshots.end(),
-                  [](const Snapshot& snapshot) { return !snapshot.pitch_errors.empty(); });
-  if (estimated) out.pitch_errors = carry_errors(basis, poisson_ratio, out.coordinates);
+                  [](const Snapshot& snapshot) { return !snapshot.truth.modes.empty(); });
+  if (estimated)
+    out.pitch_errors = carry_errors(basis, poisson_ratio, out.found.pairs.values, out.coordinates);
   auto& found = out.found;
   found.components = basis.components;
   found.linear_solver = basis.linear_solver;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/trace.hpp"
+#include "solvers/pitch_error.hpp"
 #include "solvers/search.hpp"
 
 namespace carillon::solvers {
@@ -19,8 +20,8 @@ struct Snapshot {
   Eigen::VectorXd eigenvalues;  ///< flexible ones, ascending
   double complete_below = 0;    ///< none is missing below
   Eigen::MatrixXd coordinates;  ///< V^T M X: basis x eigenvalues
-  /// Of the lowest eigenvalues, those that requests reach [cents]; empty where none was asked for.
-  std::vector<double> pitch_errors;
+  /// Of the lowest modes, those that requests reach; empty where no error was asked for.
+  TrueModes truth;
 };
 
 /// Span of a body's modes at a few Poisson's ratios (snapshots), in which any other ratio is a
@@ -68,7 +69,7 @@ struct RitzModes {
   /// Lower bounds of the pairs' eigenvalues; the values themselves are upper ones.
   std::vector<double> lower;
   Eigen::MatrixXd coordinates;  ///< basis x pairs
-  /// Of each pair, from the snapshots' modes that it overlaps [cents]; empty where they have none.
+  /// Of each pair, from the snapshots' true modes that it overlaps [cents]; empty without them.
   std::vector<double> pitch_errors;
 };
 

@@ -1,5 +1,5 @@
-// What a strike on a body of repeated modes sounds like: the same from every basis that a solver may
-// return.
+// What a strike on a body of repeated modes sounds like: the same from every basis that a solver
+// may return.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +29,9 @@ struct Body {
 
 /// Cube of exact pairs and triples, large enough that some audible modes move air.
 Body cube() {
-  return {symmetric_box_mesh(Vec3::Constant(0.2), {2, 2, 2}, 3), {glass}, {{3, 1e-7}},
+  return {symmetric_box_mesh(Vec3::Constant(0.2), {2, 2, 2}, 3),
+          {glass},
+          {{3, 1e-7}},
           {20, 22000, 300}};
 }
 
@@ -71,8 +73,9 @@ std::vector<double> strike(const Modes& modes, const Body& body, bool listener) 
   const Vec3 direction = Vec3(-0.6, -0.5, 0.4).normalized();
   const synth::Strike blow{{5, {0.5, 0.3, 0.2}}, direction, 0.01, 1e-4};
   const std::vector<synth::Listener> listeners = {{{0.6, 0.5, 0.7}}};
-  const auto rings = synth::ring_down(modes, synth::decay_rates(modes, body.damping), blow,
-                                      listener ? std::span(listeners) : std::span<synth::Listener>());
+  const auto rings =
+      synth::ring_down(modes, synth::decay_rates(modes, body.damping), blow,
+                       listener ? std::span(listeners) : std::span<synth::Listener>());
   const auto samples = synth::synthesize(rings, blow.contact_time, 48000, 9600);
   return {samples.begin(), samples.end()};
 }
@@ -93,7 +96,8 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
 double shape_difference(const Modes& a, const Modes& b) {
   double most = 0;
   for (Eigen::Index k = 0; k < a.shapes.rows(); ++k) {
-    most = std::max<double>(most, (a.shapes.row(k) - b.shapes.row(k)).norm() / a.shapes.row(k).norm());
+    most =
+        std::max<double>(most, (a.shapes.row(k) - b.shapes.row(k)).norm() / a.shapes.row(k).norm());
   }
   return most;
 }
@@ -149,7 +153,8 @@ TEST_P(Struck, SoundsTheSameWhenRepeatedModesAreTurned) {
       const Eigen::RowVectorXf a = turned.shapes.row(static_cast<Eigen::Index>(k));
       const Eigen::RowVectorXf b = turned.shapes.row(static_cast<Eigen::Index>(k) + 1);
       turned.shapes.row(static_cast<Eigen::Index>(k)) = std::cos(angle) * a + std::sin(angle) * b;
-      turned.shapes.row(static_cast<Eigen::Index>(k) + 1) = std::cos(angle) * b - std::sin(angle) * a;
+      turned.shapes.row(static_cast<Eigen::Index>(k) + 1) =
+          std::cos(angle) * b - std::sin(angle) * a;
       ++repeated;
     }
     first = last;
@@ -163,7 +168,8 @@ TEST_P(Struck, SoundsTheSameWhenRepeatedModesAreTurned) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Hard, Struck,
-                         testing::Values(Struckable{"Cube", cube, true, 1e-5}, Struckable{"Bar", bar, true, 1e-5},
+                         testing::Values(Struckable{"Cube", cube, true, 1e-5},
+                                         Struckable{"Bar", bar, true, 1e-5},
                                          Struckable{"Ring", ring, false, 1e-3}),
                          name_of_case);
 

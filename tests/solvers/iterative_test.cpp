@@ -51,9 +51,7 @@ struct Problem {
     shift = -0.01 * system.scales.from_frequency(estimate_first_frequency(bounded, regions));
   }
 
-  Inverse cycle(std::int64_t bytes) const {
-    return iterative(bytes).preconditioner;
-  }
+  Inverse cycle(std::int64_t bytes) const { return iterative(bytes).preconditioner; }
   ShiftedSystem direct() const {
     return factor_shifted(system, shift, plan_factors(system, MPI_COMM_SELF), MPI_COMM_SELF);
   }

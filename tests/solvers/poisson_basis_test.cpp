@@ -239,14 +239,15 @@ TEST(PoissonBasis, OtherMaterialsOfABuildHardlyMatter) {
 
 TEST(PoissonBasis, PitchErrorsComeFromTheSnapshots) {
   // Coarse enough for errors of some cents.
-  const auto mesh = test::box_mesh({0.1, 0.08, 0.01}, {4, 3, 1}, 2);
+  const auto mesh = test::box_mesh({0.1, 0.08, 0.01}, {4, 3, 1}, 3);
   std::vector<ModeRequest> requests;
   for (const double ratio : {0.15, 0.2, 0.35, 0.41}) {
-    requests.push_back(request(ratio, {20, 15 * kilohertz, 300}));
+    requests.push_back(request(ratio, {20, 40 * kilohertz, 300}));
   }
   core::Trace trace;
   const auto sets = solve_materials(mesh, requests, {}, MPI_COMM_SELF, {}, trace);
   EXPECT_EQ(trace.stages["estimate"].calls, 3);
+  std::vector<double> factors;
   for (std::size_t i = 0; i < requests.size(); ++i) {
     core::Trace alone;
     SolveOptions options;
@@ -256,10 +257,15 @@ TEST(PoissonBasis, PitchErrorsComeFromTheSnapshots) {
     ASSERT_EQ(sets[i].pitch_errors.size(), own.size());
     ASSERT_GT(own.size(), 5u);
     for (std::size_t k = 0; k < own.size(); ++k) {
-      EXPECT_GT(own.pitch_errors[k], 0.2);
-      EXPECT_NEAR(sets[i].pitch_errors[k] / own.pitch_errors[k], 1, 0.25);
+      if (own.pitch_errors[k] < 0.05) continue;
+      factors.push_back(std::abs(std::log(sets[i].pitch_errors[k] / own.pitch_errors[k])));
     }
   }
+  // Where modes of the body cross between two snapshots, the rest may be off.
+  ASSERT_GT(factors.size(), 50u);
+  std::sort(factors.begin(), factors.end());
+  EXPECT_LT(factors[factors.size() * 9 / 10], std::log(1.1));
+  EXPECT_LT(factors.back(), std::log(2.5));
 }
 
 TEST(PoissonBasis, RegionsOfOneContrastShareABasis) {
