@@ -14,6 +14,7 @@
 #include "mpi/comm.hpp"
 #include "solvers/families.hpp"
 #include "solvers/modes_file.hpp"
+#include "solvers/read_mesh.hpp"
 #include "synth/ring_down.hpp"
 
 namespace carillon::cli {
@@ -39,7 +40,7 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
   command.add_flag("--any-size", options.any_size, "let bodies outside 1 mm to 10 m pass");
   command.add_option("--order", options.order, "order of the elements")
       ->check(CLI::Range(1, 4))
-      ->capture_default_str();
+      ->default_str("3");
   command.add_option("--element-size", options.element_size,
                      "largest edge, e.g. 5 mm (default: from thickness and curvature)");
   command.add_option("--min-frequency", options.min_frequency, "lowest frequency of the band")
@@ -50,7 +51,7 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command
-      .add_option("--solver", options.solver,
+      .add_option("--eigen-solver,--solver", options.solver,
                   "block_lanczos or krylov_schur on tetrahedra; fourier: harmonics about the axis "
                   "of a generated body of revolution")
       ->check(CLI::IsMember({"block_lanczos", "krylov_schur", "fourier"}))
@@ -65,16 +66,16 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
                   "direct: Cholesky; iterative: conjugate gradients with multigrid, modes are then "
                   "not counted; automatic: direct while it fits the memory limit")
       ->check(CLI::IsMember({"automatic", "direct", "iterative"}))
-      ->capture_default_str();
+      ->default_str("automatic");
   command
       .add_option("--memory-limit", options.memory_limit,
                   "of the solve, all ranks together; decides what automatic means")
-      ->capture_default_str();
+      ->default_str("16 GiB");
   command
       .add_option("--max-elements", options.max_elements,
                   "more is an error that names the element size that would fit")
       ->check(CLI::Range(1, 100000000))
-      ->capture_default_str();
+      ->default_str("200000");
 }
 
 namespace {
@@ -100,24 +101,64 @@ solvers::GeneratedShape parse_shape(const std::string& family_name, const std::s
   return shape;
 }
 
+/// A length that was given; 0 where none was.
+double positive_length(const std::string& text, const char* option) {
+  if (text.empty()) return 0;
+  const double length = core::parse_quantity(text, Dimension::length);
+  if (!(length > 0)) {
+    throw InputError(fmt::format("{} {}: a length is positive", option, text),
+                     "leave the option out to have it chosen");
+  }
+  return length;
+}
+
+void refuse(bool given, const char* option, const std::string& why, const std::string& hint) {
+  if (given) throw InputError(fmt::format("{} does not apply: {}", option, why), hint);
+}
+
+/// Options that would do nothing for a file.
+void refuse_idle(const BodyOptions& options) {
+  if (solvers::mesh_extension(options.mesh) != ".msh") return;
+  const std::string why = fmt::format("the tetrahedra of {} are used as they are", options.mesh);
+  refuse(!options.thickness.empty(), "--thickness", why,
+         "it is the wall of open sheets in OBJ, OFF, PLY and STL files");
+  refuse(!options.element_size.empty(), "--element-size", why,
+         "--order raises the order of the elements; a finer mesh is made by what made the file");
+}
+
+/// Options that would do nothing for a generated shape.
+void refuse_idle(const BodyOptions& options, const std::string& family) {
+  const std::string hint = fmt::format(
+      "give the shape's own sizes, as in {}:NAME=2cm (carillon list shapes names them)", family);
+  const std::string why = fmt::format("{} is generated, not read from a file", family);
+  refuse(!options.length.empty(), "--length", why, hint);
+  refuse(!options.thickness.empty(), "--thickness", why, hint);
+}
+
 }  // namespace
+
+void refuse_tetrahedral_options(const BodyOptions& options) {
+  const std::string why = "it belongs to tetrahedra, and the fourier solver has none";
+  const std::string hint = "leave it out; --element-size bounds the cells of the section";
+  refuse(options.order.has_value(), "--order", why, hint);
+  refuse(options.linear_solver.has_value(), "--linear-solver", why, hint);
+  refuse(options.memory_limit.has_value(), "--memory-limit", why, hint);
+  refuse(options.max_elements.has_value(), "--max-elements", why, hint);
+  refuse(options.pitch_cents != 0, "--pitch-cents", why,
+         "leave it out; the fourier solver comes within 0.01 cents by itself");
+}
 
 solvers::MeshRequest mesh_request(const BodyOptions& options) {
   solvers::MeshRequest request;
-  request.options.order = options.order;
-  request.options.max_elements = options.max_elements;
-  if (!options.element_size.empty()) {
-    request.options.element_size = core::parse_quantity(options.element_size, Dimension::length);
-  }
+  request.options.order = options.order.value_or(request.options.order);
+  request.options.max_elements = options.max_elements.value_or(request.options.max_elements);
+  request.options.element_size = positive_length(options.element_size, "--element-size");
   if (std::filesystem::exists(options.mesh)) {
+    refuse_idle(options);
     request.file.path = options.mesh;
     request.file.any_size = options.any_size;
-    if (!options.length.empty()) {
-      request.file.length = core::parse_quantity(options.length, Dimension::length);
-    }
-    if (!options.thickness.empty()) {
-      request.file.thickness = core::parse_quantity(options.thickness, Dimension::length);
-    }
+    request.file.length = positive_length(options.length, "--length");
+    request.file.thickness = positive_length(options.thickness, "--thickness");
     return request;
   }
   const auto colon = options.mesh.find(':');
@@ -125,6 +166,7 @@ solvers::MeshRequest mesh_request(const BodyOptions& options) {
   if (family.find_first_of("./\\") != std::string::npos) {
     throw core::FileError(fmt::format("{}: no such file", options.mesh));
   }
+  refuse_idle(options, family);
   request.shape =
       parse_shape(family, colon == std::string::npos ? "" : options.mesh.substr(colon + 1));
   return request;
@@ -180,20 +222,17 @@ solvers::SolveOptions solve_options(const BodyOptions& options) {
     throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
   }
   if (options.solver == "krylov_schur") solve.solver = solvers::EigenSolver::krylov_schur;
-  solve.linear_solver = solvers::parse_linear_solver(options.linear_solver);
-  const double limit = core::parse_quantity(options.memory_limit, Dimension::memory);
-  if (!(limit >= 1)) throw InputError("--memory-limit must be positive");
-  solve.memory_limit = static_cast<std::int64_t>(limit);
+  if (options.linear_solver) {
+    solve.linear_solver = solvers::parse_linear_solver(*options.linear_solver);
+  }
+  if (options.memory_limit) {
+    solve.memory_limit = memory_limit(*options.memory_limit, "--memory-limit");
+  }
   return solve;
 }
 
 Body solve_body(const BodyOptions& options, const Context& context) {
-  if (options.solver == "fourier") {
-    if (options.pitch_cents != 0) {
-      throw InputError("--pitch-cents refines tetrahedra, and the fourier solver has none");
-    }
-    return solve_turned(options, context);
-  }
+  if (options.solver == "fourier") return solve_turned(options, context);
   Body body;
   solvers::MeshRequest request;
   mpi::agreed(context.world, [&] { request = mesh_request(options); });

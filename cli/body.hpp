@@ -22,15 +22,16 @@ struct BodyOptions {
   std::string length;     ///< longest side with unit; "": as it is
   std::string thickness;  ///< of open sheets
   bool any_size = false;
-  int order = 3;
+  std::optional<int> order;  ///< of tetrahedra; 3 when none is given
   std::string element_size;
   std::string min_frequency = "20 Hz";
   std::string max_frequency = "20 kHz";
   int max_modes = 300;
-  std::string linear_solver = "automatic";
-  std::string memory_limit = "16 GiB";
-  int max_elements = 200000;
-  std::string solver = "block_lanczos";  ///< or krylov_schur; fourier: see solve_turned()
+  // Given or not: what does not apply to a body is refused, not ignored.
+  std::optional<std::string> linear_solver;  ///< automatic when none is given
+  std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
+  std::optional<int> max_elements;           ///< 200,000 when none is given
+  std::string solver = "block_lanczos";      ///< or krylov_schur; fourier: see solve_turned()
   double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
 };
 
@@ -39,11 +40,15 @@ void add_body_options(CLI::App& command, BodyOptions& options);
 
 /// A file's name, or `bowl:radius=60mm,wall=3mm` (parameters not named are the middle of their
 /// range) as a request to the mesher.
-/// @throws InputError  unknown family or parameter, malformed value
+/// @throws InputError  unknown family or parameter, malformed value, or an option that would do
+///                     nothing for this body
 solvers::MeshRequest mesh_request(const BodyOptions& options);
 
+/// @throws InputError  an option was given that the fourier solver has no use for
+void refuse_tetrahedral_options(const BodyOptions& options);
+
 /// Band and solver that the options ask for.
-/// @throws InputError  malformed frequencies, an empty band
+/// @throws InputError  malformed frequencies or memory, an empty band
 solvers::SolveOptions solve_options(const BodyOptions& options);
 
 /// One material for each region of a mesh, from `steel` or from `shell=steel,core=wood`.

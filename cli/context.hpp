@@ -26,12 +26,13 @@ struct Context {
 enum ExitCode {
   exit_done = 0,
   exit_internal = 1,
-  exit_input = 2,
-  exit_failures = 3,
+  exit_input = 2,     ///< usage, configuration, input, or a body that cannot be solved as asked
+  exit_failures = 3,  ///< finished, but tasks failed or a pitch target was not met
   exit_interrupted = 130
 };
 
-/// Each adds one command to the program. A new command is one file and one line in commands.cpp.
+/// Each adds one command to the program. A new command is one file, a line here and one in the list
+/// `commands` of run.cpp.
 using AddCommand = void (*)(CLI::App& program, Context& context);
 void add_accuracy(CLI::App& program, Context& context);
 void add_build(CLI::App& program, Context& context);

@@ -59,6 +59,7 @@ nlohmann::json to_json(const Body& body) {
                           {"orthonormality", certificate.orthonormality},
                           {"unknowns", certificate.unknowns},
                           {"count_verified", certificate.count_verified},
+                          {"eigen_solver", solvers::name_of(certificate.eigen_solver)},
                           {"linear_solver", solvers::name_of(certificate.linear_solver)}}},
                         {"mesh", solvers::to_json(body.mesh.quality)},
                         {"repair", solvers::to_json(body.mesh.repair)},
@@ -127,6 +128,7 @@ void add_modes(CLI::App& program, Context& context) {
       "  mpirun -n 2 carillon modes bowl -m glass --json");
   command->callback([&context, options, output] {
     const Body body = solve_body(*options, context);
+    settle(body.pitch_target, context);
     if (!context.speaks()) return;
     if (!output->empty()) {
       core::write_durably(*output, [&](const std::filesystem::path& path) {

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
+#include <cstdio>
 
 #include "cli/body.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/read_mesh.hpp"
 
 namespace carillon::cli {
 
@@ -13,11 +14,7 @@ namespace {
 
 /// Tetrahedra that a file gives cannot be made smaller.
 bool gives_tetrahedra(const solvers::MeshRequest& request) {
-  if (!request.shape.family.empty()) return false;
-  std::string ending = std::filesystem::path(request.file.path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".msh";
+  return request.shape.family.empty() && solvers::mesh_extension(request.file.path) == ".msh";
 }
 
 }  // namespace
@@ -37,6 +34,14 @@ solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver&
     return shared_mesh(request, search.limits, search.cache, comm);
   };
   return solvers::reach_pitch(target, make_mesh, solve);
+}
+
+void settle(const std::optional<solvers::PitchReport>& report, Context& context) {
+  if (!report || report->met()) return;
+  context.exit_code = exit_failures;
+  if (!context.speaks()) return;
+  fmt::print(stderr, "carillon: the pitch target of {:.3g} cents is not met: {:.3g} cents; {}\n",
+             report->asked_cents, report->reached_cents, report->reason);
 }
 
 void print_report(const solvers::PitchReport& report) {

@@ -70,8 +70,11 @@ int run(int argc, char** argv, MPI_Comm world) {
       ->capture_default_str();
   for (const AddCommand add : commands) add(program, context);
   program.footer(
-      "Exit codes: 0 done, 1 internal error, 2 wrong usage, configuration or input,\n"
-      "3 finished but some tasks failed (failures.json), 130 interrupted (run again to go on).\n"
+      "Exit codes: 0 done, 1 internal error, 2 wrong usage, configuration or input, or a body "
+      "that\n"
+      "cannot be solved within the limits asked for, 3 finished but some tasks failed "
+      "(failures.json)\n"
+      "or a pitch target was not met, 130 interrupted (run again to go on).\n"
       "Guide: docs/guide.md");
 
   try {
@@ -86,6 +89,9 @@ int run(int argc, char** argv, MPI_Comm world) {
   } catch (const core::InputError& error) {
     return fail(context, exit_input, error.what());
   } catch (const core::FileError& error) {
+    return fail(context, exit_input, error.what());
+  } catch (const core::SolverError& error) {
+    // A body that cannot be solved, or not within the limits that were asked for.
     return fail(context, exit_input, error.what());
   } catch (const std::exception& error) {
     return fail(context, exit_internal, error.what());

@@ -64,9 +64,10 @@ void check_options(const StrikeOptions& options) {
   }
 }
 
-void run_strike(const StrikeOptions& options, const Context& context) {
+void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
   const Body body = solve_body(options.body, context);
+  settle(body.pitch_target, context);
   if (!context.speaks()) return;
   const synth::Strike strike = make_strike(options, body.modes);
   std::vector<synth::Listener> listeners;

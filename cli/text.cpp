@@ -25,6 +25,23 @@ std::vector<std::pair<std::string, std::string>> parse_assignments(const std::st
   return pairs;
 }
 
+std::int64_t whole_bytes(double bytes) {
+  constexpr double most = static_cast<double>(1ll << 60);
+  if (!(bytes >= 1 && bytes <= most)) {
+    throw InputError(fmt::format("{:.6g} B is no limit of memory", bytes),
+                     "it lies between 1 B and 2^60 B; write a unit, as in 16 GiB");
+  }
+  return static_cast<std::int64_t>(bytes);
+}
+
+std::int64_t memory_limit(const std::string& text, const std::string& option) {
+  try {
+    return whole_bytes(core::parse_quantity(text, core::Dimension::memory));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{} {}: {}", option, text, error.message()), error.hint());
+  }
+}
+
 std::string file_safe(const std::string& name) {
   constexpr std::size_t longest = 60;
   std::string safe;

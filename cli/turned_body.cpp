@@ -41,6 +41,7 @@ const solvers::Family& turned_family(const solvers::MeshRequest& request) {
 Body solve_turned(const BodyOptions& options, const Context& context) {
   Body body;
   mpi::agreed(context.world, [&] {
+    refuse_tetrahedral_options(options);
     const auto request = mesh_request(options);
     const auto meridian = turned_family(request).meridian(request.shape);
     check_size(solvers::measure(meridian).longest_side(), options.any_size);

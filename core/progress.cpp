@@ -104,16 +104,27 @@ std::string human_duration(double seconds) {
   return fmt::format("{:.0f} d {:02.0f} h", std::floor(hours / 24), std::fmod(hours, 24));
 }
 
-std::string human_bytes(double bytes) {
-  constexpr std::array names = {"B", "kB", "MB", "GB", "TB", "PB"};
+namespace {
+
+std::string in_steps(double bytes, double factor, const std::array<const char*, 6>& names) {
   std::size_t step = 0;
   // 999.95 would be printed as 1000.0.
-  while (std::abs(bytes) >= (step == 0 ? 999.5 : 999.95) && step + 1 < names.size()) {
-    bytes /= 1000;
+  while (std::abs(bytes) >= factor - (step == 0 ? 0.5 : 0.05) && step + 1 < names.size()) {
+    bytes /= factor;
     ++step;
   }
   return step == 0 ? fmt::format("{:.0f} {}", bytes, names[step])
                    : fmt::format("{:.1f} {}", bytes, names[step]);
+}
+
+}  // namespace
+
+std::string human_bytes(double bytes) {
+  return in_steps(bytes, 1000, {"B", "kB", "MB", "GB", "TB", "PB"});
+}
+
+std::string human_binary_bytes(double bytes) {
+  return in_steps(bytes, 1024, {"B", "KiB", "MiB", "GiB", "TiB", "PiB"});
 }
 
 }  // namespace carillon::core

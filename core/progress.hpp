@@ -35,5 +35,7 @@ class Progress {
 std::string human_duration(double seconds);
 /// "512 B", "1.2 MB".
 std::string human_bytes(double bytes);
+/// "512 B", "1.2 MiB": for limits, which are given in these units.
+std::string human_binary_bytes(double bytes);
 
 }  // namespace carillon::core

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <memory>
 
 extern "C" void dgemm_();
@@ -16,15 +17,40 @@ struct CloseLibrary {
   void operator()(void* handle) const { dlclose(handle); }
 };
 
+/// The library that products really go to, and those it needs: another BLAS may be loaded beside
+/// it.
+struct Blas {
+  std::string path;  ///< empty where it cannot be told
+  std::unique_ptr<void, CloseLibrary> library;
+
+  Blas() {
+    Dl_info info{};
+    if (dladdr(reinterpret_cast<void*>(&dgemm_), &info) == 0 || info.dli_fname == nullptr) return;
+    path = info.dli_fname;
+    library.reset(dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD));
+  }
+};
+
 }  // namespace
 
+std::string blas_version() {
+  const Blas blas;
+  if (!blas.library) return "unknown";
+  if (auto* const config = dlsym(blas.library.get(), "openblas_get_config")) {
+    // "OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ... Zen SINGLE_THREADED"
+    const std::string text = reinterpret_cast<const char* (*)()>(config)();
+    return text.substr(0, text.find(' ', text.find(' ') + 1));
+  }
+  if (auto* const version = dlsym(blas.library.get(), "bli_info_get_version_str")) {
+    return fmt::format("BLIS {}", reinterpret_cast<const char* (*)()>(version)());
+  }
+  // Debian names a library's file by its version.
+  return std::filesystem::weakly_canonical(blas.path).filename().string();
+}
+
 std::string blas_complaint() {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<void*>(&dgemm_), &info) == 0 || info.dli_fname == nullptr) return {};
-  // Asked of the library that products really go to, and those it needs: another BLAS may be
-  // loaded beside it.
-  const std::unique_ptr<void, CloseLibrary> library(
-      dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD));
+  const Blas blas;
+  const auto& [path, library] = blas;
   if (!library) return {};
   const auto has = [&library](const char* symbol) {
     return dlsym(library.get(), symbol) != nullptr;
@@ -36,7 +62,7 @@ std::string blas_complaint() {
     return fmt::format(
         "{} looks like the reference BLAS, with which solves take many times longer; on Debian: "
         "apt-get install libopenblas0-serial",
-        info.dli_fname);
+        path);
   }
   const auto threads =
       reinterpret_cast<int (*)()>(dlsym(library.get(), "openblas_get_num_threads"));
@@ -44,7 +70,7 @@ std::string blas_complaint() {
     return fmt::format(
         "{} runs {} threads, which slow each other and other ranks down; set "
         "OPENBLAS_NUM_THREADS=1 and OMP_NUM_THREADS=1, or install libopenblas0-serial",
-        info.dli_fname, threads());
+        path, threads());
   }
   return {};
 }

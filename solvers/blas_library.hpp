@@ -9,4 +9,8 @@ namespace carillon::solvers {
 /// own stand in the way of other ranks.
 std::string blas_complaint();
 
+/// Name and version of the BLAS in use, e.g. "OpenBLAS 0.3.21", without what it chose for the
+/// machine.
+std::string blas_version();
+
 }  // namespace carillon::solvers

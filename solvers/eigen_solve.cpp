@@ -201,8 +201,10 @@ EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
   EigenPairs pairs;
   if (size_of(comm) == 1 && wants_dense(system.unknowns(), request.pairs)) {
     dense(system, request, shifted.shift, pairs);
+    pairs.solver = EigenSolver::dense;
   } else if (request.solver == EigenSolver::krylov_schur) {
     pairs = krylov_schur(system, request, shifted, comm);
+    pairs.solver = EigenSolver::krylov_schur;
   } else {
     pairs = lanczos(system, request, shifted, comm);
   }

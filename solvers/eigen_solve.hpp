@@ -30,7 +30,8 @@ struct EigenPairs {
   /// else 0: on very thin bodies rounding x to double precision alone gives a residual of
   /// 1e-16 (largest eigenvalue / lambda), in directions that carry no energy.
   std::vector<double> energy_residuals;
-  double orthonormality = 0;  ///< max |X^T M X - I|
+  double orthonormality = 0;                        ///< max |X^T M X - I|
+  EigenSolver solver = EigenSolver::block_lanczos;  ///< that found them
 
   Eigen::Index size() const { return vectors.cols(); }
 };

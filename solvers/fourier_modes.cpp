@@ -217,7 +217,7 @@ class FourierSolve {
 
   /// Compares with the same cells at two orders more.
   void estimate_errors(const Attempt& attempt, std::vector<Found>& found) const {
-    const core::ScopedTimer timer(trace_.stages["errors"]);
+    const core::ScopedTimer timer(trace_.stages["estimate"]);
     core::Trace unseen;
     const auto finer = forms_of_order(order_ + 2);
     const double counted_at = std::max(attempt.top, lowest_count * estimate_);
@@ -304,6 +304,10 @@ class FourierSolve {
     certificate.unknowns = 3 * static_cast<std::int64_t>(attempt.forms.mesh.nodes.size());
     double verified = std::numeric_limits<double>::infinity();
     std::int64_t missing = 0;
+    const bool all_dense = std::all_of(
+        attempt.harmonics.begin(), attempt.harmonics.end(),
+        [](const Harmonic& h) { return h.values.empty() || h.solver == EigenSolver::dense; });
+    certificate.eigen_solver = all_dense ? EigenSolver::dense : EigenSolver::block_lanczos;
     for (const auto& h : attempt.harmonics) {
       certificate.rigid_modes += static_cast<int>(h.multiplicity()) * h.rigid;
       certificate.orthonormality = std::max(certificate.orthonormality, h.orthonormality);

@@ -33,7 +33,7 @@ struct FourierOptions {
 /// The elements' solver and memory limit do not apply; band, tolerance and estimate_errors do. A
 /// SolverEnvironment must be alive.
 ///
-/// @param trace  stages mesh, assemble, count, solve, extract, errors are added
+/// @param trace  stages mesh, assemble, count, solve, extract, estimate are added
 /// @throws InputError   constants or a band that solve_modes refuses too
 /// @throws SolverError  a cell turned inside out, too many nodes, no convergence, bad residuals, or
 ///                      rigid motions missing

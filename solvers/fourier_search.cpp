@@ -176,6 +176,7 @@ void solve_harmonic(const FourierForms& forms, double frequency, double estimate
           found.vectors.col(static_cast<Eigen::Index>(flexible[static_cast<std::size_t>(k)]));
     }
     harmonic.orthonormality = found.orthonormality;
+    harmonic.solver = found.solver;
     // Near a shift that is too small rigid motions are nearly singular and residuals grow.
     const bool may_retry = solves < most_solves;
     if (worst > target_residual && may_retry && !harmonic.values.empty() &&

@@ -19,7 +19,8 @@ struct Harmonic {
   Eigen::MatrixXd vectors;     ///< unknowns x values, M-normalised
   std::vector<double> residuals;
   double orthonormality = 0;
-  int rigid = 0;  ///< recognised by projection
+  EigenSolver solver = EigenSolver::block_lanczos;  ///< that found them
+  int rigid = 0;                                    ///< recognised by projection
   /// Nothing is missing below this dimensionless eigenvalue (infinite: all that was counted).
   double verified_below = std::numeric_limits<double>::infinity();
 

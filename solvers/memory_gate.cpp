@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/progress.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -14,8 +15,8 @@ std::int64_t kept(const FactorSize& factor) {
   return static_cast<std::int64_t>(sizeof(double)) * factor.entries;
 }
 
-std::string gibibytes(std::int64_t bytes) {
-  return fmt::format("{:.1f} GiB", static_cast<double>(bytes) / (1ll << 30));
+std::string size_text(std::int64_t bytes) {
+  return core::human_binary_bytes(static_cast<double>(bytes));
 }
 
 /// K and M of a level below, of order 2 below 3: about a quarter.
@@ -68,16 +69,16 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
     throw core::SolverError(
         fmt::format("a factor of {:.2g} entries takes {} beside {} of matrices and {} of vectors, "
                     "more than the memory limit of {}",
-                    static_cast<double>(needs.solve.entries), gibibytes(needs.solve.bytes),
-                    gibibytes(needs.system), gibibytes(needs.vectors), gibibytes(limit)),
+                    static_cast<double>(needs.solve.entries), size_text(needs.solve.bytes),
+                    size_text(needs.system), size_text(needs.vectors), size_text(limit)),
         ways_out);
   }
   if (iterative > limit) {
     throw core::SolverError(
         fmt::format("{} of matrices and {} of vectors are more than the memory limit of {} even "
                     "without a factor",
-                    gibibytes(with_coarser(needs.system)), gibibytes(needs.vectors),
-                    gibibytes(limit)),
+                    size_text(with_coarser(needs.system)), size_text(needs.vectors),
+                    size_text(limit)),
         ways_out + ", or ask for fewer modes");
   }
   decision.linear_solver = LinearSolver::iterative;
@@ -94,8 +95,8 @@ void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision
   if (held + needs.vectors <= limit) return;
   throw core::SolverError(
       fmt::format("{} of vectors do not fit beside {} of matrices{}: the memory limit is {}",
-                  gibibytes(needs.vectors), gibibytes(held), iterative ? "" : " and factor",
-                  gibibytes(limit)),
+                  size_text(needs.vectors), size_text(held), iterative ? "" : " and factor",
+                  size_text(limit)),
       "ask for fewer modes, use a coarser mesh, or raise the memory limit");
 }
 

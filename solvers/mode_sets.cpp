@@ -109,6 +109,10 @@ std::string_view name_of(LinearSolver solver) {
   return linear_solvers[static_cast<std::size_t>(solver)];
 }
 
+std::string_view name_of(EigenSolver solver) {
+  return solver == EigenSolver::dense ? "dense" : eigen_solvers[static_cast<std::size_t>(solver)];
+}
+
 LinearSolver parse_linear_solver(std::string_view name) {
   return parse<LinearSolver>(linear_solvers, name, "linear solver");
 }

@@ -141,6 +141,7 @@ Modes select_modes(const TetMesh& mesh, std::span<const Elastic> regions, const 
       modes.residuals.empty() ? 0
                               : *std::max_element(modes.residuals.begin(), modes.residuals.end());
   certificate.count_verified = found.counted;
+  certificate.eigen_solver = found.eigen_solver;
   certificate.linear_solver = found.linear_solver;
   certificate.modes_found = static_cast<std::int64_t>(modes.size());
   const double known_to = system.scales.to_frequency(found.verified_below);

@@ -36,18 +36,21 @@ struct Band {
 enum class EigenSolver {
   block_lanczos,  ///< thick-restarted block Lanczos (block_lanczos.hpp)
   krylov_schur,   ///< SLEPc's
+  /// LAPACK's, in certificates alone: taken by itself for a few hundred unknowns, or where a good
+  /// part of all modes is asked for.
+  dense,
 };
 
 enum class LinearSolver {
   automatic,  ///< direct while the factors fit the memory limit, else iterative
   direct,     ///< Cholesky: CHOLMOD on one rank, MUMPS on a group
-  iterative,  ///< CG with GAMG; the count of modes is then not verified
+  iterative,  ///< conjugate gradients with multigrid; the count of modes is then not verified
 };
 
 struct SolveOptions {
   Band band;
-  double tolerance = 1e-12;  ///< of SLEPc's transformed problem
-  EigenSolver solver = EigenSolver::block_lanczos;
+  double tolerance = 1e-12;  ///< of the transformed (shifted and inverted) problem
+  EigenSolver solver = EigenSolver::block_lanczos;  ///< block_lanczos or krylov_schur
   LinearSolver linear_solver = LinearSolver::automatic;
   /// [byte] for all ranks of the group together. What the machine has free is never asked: it
   /// would let results depend on it.
@@ -71,7 +74,8 @@ struct Certificate {
   double orthonormality = 0;  ///< max |X^T M X - I|, rigid modes included
   std::int64_t unknowns = 0;
   bool count_verified = false;  ///< modes_in_band was counted by inertia, not taken from the search
-  LinearSolver linear_solver = LinearSolver::direct;  ///< the one that was used
+  EigenSolver eigen_solver = EigenSolver::block_lanczos;  ///< the one that was used
+  LinearSolver linear_solver = LinearSolver::direct;      ///< likewise
   /// The set comes from a basis of modes at so many other Poisson's ratios; 0: a solve of its own.
   /// Residuals are then those of the energy norm, whose square bounds an eigenvalue's error.
   int snapshots = 0;
@@ -110,21 +114,24 @@ struct Modes {
   double frequency(std::size_t mode) const;
 };
 
-/// Modes of a free body by finite elements: K x = lambda M x, count by inertia, shift-invert
-/// Krylov-Schur, then checks (solver-independent units inside). The lowest `max_modes` flexible
-/// modes in the band, or all of them; none in the band is a result like any other. A
-/// SolverEnvironment must be alive.
+/// Modes of a free body by finite elements: K x = lambda M x, count by inertia, shift-and-invert
+/// with the eigensolver and the linear solver that the options choose, then checks
+/// (solver-independent units inside). Where modes are missing they are sought again, at last by
+/// slicing the spectrum. The lowest `max_modes` flexible modes in the band, or all of them; none in
+/// the band is a result like any other. A SolverEnvironment must be alive.
 ///
 /// Pairs of equal frequency come with whatever basis the solver found. Each shape's sign makes the
 /// largest of its entries on the surface positive.
 ///
 /// @param mesh     the same on every rank of `comm`
 /// @param regions  one for each of mesh.region_names
-/// @param trace    stages partition, assemble, order, count, solve, extract are added
+/// @param trace    stages partition, assemble, order, count, solve, slice (only where modes were
+///                 missing), extract and estimate (only with estimate_errors) are added
 /// @return the same on every rank
 /// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density, an empty band, no
 ///                      elements, or element nodes and regions that do not exist
-/// @throws SolverError  an element turned inside out, elements that overlap, no convergence,
+/// @throws SolverError  more memory than the limit, an element turned inside out, elements that
+///                      overlap, no convergence,
 ///                      residual above 1e-6 (and above 1e-2 in the energy norm), wrong number of
 ///                      rigid modes, or parts that hang together by a point or an edge
 /// @note Collective on comm.
@@ -147,6 +154,8 @@ Modes restrict_to(const Modes& modes, const Band& band);
 
 /// "automatic", "direct" or "iterative".
 std::string_view name_of(LinearSolver solver);
+/// "block_lanczos", "krylov_schur" or "dense".
+std::string_view name_of(EigenSolver solver);
 /// @throws InputError  no such name
 LinearSolver parse_linear_solver(std::string_view name);
 /// @param name  "block_lanczos" or "krylov_schur"

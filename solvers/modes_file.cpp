@@ -1,7 +1,6 @@
 #include "solvers/modes_file.hpp"
 
 #include <fmt/core.h>
-#include <slepcsys.h>
 #include <spdlog/spdlog.h>
 
 #include <optional>
@@ -10,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
+#include "solvers/library_versions.hpp"
 #include "solvers/modes_broadcast.hpp"
 
 namespace carillon::solvers {
@@ -18,7 +18,7 @@ namespace {
 /// Part of every key: raise it when solve_modes() gives other values for equal input.
 constexpr std::string_view solver_version = "carillon modes 3";
 /// Of the layout in a file.
-constexpr std::int64_t format_version = 3;
+constexpr std::int64_t format_version = 4;
 
 constexpr int deflate_level = 4;
 
@@ -61,6 +61,7 @@ void write_certificate(const Hdf5Group& group, const Certificate& c) {
   group.write_attribute("orthonormality", c.orthonormality);
   integer("unknowns", c.unknowns);
   integer("count_verified", c.count_verified ? 1 : 0);
+  group.write_attribute("eigen_solver", std::string(name_of(c.eigen_solver)));
   group.write_attribute("linear_solver", std::string(name_of(c.linear_solver)));
   integer("snapshots", c.snapshots);
   group.write_attribute("basis_error_cents", c.basis_error);
@@ -84,6 +85,9 @@ Certificate read_certificate(const Hdf5Group& group) {
   c.orthonormality = number("orthonormality");
   c.unknowns = integer("unknowns");
   c.count_verified = integer("count_verified") != 0;
+  const auto eigen_solver = group.text_attribute("eigen_solver");
+  c.eigen_solver = eigen_solver == name_of(EigenSolver::dense) ? EigenSolver::dense
+                                                               : parse_eigen_solver(eigen_solver);
   c.linear_solver = group.text_attribute("linear_solver") == name_of(LinearSolver::iterative)
                         ? LinearSolver::iterative
                         : LinearSolver::direct;
@@ -189,9 +193,9 @@ std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
                       const SolveOptions& options, int group_size) {
   core::Sha256 hash;
   hash.add(solver_version);
-  hash.add(fmt::format("PETSc {}.{}.{} SLEPc {}.{}.{} ", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR,
-                       PETSC_VERSION_SUBMINOR, SLEPC_VERSION_MAJOR, SLEPC_VERSION_MINOR,
-                       SLEPC_VERSION_SUBMINOR));
+  for (const auto& [library, version] : library_versions()) {
+    hash.add(fmt::format(" {} {}", library, version));
+  }
   const auto header = fmt::format("order {} nodes {} elements {} faces {} regions {} group {} ",
                                   mesh.order, mesh.nodes.size(), mesh.element_count(),
                                   mesh.face_count(), regions.size(), group_size);

@@ -224,6 +224,7 @@ std::optional<PoissonBasis> make_poisson_basis(const TetMesh& mesh,
     basis.snapshots.push_back(std::move(snapshot));
     basis.components = found.components;
     basis.counted = basis.counted && found.counted;
+    basis.eigen_solver = found.eigen_solver;
     basis.linear_solver = found.linear_solver;
     if (ratio == basis.reference) {
       basis.shifted = std::move(found.shifted);
@@ -342,6 +343,7 @@ RitzModes ritz_modes(const TetMesh& mesh, const PoissonBasis& basis, double pois
     out.pitch_errors = carry_errors(basis, poisson_ratio, out.found.pairs.values, out.coordinates);
   auto& found = out.found;
   found.components = basis.components;
+  found.eigen_solver = basis.eigen_solver;
   found.linear_solver = basis.linear_solver;
   found.flexible_below_top = inside;
   const bool to_top = found.verified_below >= request.top * (1 - tightness);

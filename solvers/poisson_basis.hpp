@@ -33,7 +33,8 @@ struct PoissonBasis {
   double reference = 0;                  ///< Poisson's ratio of `shifted`
   ShiftedSystem shifted;                 ///< K - sigma M, whose inverse measures residuals
   int components = 0;
-  bool counted = true;  ///< inertia vouches for every snapshot
+  bool counted = true;                                    ///< inertia vouches for every snapshot
+  EigenSolver eigen_solver = EigenSolver::block_lanczos;  ///< of the snapshots, as the next
   LinearSolver linear_solver = LinearSolver::direct;
   Eigen::MatrixXd vectors;  ///< V: owned unknowns x basis, M-orthonormal, no rigid motions
   Eigen::MatrixXd lambda_part, mu_part;  ///< V^T K V for lambda = 1, mu = 0 and the other way round

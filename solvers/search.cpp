@@ -106,6 +106,7 @@ class Search {
         pairs_for(std::min<std::int64_t>(options_.band.max_modes, first_batch));
     needs_ = memory_needs(system_, options_, plan_, first_pairs, comm_);
     memory_ = decide(needs_, options_.linear_solver, options_.memory_limit);
+    result_.eigen_solver = options_.solver;
     result_.linear_solver = memory_.linear_solver;
     result_.counted = memory_.counts;
   }
@@ -250,6 +251,7 @@ class Search {
     const EigenRequest request{static_cast<int>(pairs), tolerance(), seed_, options_.solver};
     agreed(comm_,
            [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
+    result_.eigen_solver = result_.pairs.solver;
     judge();
   }
 

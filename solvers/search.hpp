@@ -23,7 +23,8 @@ struct SearchResult {
   std::int64_t flexible_below_top = 0;
   bool all_verified = false;  ///< every flexible mode below the band's top is among the pairs
   double verified_below = 0;  ///< no mode below this (dimensionless) eigenvalue is missing
-  LinearSolver linear_solver = LinearSolver::direct;  ///< the one that was used
+  EigenSolver eigen_solver = EigenSolver::block_lanczos;  ///< the one that was used
+  LinearSolver linear_solver = LinearSolver::direct;      ///< likewise
   ShiftedSystem shifted;  ///< what the pairs were found with; empty when nothing was to be found
 };
 

@@ -76,17 +76,18 @@ mpi::TaskBoard make_board(const LoadedBuild& build, const std::map<std::string, 
 std::string run_task(const LoadedBuild& build, const BuildTask& task, const BuildFolders& folders,
                      MPI_Comm group) {
   const double start = core::monotonic_seconds();
-  std::vector<std::string> written;
+  ModesTaskResult result;
   core::Trace own;
   if (task.kind == TaskKind::modes) {
-    written = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
+    result = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
   } else {
-    written = run_samples_task(build.config, build.plan, task, folders, own);
+    result.written = run_samples_task(build.config, build.plan, task, folders, own);
   }
-  return json{{"files", describe_files(written, folders.output)},
-              {"seconds", core::monotonic_seconds() - start},
-              {"trace", to_json(own)}}
-      .dump();
+  json record = {{"files", describe_files(result.written, folders.output)},
+                 {"seconds", core::monotonic_seconds() - start},
+                 {"trace", to_json(own)}};
+  if (!result.pitch_target.is_null()) record["pitch_target"] = result.pitch_target;
+  return record.dump();
 }
 
 /// What a finished or interrupted build says.
@@ -96,6 +97,7 @@ struct Summary {
   std::int64_t tasks_run = 0;
   std::size_t failed = 0;
   bool interrupted = false;
+  std::vector<std::string> missed;  ///< shapes that did not meet the pitch target
 
   int exit_code() const {
     return interrupted ? exit_interrupted : failed > 0 ? exit_failures : exit_done;
@@ -109,6 +111,7 @@ void print(const Summary& summary, bool as_json) {
                             {"samples", summary.samples},
                             {"tasks_run", summary.tasks_run},
                             {"failed_tasks", summary.failed},
+                            {"missed_pitch_targets", summary.missed},
                             {"interrupted", summary.interrupted}}
                            .dump(2));
     return;
@@ -121,6 +124,10 @@ void print(const Summary& summary, bool as_json) {
                summary.shapes, summary.tasks_run);
   }
   if (summary.interrupted) fmt::print("interrupted: run the same command to go on\n");
+  if (!summary.missed.empty()) {
+    fmt::print("{} of {} shapes missed the pitch target: dataset.json says by how much\n",
+               summary.missed.size(), summary.shapes);
+  }
   if (summary.failed > 0) {
     fmt::print("{} failed tasks: {}/failures.json says why\n", summary.failed, summary.output);
   }
@@ -176,10 +183,11 @@ int run_build(const BuildOptions& options, const Context& context) {
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
     const auto finished = finished_tasks(*journal, folders.output);
     const Results results = write_results(build, folders, finished);
-    const Summary summary{output,    build.plan.shapes.size(), results.samples,
-                          tasks_run, results.failed,           report.interrupted};
+    const Summary summary{output,         build.plan.shapes.size(), results.samples, tasks_run,
+                          results.failed, report.interrupted,       results.missed};
     if (tasks_run > 0) {
       json document = to_json(total_trace(finished));
+      document["missed_pitch_targets"] = results.missed.size();
       for (const std::string& one : ranks) document["ranks"].push_back(json::parse(one));
       core::write_text_durably(folders.output / "trace.json", document.dump(2) + "\n");
     }

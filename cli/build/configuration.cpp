@@ -7,6 +7,7 @@
 #include <set>
 
 #include "cli/build/given_strikes.hpp"
+#include "cli/text.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"
 
@@ -49,6 +50,14 @@ double zero_or_more(ConfigNode& node, const std::string& key, Dimension dimensio
   const double value = node.quantity(key, dimension, fallback);
   if (value < 0) node.fail(key, "must not be negative");
   return value;
+}
+
+/// A limit of memory [byte].
+std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t fallback) {
+  const double bytes = node.quantity(key, Dimension::memory, static_cast<double>(fallback));
+  std::int64_t limit = 0;
+  at_key(node, key, [&] { limit = whole_bytes(bytes); });
+  return limit;
 }
 
 double above_zero(ConfigNode& node, const std::string& key, Dimension dimension, double fallback) {
@@ -167,14 +176,12 @@ void read_solver(ConfigNode node, BuildConfig& config) {
       node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));
   config.solver.solver = solvers::parse_eigen_solver(
       node.choice("eigen_solver", {"block_lanczos", "krylov_schur"}, "block_lanczos"));
-  config.solver.memory_limit = static_cast<std::int64_t>(above_zero(
-      node, "memory_limit", Dimension::memory, static_cast<double>(config.solver.memory_limit)));
+  config.solver.memory_limit = memory_limit(node, "memory_limit", config.solver.memory_limit);
 }
 
 void read_limits(ConfigNode node, BuildConfig& config) {
   config.mesh_limits.seconds = above_zero(node, "mesh_time", Dimension::time, 300);
-  config.mesh_limits.memory = static_cast<std::int64_t>(
-      above_zero(node, "mesh_memory", Dimension::memory, static_cast<double>(8ll << 30)));
+  config.mesh_limits.memory = memory_limit(node, "mesh_memory", 8ll << 30);
 }
 
 AudioConfig read_audio(ConfigNode node) {

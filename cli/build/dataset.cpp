@@ -119,7 +119,7 @@ nlohmann::json describe_materials(const BuildConfig& config) {
   return list;
 }
 
-nlohmann::json describe_shapes(const BuildPlan& plan) {
+nlohmann::json describe_shapes(const BuildPlan& plan, const nlohmann::json& pitch_targets) {
   nlohmann::json list = nlohmann::json::array();
   for (const Shape& shape : plan.shapes) {
     nlohmann::json entry = {{"id", shape.id},
@@ -127,6 +127,13 @@ nlohmann::json describe_shapes(const BuildPlan& plan) {
                             {"split_shape", shape.split_shape},
                             {"request", solvers::to_json(shape.request)}};
     if (!shape.path.empty()) entry["sha256"] = shape.identity;
+    if (pitch_targets.contains(shape.id)) {
+      // The mesh that was kept, not the one that the search began with.
+      const nlohmann::json& target = pitch_targets.at(shape.id);
+      entry["pitch_target"] = target;
+      entry["request"]["options"]["order"] = target.at("order");
+      entry["request"]["options"]["element_size"] = target.at("element_size_m");
+    }
     nlohmann::json variants = nlohmann::json::array();
     for (const Variant& v : shape.variants) {
       variants.push_back({{"material", v.material}, {"size", v.size}});
@@ -140,15 +147,22 @@ nlohmann::json describe_shapes(const BuildPlan& plan) {
 }  // namespace
 
 void write_descriptions(const BuildConfig& config, const BuildPlan& plan, std::size_t samples,
-                        const nlohmann::json& files, const nlohmann::json& failures,
-                        const BuildFolders& folders) {
+                        const nlohmann::json& pitch_targets, const nlohmann::json& files,
+                        const nlohmann::json& failures, const BuildFolders& folders) {
+  nlohmann::json missed = nlohmann::json::array();
+  for (const Shape& shape : plan.shapes) {
+    if (pitch_targets.contains(shape.id) && !pitch_targets.at(shape.id).at("met").get<bool>()) {
+      missed.push_back(shape.id);
+    }
+  }
   const nlohmann::json dataset = {{"name", config.name},
                                   {"seed", config.seed},
                                   {"samples", samples},
                                   {"configuration", config.resolved},
                                   {"versions", library_versions()},
                                   {"materials", describe_materials(config)},
-                                  {"shapes", describe_shapes(plan)},
+                                  {"shapes", describe_shapes(plan, pitch_targets)},
+                                  {"missed_pitch_targets", missed},
                                   {"files", files}};
   core::write_text_durably(folders.output / "dataset.json", dataset.dump(2) + "\n");
   core::write_text_durably(folders.output / "failures.json", failures.dump(2) + "\n");

@@ -16,11 +16,12 @@ void write_index(const BuildConfig& config, const BuildPlan& plan,
 /// Writes dataset.json (configuration, versions, materials, files with checksums) and
 /// failures.json. Neither holds a date, a host or a timing.
 /// @param samples   number of samples in the index
+/// @param pitch_targets  by a shape's id, as ModesTaskResult::pitch_target
 /// @param files     `path, sha256, bytes` of every file of the dataset
 /// @param failures  `task, kind, message, hint, skipped, reproduce` of every failed task
 void write_descriptions(const BuildConfig& config, const BuildPlan& plan, std::size_t samples,
-                        const nlohmann::json& files, const nlohmann::json& failures,
-                        const BuildFolders& folders);
+                        const nlohmann::json& pitch_targets, const nlohmann::json& files,
+                        const nlohmann::json& failures, const BuildFolders& folders);
 
 /// Versions of this program and of the libraries that results depend on.
 nlohmann::json library_versions();

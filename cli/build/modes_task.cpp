@@ -74,10 +74,22 @@ void write_views(const BuildConfig& config, const Shape& shape, const solvers::M
   }
 }
 
-void write_shape(const Shape& shape, const solvers::MeshResult& mesh, const core::Hdf5Group& file) {
+/// The request that makes the mesh of a result: the first setting of a shape, or the one that a
+/// pitch target ended with.
+solvers::MeshRequest final_request(const Shape& shape, const solvers::PitchReport& report) {
+  solvers::MeshRequest request = shape.request;
+  if (report.steps.empty()) return request;
+  const solvers::PitchStep& step = report.steps[report.chosen];
+  request.options.order = step.order;
+  request.options.element_size = step.automatic_size ? 0 : step.element_size;
+  return request;
+}
+
+void write_shape(const Shape& shape, const solvers::MeshRequest& request,
+                 const solvers::MeshResult& mesh, const core::Hdf5Group& file) {
   file.write_attribute("shape", shape.id);
   file.write_attribute("family", shape.family);
-  file.write_attribute("request", solvers::to_json(shape.request).dump());
+  file.write_attribute("request", solvers::to_json(request).dump());
   file.write_attribute("quality", solvers::to_json(mesh.quality).dump());
   if (!shape.path.empty()) {
     file.write_attribute("diagnosis", solvers::to_json(mesh.diagnosis).dump());
@@ -184,29 +196,36 @@ solvers::PitchResult make_sets(const BuildConfig& config, const Shape& shape,
 
 }  // namespace
 
-std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& shape,
-                                        const BuildFolders& folders, MPI_Comm comm,
-                                        core::Trace& trace) {
+ModesTaskResult run_modes_task(const BuildConfig& config, const Shape& shape,
+                               const BuildFolders& folders, MPI_Comm comm, core::Trace& trace) {
   const solvers::PitchResult made = make_sets(config, shape, folders, comm, trace);
   const std::vector<solvers::Modes>& modes = made.sets;
-  std::vector<std::string> written;
+  const solvers::MeshRequest request = final_request(shape, made.report);
+  ModesTaskResult result;
+  if (config.pitch_cents > 0) {
+    result.pitch_target = {{"asked_cents", made.report.asked_cents},
+                           {"reached_cents", made.report.reached_cents},
+                           {"met", made.report.met()},
+                           {"order", request.options.order},
+                           {"element_size_m", request.options.element_size}};
+  }
   mpi::agreed(comm, [&] {
     if (mpi::rank(comm) != 0) return;
     core::write_durably(folders.modes_file(shape), [&](const std::filesystem::path& path) {
       const core::Hdf5Group file = core::Hdf5Group::create_file(path);
-      write_shape(shape, made.mesh, file);
+      write_shape(shape, request, made.mesh, file);
       if (config.pitch_cents > 0) {
         file.write_attribute("pitch_target", solvers::to_json(made.report, false).dump());
       }
       for (std::size_t s = 0; s < modes.size(); ++s) {
         solvers::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
       }
-      write_views(config, shape, modes.front().surface, folders, file, trace, written);
+      write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
     });
-    written.push_back(
+    result.written.push_back(
         std::filesystem::relative(folders.modes_file(shape), folders.output).string());
   });
-  return written;
+  return result;
 }
 
 }  // namespace carillon::cli

@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "cli/build/plan.hpp"
@@ -35,11 +36,17 @@ struct ModeSets {
 ModeSets group_variants(const std::vector<std::vector<synth::Material>>& materials,
                         const std::vector<Variant>& variants, const solvers::Band& band);
 
+struct ModesTaskResult {
+  std::vector<std::string> written;  ///< paths of the files, relative to the output folder
+  /// {asked_cents, reached_cents, met, order, element_size_m} of the setting that was chosen; null
+  /// without a pitch target.
+  nlohmann::json pitch_target;
+};
+
 /// Meshes a shape, solves its mode sets and writes them with its voxels and picture to its modes
-/// file. Returns paths of the files written, relative to the output folder.
+/// file.
 /// @note Collective on comm.
-std::vector<std::string> run_modes_task(const BuildConfig& config, const Shape& shape,
-                                        const BuildFolders& folders, MPI_Comm comm,
-                                        core::Trace& trace);
+ModesTaskResult run_modes_task(const BuildConfig& config, const Shape& shape,
+                               const BuildFolders& folders, MPI_Comm comm, core::Trace& trace);
 
 }  // namespace carillon::cli

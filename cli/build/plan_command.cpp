@@ -5,6 +5,7 @@
 
 #include "cli/build/build.hpp"
 #include "cli/build/effects.hpp"
+#include "cli/build/solver_plan.hpp"
 #include "core/progress.hpp"
 
 namespace carillon::cli {
@@ -36,6 +37,7 @@ nlohmann::json describe(const LoadedBuild& build) {
           {"shapes", build.plan.shapes.size()},
           {"samples", build.plan.samples.size()},
           {"tasks", {{"modes", modes_tasks}, {"samples", samples_tasks}}},
+          {"solver", plan_solver(build.config)},
           {"effects", plan_effects(build.config)},
           {"estimate",
            {{"rank_seconds", seconds},
@@ -45,15 +47,21 @@ nlohmann::json describe(const LoadedBuild& build) {
 }
 
 void print_plan(const nlohmann::json& plan) {
-  fmt::print("{}: {} samples of {} shapes in {} + {} tasks\n", plan.at("name").get<std::string>(),
+  fmt::print("{}: {} samples of {} shapes in {} + {} tasks\n\n", plan.at("name").get<std::string>(),
              plan.at("samples").get<std::size_t>(), plan.at("shapes").get<std::size_t>(),
              plan.at("tasks").at("modes").get<std::size_t>(),
              plan.at("tasks").at("samples").get<std::size_t>());
+  for (const nlohmann::json& entry : plan.at("solver")) {
+    fmt::print("  {:<14} {:<16} {}\n", entry.at("name").get<std::string>(),
+               entry.at("text").get<std::string>(), entry.at("reason").get<std::string>());
+  }
+  fmt::print("\n");
   for (const nlohmann::json& effect : plan.at("effects")) {
-    fmt::print("  {:<10} {:<4} {}\n", effect.at("name").get<std::string>(),
+    fmt::print("  {:<14} {:<16} {}\n", effect.at("name").get<std::string>(),
                effect.at("enabled").get<bool>() ? "on" : "off",
                effect.at("reason").get<std::string>());
   }
+  fmt::print("\n");
   const nlohmann::json& estimate = plan.at("estimate");
   fmt::print("about {} of one rank, {} of memory per rank, {} on disk before compression\n",
              core::human_duration(estimate.at("rank_seconds").get<double>()),

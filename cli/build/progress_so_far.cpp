@@ -118,7 +118,7 @@ Results write_results(const LoadedBuild& build, const BuildFolders& folders,
                       const std::map<std::string, json>& finished) {
   Results results;
   std::vector<std::size_t> done;
-  json files = json::array(), failures = json::array();
+  json files = json::array(), failures = json::array(), pitch_targets = json::object();
   for (std::size_t t = 0; t < build.plan.tasks.size(); ++t) {
     const BuildTask& task = build.plan.tasks[t];
     const auto found = finished.find(task.key);
@@ -128,6 +128,11 @@ Results write_results(const LoadedBuild& build, const BuildFolders& folders,
       if (task.kind == TaskKind::samples) {
         done.push_back(t);
         results.samples += task.count;
+      }
+      if (entry.contains("pitch_target")) {
+        const std::string& shape = build.plan.shapes[task.shape].id;
+        pitch_targets[shape] = entry.at("pitch_target");
+        if (!entry.at("pitch_target").at("met").get<bool>()) results.missed.push_back(shape);
       }
       for (const json& file : entry.at("files")) files.push_back(file);
     } else {
@@ -140,7 +145,8 @@ Results write_results(const LoadedBuild& build, const BuildFolders& folders,
     }
   }
   write_index(build.config, build.plan, done, folders);
-  write_descriptions(build.config, build.plan, results.samples, files, failures, folders);
+  write_descriptions(build.config, build.plan, results.samples, pitch_targets, files, failures,
+                     folders);
   results.failed = failures.size();
   return results;
 }

@@ -27,8 +27,9 @@ nlohmann::json describe_files(const std::vector<std::string>& written,
 
 /// What a folder holds.
 struct Results {
-  std::size_t samples = 0;  ///< in the index
-  std::size_t failed = 0;   ///< tasks
+  std::size_t samples = 0;          ///< in the index
+  std::size_t failed = 0;           ///< tasks
+  std::vector<std::string> missed;  ///< shapes that did not meet the pitch target
 };
 
 /// Writes index.h5, dataset.json and failures.json from all that is finished.

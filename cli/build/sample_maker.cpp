@@ -117,6 +117,9 @@ SampleResult SampleMaker::make(const Sample& sample, core::Trace& trace) {
   result.frame = synth::frame_at(body.modes.surface, result.strike.point);
   result.modes = body.modes.size();
   result.complete_to_hz = body.modes.certificate.complete_to_hz;
+  for (const double cents : body.modes.pitch_errors) {
+    result.pitch_error = std::max(result.pitch_error, cents);
+  }
 
   std::vector<synth::Listener> listeners;
   if (!config.listeners.empty()) {

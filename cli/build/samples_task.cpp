@@ -63,6 +63,7 @@ void add_strike_columns(const SampleResult& result, Columns& columns) {
   columns.add("contact_time", result.strike.contact_time, "s");
   columns.add("modes", static_cast<std::int64_t>(result.modes));
   columns.add("complete_to", result.complete_to_hz, "Hz");
+  columns.add("pitch_error", result.pitch_error, "cent");
 }
 
 void add_audio(const BuildConfig& config, const SampleResult& result, Columns& columns) {

@@ -18,6 +18,7 @@ struct SampleResult {
   double peak = 0;           ///< largest magnitude in `audio`
   std::size_t modes = 0;     ///< modes that sound
   double complete_to_hz = 0;
+  double pitch_error = 0;  ///< worst estimated one of the body's modes [cents]
 };
 
 /// Makes samples of one shape from its modes file; modes of a variant are rescaled once.

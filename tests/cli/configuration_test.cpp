@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "cli/text.hpp"
 #include "core/error.hpp"
 
 namespace carillon::cli {
@@ -79,13 +82,27 @@ TEST(Configuration, MistakesNamePlaceAndRemedy) {
 
 TEST(Configuration, ImpossibleValuesAreRefused) {
   const std::string text(minimal);
-  for (const char* wrong : {"modes: {min_frequency: 30 kHz}\n", "audio: {gain: 0}\n",
-                            "audio: {sample_rate: 10 Hz}\n", "strikes: {spread: 90 deg}\n",
-                            "strikes: {impulse: 0}\n", "split: {test: 0.7, validation: 0.4}\n",
-                            "mel: {max_frequency: 30 kHz}\n", "camera: {field_of_view: 180 deg}\n",
-                            "audio: {seconds: 0}\n", "strikes: {csv: not-there.csv}\n"}) {
+  for (const char* wrong :
+       {"modes: {min_frequency: 30 kHz}\n", "audio: {gain: 0}\n", "audio: {sample_rate: 10 Hz}\n",
+        "strikes: {spread: 90 deg}\n", "strikes: {impulse: 0}\n",
+        "split: {test: 0.7, validation: 0.4}\n", "mel: {max_frequency: 30 kHz}\n",
+        "camera: {field_of_view: 180 deg}\n", "audio: {seconds: 0}\n",
+        "strikes: {csv: not-there.csv}\n", "solver: {memory_limit: 1e12 GiB}\n",
+        "solver: {memory_limit: -1 GiB}\n", "solver: {memory_limit: 0}\n",
+        "limits: {mesh_memory: 1e300}\n"}) {
     EXPECT_NE(refusal(text + wrong), "accepted") << wrong;
   }
+}
+
+TEST(Configuration, LimitsOfMemoryNeverOverflow) {
+  const std::string text = refusal(std::string(minimal) + "solver: {memory_limit: 1e12 GiB}\n");
+  EXPECT_NE(text.find("solver.memory_limit"), std::string::npos) << text;
+  EXPECT_NE(text.find("16 GiB"), std::string::npos) << text;
+  EXPECT_EQ(read(std::string(minimal) + "solver: {memory_limit: 1 MiB}\n").solver.memory_limit,
+            1 << 20);
+  EXPECT_EQ(whole_bytes(1152921504606846976.0), 1ll << 60);
+  EXPECT_THROW(whole_bytes(1e21), core::InputError);
+  EXPECT_THROW(whole_bytes(std::nan("")), core::InputError);
 }
 
 TEST(Configuration, MaterialsOfGroups) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cli/build/effects.hpp"
+#include "cli/build/solver_plan.hpp"
 #include "core/error.hpp"
 
 namespace carillon::cli {
@@ -128,6 +129,36 @@ TEST(Plan, EffectsAreOffUnlessAskedFor) {
     EXPECT_TRUE(on[i].at("enabled").get<bool>()) << name;
     EXPECT_FALSE(on[i].at("reason").get<std::string>().empty());
   }
+}
+
+TEST(Plan, SolverIsShownWithItsReasons) {
+  const auto solver = [](const std::string& more) {
+    std::map<std::string, nlohmann::json> by_name;
+    for (const auto& entry : plan_solver(bars(1, 1, more))) {
+      EXPECT_FALSE(entry.at("reason").get<std::string>().empty()) << entry;
+      EXPECT_FALSE(entry.at("text").get<std::string>().empty()) << entry;
+      by_name[entry.at("name")] = entry;
+    }
+    return by_name;
+  };
+  auto usual = solver("");
+  EXPECT_EQ(usual["order"]["value"], 3);
+  EXPECT_EQ(usual["pitch_target"]["value"], nullptr);
+  EXPECT_EQ(usual["element_size"]["value"], nullptr);
+  EXPECT_EQ(usual["linear_solver"]["value"], "automatic");
+  EXPECT_EQ(usual["memory_limit"]["text"], "16.0 GiB");
+  auto chosen = solver(
+      "solver: {pitch_cents: 5, eigen_solver: krylov_schur, linear_solver: iterative, "
+      "memory_limit: 4 GiB}\nmodes: {order: 2, element_size: 8 mm, max_modes: 7}\n");
+  EXPECT_EQ(chosen["order"]["value"], 2);
+  EXPECT_NE(chosen["order"]["reason"], usual["order"]["reason"]);
+  EXPECT_EQ(chosen["element_size"]["value"], 0.008);
+  EXPECT_EQ(chosen["pitch_target"]["value"], 5);
+  EXPECT_EQ(chosen["eigen_solver"]["value"], "krylov_schur");
+  EXPECT_EQ(chosen["linear_solver"]["value"], "iterative");
+  EXPECT_EQ(chosen["memory_limit"]["value"], 4ll << 30);
+  EXPECT_EQ(chosen["max_modes"]["value"], 7);
+  EXPECT_EQ(chosen["band"]["value"], nlohmann::json({20, 20000}));
 }
 
 }  // namespace

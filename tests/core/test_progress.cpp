@@ -136,6 +136,10 @@ TEST(HumanBytes, ReadsLikeAPersonWouldSay) {
   EXPECT_EQ(human_bytes(1.2e6), "1.2 MB");
   EXPECT_EQ(human_bytes(999'960), "1.0 MB");
   EXPECT_EQ(human_bytes(3e18), "3000.0 PB");
+  EXPECT_EQ(human_binary_bytes(1023), "1023 B");
+  EXPECT_EQ(human_binary_bytes(1024), "1.0 KiB");
+  EXPECT_EQ(human_binary_bytes(1e6), "976.6 KiB");
+  EXPECT_EQ(human_binary_bytes(16.0 * (1 << 30)), "16.0 GiB");
 }
 
 }  // namespace

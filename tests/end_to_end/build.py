@@ -1,6 +1,7 @@
 """A dataset as h5py sees it: complete, the same for every number of ranks, and resumable."""
 import hashlib
 import json
+import re
 import signal
 import subprocess
 import time
@@ -9,7 +10,7 @@ import unittest
 import h5py
 import numpy
 
-from program import CARILLON, FolderTest, run, run_json
+from program import CARILLON, CONFIGS, FolderTest, run, run_json
 
 CONFIG = """
 name: little
@@ -31,6 +32,8 @@ camera: {width: 64, height: 48}
 files: {wav: true, png: true}
 split: {validation: 0.3, test: 0.3}
 """
+# Between what the matrices of SMALL take and what their factor would take beside them.
+LIMIT = "4 MiB"
 SAMPLES = 3 * (4 + 2 + 2 + 2)
 
 
@@ -111,6 +114,34 @@ class Build(FolderTest):
             data = (self.output / file["path"]).read_bytes()
             self.assertEqual(hashlib.sha256(data).hexdigest(), file["sha256"])
         self.assertEqual(json.loads((self.output / "failures.json").read_text()), [])
+
+    def test_every_name_is_in_the_document(self):
+        document = (CONFIGS.parent / "docs" / "format.md").read_text()
+        named = set(re.findall(r"`([^`\s]+)`", document))
+        written = set()
+
+        def note(name, item):
+            path = re.sub(r"^(set-\d+|shapes)(/|$)", "", name)
+            if isinstance(item, h5py.Dataset):
+                written.add(path)
+            written.update(item.attrs)
+
+        turned = self.folder / "turned.h5"
+        run_json("modes", "ring", "-m", "steel", "--solver", "fourier", "-o", turned)
+        for file in (self.output / "index.h5", turned, *self.output.rglob("modes/*.h5"),
+                     *self.output.rglob("samples/*.h5")):
+            with h5py.File(file) as opened:
+                written.update(opened.attrs)
+                opened.visititems(note)
+        # Attributes that belong to datasets of a kind.
+        written -= {"unit", "scale", "norm", "power", "window", "padding", "fft_size", "hop"}
+        self.assertEqual(written - named, set())
+        # And the way back: what the tables of a set promise is written.
+        table = document[document.index("Fields of"):]
+        promised = {name for row in re.findall(r"^\| (`[^|]*`) \|", table, re.M)
+                    for name in re.findall(r"`([^`]+)`", row)}
+        self.assertGreater(len(promised), 20)
+        self.assertEqual(promised - written, set())
 
     def test_trace_shows_what_ran_and_nothing_else(self):
         effects = json.loads((self.output / "trace.json").read_text())["effects"]
@@ -288,6 +319,79 @@ class Build(FolderTest):
         again = run("build", config, "-o", output, ranks=2)
         self.assertEqual(again.returncode, 3)
         self.assertIn("nothing to do", again.stdout)
+
+
+SMALL = """
+objects:
+  - shape: tile
+    parameters: {length: 100 mm, width: 80 mm, thickness: 6 mm}
+    materials: [steel]
+modes: {max_modes: 8, order: 2, element_size: 20 mm}
+strikes: {per_object: 1}
+audio: {seconds: 0.1 s}
+"""
+
+
+class Solver(FolderTest):
+    """What `solver:` asks for is what the dataset says was done."""
+
+    def build(self, name, *settings):
+        output = self.folder / name
+        overrides = [word for setting in settings for word in ("--set", setting)]
+        summary = run_json("build", self.write("small.yaml", SMALL), "-o", output, *overrides)
+        with h5py.File(output / "modes" / "tile-000.h5") as file:
+            certificate = dict(file["set-000/certificate"].attrs)
+            errors = file["set-000/pitch_errors"][()]
+            request = json.loads(file.attrs["request"])["options"]
+        with h5py.File(output / "index.h5") as index:
+            self.assertEqual(index["pitch_error"].attrs["unit"], "cent")
+            self.assertEqual(index["pitch_error"][0], errors.max())
+        return summary, certificate, request, output
+
+    def test_certificates_name_the_solvers(self):
+        for settings, eigen_solver, linear_solver in (
+                ([], "block_lanczos", "direct"),
+                (["solver.eigen_solver=krylov_schur"], "krylov_schur", "direct"),
+                (["solver.linear_solver=iterative"], "block_lanczos", "iterative"),
+                (["solver.memory_limit=" + LIMIT], "block_lanczos", "iterative")):
+            _, certificate, _, _ = self.build(f"{eigen_solver}-{len(str(settings))}", *settings)
+            self.assertEqual(certificate["eigen_solver"], eigen_solver, settings)
+            self.assertEqual(certificate["linear_solver"], linear_solver, settings)
+            self.assertEqual(certificate["count_verified"], linear_solver == "direct", settings)
+
+    def test_missed_pitch_targets_leave_a_trace(self):
+        summary, _, _, output = self.build("missed", "solver.pitch_cents=0.001",
+                                           "modes.max_elements=300")
+        self.assertEqual(summary["missed_pitch_targets"], ["tile-000"])
+        self.assertEqual(summary["failed_tasks"], 0)
+        dataset = json.loads((output / "dataset.json").read_text())
+        self.assertEqual(dataset["missed_pitch_targets"], ["tile-000"])
+        target = dataset["shapes"][0]["pitch_target"]
+        self.assertFalse(target["met"])
+        self.assertGreater(target["reached_cents"], 0.001)
+        with h5py.File(output / "index.h5") as index:
+            self.assertAlmostEqual(index["pitch_error"][0], target["reached_cents"], 9)
+        self.assertEqual(json.loads((output / "trace.json").read_text())["missed_pitch_targets"], 1)
+
+    def test_descriptions_hold_the_setting_that_was_kept(self):
+        summary, _, request, output = self.build("met", "solver.pitch_cents=1")
+        self.assertEqual(summary["missed_pitch_targets"], [])
+        shape = json.loads((output / "dataset.json").read_text())["shapes"][0]
+        self.assertTrue(shape["pitch_target"]["met"])
+        self.assertLessEqual(shape["pitch_target"]["reached_cents"], 1)
+        self.assertEqual(shape["request"]["options"], request)
+        with h5py.File(output / "modes" / "tile-000.h5") as file:
+            report = json.loads(file.attrs["pitch_target"])
+        self.assertGreater(len(report["steps"]), 1)
+        chosen = report["steps"][report["chosen"]]
+        self.assertEqual(request["order"], chosen["order"])
+        self.assertEqual(request["element_size"], chosen["element_size_m"])
+
+    def test_versions_name_every_library_of_the_solve(self):
+        output = self.build("versions")[3]
+        versions = json.loads((output / "dataset.json").read_text())["versions"]
+        for library in ("petsc", "slepc", "metis", "cholmod", "mumps", "blas"):
+            self.assertRegex(versions[library], r"\d", library)
 
 
 if __name__ == "__main__":

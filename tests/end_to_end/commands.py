@@ -27,6 +27,10 @@ CUBE = """OFF
 """
 
 
+# Between what the matrices of TILE take and what their factor would take beside them.
+LIMIT = "40 MiB"
+
+
 def cents(a, b):
     return 1200 * math.log2(a / b)
 
@@ -92,6 +96,60 @@ class Modes(FolderTest):
         self.assertIn("modes from cache_s", second["timing"])
         self.assertNotIn("solve_s", second["timing"])
         self.assertEqual(first["modes"], second["modes"])
+
+
+TILE = ("tile:length=100mm,width=80mm,thickness=6mm", "-m", "steel", "--max-modes", "8")
+
+
+class Solvers(FolderTest):
+    """Switches of the solve as a user types them, and what the certificate says of them."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.usual = run_json("modes", *TILE)
+
+    def compare(self, eigen_solver, linear_solver, tolerance, *arguments):
+        result = run_json("modes", *TILE, *arguments)
+        for a, b in zip(result["modes"], self.usual["modes"], strict=True):
+            self.assertLess(abs(a["frequency_hz"] / b["frequency_hz"] - 1), tolerance)
+        certificate = result["certificate"]
+        self.assertEqual(certificate["eigen_solver"], eigen_solver)
+        self.assertEqual(certificate["linear_solver"], linear_solver)
+        self.assertEqual(certificate["count_verified"], linear_solver == "direct")
+
+    def test_usual_solvers(self):
+        certificate = self.usual["certificate"]
+        self.assertEqual(certificate["eigen_solver"], "block_lanczos")
+        self.assertEqual(certificate["linear_solver"], "direct")
+        self.assertTrue(certificate["count_verified"])
+
+    def test_krylov_schur_by_both_names(self):
+        for name in ("--solver", "--eigen-solver"):
+            self.compare("krylov_schur", "direct", 1e-9, "--cache", "", name, "krylov_schur")
+
+    def test_iterative(self):
+        self.compare("block_lanczos", "iterative", 1e-7, "--linear-solver", "iterative")
+
+    def test_a_small_limit_makes_automatic_iterative(self):
+        self.compare("block_lanczos", "iterative", 1e-7, "--memory-limit", LIMIT)
+
+    def test_few_unknowns_are_solved_densely_and_say_so(self):
+        mesh = self.write("few.msh", msh_2(*two_part_bar(2)))
+        result = run_json("modes", mesh, "-m", "steel", "--order", "1", "--solver", "krylov_schur")
+        self.assertEqual(result["certificate"]["eigen_solver"], "dense")
+
+    def test_pitch_targets_that_are_missed_show(self):
+        wav = self.folder / "missed.wav"
+        for command, *more in (["modes"], ["strike", "-o", wav]):
+            result = run(command, *TILE, "--order", "2", "--element-size", "40 mm",
+                         "--max-elements", "300", "--pitch-cents", "0.01", *more, "--json")
+            self.assertEqual(result.returncode, 3, result.stderr)
+            self.assertIn("pitch target of 0.01 cents is not met", result.stderr)
+            self.assertFalse(json.loads(result.stdout)["pitch_target"]["met"])
+        self.assertTrue(wav.exists())
+        met = run("modes", *TILE, "--pitch-cents", "1000")
+        self.assertEqual((met.returncode, met.stderr), (0, ""))
 
 
 def two_part_bar(n=8):
@@ -233,6 +291,47 @@ class Errors(FolderTest):
             self.expect(2, option.split("=")[0], "strike", "tile", "-m", "steel", "-o", "x.wav",
                         *([option, value] if value else [option]))
 
+    def test_limits_end_with_the_remedy(self):
+        self.expect(2, "would fit", "modes", *TILE, "--max-elements", "10")
+        self.expect(2, "the iterative linear solver", "modes", *TILE, "--linear-solver", "direct",
+                    "--memory-limit", "1MB")
+        self.expect(2, "raise the memory limit", "modes", *TILE, "--memory-limit", "1MB")
+        self.expect(2, "976.6 KiB", "modes", *TILE, "--memory-limit", "1MB")
+        mesh = self.write("large.msh", msh_2(*two_part_bar()))
+        self.expect(2, "raise max_elements", "modes", mesh, "-m", "steel", "--max-elements", "3")
+
+    def test_refused_meshes(self):
+        # Two bars that meet in one edge alone.
+        nodes, tetrahedra = two_part_bar(2)
+        turned = [(-x, y, -z) for x, y, z in nodes]
+        number = {p: i for i, p in enumerate(nodes)}
+        for p in turned:
+            number.setdefault(p, len(number))
+        second = [(part, [number[turned[t]] for t in tet]) for part, tet in tetrahedra]
+        mesh = self.write("edge.msh", msh_2(list(number), tetrahedra + second))
+        self.expect(2, "edge", "modes", mesh, "-m", "steel")
+
+    def test_memory_limits_are_bounded(self):
+        for limit in ("1e12GiB", "0", "-1 GiB", "1e300"):
+            self.expect(2, "--memory-limit", "modes", *TILE, "--memory-limit=" + limit)
+        self.expect(2, "units of a memory size", "modes", *TILE, "--memory-limit", "3 kg")
+
+    def test_options_that_would_do_nothing_are_refused(self):
+        for option, value in (("--length", "3 cm"), ("--thickness", "2 mm")):
+            self.expect(2, f"{option} does not apply", "modes", *TILE, option, value)
+        mesh = self.write("given.msh", msh_2(*two_part_bar(2)))
+        for option, value in (("--element-size", "3 cm"), ("--thickness", "2 mm")):
+            self.expect(2, f"{option} does not apply", "modes", mesh, "-m", "steel", option, value)
+        for value in ("0", "-5 mm"):
+            self.expect(2, "--element-size", "modes", *TILE, "--element-size=" + value)
+            self.expect(2, "--length", "modes", self.write("c.off", CUBE), "-m", "steel",
+                        "--length=" + value)
+        for option, value in (("--order", "3"), ("--linear-solver", "automatic"),
+                              ("--memory-limit", "16 GiB"), ("--max-elements", "200000"),
+                              ("--pitch-cents", "5")):
+            self.expect(2, f"{option} does not apply", "modes", "ring", "-m", "steel",
+                        "--eigen-solver", "fourier", option, value)
+
     def test_one_bad_file_does_not_hide_the_others(self):
         good = self.write("good.off", CUBE)
         result = run("inspect", self.write("bad.off", "OFF\n1 2\n"), good, "--json")
@@ -281,6 +380,12 @@ class Others(FolderTest):
         self.assertFalse(effects["radiation"]["enabled"])
         self.assertIn("listener", effects["radiation"]["reason"])
         self.assertTrue(effects["mel"]["enabled"])
+        solver = {e["name"]: e for e in plan["solver"]}
+        self.assertEqual(solver["eigen_solver"]["value"], "block_lanczos")
+        self.assertEqual(solver["memory_limit"]["value"], 16 << 30)
+        text = run("plan", CONFIGS / "smoke.yaml", "--set", "solver.pitch_cents=5").stdout
+        self.assertIn("5 cents", text)
+        self.assertIn("16.0 GiB", text)
 
     def test_preview_makes_its_three_files(self):
         out = self.folder / "preview"
