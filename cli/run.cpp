@@ -1,6 +1,10 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <thread>
 
 #include "cli/context.hpp"
@@ -50,6 +54,10 @@ int fail(const Context& context, ExitCode code, const char* message) {
 }  // namespace
 
 int run(int argc, char** argv, MPI_Comm world) {
+  // Standard output belongs to results: a warning among them would spoil --json.
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "carillon", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+
   Context context;
   context.world = world;
 

@@ -40,8 +40,9 @@ json plan_solver(const BuildConfig& config) {
                                : "of the elements, the same for every body"));
   list.push_back(entry("element_size", size > 0 ? json(size) : json(),
                        size > 0 ? fmt::format("{:.4g} m", size) : "automatic",
-                       std::string(size > 0 ? "largest edge" : "from each body's thickness and "
-                                                               "curvature") +
+                       std::string(size > 0 ? "largest edge"
+                                            : "from each body's thickness and "
+                                              "curvature") +
                            (refined ? "; the first setting" : "")));
   list.push_back(entry("max_elements", config.mesh.max_elements,
                        fmt::format("{}", config.mesh.max_elements),

@@ -27,8 +27,10 @@ CUBE = """OFF
 """
 
 
+TILE = ("tile:length=100mm,width=80mm,thickness=6mm", "-m", "steel", "--max-modes", "8", "--order",
+        "2", "--element-size", "20 mm")
 # Between what the matrices of TILE take and what their factor would take beside them.
-LIMIT = "40 MiB"
+LIMIT = "4 MiB"
 
 
 def cents(a, b):
@@ -98,8 +100,6 @@ class Modes(FolderTest):
         self.assertEqual(first["modes"], second["modes"])
 
 
-TILE = ("tile:length=100mm,width=80mm,thickness=6mm", "-m", "steel", "--max-modes", "8")
-
 
 class Solvers(FolderTest):
     """Switches of the solve as a user types them, and what the certificate says of them."""
@@ -142,8 +142,8 @@ class Solvers(FolderTest):
     def test_pitch_targets_that_are_missed_show(self):
         wav = self.folder / "missed.wav"
         for command, *more in (["modes"], ["strike", "-o", wav]):
-            result = run(command, *TILE, "--order", "2", "--element-size", "40 mm",
-                         "--max-elements", "300", "--pitch-cents", "0.01", *more, "--json")
+            result = run(command, *TILE, "--max-elements", "400", "--pitch-cents", "0.01", *more,
+                         "--json")
             self.assertEqual(result.returncode, 3, result.stderr)
             self.assertIn("pitch target of 0.01 cents is not met", result.stderr)
             self.assertFalse(json.loads(result.stdout)["pitch_target"]["met"])
