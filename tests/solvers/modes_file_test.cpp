@@ -39,6 +39,11 @@ void expect_equal(const Modes& a, const Modes& b) {
   EXPECT_EQ(a.certificate.max_residual, b.certificate.max_residual);
   EXPECT_EQ(a.certificate.orthonormality, b.certificate.orthonormality);
   EXPECT_EQ(a.certificate.unknowns, b.certificate.unknowns);
+  EXPECT_EQ(a.certificate.count_verified, b.certificate.count_verified);
+  EXPECT_EQ(a.certificate.eigen_solver, b.certificate.eigen_solver);
+  EXPECT_EQ(a.certificate.linear_solver, b.certificate.linear_solver);
+  EXPECT_EQ(a.certificate.snapshots, b.certificate.snapshots);
+  EXPECT_EQ(a.certificate.basis_error, b.certificate.basis_error);
 }
 
 class ModesFile : public testing::Test {
@@ -63,6 +68,21 @@ TEST_F(ModesFile, ComesBackEqualFromDisk) {
   EXPECT_EQ(group.text_attribute("unit", "eigenvalues"), "rad^2/s^2");
   EXPECT_EQ(group.text_attribute("unit", "shapes"), "kg^-1/2");
   EXPECT_EQ(group.extent("shapes"), (core::Extent{9, modes.surface.nodes.size(), 3}));
+}
+
+TEST_F(ModesFile, EverySolverComesBackByItsName) {
+  auto modes = test::lowest_modes(mesh, regions, 3);
+  EXPECT_EQ(modes.certificate.eigen_solver, EigenSolver::dense);  // a few hundred unknowns
+  const auto path = folder.path() / "named.h5";
+  for (const auto eigen :
+       {EigenSolver::block_lanczos, EigenSolver::krylov_schur, EigenSolver::dense}) {
+    for (const auto linear : {LinearSolver::direct, LinearSolver::iterative}) {
+      modes.certificate.eigen_solver = eigen;
+      modes.certificate.linear_solver = linear;
+      write_modes(core::Hdf5Group::create_file(path), modes);
+      expect_equal(read_modes(core::Hdf5Group::open_file(path)), modes);
+    }
+  }
 }
 
 TEST_F(ModesFile, AnEmptySetComesBackToo) {
