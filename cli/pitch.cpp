@@ -10,30 +10,29 @@
 
 namespace carillon::cli {
 
-namespace {
-
-/// Tetrahedra that a file gives cannot be made smaller.
 bool gives_tetrahedra(const solvers::MeshRequest& request) {
   return request.shape.family.empty() && solvers::mesh_extension(request.file.path) == ".msh";
 }
 
-}  // namespace
-
-solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver& solve,
-                                     MPI_Comm comm, core::Trace& trace) {
+solvers::PitchTarget pitch_target(const PitchSearch& search) {
   solvers::PitchTarget target;
   target.cents = search.cents;
   target.start = search.request.options;
   target.fixed_mesh = gives_tetrahedra(search.request);
   target.linear_solver = search.linear_solver;
   target.memory_limit = search.memory_limit;
+  return target;
+}
+
+solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver& solve,
+                                     MPI_Comm comm, core::Trace& trace) {
   const auto make_mesh = [&](const solvers::MeshOptions& options) {
     const core::ScopedTimer timer(trace.stages["mesh"]);
     solvers::MeshRequest request = search.request;
     request.options = options;
     return shared_mesh(request, search.limits, search.cache, comm);
   };
-  return solvers::reach_pitch(target, make_mesh, solve);
+  return solvers::reach_pitch(pitch_target(search), make_mesh, solve);
 }
 
 void settle(const std::optional<solvers::PitchReport>& report, Context& context) {

@@ -26,6 +26,12 @@ struct PitchSearch {
 /// Mode sets of a mesh that must all meet the target.
 using SetSolver = std::function<std::vector<solvers::Modes>(const solvers::MeshResult&)>;
 
+/// Tetrahedra that a file gives (MSH) cannot be made smaller.
+bool gives_tetrahedra(const solvers::MeshRequest& request);
+
+/// The target that a search asks the solvers for.
+solvers::PitchTarget pitch_target(const PitchSearch& search);
+
 /// Meshes and solves a body until its pitches are as accurate as asked (solvers::reach_pitch);
 /// every mesh that is tried stays in the cache. trace.stages["mesh"] counts the meshes.
 /// @note Collective on comm.

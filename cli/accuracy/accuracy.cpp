@@ -7,9 +7,11 @@
 #include <thread>
 
 #include "cli/accuracy/findings.hpp"
+#include "cli/accuracy/modes_line.hpp"
 #include "cli/accuracy/stand_in.hpp"
 #include "cli/build/dataset.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"
 
@@ -52,13 +54,16 @@ bool find_body(LadderObject& object, Findings& findings, const std::filesystem::
     object.request.file.path = file.string();
     return true;
   }
+  // It may have gone since the configuration was read.
   if (!object.optional) throw core::FileError(fmt::format("{}: no such file", path));
   findings.failure = fmt::format("passed over, {} is missing", path);
+  findings.passed_over = true;
   return false;
 }
 
-Findings climb(const LadderConfig& config, const LadderObject& object, RungRunner& runner,
-               Findings findings, const std::function<void(const std::string&)>& tell) {
+/// Fills in the findings as they come: what stands when something throws stays.
+void climb(const LadderConfig& config, const LadderObject& object, RungRunner& runner,
+           Findings& findings, const std::function<void(const std::string&)>& tell) {
   tell("reference of " + object.name);
   findings.reference = runner.reference();
   for (const int order : object.orders)
@@ -73,15 +78,17 @@ Findings climb(const LadderConfig& config, const LadderObject& object, RungRunne
   }
   for (const double cents : config.pitch_cents) {
     tell(fmt::format("{}, {:.3g} cents", object.name, cents));
-    Choice choice;
+    Choice& choice = findings.choices.emplace_back();
     choice.cents = cents;
-    choice.report = runner.choose(cents);
-    for (const auto& step : choice.report.steps)
-      choice.steps.push_back(&runner.rung_of(step, cents));
-    findings.choices.push_back(std::move(choice));
+    choice.command = modes_line(object, runner.band(), config.max_elements, cents);
+    try {
+      choice.report = runner.choose(cents);
+      for (const auto& step : choice.report.steps)
+        choice.steps.push_back(&runner.rung_of(step, cents));
+    } catch (const core::Error& error) {
+      choice.failure = error.message();
+    }
   }
-  for (const auto& rung : runner.rungs()) findings.rungs.push_back(rung.get());
-  return findings;
 }
 
 json measure_object(const LadderConfig& config, LadderObject object,
@@ -89,14 +96,15 @@ json measure_object(const LadderConfig& config, LadderObject object,
                     const std::function<void(const std::string&)>& tell) {
   Findings findings;
   findings.name = object.name;
-  if (!find_body(object, findings, output, context, comm)) return to_json(config, findings);
   RungRunner runner(config, object, context, comm);
   try {
-    findings = climb(config, object, runner, std::move(findings), tell);
-  } catch (const core::SolverError& error) {
-    // One body that cannot be solved does not spoil the others.
+    if (find_body(object, findings, output, context, comm)) {
+      climb(config, object, runner, findings, tell);
+    }
+  } catch (const core::Error& error) {
     findings.failure = error.message();
   }
+  for (const auto& rung : runner.rungs()) findings.rungs.push_back(rung.get());
   return to_json(config, findings);
 }
 
@@ -114,6 +122,8 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
                      {"load_before", load_average()}}},
                    {"clock", config.cpu_time ? "processor" : "wall"},
                    {"modes", config.modes},
+                   {"tolerance", config.tolerances.front()},
+                   {"finished", false},
                    {"configuration", config.resolved},
                    {"objects", json::array()}};
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
@@ -122,9 +132,15 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
     };
     document["objects"].push_back(
         measure_object(config, config.objects[i], output, context, comm, tell));
+    document["finished"] = i + 1 == config.objects.size();
+    document["seconds"] = core::monotonic_seconds() - start;
+    mpi::agreed(comm, [&] {
+      if (mpi::rank(comm) == 0) {
+        core::write_text_durably(output / "accuracy.json", document.dump(1) + "\n");
+      }
+    });
   }
   progress.finish("");
-  document["seconds"] = core::monotonic_seconds() - start;
   return document;
 }
 

@@ -1,20 +1,21 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "cli/accuracy/accuracy.hpp"
 #include "cli/accuracy/findings.hpp"
 #include "core/config.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
 
 namespace {
 
-void run_accuracy(const AccuracyOptions& options, const Context& context) {
+/// @return the exit code, the same on every rank
+int run_accuracy(const AccuracyOptions& options, const Context& context) {
   std::string text;
   mpi::agreed(context.world, [&] {
     if (context.speaks()) text = core::read_text_file(options.config);
@@ -32,11 +33,16 @@ void run_accuracy(const AccuracyOptions& options, const Context& context) {
     if (error) throw core::FileError(fmt::format("{}: {}", output.string(), error.message()));
   });
   const nlohmann::json document = measure_ladder(config, output, context);
-  if (!context.speaks()) return;
+  bool failed = false;
+  if (context.speaks()) {
+    const nlohmann::json& objects = document.at("objects");
+    failed = std::any_of(objects.begin(), objects.end(), has_failed);
+  }
+  failed = mpi::broadcast(failed ? "failed" : "", 0, context.world) == "failed";
+  const int exit_code = failed ? exit_failures : exit_done;
+  if (!context.speaks()) return exit_code;
 
-  const std::filesystem::path file = output / "accuracy.json";
-  core::write_text_durably(file, document.dump(1) + "\n");
-  const std::string no_picture = plot_ladder(file);
+  const std::string no_picture = plot_ladder(output / "accuracy.json");
   if (context.json) {
     fmt::print("{}\n", document.dump(1));
   } else {
@@ -45,6 +51,7 @@ void run_accuracy(const AccuracyOptions& options, const Context& context) {
                no_picture.empty() ? ", accuracy.svg, accuracy.png" : "");
   }
   if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
+  return exit_code;
 }
 
 }  // namespace
@@ -64,7 +71,7 @@ void add_accuracy(CLI::App& program, Context& context) {
       "Examples:\n"
       "  carillon accuracy configs/accuracy.yaml\n"
       "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o ladder");
-  command->callback([&context, options] { run_accuracy(*options, context); });
+  command->callback([&context, options] { context.exit_code = run_accuracy(*options, context); });
 }
 
 }  // namespace carillon::cli

@@ -64,9 +64,10 @@ Summary summary(std::vector<double> errors) {
   return out;
 }
 
-std::vector<double> frequencies_of(const solvers::Modes& modes) {
+/// Frequencies of a set from the k-th, `count` or as many as there are.
+std::vector<double> frequencies_of(const solvers::Modes& modes, std::size_t k, std::size_t count) {
   std::vector<double> out;
-  for (std::size_t k = 0; k < modes.size(); ++k) out.push_back(modes.frequency(k));
+  for (; k < modes.size() && out.size() < count; ++k) out.push_back(modes.frequency(k));
   return out;
 }
 
@@ -78,15 +79,11 @@ json rung_json(const LadderConfig& config, const Rung& rung, const Reference& re
   json out = {{"order", rung.options.order},
               {"element_size_m", rung.element_size},
               {"automatic_size", rung.options.element_size <= 0},
+              {"size_factor", nullptr},
               {"tolerance", rung.tolerance}};
-  if (!rung.failure.empty()) {
-    out["failure"] = rung.failure;
-    return out;
-  }
-  const auto frequencies = frequencies_of(rung.modes);
-  const auto errors =
-      errors_in_cents(frequencies, reference.frequencies, static_cast<std::size_t>(config.modes));
-  const Summary truth = summary(errors), estimate = summary(rung.modes.pitch_errors);
+  if (rung.size_factor > 0) out["size_factor"] = rung.size_factor;
+  if (!rung.failure.empty()) out["failure"] = rung.failure;
+  if (rung.error) return out;
   out["elements"] = rung.mesh.mesh.element_count();
   out["unknowns"] = rung.modes.certificate.unknowns;
   out["seconds"] = time_of(config, rung);
@@ -94,24 +91,42 @@ json rung_json(const LadderConfig& config, const Rung& rung, const Reference& re
   out["processor_seconds"] = rung.cpu_seconds;
   out["runs"] = rung.runs;
   for (const auto& [stage, seconds] : rung.stages) out["stages"][stage + "_s"] = seconds;
-  out["modes"] = errors.size();
+  const std::size_t first = reference.first, count = reference.compared();
+  const auto frequencies = frequencies_of(rung.modes, first, count);
+  out["modes"] = frequencies.size();
+  out["frequencies_hz"] = frequencies;
+  // Ranks without a partner say nothing of the others' errors.
+  if (!rung.failure.empty()) return out;
+  const auto errors =
+      errors_in_cents(frequencies, std::span(reference.frequencies).subspan(first), count);
+  out["errors_cents"] = errors;
+  const Summary truth = summary(errors);
   out["worst_cents"] = truth.worst;
   out["median_cents"] = truth.median;
   out["estimated_worst_cents"] = nullptr;
   out["estimated_median_cents"] = nullptr;
+  out["estimated_errors_cents"] = json::array();
   if (!rung.modes.pitch_errors.empty()) {
+    const auto from = rung.modes.pitch_errors.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::vector<double> estimates(from, from + static_cast<std::ptrdiff_t>(count));
+    const Summary estimate = summary(estimates);
+    out["estimated_errors_cents"] = estimates;
     out["estimated_worst_cents"] = estimate.worst;
     out["estimated_median_cents"] = estimate.median;
   }
-  out["frequencies_hz"] = frequencies;
-  out["errors_cents"] = errors;
-  out["estimated_errors_cents"] = rung.modes.pitch_errors;
   return out;
 }
 
 json choice_json(const LadderConfig& config, const Choice& choice,
                  const std::vector<const Rung*>& rungs) {
-  json out = solvers::to_json(choice.report, false);
+  json out = {{"asked_cents", choice.cents}, {"met", false}};
+  if (!choice.failure.empty()) {
+    out["failure"] = choice.failure;
+  } else {
+    out = solvers::to_json(choice.report, false);
+  }
+  out["command"] = choice.command.empty() ? json() : json(choice.command);
+  if (!choice.failure.empty()) return out;
   double all = 0;
   for (std::size_t i = 0; i < choice.steps.size(); ++i) {
     const double seconds = time_of(config, *choice.steps[i]);
@@ -125,8 +140,8 @@ json choice_json(const LadderConfig& config, const Choice& choice,
   return out;
 }
 
-std::string number(const json& value) {
-  return value.is_null() ? "-" : fmt::format("{:.3g}", value.get<double>());
+std::string number(const json& value, double factor = 1) {
+  return value.is_null() ? "-" : fmt::format("{:.3g}", factor * value.get<double>());
 }
 
 }  // namespace
@@ -136,14 +151,20 @@ json to_json(const LadderConfig& config, const Findings& findings) {
   if (!findings.note.empty()) out["note"] = findings.note;
   if (!findings.failure.empty()) {
     out["failure"] = findings.failure;
-    return out;
+    out["passed_over"] = findings.passed_over;
   }
   const Reference& reference = findings.reference;
-  out["reference"] = {{"solver", reference.solver},
-                      {"unknowns", reference.unknowns},
-                      {"seconds", reference.seconds},
-                      {"estimated_worst_cents", reference.worst_cents},
-                      {"frequencies_hz", reference.frequencies}};
+  if (reference.frequencies.empty()) return out;
+  out["reference"] = {
+      {"solver", reference.solver},
+      {"unknowns", reference.unknowns},
+      {"seconds", reference.seconds},
+      {"estimated_worst_cents", reference.worst_cents},
+      {"modes", reference.compared()},
+      {"first_mode", reference.first + 1},
+      {"frequencies_hz",
+       std::vector(reference.frequencies.begin() + static_cast<std::ptrdiff_t>(reference.first),
+                   reference.frequencies.end())}};
   if (reference.order > 0) {
     out["reference"]["order"] = reference.order;
     out["reference"]["element_size_m"] = reference.element_size;
@@ -175,43 +196,72 @@ json to_json(const LadderConfig& config, const Findings& findings) {
   return out;
 }
 
+bool has_failed(const json& object) {
+  if (object.contains("failure")) return !object.at("passed_over").get<bool>();
+  const json& chosen = object.at("chosen");
+  return std::any_of(chosen.begin(), chosen.end(),
+                     [](const json& choice) { return choice.contains("failure"); });
+}
+
+namespace {
+
+void print_rung(const json& rung) {
+  fmt::print("{:>5} {:>10} {:>9.0e} ", rung.at("order").get<int>(),
+             number(rung.at("element_size_m"), 1e3), rung.at("tolerance").get<double>());
+  if (rung.contains("elements")) {
+    fmt::print("{:>9} {:>9} {:>9.2f} ", rung.at("elements").get<std::int64_t>(),
+               rung.at("unknowns").get<std::int64_t>(), rung.at("seconds").get<double>());
+  }
+  if (rung.contains("failure")) {
+    fmt::print("{}\n", rung.at("failure").get<std::string>());
+    return;
+  }
+  fmt::print("| {:>9} {:>9} | {:>9} {:>9} {}\n", number(rung["worst_cents"]),
+             number(rung["estimated_worst_cents"]), number(rung["median_cents"]),
+             number(rung["estimated_median_cents"]), rung.at("on_front") ? "front" : "");
+}
+
+void print_choice(const json& choice, const json& rungs) {
+  fmt::print("--pitch-cents {:<4} ", number(choice["asked_cents"]));
+  if (choice.contains("failure")) {
+    fmt::print("failed: {}\n", choice.at("failure").get<std::string>());
+    return;
+  }
+  const json& rung = rungs.at(choice.at("rung").get<std::size_t>());
+  const bool met = choice.at("met");
+  fmt::print("{}: order {}, {} mm, {:.2f} s ({:.2f} s with the steps to it), {}{}\n",
+             met ? "met" : "not met", rung.at("order").get<int>(),
+             number(rung.at("element_size_m"), 1e3), choice.at("seconds").get<double>(),
+             choice.at("search_seconds").get<double>(),
+             rung.contains("failure") ? rung.at("failure").get<std::string>()
+                                      : fmt::format("worst {} cents", number(rung["worst_cents"])),
+             met ? "" : "; " + choice.at("reason").get<std::string>());
+}
+
+}  // namespace
+
 void print_findings(const json& object) {
   fmt::print("\n{}", object.at("name").get<std::string>());
   if (object.contains("note")) fmt::print(" ({})", object.at("note").get<std::string>());
   if (object.contains("failure")) {
-    fmt::print(": {}\n", object.at("failure").get<std::string>());
+    fmt::print(": {}", object.at("failure").get<std::string>());
+  }
+  if (!object.contains("reference")) {
+    fmt::print("\n");
     return;
   }
   const json& reference = object.at("reference");
-  fmt::print(": reference by {}, within {} cents by its own estimate\n",
-             reference.at("solver").get<std::string>(), number(reference["estimated_worst_cents"]));
+  const json& frequencies = reference.at("frequencies_hz");
+  fmt::print(
+      ": {} modes from {:.5g} to {:.5g} Hz against a reference by {}, itself within {} cents "
+      "by its estimate\n",
+      frequencies.size(), frequencies.front().get<double>(), frequencies.back().get<double>(),
+      reference.at("solver").get<std::string>(), number(reference["estimated_worst_cents"]));
   fmt::print("{:>5} {:>10} {:>9} {:>9} {:>9} {:>9} | {:>9} {:>9} | {:>9} {:>9}\n", "order",
              "size [mm]", "tolerance", "elements", "unknowns", "time [s]", "worst", "estimate",
              "median", "estimate");
-  for (const json& rung : object.at("rungs")) {
-    fmt::print("{:>5} {:>10.3g} {:>9.0e} ", rung.at("order").get<int>(),
-               1e3 * rung.at("element_size_m").get<double>(), rung.at("tolerance").get<double>());
-    if (rung.contains("failure")) {
-      fmt::print("{}\n", rung.at("failure").get<std::string>());
-      continue;
-    }
-    fmt::print("{:>9} {:>9} {:>9.2f} | {:>9} {:>9} | {:>9} {:>9} {}\n",
-               rung.at("elements").get<std::int64_t>(), rung.at("unknowns").get<std::int64_t>(),
-               rung.at("seconds").get<double>(), number(rung["worst_cents"]),
-               number(rung["estimated_worst_cents"]), number(rung["median_cents"]),
-               number(rung["estimated_median_cents"]), rung.at("on_front") ? "front" : "");
-  }
-  for (const json& choice : object.at("chosen")) {
-    const json& rung = object.at("rungs").at(choice.at("rung").get<std::size_t>());
-    fmt::print(
-        "--pitch-cents {:<4} {}: order {}, {:.3g} mm, {:.2f} s ({:.2f} s with the steps to "
-        "it), worst {} cents{}\n",
-        number(choice["asked_cents"]), choice.at("met") ? "met" : "not met",
-        rung.at("order").get<int>(), 1e3 * rung.at("element_size_m").get<double>(),
-        choice.at("seconds").get<double>(), choice.at("search_seconds").get<double>(),
-        number(rung["worst_cents"]),
-        choice.at("met") ? "" : "; " + choice.at("reason").get<std::string>());
-  }
+  for (const json& rung : object.at("rungs")) print_rung(rung);
+  for (const json& choice : object.at("chosen")) print_choice(choice, object.at("rungs"));
   if (!object.at("half_the_error_costs").is_null()) {
     fmt::print("half the error costs {:.2f} times the time\n",
                object.at("half_the_error_costs").get<double>());

@@ -35,6 +35,8 @@ std::optional<double> cost_of_half_the_error(std::span<const CostPoint> front);
 /// One setting that --pitch-cents chose.
 struct Choice {
   double cents = 0;
+  std::string command;  ///< that chooses the same; "": there is none
+  std::string failure;  ///< why nothing was chosen, else ""
   solvers::PitchReport report;
   std::vector<const Rung*> steps;  ///< rungs of the report's steps
 };
@@ -42,8 +44,9 @@ struct Choice {
 /// What was found for one body.
 struct Findings {
   std::string name;
-  std::string note;     ///< a stand-in was used, for instance
-  std::string failure;  ///< why there is nothing, else ""
+  std::string note;          ///< a stand-in was used, for instance
+  std::string failure;       ///< what ended the measurements, else ""
+  bool passed_over = false;  ///< an optional file is missing: nothing failed
   Reference reference;
   std::vector<const Rung*> rungs;
   std::vector<Choice> choices;
@@ -51,6 +54,10 @@ struct Findings {
 
 /// The schema is in docs/accuracy.md.
 nlohmann::json to_json(const LadderConfig& config, const Findings& findings);
+
+/// Whether a body, or one of its targets, could not be had. A target that is not met, a rung that
+/// fails and an optional file that is missing are findings like any other.
+bool has_failed(const nlohmann::json& object);
 
 /// Tables for a person, from the JSON of an object.
 void print_findings(const nlohmann::json& object);

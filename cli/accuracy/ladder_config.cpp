@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <set>
 
+#include "cli/pitch.hpp"
 #include "core/config.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"
@@ -73,6 +76,14 @@ solvers::GeneratedShape read_shape(ConfigNode& node) {
   return shape;
 }
 
+/// Whether the name ends like a surface that the mesher reads.
+bool is_surface(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".obj" || ending == ".off" || ending == ".ply" || ending == ".stl";
+}
+
 void read_file(ConfigNode& node, LadderObject& object, const std::string& file_name) {
   const std::filesystem::path path(node.text("mesh"));
   auto& file = object.request.file;
@@ -80,15 +91,36 @@ void read_file(ConfigNode& node, LadderObject& object, const std::string& file_n
                                  : (std::filesystem::path(file_name).parent_path() / path).string();
   file.length = node.quantity("length", Dimension::length, 0);
   if (file.length < 0) node.fail("length", "must not be negative");
+  if (gives_tetrahedra(object.request)) {
+    node.fail("mesh", fmt::format("{}: the elements of an MSH file have one size", file.path),
+              "the ladder meshes at several sizes: write their surface as OBJ, OFF, PLY or STL");
+  }
+  if (!is_surface(path)) {
+    node.fail("mesh", fmt::format("{}: surfaces are OBJ, OFF, PLY or STL files", file.path));
+  }
   object.optional = node.flag("optional", false);
+  if (!object.optional && !node.has("stand_in") && !std::filesystem::exists(file.path)) {
+    node.fail("mesh", fmt::format("{}: no such file", file.path),
+              "`optional: true` passes it over, `stand_in:` puts a noisy shape in its place");
+  }
   if (!node.has("stand_in")) return;
   ConfigNode stand_in = node.child("stand_in");
   object.stand_in = StandIn{read_shape(stand_in), stand_in.quantity("noise", Dimension::length)};
   if (!(object.stand_in->noise >= 0)) stand_in.fail("noise", "must not be negative");
 }
 
+/// Harmonics need an axis.
+void check_reference(const ConfigNode& node, const LadderObject& object) {
+  const std::string& family = object.request.shape.family;
+  if (!family.empty() && solvers::find_family(family).meridian != nullptr) return;
+  node.fail(family.empty() ? "mesh" : "shape",
+            fmt::format("{} is not a body of revolution, which `reference.solver: fourier` needs",
+                        family.empty() ? "a file" : family),
+            "`automatic` takes tetrahedra for it");
+}
+
 LadderObject read_object(ConfigNode& node, const LadderObject& shared, const std::string& material,
-                         const std::string& file_name) {
+                         ReferenceSolver reference, const std::string& file_name) {
   if (node.has("shape") == node.has("mesh")) {
     node.fail("", "an object is either a `shape:` (a family) or a `mesh:` (a file)");
   }
@@ -98,11 +130,13 @@ LadderObject read_object(ConfigNode& node, const LadderObject& shared, const std
   } else {
     read_file(node, object, file_name);
   }
+  if (reference == ReferenceSolver::fourier) check_reference(node, object);
   object.name = node.text(
       "name", node.has("shape") ? object.request.shape.family
                                 : std::filesystem::path(object.request.file.path).stem().string());
-  const std::string name = node.text("material", material);
-  object.material = at_key(node, "material", [&] { return synth::parse_material(name); });
+  object.material_text = node.text("material", material);
+  object.material =
+      at_key(node, "material", [&] { return synth::parse_material(object.material_text); });
   object.orders = read_orders(node, shared.orders);
   object.sizes = positive(node, "sizes", shared.sizes);
   object.reference_size = node.quantity("reference_size", Dimension::none, shared.reference_size);
@@ -115,6 +149,7 @@ ReferenceSolver read_reference(ConfigNode node, LadderConfig& config, double& si
       node.choice("solver", {"automatic", "fourier", "tetrahedra"}, "automatic");
   config.reference_order = static_cast<int>(node.integer("order", 1, 4, 4));
   size = node.quantity("size", Dimension::none, 0.5);
+  if (!(size > 0)) node.fail("size", "must be positive");
   return solver == "fourier"      ? ReferenceSolver::fourier
          : solver == "tetrahedra" ? ReferenceSolver::tetrahedra
                                   : ReferenceSolver::automatic;
@@ -131,7 +166,8 @@ LadderConfig read_ladder_config(const std::string& text, const std::string& file
   config.modes = static_cast<int>(root.integer("modes", 1, 10000, 24));
   config.min_frequency = root.quantity("min_frequency", Dimension::frequency, 20);
   config.max_frequency = root.quantity("max_frequency", Dimension::frequency, 200e3);
-  if (!(config.min_frequency >= 0 && config.max_frequency > config.min_frequency)) {
+  if (!(config.min_frequency >= 0)) root.fail("min_frequency", "must not be negative");
+  if (!(config.max_frequency > config.min_frequency)) {
     root.fail("max_frequency", "must be above min_frequency");
   }
   LadderObject shared;
@@ -139,6 +175,11 @@ LadderConfig read_ladder_config(const std::string& text, const std::string& file
   shared.sizes = positive(root, "sizes", {1.5, 1, 0.7});
   config.tolerances = positive(root, "tolerances", {1e-12});
   config.pitch_cents = positive(root, "pitch_cents", {1, 2, 5, 10, 20});
+  for (const double cents : config.pitch_cents) {
+    if (cents < 1e-3 || cents > 1e4) {
+      root.fail("pitch_cents", fmt::format("{} is outside 0.001 to 10000", cents));
+    }
+  }
   config.max_elements = root.integer("max_elements", 1, 100000000, 200000);
   config.all_ranks = root.choice("ranks", {"one", "all"}, "one") == "all";
   config.cpu_time = root.choice("clock", {"wall", "processor"}, "wall") == "processor";
@@ -148,7 +189,7 @@ LadderConfig read_ladder_config(const std::string& text, const std::string& file
   config.reference = read_reference(root.child("reference"), config, shared.reference_size);
   std::set<std::string> names;
   for (ConfigNode& node : root.children("objects")) {
-    config.objects.push_back(read_object(node, shared, material, file_name));
+    config.objects.push_back(read_object(node, shared, material, config.reference, file_name));
     if (!names.insert(config.objects.back().name).second) {
       node.fail("", fmt::format("two objects are named \"{}\"", config.objects.back().name),
                 "give one of them another `name:`");

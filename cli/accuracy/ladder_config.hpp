@@ -22,6 +22,7 @@ struct LadderObject {
   bool optional = false;            ///< a file that may be missing
   std::optional<StandIn> stand_in;  ///< what then takes its place
   synth::Material material;
+  std::string material_text;  ///< as it was written
   std::vector<int> orders;
   std::vector<double> sizes;  ///< factors on the size that an order takes by itself
   double reference_size = 0;  ///< such a factor for the reference's elements
@@ -38,7 +39,7 @@ struct LadderConfig {
   std::string name;
   int modes = 24;
   double min_frequency = 20;       ///< [Hz]
-  double max_frequency = 200000;   ///< [Hz]; the lowest `modes` are looked at
+  double max_frequency = 200000;   ///< [Hz]; the lowest `modes` between are compared
   std::vector<double> tolerances;  ///< of the eigensolver; the first for all rungs
   std::vector<double> pitch_cents;
   std::int64_t max_elements = 200000;
@@ -52,6 +53,7 @@ struct LadderConfig {
   std::string resolved;  ///< every key with its value, YAML in SI units
 };
 
+/// Files must be there unless they are optional or have a stand-in.
 /// @throws ConfigError  file:line:column, what is wrong and what would be right
 LadderConfig read_ladder_config(const std::string& text, const std::string& file_name,
                                 const std::vector<std::string>& overrides);

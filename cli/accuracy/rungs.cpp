@@ -1,11 +1,14 @@
 #include "cli/accuracy/rungs.hpp"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cli/body.hpp"
+#include "cli/pitch.hpp"
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
 #include "solvers/families.hpp"
@@ -18,8 +21,15 @@ namespace carillon::cli {
 
 namespace {
 
-/// Modes of the reference beyond those compared: the last one compared may be half of a pair.
-constexpr int spare_modes = 6;
+/// Modes of a rung beyond those compared: a set never ends within a cluster, and the last mode
+/// compared may have come near the next.
+constexpr int spare_modes = 2;
+
+/// Whether a mode below a set's k-th could be missing, and ranks be wrong. Counts end half way
+/// between modes, so that only rounding has to be forgiven.
+bool may_miss(const solvers::Modes& modes, std::size_t k) {
+  return modes.certificate.complete_to_hz < (1 - 1e-6) * modes.frequency(k);
+}
 
 /// Processor time of this process and of the meshers that it has started [s].
 double cpu_seconds() {
@@ -40,45 +50,42 @@ RungRunner::RungRunner(const LadderConfig& config, const LadderObject& object,
                        const Context& context, MPI_Comm comm)
     : config_(config), object_(object), context_(context), comm_(comm) {}
 
-solvers::SolveOptions RungRunner::solve_options(double tolerance, int modes) const {
-  solvers::SolveOptions options;
-  options.band.min_frequency = config_.min_frequency;
-  options.band.max_frequency = config_.max_frequency;
-  options.band.max_modes = modes;
-  options.tolerance = tolerance;
-  return options;
+solvers::Band RungRunner::band() const {
+  solvers::Band band;
+  band.min_frequency = 0;
+  band.max_frequency = 2 * reference_.frequencies.back();
+  band.max_modes = static_cast<int>(reference_.frequencies.size()) + spare_modes;
+  return band;
 }
 
 std::vector<solvers::Elastic> RungRunner::regions(const solvers::MeshResult& mesh) const {
   return {mesh.mesh.region_names.size(), object_.material.elastic};
 }
 
-solvers::Modes RungRunner::fourier_modes(core::Trace& trace) const {
+solvers::Modes RungRunner::fourier_modes(const solvers::SolveOptions& options,
+                                         core::Trace& trace) const {
   solvers::Modes modes;
   mpi::agreed(comm_, [&] {
     if (mpi::rank(comm_) != 0) return;
     const auto& shape = object_.request.shape;
     modes = solvers::solve_fourier(solvers::find_family(shape.family).meridian(shape),
-                                   object_.material.elastic,
-                                   solve_options(1e-12, config_.modes + spare_modes), {}, trace);
+                                   object_.material.elastic, options, {}, trace);
   });
   solvers::broadcast(modes, comm_);
   return modes;
 }
 
-Reference RungRunner::reference() {
+const Reference& RungRunner::reference() {
   const double start = core::monotonic_seconds();
   Reference reference;
   core::Trace trace;
+  solvers::SolveOptions options;
+  options.band = {0, config_.max_frequency, config_.modes, config_.min_frequency};
   solvers::Modes modes;
   const std::string& family = object_.request.shape.family;
   const bool turned = !family.empty() && solvers::find_family(family).meridian != nullptr;
-  if (config_.reference == ReferenceSolver::fourier && !turned) {
-    throw core::InputError(object_.name + ": not a body of revolution",
-                           "reference.solver: automatic takes tetrahedra for it");
-  }
   if (turned && config_.reference != ReferenceSolver::tetrahedra) {
-    modes = fourier_modes(trace);
+    modes = fourier_modes(options, trace);
     reference.solver = "fourier";
   } else {
     solvers::MeshRequest request = object_.request;
@@ -86,22 +93,30 @@ Reference RungRunner::reference() {
     request.options.max_elements = config_.max_elements;
     request.options.element_size = object_.reference_size * automatic_size(config_.reference_order);
     const auto mesh = shared_mesh(request, {}, context_.cache, comm_);
-    modes = solvers::cached_modes(mesh.mesh, regions(mesh),
-                                  solve_options(1e-12, config_.modes + spare_modes), comm_,
-                                  context_.cache, trace);
+    modes = solvers::cached_modes(mesh.mesh, regions(mesh), options, comm_, context_.cache, trace);
     reference.solver = "tetrahedra";
     reference.order = config_.reference_order;
     reference.element_size = request.options.element_size;
   }
   reference.unknowns = modes.certificate.unknowns;
-  for (std::size_t k = 0; k < modes.size(); ++k)
+  for (std::size_t k = 0; k < modes.size(); ++k) {
     reference.frequencies.push_back(modes.frequency(k));
-  const auto compared =
-      std::min<std::size_t>(modes.pitch_errors.size(), static_cast<std::size_t>(config_.modes));
-  for (std::size_t k = 0; k < compared; ++k)
-    reference.worst_cents = std::max(reference.worst_cents, modes.pitch_errors[k]);
+    if (modes.frequency(k) < config_.min_frequency) {
+      ++reference.first;
+    } else if (k < modes.pitch_errors.size()) {
+      reference.worst_cents = std::max(reference.worst_cents, modes.pitch_errors[k]);
+    }
+  }
+  if (reference.compared() == 0) {
+    throw core::SolverError(fmt::format("no mode lies between {:.6g} and {:.6g} Hz to compare",
+                                        config_.min_frequency, config_.max_frequency));
+  }
+  if (may_miss(modes, modes.size() - 1)) {
+    throw core::SolverError(fmt::format("the reference may miss a mode above {:.6g} Hz",
+                                        modes.certificate.complete_to_hz));
+  }
   reference.seconds = core::monotonic_seconds() - start;
-  return reference;
+  return reference_ = std::move(reference);
 }
 
 double RungRunner::automatic_size(int order) {
@@ -120,17 +135,24 @@ const Rung& RungRunner::at_factor(int order, double size_factor, double toleranc
   options.max_elements = config_.max_elements;
   try {
     if (size_factor != 1) options.element_size = size_factor * automatic_size(order);
-  } catch (const core::SolverError& error) {
-    rungs_.push_back(std::make_unique<Rung>());
-    rungs_.back()->options = options;
-    rungs_.back()->tolerance = tolerance;
-    rungs_.back()->failure = error.message();
+  } catch (const core::Error& error) {
+    auto rung = std::make_unique<Rung>();
+    // A factor on a size that there is not; it is no other rung's either.
+    options.element_size = std::numeric_limits<double>::quiet_NaN();
+    rung->options = options;
+    rung->tolerance = tolerance;
+    rung->size_factor = size_factor;
+    rung->element_size = options.element_size;
+    rung->failure = error.message();
+    rung->error = std::current_exception();
+    rungs_.push_back(std::move(rung));
     return *rungs_.back();
   }
-  return run(options, tolerance);
+  return run(options, tolerance, size_factor);
 }
 
-const Rung& RungRunner::run(const solvers::MeshOptions& options, double tolerance) {
+const Rung& RungRunner::run(const solvers::MeshOptions& options, double tolerance,
+                            double size_factor) {
   for (const auto& rung : rungs_) {
     if (rung->options.order == options.order && rung->tolerance == tolerance &&
         std::abs(rung->options.element_size - options.element_size) <=
@@ -138,23 +160,39 @@ const Rung& RungRunner::run(const solvers::MeshOptions& options, double toleranc
       return *rung;
     }
   }
-  auto rung = std::make_unique<Rung>();
-  rung->options = options;
-  rung->tolerance = tolerance;
+  rungs_.push_back(std::make_unique<Rung>());
+  Rung& rung = *rungs_.back();
+  rung.options = options;
+  rung.tolerance = tolerance;
+  rung.size_factor = size_factor;
+  const bool automatic = options.element_size <= 0;
+  rung.element_size = automatic ? std::numeric_limits<double>::quiet_NaN() : options.element_size;
   try {
     // Rank 0's clock decides for all whether a run was long enough.
     do {
-      run_once(*rung);
-      const double seconds = std::stod(mpi::broadcast(std::to_string(rung->seconds), 0, comm_));
+      run_once(rung);
+      const double seconds = std::stod(mpi::broadcast(std::to_string(rung.seconds), 0, comm_));
       if (seconds >= config_.repeat_below) break;
-    } while (rung->runs < config_.most_runs);
-    rung->element_size = options.element_size > 0 ? options.element_size
-                                                  : solvers::size_of(rung->mesh.mesh).element_size;
-  } catch (const core::SolverError& error) {
-    rung->failure = error.message();
+    } while (rung.runs < config_.most_runs);
+    if (automatic) rung.element_size = solvers::size_of(rung.mesh.mesh).element_size;
+    look_for_partners(rung);
+  } catch (const core::Error& error) {
+    rung.failure = error.message();
+    rung.error = std::current_exception();
   }
-  rungs_.push_back(std::move(rung));
-  return *rungs_.back();
+  return rung;
+}
+
+void RungRunner::look_for_partners(Rung& rung) const {
+  const std::size_t wanted = reference_.frequencies.size();
+  if (rung.modes.size() < wanted) {
+    rung.failure = fmt::format(
+        "finds {} of the {} modes below {:.6g} Hz, though it searched to {:.6g}", rung.modes.size(),
+        wanted, reference_.frequencies.back(), rung.modes.certificate.max_frequency);
+  } else if (may_miss(rung.modes, wanted - 1)) {
+    rung.failure =
+        fmt::format("may miss a mode above {:.6g} Hz", rung.modes.certificate.complete_to_hz);
+  }
 }
 
 void RungRunner::run_once(Rung& rung) {
@@ -166,8 +204,10 @@ void RungRunner::run_once(Rung& rung) {
     const core::ScopedTimer timer(trace.stages["mesh"]);
     rung.mesh = shared_mesh(request, {}, {}, comm_);
   }
-  rung.modes = solvers::solve_modes(rung.mesh.mesh, regions(rung.mesh),
-                                    solve_options(rung.tolerance, config_.modes), comm_, trace);
+  solvers::SolveOptions solve;
+  solve.band = band();
+  solve.tolerance = rung.tolerance;
+  rung.modes = solvers::solve_modes(rung.mesh.mesh, regions(rung.mesh), solve, comm_, trace);
   const double seconds = core::monotonic_seconds() - start, spent = cpu_seconds() - cpu;
   const bool better = config_.cpu_time ? spent < rung.cpu_seconds : seconds < rung.seconds;
   if (++rung.runs > 1 && !better) return;
@@ -177,17 +217,19 @@ void RungRunner::run_once(Rung& rung) {
 }
 
 solvers::PitchReport RungRunner::choose(double cents) {
-  solvers::PitchTarget target;
-  target.cents = cents;
-  target.start.max_elements = config_.max_elements;
+  PitchSearch search;
+  search.request = object_.request;
+  search.request.options.max_elements = config_.max_elements;
+  search.cents = cents;
   const Rung* current = nullptr;
   const auto make_mesh = [&](const solvers::MeshOptions& options) {
     current = &run(options, solvers::tolerance_for(cents));
-    if (!current->failure.empty()) throw core::SolverError(current->failure);
+    // The kind of error tells the search what to try next.
+    if (current->error) std::rethrow_exception(current->error);
     return current->mesh;
   };
   const auto solve = [&](const solvers::MeshResult&) { return std::vector{current->modes}; };
-  return solvers::reach_pitch(target, make_mesh, solve).report;
+  return solvers::reach_pitch(pitch_target(search), make_mesh, solve).report;
 }
 
 const Rung& RungRunner::rung_of(const solvers::PitchStep& step, double cents) const {
@@ -195,7 +237,7 @@ const Rung& RungRunner::rung_of(const solvers::PitchStep& step, double cents) co
     const bool automatic = rung->options.element_size <= 0;
     if (rung->options.order == step.order && automatic == step.automatic_size &&
         rung->tolerance == solvers::tolerance_for(cents) &&
-        std::abs(rung->element_size / step.element_size - 1) < 1e-9 && rung->failure.empty()) {
+        std::abs(rung->element_size / step.element_size - 1) < 1e-9 && !rung->error) {
       return *rung;
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <map>
 #include <memory>
 #include <string>
@@ -16,17 +17,21 @@ namespace carillon::cli {
 struct Rung {
   solvers::MeshOptions options;
   double tolerance = 1e-12;
-  double element_size = 0;  ///< as asked for [m]; the longest edge where it was automatic
-  double seconds = 0;       ///< wall time of the fastest run
-  double cpu_seconds = 0;   ///< processor time of the same run, mesher included
+  double size_factor = 0;  ///< on the automatic size; 0: asked for by a target
+  /// As asked for [m]; the longest edge where it was automatic; NaN where it cannot be known.
+  double element_size = 0;
+  double seconds = 0;      ///< wall time of the fastest run
+  double cpu_seconds = 0;  ///< processor time of the same run, mesher included
   int runs = 0;
   std::map<std::string, double> stages;  ///< [s] of that run
-  std::string failure;                   ///< why there is no result, else ""
+  std::string failure;                   ///< why it cannot be compared, else ""
+  std::exception_ptr error;  ///< what was thrown; null where the modes are merely too few
   solvers::MeshResult mesh;
-  solvers::Modes modes;
+  solvers::Modes modes;  ///< from the body's first
 };
 
-/// Modes that the rungs are compared with.
+/// Modes that the rungs are compared with. Ranks count from the body's first flexible mode, so that
+/// a mode that is a little sharper on one side of min_frequency does not shift them.
 struct Reference {
   std::string solver;       ///< fourier or tetrahedra
   int order = 0;            ///< of the elements
@@ -34,7 +39,10 @@ struct Reference {
   std::int64_t unknowns = 0;
   double seconds = 0;               ///< spent on it in this run
   double worst_cents = 0;           ///< its own estimated error
-  std::vector<double> frequencies;  ///< [Hz], a few more than are compared
+  std::vector<double> frequencies;  ///< [Hz], from the body's first to the last compared
+  std::size_t first = 0;            ///< those below min_frequency, which are not compared
+
+  std::size_t compared() const { return frequencies.size() - first; }
 };
 
 /// Runs the rungs of one body, each setting once.
@@ -44,9 +52,13 @@ class RungRunner {
   RungRunner(const LadderConfig& config, const LadderObject& object, const Context& context,
              MPI_Comm comm);
 
-  /// Much finer than any rung; kept in the cache.
-  /// @throws SolverError, InputError  there is none
-  Reference reference();
+  /// Much finer than any rung; kept in the cache. Comes before any rung.
+  /// @throws SolverError, InputError  there is none, or it has no mode in the band
+  const Reference& reference();
+
+  /// What rungs search: from the body's first mode to twice the highest frequency compared, a few
+  /// more modes than are compared. A rung too coarse to find them all there fails.
+  solvers::Band band() const;
 
   /// Longest edge that an order takes by itself [m].
   double automatic_size(int order);
@@ -54,10 +66,10 @@ class RungRunner {
   /// A setting, from what was run before where it was.
   /// @param size_factor  on the automatic size; 1: the automatic mesh itself
   const Rung& at_factor(int order, double size_factor, double tolerance);
-  const Rung& run(const solvers::MeshOptions& options, double tolerance);
+  const Rung& run(const solvers::MeshOptions& options, double tolerance, double size_factor = 0);
 
   /// What --pitch-cents chooses. The rungs that it tries are run like all others.
-  /// @throws SolverError  its first setting fails
+  /// @throws Error  its first setting fails
   solvers::PitchReport choose(double cents);
   /// The rung of a step towards a target.
   const Rung& rung_of(const solvers::PitchStep& step, double cents) const;
@@ -66,15 +78,16 @@ class RungRunner {
   const std::vector<std::unique_ptr<Rung>>& rungs() const { return rungs_; }
 
  private:
-  solvers::SolveOptions solve_options(double tolerance, int modes) const;
   std::vector<solvers::Elastic> regions(const solvers::MeshResult& mesh) const;
   void run_once(Rung& rung);
-  solvers::Modes fourier_modes(core::Trace& trace) const;
+  void look_for_partners(Rung& rung) const;
+  solvers::Modes fourier_modes(const solvers::SolveOptions& options, core::Trace& trace) const;
 
   const LadderConfig& config_;
   const LadderObject& object_;
   const Context& context_;
   MPI_Comm comm_;
+  Reference reference_;
   std::map<int, double> automatic_sizes_;
   std::vector<std::unique_ptr<Rung>> rungs_;
 };
