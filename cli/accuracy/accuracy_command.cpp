@@ -70,7 +70,8 @@ void add_accuracy(CLI::App& program, Context& context) {
   command->footer(
       "Examples:\n"
       "  carillon accuracy configs/accuracy.yaml\n"
-      "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o ladder");
+      "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o ladder\n"
+      "Exit code 3: a body or a target could not be measured; the others are in accuracy.json.");
   command->callback([&context, options] { context.exit_code = run_accuracy(*options, context); });
 }
 

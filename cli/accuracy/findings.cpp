@@ -19,6 +19,9 @@ std::vector<double> errors_in_cents(std::span<const double> frequencies,
   return errors;
 }
 
+/// Errors that differ by less are those of the same mesh at another tolerance of the solver.
+constexpr double same_error = 1e-3;
+
 std::vector<std::size_t> pareto_front(std::span<const CostPoint> points) {
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), 0);
@@ -28,7 +31,9 @@ std::vector<std::size_t> pareto_front(std::span<const CostPoint> points) {
   });
   std::vector<std::size_t> front;
   for (const std::size_t i : order)
-    if (front.empty() || points[i].cents < points[front.back()].cents) front.push_back(i);
+    if (front.empty() || points[i].cents < (1 - same_error) * points[front.back()].cents) {
+      front.push_back(i);
+    }
   return front;
 }
 
@@ -77,10 +82,11 @@ double time_of(const LadderConfig& config, const Rung& rung) {
 
 json rung_json(const LadderConfig& config, const Rung& rung, const Reference& reference) {
   json out = {{"order", rung.options.order},
-              {"element_size_m", rung.element_size},
+              {"element_size_m", nullptr},
               {"automatic_size", rung.options.element_size <= 0},
               {"size_factor", nullptr},
               {"tolerance", rung.tolerance}};
+  if (std::isfinite(rung.element_size)) out["element_size_m"] = rung.element_size;
   if (rung.size_factor > 0) out["size_factor"] = rung.size_factor;
   if (!rung.failure.empty()) out["failure"] = rung.failure;
   if (rung.error) return out;

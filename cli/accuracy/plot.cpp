@@ -54,10 +54,12 @@ std::string plot_ladder(const fs::path& document) {
     const auto exit =
         solvers::run_child(python, {script.string(), document.string()}, /*seconds=*/300);
     if (exit.code == 0 && exit.signal == 0) return "";
-    reason = exit.code == no_matplotlib
-                 ? fmt::format("no picture: {} has no matplotlib; with one that has, run {} {}",
-                               python.string(), script.string(), document.string())
-                 : fmt::format("no picture: {} failed: {}", script.string(), exit.output);
+    // Where matplotlib is there and something else is wrong, the next Python would hide it.
+    if (exit.code != no_matplotlib) {
+      return fmt::format("no picture: {} failed: {}", script.string(), exit.output);
+    }
+    reason = fmt::format("no picture: {} has no matplotlib; with one that has, run {} {}",
+                         python.string(), script.string(), document.string());
   }
   return reason;
 }

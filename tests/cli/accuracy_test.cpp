@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "cli/accuracy/findings.hpp"
+#include "cli/accuracy/modes_line.hpp"
 #include "core/error.hpp"
 
 namespace carillon::cli {
@@ -87,6 +88,51 @@ TEST(LadderConfig, MistakesAreNamed) {
   EXPECT_NE(refusal("modes: 3\n").find("no objects"), std::string::npos);
 }
 
+TEST(LadderConfig, TheKeyThatIsWrongIsTheOneNamed) {
+  const std::string bowl = "objects:\n  - shape: bowl\n";
+  EXPECT_NE(refusal(bowl + "reference: {size: -1}\n").find("3:19: reference.size: must be"),
+            std::string::npos);
+  EXPECT_NE(refusal(bowl + "min_frequency: -5 Hz\n").find("3:16: min_frequency: must not"),
+            std::string::npos);
+  EXPECT_NE(refusal(bowl + "max_frequency: 10 Hz\n").find("max_frequency: must be above"),
+            std::string::npos);
+}
+
+TEST(LadderConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
+  const auto file = [](const std::string& words) {
+    return refusal("objects:\n  - shape: bowl\n  - mesh: " + words + "\n");
+  };
+  EXPECT_NE(file("none.ply").find("ladder.yaml:3:11: objects[1].mesh: none.ply: no such file"),
+            std::string::npos);
+  EXPECT_EQ(file("none.ply\n    optional: true"), "accepted");
+  EXPECT_NE(file("none.MSH\n    optional: true").find("elements of an MSH file"),
+            std::string::npos);
+  EXPECT_NE(file("none.step\n    optional: true").find("OBJ, OFF, PLY or STL"), std::string::npos);
+  const std::string fourier = "reference: {solver: fourier}\nobjects:\n  - shape: bowl\n";
+  EXPECT_EQ(refusal(fourier), "accepted");
+  EXPECT_NE(refusal(fourier + "  - shape: plate\n").find("4:12: objects[1].shape: plate is not"),
+            std::string::npos);
+  EXPECT_NE(refusal(fourier + "  - mesh: a.ply\n    optional: true\n").find("objects[1].mesh"),
+            std::string::npos);
+}
+
+TEST(ModesLine, NamesTheBodyTheBandAndTheBounds) {
+  const LadderConfig config = read(
+      "material: youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700\nobjects:\n"
+      "  - shape: disc\n    parameters: {radius: 60 mm, thickness: 5 mm}\n    material: steel\n"
+      "  - mesh: my cup's scan.ply\n    optional: true\n    length: 10 cm\n");
+  const solvers::Band band{0, 2500.5, 26};
+  const std::string rest =
+      " --min-frequency 0Hz --max-frequency 2500.5Hz --max-modes 26 --max-elements 40000 "
+      "--pitch-cents 2.5";
+  EXPECT_EQ(modes_line(config.objects[0], band, 40000, 2.5),
+            "carillon modes disc:radius=0.06m,thickness=0.005m --material steel" + rest);
+  EXPECT_EQ(modes_line(config.objects[1], band, 40000, 2.5),
+            "carillon modes 'my cup'\\''s scan.ply' --length 0.1m --material "
+            "'youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700'" +
+                rest);
+}
+
 TEST(Findings, ErrorsAreDistancesInCents) {
   const std::vector<double> found = {202, 400, 900}, truth = {200, 400};
   const auto errors = errors_in_cents(found, truth, 10);
@@ -155,13 +201,39 @@ TEST(Findings, HalfTheErrorFollowsFromThePowerLaw) {
   EXPECT_FALSE(cost_of_half_the_error(std::vector<CostPoint>{{1, 2}, {2, 2}, {3, 2}}));
 }
 
+TEST(Findings, TheSameMeshAtAnotherToleranceIsNotBetter) {
+  const std::vector<CostPoint> points = {{1.2, 1.17000001}, {1.3, 1.17}, {1.5, 0.2}};
+  EXPECT_EQ(pareto_front(points), (std::vector<std::size_t>{0, 2}));
+}
+
 TEST(Findings, JsonTellsAFailureAndNothingElse) {
   Findings findings;
   findings.name = "scan";
   findings.failure = "passed over, scan.ply is missing";
-  const auto json = to_json(LadderConfig{}, findings);
+  findings.passed_over = true;
+  auto json = to_json(LadderConfig{}, findings);
   EXPECT_EQ(json.at("failure"), findings.failure);
   EXPECT_FALSE(json.contains("rungs"));
+  EXPECT_FALSE(has_failed(json));
+  findings.passed_over = false;
+  EXPECT_TRUE(has_failed(to_json(LadderConfig{}, findings)));
+}
+
+TEST(Findings, OnlyRanksAboveTheBandsBottomAreCompared) {
+  Findings findings;
+  findings.reference.frequencies = {50, 100, 200};
+  findings.reference.first = 1;
+  Rung rung;
+  for (const double f : {70.0, 101.0, 204.0, 300.0}) {
+    rung.modes.eigenvalues.push_back(std::pow(2 * std::acos(-1) * f, 2));
+    rung.modes.pitch_errors.push_back(f);
+  }
+  findings.rungs = {&rung};
+  const auto entry = to_json(LadderConfig{}, findings).at("rungs").at(0);
+  EXPECT_EQ(entry.at("modes"), 2);
+  EXPECT_NEAR(entry.at("worst_cents"), 1200 * std::log2(1.02), 1e-6);
+  EXPECT_NEAR(entry.at("median_cents"), 1200 * std::log2(1.01), 1e-6);
+  EXPECT_EQ(entry.at("estimated_errors_cents"), (std::vector<double>{101, 204}));
 }
 
 }  // namespace
