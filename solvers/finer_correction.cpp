@@ -45,17 +45,25 @@ Eigen::ArrayXd dots(const Fields& a, const Fields& b, MPI_Comm comm) {
   return sum;
 }
 
-FinerCorrection::FinerCorrection(const TetMesh& mesh, const System& system, const Inverse& coarse,
-                                 const FinerSpace& space, MPI_Comm comm)
-    : coarse_(coarse),
+FinerCorrection::FinerCorrection(const TetMesh& mesh, std::span<const Elastic> regions,
+                                 const System& system, const ShiftedSystem& shifted,
+                                 const FinerSpace& space, std::int64_t memory, MPI_Comm comm)
+    : coarse_(shifted.preconditioner),
       space_(space),
       comm_(comm),
-      transfer_(mesh, system, space, comm),
-      local_(space) {}
+      transfer_(mesh, system, space, comm) {
+  if (is_flat(mesh)) factor_ = FinerFactor::make(space, regions, shifted.shift, memory, comm);
+  if (!factor_) local_.emplace(space);
+}
 
 void FinerCorrection::precondition(const Fields& residual, Fields& out) const {
   out.setZero(residual.rows(), residual.cols());
-  local_.add(residual, out);
+  if (factor_) {
+    factor_->add(residual, out);
+    sum_over_ranks(out, comm_);
+    return;
+  }
+  local_->add(residual, out);
   const Eigen::MatrixXd right = transfer_.restriction(residual);
   Eigen::MatrixXd solution(right.rows(), right.cols());
   coarse_(right, solution);

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "solvers/eigen_solve.hpp"
+#include "solvers/finer_factor.hpp"
 #include "solvers/finer_space.hpp"
 #include "solvers/local_solves.hpp"
 #include "solvers/order_transfer.hpp"
@@ -21,12 +22,15 @@ struct CorrectionGoal {
 
 /// Solves A d = r on the next order's space by conjugate gradients, on many fields at once. The
 /// preconditioner has two levels: the solved order's own inverse, which the search has already,
-/// and overlapping blocks of the nodes of each element.
+/// and overlapping blocks of the nodes of each element; where elements are flat it is the next
+/// order's own factor, if that fits.
 class FinerCorrection {
  public:
-  /// All are kept by reference.
-  FinerCorrection(const TetMesh& mesh, const System& system, const Inverse& coarse,
-                  const FinerSpace& space, MPI_Comm comm);
+  /// @param mesh, system, shifted, space  are kept by reference
+  /// @param memory                        [byte] for a factor, all ranks together
+  FinerCorrection(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
+                  const ShiftedSystem& shifted, const FinerSpace& space, std::int64_t memory,
+                  MPI_Comm comm);
 
   /// Fields of the solved order at the nodes of the next (owned unknowns x fields).
   /// @note Collective.
@@ -45,7 +49,8 @@ class FinerCorrection {
   const FinerSpace& space_;
   MPI_Comm comm_;
   OrderTransfer transfer_;
-  LocalSolves local_;
+  std::optional<FinerFactor> factor_;
+  std::optional<LocalSolves> local_;
 };
 
 /// Sums over unknowns of products of two sets of fields, one for each field; the same on every

@@ -19,13 +19,16 @@ namespace {
 /// % of it at most sizes, a third where a mode has hardly one element to a half wave; next to
 /// nothing where elements are of order 1.
 constexpr std::array<double, 4> saturation = {1.03, 1.15, 1.15, 1.15};
+/// Elements wider than a wall is thick resolve nothing of what happens along its edges, at whatever
+/// order: higher orders gain little, and miss more than they tell.
+constexpr std::array<double, 4> flat_saturation = {1.03, 1.15, 1.5, 2.6};
 /// Faceted or flattened surfaces raise or lower a pitch, elements too stiff raise it. Where the two
 /// cancel, this part of either is left of what their measurement misses.
 constexpr double uncancelled = 0.04;
 /// [cents] Below this the solvers' tolerances count.
 constexpr double smallest_error = 0.01;
-/// Modes treated at once: as many as memory allows, and not so few that products get slow.
-constexpr std::int64_t least_block = 8, largest_block = 128;
+/// Modes treated at once: as many as memory allows.
+constexpr std::int64_t largest_block = 128;
 /// Arrays as large as the fields that live at the same time.
 constexpr std::int64_t field_arrays = 9;
 
@@ -143,13 +146,15 @@ TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
 
 class Estimator {
  public:
-  Estimator(const TetMesh& mesh, const System& system, const ShiftedSystem& shifted,
-            const FinerSpace& space, MPI_Comm comm)
+  Estimator(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,
+            const ShiftedSystem& shifted, const FinerSpace& space, std::int64_t memory,
+            MPI_Comm comm)
       : shift_(shifted.shift),
-        power_(saturation.at(static_cast<std::size_t>(mesh.order - 1))),
+        power_((is_flat(mesh) ? flat_saturation : saturation)
+                   .at(static_cast<std::size_t>(mesh.order - 1))),
         space_(space),
         comm_(comm),
-        correction_(mesh, system, shifted.preconditioner, space, comm),
+        correction_(mesh, regions, system, shifted, space, memory, comm),
         rigid_(space, system.scales) {}
 
   /// @param owned   modes, owned unknowns x modes
@@ -191,7 +196,7 @@ class Estimator {
 /// How many modes to treat at once: blocks of equal size within the bounds.
 Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memory) {
   const auto by_mode = field_arrays * 24 * static_cast<std::int64_t>(nodes);
-  const auto most = std::clamp(memory / by_mode, least_block, largest_block);
+  const auto most = std::clamp<std::int64_t>(memory / by_mode, 1, largest_block);
   const auto blocks = (modes + most - 1) / most;
   return (modes + blocks - 1) / blocks;
 }
@@ -199,6 +204,11 @@ Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memo
 }  // namespace
 
 std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth) {
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  for (auto& mode : truth) {
+    if (!(mode.eigenvalue > 0)) mode.eigenvalue = unknown;
+    if (!(mode.uncertainty >= 0)) mode.uncertainty = unknown;
+  }
   std::sort(truth.begin(), truth.end(),
             [](const TrueMode& a, const TrueMode& b) { return a.eigenvalue < b.eigenvalue; });
   std::vector<double> out;
@@ -225,7 +235,7 @@ TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regi
   const auto for_each = memory / ranks / 2;  // half for the matrices, half for the fields
   const FinerSpace space(mesh, regions, system, found.shifted.shift, for_each, comm);
   if (!space.is_sound()) return out;
-  const Estimator estimator(mesh, system, found.shifted, space, comm);
+  const Estimator estimator(mesh, regions, system, found.shifted, space, memory, comm);
   const double unit = system.scales.eigenvalue();
   const auto block = block_size(count, space.mesh().nodes.size(), for_each);
   for (Eigen::Index first = 0; first < count; first += block) {

@@ -154,6 +154,28 @@ TEST(Hard, OneElementThroughACurvedWall) {
   }
 }
 
+/// A disc of elements six to ten times as wide as thick: errors that single elements cannot tell.
+TEST(Hard, PitchErrorsOfFlatElements) {
+  const auto disc = shape_of("disc", {{"radius", 0.15}, {"thickness", 0.003}});
+  core::Trace trace;
+  SolveOptions options;
+  options.band = {0, 1e9, 16};
+  const auto truth = solve_fourier(find_family("disc").meridian(disc), steel, options, {}, trace);
+  for (const int order : {2, 3, 4}) {
+    const auto modes = lowest_modes(mesh_of(disc, order).mesh, {steel}, 16);
+    ASSERT_EQ(modes.size(), truth.size());
+    int compared = 0;
+    for (std::size_t k = 0; k < modes.size(); ++k) {
+      const double error = std::abs(cents(modes.frequency(k), truth.frequency(k)));
+      if (error < 0.2) continue;
+      ++compared;
+      EXPECT_GT(modes.pitch_errors[k], 0.5 * error) << "order " << order << ", mode " << k + 1;
+      EXPECT_LT(modes.pitch_errors[k], 3 * error) << "order " << order << ", mode " << k + 1;
+    }
+    EXPECT_GT(compared, 4) << order;
+  }
+}
+
 /// The same body from a micrometre to 100 m with its band: one result in units of 1 / length.
 TEST(Hard, AMicrometreAndAHundredMetres) {
   const auto body = box_mesh({0.4, 0.6, 1}, {2, 3, 4}, 3);

@@ -38,8 +38,7 @@ struct Effectivity {
   std::string complaint;   ///< modes outside [0.5, 3], in words
 };
 
-/// Each frequency is corrected by its estimate; the sorted result tells which mode of the table is
-/// meant, so that modes that lie in another order than they should are compared with themselves.
+/// The k-th mode is compared with the k-th of the table.
 Effectivity measure_effectivity(const solvers::Modes& modes, std::span<const double> truth);
 
 }  // namespace carillon::test

@@ -1,0 +1,66 @@
+#include "solvers/finer_factor.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "solvers/collective.hpp"
+
+namespace carillon::solvers {
+
+bool is_flat(const TetMesh& mesh) {
+  constexpr double flat = 6, many = 0.05;
+  std::size_t count = 0;
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto at = [&](std::size_t i) -> const Vec3& {
+      return mesh.nodes[static_cast<std::size_t>(mesh.element(e)[i])];
+    };
+    double longest = 0, largest = 0;  // edge, twice a face's area
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Vec3 a = at((i + 1) % 4) - at(i), b = at((i + 2) % 4) - at(i);
+      longest = std::max({longest, a.norm(), b.norm()});
+      largest = std::max(largest, a.cross(b).norm());
+    }
+    const Vec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
+    const double altitude = std::abs(a.cross(b).dot(c)) / largest;
+    count += longest > flat * altitude;
+  }
+  return static_cast<double>(count) > many * static_cast<double>(mesh.element_count());
+}
+
+std::optional<FinerFactor> FinerFactor::make(const FinerSpace& space,
+                                             std::span<const Elastic> regions, double shift,
+                                             std::int64_t memory, MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  Partition part;
+  agreed(comm, [&] { part = partition(space.mesh(), ranks); });
+  const auto system =
+      std::make_shared<const System>(assemble(space.mesh(), regions, std::move(part), comm));
+  const auto plan = plan_factors(*system, comm);
+  if (predict_factor(*system, FactorPurpose::solve, plan, comm).bytes > memory) {
+    return std::nullopt;
+  }
+  FinerFactor out;
+  out.system_ = system;
+  out.inverse_ = factored_inverse(*system, shift, plan, comm);
+  return out;
+}
+
+void FinerFactor::add(const Fields& residual, Fields& out) const {
+  const auto& graph = system_->graph;
+  const auto column = [&](Eigen::Index row) {
+    const auto number = static_cast<std::size_t>(graph.begin + row);
+    return 3 * static_cast<Eigen::Index>(system_->partition.node[number]);
+  };
+  Eigen::MatrixXd right(system_->owned_unknowns(), residual.rows());
+  for (Eigen::Index row = 0; row < graph.rows(); ++row) {
+    right.middleRows<3>(3 * row) = residual.middleCols<3>(column(row)).transpose();
+  }
+  Eigen::MatrixXd solution(right.rows(), right.cols());
+  inverse_(right, solution);
+  for (Eigen::Index row = 0; row < graph.rows(); ++row) {
+    out.middleCols<3>(column(row)) += solution.middleRows<3>(3 * row).transpose();
+  }
+}
+
+}  // namespace carillon::solvers
