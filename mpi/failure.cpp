@@ -22,6 +22,8 @@ Failure describe(const std::exception_ptr& error) {
     return of_kind("ConfigError", e);
   } catch (const core::InputError& e) {
     return of_kind("InputError", e);
+  } catch (const core::LimitError& e) {
+    return of_kind("LimitError", e);
   } catch (const core::SolverError& e) {
     return of_kind("SolverError", e);
   } catch (const core::FileError& e) {
@@ -40,6 +42,7 @@ Failure describe(const std::exception_ptr& error) {
 void raise(const Failure& failure) {
   if (failure.kind == "ConfigError") throw core::ConfigError(failure.message, failure.hint);
   if (failure.kind == "InputError") throw core::InputError(failure.message, failure.hint);
+  if (failure.kind == "LimitError") throw core::LimitError(failure.message, failure.hint);
   if (failure.kind == "SolverError") throw core::SolverError(failure.message, failure.hint);
   if (failure.kind == "FileError") throw core::FileError(failure.message, failure.hint);
   throw core::Error(failure.message, failure.hint);

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/error.hpp"
+#include "solvers/collective.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -359,7 +361,10 @@ class Lanczos {
 }  // namespace
 
 LanczosResult block_lanczos(const LanczosProblem& problem, const LanczosOptions& options) {
-  return Lanczos(problem, options).run();
+  // The basis is what does not fit when memory is short, on some ranks maybe.
+  std::optional<Lanczos> lanczos;
+  agreed(problem.comm, [&] { lanczos.emplace(problem, options); });
+  return lanczos->run();
 }
 
 }  // namespace carillon::solvers

@@ -1,7 +1,10 @@
 #include "solvers/collective.hpp"
 
+#include <chrono>
+#include <cstdio>
 #include <new>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/error.hpp"
@@ -9,7 +12,7 @@
 namespace carillon::solvers {
 namespace {
 
-enum Kind : int { input, solver, file, other };
+enum Kind : int { input, solver, limit, file, other };
 
 struct Failure {
   int kind = other;
@@ -24,6 +27,8 @@ Failure describe(const std::exception_ptr& error) {
     return {input, e.message(), e.hint()};
   } catch (const core::FileError& e) {
     return {file, e.message(), e.hint()};
+  } catch (const core::LimitError& e) {
+    return {limit, e.message(), e.hint()};
   } catch (const core::SolverError& e) {
     return {solver, e.message(), e.hint()};
   } catch (const core::Error& e) {
@@ -42,6 +47,26 @@ void broadcast(std::string& text, int root, MPI_Comm comm) {
   MPI_Bcast(text.data(), static_cast<int>(length), MPI_CHAR, root, comm);
 }
 
+/// Completes a request, unless the other ranks are stuck where this one failed.
+void wait_or_abort(MPI_Request& request, const std::exception_ptr& error, int rank) {
+  if (!error) {
+    MPI_Wait(&request, MPI_STATUS_IGNORE);
+    return;
+  }
+  constexpr auto patience = std::chrono::seconds(60);
+  const auto start = std::chrono::steady_clock::now();
+  int done = 0;
+  for (MPI_Test(&request, &done, MPI_STATUS_IGNORE); done == 0;
+       MPI_Test(&request, &done, MPI_STATUS_IGNORE)) {
+    if (std::chrono::steady_clock::now() - start > patience) {
+      std::fprintf(stderr, "carillon: rank %d: %s; the other ranks cannot go on without it\n", rank,
+                   describe(error).message.c_str());
+      MPI_Abort(MPI_COMM_WORLD, 1);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
 }  // namespace
 
 void agreed(MPI_Comm comm, const std::function<void()>& work) {
@@ -55,7 +80,9 @@ void agreed(MPI_Comm comm, const std::function<void()>& work) {
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &size);
   int failing = error ? rank : size;
-  MPI_Allreduce(MPI_IN_PLACE, &failing, 1, MPI_INT, MPI_MIN, comm);
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallreduce(MPI_IN_PLACE, &failing, 1, MPI_INT, MPI_MIN, comm, &request);
+  wait_or_abort(request, error, rank);
   if (failing == size) return;
   Failure failure;
   if (rank == failing) failure = describe(error);
@@ -67,6 +94,8 @@ void agreed(MPI_Comm comm, const std::function<void()>& work) {
       throw core::InputError(failure.message, failure.hint);
     case solver:
       throw core::SolverError(failure.message, failure.hint);
+    case limit:
+      throw core::LimitError(failure.message, failure.hint);
     case file:
       throw core::FileError(failure.message, failure.hint);
     default:

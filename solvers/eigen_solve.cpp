@@ -25,6 +25,8 @@ int size_of(MPI_Comm comm) {
 
 /// Residuals above this are judged in the energy norm too.
 constexpr double target_residual = 1e-8;
+/// Vectors on their way through a solver.
+constexpr Eigen::Index at_a_time = 8;
 
 /// Rigid motions have no relative residual.
 bool is_rigid(double value, const ShiftedSystem& shifted) {
@@ -35,18 +37,33 @@ bool is_rigid(double value, const ShiftedSystem& shifted) {
 void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, const Products& products,
                        EigenPairs& pairs) {
   const auto rows = pairs.vectors.rows();
-  Eigen::VectorXd residual(rows), solved(rows);
   pairs.energy_residuals.assign(pairs.residuals.size(), 0.0);
+  constexpr auto step = static_cast<std::size_t>(at_a_time);
+  std::vector<Eigen::Index> doubtful;
   for (std::size_t k = 0; k < pairs.residuals.size(); ++k) {
-    const double distance = pairs.values[k] - shifted.shift;
     if (pairs.residuals[k] <= target_residual || is_rigid(pairs.values[k], shifted)) continue;
-    const auto column = static_cast<Eigen::Index>(k);
-    products.shifted(shifted.shift, pairs.vectors.col(column), residual);
-    residual -= distance * pairs.mass_vectors.col(column);
+    doubtful.push_back(static_cast<Eigen::Index>(k));
+  }
+  for (std::size_t first = 0; first < doubtful.size(); first += step) {
+    const auto columns = std::min(step, doubtful.size() - first);
+    const std::span<const Eigen::Index> block(&doubtful[first], columns);
+    const auto width = static_cast<Eigen::Index>(columns);
+    Eigen::MatrixXd residual(rows, width), solved(rows, width);
+    products.shifted(shifted.shift, pairs.vectors(Eigen::all, block), residual);
+    for (std::size_t i = 0; i < columns; ++i) {
+      const auto k = static_cast<std::size_t>(block[i]);
+      residual.col(static_cast<Eigen::Index>(i)) -=
+          (pairs.values[k] - shifted.shift) * pairs.mass_vectors.col(block[i]);
+    }
     shifted.inverse(residual, solved);
-    double square = residual.dot(solved);
-    MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, comm);
-    pairs.energy_residuals[k] = std::sqrt(std::max(0.0, square) / distance);
+    Eigen::ArrayXd square = residual.cwiseProduct(solved).colwise().sum().transpose();
+    MPI_Allreduce(MPI_IN_PLACE, square.data(), static_cast<int>(columns), MPI_DOUBLE, MPI_SUM,
+                  comm);
+    for (std::size_t i = 0; i < columns; ++i) {
+      const auto k = static_cast<std::size_t>(block[i]);
+      const double energy = std::max(0.0, square[static_cast<Eigen::Index>(i)]);
+      pairs.energy_residuals[k] = std::sqrt(energy / (pairs.values[k] - shifted.shift));
+    }
   }
 }
 
@@ -56,7 +73,6 @@ void measure_residuals(double shift, MPI_Comm comm, const Products& products, Ei
   pairs.mass_vectors.resize(rows, pairs.size());
   products.mass(pairs.vectors, pairs.mass_vectors);
   Eigen::ArrayXXd squares(2, pairs.size());
-  constexpr Eigen::Index at_a_time = 8;
   Eigen::MatrixXd product(rows, at_a_time);
   for (Eigen::Index first = 0; first < pairs.size(); first += at_a_time) {
     const auto columns = std::min(at_a_time, pairs.size() - first);
@@ -115,7 +131,10 @@ EigenPairs lanczos(const System& system, const EigenRequest& request, const Shif
 /// where the operator all but wipes it out.
 void purify(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
   auto& products = pairs.mass_vectors;
-  shifted.inverse(products, pairs.vectors);
+  for (Eigen::Index first = 0; first < pairs.size(); first += at_a_time) {
+    const auto columns = std::min(at_a_time, pairs.size() - first);
+    shifted.inverse(products.middleCols(first, columns), pairs.vectors.middleCols(first, columns));
+  }
   for (Eigen::Index k = 0; k < pairs.size(); ++k) {
     pairs.vectors.col(k) *= pairs.values[static_cast<std::size_t>(k)] - shifted.shift;
   }

@@ -24,29 +24,41 @@ std::int64_t with_coarser(std::int64_t system) {
   return system + system / 4;
 }
 
+/// Solving and estimating take turns.
+std::int64_t work(const MemoryNeeds& needs) {
+  return std::max(needs.vectors, needs.pairs + needs.estimate);
+}
+
 /// Columns on their way through the solvers, eight at a time on every level.
 constexpr std::int64_t work_columns = 80;
 
 }  // namespace
 
-std::int64_t vector_bytes(const System& system, std::int64_t pairs) {
-  // Krylov methods hold twice as many vectors as they find, or 150 more; the pairs come beside them
-  // with M times each.
-  const auto basis = std::min(2 * pairs, pairs + 150) + 2 * pairs + work_columns;
-  return basis * system.unknowns() * static_cast<std::int64_t>(sizeof(double));
+void weigh_vectors(const System& system, std::int64_t pairs, MemoryNeeds& needs) {
+  const auto column = system.unknowns() * static_cast<std::int64_t>(sizeof(double));
+  // Krylov methods hold up to three times as many vectors as they find, or 150 and an eighth more;
+  // the pairs come beside them with M times each.
+  const auto basis = pairs + std::min(2 * pairs, 150 + pairs / 8);
+  needs.pairs = 2 * pairs * column;
+  needs.vectors = needs.pairs + (basis + work_columns) * column;
 }
 
-MemoryNeeds memory_needs(const System& system, const SolveOptions& options, const FactorPlan& plan,
-                         std::int64_t pairs, MPI_Comm comm) {
+MemoryNeeds memory_needs(const System& system, int order, const SolveOptions& options,
+                         const FactorPlan& plan, std::int64_t pairs, MPI_Comm comm) {
   MemoryNeeds needs;
   const auto own = sizeof(double) * (system.stiffness.size() + system.mass.size()) +
                    sizeof(std::int32_t) * system.graph.column.size();
   needs.system = static_cast<std::int64_t>(own);
   MPI_Allreduce(MPI_IN_PLACE, &needs.system, 1, MPI_INT64_T, MPI_SUM, comm);
-  needs.vectors = vector_bytes(system, pairs);
+  weigh_vectors(system, pairs, needs);
+  if (options.estimate_errors) {
+    // The blocks that the next order is smoothed by, and one mode's fields there.
+    const double nodes = static_cast<double>(system.unknowns()) / 3 * std::pow(1 + 1.0 / order, 3);
+    needs.estimate = 2 * needs.system + static_cast<std::int64_t>(9 * 24 * nodes);
+  }
   if (options.linear_solver == LinearSolver::iterative) return needs;
   const double bound = 200 * std::pow(static_cast<double>(system.unknowns()), 4.0 / 3);
-  const double limit = static_cast<double>(options.memory_limit - needs.system - needs.vectors);
+  const double limit = static_cast<double>(options.memory_limit - needs.system - work(needs));
   if (2 * 8 * bound < limit) return needs;
   needs.solve = predict_factor(system, FactorPurpose::solve, plan, comm);
   needs.count = predict_factor(system, FactorPurpose::count, plan, comm);
@@ -56,12 +68,13 @@ MemoryNeeds memory_needs(const System& system, const SolveOptions& options, cons
 MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t limit) {
   MemoryDecision decision;
   const auto base = needs.system + needs.vectors;
-  if (asked != LinearSolver::iterative && base + needs.solve.bytes <= limit) {
-    decision.counts = needs.system + needs.count.bytes <= limit;
+  const auto held = needs.system + kept(needs.solve) + work(needs);
+  if (asked != LinearSolver::iterative && std::max(base + needs.solve.bytes, held) <= limit) {
+    decision.counts = needs.system + needs.pairs + needs.count.bytes <= limit;
     decision.both_fit = base + kept(needs.solve) + needs.count.bytes <= limit;
     return decision;
   }
-  const auto iterative = with_coarser(needs.system) + needs.vectors;
+  const auto iterative = with_coarser(needs.system) + work(needs);
   const auto ways_out =
       fmt::format("use a coarser mesh (a larger element size){}, or raise the memory limit",
                   asked == LinearSolver::direct ? ", the iterative linear solver" : "");
@@ -70,14 +83,14 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
         fmt::format("a factor of {:.2g} entries takes {} beside {} of matrices and {} of vectors, "
                     "more than the memory limit of {}",
                     static_cast<double>(needs.solve.entries), size_text(needs.solve.bytes),
-                    size_text(needs.system), size_text(needs.vectors), size_text(limit)),
+                    size_text(needs.system), size_text(work(needs)), size_text(limit)),
         ways_out);
   }
   if (iterative > limit) {
     throw core::SolverError(
         fmt::format("{} of matrices and {} of vectors are more than the memory limit of {} even "
                     "without a factor",
-                    size_text(with_coarser(needs.system)), size_text(needs.vectors),
+                    size_text(with_coarser(needs.system)), size_text(work(needs)),
                     size_text(limit)),
         ways_out + ", or ask for fewer modes");
   }
@@ -92,12 +105,25 @@ void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision
                         std::int64_t limit) {
   const bool iterative = decision.linear_solver == LinearSolver::iterative;
   const auto held = iterative ? with_coarser(needs.system) : needs.system + kept(needs.solve);
-  if (held + needs.vectors <= limit) return;
+  if (held + work(needs) <= limit) return;
   throw core::SolverError(
       fmt::format("{} of vectors do not fit beside {} of matrices{}: the memory limit is {}",
-                  size_text(needs.vectors), size_text(held), iterative ? "" : " and factor",
+                  size_text(work(needs)), size_text(held), iterative ? "" : " and factor",
                   size_text(limit)),
       "ask for fewer modes, use a coarser mesh, or raise the memory limit");
+}
+
+std::int64_t left_for_estimates(const MemoryNeeds& needs, const MemoryDecision& decision,
+                                std::int64_t limit) {
+  const bool iterative = decision.linear_solver == LinearSolver::iterative;
+  const auto held = iterative ? with_coarser(needs.system) + decision.coarse_factor
+                              : needs.system + kept(needs.solve);
+  return std::max(limit - held - needs.pairs, needs.estimate);
+}
+
+bool slices_fit(const MemoryNeeds& needs, std::int64_t limit) {
+  // Matrices once more in PETSc's own form; L D L^T pivots into more entries than Cholesky has.
+  return 2 * needs.system + needs.pairs + 2 * needs.solve.bytes <= limit;
 }
 
 }  // namespace carillon::solvers

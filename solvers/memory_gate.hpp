@@ -11,10 +11,12 @@ namespace carillon::solvers {
 
 /// What the parts of a solve take [byte], all ranks of the group together.
 struct MemoryNeeds {
-  std::int64_t system = 0;   ///< K and M
-  std::int64_t vectors = 0;  ///< the eigensolver's basis, the pairs, and columns on their way
-  FactorSize solve;          ///< factor that solves: most while it is made
-  FactorSize count;          ///< factor that inertia is read from, let go as it is made
+  std::int64_t system = 0;    ///< K and M
+  std::int64_t vectors = 0;   ///< the eigensolver's basis, the pairs, and columns on their way
+  std::int64_t pairs = 0;     ///< what is kept of them
+  std::int64_t estimate = 0;  ///< pitch errors, estimated when only the pairs are left
+  FactorSize solve;           ///< factor that solves: most while it is made
+  FactorSize count;           ///< factor that inertia is read from, let go as it is made
 };
 
 /// How a body is solved within its memory.
@@ -36,18 +38,25 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
 void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision,
                         std::int64_t limit);
 
+/// What estimates may take beside all that is held while they are made.
+std::int64_t left_for_estimates(const MemoryNeeds& needs, const MemoryDecision& decision,
+                                std::int64_t limit);
+/// Whether a second factor, kept with its entries by L D L^T, fits beside matrices and pairs.
+bool slices_fit(const MemoryNeeds& needs, std::int64_t limit);
+
 /// Needs from the analyses of the factors, which are not made. Bodies whose factors are far below
 /// the limit (200 n^(4/3) entries, four times what nested dissection leaves of solid bodies) are
 /// not analysed for it: theirs stand as 0.
 /// @param plan   empty where only the iterative solver may be used: factors are then not looked at
+/// @param order  of the elements
 /// @param pairs  eigenpairs that are asked for
 /// @return the same on every rank; depends on the matrix and the options alone, never on what the
 ///         machine has free
 /// @note Collective on comm.
-MemoryNeeds memory_needs(const System& system, const SolveOptions& options, const FactorPlan& plan,
-                         std::int64_t pairs, MPI_Comm comm);
+MemoryNeeds memory_needs(const System& system, int order, const SolveOptions& options,
+                         const FactorPlan& plan, std::int64_t pairs, MPI_Comm comm);
 
-/// Bytes of MemoryNeeds::vectors for so many pairs.
-std::int64_t vector_bytes(const System& system, std::int64_t pairs);
+/// Sets vectors and pairs for so many pairs.
+void weigh_vectors(const System& system, std::int64_t pairs, MemoryNeeds& needs);
 
 }  // namespace carillon::solvers

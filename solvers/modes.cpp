@@ -212,10 +212,11 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
   }
   if (options.estimate_errors && !chosen.empty()) {
     const core::ScopedTimer timer(trace.stages["estimate"]);
+    const auto memory = std::min(options.memory_limit / 8, found.spare_memory);
     modes.pitch_errors = pitch_errors(
-        modes.eigenvalues, estimate_true_modes(mesh, regions, system, found, chosen,
-                                               modes.eigenvalues, options.memory_limit / 8, comm)
-                               .modes);
+        modes.eigenvalues,
+        estimate_true_modes(mesh, regions, system, found, chosen, modes.eigenvalues, memory, comm)
+            .modes);
   }
   return modes;
 }

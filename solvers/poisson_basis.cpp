@@ -132,7 +132,8 @@ TrueModes estimate(const TetMesh& mesh, std::span<const Elastic> regions, const 
     eigenvalues.push_back(found.pairs.values[found.flexible[k]] * system.scales.eigenvalue());
   }
   return estimate_true_modes(mesh, regions, system, found, std::span(found.flexible).first(most),
-                             eigenvalues, options.memory_limit / 8, comm);
+                             eigenvalues, std::min(options.memory_limit / 8, found.spare_memory),
+                             comm);
 }
 
 /// Errors of Ritz pairs: each should lie as much lower as the true modes of the neighbouring

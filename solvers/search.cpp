@@ -32,17 +32,6 @@ constexpr std::int64_t first_batch = 20;
 /// An eigenvalue this close (relative) to where modes were counted may lie on either side of it.
 constexpr double count_margin = 4e-6;
 
-/// Area of the curved boundary, from its corners: good enough for an estimate.
-double corner_area(const TetMesh& mesh) {
-  const auto per_face = static_cast<std::size_t>(nodes_per_face(mesh.order));
-  SurfaceMesh surface{mesh.nodes, {}};
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const auto* corner = &mesh.faces[f * per_face];
-    surface.triangles.push_back({corner[0], corner[1], corner[2]});
-  }
-  return area(surface);
-}
-
 /// sqrt(E / rho) [m/s] with E and rho averaged over the body: E by the mean compliance, since the
 /// soft parts are the ones that bend while the heavy ones load them.
 double mean_wave_speed(const TetMesh& mesh, std::span<const Elastic> regions) {
@@ -104,7 +93,7 @@ class Search {
     const core::ScopedTimer timer(trace_.stages["order"]);
     const auto first_pairs =
         pairs_for(std::min<std::int64_t>(options_.band.max_modes, first_batch));
-    needs_ = memory_needs(system_, options_, plan_, first_pairs, comm_);
+    needs_ = memory_needs(system_, mesh_.order, options_, plan_, first_pairs, comm_);
     memory_ = decide(needs_, options_.linear_solver, options_.memory_limit);
     result_.eigen_solver = options_.solver;
     result_.linear_solver = memory_.linear_solver;
@@ -118,7 +107,7 @@ class Search {
   }
 
   std::int64_t pairs_for(std::int64_t wanted) const {
-    return std::min(wanted + rigid_ + spare_modes, system_.unknowns());
+    return std::min(wanted + rigid_ + spare_modes + more_, system_.unknowns());
   }
 
   std::int64_t count(double value) {
@@ -166,7 +155,8 @@ class Search {
     if (verify(wanted)) return;
     // Another start, in a larger space: what one vector happened to miss another holds.
     ++seed_;
-    wanted = solve_for_band(std::min(below_counted_, wanted + wanted / 5 + spare_modes));
+    more_ = wanted / 5 + spare_modes;
+    wanted = solve_for_band(std::min(below_counted_, wanted + more_));
     if (verify(wanted)) return;
     if (fill_lacks(wanted) && verify(wanted)) return;
     result_.verified_below = verified_prefix(result_, rigid_, counter());
@@ -244,8 +234,9 @@ class Search {
     const core::ScopedTimer timer(trace_.stages["solve"]);
     const auto pairs = pairs_for(wanted);
     // The basis was counted for a first few pairs before there was a number.
-    needs_.vectors = vector_bytes(system_, pairs);
+    weigh_vectors(system_, pairs, needs_);
     refuse_large_basis(needs_, memory_, options_.memory_limit);
+    result_.spare_memory = left_for_estimates(needs_, memory_, options_.memory_limit);
     result_.pairs = EigenPairs();
     prepare();
     const EigenRequest request{static_cast<int>(pairs), tolerance(), seed_, options_.solver};
@@ -319,6 +310,7 @@ class Search {
       if (!cut) return false;
       top = cut->value;
     }
+    if (!slices_fit(needs_, options_.memory_limit)) return false;
     const auto lacks = find_lacks(result_, rigid_, top, counter());
     if (lacks.empty()) return false;
     const core::ScopedTimer timer(trace_.stages["slice"]);
@@ -353,15 +345,15 @@ class Search {
   double shift_ = 0;
   bool shift_mended_ = false;
   std::uint64_t seed_ = 1;  ///< of the start vector
+  std::int64_t more_ = 0;   ///< pairs beyond those wanted, once a mode was missing
   SearchResult result_;
 };
 
 }  // namespace
 
 double estimate_first_frequency(const TetMesh& mesh, std::span<const Elastic> regions) {
-  const double thickness = 2 * measure_quality(mesh).volume / corner_area(mesh);
   const double length = bounding_box(mesh.nodes).longest_side();
-  return mean_wave_speed(mesh, regions) * thickness / (length * length);
+  return mean_wave_speed(mesh, regions) * mean_thickness(mesh) / (length * length);
 }
 
 SearchResult search_modes(const TetMesh& mesh, std::span<const Elastic> regions,

@@ -25,6 +25,7 @@ struct SearchResult {
   double verified_below = 0;  ///< no mode below this (dimensionless) eigenvalue is missing
   EigenSolver eigen_solver = EigenSolver::block_lanczos;  ///< the one that was used
   LinearSolver linear_solver = LinearSolver::direct;      ///< likewise
+  std::int64_t spare_memory = 0;  ///< [byte] left of the limit beside all that this holds
   ShiftedSystem shifted;  ///< what the pairs were found with; empty when nothing was to be found
 };
 

@@ -16,7 +16,7 @@ constexpr std::int64_t gib = 1ll << 30;
 
 /// 2 GiB of matrices, 1 GiB of vectors, factors as given; the one that solves keeps 8 of 10 bytes.
 MemoryNeeds needs(std::int64_t solve, std::int64_t count) {
-  return {2 * gib, gib, {solve / 10, solve}, {count / 10, count}};
+  return {2 * gib, gib, 0, 0, {solve / 10, solve}, {count / 10, count}};
 }
 
 TEST(MemoryGate, WhatFitsIsSolvedDirectlyAndCounted) {
@@ -93,6 +93,27 @@ TEST(MemoryGate, ManyModesNeedRoomForTheirVectors) {
   EXPECT_THROW(refuse_large_basis(what, decision, 16 * gib), core::SolverError);
 }
 
+/// Errors are estimated beside the factor and the pairs, when the basis is gone.
+TEST(MemoryGate, EstimatesAreWeighed) {
+  auto what = needs(10 * gib, gib);
+  what.pairs = gib / 2;
+  what.estimate = 5 * gib;
+  const auto direct = decide(what, LinearSolver::automatic, 16 * gib);
+  EXPECT_EQ(direct.linear_solver, LinearSolver::direct);
+  EXPECT_EQ(left_for_estimates(what, direct, 16 * gib), 11 * gib / 2);
+  what.estimate = 6 * gib;  // 2 + 8 + 0.5 beside it
+  const auto iterative = decide(what, LinearSolver::automatic, 16 * gib);
+  EXPECT_EQ(iterative.linear_solver, LinearSolver::iterative);
+  EXPECT_EQ(left_for_estimates(what, iterative, 16 * gib), what.estimate);
+  what.estimate = 14 * gib;
+  EXPECT_THROW(decide(what, LinearSolver::automatic, 16 * gib), core::SolverError);
+}
+
+TEST(MemoryGate, SlicesNeedTwoFactorsWorth) {
+  EXPECT_TRUE(slices_fit(needs(6 * gib, gib), 16 * gib));
+  EXPECT_FALSE(slices_fit(needs(6 * gib + 1, gib), 16 * gib));
+}
+
 /// The gate stands before a real solve: the same body under different limits.
 TEST(MemoryGate, TheLimitDecidesHowABodyIsSolved) {
   const auto mesh = test::box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2);
@@ -103,7 +124,7 @@ TEST(MemoryGate, TheLimitDecidesHowABodyIsSolved) {
   options.estimate_errors = false;
   options.memory_limit = 1 << 20;
   const auto plan = plan_factors(system, MPI_COMM_SELF);
-  const auto what = memory_needs(system, options, plan, 18, MPI_COMM_SELF);
+  const auto what = memory_needs(system, mesh.order, options, plan, 18, MPI_COMM_SELF);
   EXPECT_GT(what.solve.entries, system.unknowns() * 20);
   EXPECT_GE(what.solve.bytes, 8 * what.solve.entries);
   EXPECT_GT(what.count.bytes, 0);
