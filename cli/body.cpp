@@ -60,7 +60,7 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
       .add_option("--pitch-cents", options.pitch_cents,
                   "refine order and element size until the worst mode's estimated pitch error is "
                   "below it; begins with --order and --element-size")
-      ->check(CLI::Range(1e-3, 1e4));
+      ->check(CLI::Range(solvers::least_pitch_target, 1e4));
   command
       .add_option("--linear-solver", options.linear_solver,
                   "direct: Cholesky; iterative: conjugate gradients with multigrid, modes are then "
@@ -246,7 +246,7 @@ Body solve_body(const BodyOptions& options, const Context& context) {
                                              context.world, context.cache, body.trace)};
   };
   if (options.pitch_cents != 0) {
-    solve.tolerance = solvers::tolerance_for(options.pitch_cents);
+    solve.band = solvers::judged_band(solve.band);
     const PitchSearch search{.request = request,
                              .cents = options.pitch_cents,
                              .linear_solver = solve.linear_solver,

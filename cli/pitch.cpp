@@ -32,7 +32,9 @@ solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver&
     request.options = options;
     return shared_mesh(request, search.limits, search.cache, comm);
   };
-  return solvers::reach_pitch(pitch_target(search), make_mesh, solve);
+  auto result = solvers::reach_pitch(pitch_target(search), make_mesh, solve);
+  for (auto& modes : result.sets) modes = solvers::without_margin(modes);
+  return result;
 }
 
 void settle(const std::optional<solvers::PitchReport>& report, Context& context) {

@@ -23,7 +23,7 @@ struct PitchSearch {
   std::filesystem::path cache;
 };
 
-/// Mode sets of a mesh that must all meet the target.
+/// Mode sets of a mesh, in judged_band() of their bands, that must all meet the target.
 using SetSolver = std::function<std::vector<solvers::Modes>(const solvers::MeshResult&)>;
 
 /// Tetrahedra that a file gives (MSH) cannot be made smaller.

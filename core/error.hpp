@@ -35,6 +35,10 @@ struct InputError : Error {
 struct SolverError : Error {
   using Error::Error;
 };
+/// More than a limit that the user set would be needed; the message names it.
+struct LimitError : SolverError {
+  using SolverError::SolverError;
+};
 /// A file cannot be read or written.
 struct FileError : Error {
   using Error::Error;

@@ -60,9 +60,9 @@ MeshResult mesh_of_tetrahedra(const MeshRequest& request) {
   result.mesh = scaled_msh(request.file);
   const auto count = static_cast<std::int64_t>(result.mesh.element_count());
   if (count > request.options.max_elements) {
-    throw core::SolverError(fmt::format("{}: {} tetrahedra are more than the {} allowed",
-                                        request.file.path, count, request.options.max_elements),
-                            "raise max_elements, or mesh the body coarser");
+    throw core::LimitError(fmt::format("{}: {} tetrahedra are more than the {} allowed",
+                                       request.file.path, count, request.options.max_elements),
+                           "raise max_elements, or mesh the body coarser");
   }
   if (result.mesh.order < request.options.order) {
     result.mesh = raise_order(result.mesh, request.options.order);

@@ -117,14 +117,15 @@ class Builder {
     return (cell + lobatto_nodes(order)[i - cell * order]) / cells;
   }
 
+  [[noreturn]] static void refuse_size() {
+    throw core::LimitError(fmt::format("the section needs more than {} nodes", most_nodes),
+                           "ask for a lower max_frequency, fewer modes, or a larger element size");
+  }
+
   std::int32_t new_node(Vec2 at) {
     // The formulas of blocks on the axis give a radius within rounding of zero.
     if (std::abs(at.x()) < 1e-14 * (1 + std::abs(at.y()))) at.x() = 0;
-    if (mesh_.nodes.size() >= most_nodes) {
-      throw core::SolverError(
-          fmt::format("the section needs more than {} nodes", most_nodes),
-          "ask for a lower max_frequency, fewer modes, or a larger element size");
-    }
+    if (mesh_.nodes.size() >= most_nodes) refuse_size();
     mesh_.nodes.push_back(at);
     return static_cast<std::int32_t>(mesh_.nodes.size() - 1);
   }
@@ -162,6 +163,7 @@ class Builder {
     const int p = mesh_.order;
     Lattice lattice{divisions_.of(block, 0), divisions_.of(block, 1), p, {}};
     const int w = lattice.width(), h = lattice.height();
+    if (static_cast<double>(w) * h > most_nodes) refuse_size();
     lattice.node.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
     const auto& c = block.corners;
     for (int j = 0; j < h; ++j) {

@@ -89,6 +89,7 @@ std::string quoted_tail(const std::string& output) {
   const std::string hint = error.at("hint");
   if (kind == "input") throw core::InputError(message, hint);
   if (kind == "file") throw core::FileError(message, hint);
+  if (kind == "limit") throw core::LimitError(message, hint);
   if (kind == "memory") {
     throw core::SolverError(
         fmt::format("{}: meshing needs more than the limit of {}", what,

@@ -63,6 +63,8 @@ json answer(const json& request) {
     return error("input", e);
   } catch (const core::FileError& e) {
     return error("file", e);
+  } catch (const core::LimitError& e) {
+    return error("limit", e);
   } catch (const core::Error& e) {
     return error("solver", e);
   } catch (const std::bad_alloc&) {

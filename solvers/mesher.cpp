@@ -122,7 +122,7 @@ TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
   // Its triangles alone may be too many.
   if (1.2 * static_cast<double>(surface.triangles.size()) >
       static_cast<double>(options.max_elements))
-    throw core::SolverError(
+    throw core::LimitError(
         fmt::format("{}, and filling its {} triangles as they are takes more than {} elements",
                     reason, surface.triangles.size(), options.max_elements),
         "raise max_elements, or give another element_size");
@@ -134,10 +134,10 @@ TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
                             "another element_size may help");
   }
   if (static_cast<std::int64_t>(mesh.element_count()) > options.max_elements)
-    throw core::SolverError(fmt::format("{}; as it is the surface takes {} elements and "
-                                        "max_elements is {}",
-                                        reason, mesh.element_count(), options.max_elements),
-                            "raise max_elements, or give another element_size");
+    throw core::LimitError(fmt::format("{}; as it is the surface takes {} elements and "
+                                       "max_elements is {}",
+                                       reason, mesh.element_count(), options.max_elements),
+                           "raise max_elements, or give another element_size");
   return mesh;
 }
 

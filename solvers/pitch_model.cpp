@@ -24,16 +24,6 @@ double longest_corner_edge(const TetMesh& mesh) {
   return longest;
 }
 
-double corner_area(const TetMesh& mesh) {
-  SurfaceMesh surface{mesh.nodes, {}};
-  const auto per_face = static_cast<std::size_t>(nodes_per_face(mesh.order));
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const auto* corner = &mesh.faces[f * per_face];
-    surface.triangles.push_back({corner[0], corner[1], corner[2]});
-  }
-  return area(surface);
-}
-
 }  // namespace
 
 double MeshSize::unknowns() const {
@@ -51,7 +41,7 @@ MeshSize size_of(const TetMesh& mesh) {
   MeshSize size;
   size.order = mesh.order;
   size.element_size = longest_corner_edge(mesh);
-  size.thickness = 2 * measure_quality(mesh).volume / corner_area(mesh);
+  size.thickness = mean_thickness(mesh);
   std::vector<bool> corner(mesh.nodes.size(), false);
   for (std::size_t e = 0; e < mesh.element_count(); ++e)
     for (const auto n : mesh.element(e).first(4)) corner[static_cast<std::size_t>(n)] = true;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -14,6 +15,8 @@
 namespace carillon::solvers {
 namespace {
 
+/// [semitones] Modes are seldom more than this too sharp where a target is nearly met.
+constexpr double judged_above = 2;
 constexpr std::size_t most_steps = 8;
 /// A prediction aims below the target by this: it is right within a factor of two, and another
 /// step would cost more than the margin.
@@ -21,6 +24,8 @@ constexpr double aim = 0.6;
 /// Work of a step may be so much more than that of the best one so far: predictions far away are
 /// not to be trusted with hours.
 constexpr double most_growth = 40;
+/// What stands, times the target, for the error of modes that were not found.
+constexpr double unknown = 30;
 /// An error that falls by less than this factor has not moved.
 constexpr double least_gain = 0.9;
 
@@ -75,12 +80,14 @@ class Search {
     MeshResult mesh;
     try {
       mesh = make_mesh_(options);
+    } catch (const core::LimitError& error) {
+      if (first) throw;
+      // This costs little, and fewer elements will do.
+      if (++refused_ == 4) stop("max_elements", error.message());
+      return;
     } catch (const core::SolverError& error) {
       if (first) throw;
-      // The mesher's errors come from another process as text. This one is cheap, and less will do.
-      const bool too_many = error.message().find("max_elements") != std::string::npos;
-      if (too_many && ++refused_ < 4) return;
-      stop(too_many ? "max_elements" : "mesher", error.message());
+      stop("mesher", error.message());
       return;
     }
     std::vector<Modes> sets;
@@ -107,6 +114,10 @@ class Search {
       errors.insert(errors.end(), modes.pitch_errors.begin(), modes.pitch_errors.end());
       step.unknowns = std::max(step.unknowns, modes.certificate.unknowns);
     }
+    // A band may be empty because its modes are far too sharp: a second setting has to agree.
+    const bool unsure = errors.empty() && !was_empty_;
+    was_empty_ = errors.empty();
+    if (unsure) step.worst_cents = unknown * target_.cents;
     if (!errors.empty()) step.worst_cents = *std::max_element(errors.begin(), errors.end());
     step.median_cents = median(errors);
     const MeshSize size = size_of(mesh.mesh);
@@ -241,15 +252,29 @@ class Search {
   const MeshMaker& make_mesh_;
   const ModeSolver& solve_;
   PitchResult result_;
-  MeshSize best_;          ///< mesh of the best step
-  double asked_size_ = 0;  ///< and the size it was asked with
-  double predicted_ = 0;   ///< error of the step under way
-  double trust_ = 1;       ///< share of a predicted gain (in logarithms) that comes true
-  int stuck_ = 0;          ///< steps in a row that gained nothing
-  int refused_ = 0;        ///< settings that took more elements than predicted and allowed
+  MeshSize best_;           ///< mesh of the best step
+  double asked_size_ = 0;   ///< and the size it was asked with
+  double predicted_ = 0;    ///< error of the step under way
+  double trust_ = 1;        ///< share of a predicted gain (in logarithms) that comes true
+  bool was_empty_ = false;  ///< the last step found no mode
+  int stuck_ = 0;           ///< steps in a row that gained nothing
+  int refused_ = 0;         ///< settings that took more elements than predicted and allowed
 };
 
 }  // namespace
+
+Band judged_band(const Band& band) {
+  Band out = band;
+  out.max_frequency *= std::exp2(judged_above / 12);
+  return out;
+}
+
+Modes without_margin(const Modes& modes) {
+  const auto& certificate = modes.certificate;
+  return restrict_to(
+      modes, {certificate.min_frequency, certificate.max_frequency / std::exp2(judged_above / 12),
+              std::numeric_limits<int>::max()});
+}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -258,18 +283,12 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-double tolerance_for(double cents) {
-  // An eigenvalue's error falls with the square of the residual; modes are refused where it could
-  // be 0.001 cents.
-  constexpr double usual = 1e-12, seen_below = 0.01;
-  return cents >= seen_below ? usual : std::max(1e-15, usual * cents / seen_below);
-}
-
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
                         const ModeSolver& solve) {
-  if (!(target.cents > 0) || !std::isfinite(target.cents)) {
+  if (!(target.cents >= least_pitch_target) || !std::isfinite(target.cents)) {
     throw core::InputError(
-        fmt::format("a pitch error must be a positive number of cents, not {}", target.cents));
+        fmt::format("a pitch target of {} cents cannot be met", target.cents),
+        fmt::format("{} is the least that estimates can tell", least_pitch_target));
   }
   return Search(target, make_mesh, solve).run();
 }

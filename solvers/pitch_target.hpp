@@ -10,6 +10,10 @@
 
 namespace carillon::solvers {
 
+/// Estimates say nothing below this [cent]: the least that can be asked for. What the eigensolver's
+/// usual tolerance leaves is ten times less, so there is nothing to refine about it.
+constexpr double least_pitch_target = 0.01;
+
 /// How accurate pitches are to be, and where to begin.
 struct PitchTarget {
   double cents = 5;         ///< the worst mode's pitch error may be so much [cent]
@@ -26,8 +30,10 @@ struct PitchStep {
   bool automatic_size = false;
   std::int64_t elements = 0;
   std::int64_t unknowns = 0;
-  double seconds = 0;      ///< mesh and solve; short when they came from a cache
-  double worst_cents = 0;  ///< estimated error of the worst mode; 0 when there is no mode
+  double seconds = 0;  ///< mesh and solve; short when they came from a cache
+  /// Estimated error of the worst mode. 0 when there is no mode, which two settings have to show;
+  /// the first one counts as far off.
+  double worst_cents = 0;
   double median_cents = 0;
 };
 
@@ -56,6 +62,12 @@ using MeshMaker = std::function<MeshResult(const MeshOptions&)>;
 /// Mode sets of a mesh that must all meet the target, with their pitch_errors.
 using ModeSolver = std::function<std::vector<Modes>(const MeshResult&)>;
 
+/// The band that a target's modes are sought in. Coarse elements make modes sharp: some that belong
+/// into the band are found above it, and are judged as well. A whole tone more.
+Band judged_band(const Band& band);
+/// A set of such a band without what lies above the band that was asked for.
+Modes without_margin(const Modes& modes);
+
 /// Solves, reads the estimated pitch errors, and refines until the worst mode meets the target or
 /// something stops it: each step takes the order from 2 to 4 and the size that should meet it at
 /// the least cost (pitch_model.hpp, corrected by the rates that were measured). A first setting
@@ -65,16 +77,13 @@ using ModeSolver = std::function<std::vector<Modes>(const MeshResult&)>;
 /// The choice follows from counts and estimates alone, never from the clock, so it is the same
 /// everywhere; but for a mesh that ran into a limit of time.
 ///
-/// @throws InputError   the target is not a positive number, or modes come without pitch_errors;
-/// and
+/// @throws InputError   the target is below least_pitch_target or no number, or modes come without
+/// pitch_errors; and
 ///                      what make_mesh and solve throw
 /// @throws SolverError  the first setting failed
 /// @note Collective where make_mesh and solve are.
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
                         const ModeSolver& solve);
-
-/// Tolerance of the eigensolver that a target needs. The usual one leaves less than 0.001 cents.
-double tolerance_for(double cents);
 
 /// {asked_cents, reached_cents, met, stopped_by, reason, chosen, steps: [{order, element_size_m,
 /// automatic_size, elements, unknowns, seconds, worst_cents, median_cents}]}; stopped_by and reason

@@ -168,6 +168,16 @@ MeshQuality measure_quality(const TetMesh& mesh) {
   return quality;
 }
 
+double mean_thickness(const TetMesh& mesh) {
+  SurfaceMesh surface{mesh.nodes, {}};
+  const auto per_face = static_cast<std::size_t>(nodes_per_face(mesh.order));
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto* corner = &mesh.faces[f * per_face];
+    surface.triangles.push_back({corner[0], corner[1], corner[2]});
+  }
+  return 2 * measure_quality(mesh).volume / area(surface);
+}
+
 std::vector<std::int32_t> node_components(const TetMesh& mesh) {
   std::vector<std::int32_t> parent(mesh.nodes.size());
   std::iota(parent.begin(), parent.end(), 0);

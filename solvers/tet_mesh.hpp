@@ -51,6 +51,9 @@ struct MeshQuality {
 };
 MeshQuality measure_quality(const TetMesh& mesh);
 
+/// Mean thickness, 2 V / A, with the boundary's area taken from its corners [m].
+double mean_thickness(const TetMesh& mesh);
+
 /// Component of every node, numbered from 0 in the order of first nodes; nodes belong together when
 /// an element holds both. -1 for a node that no element uses.
 std::vector<std::int32_t> node_components(const TetMesh& mesh);

@@ -83,8 +83,7 @@ void climb(const LadderConfig& config, const LadderObject& object, RungRunner& r
     choice.command = modes_line(object, runner.band(), config.max_elements, cents);
     try {
       choice.report = runner.choose(cents);
-      for (const auto& step : choice.report.steps)
-        choice.steps.push_back(&runner.rung_of(step, cents));
+      for (const auto& step : choice.report.steps) choice.steps.push_back(&runner.rung_of(step));
     } catch (const core::Error& error) {
       choice.failure = error.message();
     }

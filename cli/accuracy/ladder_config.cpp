@@ -176,8 +176,9 @@ LadderConfig read_ladder_config(const std::string& text, const std::string& file
   config.tolerances = positive(root, "tolerances", {1e-12});
   config.pitch_cents = positive(root, "pitch_cents", {1, 2, 5, 10, 20});
   for (const double cents : config.pitch_cents) {
-    if (cents < 1e-3 || cents > 1e4) {
-      root.fail("pitch_cents", fmt::format("{} is outside 0.001 to 10000", cents));
+    if (cents < solvers::least_pitch_target || cents > 1e4) {
+      root.fail("pitch_cents",
+                fmt::format("{} is outside {} to 10000", cents, solvers::least_pitch_target));
     }
   }
   config.max_elements = root.integer("max_elements", 1, 100000000, 200000);

@@ -223,7 +223,7 @@ solvers::PitchReport RungRunner::choose(double cents) {
   search.cents = cents;
   const Rung* current = nullptr;
   const auto make_mesh = [&](const solvers::MeshOptions& options) {
-    current = &run(options, solvers::tolerance_for(cents));
+    current = &run(options, solvers::SolveOptions().tolerance);
     // The kind of error tells the search what to try next.
     if (current->error) std::rethrow_exception(current->error);
     return current->mesh;
@@ -232,11 +232,11 @@ solvers::PitchReport RungRunner::choose(double cents) {
   return solvers::reach_pitch(pitch_target(search), make_mesh, solve).report;
 }
 
-const Rung& RungRunner::rung_of(const solvers::PitchStep& step, double cents) const {
+const Rung& RungRunner::rung_of(const solvers::PitchStep& step) const {
   for (const auto& rung : rungs_) {
     const bool automatic = rung->options.element_size <= 0;
     if (rung->options.order == step.order && automatic == step.automatic_size &&
-        rung->tolerance == solvers::tolerance_for(cents) &&
+        rung->tolerance == solvers::SolveOptions().tolerance &&
         std::abs(rung->element_size / step.element_size - 1) < 1e-9 && !rung->error) {
       return *rung;
     }

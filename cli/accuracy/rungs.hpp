@@ -72,7 +72,7 @@ class RungRunner {
   /// @throws Error  its first setting fails
   solvers::PitchReport choose(double cents);
   /// The rung of a step towards a target.
-  const Rung& rung_of(const solvers::PitchStep& step, double cents) const;
+  const Rung& rung_of(const solvers::PitchStep& step) const;
 
   /// Every rung so far, in the order of running.
   const std::vector<std::unique_ptr<Rung>>& rungs() const { return rungs_; }

@@ -10,6 +10,7 @@
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"
+#include "solvers/pitch_target.hpp"
 
 namespace carillon::cli {
 
@@ -169,8 +170,9 @@ void read_modes(ConfigNode node, BuildConfig& config) {
 
 void read_solver(ConfigNode node, BuildConfig& config) {
   config.pitch_cents = zero_or_more(node, "pitch_cents", Dimension::none);
-  if (config.pitch_cents > 0 && config.pitch_cents < 1e-3) {
-    node.fail("pitch_cents", "must be at least 0.001 cents, or 0 for none");
+  if (config.pitch_cents > 0 && config.pitch_cents < solvers::least_pitch_target) {
+    node.fail("pitch_cents",
+              fmt::format("must be at least {} cents, or 0 for none", solvers::least_pitch_target));
   }
   config.solver.linear_solver = solvers::parse_linear_solver(
       node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));

@@ -158,9 +158,11 @@ std::vector<solvers::Modes> solve_sets(const BuildConfig& config, const Shape& s
     check_size(longest * variant.size, config.objects[shape.source].file.any_size);
     materials.push_back(variant_materials(config, shape, variant, mesh.mesh.region_names));
   }
-  const ModeSets sets = group_variants(materials, shape.variants, config.band);
+  ModeSets sets = group_variants(materials, shape.variants, config.band);
   solvers::SolveOptions options = config.solver;
-  if (config.pitch_cents > 0) options.tolerance = solvers::tolerance_for(config.pitch_cents);
+  if (config.pitch_cents > 0) {
+    for (auto& request : sets.requests) request.band = solvers::judged_band(request.band);
+  }
   return solvers::solve_materials(mesh.mesh, sets.requests, options, comm, folders.cache, trace);
 }
 

@@ -102,9 +102,9 @@ void fail_element_bound(std::int64_t needed, const MeshOptions& options, double 
   const std::string message = fmt::format("the mesh needs about {} elements and max_elements is {}",
                                           needed, options.max_elements);
   if (fitting_size > 0)
-    throw core::SolverError(message,
-                            fmt::format("element_size {:.3g} m would fit", round_up(fitting_size)));
-  throw core::SolverError(message, "no element_size of this shape needs so few");
+    throw core::LimitError(message,
+                           fmt::format("element_size {:.3g} m would fit", round_up(fitting_size)));
+  throw core::LimitError(message, "no element_size of this shape needs so few");
 }
 
 double max_chord(double radius, double wall) {

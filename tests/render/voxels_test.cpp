@@ -53,7 +53,7 @@ TEST(TriangleBox, KnowsTheHardCases) {
 // Against points strewn over the triangle: one in the box means they meet; and when they do not
 // meet by a margin, none is in it.
 TEST(TriangleBox, AgreesWithPointsOfTheTriangle) {
-  rc::check("strewn points", [] {
+  EXPECT_TRUE(rc::check("strewn points", [] {
     const auto coordinate = [] { return *rc::gen::inRange(-250, 251) * 0.01; };
     std::array<Vec3, 3> triangle;
     for (Vec3& corner : triangle) {
@@ -85,7 +85,7 @@ TEST(TriangleBox, AgreesWithPointsOfTheTriangle) {
       }
       RC_ASSERT(near);
     }
-  });
+  }));
 }
 
 TEST(Voxels, FillTheGridWithTheLongestSide) {

@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // The bound that ends near-critical modes is one.
 TEST(ModalResponse, BoundHolds) {
-  rc::check("bound_after_contact", [] {
+  EXPECT_TRUE(rc::check("bound_after_contact", [] {
     const double omega = std::exp(*rc::gen::inRange(0, 1000) * 0.011);
     const double ratio = 0.9951 + 1e-5 * *rc::gen::inRange(0, 900);
     const double contact_time = *rc::gen::element(0.0, 1e-4, 1e-2);
@@ -114,13 +114,13 @@ TEST(ModalResponse, BoundHolds) {
       RC_ASSERT(std::abs(motion.acceleration) <=
                 response.bound_after_contact(begin, Quantity::acceleration) * (1 + 1e-9));
     }
-  });
+  }));
 }
 
 // Energy: with an undamped mode and any contact, velocity and displacement after the blow stay on
 // one ellipse, whose size is the pulse's spectrum at omega.
 TEST(ModalResponse, KeepsEnergyWithoutDamping) {
-  rc::check("energy", [] {
+  EXPECT_TRUE(rc::check("energy", [] {
     const double omega = std::exp(4 + *rc::gen::inRange(0, 700) * 0.01);
     const double contact_time = std::exp(-10 + *rc::gen::inRange(0, 600) * 0.01);
     const ModalResponse response(omega * omega, 0, contact_time);
@@ -133,7 +133,7 @@ TEST(ModalResponse, KeepsEnergyWithoutDamping) {
       RC_ASSERT(std::abs(std::hypot(motion.velocity, omega * motion.displacement) - spectrum) <
                 1e-11 * (1 + omega * tau));
     }
-  });
+  }));
 }
 
 // In double precision, before rounding to float, with and without ending tails.

@@ -158,7 +158,7 @@ TEST(SurfaceSampler, SameStreamSamePoints) {
 TEST(SurfaceSampler, NearestIsNearest) {
   const auto surface = curved_sphere(1, Vec3(0.2, 0, 0), 2, 1);
   const SurfaceSampler sampler(surface);
-  rc::check("no sampled point is nearer", [&] {
+  EXPECT_TRUE(rc::check("no sampled point is nearer", [&] {
     const auto coordinate = [] { return *rc::gen::inRange(-2000, 2000) * 1e-3; };
     const double x = coordinate(), y = coordinate(), z = coordinate();
     const Vec3 query(x, y, z);
@@ -169,7 +169,7 @@ TEST(SurfaceSampler, NearestIsNearest) {
       const double other = (frame_at(surface, sampler.sample(random)).position - query).norm();
       RC_ASSERT(other >= distance - 1e-12);
     }
-  });
+  }));
   // A point of the surface is its own nearest.
   core::RandomStream random(1, 1, "own");
   for (int i = 0; i < 50; ++i) {
