@@ -80,7 +80,7 @@ void climb(const LadderConfig& config, const LadderObject& object, RungRunner& r
     tell(fmt::format("{}, {:.3g} cents", object.name, cents));
     Choice& choice = findings.choices.emplace_back();
     choice.cents = cents;
-    choice.command = modes_line(object, runner.band(), config.max_elements, cents);
+    choice.command = modes_line(object, runner.target_band(), config.max_elements, cents);
     try {
       choice.report = runner.choose(cents);
       for (const auto& step : choice.report.steps) choice.steps.push_back(&runner.rung_of(step));

@@ -50,11 +50,11 @@ RungRunner::RungRunner(const LadderConfig& config, const LadderObject& object,
                        const Context& context, MPI_Comm comm)
     : config_(config), object_(object), context_(context), comm_(comm) {}
 
-solvers::Band RungRunner::band() const {
+solvers::Band RungRunner::target_band() const {
   solvers::Band band;
   band.min_frequency = 0;
   band.max_frequency = 2 * reference_.frequencies.back();
-  band.max_modes = static_cast<int>(reference_.frequencies.size()) + spare_modes;
+  band.max_modes = static_cast<int>(reference_.frequencies.size());
   return band;
 }
 
@@ -205,7 +205,8 @@ void RungRunner::run_once(Rung& rung) {
     rung.mesh = shared_mesh(request, {}, {}, comm_);
   }
   solvers::SolveOptions solve;
-  solve.band = band();
+  solve.band = target_band();
+  solve.band.max_modes += spare_modes;
   solve.tolerance = rung.tolerance;
   rung.modes = solvers::solve_modes(rung.mesh.mesh, regions(rung.mesh), solve, comm_, trace);
   const double seconds = core::monotonic_seconds() - start, spent = cpu_seconds() - cpu;
@@ -228,7 +229,9 @@ solvers::PitchReport RungRunner::choose(double cents) {
     if (current->error) std::rethrow_exception(current->error);
     return current->mesh;
   };
-  const auto solve = [&](const solvers::MeshResult&) { return std::vector{current->modes}; };
+  const auto solve = [&](const solvers::MeshResult&) {
+    return std::vector{solvers::restrict_to(current->modes, target_band())};
+  };
   return solvers::reach_pitch(pitch_target(search), make_mesh, solve).report;
 }
 

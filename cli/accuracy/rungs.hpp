@@ -56,9 +56,9 @@ class RungRunner {
   /// @throws SolverError, InputError  there is none, or it has no mode in the band
   const Reference& reference();
 
-  /// What rungs search: from the body's first mode to twice the highest frequency compared, a few
-  /// more modes than are compared. A rung too coarse to find them all there fails.
-  solvers::Band band() const;
+  /// What a target judges: from the body's first mode to the last compared, and so many modes below
+  /// twice its frequency. Rungs search a few modes more; one too coarse to find them there fails.
+  solvers::Band target_band() const;
 
   /// Longest edge that an order takes by itself [m].
   double automatic_size(int order);

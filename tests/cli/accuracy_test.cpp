@@ -110,7 +110,7 @@ TEST(LadderConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
   EXPECT_NE(file("none.step\n    optional: true").find("OBJ, OFF, PLY or STL"), std::string::npos);
   const std::string fourier = "reference: {solver: fourier}\nobjects:\n  - shape: bowl\n";
   EXPECT_EQ(refusal(fourier), "accepted");
-  EXPECT_NE(refusal(fourier + "  - shape: plate\n").find("4:12: objects[1].shape: plate is not"),
+  EXPECT_NE(refusal(fourier + "  - shape: block\n").find("4:12: objects[1].shape: block is not"),
             std::string::npos);
   EXPECT_NE(refusal(fourier + "  - mesh: a.ply\n    optional: true\n").find("objects[1].mesh"),
             std::string::npos);
