@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "solvers/raise_order.hpp"
+#include "solvers/rigid.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -63,15 +64,6 @@ void sum_over_ranks(Fields& fields, MPI_Comm comm) {
     MPI_Allreduce(MPI_IN_PLACE, fields.data() + at, static_cast<int>(count), MPI_DOUBLE, MPI_SUM,
                   comm);
   }
-}
-
-Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm) {
-  Eigen::Matrix<double, 3, 6> motions;
-  motions.leftCols<3>().setIdentity();
-  motions.rightCols<3>() << 0, arm[2], -arm[1],  //
-      -arm[2], 0, arm[0],                        //
-      arm[1], -arm[0], 0;
-  return motions;
 }
 
 FinerSpace::FinerSpace(const TetMesh& mesh, std::span<const Elastic> regions, const System& system,

@@ -19,9 +19,6 @@ namespace carillon::solvers {
 /// a dense product.
 using Fields = Eigen::MatrixXd;
 
-/// Translations and rotations at a point: displacements, 3 x 6.
-Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm);
-
 /// Fields at the nodes of one element: fields x 3 nodes.
 void gather(const Fields& fields, std::span<const std::int32_t> element, Fields& local);
 void scatter_add(const Fields& local, std::span<const std::int32_t> element, Fields& fields);

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "solvers/fourier_search.hpp"
 #include "solvers/fourier_surface.hpp"
+#include "solvers/select.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -33,17 +34,8 @@ void check_input(const Meridian& meridian, const Elastic& m, const Band& band,
   require(!meridian.blocks.empty(), "the section is empty");
   require(fourier.order >= 2 && fourier.order <= 14,
           fmt::format("cells of order {} are not known; 2 to 14 are", fourier.order));
-  require(std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0,
-          fmt::format("Young's modulus must be positive, not {} Pa", m.youngs_modulus));
-  require(std::isfinite(m.density) && m.density > 0,
-          fmt::format("density must be positive, not {} kg/m^3", m.density));
-  require(m.poisson_ratio > -1 && m.poisson_ratio < 0.5,
-          fmt::format("Poisson's ratio must lie between -1 and 0.5, not {}", m.poisson_ratio));
-  require(
-      band.min_frequency >= 0 && band.max_frequency > band.min_frequency &&
-          std::isfinite(band.max_frequency),
-      fmt::format("the band from {} to {} Hz is empty", band.min_frequency, band.max_frequency));
-  require(band.max_modes >= 1, "max_modes must be at least 1");
+  check_material(m);
+  check_band(band);
 }
 
 /// Modes below a frequency, roughly: bending waves of the wall (Courant's asymptotics on half of

@@ -8,14 +8,12 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "solvers/eigen_solve.hpp"
+#include "solvers/search_checks.hpp"
 
 namespace carillon::solvers {
 namespace {
 
 constexpr double target_residual = 1e-8;
-constexpr double largest_residual = 1e-6;
-constexpr double largest_energy_residual = 1e-3;
 constexpr std::int64_t spare_modes = 3;
 constexpr int most_solves = 3;
 /// Eigenvalues this close (relative) to where they were counted may fall on either side.
@@ -70,33 +68,18 @@ std::vector<std::size_t> flexible_pairs(const FourierForms& forms, const EigenPa
   return flexible;
 }
 
-void refuse_bad_residuals(const Scales& scales, const EigenPairs& pairs,
-                          const std::vector<std::size_t>& flexible, std::int64_t wanted) {
-  for (std::size_t k = 0; k < std::min(flexible.size(), static_cast<std::size_t>(wanted)); ++k) {
-    const auto i = flexible[k];
-    if (pairs.residuals[i] <= largest_residual ||
-        pairs.energy_residuals[i] <= largest_energy_residual) {
-      continue;
-    }
-    throw core::SolverError(fmt::format("the mode at {:.6g} Hz has a residual of {:.1e}",
-                                        scales.to_frequency(pairs.values[i]), pairs.residuals[i]),
-                            "the section may have parts of almost no thickness");
+/// The flexible pairs become the harmonic's.
+void keep(const SearchResult& found, Harmonic& harmonic) {
+  const auto& pairs = found.pairs;
+  harmonic.values.clear();
+  harmonic.residuals.clear();
+  for (const auto k : found.flexible) {
+    harmonic.values.push_back(pairs.values[k]);
+    harmonic.residuals.push_back(pairs.residuals[k]);
   }
-}
-
-/// The highest gap between found eigenvalues below which counts agree.
-double verified_prefix(const FourierForms& forms, const System& system, const Harmonic& harmonic) {
-  double good = 0;
-  const auto rigid = rigid_motions(harmonic.n);
-  for (std::size_t k = 1; k < harmonic.values.size(); ++k) {
-    const double low = harmonic.values[k - 1], high = harmonic.values[k];
-    if (high - low < smallest_gap * high) continue;
-    const double cut = (low + high) / 2;
-    if (count_below(system, cut, forms.plan, MPI_COMM_SELF) - rigid != static_cast<std::int64_t>(k))
-      break;
-    good = cut;
-  }
-  return good;
+  harmonic.vectors = pairs.vectors(Eigen::all, found.flexible);
+  harmonic.orthonormality = pairs.orthonormality;
+  harmonic.solver = pairs.solver;
 }
 
 }  // namespace
@@ -154,40 +137,30 @@ void solve_harmonic(const FourierForms& forms, double frequency, double estimate
     auto pairs = static_cast<int>(
         std::min(harmonic.counted + rigid + spare_modes * solves, system.unknowns()));
     const auto shifted = factor_shifted(system, shift, forms.plan, MPI_COMM_SELF);
-    auto found = lowest_pairs(system, {pairs, tolerance, static_cast<std::uint64_t>(solves)},
-                              shifted, MPI_COMM_SELF);
-    const auto flexible = flexible_pairs(forms, found, harmonic);
-    double worst = 0;
+    SearchResult found;
+    found.pairs = lowest_pairs(system, {pairs, tolerance, static_cast<std::uint64_t>(solves)},
+                               shifted, MPI_COMM_SELF);
+    found.flexible = flexible_pairs(forms, found.pairs, harmonic);
+    keep(found, harmonic);
     std::int64_t below = 0, doubtful = 0;
-    harmonic.values.clear();
-    harmonic.residuals.clear();
-    for (const auto k : flexible) {
-      const double value = found.values[k];
-      if (value < top) worst = std::max(worst, found.residuals[k]);
+    for (const double value : harmonic.values) {
       below += value < top;
       doubtful += std::abs(value / top - 1) < 4 * smallest_gap;
-      harmonic.values.push_back(value);
-      harmonic.residuals.push_back(found.residuals[k]);
     }
-    const auto kept = static_cast<Eigen::Index>(flexible.size());
-    harmonic.vectors.resize(found.vectors.rows(), kept);
-    for (Eigen::Index k = 0; k < kept; ++k) {
-      harmonic.vectors.col(k) =
-          found.vectors.col(static_cast<Eigen::Index>(flexible[static_cast<std::size_t>(k)]));
-    }
-    harmonic.orthonormality = found.orthonormality;
-    harmonic.solver = found.solver;
     // Near a shift that is too small rigid motions are nearly singular and residuals grow.
     const bool may_retry = solves < most_solves;
-    if (worst > target_residual && may_retry && !harmonic.values.empty() &&
+    if (worst_residual(found, below) > target_residual && may_retry &&
         -0.01 * harmonic.values[0] < 2 * shift) {
       shift = -0.01 * harmonic.values[0];
       continue;
     }
-    refuse_bad_residuals(forms.scales, found, flexible, harmonic.counted);
+    refuse_bad_residuals(found, harmonic.counted, forms.scales);
     if (std::abs(below - harmonic.counted) <= doubtful) return;
+    if (may_retry) continue;
+    harmonic.verified_below = verified_prefix(found, rigid, [&](double value) {
+      return count_below(system, value, forms.plan, MPI_COMM_SELF);
+    });
   }
-  harmonic.verified_below = verified_prefix(forms, system, harmonic);
 }
 
 }  // namespace carillon::solvers

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/progress.hpp"
+#include "solvers/pitch_error.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -52,9 +53,8 @@ MemoryNeeds memory_needs(const System& system, int order, const SolveOptions& op
   MPI_Allreduce(MPI_IN_PLACE, &needs.system, 1, MPI_INT64_T, MPI_SUM, comm);
   weigh_vectors(system, pairs, needs);
   if (options.estimate_errors) {
-    // The blocks that the next order is smoothed by, and one mode's fields there.
-    const double nodes = static_cast<double>(system.unknowns()) / 3 * std::pow(1 + 1.0 / order, 3);
-    needs.estimate = 2 * needs.system + static_cast<std::int64_t>(9 * 24 * nodes);
+    needs.estimate = least_estimate_bytes(system, order);
+    MPI_Allreduce(MPI_IN_PLACE, &needs.estimate, 1, MPI_INT64_T, MPI_SUM, comm);
   }
   if (options.linear_solver == LinearSolver::iterative) return needs;
   const double bound = 200 * std::pow(static_cast<double>(system.unknowns()), 4.0 / 3);
@@ -80,19 +80,20 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
                   asked == LinearSolver::direct ? ", the iterative linear solver" : "");
   if (asked == LinearSolver::direct) {
     throw core::SolverError(
-        fmt::format("a factor of {:.2g} entries takes {} beside {} of matrices and {} of vectors, "
+        fmt::format("a factor of {:.2g} entries takes {} beside {} of matrices and {} of vectors "
+                    "and estimates, "
                     "more than the memory limit of {}",
                     static_cast<double>(needs.solve.entries), size_text(needs.solve.bytes),
                     size_text(needs.system), size_text(work(needs)), size_text(limit)),
         ways_out);
   }
   if (iterative > limit) {
-    throw core::SolverError(
-        fmt::format("{} of matrices and {} of vectors are more than the memory limit of {} even "
-                    "without a factor",
-                    size_text(with_coarser(needs.system)), size_text(work(needs)),
-                    size_text(limit)),
-        ways_out + ", or ask for fewer modes");
+    throw core::SolverError(fmt::format("{} of matrices and {} of vectors and estimates are more "
+                                        "than the memory limit of {} even "
+                                        "without a factor",
+                                        size_text(with_coarser(needs.system)),
+                                        size_text(work(needs)), size_text(limit)),
+                            ways_out + ", or ask for fewer modes");
   }
   decision.linear_solver = LinearSolver::iterative;
   decision.counts = false;
@@ -107,9 +108,10 @@ void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision
   const auto held = iterative ? with_coarser(needs.system) : needs.system + kept(needs.solve);
   if (held + work(needs) <= limit) return;
   throw core::SolverError(
-      fmt::format("{} of vectors do not fit beside {} of matrices{}: the memory limit is {}",
-                  size_text(work(needs)), size_text(held), iterative ? "" : " and factor",
-                  size_text(limit)),
+      fmt::format(
+          "{} of vectors and estimates do not fit beside {} of matrices{}: the memory limit is {}",
+          size_text(work(needs)), size_text(held), iterative ? "" : " and factor",
+          size_text(limit)),
       "ask for fewer modes, use a coarser mesh, or raise the memory limit");
 }
 

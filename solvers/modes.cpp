@@ -27,6 +27,23 @@ void require(bool holds, const std::string& message) {
 
 }  // namespace
 
+void check_material(const Elastic& m) {
+  require(std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0,
+          fmt::format("Young's modulus must be positive, not {} Pa", m.youngs_modulus));
+  require(std::isfinite(m.density) && m.density > 0,
+          fmt::format("density must be positive, not {} kg/m^3", m.density));
+  require(m.poisson_ratio > -1 && m.poisson_ratio < 0.5,
+          fmt::format("Poisson's ratio must lie between -1 and 0.5, not {}", m.poisson_ratio));
+}
+
+void check_band(const Band& band) {
+  require(
+      band.min_frequency >= 0 && band.max_frequency > band.min_frequency &&
+          std::isfinite(band.max_frequency),
+      fmt::format("the band from {} to {} Hz is empty", band.min_frequency, band.max_frequency));
+  require(band.max_modes >= 1, "max_modes must be at least 1");
+}
+
 void check_input(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band) {
   require(mesh.element_count() > 0, "the mesh has no elements");
   require(mesh.order >= 1 && mesh.order <= 4,
@@ -47,20 +64,8 @@ void check_input(const TetMesh& mesh, std::span<const Elastic> regions, const Ba
   require(std::all_of(mesh.nodes.begin(), mesh.nodes.end(),
                       [](const Vec3& x) { return x.allFinite(); }),
           "a node of the mesh is not a finite point");
-  for (const auto& region : regions) {
-    require(std::isfinite(region.youngs_modulus) && region.youngs_modulus > 0,
-            fmt::format("Young's modulus must be positive, not {} Pa", region.youngs_modulus));
-    require(std::isfinite(region.density) && region.density > 0,
-            fmt::format("density must be positive, not {} kg/m^3", region.density));
-    require(
-        region.poisson_ratio > -1 && region.poisson_ratio < 0.5,
-        fmt::format("Poisson's ratio must lie between -1 and 0.5, not {}", region.poisson_ratio));
-  }
-  require(
-      band.min_frequency >= 0 && band.max_frequency > band.min_frequency &&
-          std::isfinite(band.max_frequency),
-      fmt::format("the band from {} to {} Hz is empty", band.min_frequency, band.max_frequency));
-  require(band.max_modes >= 1, "max_modes must be at least 1");
+  for (const auto& region : regions) check_material(region);
+  check_band(band);
   refuse_overlaps(mesh);
 }
 

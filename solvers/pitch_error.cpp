@@ -11,6 +11,7 @@
 
 #include "solvers/finer_correction.hpp"
 #include "solvers/finer_space.hpp"
+#include "solvers/rigid.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -27,8 +28,8 @@ constexpr std::array<double, 4> flat_saturation = {1.03, 1.15, 1.5, 2.6};
 constexpr double uncancelled = 0.04;
 /// [cents] Below this the solvers' tolerances count.
 constexpr double smallest_error = 0.01;
-/// Modes treated at once: as many as memory allows.
-constexpr std::int64_t largest_block = 128;
+/// Modes treated at once: as many as memory allows, and enough for neighbours to be told apart.
+constexpr std::int64_t least_block = 8, largest_block = 128;
 /// Arrays as large as the fields that live at the same time.
 constexpr std::int64_t field_arrays = 9;
 
@@ -196,12 +197,19 @@ class Estimator {
 /// How many modes to treat at once: blocks of equal size within the bounds.
 Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memory) {
   const auto by_mode = field_arrays * 24 * static_cast<std::int64_t>(nodes);
-  const auto most = std::clamp<std::int64_t>(memory / by_mode, 1, largest_block);
+  const auto most = std::clamp(memory / by_mode, least_block, largest_block);
   const auto blocks = (modes + most - 1) / most;
   return (modes + blocks - 1) / blocks;
 }
 
 }  // namespace
+
+std::int64_t least_estimate_bytes(const System& system, int order) {
+  const auto own = 8 * (system.stiffness.size() + system.mass.size());
+  const double nodes = static_cast<double>(system.graph.rows()) * std::pow(1 + 1.0 / order, 3);
+  return 2 * static_cast<std::int64_t>(own) +
+         least_block * field_arrays * static_cast<std::int64_t>(24 * nodes);
+}
 
 std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth) {
   constexpr double unknown = std::numeric_limits<double>::infinity();

@@ -51,4 +51,9 @@ TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regi
                               std::span<const double> eigenvalues, std::int64_t memory,
                               MPI_Comm comm);
 
+/// Bytes that an estimate takes at least beside the pairs, for this rank's rows: fields of a few
+/// modes, and about twice the memory of K for blocks that smooth.
+/// @param order  of the elements
+std::int64_t least_estimate_bytes(const System& system, int order);
+
 }  // namespace carillon::solvers

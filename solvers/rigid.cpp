@@ -44,15 +44,18 @@ RigidMotions::RigidMotions(const TetMesh& mesh, const Scales& scales,
   for (const auto& cloud : points) boxes_.push_back(bounding_box(cloud));
 }
 
-Eigen::Matrix<double, 3, 6> RigidMotions::at(std::size_t node) const {
-  const auto& box = boxes_[static_cast<std::size_t>(component_[node])];
-  const Vec3 arm = (position(node) - (box.low + box.high) / 2) / box.longest_side();
+Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm) {
   Eigen::Matrix<double, 3, 6> motions;
   motions.leftCols<3>().setIdentity();
   motions.rightCols<3>() << 0, arm[2], -arm[1],  //
       -arm[2], 0, arm[0],                        //
       arm[1], -arm[0], 0;
   return motions;
+}
+
+Eigen::Matrix<double, 3, 6> RigidMotions::at(std::size_t node) const {
+  const auto& box = boxes_[static_cast<std::size_t>(component_[node])];
+  return rigid_motions_at((position(node) - (box.low + box.high) / 2) / box.longest_side());
 }
 
 Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions, MPI_Comm comm) {

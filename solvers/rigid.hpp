@@ -9,6 +9,9 @@
 
 namespace carillon::solvers {
 
+/// Translations and rotations at a point: displacements, 3 x 6.
+Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm);
+
 /// The six rigid motions of each component about its middle, evaluated at any node; entries near 1.
 class RigidMotions {
  public:

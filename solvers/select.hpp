@@ -8,6 +8,11 @@
 
 namespace carillon::solvers {
 
+/// @throws core::InputError  a constant that no material has
+void check_material(const Elastic& material);
+/// @throws core::InputError  the band is empty
+void check_band(const Band& band);
+
 /// Refuses what solve_modes() refuses.
 /// @throws core::InputError  see solve_modes
 void check_input(const TetMesh& mesh, std::span<const Elastic> regions, const Band& band);
