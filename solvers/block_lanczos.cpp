@@ -91,91 +91,81 @@ class Lanczos {
     mass_next_.resize(problem_.owned, block_);
     for (Index k = 0; k < block_; ++k) problem_.start(started_++, next_.col(k));
     problem_.mass(next_, mass_next_);
-    MatrixXd unused;
-    orthonormalise(VectorXd::Zero(block_), unused, unused);
-    strip_.resize(block_, 0);
+    MatrixXd coefficients, coupling;
+    orthonormalise(coefficients, coupling);
   }
 
   /// Takes the block in hand into the basis and makes the next one from it.
   void expand() {
-    const auto columns = next_.cols(), before = used_;
-    v_.middleCols(before, columns) = next_;
+    const auto columns = next_.cols();
+    v_.middleCols(used_, columns) = next_;
     problem_.apply(mass_next_, next_);
     result_.applications += static_cast<int>(columns);
     used_ += columns;
-    // What the recurrence tells: the block's own projection, and its coupling to those before it.
-    MatrixXd own = product(mass_next_, next_);
-    own = (0.5 * (own + own.transpose())).eval();
-    const auto coupled = before - strip_.cols();
-    MatrixXd known(strip_.cols() + columns, columns);
-    known << strip_.transpose(), own;
-    MatrixXd column = MatrixXd::Zero(used_, columns);
-    column.bottomRows(known.rows()) = known;
-    next_.noalias() -= v_.middleCols(coupled, known.rows()) * known;
     problem_.mass(next_, mass_next_);
+    MatrixXd coefficients;
     if (used_ + columns <= problem_.total) {
-      MatrixXd rest;
-      orthonormalise((known.colwise().squaredNorm().transpose() + squares()).cwiseSqrt(), rest,
-                     coupling_);
-      column += rest;
+      orthonormalise(coefficients, coupling_);
     } else {
-      complete();
+      complete(coefficients);
     }
     // Locked vectors are eigenvectors: what is computed as their coupling is below the tolerance.
-    column.topRows(locked_).setZero();
-    t_.block(0, before, used_, columns) = column;
-    t_.block(before, 0, columns, before) = column.topRows(before).transpose();
-    strip_ = coupling_;
+    coefficients.topRows(locked_).setZero();
+    auto column = t_.middleCols(used_ - columns, columns);
+    column.topRows(used_) = coefficients;
+    auto corner = t_.block(used_ - columns, used_ - columns, columns, columns);
+    corner = (0.5 * (corner + corner.transpose())).eval();
+    t_.block(used_ - columns, 0, columns, used_ - columns) =
+        coefficients.topRows(used_ - columns).transpose();
   }
 
   /// A small problem's last block: what is left of the space has fewer dimensions than the block
   /// has columns, so any vectors that span it will do.
-  void complete() {
+  void complete(MatrixXd& coefficients) {
     const MatrixXd block = next_;
+    coefficients = product(v_.leftCols(used_), mass_next_);
     const auto left = problem_.total - used_;
     next_.resize(problem_.owned, left);
     mass_next_.resize(problem_.owned, left);
     coupling_ = MatrixXd::Zero(left, block.cols());
     if (left == 0) return;
     for (Index k = 0; k < left; ++k) refresh(k);
-    MatrixXd unused;
-    orthonormalise(VectorXd::Zero(left), unused, unused);
+    MatrixXd unused, triangle;
+    orthonormalise(unused, triangle);
     coupling_ = product(mass_next_, block);
   }
 
-  /// Makes the block in hand M-orthonormal, and orthogonal to the whole basis.
-  /// @param sizes         norms the columns had before the recurrence was taken out
-  /// @param coefficients  basis x block: what still lay in the basis
+  /// Makes the block in hand M-orthonormal, and orthogonal to the basis in two passes.
+  /// @param coefficients  basis x block: what lay in the basis
   /// @param coupling      block x block: block before = basis coefficients + block after coupling
-  void orthonormalise(const VectorXd& sizes, MatrixXd& coefficients, MatrixXd& coupling) {
+  void orthonormalise(MatrixXd& coefficients, MatrixXd& coupling) {
     const auto basis = v_.leftCols(used_);
-    MatrixXd triangle = factor_block(sizes);
-    MatrixXd found = MatrixXd::Zero(used_, next_.cols());
-    for (int pass = 0; pass < 4; ++pass) {
+    const VectorXd sizes = norms();
+    coefficients = product(basis, mass_next_);
+    next_.noalias() -= basis * coefficients;
+    problem_.mass(next_, mass_next_);
+    coupling = factor_block(sizes);
+    for (int pass = 0; pass < 2; ++pass) {
+      // Fresh vectors that stand for lost ones are in the basis' way still.
       const MatrixXd again = product(basis, mass_next_);
       next_.noalias() -= basis * again;
       problem_.mass(next_, mass_next_);
-      found += again * triangle;
+      coefficients += again * coupling;
+      coupling = factor_block(VectorXd::Zero(next_.cols())) * coupling;
+      if (fresh_ == 0) return;
       fresh_ = 0;
-      triangle = factor_block(VectorXd::Zero(next_.cols())) * triangle;
-      // A pass leaves rounding alone, unless it took a good part of a vector away.
-      constexpr double good_part = 0.1;
-      if (fresh_ == 0 && (again.size() == 0 || again.cwiseAbs().maxCoeff() < good_part)) break;
     }
-    coefficients = std::move(found);
-    coupling = std::move(triangle);
   }
 
-  /// Squared M-norms of the block in hand.
-  VectorXd squares() const {
-    MatrixXd out = next_.cwiseProduct(mass_next_).colwise().sum().transpose();
-    sum(out);
-    return out.cwiseMax(0);
+  VectorXd norms() const {
+    MatrixXd squares = next_.cwiseProduct(mass_next_).colwise().sum().transpose();
+    sum(squares);
+    return squares.cwiseMax(0).cwiseSqrt();
   }
 
   /// Turns the block into an M-orthonormal one.
-  /// @param sizes  norms the columns had once: what is left of a column may be rounding alone, and
-  ///               is then replaced by a fresh vector
+  /// @param sizes  norms the columns had before the basis was taken out: what is left of a column
+  ///               may be rounding alone, and is then replaced by a fresh vector
   /// @return upper triangle R: block before = block after times R
   MatrixXd factor_block(const VectorXd& sizes) {
     const MatrixXd gram = product(next_, mass_next_);
@@ -296,7 +286,6 @@ class Lanczos {
   /// Keeps the leading Ritz vectors, locks those that converged.
   void restart() {
     ++result_.restarts;
-    const MatrixXd last = coupling_ * ritz_.bottomRows(coupling_.cols());
     const auto leading = converged_ - locked_;
     const auto active = used_ - locked_;
     const auto room = basis_ - 2 * block_ - locked_;
@@ -307,9 +296,7 @@ class Lanczos {
     t_.diagonal().segment(locked_, keep) = theta_.head(keep);
     look_at_ -= active - keep;
     used_ = locked_ + keep;
-    strip_ = last.leftCols(keep);
-    strip_.leftCols(leading).setZero();
-    locked_ += leading;
+    locked_ += std::min(leading, keep);
   }
 
   /// Replaces the first vectors that are not locked by Ritz vectors, in place.
@@ -350,7 +337,6 @@ class Lanczos {
   MatrixXd t_;                 ///< projection of the operator on it
   MatrixXd next_, mass_next_;  ///< block in hand and M times it
   MatrixXd coupling_;          ///< of the last block of the basis with the block in hand
-  MatrixXd strip_;  ///< of the last vectors of the basis with it, as far as it is not zero
   Index used_ = 0, locked_ = 0, converged_ = 0;
   int started_ = 0, fresh_ = 0;
   VectorXd theta_;
