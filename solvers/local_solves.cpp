@@ -34,6 +34,11 @@ void factor(Block block) {
 
 }  // namespace
 
+std::int64_t LocalSolves::bytes(std::size_t elements, int order) {
+  const auto size = static_cast<std::int64_t>(3 * nodes_per_tetrahedron(order));
+  return static_cast<std::int64_t>(elements * sizeof(float)) * size * size;
+}
+
 LocalSolves::LocalSolves(const FinerSpace& space)
     : space_(space), size_(3 * nodes_per_tetrahedron(space.mesh().order)) {
   const TetMesh& mesh = space.mesh();

@@ -15,6 +15,10 @@ class LocalSolves {
   /// `space` is kept by reference.
   explicit LocalSolves(const FinerSpace& space);
 
+  /// What the blocks of so many elements take.
+  /// @param order  of the finer space
+  static std::int64_t bytes(std::size_t elements, int order);
+
   /// Adds this rank's blocks' part; a node's share in each of its blocks is one over their number
   /// (half of that power on the way in, half on the way out, so that it stays symmetric).
   void add(const Fields& residual, Fields& out) const;

@@ -44,7 +44,7 @@ void weigh_vectors(const System& system, std::int64_t pairs, MemoryNeeds& needs)
   needs.vectors = needs.pairs + (basis + work_columns) * column;
 }
 
-MemoryNeeds memory_needs(const System& system, int order, const SolveOptions& options,
+MemoryNeeds memory_needs(const TetMesh& mesh, const System& system, const SolveOptions& options,
                          const FactorPlan& plan, std::int64_t pairs, MPI_Comm comm) {
   MemoryNeeds needs;
   const auto own = sizeof(double) * (system.stiffness.size() + system.mass.size()) +
@@ -52,10 +52,7 @@ MemoryNeeds memory_needs(const System& system, int order, const SolveOptions& op
   needs.system = static_cast<std::int64_t>(own);
   MPI_Allreduce(MPI_IN_PLACE, &needs.system, 1, MPI_INT64_T, MPI_SUM, comm);
   weigh_vectors(system, pairs, needs);
-  if (options.estimate_errors) {
-    needs.estimate = least_estimate_bytes(system, order);
-    MPI_Allreduce(MPI_IN_PLACE, &needs.estimate, 1, MPI_INT64_T, MPI_SUM, comm);
-  }
+  if (options.estimate_errors) needs.estimate = least_estimate_bytes(mesh, comm);
   if (options.linear_solver == LinearSolver::iterative) return needs;
   const double bound = 200 * std::pow(static_cast<double>(system.unknowns()), 4.0 / 3);
   const double limit = static_cast<double>(options.memory_limit - needs.system - work(needs));

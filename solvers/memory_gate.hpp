@@ -48,12 +48,11 @@ bool slices_fit(const MemoryNeeds& needs, std::int64_t limit);
 /// the limit (200 n^(4/3) entries, four times what nested dissection leaves of solid bodies) are
 /// not analysed for it: theirs stand as 0.
 /// @param plan   empty where only the iterative solver may be used: factors are then not looked at
-/// @param order  of the elements
 /// @param pairs  eigenpairs that are asked for
 /// @return the same on every rank; depends on the matrix and the options alone, never on what the
 ///         machine has free
 /// @note Collective on comm.
-MemoryNeeds memory_needs(const System& system, int order, const SolveOptions& options,
+MemoryNeeds memory_needs(const TetMesh& mesh, const System& system, const SolveOptions& options,
                          const FactorPlan& plan, std::int64_t pairs, MPI_Comm comm);
 
 /// Sets vectors and pairs for so many pairs.

@@ -204,11 +204,13 @@ Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memo
 
 }  // namespace
 
-std::int64_t least_estimate_bytes(const System& system, int order) {
-  const auto own = 8 * (system.stiffness.size() + system.mass.size());
-  const double nodes = static_cast<double>(system.graph.rows()) * std::pow(1 + 1.0 / order, 3);
-  return 2 * static_cast<std::int64_t>(own) +
-         least_block * field_arrays * static_cast<std::int64_t>(24 * nodes);
+std::int64_t least_estimate_bytes(const TetMesh& mesh, MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  const int next = mesh.order + 1;
+  const auto blocks = LocalSolves::bytes(mesh.element_count(), next);
+  const double nodes = static_cast<double>(mesh.nodes.size()) * std::pow(next / (next - 1.0), 3);
+  return blocks + ranks * least_block * field_arrays * static_cast<std::int64_t>(24 * nodes);
 }
 
 std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth) {

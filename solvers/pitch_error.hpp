@@ -41,8 +41,8 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
 /// @param chosen       indices of pairs
 /// @param eigenvalues  of the chosen pairs, ascending [rad^2/s^2]
 /// @param memory       [byte] for all ranks together; what it bounds is how many modes are treated
-///                     at once and whether element matrices are kept. About twice the memory of K
-///                     (smoothing blocks) comes on top
+///                     at once and whether element matrices are kept; least_estimate_bytes() at
+///                     least
 /// @return with infinite eigenvalues where the next order's elements are turned inside out
 /// @note Collective on comm; the same on every rank.
 TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regions,
@@ -51,9 +51,8 @@ TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regi
                               std::span<const double> eigenvalues, std::int64_t memory,
                               MPI_Comm comm);
 
-/// Bytes that an estimate takes at least beside the pairs, for this rank's rows: fields of a few
-/// modes, and about twice the memory of K for blocks that smooth.
-/// @param order  of the elements
-std::int64_t least_estimate_bytes(const System& system, int order);
+/// Bytes that an estimate takes at least beside the pairs, all ranks together: whole fields of a
+/// few modes on each, and the blocks that smooth.
+std::int64_t least_estimate_bytes(const TetMesh& mesh, MPI_Comm comm);
 
 }  // namespace carillon::solvers

@@ -93,7 +93,7 @@ class Search {
     const core::ScopedTimer timer(trace_.stages["order"]);
     const auto first_pairs =
         pairs_for(std::min<std::int64_t>(options_.band.max_modes, first_batch));
-    needs_ = memory_needs(system_, mesh_.order, options_, plan_, first_pairs, comm_);
+    needs_ = memory_needs(mesh_, system_, options_, plan_, first_pairs, comm_);
     memory_ = decide(needs_, options_.linear_solver, options_.memory_limit);
     result_.eigen_solver = options_.solver;
     result_.linear_solver = memory_.linear_solver;

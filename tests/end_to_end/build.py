@@ -33,7 +33,7 @@ files: {wav: true, png: true}
 split: {validation: 0.3, test: 0.3}
 """
 # Between what the matrices of SMALL take and what their factor would take beside them.
-LIMIT = "8 MiB"
+LIMIT = "10 MiB"
 SAMPLES = 3 * (4 + 2 + 2 + 2)
 
 

@@ -30,7 +30,7 @@ CUBE = """OFF
 TILE = ("tile:length=100mm,width=80mm,thickness=6mm", "-m", "steel", "--max-modes", "8", "--order",
         "2", "--element-size", "20 mm")
 # Between what the matrices of TILE take and what their factor would take beside them.
-LIMIT = "8 MiB"
+LIMIT = "10 MiB"
 
 
 def cents(a, b):

@@ -124,7 +124,7 @@ TEST(MemoryGate, TheLimitDecidesHowABodyIsSolved) {
   options.estimate_errors = false;
   options.memory_limit = 1 << 20;
   const auto plan = plan_factors(system, MPI_COMM_SELF);
-  const auto what = memory_needs(system, mesh.order, options, plan, 18, MPI_COMM_SELF);
+  const auto what = memory_needs(mesh, system, options, plan, 18, MPI_COMM_SELF);
   EXPECT_GT(what.solve.entries, system.unknowns() * 20);
   EXPECT_GE(what.solve.bytes, 8 * what.solve.entries);
   EXPECT_GT(what.count.bytes, 0);
