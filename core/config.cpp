@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 #include <variant>
 
@@ -277,6 +278,10 @@ std::string ConfigNode::resolved() const {
   std::string text;
   for (const std::string& line : impl_->lines()) text += line + "\n";
   return text.empty() ? "{}\n" : text;
+}
+
+std::string path_beside(const std::string& file_name, const std::string& path) {
+  return (std::filesystem::path(file_name).parent_path() / path).string();
 }
 
 std::string read_text_file(const std::string& path) {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace carillon::core {
@@ -82,6 +83,21 @@ class ConfigNode {
   explicit ConfigNode(std::shared_ptr<Impl> impl);
   std::shared_ptr<Impl> impl_;
 };
+
+/// What `check` returns; what it throws becomes a ConfigError that points at a key.
+template <class Check>
+auto at_key(const ConfigNode& node, const std::string& key, Check&& check) {
+  try {
+    return check();
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const Error& error) {
+    node.fail(key, error.message(), error.hint());
+  }
+}
+
+/// A path in a configuration, which is meant from where that file lies.
+std::string path_beside(const std::string& file_name, const std::string& path);
 
 /// Text of a file, for `ConfigNode::parse`.
 /// @throws FileError  with the system's reason

@@ -12,60 +12,6 @@
 namespace carillon::solvers {
 namespace {
 
-/// Adds one element's matrices to the rows that this rank owns.
-class Scatter {
- public:
-  explicit Scatter(System& system) : system_(system) {}
-
-  void add(std::span<const std::int32_t> element, const Eigen::MatrixXd& k,
-           const Eigen::MatrixXd& m) {
-    const auto& graph = system_.graph;
-    const auto nodes = static_cast<Eigen::Index>(element.size());
-    for (Eigen::Index a = 0; a < nodes; ++a) {
-      const auto row = number(element, a) - graph.begin;
-      if (row < 0 || row >= graph.rows()) continue;
-      const auto first = graph.first[static_cast<std::size_t>(row)];
-      const auto width = graph.first[static_cast<std::size_t>(row) + 1] - first;
-      const auto* columns = graph.column.data() + first;
-      double* const block_row = system_.stiffness.data() + 9 * first;
-      double* const mass_row = system_.mass.data() + first;
-      for (Eigen::Index b = 0; b < nodes; ++b) {
-        const auto at = std::lower_bound(columns, columns + width, number(element, b)) - columns;
-        mass_row[at] += m(a, b);
-        for (int j = 0; j < 3; ++j) {
-          for (int i = 0; i < 3; ++i) {
-            block_row[3 * (i * width + at) + j] += k(3 * a + i, 3 * b + j);
-          }
-        }
-      }
-    }
-  }
-
- private:
-  std::int32_t number(std::span<const std::int32_t> element, Eigen::Index local) const {
-    const auto node = element[static_cast<std::size_t>(local)];
-    return system_.partition.number[static_cast<std::size_t>(node)];
-  }
-
-  System& system_;
-};
-
-/// Elements that touch an owned node, ascending.
-std::vector<std::size_t> elements_of_rank(const TetMesh& mesh, const System& system) {
-  std::vector<std::size_t> out;
-  const auto begin = system.graph.begin, end = begin + system.graph.rows();
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const auto element = mesh.element(e);
-    if (std::any_of(element.begin(), element.end(), [&](std::int32_t n) {
-          const auto number = system.partition.number[static_cast<std::size_t>(n)];
-          return number >= begin && number < end;
-        })) {
-      out.push_back(e);
-    }
-  }
-  return out;
-}
-
 [[noreturn]] void refuse_element(const TetMesh& mesh, std::size_t e) {
   Vec3 middle = Vec3::Zero();
   for (const auto n : mesh.element(e).first(4)) {
@@ -120,20 +66,68 @@ void gather(const TetMesh& mesh, std::size_t e, const Scales& scales, Coordinate
   }
 }
 
-System assemble(const TetMesh& mesh, std::span<const Elastic> regions, Partition part,
-                MPI_Comm comm) {
+System empty_system(const TetMesh& mesh, const Scales& scales, Partition part, MPI_Comm comm) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   System system;
+  system.scales = scales;
+  system.partition = std::move(part);
+  system.graph = node_graph(mesh, system.partition, elements_around_nodes(mesh), rank);
+  system.stiffness.assign(9 * system.graph.column.size(), 0.0);
+  system.mass.assign(system.graph.column.size(), 0.0);
+  return system;
+}
+
+std::vector<std::size_t> elements_of_rank(const TetMesh& mesh, const System& system) {
+  std::vector<std::size_t> out;
+  const auto begin = system.graph.begin, end = begin + system.graph.rows();
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto element = mesh.element(e);
+    if (std::any_of(element.begin(), element.end(), [&](std::int32_t n) {
+          const auto number = system.partition.number[static_cast<std::size_t>(n)];
+          return number >= begin && number < end;
+        })) {
+      out.push_back(e);
+    }
+  }
+  return out;
+}
+
+void add_element(std::span<const std::int32_t> element, const Eigen::MatrixXd& k,
+                 const Eigen::MatrixXd& m, System& system) {
+  const auto& graph = system.graph;
+  const auto nodes = static_cast<Eigen::Index>(element.size());
+  const auto number = [&](Eigen::Index local) {
+    const auto node = element[static_cast<std::size_t>(local)];
+    return system.partition.number[static_cast<std::size_t>(node)];
+  };
+  for (Eigen::Index a = 0; a < nodes; ++a) {
+    const auto row = number(a) - graph.begin;
+    if (row < 0 || row >= graph.rows()) continue;
+    const auto first = graph.first[static_cast<std::size_t>(row)];
+    const auto width = graph.first[static_cast<std::size_t>(row) + 1] - first;
+    const auto* columns = graph.column.data() + first;
+    double* const block_row = system.stiffness.data() + 9 * first;
+    double* const mass_row = system.mass.data() + first;
+    for (Eigen::Index b = 0; b < nodes; ++b) {
+      const auto at = std::lower_bound(columns, columns + width, number(b)) - columns;
+      mass_row[at] += m(a, b);
+      for (int j = 0; j < 3; ++j) {
+        for (int i = 0; i < 3; ++i) {
+          block_row[3 * (i * width + at) + j] += k(3 * a + i, 3 * b + j);
+        }
+      }
+    }
+  }
+}
+
+System assemble(const TetMesh& mesh, std::span<const Elastic> regions, Partition part,
+                MPI_Comm comm) {
+  System system;
   agreed(comm, [&] {
-    system.scales = scales_of(mesh, regions);
-    system.partition = std::move(part);
-    system.graph = node_graph(mesh, system.partition, elements_around_nodes(mesh), rank);
-    system.stiffness.assign(9 * system.graph.column.size(), 0.0);
-    system.mass.assign(system.graph.column.size(), 0.0);
+    system = empty_system(mesh, scales_of(mesh, regions), std::move(part), comm);
     const auto constants = lame_constants(regions, system.scales);
     ElementKernel kernel(mesh.order);
-    Scatter scatter(system);
     Coordinates nodes;
     Eigen::MatrixXd k, m;
     for (const auto e : elements_of_rank(mesh, system)) {
@@ -142,7 +136,7 @@ System assemble(const TetMesh& mesh, std::span<const Elastic> regions, Partition
       const auto& material = constants[static_cast<std::size_t>(mesh.regions[e])];
       kernel.stiffness(material, k);
       kernel.mass(material.density, m);
-      scatter.add(mesh.element(e), k, m);
+      add_element(mesh.element(e), k, m, system);
     }
   });
   return system;

@@ -42,6 +42,17 @@ struct System {
   std::int32_t owned_unknowns() const { return 3 * graph.rows(); }
 };
 
+/// This rank's rows of K and M, all zero.
+System empty_system(const TetMesh& mesh, const Scales& scales, Partition part, MPI_Comm comm);
+/// Elements that touch a node of this rank, ascending.
+std::vector<std::size_t> elements_of_rank(const TetMesh& mesh, const System& system);
+/// Adds an element's matrices to the rows that this rank owns.
+///
+/// @param k  3 nodes x 3 nodes
+/// @param m  nodes x nodes, one component
+void add_element(std::span<const std::int32_t> element, const Eigen::MatrixXd& k,
+                 const Eigen::MatrixXd& m, System& system);
+
 /// Each rank computes every element that touches a node it owns and keeps its own rows: no
 /// communication, and entries that do not depend on the number of ranks.
 ///

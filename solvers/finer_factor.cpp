@@ -47,20 +47,10 @@ std::optional<FinerFactor> FinerFactor::make(const FinerSpace& space,
 }
 
 void FinerFactor::add(const Fields& residual, Fields& out) const {
-  const auto& graph = system_->graph;
-  const auto column = [&](Eigen::Index row) {
-    const auto number = static_cast<std::size_t>(graph.begin + row);
-    return 3 * static_cast<Eigen::Index>(system_->partition.node[number]);
-  };
-  Eigen::MatrixXd right(system_->owned_unknowns(), residual.rows());
-  for (Eigen::Index row = 0; row < graph.rows(); ++row) {
-    right.middleRows<3>(3 * row) = residual.middleCols<3>(column(row)).transpose();
-  }
+  const Eigen::MatrixXd right = owned_rows(*system_, residual);
   Eigen::MatrixXd solution(right.rows(), right.cols());
   inverse_(right, solution);
-  for (Eigen::Index row = 0; row < graph.rows(); ++row) {
-    out.middleCols<3>(column(row)) += solution.middleRows<3>(3 * row).transpose();
-  }
+  add_owned(*system_, solution, out);
 }
 
 }  // namespace carillon::solvers

@@ -32,6 +32,12 @@ std::vector<std::size_t> elements_of(const TetMesh& mesh, const System& system) 
   return out;
 }
 
+/// Where in Fields an owned node's three values begin.
+Eigen::Index column_of(const System& system, Eigen::Index row) {
+  const auto number = static_cast<std::size_t>(system.graph.begin + row);
+  return 3 * static_cast<Eigen::Index>(system.partition.node[number]);
+}
+
 }  // namespace
 
 void gather(const Fields& fields, std::span<const std::int32_t> element, Fields& local) {
@@ -51,6 +57,29 @@ void scatter_add(const Fields& local, std::span<const std::int32_t> element, Fie
   for (const auto node : element) {
     Block(fields.data() + node * block, block) += ConstBlock(local.data() + a++ * block, block);
   }
+}
+
+Eigen::MatrixXd owned_rows(const System& system, const Fields& fields) {
+  Eigen::MatrixXd owned(system.owned_unknowns(), fields.rows());
+  for (Eigen::Index row = 0; row < system.graph.rows(); ++row) {
+    owned.middleRows<3>(3 * row) = fields.middleCols<3>(column_of(system, row)).transpose();
+  }
+  return owned;
+}
+
+void add_owned(const System& system, const Eigen::Ref<const Eigen::MatrixXd>& owned,
+               Fields& fields) {
+  for (Eigen::Index row = 0; row < system.graph.rows(); ++row) {
+    fields.middleCols<3>(column_of(system, row)) += owned.middleRows<3>(3 * row).transpose();
+  }
+}
+
+Eigen::Map<Eigen::MatrixXd> by_node(Fields& local) {
+  return {local.data(), 3 * local.rows(), local.cols() / 3};
+}
+
+Eigen::Map<const Eigen::MatrixXd> by_node(const Fields& local) {
+  return {local.data(), 3 * local.rows(), local.cols() / 3};
 }
 
 void sum_over_ranks(Fields& fields, MPI_Comm comm) {
@@ -163,30 +192,27 @@ void FinerSpace::forces(const Fields& x, Fields& stiff, Fields& inert) const {
   Matrices scratch;
   Coordinates nodes;
   Fields local, rigid, product(x.rows(), 3 * kernel.nodes());
-  Eigen::Map<Eigen::MatrixXd> by_node(product.data(), 3 * x.rows(), kernel.nodes());
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto element = mesh_.element(own_[k]);
     const auto& m = matrices(kernel, k, scratch);
     gather(mesh_, own_[k], scales_, nodes);
     const Eigen::MatrixXd motions = rigid_motions(nodes);
     gather(x, element, local);
-    by_node.noalias() =
-        Eigen::Map<const Eigen::MatrixXd>(local.data(), by_node.rows(), by_node.cols()) * m.mass;
+    by_node(product).noalias() = by_node(local) * m.mass;
     scatter_add(product, element, inert);
     rigid.noalias() = (local * motions) * motions.transpose();
     local -= rigid;
     product.noalias() = local * m.a;
     scatter_add(product, element, stiff);
-    by_node.noalias() =
-        mass_factor_ *
-        Eigen::Map<const Eigen::MatrixXd>(rigid.data(), by_node.rows(), by_node.cols()) * m.mass;
+    by_node(product).noalias() = mass_factor_ * by_node(rigid) * m.mass;
     scatter_add(product, element, stiff);
   }
   sum_over_ranks(stiff, comm_);
   sum_over_ranks(inert, comm_);
 }
 
-void FinerSpace::apply(const Fields& x, Fields& out) const {
+template <typename Product>
+void FinerSpace::sum_elements(const Fields& x, const Product& multiply, Fields& out) const {
   ElementKernel kernel(mesh_.order);
   out.setZero(x.rows(), x.cols());
   Matrices scratch;
@@ -194,28 +220,24 @@ void FinerSpace::apply(const Fields& x, Fields& out) const {
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto element = mesh_.element(own_[k]);
     gather(x, element, local);
-    product.noalias() = local * matrices(kernel, k, scratch).a;
+    multiply(local, matrices(kernel, k, scratch), product);
     scatter_add(product, element, out);
   }
   sum_over_ranks(out, comm_);
 }
 
+void FinerSpace::apply(const Fields& x, Fields& out) const {
+  const auto multiply = [](const Fields& local, const Matrices& m, Fields& product) {
+    product.noalias() = local * m.a;
+  };
+  sum_elements(x, multiply, out);
+}
+
 void FinerSpace::apply_mass(const Fields& x, Fields& out) const {
-  ElementKernel kernel(mesh_.order);
-  out.setZero(x.rows(), x.cols());
-  Matrices scratch;
-  Fields local, product(x.rows(), 3 * kernel.nodes());
-  // Three components and all fields at once: a column of 3 fields values for each node.
-  Eigen::Map<Eigen::MatrixXd> by_node(product.data(), 3 * x.rows(), kernel.nodes());
-  for (std::size_t k = 0; k < own_.size(); ++k) {
-    const auto element = mesh_.element(own_[k]);
-    gather(x, element, local);
-    by_node.noalias() =
-        Eigen::Map<const Eigen::MatrixXd>(local.data(), by_node.rows(), by_node.cols()) *
-        matrices(kernel, k, scratch).mass;
-    scatter_add(product, element, out);
-  }
-  sum_over_ranks(out, comm_);
+  const auto multiply = [](const Fields& local, const Matrices& m, Fields& product) {
+    by_node(product).noalias() = by_node(local) * m.mass;
+  };
+  sum_elements(x, multiply, out);
 }
 
 }  // namespace carillon::solvers

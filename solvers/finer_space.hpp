@@ -22,6 +22,15 @@ using Fields = Eigen::MatrixXd;
 /// Fields at the nodes of one element: fields x 3 nodes.
 void gather(const Fields& fields, std::span<const std::int32_t> element, Fields& local);
 void scatter_add(const Fields& local, std::span<const std::int32_t> element, Fields& fields);
+/// The same numbers with a node to a column: 3 fields x nodes. What acts on the three components
+/// alike, nodes x nodes, is multiplied from the right.
+Eigen::Map<Eigen::MatrixXd> by_node(Fields& local);
+Eigen::Map<const Eigen::MatrixXd> by_node(const Fields& local);
+/// The rows of `fields` that this rank owns: owned unknowns x fields.
+Eigen::MatrixXd owned_rows(const System& system, const Fields& fields);
+/// Adds rows that this rank owns, owned unknowns x fields, to `fields`.
+void add_owned(const System& system, const Eigen::Ref<const Eigen::MatrixXd>& owned,
+               Fields& fields);
 /// Adds up the ranks' parts. Collective.
 void sum_over_ranks(Fields& fields, MPI_Comm comm);
 
@@ -71,6 +80,9 @@ class FinerSpace {
   std::vector<std::size_t> compute_own();
   bool compute(ElementKernel& kernel, std::size_t element, Matrices& out) const;
   const Matrices& matrices(ElementKernel& kernel, std::size_t own, Matrices& scratch) const;
+  /// Sum over own elements of multiply(fields of an element, its matrices), over all ranks.
+  template <typename Product>
+  void sum_elements(const Fields& x, const Product& multiply, Fields& out) const;
 
   MPI_Comm comm_;
   Scales scales_;

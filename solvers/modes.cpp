@@ -217,7 +217,7 @@ Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
   }
   if (options.estimate_errors && !chosen.empty()) {
     const core::ScopedTimer timer(trace.stages["estimate"]);
-    const auto memory = std::min(options.memory_limit / 8, found.spare_memory);
+    const auto memory = std::min(options.memory_limit / 4, found.spare_memory);
     modes.pitch_errors = pitch_errors(
         modes.eigenvalues,
         estimate_true_modes(mesh, regions, system, found, chosen, modes.eigenvalues, memory, comm)

@@ -231,7 +231,6 @@ Inertia Mumps::inertia() const {
   Inertia out;
   out.negative = inside_->result(12);
   out.zero = inside_->result(28);
-  out.positive = inside_->system.unknowns() - out.negative - out.zero;
   return out;
 }
 

@@ -16,7 +16,6 @@ namespace carillon::solvers {
 struct Inertia {
   std::int64_t negative = 0;
   std::int64_t zero = 0;
-  std::int64_t positive = 0;
 };
 
 /// MUMPS' multifrontal factor of K - shift M (Amestoy, Duff, L'Excellent and Koster 2001), on any

@@ -67,14 +67,8 @@ OrderTransfer::OrderTransfer(const TetMesh& mesh, const System& system, const Fi
 }
 
 Fields OrderTransfer::gather_owned(const Eigen::Ref<const Eigen::MatrixXd>& owned) const {
-  const auto fields = owned.cols(), rows = owned.rows() / 3;
-  Fields out(fields, 3 * static_cast<Eigen::Index>(mesh_.nodes.size()));
-  out.setZero();
-  for (Eigen::Index row = 0; row < rows; ++row) {
-    const auto number = static_cast<std::size_t>(system_.graph.begin + row);
-    out.middleCols<3>(3 * system_.partition.node[number]) =
-        owned.middleRows<3>(3 * row).transpose();
-  }
+  Fields out = Fields::Zero(owned.cols(), 3 * static_cast<Eigen::Index>(mesh_.nodes.size()));
+  add_owned(system_, owned, out);
   sum_over_ranks(out, comm_);
   return out;
 }
@@ -83,15 +77,12 @@ void OrderTransfer::add_prolonged(const Eigen::Ref<const Eigen::MatrixXd>& owned
                                   Fields& out) const {
   const auto coarse = gather_owned(owned);
   const auto own = finer_.own_elements();
-  const auto rows = 3 * coarse.rows();
   Fields local, product;
   for (std::size_t k = 0; k < own.size(); ++k) {
     const auto& weights = weights_[k];
     gather(coarse, mesh_.element(own[k]), local);
     product.resize(coarse.rows(), 3 * weights.cols());
-    // Three components and all fields at once: a column of 3 fields values for each node.
-    Eigen::Map<Eigen::MatrixXd>(product.data(), rows, weights.cols()).noalias() =
-        Eigen::Map<const Eigen::MatrixXd>(local.data(), rows, weights.rows()) * weights;
+    by_node(product).noalias() = by_node(local) * weights;
     scatter_add(product, finer_.mesh().element(own[k]), out);
   }
 }
@@ -107,24 +98,16 @@ Fields OrderTransfer::prolong(const Eigen::Ref<const Eigen::MatrixXd>& owned) co
 Eigen::MatrixXd OrderTransfer::restriction(const Fields& fine) const {
   Fields coarse = Fields::Zero(fine.rows(), 3 * static_cast<Eigen::Index>(mesh_.nodes.size()));
   const auto own = finer_.own_elements();
-  const auto rows = 3 * fine.rows();
   Fields local, product;
   for (std::size_t k = 0; k < own.size(); ++k) {
     const auto& weights = weights_[k];
     gather(fine, finer_.mesh().element(own[k]), local);
     product.resize(fine.rows(), 3 * weights.rows());
-    Eigen::Map<Eigen::MatrixXd>(product.data(), rows, weights.rows()).noalias() =
-        Eigen::Map<const Eigen::MatrixXd>(local.data(), rows, weights.cols()) * weights.transpose();
+    by_node(product).noalias() = by_node(local) * weights.transpose();
     scatter_add(product, mesh_.element(own[k]), coarse);
   }
   sum_over_ranks(coarse, comm_);
-  Eigen::MatrixXd owned(system_.owned_unknowns(), fine.rows());
-  for (Eigen::Index row = 0; row < owned.rows() / 3; ++row) {
-    const auto number = static_cast<std::size_t>(system_.graph.begin + row);
-    owned.middleRows<3>(3 * row) =
-        coarse.middleCols<3>(3 * system_.partition.node[number]).transpose();
-  }
-  return owned;
+  return owned_rows(system_, coarse);
 }
 
 }  // namespace carillon::solvers

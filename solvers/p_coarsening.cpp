@@ -32,36 +32,6 @@ Eigen::MatrixXd for_components(const Eigen::MatrixXd& nodes) {
   return out;
 }
 
-std::int32_t owned_row(const System& system, std::int32_t node) {
-  const auto row = system.partition.number[static_cast<std::size_t>(node)] - system.graph.begin;
-  return row >= 0 && row < system.graph.rows() ? row : -1;
-}
-
-void add_element(std::span<const std::int32_t> element, const Eigen::MatrixXd& k,
-                 const Eigen::MatrixXd& m, System& system) {
-  const auto& graph = system.graph;
-  for (std::size_t a = 0; a < element.size(); ++a) {
-    const auto row = owned_row(system, element[a]);
-    if (row < 0) continue;
-    const auto first = graph.first[static_cast<std::size_t>(row)];
-    const auto width = graph.first[static_cast<std::size_t>(row) + 1] - first;
-    const auto* columns = graph.column.data() + first;
-    double* const block_row = system.stiffness.data() + 9 * first;
-    const auto ia = static_cast<Eigen::Index>(a);
-    for (std::size_t b = 0; b < element.size(); ++b) {
-      const auto ib = static_cast<Eigen::Index>(b);
-      const auto number = system.partition.number[static_cast<std::size_t>(element[b])];
-      const auto at = std::lower_bound(columns, columns + width, number) - columns;
-      system.mass[static_cast<std::size_t>(first + at)] += m(ia, ib);
-      for (Eigen::Index i = 0; i < 3; ++i) {
-        for (Eigen::Index j = 0; j < 3; ++j) {
-          block_row[3 * (i * width + at) + j] += k(3 * ia + i, 3 * ib + j);
-        }
-      }
-    }
-  }
-}
-
 /// Sums the restricted elements into the rows that this rank owns.
 void sum_elements(const TetMesh& mesh, std::span<const Elastic> regions, PLevel& level) {
   auto& system = level.system;
@@ -71,18 +41,14 @@ void sum_elements(const TetMesh& mesh, std::span<const Elastic> regions, PLevel&
   ElementKernel kernel(mesh.order);
   Coordinates nodes;
   Eigen::MatrixXd k, m;
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const auto element = level.mesh.element(e);
-    if (std::none_of(element.begin(), element.end(),
-                     [&](std::int32_t n) { return owned_row(system, n) >= 0; })) {
-      continue;
-    }
+  for (const auto e : elements_of_rank(level.mesh, system)) {
     gather(mesh, e, system.scales, nodes);
     kernel.place(nodes);
     const auto& material = constants[static_cast<std::size_t>(mesh.regions[e])];
     kernel.stiffness(material, k);
     kernel.mass(material.density, m);
-    add_element(element, vector.transpose() * k * vector, scalar.transpose() * m * scalar, system);
+    add_element(level.mesh.element(e), vector.transpose() * k * vector,
+                scalar.transpose() * m * scalar, system);
   }
 }
 
@@ -138,13 +104,8 @@ PLevel coarsen(const TetMesh& mesh, std::span<const Elastic> regions, const TetM
   agreed(comm, [&] {
     level.mesh = raise_order(mesh, order);
     level.mesh.faces.clear();
-    auto& system = level.system;
-    system.scales = scales_of(mesh, regions);
-    system.partition = partition(level.mesh, ranks);
-    system.graph =
-        node_graph(level.mesh, system.partition, elements_around_nodes(level.mesh), rank);
-    system.stiffness.assign(9 * system.graph.column.size(), 0.0);
-    system.mass.assign(system.graph.column.size(), 0.0);
+    level.system =
+        empty_system(level.mesh, scales_of(mesh, regions), partition(level.mesh, ranks), comm);
     sum_elements(mesh, regions, level);
   });
   level.prolongation = prolongation(finer, finer_partition, level, rank, comm);

@@ -242,10 +242,11 @@ TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regi
   if (chosen.empty()) return out;
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
-  const auto for_each = memory / ranks / 2;  // half for the matrices, half for the fields
+  // Half for a factor of the next order, a quarter for element matrices, a quarter for fields.
+  const auto for_factor = memory / 2, for_each = memory / ranks / 4;
   const FinerSpace space(mesh, regions, system, found.shifted.shift, for_each, comm);
   if (!space.is_sound()) return out;
-  const Estimator estimator(mesh, regions, system, found.shifted, space, memory, comm);
+  const Estimator estimator(mesh, regions, system, found.shifted, space, for_factor, comm);
   const double unit = system.scales.eigenvalue();
   const auto block = block_size(count, space.mesh().nodes.size(), for_each);
   for (Eigen::Index first = 0; first < count; first += block) {

@@ -41,8 +41,8 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
 /// @param chosen       indices of pairs
 /// @param eigenvalues  of the chosen pairs, ascending [rad^2/s^2]
 /// @param memory       [byte] for all ranks together; what it bounds is how many modes are treated
-///                     at once and whether element matrices are kept; least_estimate_bytes() at
-///                     least
+///                     at once, whether element matrices are kept, and whether flat elements get a
+///                     factor of the next order; least_estimate_bytes() at least
 /// @return with infinite eigenvalues where the next order's elements are turned inside out
 /// @note Collective on comm; the same on every rank.
 TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regions,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "solvers/collective.hpp"
@@ -132,7 +131,7 @@ TrueModes estimate(const TetMesh& mesh, std::span<const Elastic> regions, const 
     eigenvalues.push_back(found.pairs.values[found.flexible[k]] * system.scales.eigenvalue());
   }
   return estimate_true_modes(mesh, regions, system, found, std::span(found.flexible).first(most),
-                             eigenvalues, std::min(options.memory_limit / 8, found.spare_memory),
+                             eigenvalues, std::min(options.memory_limit / 4, found.spare_memory),
                              comm);
 }
 
@@ -144,8 +143,8 @@ std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
   std::vector<double> ratios;
   for (const auto& snapshot : basis.snapshots) ratios.push_back(snapshot.poisson_ratio);
   const auto weights = stiffness_weights(ratios, ratio);
-  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
   Eigen::ArrayXd rise = Eigen::ArrayXd::Zero(coordinates.cols()), uncertainty = rise;
+  double sum = 0;
   for (std::size_t s = 0; s < weights.size(); ++s) {
     const auto& [modes, shares] = basis.snapshots[s].truth;
     if (weights[s] == 0 || modes.empty()) continue;
@@ -159,14 +158,15 @@ std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
       own_rise[row] = std::log(modes[j].eigenvalue / modes[j].found);
       own_uncertainty[row] = modes[j].uncertainty;
     }
-    const double weight = weights[s] / sum;
-    rise += weight * (part.colwise() * own_rise).colwise().sum().transpose() / whole;
-    uncertainty += weight * (part.colwise() * own_uncertainty).colwise().sum().transpose() / whole;
+    sum += weights[s];
+    rise += weights[s] * (part.colwise() * own_rise).colwise().sum().transpose() / whole;
+    uncertainty +=
+        weights[s] * (part.colwise() * own_uncertainty).colwise().sum().transpose() / whole;
   }
   std::vector<TrueMode> truth;
   for (Eigen::Index k = 0; k < rise.size(); ++k) {
     const double found = values[static_cast<std::size_t>(k)];
-    truth.push_back({found, found * std::exp(rise[k]), uncertainty[k]});
+    truth.push_back({found, found * std::exp(rise[k] / sum), uncertainty[k] / sum});
   }
   return pitch_errors(values, std::move(truth));
 }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <set>
 
@@ -11,25 +10,15 @@
 #include "core/config.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"
+#include "solvers/read_mesh.hpp"
 
 namespace carillon::cli {
 
+using core::at_key;
 using core::ConfigNode;
 using core::Dimension;
 
 namespace {
-
-/// Errors of a shape or a material get the place in the file.
-template <class Check>
-auto at_key(const ConfigNode& node, const std::string& key, Check&& check) {
-  try {
-    return check();
-  } catch (const core::ConfigError&) {
-    throw;
-  } catch (const core::Error& error) {
-    node.fail(key, error.message(), error.hint());
-  }
-}
 
 std::vector<double> positive(ConfigNode& node, const std::string& key,
                              const std::vector<double>& fallback) {
@@ -77,25 +66,21 @@ solvers::GeneratedShape read_shape(ConfigNode& node) {
 }
 
 /// Whether the name ends like a surface that the mesher reads.
-bool is_surface(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+bool is_surface(const std::string& path) {
+  const std::string ending = solvers::mesh_extension(path);
   return ending == ".obj" || ending == ".off" || ending == ".ply" || ending == ".stl";
 }
 
 void read_file(ConfigNode& node, LadderObject& object, const std::string& file_name) {
-  const std::filesystem::path path(node.text("mesh"));
   auto& file = object.request.file;
-  file.path = path.is_absolute() ? path.string()
-                                 : (std::filesystem::path(file_name).parent_path() / path).string();
+  file.path = core::path_beside(file_name, node.text("mesh"));
   file.length = node.quantity("length", Dimension::length, 0);
   if (file.length < 0) node.fail("length", "must not be negative");
   if (gives_tetrahedra(object.request)) {
     node.fail("mesh", fmt::format("{}: the elements of an MSH file have one size", file.path),
               "the ladder meshes at several sizes: write their surface as OBJ, OFF, PLY or STL");
   }
-  if (!is_surface(path)) {
+  if (!is_surface(file.path)) {
     node.fail("mesh", fmt::format("{}: surfaces are OBJ, OFF, PLY or STL files", file.path));
   }
   object.optional = node.flag("optional", false);

@@ -39,8 +39,7 @@ std::vector<fs::path> pythons() {
     }
     from = end + 1;
   }
-  for (const char* system : {"/usr/bin/python3"})
-    if (fs::exists(system)) found.emplace_back(system);
+  if (const fs::path system = "/usr/bin/python3"; fs::exists(system)) found.push_back(system);
   return found;
 }
 

@@ -14,8 +14,10 @@
 
 namespace carillon::cli {
 
+using core::at_key;
 using core::ConfigNode;
 using core::Dimension;
+using core::path_beside;
 using core::Range;
 
 std::size_t AudioConfig::samples() const {
@@ -25,25 +27,6 @@ std::size_t AudioConfig::samples() const {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-
-/// Paths in a configuration are meant from where the configuration lies.
-std::string beside(const std::string& file_name, const std::string& path) {
-  const std::filesystem::path given(path);
-  if (given.is_absolute()) return path;
-  return (std::filesystem::path(file_name).parent_path() / given).string();
-}
-
-/// Runs a check and turns what it throws into an error at a key.
-template <class Check>
-void at_key(const ConfigNode& node, const std::string& key, Check&& check) {
-  try {
-    check();
-  } catch (const core::ConfigError&) {
-    throw;
-  } catch (const core::Error& error) {
-    node.fail(key, error.message(), error.hint());
-  }
-}
 
 /// A quantity that may be zero (meaning: chosen by the program) but not negative.
 double zero_or_more(ConfigNode& node, const std::string& key, Dimension dimension,
@@ -77,8 +60,9 @@ void read_family(ConfigNode& node, ObjectSource& source, const std::string& file
     if (node.has("svg")) {
       const std::string svg = node.text("svg");
       const double height = node.quantity("height", Dimension::length);
-      at_key(node, "svg",
-             [&] { source.profile = solvers::profile_from_svg(beside(file_name, svg), height); });
+      at_key(node, "svg", [&] {
+        source.profile = solvers::profile_from_svg(path_beside(file_name, svg), height);
+      });
     } else {
       for (ConfigNode& point : node.children("profile")) {
         source.profile.push_back({point.quantity("radius", Dimension::length),
@@ -93,7 +77,7 @@ void read_family(ConfigNode& node, ObjectSource& source, const std::string& file
 }
 
 void read_files(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
-  source.pattern = beside(file_name, node.text("mesh"));
+  source.pattern = path_beside(file_name, node.text("mesh"));
   source.name = node.text("name", "");
   source.file.length = zero_or_more(node, "length", Dimension::length);
   source.file.thickness = zero_or_more(node, "thickness", Dimension::length);
@@ -208,7 +192,7 @@ AudioConfig read_audio(ConfigNode node) {
 StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   StrikeConfig strikes;
   if (node.has("csv")) {
-    const std::string csv = beside(file_name, node.text("csv"));
+    const std::string csv = path_beside(file_name, node.text("csv"));
     at_key(node, "csv", [&] { strikes.given = read_given_strikes(csv); });
     return strikes;
   }
@@ -295,7 +279,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   config.seed = static_cast<std::uint64_t>(
       root.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   if (root.has("materials_file")) {
-    const std::string path = beside(file_name, root.text("materials_file"));
+    const std::string path = path_beside(file_name, root.text("materials_file"));
     at_key(root, "materials_file", [&] { config.own_materials = synth::read_materials(path); });
   }
   const std::vector<std::string> materials = root.texts("materials", std::vector<std::string>{});

@@ -51,12 +51,6 @@ double total_seconds(const std::vector<Stage>& stages) {
   return sum;
 }
 
-std::int64_t peak_bytes(const std::vector<Stage>& stages) {
-  std::int64_t most = 0;
-  for (const auto& stage : stages) most = std::max(most, stage.bytes);
-  return most;
-}
-
 std::string machine() {
   std::ifstream info("/proc/cpuinfo");
   std::string model = "unknown processor";

@@ -19,7 +19,6 @@ void measure_stage(std::vector<Stage>& stages, const std::string& name,
                    const std::function<void()>& work);
 
 double total_seconds(const std::vector<Stage>& stages);
-std::int64_t peak_bytes(const std::vector<Stage>& stages);
 
 /// "AMD EPYC ..., 2 cores", from /proc/cpuinfo.
 std::string machine();
