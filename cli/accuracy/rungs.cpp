@@ -183,6 +183,16 @@ const Rung& RungRunner::run(const solvers::MeshOptions& options, double toleranc
   return rung;
 }
 
+const Rung* RungRunner::same_elements(const Rung& rung) const {
+  const auto found = std::find_if(rungs_.begin(), rungs_.end(), [&rung](const auto& other) {
+    return other.get() != &rung && !other->error && other->tolerance == rung.tolerance &&
+           other->mesh.mesh.order == rung.mesh.mesh.order &&
+           other->mesh.mesh.elements == rung.mesh.mesh.elements &&
+           other->mesh.mesh.nodes == rung.mesh.mesh.nodes;
+  });
+  return found == rungs_.end() ? nullptr : found->get();
+}
+
 void RungRunner::look_for_partners(Rung& rung) const {
   const std::size_t wanted = reference_.frequencies.size();
   if (rung.modes.size() < wanted) {
@@ -203,6 +213,14 @@ void RungRunner::run_once(Rung& rung) {
   {
     const core::ScopedTimer timer(trace.stages["mesh"]);
     rung.mesh = shared_mesh(request, {}, {}, comm_);
+  }
+  if (const Rung* same = rung.runs == 0 ? same_elements(rung) : nullptr) {
+    rung.modes = same->modes;
+    rung.seconds = same->seconds;
+    rung.cpu_seconds = same->cpu_seconds;
+    rung.stages = same->stages;
+    rung.runs = same->runs;
+    return;
   }
   solvers::SolveOptions solve;
   solve.band = target_band();

@@ -80,6 +80,8 @@ class RungRunner {
  private:
   std::vector<solvers::Elastic> regions(const solvers::MeshResult& mesh) const;
   void run_once(Rung& rung);
+  /// An earlier rung that has the same elements, nodes and tolerance: its modes are these.
+  const Rung* same_elements(const Rung& rung) const;
   void look_for_partners(Rung& rung) const;
   solvers::Modes fourier_modes(const solvers::SolveOptions& options, core::Trace& trace) const;
 
