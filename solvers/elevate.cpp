@@ -264,15 +264,21 @@ bool hold_back(Boundary& boundary, std::span<const std::int32_t> corners) {
   return erased > 0;
 }
 
+/// What moving nodes on to the true surface left undone.
+struct HeldBack {
+  std::int64_t elements = 0;  ///< that would fold and keep their boundary as it was
+  std::vector<Vec3> gaps;     ///< from each node to where it should be [m]; empty: all zero
+};
+
 /// Moves the nodes of boundary edges and faces on to the true surface, and those inside along.
-/// @return elements that would fold and keep their boundary as it was
-std::int64_t move_to_surface(TetMesh& mesh, const SurfaceProjection& project) {
+HeldBack move_to_surface(TetMesh& mesh, const SurfaceProjection& project) {
   const TetMesh base = mesh;
   Boundary boundary = project_boundary(base, project);
   const NodeMover mover(base, boundary, project);
   const auto per_element = static_cast<std::size_t>(nodes_per_tetrahedron(mesh.order));
   std::vector<bool> was_folded(mesh.element_count(), false);
-  std::int64_t held_back = 0;
+  HeldBack out;
+  std::vector<Vec3> wanted;
   for (bool changed = true; changed;) {
     std::vector<bool> placed(mesh.nodes.size(), false);
     for (std::size_t e = 0; e < mesh.element_count(); ++e)
@@ -282,15 +288,19 @@ std::int64_t move_to_surface(TetMesh& mesh, const SurfaceProjection& project) {
         placed[node] = true;
         mesh.nodes[node] = base.nodes[node] + mover.move(e, n);
       }
+    if (wanted.empty()) wanted = mesh.nodes;
     changed = false;
     for (std::size_t e : folded_elements(mesh))
       if (hold_back(boundary, mesh.element(e).first(4))) {
         changed = true;
-        if (!was_folded[e]) ++held_back;
+        if (!was_folded[e]) ++out.elements;
         was_folded[e] = true;
       }
   }
-  return held_back;
+  if (out.elements == 0) return out;
+  out.gaps = std::move(wanted);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) out.gaps[n] -= mesh.nodes[n];
+  return out;
 }
 
 /// Straight elements of an order; corners keep their numbers.
@@ -328,9 +338,9 @@ TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& proje
   straightened = 0;
   TetMesh mesh = straight_elements(linear, order);
   if (!project) return mesh;
-  if (order > 1) straightened = move_to_surface(mesh, project);
+  if (order > 1) straightened = move_to_surface(mesh, project).elements;
   TetMesh finer = raise_order(mesh, order + 1);
-  move_to_surface(finer, project);
+  mesh.finer_gaps = move_to_surface(finer, project).gaps;
   mesh.finer_nodes = std::move(finer.nodes);
   return mesh;
 }

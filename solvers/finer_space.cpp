@@ -100,6 +100,7 @@ FinerSpace::FinerSpace(const TetMesh& mesh, std::span<const Elastic> regions, co
     : comm_(comm),
       scales_(system.scales),
       mesh_(next_order(mesh)),
+      gaps_(mesh.finer_gaps),
       materials_(lame_constants(regions, system.scales)),
       mass_factor_(-shift),
       own_(elements_of(mesh, system)) {
@@ -113,9 +114,11 @@ FinerSpace::FinerSpace(const TetMesh& mesh, std::span<const Elastic> regions, co
     sound_ = folded.empty();
     if (sound_) return;
     if (own_curve.empty()) own_curve = raise_order(mesh, mesh_.order).nodes;
+    if (gaps_.empty()) gaps_.assign(mesh_.nodes.size(), Vec3::Zero());
     for (const auto e : folded) {
       for (const auto n : mesh_.element(e)) {
         const auto node = static_cast<std::size_t>(n);
+        gaps_[node] += mesh_.nodes[node] - own_curve[node];
         mesh_.nodes[node] = own_curve[node];
       }
     }
@@ -140,9 +143,16 @@ std::vector<std::size_t> FinerSpace::compute_own() {
   return out;
 }
 
-bool FinerSpace::compute(ElementKernel& kernel, std::size_t element, Matrices& out) const {
+bool FinerSpace::compute(ElementKernel& kernel, std::size_t element, double closed,
+                         Matrices& out) const {
   Coordinates nodes;
   gather(mesh_, element, scales_, nodes);
+  if (closed != 0) {
+    Eigen::Index at = 0;
+    for (const auto n : mesh_.element(element)) {
+      nodes.col(at++) += closed / scales_.length * gaps_[static_cast<std::size_t>(n)];
+    }
+  }
   if (!(kernel.place(nodes) > 0)) return false;
   const auto& material = materials_[static_cast<std::size_t>(mesh_.regions[element])];
   kernel.stiffness(material, out.a);
@@ -209,6 +219,32 @@ void FinerSpace::forces(const Fields& x, Fields& stiff, Fields& inert) const {
   }
   sum_over_ranks(stiff, comm_);
   sum_over_ranks(inert, comm_);
+}
+
+void FinerSpace::close_gaps(const Fields& x, Eigen::MatrixXd& stiff, Eigen::MatrixXd& inert) const {
+  constexpr double step = 1e-3;
+  ElementKernel kernel(mesh_.order);
+  stiff.setZero(x.rows(), x.rows());
+  inert.setZero(x.rows(), x.rows());
+  Matrices more, less;
+  Fields local, product(x.rows(), 3 * kernel.nodes());
+  for (const auto e : own_) {
+    const auto element = mesh_.element(e);
+    const bool whole = std::all_of(element.begin(), element.end(), [this](std::int32_t n) {
+      return gaps_[static_cast<std::size_t>(n)].isZero(0);
+    });
+    if (whole || !compute(kernel, e, step, more) || !compute(kernel, e, -step, less)) continue;
+    more.a = (more.a - less.a) / (2 * step);
+    more.mass = (more.mass - less.mass) / (2 * step);
+    gather(x, element, local);
+    stiff.noalias() += local * more.a * local.transpose();
+    by_node(product).noalias() = by_node(local) * more.mass;
+    inert.noalias() += local * product.transpose();
+  }
+  for (auto* form : {&stiff, &inert}) {
+    MPI_Allreduce(MPI_IN_PLACE, form->data(), static_cast<int>(form->size()), MPI_DOUBLE, MPI_SUM,
+                  comm_);
+  }
 }
 
 template <typename Product>

@@ -50,6 +50,8 @@ class FinerSpace {
   /// The elements at the next order. Those that nodes on the true surface would turn inside out
   /// keep the curve that they have.
   const TetMesh& mesh() const { return mesh_; }
+  /// Whether nodes lie off where they should be (TetMesh::finer_gaps, and those kept back here).
+  bool has_gaps() const { return !gaps_.empty(); }
   /// False where an element is turned inside out all the same: nothing can be measured then.
   bool is_sound() const { return sound_; }
   std::span<const std::size_t> own_elements() const { return own_; }
@@ -63,6 +65,10 @@ class FinerSpace {
   /// in exact arithmetic: on thin bodies their rounding outweighs the energy of bending.
   /// @note Collective.
   void forces(const Fields& x, Fields& stiff, Fields& inert) const;
+  /// First derivatives of x^T A x and x^T M x, fields x fields, when nodes move to where they
+  /// should be and the fields along: what the gaps do to eigenvalues.
+  /// @note Collective.
+  void close_gaps(const Fields& x, Eigen::MatrixXd& stiff, Eigen::MatrixXd& inert) const;
   /// A x.
   /// @note Collective.
   void apply(const Fields& x, Fields& out) const;
@@ -78,7 +84,11 @@ class FinerSpace {
   /// Computes the matrices of own elements.
   /// @return elements, of all ranks, that are turned inside out
   std::vector<std::size_t> compute_own();
-  bool compute(ElementKernel& kernel, std::size_t element, Matrices& out) const;
+  bool compute(ElementKernel& kernel, std::size_t element, Matrices& out) const {
+    return compute(kernel, element, 0, out);
+  }
+  /// @param closed  part of the gaps by which nodes are moved
+  bool compute(ElementKernel& kernel, std::size_t element, double closed, Matrices& out) const;
   const Matrices& matrices(ElementKernel& kernel, std::size_t own, Matrices& scratch) const;
   /// Sum over own elements of multiply(fields of an element, its matrices), over all ranks.
   template <typename Product>
@@ -87,6 +97,7 @@ class FinerSpace {
   MPI_Comm comm_;
   Scales scales_;
   TetMesh mesh_;
+  std::vector<Vec3> gaps_;  ///< from each node to where it should be [m]; empty: all zero
   std::vector<LameConstants> materials_;
   double mass_factor_;  ///< -sigma
   bool keeps_;          ///< matrices of own elements are kept

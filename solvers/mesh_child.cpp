@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Raised whenever the mesher or the repair would give another mesh for the same request.
-constexpr int kMesherVersion = 2;
+constexpr int kMesherVersion = 3;
 
 /// A folder for one request; gone with its object.
 class WorkFolder {

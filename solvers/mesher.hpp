@@ -27,7 +27,8 @@ TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options);
 ///
 /// finer_nodes start from the curved elements of the order and are moved on to the surface again.
 /// An element that was straightened and is sound at the next order is curved there: the difference
-/// is an error that the mesh has. One that only the next order would fold stays as it is.
+/// is an error that the mesh has. One that the next order would fold stays as it is, and finer_gaps
+/// tells what it lacks.
 TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& project,
                 std::int64_t& straightened);
 

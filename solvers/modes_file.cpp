@@ -16,7 +16,7 @@ namespace carillon::solvers {
 namespace {
 
 /// Part of every key: raise it when solve_modes() gives other values for equal input.
-constexpr std::string_view solver_version = "carillon modes 3";
+constexpr std::string_view solver_version = "carillon modes 4";
 /// Of the layout in a file.
 constexpr std::int64_t format_version = 4;
 
@@ -201,7 +201,9 @@ std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,
                                   mesh.face_count(), regions.size(), group_size);
   hash.add(header);
   for (const auto& x : mesh.nodes) hash.add(std::span<const double>(x.data(), 3));
-  for (const auto& x : mesh.finer_nodes) hash.add(std::span<const double>(x.data(), 3));
+  for (const auto* points : {&mesh.finer_nodes, &mesh.finer_gaps}) {
+    for (const auto& x : *points) hash.add(std::span<const double>(x.data(), 3));
+  }
   hash.add(std::span<const std::int32_t>(mesh.elements));
   hash.add(std::span<const std::int32_t>(mesh.regions));
   hash.add(std::span<const std::int32_t>(mesh.faces));

@@ -21,8 +21,10 @@ namespace {
 /// nothing where elements are of order 1.
 constexpr std::array<double, 4> saturation = {1.03, 1.15, 1.15, 1.15};
 /// Elements wider than a wall is thick resolve nothing of what happens along its edges, at whatever
-/// order: higher orders gain little, and miss more than they tell.
-constexpr std::array<double, 4> flat_saturation = {1.03, 1.15, 1.5, 2.6};
+/// order: higher orders gain little of it, and miss so much more than they tell. That is a matter
+/// of the first cents of a change; what exceeds them comes from elsewhere.
+constexpr std::array<double, 4> missed_along_edges = {0, 0, 0.35, 1.45};
+constexpr double edge_cents = 10;
 /// Faceted or flattened surfaces raise or lower a pitch, elements too stiff raise it. Where the two
 /// cancel, this part of either is left of what their measurement misses.
 constexpr double uncancelled = 0.04;
@@ -32,6 +34,28 @@ constexpr double smallest_error = 0.01;
 constexpr std::int64_t least_block = 8, largest_block = 128;
 /// Arrays as large as the fields that live at the same time.
 constexpr std::int64_t field_arrays = 9;
+
+/// Of a ratio of eigenvalues.
+double cents(double ratio) {
+  return 600 * std::log2(ratio);
+}
+
+/// What a mesh's solved order misses, by what the next order changes.
+class Saturation {
+ public:
+  explicit Saturation(const TetMesh& mesh)
+      : power_(saturation.at(static_cast<std::size_t>(mesh.order - 1))),
+        along_edges_(is_flat(mesh) ? missed_along_edges.at(static_cast<std::size_t>(mesh.order - 1))
+                                   : 0) {}
+
+  /// @param change  [cent], and so is the result
+  double missed(double change) const {
+    return power_ * change + along_edges_ * std::clamp(change, -edge_cents, edge_cents);
+  }
+
+ private:
+  double power_, along_edges_;
+};
 
 /// Takes rigid motions out of fields: shapes that are orthogonal to them on the solved order's
 /// curved elements are not quite so on the next order's.
@@ -79,16 +103,18 @@ class RigidPart {
   std::vector<Eigen::MatrixXd> gram_;  ///< of each component's motions
 };
 
-/// The quadratic forms of A and M on the fields x and their corrections d.
+/// The quadratic forms of A and M on the fields x and their corrections d, and what they gain when
+/// the gaps of the next order's nodes close.
 struct Projected {
   Eigen::MatrixXd a, m;
   Eigen::Index fields = 0;
+  Eigen::MatrixXd a_gain, m_gain;  ///< empty where there is no gap
 };
 
 Projected project(const Fields& x, const Fields& ax, const Fields& mx, const Fields& d,
                   const Fields& ad, const Fields& md) {
   const auto n = x.rows();
-  Projected out{Eigen::MatrixXd(2 * n, 2 * n), Eigen::MatrixXd(2 * n, 2 * n), n};
+  Projected out{Eigen::MatrixXd(2 * n, 2 * n), Eigen::MatrixXd(2 * n, 2 * n), n, {}, {}};
   const auto fill = [n, &x, &d](const Fields& px, const Fields& pd, Eigen::MatrixXd& form) {
     form.topLeftCorner(n, n) = x * px.transpose();
     form.bottomLeftCorner(n, n) = d * px.transpose();
@@ -104,13 +130,18 @@ Projected project(const Fields& x, const Fields& ax, const Fields& mx, const Fie
 /// What the modes should be, by Rayleigh and Ritz's procedure.
 /// @param values  eigenvalues of the solved order, dimensionless
 /// @param shift   sigma
-/// @param power   of the ratio between the orders' eigenvalues (saturation)
-TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift, double power) {
+TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
+                     const Saturation& saturated) {
   const auto fields = form.fields;
   const Eigen::VectorXd scale =
       form.m.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
   form.a = scale.asDiagonal() * form.a * scale.asDiagonal();
   form.m = scale.asDiagonal() * form.m * scale.asDiagonal();
+  const bool has_gaps = form.a_gain.size() > 0;
+  if (has_gaps) {
+    form.a_gain = scale.asDiagonal() * form.a_gain * scale.asDiagonal();
+    form.m_gain = scale.asDiagonal() * form.m_gain * scale.asDiagonal();
+  }
   // Corrections that depend on the others but for rounding are left out.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> basis(form.m);
   const auto kept = (basis.eigenvalues().array() > 1e-10).count();
@@ -135,12 +166,19 @@ TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
     const double before = (weight * values).sum() / weight.sum();
     const double after = std::max(ritz.eigenvalues()[j] + shift, 0.0);
     // The same field, not yet corrected, on the next order's geometry.
-    const Eigen::VectorXd field = whitened.topRows(fields) * ritz.eigenvectors().col(j);
+    const Eigen::VectorXd corrected = whitened * ritz.eigenvectors().col(j);
+    const auto field = corrected.head(fields);
     const double moved = field.dot(form.a.topLeftCorner(fields, fields) * field) /
                              field.dot(form.m.topLeftCorner(fields, fields) * field) +
                          shift;
-    out.modes.push_back({before, before * std::pow(after / before, power),
-                         uncancelled * std::abs(600 * std::log2(moved / before))});
+    double change = saturated.missed(cents(after / before));
+    if (has_gaps) {
+      const double gain = corrected.dot(form.a_gain * corrected) -
+                          ritz.eigenvalues()[j] * corrected.dot(form.m_gain * corrected);
+      change += cents(std::exp(std::clamp(gain / after, -1.0, 1.0)));
+    }
+    out.modes.push_back(
+        {before, before * std::exp2(change / 600), uncancelled * std::abs(cents(moved / before))});
   }
   return out;
 }
@@ -151,8 +189,7 @@ class Estimator {
             const ShiftedSystem& shifted, const FinerSpace& space, std::int64_t memory,
             MPI_Comm comm)
       : shift_(shifted.shift),
-        power_((is_flat(mesh) ? flat_saturation : saturation)
-                   .at(static_cast<std::size_t>(mesh.order - 1))),
+        saturation_(mesh),
         space_(space),
         comm_(comm),
         correction_(mesh, regions, system, shifted, space, memory, comm),
@@ -182,12 +219,18 @@ class Estimator {
     ad -= right;
     right.resize(0, 0);
     space_.apply_mass(d, md);
-    return true_modes(project(x, ax, mx, d, ad, md), values, shift_, power_);
+    auto form = project(x, ax, mx, d, ad, md);
+    if (space_.has_gaps()) {
+      Fields both(2 * x.rows(), x.cols());
+      both << x, d;
+      space_.close_gaps(both, form.a_gain, form.m_gain);
+    }
+    return true_modes(std::move(form), values, shift_, saturation_);
   }
 
  private:
   double shift_;
-  double power_;
+  Saturation saturation_;
   const FinerSpace& space_;
   MPI_Comm comm_;
   FinerCorrection correction_;
@@ -223,8 +266,8 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
             [](const TrueMode& a, const TrueMode& b) { return a.eigenvalue < b.eigenvalue; });
   std::vector<double> out;
   for (std::size_t k = 0; k < found.size(); ++k) {
-    const double cents = std::abs(600 * std::log2(found[k] / truth[k].eigenvalue));
-    out.push_back(std::max({smallest_error, truth[k].uncertainty, cents}));
+    const double error = std::abs(cents(found[k] / truth[k].eigenvalue));
+    out.push_back(std::max({smallest_error, truth[k].uncertainty, error}));
   }
   return out;
 }

@@ -167,6 +167,7 @@ TetMesh tet_mesh_from_json(const json& in) {
     throw core::FileError("the mesh's arrays do not fit together");
   }
   mesh.finer_nodes = points_from_binary(in.at("finer_nodes"));
+  mesh.finer_gaps = points_from_binary(in.at("finer_gaps"));
   check_indices(mesh.elements, mesh.nodes.size(), "elements");
   check_indices(mesh.faces, mesh.nodes.size(), "faces");
   check_indices(mesh.regions, mesh.region_names.size(), "regions");
@@ -222,7 +223,8 @@ json to_json(const MeshResult& result) {
             {"regions", to_binary(mesh.regions)},
             {"region_names", mesh.region_names},
             {"faces", to_binary(mesh.faces)},
-            {"finer_nodes", to_binary(mesh.finer_nodes)}}},
+            {"finer_nodes", to_binary(mesh.finer_nodes)},
+            {"finer_gaps", to_binary(mesh.finer_gaps)}}},
           {"quality", to_json(result.quality)},
           {"diagnosis", to_json(result.diagnosis)},
           {"repair", to_json(result.repair)}};

@@ -22,6 +22,9 @@ struct TetMesh {
   /// Nodes of the same elements at order + 1 on the true surface [m], numbered by numbering_at();
   /// what errors are measured against. Empty: the mesh's own curved elements are the truth.
   std::vector<Vec3> finer_nodes;
+  /// How far each of finer_nodes is from where it should be, because an element would fold there
+  /// [m]. Empty: none is.
+  std::vector<Vec3> finer_gaps;
 
   std::size_t element_count() const { return regions.size(); }
   std::size_t face_count() const {

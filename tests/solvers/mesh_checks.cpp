@@ -162,7 +162,8 @@ bool same_bytes(const TetMesh& a, const TetMesh& b) {
     return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(Vec3)) == 0;
   };
   return a.order == b.order && a.elements == b.elements && a.faces == b.faces &&
-         same(a.nodes, b.nodes) && same(a.finer_nodes, b.finer_nodes);
+         same(a.nodes, b.nodes) && same(a.finer_nodes, b.finer_nodes) &&
+         same(a.finer_gaps, b.finer_gaps);
 }
 
 }  // namespace carillon::test

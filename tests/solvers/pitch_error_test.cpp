@@ -175,13 +175,41 @@ TEST(PitchError, TakesTheMeshsOwnCurveWithoutFinerNodes) {
   EXPECT_GT(most, 0.5);
 }
 
-/// Nodes of the next order that would turn an element inside out are left where they were.
-TEST(PitchError, LeavesOutNodesThatFold) {
-  auto mesh = box_mesh({0.02, 0.031, 0.053}, {1, 2, 3}, 2);
-  const auto errors = lowest_modes(mesh, {test::steel}, 12).pitch_errors;
-  mesh.finer_nodes = raise_order(mesh, 3).nodes;
-  mesh.finer_nodes.back() += Vec3(0.1, 0.2, -0.1);
-  expect_same(lowest_modes(mesh, {test::steel}, 12).pitch_errors, errors, 1e-6);
+/// Nodes of the next order that are kept from the true surface count with what they lack.
+TEST(PitchError, GapsCountAsIfTheyWereClosed) {
+  for (const int order : {1, 2}) {
+    const auto mesh = test::ball_mesh(0.05, 2, order);
+    const auto curved = test::with_finer_nodes(mesh, test::ball_mesh(0.05, 2, order + 1));
+    auto held_back = mesh;
+    held_back.finer_nodes = raise_order(mesh, order + 1).nodes;
+    for (std::size_t n = 0; n < curved.finer_nodes.size(); ++n) {
+      held_back.finer_gaps.push_back(curved.finer_nodes[n] - held_back.finer_nodes[n]);
+    }
+    const auto truth = lowest_modes(curved, {test::steel}, 11).pitch_errors;
+    const auto errors = lowest_modes(held_back, {test::steel}, 11).pitch_errors;
+    const auto ignored = lowest_modes(mesh, {test::steel}, 11).pitch_errors;
+    double apart = 0, apart_without = 0;
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      apart = std::max(apart, std::abs(errors[k] - truth[k]));
+      apart_without = std::max(apart_without, std::abs(ignored[k] - truth[k]));
+    }
+    EXPECT_LT(apart, 0.2 * apart_without) << "order " << order;
+  }
+}
+
+/// Nodes of the next order that would turn an element inside out are left where they were, and what
+/// they lack counts as a gap.
+TEST(PitchError, NodesThatFoldBecomeGaps) {
+  const Vec3 offset(0.01, 0.02, -0.01);
+  auto folding = box_mesh({0.02, 0.031, 0.053}, {1, 2, 3}, 2);
+  folding.finer_nodes = raise_order(folding, 3).nodes;
+  auto told = folding;
+  folding.finer_nodes.back() += offset;
+  told.finer_gaps.assign(told.finer_nodes.size(), Vec3::Zero());
+  told.finer_gaps.back() = offset;
+  const auto errors = lowest_modes(folding, {test::steel}, 12).pitch_errors;
+  EXPECT_TRUE(std::all_of(errors.begin(), errors.end(), [](double e) { return std::isfinite(e); }));
+  expect_same(errors, lowest_modes(told, {test::steel}, 12).pitch_errors, 1e-6);
 }
 
 TEST(PitchError, GoesWithItsModesAndOnlyWhenAsked) {
