@@ -20,8 +20,8 @@ constexpr double pi = std::numbers::pi;
 /// Side of a cell times the largest wave number, and its order: errors near 0.001 cents.
 constexpr double waves_in_cell = 4.0 / 6.0;
 constexpr int most_refinements = 2;
-/// Bodies with more modes than this in the band are not solved beyond max_modes.
-constexpr double many_modes = 2000;
+/// Bodies with more modes than this in the band are not solved far beyond max_modes.
+constexpr double many_modes = 300;
 /// Far below the first mode an inertia count drowns in rounding.
 constexpr double lowest_count = 0.05;
 
