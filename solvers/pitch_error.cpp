@@ -24,7 +24,7 @@ constexpr std::array<double, 4> saturation = {1.03, 1.15, 1.15, 1.15};
 /// order: higher orders gain little of it, and miss so much more than they tell. That is a matter
 /// of the first cents of a change; what exceeds them comes from elsewhere.
 constexpr std::array<double, 4> missed_along_edges = {0, 0, 0.35, 1.45};
-constexpr double edge_cents = 10;
+constexpr double edge_cents = 3;
 /// Faceted or flattened surfaces raise or lower a pitch, elements too stiff raise it. Where the two
 /// cancel, this part of either is left of what their measurement misses.
 constexpr double uncancelled = 0.04;
