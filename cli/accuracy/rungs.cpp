@@ -31,6 +31,17 @@ bool may_miss(const solvers::Modes& modes, std::size_t k) {
   return modes.certificate.complete_to_hz < (1 - 1e-6) * modes.frequency(k);
 }
 
+/// Sizes near each other give the same cells, their nodes a rounding apart.
+bool same_but_for_rounding(const solvers::TetMesh& a, const solvers::TetMesh& b) {
+  if (a.order != b.order || a.elements != b.elements || a.nodes.size() != b.nodes.size()) {
+    return false;
+  }
+  const double rounding = 1e-12 * solvers::bounding_box(a.nodes).longest_side();
+  return std::equal(
+      a.nodes.begin(), a.nodes.end(), b.nodes.begin(),
+      [rounding](const auto& x, const auto& y) { return (x - y).norm() <= rounding; });
+}
+
 /// Processor time of this process and of the meshers that it has started [s].
 double cpu_seconds() {
   double sum = 0;
@@ -186,9 +197,7 @@ const Rung& RungRunner::run(const solvers::MeshOptions& options, double toleranc
 const Rung* RungRunner::same_elements(const Rung& rung) const {
   const auto found = std::find_if(rungs_.begin(), rungs_.end(), [&rung](const auto& other) {
     return other.get() != &rung && !other->error && other->tolerance == rung.tolerance &&
-           other->mesh.mesh.order == rung.mesh.mesh.order &&
-           other->mesh.mesh.elements == rung.mesh.mesh.elements &&
-           other->mesh.mesh.nodes == rung.mesh.mesh.nodes;
+           same_but_for_rounding(other->mesh.mesh, rung.mesh.mesh);
   });
   return found == rungs_.end() ? nullptr : found->get();
 }
