@@ -241,10 +241,8 @@ void FinerSpace::close_gaps(const Fields& x, Eigen::MatrixXd& stiff, Eigen::Matr
     by_node(product).noalias() = by_node(local) * more.mass;
     inert.noalias() += local * product.transpose();
   }
-  for (auto* form : {&stiff, &inert}) {
-    MPI_Allreduce(MPI_IN_PLACE, form->data(), static_cast<int>(form->size()), MPI_DOUBLE, MPI_SUM,
-                  comm_);
-  }
+  sum_over_ranks(stiff, comm_);
+  sum_over_ranks(inert, comm_);
 }
 
 template <typename Product>

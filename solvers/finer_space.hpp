@@ -31,7 +31,7 @@ Eigen::MatrixXd owned_rows(const System& system, const Fields& fields);
 /// Adds rows that this rank owns, owned unknowns x fields, to `fields`.
 void add_owned(const System& system, const Eigen::Ref<const Eigen::MatrixXd>& owned,
                Fields& fields);
-/// Adds up the ranks' parts. Collective.
+/// Adds up the ranks' parts, of fields or of forms on them. Collective.
 void sum_over_ranks(Fields& fields, MPI_Comm comm);
 
 /// The elements of a body at the next order (next_order), and A = K - sigma M and M on them: what

@@ -56,6 +56,10 @@ TetMesh next_order(const TetMesh& mesh) {
     throw core::InputError(fmt::format("the mesh has {} nodes of the next order and needs {}",
                                        mesh.finer_nodes.size(), next.nodes.size()));
   }
+  if (!mesh.finer_gaps.empty() && mesh.finer_gaps.size() != next.nodes.size()) {
+    throw core::InputError(fmt::format("the mesh has {} gaps for {} nodes of the next order",
+                                       mesh.finer_gaps.size(), next.nodes.size()));
+  }
   next.nodes = mesh.finer_nodes;
   return next;
 }

@@ -16,6 +16,7 @@
 #include "solvers/modes_broadcast.hpp"
 #include "solvers/modes_file.hpp"
 #include "solvers/pitch_model.hpp"
+#include "solvers/surface_mesh.hpp"
 
 namespace carillon::cli {
 

@@ -231,6 +231,16 @@ class Ladder(FolderTest):
                         ranks=2)
         self.assertEqual(both["machine"]["ranks"], 2)
 
+    def test_equal_elements_are_solved_once(self):
+        config = self.write("equal.yaml", "modes: 3\norders: [2]\nsizes: [2.2, 2.2001]\n"
+                            "pitch_cents: [200]\nobjects: [{shape: ring}]\n")
+        first, second = run_json("accuracy", config, "-o", self.folder / "equal")[
+            "objects"][0]["rungs"][:2]
+        self.assertNotEqual(first["element_size_m"], second["element_size_m"])
+        self.assertEqual(first["elements"], second["elements"])
+        for key in ("frequencies_hz", "seconds", "stages", "runs"):
+            self.assertEqual(first[key], second[key])
+
     def test_mistakes_are_named(self):
         result = run("accuracy", self.write("bad.yaml", "objects: [{shape: bowel}]\n"))
         self.assertEqual(result.returncode, 2)

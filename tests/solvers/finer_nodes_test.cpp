@@ -144,6 +144,9 @@ TEST(FinerNodes, WithoutAProjectionTheElementsAreTheTruth) {
 
 TEST(FinerNodes, NodesOfAnotherMeshAreRefused) {
   TetMesh mesh = mesh_of(shape_at(find_family("block")), 2).mesh;
+  mesh.finer_gaps.assign(mesh.finer_nodes.size() - 1, Vec3::Zero());
+  EXPECT_THROW(next_order(mesh), core::InputError);
+  mesh.finer_gaps.clear();
   mesh.finer_nodes.pop_back();
   EXPECT_THROW(next_order(mesh), core::InputError);
 }
