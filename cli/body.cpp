@@ -63,7 +63,7 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
       ->check(CLI::Range(solvers::least_pitch_target, 1e4));
   command
       .add_option("--linear-solver", options.linear_solver,
-                  "direct: Cholesky; iterative: conjugate gradients with multigrid, modes are then "
+                  "direct: Cholesky; iterative: multigrid, modes are then "
                   "not counted; automatic: direct while it fits the memory limit")
       ->check(CLI::IsMember({"automatic", "direct", "iterative"}))
       ->default_str("automatic");

@@ -1,7 +1,6 @@
 #include "solvers/block_lanczos.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "solvers/collective.hpp"
+#include "solvers/reduced.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -35,10 +35,7 @@ class Lanczos {
         basis_(basis_size()),
         look_at_(wanted_ + block_),
         v_(problem.owned, basis_),
-        t_(MatrixXd::Zero(basis_, basis_)) {
-    MPI_Comm_rank(problem.comm, &rank_);
-    MPI_Comm_size(problem.comm, &ranks_);
-  }
+        t_(MatrixXd::Zero(basis_, basis_)) {}
 
   LanczosResult run() {
     start();
@@ -67,22 +64,10 @@ class Lanczos {
     return std::min<Index>(problem_.total, std::max<Index>(asked, wanted_ + 2 * block_));
   }
 
-  /// Sums a small matrix over the ranks: the same bits on every one, so that all decide alike.
-  void sum(MatrixXd& matrix) const {
-    if (ranks_ == 1) return;
-    const auto count = static_cast<int>(matrix.size());
-    if (rank_ == 0) {
-      MPI_Reduce(MPI_IN_PLACE, matrix.data(), count, MPI_DOUBLE, MPI_SUM, 0, problem_.comm);
-    } else {
-      MPI_Reduce(matrix.data(), nullptr, count, MPI_DOUBLE, MPI_SUM, 0, problem_.comm);
-    }
-    MPI_Bcast(matrix.data(), count, MPI_DOUBLE, 0, problem_.comm);
-  }
-
   MatrixXd product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b) const {
     MatrixXd out(a.cols(), b.cols());
     out.noalias() = a.transpose() * b;
-    sum(out);
+    sum_alike(out, problem_.comm);
     return out;
   }
 
@@ -159,7 +144,7 @@ class Lanczos {
 
   VectorXd norms() const {
     MatrixXd squares = next_.cwiseProduct(mass_next_).colwise().sum().transpose();
-    sum(squares);
+    sum_alike(squares, problem_.comm);
     return squares.cwiseMax(0).cwiseSqrt();
   }
 
@@ -218,7 +203,7 @@ class Lanczos {
   double column_norm(Index k) const {
     MatrixXd square(1, 1);
     square(0, 0) = next_.col(k).dot(mass_next_.col(k));
-    sum(square);
+    sum_alike(square, problem_.comm);
     return std::sqrt(std::max(0.0, square(0, 0)));
   }
 
@@ -256,22 +241,9 @@ class Lanczos {
   /// Ritz values and vectors of the part that is not locked, and how many lead converged.
   void project() {
     const auto active = used_ - locked_;
-    ritz_.resize(active, active);
-    theta_.resize(active);
-    int failed = 0;
-    if (rank_ == 0) {
-      const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(
-          t_.block(locked_, locked_, active, active));
-      failed = solver.info() != Eigen::Success;
-      if (failed == 0) {
-        theta_ = solver.eigenvalues().reverse();
-        ritz_ = solver.eigenvectors().rowwise().reverse();
-      }
-    }
-    MPI_Bcast(&failed, 1, MPI_INT, 0, problem_.comm);
-    if (failed != 0) throw core::SolverError("Lanczos: the projected problem could not be solved");
-    MPI_Bcast(theta_.data(), static_cast<int>(active), MPI_DOUBLE, 0, problem_.comm);
-    MPI_Bcast(ritz_.data(), static_cast<int>(active * active), MPI_DOUBLE, 0, problem_.comm);
+    ritz_ = t_.block(locked_, locked_, active, active);
+    theta_ = eigenpairs_alike(ritz_, problem_.comm).reverse().eval();
+    ritz_.rowwise().reverseInPlace();
     const MatrixXd last = coupling_ * ritz_.bottomRows(coupling_.cols());
     Index leading = 0;
     while (leading < active &&
@@ -331,8 +303,7 @@ class Lanczos {
   const LanczosProblem& problem_;
   LanczosOptions options_;
   Index block_, wanted_, basis_;
-  Index look_at_;  ///< size of the basis at which convergence is looked for again
-  int rank_ = 0, ranks_ = 1;
+  Index look_at_;              ///< size of the basis at which convergence is looked for again
   MatrixXd v_;                 ///< basis: locked vectors first
   MatrixXd t_;                 ///< projection of the operator on it
   MatrixXd next_, mass_next_;  ///< block in hand and M times it

@@ -11,8 +11,11 @@
 #include "core/error.hpp"
 #include "solvers/block_lanczos.hpp"
 #include "solvers/krylov_schur.hpp"
+#include "solvers/lobpcg.hpp"
 #include "solvers/mumps.hpp"
 #include "solvers/products.hpp"
+#include "solvers/reduced.hpp"
+#include "solvers/start_vectors.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -55,7 +58,7 @@ void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm, const Produc
       residual.col(static_cast<Eigen::Index>(i)) -=
           (pairs.values[k] - shifted.shift) * pairs.mass_vectors.col(block[i]);
     }
-    shifted.inverse(residual, solved);
+    shifted.preconditioner(residual, solved);
     Eigen::ArrayXd square = residual.cwiseProduct(solved).colwise().sum().transpose();
     MPI_Allreduce(MPI_IN_PLACE, square.data(), static_cast<int>(columns), MPI_DOUBLE, MPI_SUM,
                   comm);
@@ -123,6 +126,51 @@ EigenPairs lanczos(const System& system, const EigenRequest& request, const Shif
   EigenPairs pairs;
   for (const double theta : found.values) pairs.values.push_back(1 / theta + shifted.shift);
   pairs.vectors = std::move(found.vectors);
+  return pairs;
+}
+
+/// With a preconditioner alone; rigid motions are known beforehand.
+EigenPairs preconditioned(const System& system, const EigenRequest& request,
+                          const ShiftedSystem& shifted, MPI_Comm comm) {
+  const Products products(system, comm);
+  const auto& rigid = shifted.rigid;
+  Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());
+  products.mass(rigid, mass_rigid);
+  const auto room = static_cast<int>(system.unknowns() - rigid.cols());
+  const int wanted = std::min(request.pairs - static_cast<int>(rigid.cols()), room);
+  const int guarded = std::min(wanted + guard_vectors, room);
+  const LobpcgProblem problem = {&products,
+                                 system.owned_unknowns(),
+                                 system.unknowns(),
+                                 shifted.shift,
+                                 shifted.preconditioner,
+                                 rigid,
+                                 mass_rigid,
+                                 comm};
+  LobpcgOptions options;
+  options.pairs = wanted;
+  options.tolerance = request.tolerance;
+  auto start = shifted.near_modes(guarded, request.seed);
+  const auto known = std::min(request.start.cols(), start.cols());
+  start.leftCols(known) = request.start.leftCols(known);
+  const auto found = lobpcg(problem, options, start);
+  if (found.converged < wanted) {
+    throw core::SolverError(
+        fmt::format("only {} of {} modes converged in {} iterations with multigrid",
+                    found.converged, wanted, found.iterations),
+        "a direct solver (with a larger memory limit) or a mesh of better shaped elements is "
+        "needed");
+  }
+  EigenPairs pairs;
+  pairs.solver = EigenSolver::lobpcg;
+  Eigen::MatrixXd stiffness_rigid(rigid.rows(), rigid.cols());
+  products.shifted(0, rigid, stiffness_rigid);
+  Eigen::MatrixXd rigid_values = rigid.cwiseProduct(stiffness_rigid).colwise().sum();
+  sum_alike(rigid_values, comm);
+  pairs.values.assign(rigid_values.data(), rigid_values.data() + rigid_values.size());
+  pairs.values.insert(pairs.values.end(), found.values.data(), found.values.data() + wanted);
+  pairs.vectors.resize(system.owned_unknowns(), rigid.cols() + wanted);
+  pairs.vectors << rigid, found.vectors.leftCols(wanted);
   return pairs;
 }
 
@@ -224,10 +272,13 @@ EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
   } else if (request.solver == EigenSolver::krylov_schur) {
     pairs = krylov_schur(system, request, shifted, comm);
     pairs.solver = EigenSolver::krylov_schur;
+  } else if (shifted.near_modes) {
+    pairs = preconditioned(system, request, shifted, comm);
   } else {
     pairs = lanczos(system, request, shifted, comm);
   }
   measure(system, shifted, comm, pairs);
+  if (pairs.solver == EigenSolver::lobpcg) return pairs;
   for (std::size_t k = 0; k < pairs.values.size(); ++k) {
     if (pairs.residuals[k] <= target_residual || is_rigid(pairs.values[k], shifted)) continue;
     purify(system, shifted, comm, pairs);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "solvers/assemble.hpp"
@@ -11,6 +12,10 @@
 #include "solvers/modes.hpp"
 
 namespace carillon::solvers {
+
+/// Vectors that LOBPCG works on beside those wanted: the last of the wanted converge as fast as
+/// these are far above.
+constexpr int guard_vectors = 4;
 
 /// Number of eigenvalues of K x = lambda M x below `value` (dimensionless): the negative pivots of
 /// K - value M, by Sylvester's law of inertia. A value that hits an eigenvalue is moved up by 1e-6
@@ -46,6 +51,10 @@ struct ShiftedSystem {
   /// The same or a cheap stand-in for it, symmetric and positive definite: the factor itself, or
   /// one multigrid cycle.
   Inverse preconditioner;
+  /// Where `inverse` is iterative, the other way to the lowest modes: vectors near them (count,
+  /// seed: owned unknowns x count), and M-orthonormal rigid motions to set apart. Else empty.
+  std::function<Eigen::MatrixXd(int, std::uint64_t)> near_modes;
+  Eigen::MatrixXd rigid;
 };
 
 /// Cholesky of K - sigma M by CHOLMOD on one rank, by MUMPS on a group (METIS order).
@@ -60,6 +69,9 @@ struct EigenRequest {
   std::uint64_t seed = 0;    ///< of the start vectors, which depend on nothing else but the nodes
   EigenSolver solver = EigenSolver::block_lanczos;
   int basis = 0;  ///< most vectors held at a time by block_lanczos; 0: chosen from `pairs`
+  /// Owned unknowns x any: the lowest flexible modes as far as they are known. LOBPCG goes on from
+  /// them.
+  Eigen::MatrixXd start = {};
 };
 
 /// The lowest eigenpairs by shift-invert about a negative shift, where K - sigma M is positive

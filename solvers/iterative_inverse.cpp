@@ -4,6 +4,7 @@
 
 #include "solvers/conjugate_gradients.hpp"
 #include "solvers/multigrid.hpp"
+#include "solvers/near_modes.hpp"
 #include "solvers/products.hpp"
 #include "solvers/rigid_solve.hpp"
 
@@ -17,8 +18,8 @@ ShiftedSystem iterative_shifted(const TetMesh& mesh, std::span<const Elastic> re
   shifted.shift = shift;
   shifted.matrix = shifted_product(system, shift, comm);
   shifted.mass = mass_matrix(system, comm);
-  const auto cycle =
-      multigrid_cycle(mesh, regions, system, component, shift, options.factor_bytes, comm);
+  const auto levels =
+      std::make_shared<const Multigrid>(mesh, regions, system, shift, options.factor_bytes, comm);
   const auto rigid = std::make_shared<const RigidSolve>(mesh, system, component, shift, comm);
   const auto products = std::make_shared<const Products>(system, comm);
   const Inverse product = [products, shift](const Eigen::Ref<const Eigen::MatrixXd>& x,
@@ -27,11 +28,15 @@ ShiftedSystem iterative_shifted(const TetMesh& mesh, std::span<const Elastic> re
   };
   // Curved elements of a lower order know rotations only nearly, and the energy of rigid motions
   // under K - shift M is next to nothing.
-  shifted.preconditioner = [cycle, rigid](const Eigen::Ref<const Eigen::MatrixXd>& right,
-                                          Eigen::Ref<Eigen::MatrixXd> solution) {
-    cycle(right, solution);
+  shifted.preconditioner = [levels, rigid](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                           Eigen::Ref<Eigen::MatrixXd> solution) {
+    levels->cycle(0, right, solution);
     rigid->add(right, solution);
   };
+  shifted.near_modes = [levels, shift, comm](int count, std::uint64_t seed) {
+    return near_modes(*levels, shift, count, seed, comm);
+  };
+  shifted.rigid = rigid_basis(system, RigidMotions(mesh, system.scales, component), comm);
   const auto& preconditioner = shifted.preconditioner;
   shifted.inverse = [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](
                         const Eigen::Ref<const Eigen::MatrixXd>& right,

@@ -7,6 +7,8 @@
 
 #include "core/error.hpp"
 #include "core/progress.hpp"
+#include "solvers/eigen_solve.hpp"
+#include "solvers/lobpcg.hpp"
 #include "solvers/pitch_error.hpp"
 
 namespace carillon::solvers {
@@ -26,8 +28,9 @@ std::int64_t with_coarser(std::int64_t system) {
 }
 
 /// Solving and estimating take turns.
-std::int64_t work(const MemoryNeeds& needs) {
-  return std::max(needs.vectors, needs.pairs + needs.estimate);
+std::int64_t work(const MemoryNeeds& needs, bool iterative) {
+  const auto vectors = iterative ? needs.iterative_vectors : needs.vectors;
+  return std::max(vectors, needs.pairs + needs.estimate);
 }
 
 /// Columns on their way through the solvers, eight at a time on every level.
@@ -42,6 +45,8 @@ void weigh_vectors(const System& system, std::int64_t pairs, MemoryNeeds& needs)
   const auto basis = pairs + std::min(2 * pairs, 150 + pairs / 8);
   needs.pairs = 2 * pairs * column;
   needs.vectors = needs.pairs + (basis + work_columns) * column;
+  needs.iterative_vectors = std::max(
+      needs.vectors, needs.pairs + (lobpcg_vectors(pairs + guard_vectors) + work_columns) * column);
 }
 
 MemoryNeeds memory_needs(const TetMesh& mesh, const System& system, const SolveOptions& options,
@@ -55,7 +60,8 @@ MemoryNeeds memory_needs(const TetMesh& mesh, const System& system, const SolveO
   if (options.estimate_errors) needs.estimate = least_estimate_bytes(mesh, comm);
   if (options.linear_solver == LinearSolver::iterative) return needs;
   const double bound = 200 * std::pow(static_cast<double>(system.unknowns()), 4.0 / 3);
-  const double limit = static_cast<double>(options.memory_limit - needs.system - work(needs));
+  const double limit =
+      static_cast<double>(options.memory_limit - needs.system - work(needs, false));
   if (2 * 8 * bound < limit) return needs;
   needs.solve = predict_factor(system, FactorPurpose::solve, plan, comm);
   needs.count = predict_factor(system, FactorPurpose::count, plan, comm);
@@ -65,13 +71,13 @@ MemoryNeeds memory_needs(const TetMesh& mesh, const System& system, const SolveO
 MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t limit) {
   MemoryDecision decision;
   const auto base = needs.system + needs.vectors;
-  const auto held = needs.system + kept(needs.solve) + work(needs);
+  const auto held = needs.system + kept(needs.solve) + work(needs, false);
   if (asked != LinearSolver::iterative && std::max(base + needs.solve.bytes, held) <= limit) {
     decision.counts = needs.system + needs.pairs + needs.count.bytes <= limit;
     decision.both_fit = base + kept(needs.solve) + needs.count.bytes <= limit;
     return decision;
   }
-  const auto iterative = with_coarser(needs.system) + work(needs);
+  const auto iterative = with_coarser(needs.system) + work(needs, true);
   const auto ways_out =
       fmt::format("use a coarser mesh (a larger element size){}, or raise the memory limit",
                   asked == LinearSolver::direct ? ", the iterative linear solver" : "");
@@ -81,7 +87,7 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
                     "and estimates, "
                     "more than the memory limit of {}",
                     static_cast<double>(needs.solve.entries), size_text(needs.solve.bytes),
-                    size_text(needs.system), size_text(work(needs)), size_text(limit)),
+                    size_text(needs.system), size_text(work(needs, false)), size_text(limit)),
         ways_out);
   }
   if (iterative > limit) {
@@ -89,7 +95,7 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
                                         "than the memory limit of {} even "
                                         "without a factor",
                                         size_text(with_coarser(needs.system)),
-                                        size_text(work(needs)), size_text(limit)),
+                                        size_text(work(needs, true)), size_text(limit)),
                             ways_out + ", or ask for fewer modes");
   }
   decision.linear_solver = LinearSolver::iterative;
@@ -103,12 +109,12 @@ void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision
                         std::int64_t limit) {
   const bool iterative = decision.linear_solver == LinearSolver::iterative;
   const auto held = iterative ? with_coarser(needs.system) : needs.system + kept(needs.solve);
-  if (held + work(needs) <= limit) return;
+  const auto vectors = work(needs, iterative);
+  if (held + vectors <= limit) return;
   throw core::SolverError(
       fmt::format(
           "{} of vectors and estimates do not fit beside {} of matrices{}: the memory limit is {}",
-          size_text(work(needs)), size_text(held), iterative ? "" : " and factor",
-          size_text(limit)),
+          size_text(vectors), size_text(held), iterative ? "" : " and factor", size_text(limit)),
       "ask for fewer modes, use a coarser mesh, or raise the memory limit");
 }
 

@@ -17,6 +17,7 @@ struct MemoryNeeds {
   std::int64_t estimate = 0;  ///< pitch errors, estimated when only the pairs are left
   FactorSize solve;           ///< factor that solves: most while it is made
   FactorSize count;           ///< factor that inertia is read from, let go as it is made
+  std::int64_t iterative_vectors = 0;  ///< in place of `vectors` where linear solves are iterative
 };
 
 /// How a body is solved within its memory.
@@ -55,7 +56,7 @@ bool slices_fit(const MemoryNeeds& needs, std::int64_t limit);
 MemoryNeeds memory_needs(const TetMesh& mesh, const System& system, const SolveOptions& options,
                          const FactorPlan& plan, std::int64_t pairs, MPI_Comm comm);
 
-/// Sets vectors and pairs for so many pairs.
+/// Sets vectors, iterative_vectors and pairs for so many pairs.
 void weigh_vectors(const System& system, std::int64_t pairs, MemoryNeeds& needs);
 
 }  // namespace carillon::solvers

@@ -12,7 +12,8 @@ namespace carillon::solvers {
 namespace {
 
 constexpr std::array<std::string_view, 3> linear_solvers = {"automatic", "direct", "iterative"};
-constexpr std::array<std::string_view, 2> eigen_solvers = {"block_lanczos", "krylov_schur"};
+constexpr std::array<std::string_view, 4> eigen_solvers = {"block_lanczos", "krylov_schur",
+                                                           "lobpcg", "dense"};
 
 template <class Enum, std::size_t N>
 Enum parse(const std::array<std::string_view, N>& names, std::string_view name, const char* what) {
@@ -110,7 +111,7 @@ std::string_view name_of(LinearSolver solver) {
 }
 
 std::string_view name_of(EigenSolver solver) {
-  return solver == EigenSolver::dense ? "dense" : eigen_solvers[static_cast<std::size_t>(solver)];
+  return eigen_solvers[static_cast<std::size_t>(solver)];
 }
 
 LinearSolver parse_linear_solver(std::string_view name) {

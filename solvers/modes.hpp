@@ -36,6 +36,9 @@ struct Band {
 enum class EigenSolver {
   block_lanczos,  ///< thick-restarted block Lanczos (block_lanczos.hpp)
   krylov_schur,   ///< SLEPc's
+  /// Block-preconditioned conjugate gradients (lobpcg.hpp), in certificates alone: what
+  /// block_lanczos becomes over an iterative linear solver.
+  lobpcg,
   /// LAPACK's, in certificates alone: taken by itself for a few hundred unknowns, or where a good
   /// part of all modes is asked for.
   dense,
@@ -44,7 +47,8 @@ enum class EigenSolver {
 enum class LinearSolver {
   automatic,  ///< direct while the factors fit the memory limit, else iterative
   direct,     ///< Cholesky: CHOLMOD on one rank, MUMPS on a group
-  iterative,  ///< conjugate gradients with multigrid; the count of modes is then not verified
+  iterative,  ///< multigrid, with LOBPCG or conjugate gradients; the count of modes is then not
+              ///< verified
 };
 
 struct SolveOptions {
@@ -154,11 +158,11 @@ Modes restrict_to(const Modes& modes, const Band& band);
 
 /// "automatic", "direct" or "iterative".
 std::string_view name_of(LinearSolver solver);
-/// "block_lanczos", "krylov_schur" or "dense".
+/// "block_lanczos", "krylov_schur", "lobpcg" or "dense".
 std::string_view name_of(EigenSolver solver);
 /// @throws InputError  no such name
 LinearSolver parse_linear_solver(std::string_view name);
-/// @param name  "block_lanczos" or "krylov_schur"
+/// @param name  as name_of() gives it
 /// @throws InputError  no such name
 EigenSolver parse_eigen_solver(std::string_view name);
 

@@ -85,9 +85,7 @@ Certificate read_certificate(const Hdf5Group& group) {
   c.orthonormality = number("orthonormality");
   c.unknowns = integer("unknowns");
   c.count_verified = integer("count_verified") != 0;
-  const auto eigen_solver = group.text_attribute("eigen_solver");
-  c.eigen_solver = eigen_solver == name_of(EigenSolver::dense) ? EigenSolver::dense
-                                                               : parse_eigen_solver(eigen_solver);
+  c.eigen_solver = parse_eigen_solver(group.text_attribute("eigen_solver"));
   c.linear_solver = group.text_attribute("linear_solver") == name_of(LinearSolver::iterative)
                         ? LinearSolver::iterative
                         : LinearSolver::direct;

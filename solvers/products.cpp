@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <numeric>
 
 namespace carillon::solvers {
@@ -15,13 +16,22 @@ std::vector<int> starts_of(const std::vector<int>& counts) {
 
 /// Wider vectors where the machine has them. The sums are the same to the last bit: each number is
 /// summed by itself, in the same order.
-#define CARILLON_WIDE [[gnu::target_clones("avx2", "default")]]
+#define CARILLON_WIDE [[gnu::target_clones("avx512f", "avx2", "default")]]
 
-/// out += a x for Width neighbouring numbers.
-template <int Width>
-[[gnu::always_inline]] inline void add(double a, const double* x, double* out) {
-  for (int k = 0; k < Width; ++k) out[k] += a * x[k];
-}
+/// Values of one component at one node, of eight columns.
+using Eight [[gnu::vector_size(8 * sizeof(double))]] = double;
+
+/// One node's x, y and z.
+template <class Values>
+struct Node {
+  Values x, y, z;
+  [[gnu::always_inline]] inline explicit Node(const double* from) {
+    std::memcpy(this, from, sizeof *this);
+  }
+};
+
+/// As many columns as cost more one by one than eight together.
+constexpr Eigen::Index few = 3;
 
 /// A rank's rows as the loops want them.
 struct Rows {
@@ -32,57 +42,71 @@ struct Rows {
   const double* mass;
 };
 
-/// Writes a node's sums into the columns.
-template <int Width>
-[[gnu::always_inline]] inline void put(const double* sum, std::int32_t row, double* const* out) {
-  for (int k = 0; k < Width; ++k) {
-    for (int i = 0; i < 3; ++i)
-      out[k][3 * static_cast<std::ptrdiff_t>(row) + i] = sum[i * Width + k];
-  }
+/// Writes a row's sums into the columns.
+[[gnu::always_inline]] inline void put(const Eight& values, std::ptrdiff_t row,
+                                       double* const* out) {
+  for (int k = 0; k < 8; ++k) out[k][row] = values[k];
+}
+[[gnu::always_inline]] inline void put(double value, std::ptrdiff_t row, double* const* out) {
+  out[0][row] = value;
 }
 
-template <int Width>
+/// @tparam Values  Eight, or double for a single column
+template <class Values>
 [[gnu::always_inline]] inline void multiply_mass(const Rows& rows, const double* x,
                                                  double* const* out) {
-  double sum[3 * Width];
+  constexpr std::ptrdiff_t columns = sizeof(Values) / sizeof(double);
   for (std::int32_t row = 0; row < rows.count; ++row) {
-    std::fill_n(sum, 3 * Width, 0.0);
+    Values sum_x = {}, sum_y = {}, sum_z = {};
     for (auto k = rows.first[row]; k < rows.first[row + 1]; ++k) {
-      add<3 * Width>(rows.mass[k], x + 3 * Width * std::ptrdiff_t{rows.place[k]}, sum);
+      const Node<Values> node(x + 3 * columns * rows.place[k]);
+      const double mass = rows.mass[k];
+      sum_x += mass * node.x;
+      sum_y += mass * node.y;
+      sum_z += mass * node.z;
     }
-    put<Width>(sum, row, out);
+    put(sum_x, 3 * std::ptrdiff_t{row}, out);
+    put(sum_y, 3 * std::ptrdiff_t{row} + 1, out);
+    put(sum_z, 3 * std::ptrdiff_t{row} + 2, out);
   }
 }
 
-template <int Width>
+/// @tparam Values  Eight, or double for a single column
+template <class Values>
 [[gnu::always_inline]] inline void multiply_shifted(const Rows& rows, double shift, const double* x,
                                                     double* const* out) {
-  double sum[3 * Width];
+  constexpr std::ptrdiff_t columns = sizeof(Values) / sizeof(double);
   for (std::int32_t row = 0; row < rows.count; ++row) {
-    std::fill_n(sum, 3 * Width, 0.0);
+    Values sum_x = {}, sum_y = {}, sum_z = {};
     const auto begin = rows.first[row], width = rows.first[row + 1] - begin;
-    const double* stiffness = rows.stiffness + 9 * begin;
-    for (std::int64_t k = 0; k < width; ++k) {
-      const double* node = x + 3 * Width * std::ptrdiff_t{rows.place[begin + k]};
+    const double* of_x = rows.stiffness + 9 * begin;
+    const double *of_y = of_x + 3 * width, *of_z = of_y + 3 * width;
+    for (std::int64_t k = 0; k < width; ++k, of_x += 3, of_y += 3, of_z += 3) {
+      const Node<Values> node(x + 3 * columns * rows.place[begin + k]);
       const double mass = shift * rows.mass[begin + k];
-      for (std::int64_t i = 0; i < 3; ++i) {
-        for (std::int64_t j = 0; j < 3; ++j) {
-          const double entry = stiffness[3 * (i * width + k) + j] - (i == j ? mass : 0);
-          add<Width>(entry, node + j * Width, sum + i * Width);
-        }
-      }
+      sum_x += (of_x[0] - mass) * node.x;
+      sum_y += of_y[0] * node.x;
+      sum_z += of_z[0] * node.x;
+      sum_x += of_x[1] * node.y;
+      sum_y += (of_y[1] - mass) * node.y;
+      sum_z += of_z[1] * node.y;
+      sum_x += of_x[2] * node.z;
+      sum_y += of_y[2] * node.z;
+      sum_z += (of_z[2] - mass) * node.z;
     }
-    put<Width>(sum, row, out);
+    put(sum_x, 3 * std::ptrdiff_t{row}, out);
+    put(sum_y, 3 * std::ptrdiff_t{row} + 1, out);
+    put(sum_z, 3 * std::ptrdiff_t{row} + 2, out);
   }
 }
 
 CARILLON_WIDE void multiply_mass_8(const Rows& rows, const double* x, double* const* out) {
-  multiply_mass<8>(rows, x, out);
+  multiply_mass<Eight>(rows, x, out);
 }
 
 CARILLON_WIDE void multiply_shifted_8(const Rows& rows, double shift, const double* x,
                                       double* const* out) {
-  multiply_shifted<8>(rows, shift, x, out);
+  multiply_shifted<Eight>(rows, shift, x, out);
 }
 
 }  // namespace
@@ -146,16 +170,21 @@ void Products::exchange(std::vector<double>& values) const {
   MPI_Type_free(&row_type);
 }
 
-/// Columns `first` to `first + Width`, which `multiply` gets packed: a node's values lie together,
-/// x of every column, then y, then z.
+/// Columns `first` to `first + Width`, or those that are left, which `multiply` gets packed: a
+/// node's values lie together, x of every column, then y, then z.
 template <int Width, class Multiply>
 void Products::block(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Index first,
                      Eigen::Ref<Eigen::MatrixXd> out, Multiply multiply) const {
   const auto rows = 3 * static_cast<std::size_t>(system_.graph.rows());
-  std::vector<double> values(Width * (rows + 3 * static_cast<std::size_t>(from_others_)));
+  std::vector<double> values(Width * (rows + 3 * static_cast<std::size_t>(from_others_))), unused;
   std::array<double*, Width> to;
   for (std::size_t k = 0; k < Width; ++k) {
     const auto column = first + static_cast<Eigen::Index>(k);
+    if (column >= x.cols()) {
+      unused.resize(rows);
+      to[k] = unused.data();
+      continue;
+    }
     const double* from = x.col(column).data();
     for (std::size_t r = 0; r < rows; ++r) values[r * Width + k] = from[r];
     to[k] = out.col(column).data();
@@ -169,13 +198,13 @@ void Products::mass(const Eigen::Ref<const Eigen::MatrixXd>& x,
   const auto& graph = system_.graph;
   const Rows rows{graph.rows(), graph.first.data(), place_.data(), nullptr, system_.mass.data()};
   Eigen::Index k = 0;
-  for (; k + 8 <= x.cols(); k += 8) {
+  for (; k + few <= x.cols(); k += 8) {
     block<8>(x, k, out,
              [&](const double* from, double* const* to) { multiply_mass_8(rows, from, to); });
   }
   for (; k < x.cols(); ++k) {
     block<1>(x, k, out,
-             [&](const double* from, double* const* to) { multiply_mass<1>(rows, from, to); });
+             [&](const double* from, double* const* to) { multiply_mass<double>(rows, from, to); });
   }
 }
 
@@ -185,14 +214,14 @@ void Products::shifted(double shift, const Eigen::Ref<const Eigen::MatrixXd>& x,
   const Rows rows{graph.rows(), graph.first.data(), place_.data(), system_.stiffness.data(),
                   system_.mass.data()};
   Eigen::Index k = 0;
-  for (; k + 8 <= x.cols(); k += 8) {
+  for (; k + few <= x.cols(); k += 8) {
     block<8>(x, k, out, [&](const double* from, double* const* to) {
       multiply_shifted_8(rows, shift, from, to);
     });
   }
   for (; k < x.cols(); ++k) {
     block<1>(x, k, out, [&](const double* from, double* const* to) {
-      multiply_shifted<1>(rows, shift, from, to);
+      multiply_shifted<double>(rows, shift, from, to);
     });
   }
 }

@@ -79,6 +79,24 @@ Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions, M
   return gram;
 }
 
+Eigen::MatrixXd rigid_basis(const System& system, const RigidMotions& motions, MPI_Comm comm) {
+  const auto gram = gram_matrix(system, motions, comm);
+  std::vector<Eigen::Matrix<double, 6, 6>> to_orthonormal;  // of each component
+  for (Eigen::Index first = 0; first < gram.rows(); first += 6) {
+    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factor(gram.block<6, 6>(first, first));
+    to_orthonormal.push_back(factor.matrixU().solve(Eigen::Matrix<double, 6, 6>::Identity()));
+  }
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(system.owned_unknowns(), motions.count());
+  for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
+    const auto number = static_cast<std::size_t>(system.graph.begin + row);
+    const auto node = static_cast<std::size_t>(system.partition.node[number]);
+    const auto first = motions.first_of(node);
+    out.block<3, 6>(3 * row, first) =
+        motions.at(node) * to_orthonormal[static_cast<std::size_t>(first / 6)];
+  }
+  return out;
+}
+
 RigidSplit split_rigid(const TetMesh& mesh, const System& system,
                        const std::vector<std::int32_t>& component, const EigenPairs& pairs,
                        MPI_Comm comm) {

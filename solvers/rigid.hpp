@@ -40,6 +40,10 @@ class RigidMotions {
 /// @note Collective on comm.
 Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions, MPI_Comm comm);
 
+/// M-orthonormal columns that span the rigid motions: owned unknowns x motions.
+/// @note Collective on comm.
+Eigen::MatrixXd rigid_basis(const System& system, const RigidMotions& motions, MPI_Comm comm);
+
 /// Which eigenpairs are rigid motions and which are vibrations.
 struct RigidSplit {
   std::vector<std::size_t> rigid;     ///< indices of pairs

@@ -25,7 +25,7 @@ constexpr double target_residual = 1e-8;
 constexpr std::int64_t spare_modes = 4;
 /// Solves for more modes, before a set is judged as it is.
 constexpr int most_solves = 4;
-/// Tolerance of the eigensolver over an iterative inverse, and what the inverse needs of it.
+/// Tolerance of the eigensolver where linear solves are iterative, and what they need of it.
 constexpr double tightest_iterative = 1e-10, inner_share = 0.01;
 /// Modes asked for at first where they cannot be counted before.
 constexpr std::int64_t first_batch = 20;
@@ -221,8 +221,9 @@ class Search {
     solve(wanted);
     const double better_shift = -0.01 * flexible_value(result_, 0);
     const double change = better_shift / shift_;
-    if (worst_residual(result_, wanted) > target_residual && (change > 2 || change < 0.5) &&
-        !shift_mended_) {
+    const bool direct = memory_.linear_solver == LinearSolver::direct;
+    if (direct && worst_residual(result_, wanted) > target_residual &&
+        (change > 2 || change < 0.5) && !shift_mended_) {
       shift_ = better_shift;
       shift_mended_ = true;
       solve(wanted);
@@ -237,9 +238,14 @@ class Search {
     weigh_vectors(system_, pairs, needs_);
     refuse_large_basis(needs_, memory_, options_.memory_limit);
     result_.spare_memory = left_for_estimates(needs_, memory_, options_.memory_limit);
+    EigenRequest request{static_cast<int>(pairs), tolerance(), seed_, options_.solver};
+    // Another seed is to find what these may have missed.
+    if (memory_.linear_solver == LinearSolver::iterative && solved_seed_ == seed_) {
+      request.start = result_.pairs.vectors(Eigen::all, result_.flexible);
+    }
+    solved_seed_ = seed_;
     result_.pairs = EigenPairs();
     prepare();
-    const EigenRequest request{static_cast<int>(pairs), tolerance(), seed_, options_.solver};
     agreed(comm_,
            [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
     result_.eigen_solver = result_.pairs.solver;
@@ -344,8 +350,9 @@ class Search {
   std::int64_t below_counted_ = 0;  ///< flexible modes below counted_at_
   double shift_ = 0;
   bool shift_mended_ = false;
-  std::uint64_t seed_ = 1;  ///< of the start vector
-  std::int64_t more_ = 0;   ///< pairs beyond those wanted, once a mode was missing
+  std::uint64_t seed_ = 1;         ///< of the start vector
+  std::uint64_t solved_seed_ = 0;  ///< of the pairs that are there
+  std::int64_t more_ = 0;          ///< pairs beyond those wanted, once a mode was missing
   SearchResult result_;
 };
 

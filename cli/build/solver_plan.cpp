@@ -21,7 +21,7 @@ const char* linear_solver_reason(solvers::LinearSolver solver) {
     case solvers::LinearSolver::direct:
       return "Cholesky, modes counted by inertia; a body beyond the memory limit fails";
     case solvers::LinearSolver::iterative:
-      return "conjugate gradients with multigrid; modes are found but not counted";
+      return "multigrid; modes are found but not counted";
     case solvers::LinearSolver::automatic:
       break;
   }

@@ -16,7 +16,7 @@ constexpr std::int64_t gib = 1ll << 30;
 
 /// 2 GiB of matrices, 1 GiB of vectors, factors as given; the one that solves keeps 8 of 10 bytes.
 MemoryNeeds needs(std::int64_t solve, std::int64_t count) {
-  return {2 * gib, gib, 0, 0, {solve / 10, solve}, {count / 10, count}};
+  return {2 * gib, gib, 0, 0, {solve / 10, solve}, {count / 10, count}, gib};
 }
 
 TEST(MemoryGate, WhatFitsIsSolvedDirectlyAndCounted) {
@@ -91,6 +91,11 @@ TEST(MemoryGate, ManyModesNeedRoomForTheirVectors) {
   refuse_large_basis(what, decision, 16 * gib);
   what.vectors = 7 * gib;
   EXPECT_THROW(refuse_large_basis(what, decision, 16 * gib), core::SolverError);
+  // An iterative solver has a basis of its own.
+  const auto iterative = decide(needs(10 * gib, gib), LinearSolver::iterative, 16 * gib);
+  refuse_large_basis(what, iterative, 16 * gib);
+  what.iterative_vectors = 14 * gib;
+  EXPECT_THROW(refuse_large_basis(what, iterative, 16 * gib), core::SolverError);
 }
 
 /// Errors are estimated beside the factor and the pairs, when the basis is gone.

@@ -74,8 +74,8 @@ TEST_F(ModesFile, EverySolverComesBackByItsName) {
   auto modes = test::lowest_modes(mesh, regions, 3);
   EXPECT_EQ(modes.certificate.eigen_solver, EigenSolver::dense);  // a few hundred unknowns
   const auto path = folder.path() / "named.h5";
-  for (const auto eigen :
-       {EigenSolver::block_lanczos, EigenSolver::krylov_schur, EigenSolver::dense}) {
+  for (const auto eigen : {EigenSolver::block_lanczos, EigenSolver::krylov_schur,
+                           EigenSolver::lobpcg, EigenSolver::dense}) {
     for (const auto linear : {LinearSolver::direct, LinearSolver::iterative}) {
       modes.certificate.eigen_solver = eigen;
       modes.certificate.linear_solver = linear;
