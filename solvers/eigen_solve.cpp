@@ -165,12 +165,13 @@ EigenPairs preconditioned(const System& system, const EigenRequest& request,
   pairs.solver = EigenSolver::lobpcg;
   Eigen::MatrixXd stiffness_rigid(rigid.rows(), rigid.cols());
   products.shifted(0, rigid, stiffness_rigid);
-  Eigen::MatrixXd rigid_values = rigid.cwiseProduct(stiffness_rigid).colwise().sum();
-  sum_alike(rigid_values, comm);
-  pairs.values.assign(rigid_values.data(), rigid_values.data() + rigid_values.size());
+  Eigen::MatrixXd turned = rigid.transpose() * stiffness_rigid;
+  sum_alike(turned, comm);
+  const Eigen::VectorXd zeros = eigenpairs_alike(turned, comm);
+  pairs.values.assign(zeros.data(), zeros.data() + zeros.size());
   pairs.values.insert(pairs.values.end(), found.values.data(), found.values.data() + wanted);
   pairs.vectors.resize(system.owned_unknowns(), rigid.cols() + wanted);
-  pairs.vectors << rigid, found.vectors.leftCols(wanted);
+  pairs.vectors << rigid * turned, found.vectors.leftCols(wanted);
   return pairs;
 }
 
@@ -178,19 +179,24 @@ EigenPairs preconditioned(const System& system, const EigenRequest& request,
 /// leave rounding in directions of the stiffest motions, where it weighs most in a residual and
 /// where the operator all but wipes it out.
 void purify(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
-  auto& products = pairs.mass_vectors;
+  const Products products(system, comm);
+  const auto rows = pairs.vectors.rows();
   for (Eigen::Index first = 0; first < pairs.size(); first += at_a_time) {
     const auto columns = std::min(at_a_time, pairs.size() - first);
-    shifted.inverse(products.middleCols(first, columns), pairs.vectors.middleCols(first, columns));
-  }
-  for (Eigen::Index k = 0; k < pairs.size(); ++k) {
-    pairs.vectors.col(k) *= pairs.values[static_cast<std::size_t>(k)] - shifted.shift;
+    auto x = pairs.vectors.middleCols(first, columns);
+    Eigen::MatrixXd residual(rows, columns), step(rows, columns);
+    products.shifted(shifted.shift, x, residual);
+    for (Eigen::Index k = 0; k < columns; ++k) {
+      const double value = pairs.values[static_cast<std::size_t>(first + k)] - shifted.shift;
+      residual.col(k) -= value * pairs.mass_vectors.col(first + k);
+    }
+    shifted.preconditioner(residual, step);
+    x -= step;
   }
   // What an inexact inverse adds lies along the lowest vectors, so those are kept as they are.
-  Products(system, comm).mass(pairs.vectors, products);
-  Eigen::MatrixXd gram = pairs.vectors.transpose() * products;
-  MPI_Allreduce(MPI_IN_PLACE, gram.data(), static_cast<int>(gram.size()), MPI_DOUBLE, MPI_SUM,
-                comm);
+  products.mass(pairs.vectors, pairs.mass_vectors);
+  Eigen::MatrixXd gram = pairs.vectors.transpose() * pairs.mass_vectors;
+  sum_alike(gram, comm);
   const Eigen::LLT<Eigen::MatrixXd> cholesky(gram);
   cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(pairs.vectors);
 }
@@ -278,7 +284,6 @@ EigenPairs lowest_pairs(const System& system, const EigenRequest& request,
     pairs = lanczos(system, request, shifted, comm);
   }
   measure(system, shifted, comm, pairs);
-  if (pairs.solver == EigenSolver::lobpcg) return pairs;
   for (std::size_t k = 0; k < pairs.values.size(); ++k) {
     if (pairs.residuals[k] <= target_residual || is_rigid(pairs.values[k], shifted)) continue;
     purify(system, shifted, comm, pairs);

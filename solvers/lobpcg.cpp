@@ -156,8 +156,7 @@ class Lobpcg {
     // What was rounding lies along the others once more, and is next to nothing without that.
     project(first);
     combine(first, clear);
-    problem_.products->shifted(problem_.shift, s_.middleCols(first, w_),
-                               as_.middleCols(first, w_));
+    problem_.products->shifted(problem_.shift, s_.middleCols(first, w_), as_.middleCols(first, w_));
     return joining;
   }
 
@@ -193,8 +192,8 @@ class Lobpcg {
     MatrixXd gram = product(x, ms_.middleCols(first, w_));
     const VectorXd values = eigenpairs_alike(gram, problem_.comm);
     const auto kept = (values.array() > least).count();
-    const MatrixXd map = gram.rightCols(kept) *
-                         values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+    const MatrixXd map =
+        gram.rightCols(kept) * values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
     turn(s_, first, map);
     turn(ms_, first, map);
     w_ = kept;
@@ -216,8 +215,7 @@ class Lobpcg {
     const auto directions = std::min({qr.rank(), all - iterates, x_});
     MatrixXd map(all, iterates + directions);
     map.leftCols(iterates) = kept_ritz;
-    map.rightCols(directions) =
-        qr.householderQ() * MatrixXd::Identity(all, directions);
+    map.rightCols(directions) = qr.householderQ() * MatrixXd::Identity(all, directions);
     for (auto* columns : basis_) turn(*columns, 0, map);
     x_ = iterates;
     p_ = directions;
@@ -248,8 +246,8 @@ class Lobpcg {
   std::array<MatrixXd*, 3> basis_ = {&s_, &as_, &ms_};
   Index x_ = 0, p_ = 0, w_ = 0;
   VectorXd values_, sizes_;  ///< of the iterates: mu, and residuals in the preconditioner's norm
-  double least_ = infinity;      ///< size of the lowest iterate when it last halved
-  int since_least_ = 0;          ///< iterations since then
+  double least_ = infinity;  ///< size of the lowest iterate when it last halved
+  int since_least_ = 0;      ///< iterations since then
   MatrixXd aside_, mass_aside_;  ///< pairs that converged
   VectorXd values_aside_;
   LobpcgResult result_;

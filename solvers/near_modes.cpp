@@ -24,7 +24,8 @@ Eigen::MatrixXd near_modes(const Multigrid& levels, double shift, int count, std
     modes.leftCols(carried.cols()) = carried;
     if (level == 0) break;
     const auto parts = node_components(levels.mesh(level));
-    const auto rigid = rigid_basis(system, RigidMotions(levels.mesh(level), system.scales, parts), comm);
+    const auto rigid =
+        rigid_basis(system, RigidMotions(levels.mesh(level), system.scales, parts), comm);
     const Products products(system, comm);
     Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());
     products.mass(rigid, mass_rigid);

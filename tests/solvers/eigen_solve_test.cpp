@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "solve.hpp"
+#include "solvers/iterative_inverse.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -30,14 +31,23 @@ struct Body {
   EigenPairs lowest(const EigenRequest& request) const {
     return lowest_pairs(system, request, shifted, comm);
   }
+  /// With multigrid in place of the factor.
+  EigenPairs lowest_by_multigrid(const TetMesh& mesh, const EigenRequest& request) const {
+    const auto component = node_components(mesh);
+    const std::vector regions(mesh.region_names.size(), test::steel);
+    const auto iterative = iterative_shifted(mesh, regions, system, component,
+                                             {shifted.shift, 1e-12, 1ll << 40}, comm);
+    return lowest_pairs(system, request, iterative, comm);
+  }
   MPI_Comm comm;
   System system;
   ShiftedSystem shifted;
 };
 
-double largest_difference(const EigenPairs& a, const EigenPairs& b, int pairs) {
+double largest_difference(const EigenPairs& a, const EigenPairs& b, int pairs,
+                          std::size_t rigid = 6) {
   double largest = 0;
-  for (std::size_t k = 6; k < static_cast<std::size_t>(pairs); ++k) {
+  for (std::size_t k = rigid; k < static_cast<std::size_t>(pairs); ++k) {
     largest = std::max(largest, std::abs(a.values.at(k) / b.values.at(k) - 1));
   }
   return largest;
@@ -66,13 +76,18 @@ void expect_good(const EigenPairs& pairs, int wanted) {
 
 /// A cube: single, twofold and threefold values.
 TEST(EigenSolvers, FindTheSameModes) {
-  const Body body(box_mesh({0.03, 0.03, 0.03}, {4, 4, 4}, 2), MPI_COMM_WORLD);
+  const auto mesh = box_mesh({0.03, 0.03, 0.03}, {4, 4, 4}, 2);
+  const Body body(mesh, MPI_COMM_WORLD);
   constexpr int wanted = 50;
   const auto block = body.lowest({wanted, 1e-12, 1, EigenSolver::block_lanczos});
   const auto stock = body.lowest({wanted, 1e-12, 1, EigenSolver::krylov_schur});
   expect_good(block, wanted);
+  const auto multigrid = body.lowest_by_multigrid(mesh, {wanted, 1e-10, 1});
+  EXPECT_EQ(multigrid.solver, EigenSolver::lobpcg);
   expect_good(stock, wanted);
+  expect_good(multigrid, wanted);
   EXPECT_LT(largest_difference(block, stock, wanted), 1e-9);
+  EXPECT_LT(largest_difference(block, multigrid, wanted), 1e-9);
   int spaces = 0;
   for (Eigen::Index first = 0; first < wanted;) {
     Eigen::Index count = 1;
@@ -83,6 +98,8 @@ TEST(EigenSolvers, FindTheSameModes) {
     }
     if (first + count < wanted) {  // the last may be cut
       EXPECT_GT(smallest_cosine(block, stock, first, count), 1 - 1e-9) << first << ", " << count;
+      EXPECT_GT(smallest_cosine(block, multigrid, first, count), 1 - 1e-9)
+          << first << ", " << count;
       spaces += count > 1;
     }
     first += count;
@@ -116,6 +133,10 @@ TEST(EigenSolvers, GiveAGroupTheValuesOfOneRank) {
     const EigenRequest request{wanted, 1e-12, 1, solver};
     EXPECT_LT(largest_difference(alone.lowest(request), group.lowest(request), wanted), 1e-10);
   }
+  const EigenRequest request{wanted, 1e-10, 1};
+  EXPECT_LT(largest_difference(alone.lowest_by_multigrid(mesh, request),
+                               group.lowest_by_multigrid(mesh, request), wanted),
+            1e-10);
 }
 
 /// Eight equal bodies: every value eightfold, the rigid one forty-eightfold.
@@ -132,6 +153,9 @@ TEST(EigenSolvers, FindEveryCopyOfEqualBodies) {
   const int wanted = 8 * 14;
   const auto pairs = body.lowest({wanted, 1e-12, 1});
   ASSERT_GE(pairs.size(), wanted);
+  EXPECT_LT(
+      largest_difference(pairs, body.lowest_by_multigrid(mesh, {wanted, 1e-10, 1}), wanted, 8 * 6),
+      1e-9);
   const Body single(one, MPI_COMM_SELF);
   const auto of_one = single.lowest({14, 1e-12, 1});
   for (std::size_t k = 0; k < 14; ++k) {
