@@ -137,7 +137,7 @@ EigenPairs preconditioned(const System& system, const EigenRequest& request,
   Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());
   products.mass(rigid, mass_rigid);
   const auto room = static_cast<int>(system.unknowns() - rigid.cols());
-  const int wanted = std::min(request.pairs - static_cast<int>(rigid.cols()), room);
+  const int wanted = std::clamp(request.pairs - static_cast<int>(rigid.cols()), 0, room);
   const int guarded = std::min(wanted + guard_vectors, room);
   const LobpcgProblem problem = {&products,
                                  system.owned_unknowns(),
@@ -175,9 +175,9 @@ EigenPairs preconditioned(const System& system, const EigenRequest& request,
   return pairs;
 }
 
-/// One more application of the operator to all vectors. The many sums that a vector is made of
-/// leave rounding in directions of the stiffest motions, where it weighs most in a residual and
-/// where the operator all but wipes it out.
+/// Takes what the preconditioner makes of their residuals out of all vectors. The many sums that a
+/// vector is made of leave rounding in directions of the stiffest motions, where it weighs most in
+/// a residual and where this all but wipes it out.
 void purify(const System& system, const ShiftedSystem& shifted, MPI_Comm comm, EigenPairs& pairs) {
   const Products products(system, comm);
   const auto rows = pairs.vectors.rows();

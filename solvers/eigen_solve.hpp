@@ -33,7 +33,8 @@ struct EigenPairs {
   /// sqrt(r^T A^-1 r / (lambda - sigma)), A = K - sigma M: the residual in the norm that bounds the
   /// relative error of lambda by its square (Kato-Temple). Only where `residuals` is above 1e-8,
   /// else 0: on very thin bodies rounding x to double precision alone gives a residual of
-  /// 1e-16 (largest eigenvalue / lambda), in directions that carry no energy.
+  /// 1e-16 (largest eigenvalue / lambda), in directions that carry no energy. By the preconditioner
+  /// in place of A^-1: an estimate where that is a multigrid cycle.
   std::vector<double> energy_residuals;
   double orthonormality = 0;                        ///< max |X^T M X - I|
   EigenSolver solver = EigenSolver::block_lanczos;  ///< that found them
@@ -55,6 +56,7 @@ struct ShiftedSystem {
   /// seed: owned unknowns x count), and M-orthonormal rigid motions to set apart. Else empty.
   std::function<Eigen::MatrixXd(int, std::uint64_t)> near_modes;
   Eigen::MatrixXd rigid;
+  std::int64_t coarse_factor = 0;  ///< [byte] that a factor on a coarser level takes, all ranks
 };
 
 /// Cholesky of K - sigma M by CHOLMOD on one rank, by MUMPS on a group (METIS order).
@@ -65,7 +67,7 @@ ShiftedSystem factor_shifted(const System& system, double shift, const FactorPla
 
 struct EigenRequest {
   int pairs = 0;             ///< how many of the lowest
-  double tolerance = 1e-12;  ///< of the transformed problem
+  double tolerance = 1e-12;  ///< of the transformed problem; LOBPCG: LobpcgOptions
   std::uint64_t seed = 0;    ///< of the start vectors, which depend on nothing else but the nodes
   EigenSolver solver = EigenSolver::block_lanczos;
   int basis = 0;  ///< most vectors held at a time by block_lanczos; 0: chosen from `pairs`
@@ -75,8 +77,9 @@ struct EigenRequest {
 };
 
 /// The lowest eigenpairs by shift-invert about a negative shift, where K - sigma M is positive
-/// definite. Problems of a few hundred unknowns, and those that ask for a good part of all modes,
-/// are solved densely.
+/// definite; with its preconditioner alone (LOBPCG) where the inverse is iterative and Krylov-Schur
+/// is not asked for. Problems of a few hundred unknowns, and those that ask for a good part of all
+/// modes, are solved densely.
 /// @return at least `pairs` of them unless the problem has fewer
 /// @throws core::SolverError  no convergence
 /// @note Collective on comm.

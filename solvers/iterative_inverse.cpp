@@ -36,6 +36,7 @@ ShiftedSystem iterative_shifted(const TetMesh& mesh, std::span<const Elastic> re
   shifted.near_modes = [levels, shift, comm](int count, std::uint64_t seed) {
     return near_modes(*levels, shift, count, seed, comm);
   };
+  shifted.coarse_factor = levels->factor_bytes();
   shifted.rigid = rigid_basis(system, RigidMotions(mesh, system.scales, component), comm);
   const auto& preconditioner = shifted.preconditioner;
   shifted.inverse = [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](

@@ -16,7 +16,7 @@ struct IterativeOptions {
   std::int64_t factor_bytes = 0;  ///< that a factor on a coarser level may take, all ranks together
 };
 
-/// K - shift M solved by conjugate gradients with a multigrid cycle (multigrid_cycle): for bodies
+/// K - shift M solved by conjugate gradients with a multigrid cycle (Multigrid), for bodies
 /// whose factor does not fit. `preconditioner` is the cycle; rigid motions are solved for exactly
 /// in both.
 ///

@@ -28,6 +28,8 @@ constexpr double clear = 0.1;
 /// then.
 constexpr int patience = 4;
 constexpr double small = 1e-8, infinity = std::numeric_limits<double>::infinity();
+/// Columns of length 1 that lie along others up to this are no directions of their own.
+constexpr double dependent = 1e-6;
 /// Rows treated at a time when columns are turned in place.
 constexpr Index chunk_rows = 2048;
 
@@ -49,9 +51,9 @@ class Lobpcg {
     for (;; ++result_.iterations) {
       precondition_residuals();
       set_aside();
-      if (aside() >= options_.pairs || result_.iterations == options_.max_iterations) break;
+      if (converged() >= options_.pairs || ++since_aside_ > options_.max_iterations) break;
       const auto wanted = x_ + add_directions();
-      if (x_ + p_ + w_ == x_ && wanted == x_) break;  // nothing is left to look in
+      if (wanted == 0 || p_ + w_ == 0) break;  // nothing is left to look in
       rotate(wanted);
     }
     finish();
@@ -60,6 +62,12 @@ class Lobpcg {
 
  private:
   Index aside() const { return values_aside_.size(); }
+
+  /// The lowest pairs that are set aside: one may be passed by an iterate that shows later, and
+  /// that one must converge too.
+  Index converged() const {
+    return x_ == 0 ? aside() : (values_aside_.array() <= values_[0]).count();
+  }
 
   MatrixXd product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b) const {
     MatrixXd out(a.cols(), b.cols());
@@ -105,11 +113,12 @@ class Lobpcg {
   /// Iterates that converged leave the basis, with their residuals; their directions may stay.
   void set_aside() {
     // Rounding weighs most in the lowest: what is the best that they reach will do for all.
-    if (held_up()) options_.tolerance = sizes_[0];
+    if (held_up()) options_.tolerance = std::max(options_.tolerance, sizes_[0]);
     Index leading = 0;
     while (leading < x_ && sizes_[leading] <= options_.tolerance) ++leading;
     if (leading == 0) return;
     least_ = infinity;
+    since_aside_ = 0;
     aside_.middleCols(aside(), leading) = s_.leftCols(leading);
     mass_aside_.middleCols(aside(), leading) = ms_.leftCols(leading);
     values_aside_.conservativeResize(aside() + leading);
@@ -129,12 +138,12 @@ class Lobpcg {
   /// while.
   bool held_up() {
     if (x_ == 0) return false;
-    if (sizes_[0] <= 0.5 * least_) {
+    if (sizes_[0] <= 0.5 * least_ || sizes_[0] > small) {
       least_ = sizes_[0];
       since_least_ = 0;
       return false;
     }
-    return ++since_least_ >= patience && least_ <= small;
+    return ++since_least_ >= patience;
   }
 
   /// Start vectors join where iterates left room. Residuals and start vectors become M-orthonormal
@@ -205,25 +214,46 @@ class Lobpcg {
     const auto all = x_ + p_ + w_;
     iterates = std::min(iterates, all);
     MatrixXd ritz = product(s_.leftCols(all), as_.leftCols(all));
-    const VectorXd values = eigenpairs_alike(ritz, problem_.comm);
-    values_ = values.head(iterates);
-    const auto kept_ritz = ritz.leftCols(iterates);
-    MatrixXd change = kept_ritz;
-    change.topRows(x_).setZero();
-    change -= (kept_ritz * (kept_ritz.transpose() * change)).eval();
-    const Eigen::ColPivHouseholderQR<MatrixXd> qr(change);
-    const auto directions = std::min({qr.rank(), all - iterates, x_});
-    MatrixXd map(all, iterates + directions);
-    map.leftCols(iterates) = kept_ritz;
-    map.rightCols(directions) = qr.householderQ() * MatrixXd::Identity(all, directions);
-    for (auto* columns : basis_) turn(*columns, 0, map);
+    values_ = eigenpairs_alike(ritz, problem_.comm).head(iterates);
+    MatrixXd map(all, 2 * iterates);
+    map.leftCols(iterates) = ritz.leftCols(iterates);
+    Index directions = 0;
+    if (x_ > 0) {
+      directions = directions_of(map.leftCols(iterates), map.rightCols(iterates));
+      directions = std::min(directions, x_);
+    }
+    for (auto* columns : basis_) turn(*columns, 0, map.leftCols(iterates + directions));
     x_ = iterates;
     p_ = directions;
     w_ = 0;
   }
 
+  /// Orthonormal columns that span what Ritz vectors have beside the iterates before, orthogonal to
+  /// them.
+  /// @return how many
+  Index directions_of(const Eigen::Ref<const MatrixXd>& ritz, Eigen::Ref<MatrixXd> out) const {
+    MatrixXd change = ritz;
+    change.topRows(x_).setZero();
+    // What is left of a vector that hardly moved is small, and lies along the others by rounding.
+    for (int pass = 0; pass < 3; ++pass) {
+      change -= (ritz * (ritz.transpose() * change)).eval();
+      change.colwise().normalize();
+    }
+    Eigen::ColPivHouseholderQR<MatrixXd> qr(change);
+    qr.setThreshold(dependent);
+    // Processors of different kinds may round differently.
+    MatrixXd count(1, 1);
+    count(0, 0) = static_cast<double>(qr.rank());
+    share_first(count, problem_.comm);
+    MatrixXd columns = qr.householderQ() * MatrixXd::Identity(change.rows(), change.cols());
+    share_first(columns, problem_.comm);
+    out = columns;
+    return static_cast<Index>(count(0, 0));
+  }
+
   /// Rayleigh and Ritz among all that was found: what one pair lacks may lie along another.
   void finish() {
+    result_.converged = static_cast<int>(converged());
     for (auto* columns : basis_) *columns = columns->leftCols(x_).eval();
     auto& found = result_.vectors;
     found.resize(problem_.owned, aside() + x_);
@@ -233,7 +263,6 @@ class Lobpcg {
     MatrixXd ritz = product(found, stiffness);
     result_.values = eigenpairs_alike(ritz, problem_.comm).array() + problem_.shift;
     turn(found, 0, ritz);
-    result_.converged = static_cast<int>(aside());
   }
 
   const LobpcgProblem& problem_;
@@ -248,6 +277,7 @@ class Lobpcg {
   VectorXd values_, sizes_;  ///< of the iterates: mu, and residuals in the preconditioner's norm
   double least_ = infinity;  ///< size of the lowest iterate when it last halved
   int since_least_ = 0;      ///< iterations since then
+  int since_aside_ = 0;      ///< iterations since a pair was set aside
   MatrixXd aside_, mass_aside_;  ///< pairs that converged
   VectorXd values_aside_;
   LobpcgResult result_;

@@ -26,7 +26,7 @@ struct LobpcgOptions {
   /// Of sqrt(r^T B r / mu), r = A x - mu M x, B the preconditioner, mu = lambda - shift: its square
   /// is about the relative error of mu. A residual below 1e-8 that rounding holds up will do too.
   double tolerance = 1e-10;
-  int max_iterations = 200;
+  int max_iterations = 200;  ///< without a pair that converges
 };
 
 struct LobpcgResult {

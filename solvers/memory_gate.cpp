@@ -101,8 +101,12 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
   decision.linear_solver = LinearSolver::iterative;
   decision.counts = false;
   decision.both_fit = false;
-  decision.coarse_factor = limit - iterative;
+  decision.coarse_factor = room_for_coarse(needs, limit);
   return decision;
+}
+
+std::int64_t room_for_coarse(const MemoryNeeds& needs, std::int64_t limit) {
+  return limit - with_coarser(needs.system) - work(needs, true);
 }
 
 void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision,

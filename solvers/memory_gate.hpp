@@ -39,6 +39,9 @@ MemoryDecision decide(const MemoryNeeds& needs, LinearSolver asked, std::int64_t
 void refuse_large_basis(const MemoryNeeds& needs, const MemoryDecision& decision,
                         std::int64_t limit);
 
+/// [byte] that an iterative solver's factor on a coarser level may take beside these needs.
+std::int64_t room_for_coarse(const MemoryNeeds& needs, std::int64_t limit);
+
 /// What estimates may take beside all that is held while they are made.
 std::int64_t left_for_estimates(const MemoryNeeds& needs, const MemoryDecision& decision,
                                 std::int64_t limit);

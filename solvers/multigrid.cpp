@@ -1,7 +1,5 @@
 #include "solvers/multigrid.hpp"
 
-#include <optional>
-
 #include "solvers/algebraic_multigrid.hpp"
 #include "solvers/rigid.hpp"
 
@@ -12,19 +10,11 @@ namespace {
 constexpr int smoothing_degree = 4;
 
 /// A column of a matrix as PETSc's vector.
-VecHandle wrap(const Eigen::Ref<const Eigen::VectorXd>& column, MPI_Comm comm) {
+VecHandle wrap(const double* values, Eigen::Index rows, MPI_Comm comm) {
   VecHandle out;
-  check(VecCreateMPIWithArray(comm, 3, static_cast<PetscInt>(column.size()), PETSC_DETERMINE,
-                              column.data(), out.put()));
+  check(VecCreateMPIWithArray(comm, 3, static_cast<PetscInt>(rows), PETSC_DETERMINE, values,
+                              out.put()));
   return out;
-}
-
-/// A level's equations factored, if that takes no more memory than is given.
-std::optional<Inverse> factor_within(const System& system, double shift, std::int64_t bytes,
-                                     MPI_Comm comm) {
-  const auto plan = plan_factors(system, comm);
-  if (predict_factor(system, FactorPurpose::solve, plan, comm).bytes > bytes) return std::nullopt;
-  return factored_inverse(system, shift, plan, comm);
 }
 
 }  // namespace
@@ -32,27 +22,28 @@ std::optional<Inverse> factor_within(const System& system, double shift, std::in
 Multigrid::Multigrid(const TetMesh& body, std::span<const Elastic> regions,
                      const System& body_system, double shift, std::int64_t factor_bytes,
                      MPI_Comm comm)
-    : mesh_(body), system_(body_system), comm_(comm) {
-  for (std::size_t level = 0; mesh(level).order > 1; ++level) {
-    smoothers_.push_back(std::make_unique<Smoother>(system(level), shift, smoothing_degree, comm));
-    const int order = mesh(level).order > 2 ? 2 : 1;
-    coarser_.push_back(std::make_unique<PLevel>(
-        coarsen(body, regions, mesh(level), system(level).partition, order, comm)));
-    const auto direct = factor_within(coarser_.back()->system, shift, factor_bytes, comm);
-    if (direct) {
-      coarsest_ = *direct;
+    : system_(body_system), comm_(comm) {
+  const TetMesh* coarsest = &body;
+  while (coarsest->order > 1) {
+    const auto& finer = system(levels() - 1);
+    smoothers_.push_back(std::make_unique<Smoother>(finer, shift, smoothing_degree, comm));
+    const int order = coarsest->order > 2 ? 2 : 1;
+    coarser_.push_back(
+        std::make_unique<PLevel>(coarsen(body, regions, *coarsest, finer.partition, order, comm)));
+    coarsest = &coarser_.back()->mesh;
+    const auto& equations = coarser_.back()->system;
+    const auto plan = plan_factors(equations, comm);
+    const auto size = predict_factor(equations, FactorPurpose::solve, plan, comm);
+    if (size.bytes <= factor_bytes) {
+      factor_bytes_ = size.bytes;
+      coarsest_ = factored_inverse(equations, shift, plan, comm);
       return;
     }
   }
-  const auto& coarsest = mesh(levels() - 1);
-  const auto parts = node_components(coarsest);
   const auto& equations = system(levels() - 1);
-  const RigidMotions motions(coarsest, equations.scales, parts);
+  const auto parts = node_components(*coarsest);
+  const RigidMotions motions(*coarsest, equations.scales, parts);
   coarsest_ = algebraic_multigrid_cycle(equations, motions, shift, comm);
-}
-
-const TetMesh& Multigrid::mesh(std::size_t level) const {
-  return level == 0 ? mesh_ : coarser_[level - 1]->mesh;
 }
 
 const System& Multigrid::system(std::size_t level) const {
@@ -85,8 +76,9 @@ Eigen::MatrixXd Multigrid::prolong(std::size_t level,
                                    const Eigen::Ref<const Eigen::MatrixXd>& coarse) const {
   Eigen::MatrixXd fine(system(level).owned_unknowns(), coarse.cols());
   for (Eigen::Index k = 0; k < coarse.cols(); ++k) {
-    check(MatMult(coarser_[level]->prolongation.get(), wrap(coarse.col(k), comm_).get(),
-                  wrap(fine.col(k), comm_).get()));
+    check(MatMult(coarser_[level]->prolongation.get(),
+                  wrap(coarse.col(k).data(), coarse.rows(), comm_).get(),
+                  wrap(fine.col(k).data(), fine.rows(), comm_).get()));
   }
   return fine;
 }
@@ -95,8 +87,9 @@ Eigen::MatrixXd Multigrid::restriction(std::size_t level,
                                        const Eigen::Ref<const Eigen::MatrixXd>& fine) const {
   Eigen::MatrixXd coarse(system(level + 1).owned_unknowns(), fine.cols());
   for (Eigen::Index k = 0; k < fine.cols(); ++k) {
-    check(MatMultTranspose(coarser_[level]->prolongation.get(), wrap(fine.col(k), comm_).get(),
-                           wrap(coarse.col(k), comm_).get()));
+    check(MatMultTranspose(coarser_[level]->prolongation.get(),
+                           wrap(fine.col(k).data(), fine.rows(), comm_).get(),
+                           wrap(coarse.col(k).data(), coarse.rows(), comm_).get()));
   }
   return coarse;
 }

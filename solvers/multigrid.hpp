@@ -21,7 +21,7 @@ namespace carillon::solvers {
 /// order 1 alone is too stiff for thin walls.
 class Multigrid {
  public:
-  /// @param mesh          is referred to, as is `system`
+  /// @param system        is referred to
   /// @param factor_bytes  [byte] that a factor on a coarser level may take, all ranks together
   /// @throws core::SolverError  a coarse level cannot be set up
   /// @note Collective on comm, as are cycle() and prolong().
@@ -30,8 +30,11 @@ class Multigrid {
 
   std::size_t levels() const { return coarser_.size() + 1; }
   /// Level 0 is the body's own order.
-  const TetMesh& mesh(std::size_t level) const;
   const System& system(std::size_t level) const;
+  /// Of a level below the body's own.
+  const TetMesh& mesh(std::size_t level) const { return coarser_.at(level - 1)->mesh; }
+  /// [byte] that a factor on the coarsest level takes, all ranks together; 0 without one.
+  std::int64_t factor_bytes() const { return factor_bytes_; }
 
   /// One cycle from a level downward: symmetric positive definite, near (K - shift M)^-1.
   void cycle(std::size_t level, const Eigen::Ref<const Eigen::MatrixXd>& right,
@@ -43,12 +46,12 @@ class Multigrid {
   Eigen::MatrixXd restriction(std::size_t level,
                               const Eigen::Ref<const Eigen::MatrixXd>& fine) const;
 
-  const TetMesh& mesh_;
   const System& system_;
   MPI_Comm comm_;
   std::vector<std::unique_ptr<Smoother>> smoothers_;  ///< of all levels but the coarsest
   std::vector<std::unique_ptr<PLevel>> coarser_;
   Inverse coarsest_;
+  std::int64_t factor_bytes_ = 0;
 };
 
 }  // namespace carillon::solvers

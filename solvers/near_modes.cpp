@@ -1,5 +1,7 @@
 #include "solvers/near_modes.hpp"
 
+#include <algorithm>
+
 #include "solvers/lobpcg.hpp"
 #include "solvers/rigid.hpp"
 #include "solvers/start_vectors.hpp"
@@ -8,7 +10,8 @@ namespace carillon::solvers {
 namespace {
 
 /// What a coarser level's modes are worth on the next: no more than the levels differ by.
-constexpr LobpcgOptions rough = {0, 1e-2, 15};
+constexpr double rough = 1e-2;
+constexpr int most_iterations = 15;
 
 }  // namespace
 
@@ -19,26 +22,27 @@ Eigen::MatrixXd near_modes(const Multigrid& levels, double shift, int count, std
     const auto& system = levels.system(level);
     const Eigen::MatrixXd carried =
         modes.size() > 0 ? levels.prolong(level, modes) : Eigen::MatrixXd();
-    // A level may have fewer modes than are asked for.
     modes = start_vectors(system, seed, count);
     modes.leftCols(carried.cols()) = carried;
     if (level == 0) break;
     const auto parts = node_components(levels.mesh(level));
-    const auto rigid =
-        rigid_basis(system, RigidMotions(levels.mesh(level), system.scales, parts), comm);
+    const RigidMotions motions(levels.mesh(level), system.scales, parts);
+    const auto rigid = rigid_basis(system, motions, comm);
     const Products products(system, comm);
     Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());
     products.mass(rigid, mass_rigid);
-    LobpcgOptions options = rough;
-    options.pairs = count;
     const Inverse cycle = [&levels, level](const Eigen::Ref<const Eigen::MatrixXd>& right,
                                            Eigen::Ref<Eigen::MatrixXd> solution) {
       levels.cycle(level, right, solution);
     };
-    modes = lobpcg({&products, system.owned_unknowns(), system.unknowns(), shift, cycle, rigid,
-                    mass_rigid, comm},
-                   options, modes)
-                .vectors;
+    const LobpcgProblem problem = {
+        &products, system.owned_unknowns(), system.unknowns(), shift, cycle, rigid, mass_rigid,
+        comm};
+    // A level may have fewer modes than are asked for.
+    const auto found = std::min<std::int64_t>(count, system.unknowns() - rigid.cols());
+    modes =
+        lobpcg(problem, {static_cast<int>(found), rough, most_iterations}, modes.leftCols(found))
+            .vectors;
   }
   return modes;
 }

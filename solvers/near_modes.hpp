@@ -10,8 +10,8 @@
 namespace carillon::solvers {
 
 /// Vectors near the lowest modes that are not rigid: those of the coarsest level, found from random
-/// ones, carried upward and improved level by level. On the body's own level they are as far off as
-/// the order below is.
+/// ones, carried upward and improved level by level. On the body's own level they are about as far
+/// off as the order below is; with one level alone they are random.
 ///
 /// @param seed  of the random vectors, which depend on nothing else but the nodes
 /// @return owned unknowns x count

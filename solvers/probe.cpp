@@ -31,7 +31,8 @@ double lowest_beside(const EigenPairs& pairs, const System& system, const Shifte
                                  pairs.vectors,
                                  pairs.mass_vectors,
                                  comm};
-  const auto start = start_vectors(system, seed, std::min<Eigen::Index>(width, room));
+  // Others than those that an eigensolver of the same seed began with.
+  const auto start = start_vectors(system, ~seed, std::min<Eigen::Index>(width, room));
   return lobpcg(problem, {1, tolerance, most_iterations}, start).values[0];
 }
 

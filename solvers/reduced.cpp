@@ -25,7 +25,11 @@ void sum_alike(Eigen::MatrixXd& matrix, MPI_Comm comm) {
   } else {
     MPI_Reduce(matrix.data(), nullptr, count, MPI_DOUBLE, MPI_SUM, 0, comm);
   }
-  MPI_Bcast(matrix.data(), count, MPI_DOUBLE, 0, comm);
+  share_first(matrix, comm);
+}
+
+void share_first(Eigen::MatrixXd& matrix, MPI_Comm comm) {
+  MPI_Bcast(matrix.data(), static_cast<int>(matrix.size()), MPI_DOUBLE, 0, comm);
 }
 
 Eigen::VectorXd eigenpairs_alike(Eigen::MatrixXd& matrix, MPI_Comm comm) {
@@ -35,7 +39,7 @@ Eigen::VectorXd eigenpairs_alike(Eigen::MatrixXd& matrix, MPI_Comm comm) {
     if (rank_of(comm) == 0) values = dense_eigenpairs(matrix);
   });
   MPI_Bcast(values.data(), static_cast<int>(values.size()), MPI_DOUBLE, 0, comm);
-  MPI_Bcast(matrix.data(), static_cast<int>(matrix.size()), MPI_DOUBLE, 0, comm);
+  share_first(matrix, comm);
   return values;
 }
 

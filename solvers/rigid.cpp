@@ -7,14 +7,10 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "solvers/reduced.hpp"
 
 namespace carillon::solvers {
 namespace {
-
-void add_over_ranks(Eigen::MatrixXd& matrix, MPI_Comm comm) {
-  MPI_Allreduce(MPI_IN_PLACE, matrix.data(), static_cast<int>(matrix.size()), MPI_DOUBLE, MPI_SUM,
-                comm);
-}
 
 /// R^T M X, from the owned rows.
 Eigen::MatrixXd projections(const System& system, const RigidMotions& motions,
@@ -75,7 +71,7 @@ Eigen::MatrixXd gram_matrix(const System& system, const RigidMotions& motions, M
     const auto first = motions.first_of(node);
     gram.block<6, 6>(first, first) += motions.at(node).transpose() * weighted;
   }
-  add_over_ranks(gram, comm);
+  sum_alike(gram, comm);
   return gram;
 }
 
@@ -103,7 +99,7 @@ RigidSplit split_rigid(const TetMesh& mesh, const System& system,
   const RigidMotions motions(mesh, system.scales, component);
   const auto gram = gram_matrix(system, motions, comm);
   auto projected = projections(system, motions, pairs);
-  add_over_ranks(projected, comm);
+  sum_alike(projected, comm);
   // Part of each pair's kinetic energy that is rigid: 1 or 0, but for rounding.
   const Eigen::MatrixXd normal = gram.llt().matrixL().solve(projected);
   const Eigen::VectorXd share = normal.colwise().squaredNorm();

@@ -176,7 +176,10 @@ class Search {
         const double guess = std::clamp(1.2 * share, 1.5, 4.0) * static_cast<double>(wanted);
         wanted = std::min(enough, static_cast<std::int64_t>(guess));
       }
-      const double beside = lowest_beside(result_.pairs, system_, result_.shifted, seed_, comm_);
+      double beside = 0;
+      agreed(comm_, [&] {
+        beside = lowest_beside(result_.pairs, system_, result_.shifted, seed_, comm_);
+      });
       if (all_found() || beside > highest() * (1 - 1e-6)) {
         result_.all_verified = highest() > top_ || all_found();
         result_.flexible_below_top = found_below(top_);
@@ -237,6 +240,7 @@ class Search {
     // The basis was counted for a first few pairs before there was a number.
     weigh_vectors(system_, pairs, needs_);
     refuse_large_basis(needs_, memory_, options_.memory_limit);
+    make_room();
     result_.spare_memory = left_for_estimates(needs_, memory_, options_.memory_limit);
     EigenRequest request{static_cast<int>(pairs), tolerance(), seed_, options_.solver};
     // Another seed is to find what these may have missed.
@@ -250,6 +254,13 @@ class Search {
            [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
     result_.eigen_solver = result_.pairs.solver;
     judge();
+  }
+
+  /// A coarser level's factor gives way to more vectors.
+  void make_room() {
+    if (memory_.linear_solver != LinearSolver::iterative) return;
+    memory_.coarse_factor = room_for_coarse(needs_, options_.memory_limit);
+    if (result_.shifted.coarse_factor > memory_.coarse_factor) result_.shifted = ShiftedSystem();
   }
 
   /// Makes K - shift M ready to solve with, unless it is.

@@ -57,8 +57,10 @@ json plan_solver(const BuildConfig& config) {
   list.push_back(entry("max_modes", band.max_modes, fmt::format("{}", band.max_modes),
                        "the lowest so many in the band of each material and size"));
   const std::string eigen_solver(solvers::name_of(config.solver.solver));
-  list.push_back(entry("eigen_solver", eigen_solver, eigen_solver,
-                       "dense instead for a few hundred unknowns"));
+  list.push_back(
+      entry("eigen_solver", eigen_solver, eigen_solver,
+            "dense instead for a few hundred unknowns; LOBPCG in place of block Lanczos where "
+            "linear solves are iterative"));
   const std::string linear_solver(solvers::name_of(config.solver.linear_solver));
   list.push_back(entry("linear_solver", linear_solver, linear_solver,
                        linear_solver_reason(config.solver.linear_solver)));

@@ -353,7 +353,7 @@ class Solver(FolderTest):
                 ([], "block_lanczos", "direct"),
                 (["solver.eigen_solver=krylov_schur", "solver.linear_solver=iterative"],
                  "krylov_schur", "iterative"),
-                (["solver.memory_limit=" + LIMIT], "block_lanczos", "iterative")):
+                (["solver.memory_limit=" + LIMIT], "lobpcg", "iterative")):
             _, certificate, _, _ = self.build(f"{eigen_solver}-{len(str(settings))}", *settings)
             self.assertEqual(certificate["eigen_solver"], eigen_solver, settings)
             self.assertEqual(certificate["linear_solver"], linear_solver, settings)

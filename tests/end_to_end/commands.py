@@ -129,10 +129,10 @@ class Solvers(FolderTest):
             self.compare("krylov_schur", "direct", 1e-9, "--cache", "", name, "krylov_schur")
 
     def test_iterative(self):
-        self.compare("block_lanczos", "iterative", 1e-7, "--linear-solver", "iterative")
+        self.compare("lobpcg", "iterative", 1e-7, "--linear-solver", "iterative")
 
     def test_a_small_limit_makes_automatic_iterative(self):
-        self.compare("block_lanczos", "iterative", 1e-7, "--memory-limit", LIMIT)
+        self.compare("lobpcg", "iterative", 1e-7, "--memory-limit", LIMIT)
 
     def test_few_unknowns_are_solved_densely_and_say_so(self):
         mesh = self.write("few.msh", msh_2(*two_part_bar(2)))

@@ -1,4 +1,5 @@
-// Conjugate gradients with multigrid cycles, against direct factors and assembled matrices.
+// Multigrid cycles, and LOBPCG and conjugate gradients with them, against direct factors and
+// assembled matrices.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 

@@ -56,8 +56,14 @@ struct Deflated {
         rigid(rigid_basis(body.system, RigidMotions(body.mesh, body.system.scales, body.component),
                           body.comm)),
         mass_rigid(rigid.rows(), rigid.cols()),
-        problem{&products, body.system.owned_unknowns(), body.system.unknowns(), shift,
-                shifted.preconditioner, rigid, mass_rigid, body.comm} {
+        problem{&products,
+                body.system.owned_unknowns(),
+                body.system.unknowns(),
+                shift,
+                shifted.preconditioner,
+                rigid,
+                mass_rigid,
+                body.comm} {
     products.mass(rigid, mass_rigid);
   }
   Products products;
@@ -87,7 +93,8 @@ TEST(Lobpcg, FindsTheLowestFromRandomVectors) {
   expect_values(found.values, truth.values, wanted, 1e-12);
   Eigen::MatrixXd mass(found.vectors.rows(), found.vectors.cols());
   deflated.products.mass(found.vectors, mass);
-  Eigen::MatrixXd gram = found.vectors.transpose() * mass, along = deflated.rigid.transpose() * mass;
+  Eigen::MatrixXd gram = found.vectors.transpose() * mass,
+                  along = deflated.rigid.transpose() * mass;
   sum_alike(gram, body.comm);
   sum_alike(along, body.comm);
   gram.diagonal().array() -= 1;
@@ -132,6 +139,29 @@ TEST(Lobpcg, GoesOnFromWhatIsKnown) {
   for (int k = 0; k < wanted; ++k) EXPECT_NEAR(near.values[k] / far.values[k], 1, 1e-12) << k;
 }
 
+/// A second solve for more modes pays for the new ones alone.
+TEST(LowestPairs, GoOnFromThoseOfASolveBefore) {
+  const Body body(box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2), MPI_COMM_WORLD);
+  auto iterative = body.iterative();
+  Eigen::Index columns = 0;
+  iterative.preconditioner = [&columns, cycle = iterative.preconditioner](
+                                 const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                 Eigen::Ref<Eigen::MatrixXd> solution) {
+    columns += right.cols();
+    cycle(right, solution);
+  };
+  const auto first = lowest_pairs(body.system, {26, 1e-10, 1}, iterative, body.comm);
+  EigenRequest request{36, 1e-10, 1};
+  columns = 0;
+  const auto anew = lowest_pairs(body.system, request, iterative, body.comm);
+  const auto cost_anew = columns;
+  request.start = first.vectors.rightCols(20);
+  columns = 0;
+  const auto more = lowest_pairs(body.system, request, iterative, body.comm);
+  EXPECT_LT(columns, 0.7 * static_cast<double>(cost_anew));
+  for (std::size_t k = 6; k < 36; ++k) EXPECT_NEAR(more.values[k] / anew.values[k], 1, 1e-11) << k;
+}
+
 /// Modes of the order below, which on straight elements is that order's own space, carried up.
 TEST(NearModes, AreThoseOfTheOrderBelow) {
   const auto box = [](int order) { return box_mesh({0.02, 0.031, 0.053}, {2, 3, 4}, order); };
@@ -155,25 +185,67 @@ TEST(NearModes, AreThoseOfTheOrderBelow) {
   }
 }
 
-/// More vectors than there are dimensions beside the rigid ones: all modes, and an end.
+/// More modes than have a place at a time, on a level that has fewer.
+TEST(NearModes, AreAsManyAsAreAskedFor) {
+  const Body body(box_mesh({0.02, 0.031, 0.053}, {1, 1, 2}, 2), MPI_COMM_WORLD);
+  const auto iterative = body.iterative();
+  const auto levels = body.system.unknowns();
+  ASSERT_GT(levels, 80 + 6);
+  EXPECT_EQ(iterative.near_modes(80, 1).cols(), 80);
+  const auto all = lowest_pairs(body.system, {86, 1e-10, 1}, iterative, body.comm);
+  const auto truth = lowest_pairs(body.system, {86, 1e-12, 1}, body.direct(), body.comm);
+  for (std::size_t k = 6; k < 86; ++k) EXPECT_NEAR(all.values[k] / truth.values[k], 1, 1e-9) << k;
+}
+
+/// More vectors than there are dimensions beside the rigid ones, than have a place at a time too:
+/// all modes, and an end.
 TEST(Lobpcg, EndsWhereTheSpaceEnds) {
   const Body body(box_mesh({0.02, 0.031, 0.053}, {1, 1, 1}, 1), MPI_COMM_SELF);
   const auto direct = body.direct();
   const Deflated deflated(body, direct);
   const auto all = static_cast<int>(body.system.unknowns()) - 6;
-  const auto found =
-      lobpcg(deflated.problem, {all, 1e-9, 200}, start_vectors(body.system, 1, all + 5));
-  EXPECT_EQ(found.values.size(), all);
   const auto truth = lowest_pairs(body.system, {all + 6, 1e-12, 1}, direct, body.comm);
-  expect_values(found.values, truth.values, all, 1e-9);
+  for (const int more : {0, 5, 40}) {
+    const auto found =
+        lobpcg(deflated.problem, {all, 1e-9, 200}, start_vectors(body.system, 1, all + more));
+    EXPECT_EQ(found.values.size(), all);
+    expect_values(found.values, truth.values, all, 1e-9);
+  }
+  // Where nothing is left beside what is known, nothing is found.
+  const LobpcgProblem full = {&deflated.products,     body.system.owned_unknowns(),
+                              body.system.unknowns(), shift,
+                              direct.preconditioner,  truth.vectors,
+                              truth.mass_vectors,     body.comm};
+  const auto none = lobpcg(full, {1, 1e-9, 200}, start_vectors(body.system, 1, 3));
+  EXPECT_EQ(none.values.size(), 0);
+  EXPECT_EQ(none.converged, 0);
+}
+
+/// A mode that shows only when others have been set aside, since its start vector waited for a
+/// place, is among the lowest all the same.
+TEST(Lobpcg, LatecomersConvergeToo) {
+  const Body body(box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2), MPI_COMM_WORLD);
+  const auto direct = body.direct();
+  const Deflated deflated(body, direct);
+  constexpr int wanted = 40;
+  const auto truth = lowest_pairs(body.system, {wanted + 10, 1e-12, 1}, direct, body.comm);
+  // All but the third and the fourth, which come last and roughly.
+  Eigen::MatrixXd start = truth.vectors.middleCols(6, wanted + 4);
+  const auto rough = start_vectors(body.system, 7, 2);
+  const double size = 0.1 * start.col(2).norm() / rough.col(0).norm();
+  const Eigen::MatrixXd late = start.middleCols(2, 2) + size * rough;
+  start.middleCols(2, wanted) = start.rightCols(wanted).eval();
+  start.middleCols(wanted + 2, 2) = late;
+  const auto found = lobpcg(deflated.problem, {wanted, 1e-10, 200}, start);
+  EXPECT_GE(found.converged, wanted);
+  expect_values(found.values, truth.values, wanted, 1e-11);
 }
 
 TEST(Lobpcg, SaysHowManyConverged) {
   const Body body(box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2), MPI_COMM_WORLD);
   const auto direct = body.direct();
   const Deflated deflated(body, direct);
-  const auto found =
-      lobpcg(deflated.problem, {10, 1e-10, 2}, start_vectors(body.system, 1, 14));
+  const auto found = lobpcg(deflated.problem, {10, 1e-10, 2}, start_vectors(body.system, 1, 14));
   EXPECT_EQ(found.iterations, 2);
   EXPECT_LT(found.converged, 10);
   EXPECT_EQ(found.values.size(), 14);
@@ -200,7 +272,8 @@ TEST(Lobpcg, EndsWhereRoundingHoldsItUp) {
   EXPECT_GE(found.converged, wanted);
   EXPECT_LT(found.iterations, 60);
   const auto truth = lowest_pairs(body.system, {wanted + 6, 1e-12, 1}, direct, body.comm);
-  expect_values(found.values, truth.values, wanted, 1e-9);
+  // A value is the rounding of K away from that of another solver.
+  expect_values(found.values, truth.values, wanted, 1e-7);
 }
 
 /// Columns are multiplied eight at a time: any number of them gives what each gives by itself.
