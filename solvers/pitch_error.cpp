@@ -30,6 +30,8 @@ constexpr double edge_cents = 3;
 constexpr double uncancelled = 0.04;
 /// [cents] Below this the solvers' tolerances count.
 constexpr double smallest_error = 0.01;
+/// Part of a change of pitch that its estimate may be off by: modes cross for sure beyond it.
+constexpr double doubtful = 0.07;
 /// Modes treated at once: as many as memory allows, and enough for neighbours to be told apart.
 constexpr std::int64_t least_block = 8, largest_block = 128;
 /// Arrays as large as the fields that live at the same time.
@@ -237,6 +239,26 @@ class Estimator {
   RigidPart rigid_;
 };
 
+/// Sorts by the true eigenvalue, from the order in which modes were found; those that change places
+/// by less than the estimates may be off keep them.
+void put_in_order(std::vector<TrueMode>& modes) {
+  const auto correction = [](const TrueMode& mode) {
+    return mode.found > 0 && std::isfinite(mode.eigenvalue)
+               ? std::abs(cents(mode.found / mode.eigenvalue))
+               : 0;
+  };
+  std::stable_sort(modes.begin(), modes.end(),
+                   [](const TrueMode& a, const TrueMode& b) { return a.found < b.found; });
+  for (std::size_t end = modes.size(); end > 1; --end) {
+    for (std::size_t k = 1; k < end; ++k) {
+      auto &a = modes[k - 1], &b = modes[k];
+      if (!(b.eigenvalue < a.eigenvalue)) continue;
+      const double doubt = doubtful * std::max(correction(a), correction(b));
+      if (cents(a.eigenvalue / b.eigenvalue) > doubt) std::swap(a, b);
+    }
+  }
+}
+
 /// How many modes to treat at once: blocks of equal size within the bounds.
 Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memory) {
   const auto by_mode = field_arrays * 24 * static_cast<std::int64_t>(nodes);
@@ -262,8 +284,7 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
     if (!(mode.eigenvalue > 0)) mode.eigenvalue = unknown;
     if (!(mode.uncertainty >= 0)) mode.uncertainty = unknown;
   }
-  std::sort(truth.begin(), truth.end(),
-            [](const TrueMode& a, const TrueMode& b) { return a.eigenvalue < b.eigenvalue; });
+  put_in_order(truth);
   std::vector<double> out;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const double error = std::abs(cents(found[k] / truth[k].eigenvalue));

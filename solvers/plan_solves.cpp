@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "solvers/solve_materials.hpp"
@@ -12,8 +13,6 @@ constexpr double lowest_ratio = 0, highest_ratio = 0.46;
 constexpr double three_snapshots[] = {0.10, 0.30, 0.44};
 /// Ratios this close to each other need two snapshots only.
 constexpr double narrow = 0.12;
-/// Doing without one basis for all must bring the cost down to this part.
-constexpr double worth_splitting = 2.0 / 3;
 
 bool close(double a, double b) {
   return std::abs(a - b) <= 1e-12 * std::abs(b);
@@ -37,12 +36,6 @@ bool same_contrasts(const std::vector<Elastic>& a, const std::vector<Elastic>& b
   return true;
 }
 
-/// Band's top over the speed of sound [1/m].
-double top_of(const ModeRequest& request) {
-  const auto& first = request.regions[0];
-  return request.band.max_frequency * std::sqrt(first.density / first.youngs_modulus);
-}
-
 std::vector<double> snapshots_for(std::span<const ModeRequest> requests,
                                   const std::vector<std::size_t>& members) {
   double low = 0.5, high = -1;
@@ -56,41 +49,52 @@ std::vector<double> snapshots_for(std::span<const ModeRequest> requests,
   return {middle - half, middle + half};
 }
 
-/// A run of requests by ascending top, served in one of two ways.
+/// Processor time of finding so many modes, that of one of few being 1: ordering, counting and
+/// factoring, iterations, and orthogonalising. Fitted to a tile of 13,872 unknowns with 60 and with
+/// 390 modes (docs/performance.md), as are the other two.
+double cost_of_solve(double modes) {
+  return 20 + modes + modes * modes / 325;
+}
+/// Joining snapshots that hold the modes of so many.
+double cost_of_basis(double modes) {
+  return 0.57 * modes + modes * modes / 280;
+}
+/// One request's modes from a basis.
+double cost_of_ritz(double modes) {
+  return 0.2 * modes + modes * modes / 2500;
+}
+
+/// A run of requests by ascending number of modes, served in one of two ways.
 struct Run {
   SolveGroup group;
   double cost = 0;
 };
 
-Run alone(std::span<const ModeRequest> requests, std::vector<std::size_t> members, double fixed) {
+Run alone(std::span<const double> modes, std::vector<std::size_t> members) {
   double cost = 0;
-  for (const auto i : members) cost += fixed + top_of(requests[i]);
+  for (const auto i : members) cost += cost_of_solve(modes[i]);
   return {{std::move(members), {}}, cost};
 }
 
-Run joined(std::span<const ModeRequest> requests, std::vector<std::size_t> members, double fixed) {
+Run joined(std::span<const ModeRequest> requests, std::span<const double> modes,
+           std::vector<std::size_t> members) {
   auto snapshots = snapshots_for(requests, members);
-  const double cost =
-      static_cast<double>(snapshots.size()) * (fixed + top_of(requests[members.back()]));
+  const double most = modes[members.back()];
+  const double cost = static_cast<double>(snapshots.size()) * cost_of_solve(most) +
+                      cost_of_basis(most) +
+                      static_cast<double>(members.size()) * cost_of_ritz(most);
   return {{std::move(members), std::move(snapshots)}, cost};
 }
 
-/// Serves requests of ascending tops.
-void split(std::span<const ModeRequest> requests, const std::vector<std::size_t>& members,
-           std::vector<SolveGroup>& out) {
-  const double fixed = top_of(requests[members.front()]);
-  auto whole = joined(requests, members, fixed);
-  if (members.size() <= whole.group.snapshots.size()) {
-    out.push_back(alone(requests, members, fixed).group);
-    return;
-  }
+/// Serves requests of ascending numbers of modes by the cheapest cut into runs.
+void split(std::span<const ModeRequest> requests, std::span<const double> modes,
+           const std::vector<std::size_t>& members, std::vector<SolveGroup>& out) {
   const auto best_run = [&](std::size_t from, std::size_t to) {
     const std::vector<std::size_t> part(members.begin() + static_cast<std::ptrdiff_t>(from),
                                         members.begin() + static_cast<std::ptrdiff_t>(to));
-    auto a = alone(requests, part, fixed), b = joined(requests, part, fixed);
-    return b.cost < a.cost ? b : a;
+    auto a = alone(modes, part), b = joined(requests, modes, part);
+    return b.group.snapshots.size() < part.size() && b.cost < a.cost ? b : a;
   };
-  // The cheapest cut into runs.
   const auto count = members.size();
   std::vector<double> cost(count + 1, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> from(count + 1, 0);
@@ -104,10 +108,6 @@ void split(std::span<const ModeRequest> requests, const std::vector<std::size_t>
       }
     }
   }
-  if (cost[count] > worth_splitting * whole.cost) {
-    out.push_back(std::move(whole.group));
-    return;
-  }
   for (std::size_t to = count; to > 0; to = from[to]) {
     out.push_back(best_run(from[to], to).group);
   }
@@ -115,7 +115,29 @@ void split(std::span<const ModeRequest> requests, const std::vector<std::size_t>
 
 }  // namespace
 
-std::vector<SolveGroup> plan_solves(std::span<const ModeRequest> requests) {
+double expected_modes(double volume, double thickness, const Elastic& elastic, double frequency) {
+  const double area = volume / thickness, nu = elastic.poisson_ratio;
+  const double plane = elastic.youngs_modulus / elastic.density;
+  const double plate = std::sqrt(plane / (1 - nu * nu)), shear = std::sqrt(plane / (2 + 2 * nu)),
+               dilatation = std::sqrt(plane * (1 - nu) / ((1 + nu) * (1 - 2 * nu)));
+  const double bending = std::sqrt(3.0) * area * frequency / (plate * thickness);
+  const double in_plane =
+      std::numbers::pi * area * frequency * frequency * (std::pow(plate, -2) + std::pow(shear, -2));
+  const double solid = 4 * std::numbers::pi / 3 * volume * std::pow(frequency, 3) *
+                       (2 * std::pow(shear, -3) + std::pow(dilatation, -3));
+  return bending + in_plane + solid;
+}
+
+std::vector<SolveGroup> plan_solves(const TetMesh& mesh, std::span<const ModeRequest> requests) {
+  const double volume = measure_quality(mesh).volume, thickness = mean_thickness(mesh);
+  std::vector<double> modes;  // of each request's solve
+  for (const auto& request : requests) {
+    const auto below = [&](double frequency) {
+      return expected_modes(volume, thickness, request.regions[0], frequency);
+    };
+    modes.push_back(std::min(below(request.band.max_frequency),
+                             below(request.band.bottom()) + request.band.max_modes));
+  }
   std::vector<std::vector<std::size_t>> classes;
   std::vector<SolveGroup> groups;
   for (std::size_t i = 0; i < requests.size(); ++i) {
@@ -134,10 +156,9 @@ std::vector<SolveGroup> plan_solves(std::span<const ModeRequest> requests) {
     }
   }
   for (auto& members : classes) {
-    std::stable_sort(members.begin(), members.end(), [&](std::size_t a, std::size_t b) {
-      return top_of(requests[a]) < top_of(requests[b]);
-    });
-    split(requests, members, groups);
+    std::stable_sort(members.begin(), members.end(),
+                     [&](std::size_t a, std::size_t b) { return modes[a] < modes[b]; });
+    split(requests, modes, members, groups);
   }
   return groups;
 }

@@ -192,7 +192,7 @@ std::vector<Modes> solve_materials(const TetMesh& mesh, std::span<const ModeRequ
     return solve_materials(bounded, requests, options, comm, cache, trace);
   }
   std::vector<Modes> out(requests.size());
-  for (const auto& group : plan_solves(requests)) {
+  for (const auto& group : plan_solves(mesh, requests)) {
     if (!group.snapshots.empty()) {
       auto modes = cached_together(mesh, requests, group, options, comm, cache, trace);
       for (std::size_t k = 0; k < modes.size(); ++k) {

@@ -30,14 +30,18 @@ struct SolveGroup {
 ///
 /// One basis of three snapshots (two where the ratios lie within 0.12 of each other) serves every
 /// request whose regions share one Poisson's ratio between 0 and 0.46 and the same contrasts of
-/// moduli and densities; up to three requests are no dearer alone. A solve is taken to cost as much
-/// as its band's top, in frequency times size over the speed of sound, plus that of the lowest
-/// request (counting and factoring); requests are split by their tops into several groups where
-/// that saves more than a third.
+/// moduli and densities, where that is cheaper than solving each: a basis must hold the modes of
+/// the request that has most. Requests are split by how many modes they are expected to have
+/// (expected_modes, max_modes).
 ///
 /// The three ratios are 0.10, 0.30 and 0.44 whatever is asked for, so that a material's modes
 /// hardly depend on which others there are.
-std::vector<SolveGroup> plan_solves(std::span<const ModeRequest> requests);
+std::vector<SolveGroup> plan_solves(const TetMesh& mesh, std::span<const ModeRequest> requests);
+
+/// Modes to expect below a frequency [Hz], to a factor of two or so: bending and in-plane waves of
+/// a plate of the body's volume [m^3] and mean thickness [m], and waves in its volume (asymptotic
+/// mode counts: Lyon and DeJong 1995, Theory and Application of Statistical Energy Analysis).
+double expected_modes(double volume, double thickness, const Elastic& elastic, double frequency);
 
 /// Modes of one shape in several materials: solve_modes() of every request, by as few eigensolves
 /// as plan_solves() says. Modes from a basis are certified: every frequency lies within

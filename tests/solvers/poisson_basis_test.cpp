@@ -130,16 +130,16 @@ TEST(PoissonBasis, NarrowRangesNeedTwoSnapshots) {
 TEST(PoissonBasis, AuxeticAndNearlyIncompressibleMaterialsAreSolvedAlone) {
   const auto body = bodies()[1];
   std::vector<ModeRequest> requests;
-  for (const double ratio : {-0.3, 0.15, 0.2, 0.3, 0.4, 0.49}) {
+  for (const double ratio : {-0.3, 0.49, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4}) {
     requests.push_back(request(ratio, body.band));
   }
   core::Trace trace;
   const auto sets = solved_together(body.mesh, requests, trace);
-  for (const std::size_t i : {0u, 5u}) {
+  for (const std::size_t i : {0u, 1u}) {
     EXPECT_EQ(sets[i].certificate.snapshots, 0);
     EXPECT_EQ(sets[i].eigenvalues, solved_alone(body.mesh, requests[i]).eigenvalues);
   }
-  for (const std::size_t i : {1u, 2u, 3u, 4u}) EXPECT_EQ(sets[i].certificate.snapshots, 3);
+  for (std::size_t i = 2; i < sets.size(); ++i) EXPECT_EQ(sets[i].certificate.snapshots, 3);
   EXPECT_EQ(trace.stages["solve"].calls, 5);
 }
 
@@ -303,6 +303,32 @@ TEST(PoissonBasis, NothingIsSolvedTwice) {
   }
 }
 
+/// A glass plate has some 55 modes below 20 kHz (53 in steel's stiffness by a solve).
+TetMesh plate() {
+  auto mesh = test::box_mesh({0.2, 0.2, 0.008}, {4, 4, 1}, 1);
+  mesh.faces = boundary_faces(mesh);
+  return mesh;
+}
+
+std::size_t solves_of(const std::vector<SolveGroup>& groups) {
+  std::size_t solves = 0;
+  for (const auto& group : groups) solves += group.solves();
+  return solves;
+}
+
+TEST(PlanSolves, ModesAreExpectedToAFactorOfTwo) {
+  for (const auto& body : bodies()) {
+    auto mesh = body.mesh;
+    if (mesh.faces.empty()) mesh.faces = boundary_faces(mesh);
+    const auto wanted = request(0.25, body.band);
+    const auto found = solved_alone(mesh, wanted).certificate.modes_in_band;
+    const double expected = expected_modes(measure_quality(mesh).volume, mean_thickness(mesh),
+                                           wanted.regions[0], body.band.max_frequency);
+    EXPECT_LT(std::abs(std::log2((expected + 5) / static_cast<double>(found + 5))), 1.3)
+        << body.name << ": " << found << ", expected " << expected;
+  }
+}
+
 TEST(PlanSolves, AFewRatiosAreSolvedOneByOne) {
   const Band band{20, 20000, 300};
   for (std::size_t count = 1; count <= 3; ++count) {
@@ -310,36 +336,37 @@ TEST(PlanSolves, AFewRatiosAreSolvedOneByOne) {
     for (std::size_t i = 0; i < count; ++i) {
       requests.push_back(request(0.15 + 0.1 * static_cast<double>(i), band));
     }
-    std::size_t solves = 0;
-    for (const auto& group : plan_solves(requests)) solves += group.solves();
-    EXPECT_EQ(solves, count);
+    EXPECT_EQ(solves_of(plan_solves(plate(), requests)), count);
   }
 }
 
 TEST(PlanSolves, SoftMaterialsAreKeptApartWhereThatPays) {
-  const Band band{20, 20000, 300};
   std::vector<ModeRequest> requests;
+  const auto plan = [&](int max_modes) {
+    auto limited = requests;
+    for (auto& one : limited) one.band.max_modes = max_modes;
+    return plan_solves(plate(), limited);
+  };
   for (const double ratio : {0.17, 0.2, 0.25, 0.29, 0.33, 0.37}) {
-    requests.push_back(request(ratio, band));
+    requests.push_back(request(ratio, {20, 20000, 0}));
   }
-  ASSERT_EQ(plan_solves(requests).size(), 1u);
-  // Four times slower waves than glass: plastic. One basis still does.
-  requests.push_back(request(0.36, band, 7e10 / 16));
-  auto groups = plan_solves(requests);
+  auto groups = plan(1000);
   ASSERT_EQ(groups.size(), 1u);
   EXPECT_EQ(groups[0].snapshots, (std::vector<double>{0.10, 0.30, 0.44}));
   EXPECT_EQ(groups[0].solves(), 3u);
-  // A hundred times slower: foam.
-  requests.push_back(request(0.35, band, 7e6));
-  groups = plan_solves(requests);
-  std::size_t solves = 0;
-  for (const auto& group : groups) solves += group.solves();
-  EXPECT_LE(solves, 5u);
+  // A hundred times slower: foam, with a hundred times the modes.
+  requests.push_back(request(0.35, {20, 20000, 0}, 7e6));
+  groups = plan(1000);
+  EXPECT_EQ(solves_of(groups), 4u);
   const auto foam = std::find_if(groups.begin(), groups.end(), [](const SolveGroup& group) {
-    return std::count(group.requests.begin(), group.requests.end(), 7u) == 1;
+    return std::count(group.requests.begin(), group.requests.end(), 6u) == 1;
   });
   ASSERT_NE(foam, groups.end());
   EXPECT_EQ(foam->requests.size(), 1u);
+  // Where all are held to as many modes, it is a material like the others.
+  groups = plan(30);
+  ASSERT_EQ(groups.size(), 1u);
+  EXPECT_EQ(groups[0].solves(), 3u);
 }
 
 TEST(PlanSolves, EveryRequestIsServedOnce) {
@@ -351,7 +378,7 @@ TEST(PlanSolves, EveryRequestIsServedOnce) {
                                  std::pow(10.0, *rc::gen::inRange(60, 115) / 10.0)));
     }
     std::vector<int> served(count, 0);
-    for (const auto& group : plan_solves(requests)) {
+    for (const auto& group : plan_solves(plate(), requests)) {
       for (const auto i : group.requests) ++served[i];
       RC_ASSERT(group.solves() <= group.requests.size());
       RC_ASSERT(std::is_sorted(group.snapshots.begin(), group.snapshots.end()));
