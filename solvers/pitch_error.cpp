@@ -30,8 +30,6 @@ constexpr double edge_cents = 3;
 constexpr double uncancelled = 0.04;
 /// [cents] Below this the solvers' tolerances count.
 constexpr double smallest_error = 0.01;
-/// Part of a change of pitch that its estimate may be off by: modes cross for sure beyond it.
-constexpr double doubtful = 0.07;
 /// Modes treated at once: as many as memory allows, and enough for neighbours to be told apart.
 constexpr std::int64_t least_block = 8, largest_block = 128;
 /// Arrays as large as the fields that live at the same time.
@@ -173,14 +171,19 @@ TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
     const double moved = field.dot(form.a.topLeftCorner(fields, fields) * field) /
                              field.dot(form.m.topLeftCorner(fields, fields) * field) +
                          shift;
-    double change = saturated.missed(cents(after / before));
+    // Not all that may be missed is missed: half of it tells best in which order modes come.
+    const double measured = cents(after / before);
+    double change = saturated.missed(measured), likely = (measured + change) / 2;
     if (has_gaps) {
       const double gain = corrected.dot(form.a_gain * corrected) -
                           ritz.eigenvalues()[j] * corrected.dot(form.m_gain * corrected);
-      change += cents(std::exp(std::clamp(gain / after, -1.0, 1.0)));
+      const double closed = cents(std::exp(std::clamp(gain / after, -1.0, 1.0)));
+      change += closed;
+      likely += closed;
     }
-    out.modes.push_back(
-        {before, before * std::exp2(change / 600), uncancelled * std::abs(cents(moved / before))});
+    out.modes.push_back({before, before * std::exp2(change / 600),
+                         uncancelled * std::abs(cents(moved / before)),
+                         before * std::exp2(likely / 600)});
   }
   return out;
 }
@@ -239,26 +242,6 @@ class Estimator {
   RigidPart rigid_;
 };
 
-/// Sorts by the true eigenvalue, from the order in which modes were found; those that change places
-/// by less than the estimates may be off keep them.
-void put_in_order(std::vector<TrueMode>& modes) {
-  const auto correction = [](const TrueMode& mode) {
-    return mode.found > 0 && std::isfinite(mode.eigenvalue)
-               ? std::abs(cents(mode.found / mode.eigenvalue))
-               : 0;
-  };
-  std::stable_sort(modes.begin(), modes.end(),
-                   [](const TrueMode& a, const TrueMode& b) { return a.found < b.found; });
-  for (std::size_t end = modes.size(); end > 1; --end) {
-    for (std::size_t k = 1; k < end; ++k) {
-      auto &a = modes[k - 1], &b = modes[k];
-      if (!(b.eigenvalue < a.eigenvalue)) continue;
-      const double doubt = doubtful * std::max(correction(a), correction(b));
-      if (cents(a.eigenvalue / b.eigenvalue) > doubt) std::swap(a, b);
-    }
-  }
-}
-
 /// How many modes to treat at once: blocks of equal size within the bounds.
 Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memory) {
   const auto by_mode = field_arrays * 24 * static_cast<std::int64_t>(nodes);
@@ -282,9 +265,11 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
   constexpr double unknown = std::numeric_limits<double>::infinity();
   for (auto& mode : truth) {
     if (!(mode.eigenvalue > 0)) mode.eigenvalue = unknown;
+    if (!(mode.likely > 0)) mode.likely = mode.eigenvalue;
     if (!(mode.uncertainty >= 0)) mode.uncertainty = unknown;
   }
-  put_in_order(truth);
+  std::sort(truth.begin(), truth.end(),
+            [](const TrueMode& a, const TrueMode& b) { return a.likely < b.likely; });
   std::vector<double> out;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const double error = std::abs(cents(found[k] / truth[k].eigenvalue));
@@ -301,7 +286,7 @@ TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regi
   const auto count = static_cast<Eigen::Index>(chosen.size());
   TrueModes out{{}, Eigen::MatrixXd::Identity(count, count)};
   for (const double value : eigenvalues) {
-    out.modes.push_back({value, std::numeric_limits<double>::infinity(), 0});
+    out.modes.push_back({value, std::numeric_limits<double>::infinity(), 0, 0});
   }
   if (chosen.empty()) return out;
   int ranks = 1;
@@ -327,10 +312,10 @@ TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regi
     for (Eigen::Index k = 0; k < size; ++k) {
       const auto& mode = truth.modes[static_cast<std::size_t>(k)];
       out.modes[static_cast<std::size_t>(first + k)] = {unit * mode.found, unit * mode.eigenvalue,
-                                                        mode.uncertainty};
+                                                        mode.uncertainty, unit * mode.likely};
     }
   }
-  MPI_Bcast(out.modes.data(), static_cast<int>(3 * out.modes.size()), MPI_DOUBLE, 0, comm);
+  MPI_Bcast(out.modes.data(), static_cast<int>(4 * out.modes.size()), MPI_DOUBLE, 0, comm);
   MPI_Bcast(out.shares.data(), static_cast<int>(out.shares.size()), MPI_DOUBLE, 0, comm);
   return out;
 }

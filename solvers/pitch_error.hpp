@@ -17,6 +17,9 @@ struct TrueMode {
   double found = 0;        ///< eigenvalue where its shape lay at the solved order [rad^2/s^2]
   double eigenvalue = 0;   ///< its own [rad^2/s^2]; infinite where nothing can be said
   double uncertainty = 0;  ///< [cents] by which its pitch is unknown in any case
+  /// The same with half of what is added for what the next order misses, which is most of what it
+  /// may miss: tells in which order modes come. 0: `eigenvalue` does.
+  double likely = 0;
 };
 
 struct TrueModes {
@@ -26,8 +29,7 @@ struct TrueModes {
 
 /// The k-th of the eigenvalues `found`, ascending, is compared with the k-th of those that should
 /// be: modes that lie in the wrong order are off by as much as the frequencies in their places are,
-/// and the bases of repeated modes do not matter. Modes that would change places by less than
-/// 7 % of what either is off keep them: estimates of coarse elements overshoot by as much.
+/// and the bases of repeated modes do not matter.
 /// @param truth  as many, in any order
 /// @return [cents] at least 0.01 (what solver tolerances leave open)
 std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth);
