@@ -13,6 +13,8 @@ constexpr double lowest_ratio = 0, highest_ratio = 0.46;
 constexpr double three_snapshots[] = {0.10, 0.30, 0.44};
 /// Ratios this close to each other need two snapshots only.
 constexpr double narrow = 0.12;
+/// Doing without one basis for all must bring the cost down to this part.
+constexpr double worth_splitting = 2.0 / 3;
 
 bool close(double a, double b) {
   return std::abs(a - b) <= 1e-12 * std::abs(b);
@@ -86,7 +88,8 @@ Run joined(std::span<const ModeRequest> requests, std::span<const double> modes,
   return {{std::move(members), std::move(snapshots)}, cost};
 }
 
-/// Serves requests of ascending numbers of modes by the cheapest cut into runs.
+/// Serves requests of ascending numbers of modes from one basis, or by the cheapest cut into
+/// runs where that is much cheaper.
 void split(std::span<const ModeRequest> requests, std::span<const double> modes,
            const std::vector<std::size_t>& members, std::vector<SolveGroup>& out) {
   const auto best_run = [&](std::size_t from, std::size_t to) {
@@ -96,6 +99,7 @@ void split(std::span<const ModeRequest> requests, std::span<const double> modes,
     return b.group.snapshots.size() < part.size() && b.cost < a.cost ? b : a;
   };
   const auto count = members.size();
+  auto whole = joined(requests, modes, members);
   std::vector<double> cost(count + 1, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> from(count + 1, 0);
   cost[0] = 0;
@@ -107,6 +111,10 @@ void split(std::span<const ModeRequest> requests, std::span<const double> modes,
         from[to] = begin;
       }
     }
+  }
+  if (whole.group.snapshots.size() < count && cost[count] > worth_splitting * whole.cost) {
+    out.push_back(std::move(whole.group));
+    return;
   }
   for (std::size_t to = count; to > 0; to = from[to]) {
     out.push_back(best_run(from[to], to).group);

@@ -30,9 +30,9 @@ struct SolveGroup {
 ///
 /// One basis of three snapshots (two where the ratios lie within 0.12 of each other) serves every
 /// request whose regions share one Poisson's ratio between 0 and 0.46 and the same contrasts of
-/// moduli and densities, where that is cheaper than solving each: a basis must hold the modes of
-/// the request that has most. Requests are split by how many modes they are expected to have
-/// (expected_modes, max_modes).
+/// moduli and densities; up to three requests are no dearer alone. A basis must hold the modes of
+/// the request that has most: requests are split by how many they are expected to have
+/// (expected_modes, max_modes) where that saves more than a third.
 ///
 /// The three ratios are 0.10, 0.30 and 0.44 whatever is asked for, so that a material's modes
 /// hardly depend on which others there are.
