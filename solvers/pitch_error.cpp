@@ -315,7 +315,8 @@ TrueModes estimate_true_modes(const TetMesh& mesh, std::span<const Elastic> regi
                                                         mode.uncertainty, unit * mode.likely};
     }
   }
-  MPI_Bcast(out.modes.data(), static_cast<int>(4 * out.modes.size()), MPI_DOUBLE, 0, comm);
+  MPI_Bcast(out.modes.data(), static_cast<int>(sizeof(TrueMode) * out.modes.size()), MPI_BYTE, 0,
+            comm);
   MPI_Bcast(out.shares.data(), static_cast<int>(out.shares.size()), MPI_DOUBLE, 0, comm);
   return out;
 }

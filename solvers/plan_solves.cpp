@@ -13,6 +13,7 @@ constexpr double lowest_ratio = 0, highest_ratio = 0.46;
 constexpr double three_snapshots[] = {0.10, 0.30, 0.44};
 /// Ratios this close to each other need two snapshots only.
 constexpr double narrow = 0.12;
+constexpr std::size_t least_snapshots = 2;
 /// Doing without one basis for all must bring the cost down to this part.
 constexpr double worth_splitting = 2.0 / 3;
 
@@ -36,6 +37,22 @@ bool same_contrasts(const std::vector<Elastic>& a, const std::vector<Elastic>& b
     }
   }
   return true;
+}
+
+/// Modes that a solve of each request is expected to find; not looked at where too few are there to
+/// share a basis.
+std::vector<double> modes_of_solves(const TetMesh& mesh, std::span<const ModeRequest> requests) {
+  std::vector<double> modes(requests.size(), 0.0);
+  if (requests.size() <= least_snapshots) return modes;
+  const double volume = measure_quality(mesh).volume, thickness = mean_thickness(mesh);
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    const auto& [regions, band] = requests[i];
+    const auto below = [&, &elastic = regions[0]](double frequency) {
+      return expected_modes(volume, thickness, elastic, frequency);
+    };
+    modes[i] = std::min(below(band.max_frequency), below(band.bottom()) + band.max_modes);
+  }
+  return modes;
 }
 
 std::vector<double> snapshots_for(std::span<const ModeRequest> requests,
@@ -137,15 +154,7 @@ double expected_modes(double volume, double thickness, const Elastic& elastic, d
 }
 
 std::vector<SolveGroup> plan_solves(const TetMesh& mesh, std::span<const ModeRequest> requests) {
-  const double volume = measure_quality(mesh).volume, thickness = mean_thickness(mesh);
-  std::vector<double> modes;  // of each request's solve
-  for (const auto& request : requests) {
-    const auto below = [&](double frequency) {
-      return expected_modes(volume, thickness, request.regions[0], frequency);
-    };
-    modes.push_back(std::min(below(request.band.max_frequency),
-                             below(request.band.bottom()) + request.band.max_modes));
-  }
+  const auto modes = modes_of_solves(mesh, requests);
   std::vector<std::vector<std::size_t>> classes;
   std::vector<SolveGroup> groups;
   for (std::size_t i = 0; i < requests.size(); ++i) {

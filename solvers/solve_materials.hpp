@@ -38,7 +38,7 @@ struct SolveGroup {
 /// hardly depend on which others there are.
 std::vector<SolveGroup> plan_solves(const TetMesh& mesh, std::span<const ModeRequest> requests);
 
-/// Modes to expect below a frequency [Hz], to a factor of two or so: bending and in-plane waves of
+/// Modes to expect below a frequency [Hz], to a factor of 2.5: bending and in-plane waves of
 /// a plate of the body's volume [m^3] and mean thickness [m], and waves in its volume (asymptotic
 /// mode counts: Lyon and DeJong 1995, Theory and Application of Statistical Energy Analysis).
 double expected_modes(double volume, double thickness, const Elastic& elastic, double frequency);

@@ -303,7 +303,7 @@ TEST(PoissonBasis, NothingIsSolvedTwice) {
   }
 }
 
-/// A glass plate has some 55 modes below 20 kHz (53 in steel's stiffness by a solve).
+/// Some forty modes below 20 kHz are expected of it in a stiff material.
 TetMesh plate() {
   auto mesh = test::box_mesh({0.2, 0.2, 0.008}, {4, 4, 1}, 1);
   mesh.faces = boundary_faces(mesh);
@@ -316,7 +316,8 @@ std::size_t solves_of(const std::vector<SolveGroup>& groups) {
   return solves;
 }
 
-TEST(PlanSolves, ModesAreExpectedToAFactorOfTwo) {
+/// To a factor of 2.5, beside five that matter little.
+TEST(PlanSolves, AboutAsManyModesAreExpectedAsThereAre) {
   for (const auto& body : bodies()) {
     auto mesh = body.mesh;
     if (mesh.faces.empty()) mesh.faces = boundary_faces(mesh);
