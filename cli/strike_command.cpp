@@ -72,7 +72,10 @@ void run_strike(const StrikeOptions& options, Context& context) {
   const synth::Strike strike = make_strike(options, body.modes);
   std::vector<synth::Listener> listeners;
   if (!options.listener.empty()) listeners.push_back({parse_position(options.listener)});
-  const synth::RingDown rings = synth::ring_down(body.modes, body.decay_rates, strike, listeners);
+  const synth::RingDown rings =
+      synth::ring_down(body.modes, body.decay_rates, strike,
+                       listeners.empty() ? synth::point_velocity(body.modes, strike.point)
+                                         : synth::monopole(body.modes, listeners));
   const double seconds = core::parse_quantity(options.seconds, core::Dimension::time);
   core::AudioClip clip;
   clip.sample_rate = static_cast<int>(options.sample_rate);
@@ -87,7 +90,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   core::write_wav(options.output, clip, core::SampleFormat::float32);
 
   const solvers::Vec3 position = synth::frame_at(body.modes.surface, strike.point).position;
-  const char* unit = rings.pressure ? "Pa" : "m/s";
+  const std::string& unit = rings.readout.unit;
   if (context.json) {
     nlohmann::json json = {{"file", options.output},
                            {"modes", body.modes.size()},

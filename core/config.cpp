@@ -270,6 +270,15 @@ void ConfigNode::fail(const std::string& key, const std::string& message,
                 hint);
 }
 
+std::string ConfigNode::where(const std::string& key) const {
+  const ConfigEntry* entry = impl_->entry(key);
+  if (entry == nullptr) return "";
+  const ConfigPlace& place = entry->key_place;
+  if (!place.override_by.empty()) return place.text("");
+  return fmt::format("{}:{}", std::filesystem::path(impl_->document->file_name).filename().string(),
+                     place.line);
+}
+
 std::string ConfigNode::path() const {
   return impl_->path;
 }

@@ -71,6 +71,9 @@ class ConfigNode {
   [[noreturn]] void fail(const std::string& key, const std::string& message,
                          const std::string& hint = {}) const;
 
+  /// Where `key` was written, e.g. `smoke.yaml:14` or `--set room.order=2`; "" when it is missing.
+  std::string where(const std::string& key) const;
+
   /// Path of this node, e.g. `objects[0]`; "" for the root.
   std::string path() const;
 

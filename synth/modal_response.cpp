@@ -148,8 +148,10 @@ Motion ModalResponse::after_contact(double tau) const {
   return {q, v, -2 * decay_rate_ * v - eigenvalue_ * q};
 }
 
-std::array<Partial, 2> ModalResponse::partials(Quantity quantity) const {
-  const auto power = [&](const Complex& s) { return quantity == Quantity::velocity ? s : s * s; };
+std::array<Partial, 2> ModalResponse::partials(const Weights& weights) const {
+  const auto power = [&](const Complex& s) {
+    return weights.displacement + s * (weights.velocity + s * weights.acceleration);
+  };
   const Complex first = first_pole();
   if (oscillates_) {
     const auto omega = std::sqrt(static_cast<long double>(eigenvalue_));
@@ -166,7 +168,7 @@ std::array<Partial, 2> ModalResponse::partials(Quantity quantity) const {
       Partial{-power(second) * pulse_transform(second, contact_time_) / width, -second.real(), 0}};
 }
 
-double ModalResponse::bound_after_contact(double tau, Quantity quantity) const {
+double ModalResponse::bound_after_contact(double tau, const Weights& weights) const {
   // With e the slower decay, |slope| <= tau e, and |slope_rate| and |start| <= e + fast |slope|.
   // tau e rises until 1 / rate: before that its maximum is what counts.
   const double rate = oscillates_ ? decay_rate_ : -first_pole().real();
@@ -177,7 +179,8 @@ double ModalResponse::bound_after_contact(double tau, Quantity quantity) const {
   const double q = std::abs(at_end_.displacement) * start + std::abs(at_end_.velocity) * slope;
   const double v =
       eigenvalue_ * std::abs(at_end_.displacement) * slope + std::abs(at_end_.velocity) * start;
-  return quantity == Quantity::velocity ? v : 2 * decay_rate_ * v + eigenvalue_ * q;
+  return std::abs(weights.displacement) * q + std::abs(weights.velocity) * v +
+         std::abs(weights.acceleration) * (2 * decay_rate_ * v + eigenvalue_ * q);
 }
 
 }  // namespace carillon::synth

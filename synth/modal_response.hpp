@@ -12,7 +12,17 @@ struct Motion {
   double acceleration = 0;
 };
 
-enum class Quantity { velocity, acceleration };
+/// Weights of a motion's parts in an output.
+struct Weights {
+  double displacement = 0;
+  double velocity = 0;
+  double acceleration = 0;
+  double of(const Motion& motion) const {
+    return displacement * motion.displacement + velocity * motion.velocity +
+           acceleration * motion.acceleration;
+  }
+  bool any() const { return displacement != 0 || velocity != 0 || acceleration != 0; }
+};
 
 /// One exponential of a free decay: Re(amplitude exp((-decay_rate + i angular_frequency) tau)).
 struct Partial {
@@ -44,11 +54,11 @@ class ModalResponse {
   double damped_frequency() const;
   /// The two poles are too close for a sum of two exponentials: only after_contact() is accurate.
   bool near_critical() const { return near_critical_; }
-  /// The free decay as exponentials of time after the contact's end; unused ones are zero. Not for
-  /// near-critical modes.
-  std::array<Partial, 2> partials(Quantity quantity) const;
-  /// No smaller than |velocity| or |acceleration| at tau or later; falls with tau.
-  double bound_after_contact(double tau, Quantity quantity) const;
+  /// The weighted free decay as exponentials of time after the contact's end; unused ones are zero.
+  /// Not for near-critical modes.
+  std::array<Partial, 2> partials(const Weights& weights) const;
+  /// No smaller than the magnitude of the weighted motion at tau or later; falls with tau.
+  double bound_after_contact(double tau, const Weights& weights) const;
 
  private:
   std::complex<double> first_pole() const;

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 
 #include "core/error.hpp"
 #include "solvers/lagrange.hpp"
@@ -113,43 +112,26 @@ std::vector<double> decay_rates(const solvers::Modes& modes,
 }
 
 RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_rates,
-                   const Strike& strike, std::span<const Listener> listeners) {
+                   const Strike& strike, const Readout& readout) {
   if (decay_rates.size() != modes.size()) {
     throw core::InputError(
         fmt::format("ring down: {} decay rates for {} modes", decay_rates.size(), modes.size()));
   }
   check_strike(strike);
-  const Vec3 force = strike.impulse * strike.direction;
-  const Eigen::MatrixX3d shapes = shapes_at(modes, strike.point);
-  const Eigen::VectorXd excitation = shapes * force;
-
+  const Eigen::VectorXd excitation =
+      shapes_at(modes, strike.point) * (strike.impulse * strike.direction);
   RingDown rings;
   rings.eigenvalues = modes.eigenvalues;
   rings.decay_rates.assign(decay_rates.begin(), decay_rates.end());
-  if (listeners.empty()) {
-    const Vec3 normal = frame_at(modes.surface, strike.point).normal;
-    rings.gains = excitation.cwiseProduct(shapes * normal).transpose();
-    rings.delays = {0.0};
-    return rings;
-  }
-
-  const OuterHull hull = outer_hull(modes.surface);
-  const Eigen::VectorXd volume_velocity = modes.shapes.cast<double>() * hull.volume_weights;
-  const auto rows = static_cast<Eigen::Index>(listeners.size());
-  rings.pressure = true;
-  rings.gains.resize(rows, static_cast<Eigen::Index>(modes.size()));
-  for (Eigen::Index row = 0; row < rows; ++row) {
-    const Vec3& position = listeners[static_cast<std::size_t>(row)].position;
-    const double distance = (position - hull.centroid).norm();
-    if (!(distance > hull.radius) || !std::isfinite(distance)) {
-      throw core::InputError(
-          fmt::format("listener {} is {:.4g} m from the body's centre, which reaches {:.4g} m", row,
-                      distance, hull.radius),
-          "move the listener away from the body; the far field holds some radii away");
+  rings.readout = readout;
+  for (Eigen::MatrixXd* gains :
+       {&rings.readout.displacement, &rings.readout.velocity, &rings.readout.acceleration}) {
+    if (gains->size() == 0) continue;
+    if (gains->cols() != excitation.size()) {
+      throw core::InputError(fmt::format("ring down: a readout of {} coordinates for {} modes",
+                                         gains->cols(), excitation.size()));
     }
-    rings.gains.row(row) = (kAirDensity / (4 * std::numbers::pi * distance)) *
-                           excitation.cwiseProduct(volume_velocity).transpose();
-    rings.delays.push_back(distance / kSoundSpeed);
+    *gains *= excitation.asDiagonal();
   }
   return rings;
 }

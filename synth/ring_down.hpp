@@ -9,6 +9,7 @@
 #include "core/random.hpp"
 #include "solvers/modes.hpp"
 #include "synth/material.hpp"
+#include "synth/readout.hpp"
 
 namespace carillon::synth {
 
@@ -62,22 +63,12 @@ struct Strike {
   double contact_time = 0;  ///< [s]; 0: an ideal impulse
 };
 
-/// Where the sound is taken: nothing (the velocity of the struck point along its outward normal
-/// [m/s]) or a listener in free air (pressure [Pa]).
-struct Listener {
-  Vec3 position;  ///< [m], in the body's coordinates
-};
-
-/// What rings after a strike: one damped oscillation per mode.
+/// What rings after a strike: one damped oscillation per mode, its force included in the readout.
 struct RingDown {
   std::vector<double> eigenvalues;  ///< lambda = omega_n^2 [rad^2/s^2]
   std::vector<double> decay_rates;  ///< d [1/s]
-  /// What a unit modal impulse response contributes to the output, one row per listener (a single
-  /// row when there is none): (phi . F)(phi . n) for the dry signal, impulse included.
-  Eigen::MatrixXd gains;
-  std::vector<double> delays;  ///< time of flight of each row [s]; 0 without listeners
-  bool pressure = false;       ///< rows are pressure [Pa] (modal acceleration drives them),
-                               ///< otherwise velocity [m/s]
+  /// Of the oscillators' motion under contact_force().
+  Readout readout;
 };
 
 /// Decay rates d [1/s] of every mode: c_i = sum over regions of alpha1 kinetic_share +
@@ -88,26 +79,18 @@ struct RingDown {
 std::vector<double> decay_rates(const solvers::Modes& modes,
                                 std::span<const RayleighDamping> regions);
 
-/// Air at 20 degrees C and 1013.25 hPa, dry (CRC Handbook of Chemistry and Physics).
-inline constexpr double kAirDensity = 1.204;  ///< [kg/m^3]
-inline constexpr double kSoundSpeed = 343.0;  ///< [m/s]
-
-/// The dry signal of a strike, or the pressure at listeners from the body's volume velocity
-/// (monopole): p = rho_air dQ/dt / (4 pi r) after r / c, with Q = sum over modes of q'_i times the
-/// integral of phi_i . n over the outer surface and r measured from the centroid of the enclosed
-/// volume. Exact for bodies small against the wavelength; bending modes have almost no volume
-/// velocity and are all but silent in it. A strike that pushes inward starts with negative
-/// velocity.
-/// @throws InputError  the direction is no unit vector, a value is not finite, or a listener is
-///                     nearer than the body's farthest point
+/// Modes struck at a point: the excitation phi_i . F of each scales its part of the readout.
+/// @param readout  of the modes' motion, for example point_velocity() or monopole()
+/// @throws InputError  sizes that do not match, a direction that is no unit vector, a value that is
+///                     not finite
 RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_rates,
-                   const Strike& strike, std::span<const Listener> listeners);
+                   const Strike& strike, const Readout& readout);
 
 /// Samples of each row from t = 0 on, `count` per row, rows one after the other. Exact at the
 /// sampling instants: during contact the forced response, then free decay, both in closed form;
 /// over-critical modes as two real exponentials. Modes whose damped frequency is at or above
 /// Nyquist are left out. With a contact time of 0 the first sample is taken just after the impulse,
-/// and the pressure's own impulse (Dirac) is left out: it has no samples. Delays are exact
+/// and the impulse (Dirac) in accelerations is left out: it has no samples. Delays are exact
 /// fractions of a sample. What ends early (parts of the sum that can no longer be heard) changes
 /// the result by less than -160 dB of the row's peak.
 /// @param dropped  number of modes left out, when not null

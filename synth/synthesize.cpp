@@ -19,14 +19,20 @@ constexpr double kTail = 1e-8;
 constexpr double kNearCriticalTail = 1e-17;
 
 void check(const RingDown& rings, double contact_time, double sample_rate) {
-  const auto modes = rings.eigenvalues.size();
-  if (rings.decay_rates.size() != modes || static_cast<std::size_t>(rings.gains.cols()) != modes ||
-      rings.delays.size() != static_cast<std::size_t>(rings.gains.rows())) {
+  const auto modes = static_cast<Eigen::Index>(rings.eigenvalues.size());
+  const auto rows = static_cast<Eigen::Index>(rings.readout.delays.size());
+  bool fits = rings.decay_rates.size() == rings.eigenvalues.size();
+  const Readout& readout = rings.readout;
+  for (const Eigen::MatrixXd* gains :
+       {&readout.displacement, &readout.velocity, &readout.acceleration}) {
+    fits = fits && (gains->size() == 0 || (gains->rows() == rows && gains->cols() == modes));
+    if (!gains->allFinite()) throw core::InputError("synthesize: a gain is not finite");
+  }
+  if (!fits) {
     throw core::InputError(
-        fmt::format("synthesize: {} eigenvalues, {} decay rates, gains {} x {}, {} delays do not "
+        fmt::format("synthesize: {} eigenvalues, {} decay rates and a readout of {} rows do not "
                     "belong together",
-                    modes, rings.decay_rates.size(), rings.gains.rows(), rings.gains.cols(),
-                    rings.delays.size()));
+                    modes, rings.decay_rates.size(), rows));
   }
   if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
     throw core::InputError(
@@ -36,7 +42,7 @@ void check(const RingDown& rings, double contact_time, double sample_rate) {
     throw core::InputError(
         fmt::format("synthesize: contact time must not be negative, not {} s", contact_time));
   }
-  for (std::size_t i = 0; i < modes; ++i) {
+  for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     // The limit keeps d^2 finite; nothing rings above it anyway.
     const double d = rings.decay_rates[i];
     if (!(d >= 0 && d < 1e100)) {
@@ -51,8 +57,7 @@ void check(const RingDown& rings, double contact_time, double sample_rate) {
           "synthesize: eigenvalue of mode {} must be finite and not negative, not {}", i, lambda));
     }
   }
-  if (!rings.gains.allFinite()) throw core::InputError("synthesize: a gain is not finite");
-  for (const double delay : rings.delays) {
+  for (const double delay : rings.readout.delays) {
     if (!(delay >= 0) || !std::isfinite(delay)) {
       throw core::InputError(
           fmt::format("synthesize: delay must be finite and not negative, not {} s", delay));
@@ -66,8 +71,11 @@ std::size_t first_sample(long double time, double sample_rate, std::size_t count
   return sample < static_cast<long double>(count) ? static_cast<std::size_t>(sample) : count;
 }
 
-double value_of(const Motion& motion, Quantity quantity) {
-  return quantity == Quantity::velocity ? motion.velocity : motion.acceleration;
+Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index column) {
+  const auto at = [&](const Eigen::MatrixXd& gains) {
+    return gains.size() == 0 ? 0.0 : gains(row, column);
+  };
+  return {at(readout.displacement), at(readout.velocity), at(readout.acceleration)};
 }
 
 struct AudibleMode {
@@ -76,9 +84,9 @@ struct AudibleMode {
 };
 
 /// One row, from the arrival of its sound on.
-void synthesize_row(const std::vector<AudibleMode>& modes, const Eigen::MatrixXd& gains,
-                    Eigen::Index row, Quantity quantity, double delay, double contact_time,
-                    double sample_rate, std::vector<double>& samples) {
+void synthesize_row(const std::vector<AudibleMode>& modes, const Readout& readout, Eigen::Index row,
+                    double contact_time, double sample_rate, std::vector<double>& samples) {
+  const double delay = readout.delays[static_cast<std::size_t>(row)];
   const std::size_t count = samples.size();
   const long double contact_end = static_cast<long double>(delay) + contact_time;
   const std::size_t first = first_sample(delay, sample_rate, count);
@@ -89,26 +97,22 @@ void synthesize_row(const std::vector<AudibleMode>& modes, const Eigen::MatrixXd
 
   std::vector<Partial> partials;
   for (const AudibleMode& mode : modes) {
-    const double gain = gains(row, mode.column);
-    if (gain == 0) continue;
+    const Weights weights = weights_of(readout, row, mode.column);
+    if (!weights.any()) continue;
     for (std::size_t n = first; n < free; ++n) {
       const auto t = static_cast<double>(time_after(n, delay));
-      samples[n] +=
-          gain * value_of(mode.response.during_contact(std::min(t, contact_time)), quantity);
+      samples[n] += weights.of(mode.response.during_contact(std::min(t, contact_time)));
     }
     if (mode.response.near_critical()) {
-      const double end = kNearCriticalTail * mode.response.bound_after_contact(0, quantity);
+      const double end = kNearCriticalTail * mode.response.bound_after_contact(0, weights);
       for (std::size_t n = free; n < count; ++n) {
         const auto tau = static_cast<double>(time_after(n, contact_end));
-        if (mode.response.bound_after_contact(tau, quantity) <= end) break;
-        samples[n] += gain * value_of(mode.response.after_contact(tau), quantity);
+        if (mode.response.bound_after_contact(tau, weights) <= end) break;
+        samples[n] += weights.of(mode.response.after_contact(tau));
       }
       continue;
     }
-    for (Partial partial : mode.response.partials(quantity)) {
-      partial.amplitude *= gain;
-      partials.push_back(partial);
-    }
+    for (const Partial& partial : mode.response.partials(weights)) partials.push_back(partial);
   }
   double peak = 0;
   for (std::size_t n = first; n < free; ++n) peak = std::max(peak, std::abs(samples[n]));
@@ -130,15 +134,14 @@ std::vector<float> synthesize(const RingDown& rings, double contact_time, double
   }
   if (dropped != nullptr) *dropped = static_cast<int>(rings.eigenvalues.size() - modes.size());
 
-  const auto rows = static_cast<std::size_t>(rings.gains.rows());
-  const Quantity quantity = rings.pressure ? Quantity::acceleration : Quantity::velocity;
+  const std::size_t rows = rings.readout.delays.size();
   std::vector<float> result;
   result.reserve(rows * count);
   std::vector<double> samples;
   for (std::size_t row = 0; row < rows; ++row) {
     samples.assign(count, 0.0);
-    synthesize_row(modes, rings.gains, static_cast<Eigen::Index>(row), quantity, rings.delays[row],
-                   contact_time, sample_rate, samples);
+    synthesize_row(modes, rings.readout, static_cast<Eigen::Index>(row), contact_time, sample_rate,
+                   samples);
     for (const double sample : samples) result.push_back(static_cast<float>(sample));
   }
   return result;

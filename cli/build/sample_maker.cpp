@@ -133,9 +133,12 @@ SampleResult SampleMaker::make(const Sample& sample, core::Trace& trace) {
     if (result.strike.contact_time > 0) ++trace.effects["contact"].calls;
     std::optional<core::ScopedTimer> radiation;
     if (!listeners.empty()) radiation.emplace(trace.effects["radiation"]);
-    rings = synth::ring_down(body.modes, body.decay_rates, result.strike, listeners);
+    rings =
+        synth::ring_down(body.modes, body.decay_rates, result.strike,
+                         listeners.empty() ? synth::point_velocity(body.modes, result.strike.point)
+                                           : synth::monopole(body.modes, listeners));
   }
-  result.audio_unit = rings.pressure ? "Pa" : "m/s";
+  result.audio_unit = rings.readout.unit;
   {
     const core::ScopedTimer timer(trace.stages["synthesize"]);
     int dropped = 0;  // at or above half the sample rate

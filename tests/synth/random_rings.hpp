@@ -15,15 +15,16 @@ inline RingDown random_rings(int modes, unsigned seed, bool pressure) {
   std::uniform_real_distribution<double> unit(0, 1);
   RingDown rings;
   const int rows = pressure ? 2 : 1;
-  rings.gains.resize(rows, modes);
+  Eigen::MatrixXd& gains = pressure ? rings.readout.acceleration : rings.readout.velocity;
+  gains.resize(rows, modes);
   for (int i = 0; i < modes; ++i) {
     const double omega = 2 * std::numbers::pi * 50 * std::pow(400.0, unit(random));
     rings.eigenvalues.push_back(omega * omega);
     rings.decay_rates.push_back((6 + 1e-7 * omega * omega) / 2);
-    for (int row = 0; row < rows; ++row) rings.gains(row, i) = unit(random) - 0.3;
+    for (int row = 0; row < rows; ++row) gains(row, i) = unit(random) - 0.3;
   }
-  rings.pressure = pressure;
-  rings.delays = pressure ? std::vector<double>{0.0, 0.00123} : std::vector<double>{0.0};
+  rings.readout.unit = pressure ? "Pa" : "m/s";
+  rings.readout.delays = pressure ? std::vector<double>{0.0, 0.00123} : std::vector<double>{0.0};
   return rings;
 }
 

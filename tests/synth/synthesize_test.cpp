@@ -16,12 +16,14 @@ using Real = long double;
 using Cplx = std::complex<long double>;
 constexpr Real kPi = std::numbers::pi_v<long double>;
 
-RingDown one_row(std::vector<double> lambda, std::vector<double> d, std::vector<double> gains) {
+RingDown one_row(std::vector<double> lambda, std::vector<double> d, std::vector<double> gains,
+                 bool pressure = false) {
   RingDown rings;
-  rings.gains = Eigen::Map<Eigen::RowVectorXd>(gains.data(), Eigen::Index(gains.size()));
+  (pressure ? rings.readout.acceleration : rings.readout.velocity) =
+      Eigen::Map<Eigen::RowVectorXd>(gains.data(), Eigen::Index(gains.size()));
   rings.eigenvalues = std::move(lambda);
   rings.decay_rates = std::move(d);
-  rings.delays = {0.0};
+  rings.readout.delays = {0.0};
   return rings;
 }
 
@@ -35,6 +37,8 @@ double peak_of(const std::vector<float>& samples) {
 std::vector<Real> plain_sum(const RingDown& rings, Eigen::Index row, double contact_time, double fs,
                             std::size_t count) {
   std::vector<Real> out(count, 0);
+  const bool pressure = rings.readout.acceleration.size() > 0;
+  const Eigen::MatrixXd& gains = pressure ? rings.readout.acceleration : rings.readout.velocity;
   const Real omega_force = 2 * kPi / Real(contact_time);
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     const Real d = rings.decay_rates[i];
@@ -47,7 +51,7 @@ std::vector<Real> plain_sum(const RingDown& rings, Eigen::Index row, double cont
       return ((std::exp(s * t) - Real(1)) / s - std::exp(s * t) * up + down) / Real(contact_time);
     };
     for (std::size_t n = 0; n < count; ++n) {
-      const Real t = Real(n) / fs - rings.delays[std::size_t(row)];
+      const Real t = Real(n) / fs - rings.readout.delays[std::size_t(row)];
       if (t < 0) continue;
       Cplx value = contact_time == 0 ? std::exp(s * t)
                    : t < contact_time
@@ -55,13 +59,13 @@ std::vector<Real> plain_sum(const RingDown& rings, Eigen::Index row, double cont
                        : integral(contact_time) * std::exp(s * (t - Real(contact_time)));
       value *= s;
       Real force = 0;
-      if (rings.pressure) {
+      if (pressure) {
         value *= s;
         if (contact_time > 0 && t < contact_time) {
           force = (1 - std::cos(omega_force * t)) / Real(contact_time);
         }
       }
-      out[n] += Real(rings.gains(row, Eigen::Index(i))) * (value.imag() / wd + force);
+      out[n] += Real(gains(row, Eigen::Index(i))) * (value.imag() / wd + force);
     }
   }
   return out;
@@ -73,8 +77,8 @@ TEST(Synthesize, IsThePlainSumToFloatPrecision) {
       const RingDown rings = random_rings(29, 5, pressure);
       constexpr std::size_t kCount = 8000;
       const std::vector<float> sound = synthesize(rings, contact_time, 44100, kCount);
-      ASSERT_EQ(sound.size(), kCount * rings.delays.size());
-      for (std::size_t row = 0; row < rings.delays.size(); ++row) {
+      ASSERT_EQ(sound.size(), kCount * rings.readout.delays.size());
+      for (std::size_t row = 0; row < rings.readout.delays.size(); ++row) {
         const auto expected = plain_sum(rings, Eigen::Index(row), contact_time, 44100, kCount);
         double peak = 0, worst = 0;
         for (std::size_t n = 0; n < kCount; ++n) {
@@ -94,7 +98,7 @@ TEST(Synthesize, IsThePlainSumToFloatPrecision) {
 TEST(Synthesize, StartsWithTheImpulsesVelocity) {
   // v(0+) = sum of gains: J phi^2 / m for every mode.
   const RingDown rings = random_rings(20, 3, false);
-  EXPECT_NEAR(synthesize(rings, 0, 44100, 1)[0], rings.gains.sum(), 1e-6);
+  EXPECT_NEAR(synthesize(rings, 0, 44100, 1)[0], rings.readout.velocity.sum(), 1e-6);
 }
 
 TEST(Synthesize, ShortContactTendsToAnIdealImpulse) {
@@ -117,7 +121,7 @@ TEST(Synthesize, ShortContactTendsToAnIdealImpulse) {
 TEST(Synthesize, IsLinearInTheImpulse) {
   RingDown rings = random_rings(20, 8, true);
   const auto once = synthesize(rings, 1e-3, 44100, 5000);
-  rings.gains *= 2;
+  rings.readout.acceleration *= 2;
   const auto twice = synthesize(rings, 1e-3, 44100, 5000);
   for (std::size_t n = 0; n < once.size(); ++n) ASSERT_EQ(twice[n], 2 * once[n]) << n;
 }
@@ -164,8 +168,8 @@ TEST(Synthesize, NeverGivesNaNHoweverStrongTheDamping) {
       for (const double contact_time : {0.0, 1e-12, 1e-3, 0.1}) {
         for (const bool pressure : {false, true}) {
           const double omega = 2 * std::numbers::pi * frequency;
-          RingDown rings = one_row({omega * omega}, {ratio * std::max(omega, 1.0)}, {1});
-          rings.pressure = pressure;
+          const RingDown rings =
+              one_row({omega * omega}, {ratio * std::max(omega, 1.0)}, {1}, pressure);
           for (const float s : synthesize(rings, contact_time, 44100, 200)) {
             ASSERT_TRUE(std::isfinite(s) || (pressure && contact_time == 0))
                 << frequency << " " << ratio << " " << contact_time;
@@ -210,16 +214,16 @@ TEST(Synthesize, DelaysByFractionsOfASample) {
   RingDown rings = random_rings(10, 9, false);
   constexpr double kRate = 8000;
   // 10.25 samples of delay: the same values as at four times the rate, three quarters in between.
-  rings.delays = {10.25 / kRate};
+  rings.readout.delays = {10.25 / kRate};
   const auto delayed = synthesize(rings, 1e-3, kRate, 500);
-  rings.delays = {0};
+  rings.readout.delays = {0};
   RingDown fine = rings;
   const auto reference = synthesize(fine, 1e-3, 4 * kRate, 2000);
   int dropped = 0;
   synthesize(rings, 1e-3, kRate, 1, &dropped);
   for (std::size_t i = fine.eigenvalues.size(); i-- > 0;) {
     if (std::sqrt(fine.eigenvalues[i]) >= std::numbers::pi * kRate)
-      fine.gains(0, Eigen::Index(i)) = 0;
+      fine.readout.velocity(0, Eigen::Index(i)) = 0;
   }
   const auto audible = dropped > 0 ? synthesize(fine, 1e-3, 4 * kRate, 2000) : reference;
   for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(delayed[n], 0) << n;
@@ -247,7 +251,7 @@ TEST(Synthesize, EmptyAndSilent) {
   EXPECT_TRUE(synthesize(one_row({1e6}, {1}, {1}), 1e-3, 44100, 0).empty());
   // A blow that reaches the listener after the clip's end.
   RingDown late = one_row({1e6}, {1}, {1});
-  late.delays = {1.0};
+  late.readout.delays = {1.0};
   EXPECT_EQ(synthesize(late, 1e-3, 44100, 3), std::vector<float>(3, 0.0f));
 }
 
@@ -270,10 +274,12 @@ TEST(Synthesize, RefusesWhatCannotBe) {
                core::InputError);
   EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {-1}; }), 0, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([&](auto& r) { r.gains(0, 0) = nan; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([&](auto& r) { r.readout.velocity(0, 0) = nan; }), 0, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.delays = {-1}; }), 0, 44100, 3), core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.delays = {}; }), 0, 44100, 3), core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {-1}; }), 0, 44100, 3),
+               core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {}; }), 0, 44100, 3),
+               core::InputError);
   EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {}; }), 0, 44100, 3),
                core::InputError);
 }
