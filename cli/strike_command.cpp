@@ -37,7 +37,7 @@ synth::Strike make_strike(const StrikeOptions& options, const solvers::Modes& mo
   strike.direction = options.direction.empty() ? solvers::Vec3(-frame.normal)
                                                : parse_position(options.direction).normalized();
   strike.impulse = core::parse_quantity(options.impulse, core::Dimension::impulse);
-  strike.contact_time = core::parse_quantity(options.contact_time, core::Dimension::time);
+  strike.force.duration = core::parse_quantity(options.contact_time, core::Dimension::time);
   return strike;
 }
 
@@ -80,7 +80,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   core::AudioClip clip;
   clip.sample_rate = static_cast<int>(options.sample_rate);
   clip.samples =
-      synth::synthesize(rings, strike.contact_time, options.sample_rate,
+      synth::synthesize(rings, strike.force, options.sample_rate,
                         static_cast<std::size_t>(std::lround(seconds * options.sample_rate)));
   double peak = 0;
   for (float& sample : clip.samples) {

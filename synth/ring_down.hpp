@@ -8,6 +8,7 @@
 
 #include "core/random.hpp"
 #include "solvers/modes.hpp"
+#include "synth/contact_force.hpp"
 #include "synth/material.hpp"
 #include "synth/readout.hpp"
 
@@ -54,20 +55,19 @@ class SurfaceSampler {
 /// @throws InputError  no such face, or not a point of a face
 Eigen::MatrixX3d shapes_at(const solvers::Modes& modes, const SurfacePoint& point);
 
-/// One blow: where, which way, how hard, how long. The contact force is a raised cosine of
-/// duration `contact_time` whose integral is `impulse`.
+/// One blow: where, which way, how hard, how long.
 struct Strike {
   SurfacePoint point;
-  Vec3 direction;           ///< unit vector the force points along (usually inward)
-  double impulse = 0;       ///< [N s]
-  double contact_time = 0;  ///< [s]; 0: an ideal impulse
+  Vec3 direction;      ///< unit vector the force points along (usually inward)
+  double impulse = 0;  ///< [N s]
+  ContactForce force;  ///< its course over time, per unit of impulse
 };
 
 /// What rings after a strike: one damped oscillation per mode, its force included in the readout.
 struct RingDown {
   std::vector<double> eigenvalues;  ///< lambda = omega_n^2 [rad^2/s^2]
   std::vector<double> decay_rates;  ///< d [1/s]
-  /// Of the oscillators' motion under contact_force().
+  /// Of the oscillators' motion under a ContactForce.
   Readout readout;
 };
 
@@ -89,13 +89,13 @@ RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_ra
 /// Samples of each row from t = 0 on, `count` per row, rows one after the other. Exact at the
 /// sampling instants: during contact the forced response, then free decay, both in closed form;
 /// over-critical modes as two real exponentials. Modes whose damped frequency is at or above
-/// Nyquist are left out. With a contact time of 0 the first sample is taken just after the impulse,
+/// Nyquist are left out. With a duration of 0 the first sample is taken just after the impulse,
 /// and the impulse (Dirac) in accelerations is left out: it has no samples. Delays are exact
 /// fractions of a sample. What ends early (parts of the sum that can no longer be heard) changes
 /// the result by less than -160 dB of the row's peak.
 /// @param dropped  number of modes left out, when not null
 /// @throws InputError  sizes that do not match, values that are negative or not finite
-std::vector<float> synthesize(const RingDown& rings, double contact_time, double sample_rate,
+std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
                               std::size_t count, int* dropped = nullptr);
 
 /// T60 = ln(1000) / d [s].

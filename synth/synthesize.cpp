@@ -122,8 +122,9 @@ void synthesize_row(const std::vector<AudibleMode>& modes, const Readout& readou
 
 }  // namespace
 
-std::vector<float> synthesize(const RingDown& rings, double contact_time, double sample_rate,
+std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
                               std::size_t count, int* dropped) {
+  const double contact_time = force.duration;
   check(rings, contact_time, sample_rate);
   std::vector<AudibleMode> modes;
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {

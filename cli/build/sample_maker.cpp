@@ -82,7 +82,7 @@ struct SampleMaker::Impl {
       strike.point = sampler->nearest(given.position);
       strike.direction = given.direction.value_or(-synth::frame_at(surface, strike.point).normal);
       strike.impulse = given.impulse;
-      strike.contact_time = given.contact_time;
+      strike.force.duration = given.contact_time;
       return strike;
     }
     core::RandomStream place(config.seed,
@@ -94,7 +94,7 @@ struct SampleMaker::Impl {
         config.strikes.spread > 0 ? spread_direction(inward, config.strikes.spread, place) : inward;
     core::RandomStream force(config.seed, sample.id, "strike.force");
     strike.impulse = force.log_uniform(config.strikes.impulse.low, config.strikes.impulse.high);
-    strike.contact_time =
+    strike.force.duration =
         force.log_uniform(config.strikes.contact_time.low, config.strikes.contact_time.high);
     return strike;
   }
@@ -130,7 +130,7 @@ SampleResult SampleMaker::make(const Sample& sample, core::Trace& trace) {
   synth::RingDown rings;
   {
     ++trace.effects["damping"].calls;
-    if (result.strike.contact_time > 0) ++trace.effects["contact"].calls;
+    if (result.strike.force.duration > 0) ++trace.effects["contact"].calls;
     std::optional<core::ScopedTimer> radiation;
     if (!listeners.empty()) radiation.emplace(trace.effects["radiation"]);
     rings =
@@ -142,7 +142,7 @@ SampleResult SampleMaker::make(const Sample& sample, core::Trace& trace) {
   {
     const core::ScopedTimer timer(trace.stages["synthesize"]);
     int dropped = 0;  // at or above half the sample rate
-    result.audio = synth::synthesize(rings, result.strike.contact_time, config.audio.sample_rate,
+    result.audio = synth::synthesize(rings, result.strike.force, config.audio.sample_rate,
                                      config.audio.samples(), &dropped);
     result.modes -= static_cast<std::size_t>(dropped);
   }

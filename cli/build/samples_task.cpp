@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "cli/build/columns.hpp"
+#include "cli/columns.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/files.hpp"
@@ -60,7 +60,7 @@ void add_strike_columns(const SampleResult& result, Columns& columns) {
   add_vector(columns, "normal", result.frame.normal, "1");
   add_vector(columns, "direction", result.strike.direction, "1");
   columns.add("impulse", result.strike.impulse, "N s");
-  columns.add("contact_time", result.strike.contact_time, "s");
+  columns.add("contact_time", result.strike.force.duration, "s");
   columns.add("modes", static_cast<std::int64_t>(result.modes));
   columns.add("complete_to", result.complete_to_hz, "Hz");
   columns.add("pitch_error", result.pitch_error, "cent");

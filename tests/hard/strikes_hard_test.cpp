@@ -71,12 +71,12 @@ Modes solve(const Body& body, EigenSolver solver, std::uint64_t seed) {
 /// A blow beside every symmetry: velocity of the struck point, and pressure a metre off.
 std::vector<double> strike(const Modes& modes, const Body& body, bool listener) {
   const Vec3 direction = Vec3(-0.6, -0.5, 0.4).normalized();
-  const synth::Strike blow{{5, {0.5, 0.3, 0.2}}, direction, 0.01, 1e-4};
+  const synth::Strike blow{{5, {0.5, 0.3, 0.2}}, direction, 0.01, {1e-4}};
   const std::vector<synth::Listener> listeners = {{{0.6, 0.5, 0.7}}};
   const auto rings = synth::ring_down(
       modes, synth::decay_rates(modes, body.damping), blow,
       listener ? synth::monopole(modes, listeners) : synth::point_velocity(modes, blow.point));
-  const auto samples = synth::synthesize(rings, blow.contact_time, 48000, 9600);
+  const auto samples = synth::synthesize(rings, blow.force, 48000, 9600);
   return {samples.begin(), samples.end()};
 }
 

@@ -108,7 +108,7 @@ TEST(RingDown, InwardStrikesMoveThePointInward) {
   for (std::int32_t face = 0; face < 32; ++face) {
     const RingDown rings = rung(modes, d, inward_strike(modes, {face, {0.4, 0.4, 0.2}}), {});
     EXPECT_LE(gains(rings).maxCoeff(), 0);
-    EXPECT_LT(synthesize(rings, 0, 44100, 1)[0], 0);
+    EXPECT_LT(synthesize(rings, {0}, 44100, 1)[0], 0);
   }
 }
 
@@ -136,8 +136,8 @@ TEST(RingDown, IgnoresSignsAndBasesOfPairs) {
       RC_ASSERT(std::abs(gains(a)(0, 0) - gains(b)(0, 0)) < 1e-5 * scale);
       RC_ASSERT(std::abs(gains(a)(0, 1) + gains(a)(0, 2) - gains(b)(0, 1) - gains(b)(0, 2)) <
                 1e-5 * scale);
-      const auto sound_a = synthesize(a, 1e-3, 44100, 400);
-      const auto sound_b = synthesize(b, 1e-3, 44100, 400);
+      const auto sound_a = synthesize(a, {1e-3}, 44100, 400);
+      const auto sound_b = synthesize(b, {1e-3}, 44100, 400);
       double peak = 0, worst = 0;
       for (std::size_t n = 0; n < 400; ++n) {
         peak = std::max(peak, std::abs(double(sound_a[n])));
@@ -185,12 +185,12 @@ TEST(RingDown, BreathingSphereRadiatesAsAMonopole) {
       modes_with(curved_sphere(kRadius, centre, 6, 3), {kOmega * kOmega},
                  [&](int, const Vec3& x) -> Vec3 { return phi * (x - centre).normalized(); });
   const std::vector<double> d = {kDecay};
-  const Strike strike{kSomewhere, -frame_at(modes.surface, kSomewhere).normal, 0.3, 0};
+  const Strike strike{kSomewhere, -frame_at(modes.surface, kSomewhere).normal, 0.3, {0}};
   const std::vector<Listener> listeners = {{centre + Vec3(0, 0.8, 0)}, {centre + Vec3(3, 0, 4)}};
   const RingDown rings = rung(modes, d, strike, listeners);
   EXPECT_EQ(rings.readout.unit, "Pa");
   constexpr std::size_t kCount = 2000;
-  const auto sound = synthesize(rings, 0, 44100, kCount);
+  const auto sound = synthesize(rings, {0}, 44100, kCount);
   const double damped = std::sqrt(kOmega * kOmega - kDecay * kDecay);
   for (std::size_t row = 0; row < 2; ++row) {
     const double r = row == 0 ? 0.8 : 5.0;

@@ -76,7 +76,7 @@ TEST(Synthesize, IsThePlainSumToFloatPrecision) {
     for (const double contact_time : {0.0, 3e-4, 2.3e-3}) {
       const RingDown rings = random_rings(29, 5, pressure);
       constexpr std::size_t kCount = 8000;
-      const std::vector<float> sound = synthesize(rings, contact_time, 44100, kCount);
+      const std::vector<float> sound = synthesize(rings, {contact_time}, 44100, kCount);
       ASSERT_EQ(sound.size(), kCount * rings.readout.delays.size());
       for (std::size_t row = 0; row < rings.readout.delays.size(); ++row) {
         const auto expected = plain_sum(rings, Eigen::Index(row), contact_time, 44100, kCount);
@@ -98,15 +98,15 @@ TEST(Synthesize, IsThePlainSumToFloatPrecision) {
 TEST(Synthesize, StartsWithTheImpulsesVelocity) {
   // v(0+) = sum of gains: J phi^2 / m for every mode.
   const RingDown rings = random_rings(20, 3, false);
-  EXPECT_NEAR(synthesize(rings, 0, 44100, 1)[0], rings.readout.velocity.sum(), 1e-6);
+  EXPECT_NEAR(synthesize(rings, {0}, 44100, 1)[0], rings.readout.velocity.sum(), 1e-6);
 }
 
 TEST(Synthesize, ShortContactTendsToAnIdealImpulse) {
   const RingDown rings = random_rings(20, 4, false);
-  const auto ideal = synthesize(rings, 0, 44100, 4000);
+  const auto ideal = synthesize(rings, {0}, 44100, 4000);
   double last = 1;
   for (const double contact_time : {1e-5, 1e-6, 1e-7, 1e-8}) {
-    const auto soft = synthesize(rings, contact_time, 44100, 4000);
+    const auto soft = synthesize(rings, {contact_time}, 44100, 4000);
     double worst = 0;
     for (std::size_t n = 1; n < ideal.size(); ++n) {
       worst = std::max(worst, std::abs(double(soft[n]) - ideal[n]));
@@ -120,9 +120,9 @@ TEST(Synthesize, ShortContactTendsToAnIdealImpulse) {
 
 TEST(Synthesize, IsLinearInTheImpulse) {
   RingDown rings = random_rings(20, 8, true);
-  const auto once = synthesize(rings, 1e-3, 44100, 5000);
+  const auto once = synthesize(rings, {1e-3}, 44100, 5000);
   rings.readout.acceleration *= 2;
-  const auto twice = synthesize(rings, 1e-3, 44100, 5000);
+  const auto twice = synthesize(rings, {1e-3}, 44100, 5000);
   for (std::size_t n = 0; n < once.size(); ++n) ASSERT_EQ(twice[n], 2 * once[n]) << n;
 }
 
@@ -131,7 +131,7 @@ TEST(Synthesize, LeavesOutModesFromNyquistOn) {
   const auto with = [&](double omega, double d) {
     int dropped = -1;
     const auto sound =
-        synthesize(one_row({omega * omega, 4e6}, {d, 3.0}, {1, 0.5}), 1e-4, 44100, 500, &dropped);
+        synthesize(one_row({omega * omega, 4e6}, {d, 3.0}, {1, 0.5}), {1e-4}, 44100, 500, &dropped);
     EXPECT_GT(peak_of(sound), 0);
     return dropped;
   };
@@ -147,7 +147,7 @@ TEST(Synthesize, IsContinuousThroughCriticalDamping) {
   const double omega = 2 * std::numbers::pi * 300;
   for (const double contact_time : {0.0, 1e-3}) {
     const auto sound = [&](double ratio) {
-      return synthesize(one_row({omega * omega}, {ratio * omega}, {1}), contact_time, 44100, 600);
+      return synthesize(one_row({omega * omega}, {ratio * omega}, {1}), {contact_time}, 44100, 600);
     };
     const auto critical = sound(1);
     const double scale = peak_of(critical);
@@ -170,7 +170,7 @@ TEST(Synthesize, NeverGivesNaNHoweverStrongTheDamping) {
           const double omega = 2 * std::numbers::pi * frequency;
           const RingDown rings =
               one_row({omega * omega}, {ratio * std::max(omega, 1.0)}, {1}, pressure);
-          for (const float s : synthesize(rings, contact_time, 44100, 200)) {
+          for (const float s : synthesize(rings, {contact_time}, 44100, 200)) {
             ASSERT_TRUE(std::isfinite(s) || (pressure && contact_time == 0))
                 << frequency << " " << ratio << " " << contact_time;
           }
@@ -184,7 +184,7 @@ TEST(Synthesize, OverdampedModesAreTwoRealExponentials) {
   const double omega = 1000, d = 1700;
   const double split = std::sqrt(d * d - omega * omega);
   const double s1 = -d + split, s2 = -d - split;
-  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), 0, 44100, 3000);
+  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), {0}, 44100, 3000);
   for (std::size_t n = 0; n < sound.size(); ++n) {
     const double t = double(n) / 44100;
     const double expected = (s1 * std::exp(s1 * t) - s2 * std::exp(s2 * t)) / (s1 - s2);
@@ -198,7 +198,7 @@ TEST(Synthesize, DecaysBySixtyDecibelsInT60) {
   const double omega = 2 * std::numbers::pi * 1000, d = std::log(1000.0) / 0.5;
   EXPECT_DOUBLE_EQ(t60(d), 0.5);
   constexpr double kRate = 352800;  // fine enough to meet the peaks
-  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), 0, kRate, 220000);
+  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), {0}, kRate, 220000);
   const auto level = [&](double t) {
     double peak = 0;
     const auto begin = std::size_t(t * kRate);
@@ -215,17 +215,17 @@ TEST(Synthesize, DelaysByFractionsOfASample) {
   constexpr double kRate = 8000;
   // 10.25 samples of delay: the same values as at four times the rate, three quarters in between.
   rings.readout.delays = {10.25 / kRate};
-  const auto delayed = synthesize(rings, 1e-3, kRate, 500);
+  const auto delayed = synthesize(rings, {1e-3}, kRate, 500);
   rings.readout.delays = {0};
   RingDown fine = rings;
-  const auto reference = synthesize(fine, 1e-3, 4 * kRate, 2000);
+  const auto reference = synthesize(fine, {1e-3}, 4 * kRate, 2000);
   int dropped = 0;
-  synthesize(rings, 1e-3, kRate, 1, &dropped);
+  synthesize(rings, {1e-3}, kRate, 1, &dropped);
   for (std::size_t i = fine.eigenvalues.size(); i-- > 0;) {
     if (std::sqrt(fine.eigenvalues[i]) >= std::numbers::pi * kRate)
       fine.readout.velocity(0, Eigen::Index(i)) = 0;
   }
-  const auto audible = dropped > 0 ? synthesize(fine, 1e-3, 4 * kRate, 2000) : reference;
+  const auto audible = dropped > 0 ? synthesize(fine, {1e-3}, 4 * kRate, 2000) : reference;
   for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(delayed[n], 0) << n;
   for (std::size_t n = 11; n < 500; ++n) {
     ASSERT_NEAR(delayed[n], audible[4 * n - 41], 1e-6 * peak_of(audible)) << n;
@@ -234,25 +234,25 @@ TEST(Synthesize, DelaysByFractionsOfASample) {
 
 TEST(Synthesize, GivesTheSameBitsTwice) {
   const RingDown rings = random_rings(64, 11, true);
-  EXPECT_EQ(synthesize(rings, 1e-3, 44100, 20000), synthesize(rings, 1e-3, 44100, 20000));
+  EXPECT_EQ(synthesize(rings, {1e-3}, 44100, 20000), synthesize(rings, {1e-3}, 44100, 20000));
 }
 
 // A longer clip begins with the shorter one, whatever ends early.
 TEST(Synthesize, LongerClipsBeginWithShorterOnes) {
   const RingDown rings = random_rings(64, 12, false);
-  const auto longer = synthesize(rings, 1e-3, 44100, 30011);
-  const auto shorter = synthesize(rings, 1e-3, 44100, 7003);
+  const auto longer = synthesize(rings, {1e-3}, 44100, 30011);
+  const auto shorter = synthesize(rings, {1e-3}, 44100, 7003);
   EXPECT_TRUE(std::equal(shorter.begin(), shorter.end(), longer.begin()));
 }
 
 TEST(Synthesize, EmptyAndSilent) {
-  EXPECT_EQ(synthesize(one_row({}, {}, {}), 1e-3, 44100, 3), std::vector<float>(3, 0.0f));
-  EXPECT_EQ(synthesize(one_row({1e6}, {1}, {0}), 1e-3, 44100, 3), std::vector<float>(3, 0.0f));
-  EXPECT_TRUE(synthesize(one_row({1e6}, {1}, {1}), 1e-3, 44100, 0).empty());
+  EXPECT_EQ(synthesize(one_row({}, {}, {}), {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
+  EXPECT_EQ(synthesize(one_row({1e6}, {1}, {0}), {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
+  EXPECT_TRUE(synthesize(one_row({1e6}, {1}, {1}), {1e-3}, 44100, 0).empty());
   // A blow that reaches the listener after the clip's end.
   RingDown late = one_row({1e6}, {1}, {1});
   late.readout.delays = {1.0};
-  EXPECT_EQ(synthesize(late, 1e-3, 44100, 3), std::vector<float>(3, 0.0f));
+  EXPECT_EQ(synthesize(late, {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
 }
 
 TEST(Synthesize, RefusesWhatCannotBe) {
@@ -263,24 +263,24 @@ TEST(Synthesize, RefusesWhatCannotBe) {
     return rings;
   };
   const double nan = std::nan("");
-  EXPECT_THROW(synthesize(good, -1e-3, 44100, 3), core::InputError);
-  EXPECT_THROW(synthesize(good, 1e-3, 0, 3), core::InputError);
-  EXPECT_THROW(synthesize(good, nan, 44100, 3), core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.decay_rates = {-1}; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(good, {-1e-3}, 44100, 3), core::InputError);
+  EXPECT_THROW(synthesize(good, {1e-3}, 0, 3), core::InputError);
+  EXPECT_THROW(synthesize(good, {nan}, 44100, 3), core::InputError);
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.decay_rates = {-1}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {nan}; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {nan}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {INFINITY}; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {INFINITY}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {-1}; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {-1}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([&](auto& r) { r.readout.velocity(0, 0) = nan; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([&](auto& r) { r.readout.velocity(0, 0) = nan; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {-1}; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {-1}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {}; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {}; }), 0, 44100, 3),
+  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {}; }), {0}, 44100, 3),
                core::InputError);
 }
 

@@ -1,4 +1,4 @@
-#include "cli/build/columns.hpp"
+#include "cli/columns.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/columns.hpp"
+#include "core/config.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::cli {
+
+struct Scene;
+
+/// A body that is about to ring: at its size and of its materials, its own damping known.
+struct RingingBody {
+  std::string id;                                  ///< shape/material/size
+  const solvers::Modes* modes = nullptr;           ///< at the body's size
+  const std::vector<synth::Material>* materials = nullptr;  ///< one per region of the modes
+  const synth::SurfaceSampler* sampler = nullptr;  ///< of the body's surface
+  std::vector<double> decay_rates;                 ///< d of each mode [1/s]
+  std::vector<synth::Listener> listeners;          ///< in the body's coordinates; may be empty
+  /// Pressure at the listeners per modal motion; no rows without listeners. Made once for a body,
+  /// as it does not depend on the strike.
+  synth::Readout pressure;
+};
+
+/// One sound on its way through the effects: each takes what is there and adds its part.
+struct Sound {
+  const RingingBody* body = nullptr;
+  std::uint64_t seed = 0;    ///< of the data set; random streams are keyed by (seed, id, purpose)
+  std::uint64_t id = 0;      ///< of the sample
+  std::size_t part = 0;      ///< of `parts` whose rooms and noises have nothing in common
+  std::size_t parts = 1;     ///< (training, validation and test of either split)
+  synth::Strike strike;
+  synth::RingDown rings;     ///< what is about to ring; effects of modes change it
+  std::vector<float> audio;  ///< rows (listeners, or one) x samples
+  std::size_t rows = 1;
+  double sample_rate = 44100;
+  Columns* record = nullptr;  ///< what was drawn and found, so that the sample can be made again
+
+  std::span<float> row(std::size_t r) {
+    const std::size_t count = audio.size() / rows;
+    return std::span(audio).subspan(r * count, count);
+  }
+};
+
+/// The working parts of an effect in one chain: what it does to bodies and to sounds, and when. An
+/// empty function does nothing and is not called. Parts share state of their own (an FFT's plan,
+/// room responses) and belong to one thread.
+struct EffectParts {
+  std::function<void(RingingBody&)> body;  ///< once per body
+  std::function<void(Sound&)> strike;      ///< the blow is drawn, nothing rings yet
+  std::function<void(Sound&)> rings;       ///< modes, their damping and gains are known
+  std::function<void(Sound&)> audio;       ///< samples are there
+};
+
+/// An effect as one scene has it.
+struct SceneEffect {
+  /// What in the configuration calls for it, with its place ("room: (kitchen.yaml:12)"); empty when
+  /// nothing does.
+  std::string asked_by;
+  /// What keeps it from running though it was asked for ("no listener is placed"), or why nothing
+  /// asks for it ("no room:"); told when it is off.
+  std::string reason_off;
+  double seconds_per_sound = 0;         ///< estimated cost of one sound, one row
+  std::function<EffectParts()> start;   ///< makes the working parts; never called while it is off
+};
+
+/// A part of the physics that only runs when a scene calls for it. One file, one line in the list
+/// of effects.cpp.
+struct Effect {
+  const char* name;         ///< key under `effects:` and in plan and trace
+  const char* description;
+  /// `auto` never turns it on: only `effects.NAME: on` does.
+  bool only_on_demand = false;
+  /// Reads the effect's keys of a configuration and says whether the scene calls for it. `scene`
+  /// holds audio, strikes and listeners; other effects are not known.
+  /// @throws ConfigError
+  SceneEffect (*read)(core::ConfigNode& root, const Scene& scene);
+};
+
+/// Whether an effect runs in a scene, and why.
+struct EffectDecision {
+  const Effect* effect = nullptr;
+  bool enabled = false;
+  std::string reason;
+  SceneEffect in_scene;
+};
+
+/// All effects in the order they act.
+std::span<const Effect> sound_effects();
+
+}  // namespace carillon::cli

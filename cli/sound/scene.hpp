@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/sound/effect.hpp"
+#include "core/audio.hpp"
+#include "core/config.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::cli {
+
+/// One strike that was given rather than drawn, in the body's coordinates at size 1.
+struct GivenStrike {
+  std::string shape;  ///< shape id; "" or "*": every shape
+  solvers::Vec3 position;
+  std::optional<solvers::Vec3> direction;
+  double impulse;       ///< [N s]
+  double contact_time;  ///< [s]
+};
+
+struct StrikeConfig {
+  int per_object = 8;              ///< strikes of each shape, the same points for all its variants
+  core::Range impulse;             ///< [N s], drawn uniformly in the logarithm
+  core::Range contact_time;        ///< [s], likewise
+  double spread = 0;               ///< [rad] largest angle between force and inward normal
+  std::vector<GivenStrike> given;  ///< from a CSV file; then nothing is drawn
+};
+
+struct AudioConfig {
+  double sample_rate = 44100;  ///< [Hz]
+  double seconds = 1;
+  core::SampleFormat dtype = core::SampleFormat::float32;
+  double gain = 1;  ///< full scale per m/s (dry) or per Pa (listeners); recorded, never adapted
+  std::size_t samples() const;
+};
+
+/// What is struck how, where it is heard, and what happens to the sound on its way.
+struct Scene {
+  std::string file_name;  ///< of the configuration: paths in it are meant from where it lies
+  AudioConfig audio;
+  StrikeConfig strikes;
+  std::vector<synth::Listener> listeners;  ///< from the centre of the body's box
+  std::vector<EffectDecision> effects;     ///< every effect there is, on or off, in order
+};
+
+}  // namespace carillon::cli
