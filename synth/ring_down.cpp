@@ -118,21 +118,11 @@ RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_ra
         fmt::format("ring down: {} decay rates for {} modes", decay_rates.size(), modes.size()));
   }
   check_strike(strike);
-  const Eigen::VectorXd excitation =
-      shapes_at(modes, strike.point) * (strike.impulse * strike.direction);
   RingDown rings;
   rings.eigenvalues = modes.eigenvalues;
   rings.decay_rates.assign(decay_rates.begin(), decay_rates.end());
+  rings.excitation = shapes_at(modes, strike.point) * (strike.impulse * strike.direction);
   rings.readout = readout;
-  for (Eigen::MatrixXd* gains :
-       {&rings.readout.displacement, &rings.readout.velocity, &rings.readout.acceleration}) {
-    if (gains->size() == 0) continue;
-    if (gains->cols() != excitation.size()) {
-      throw core::InputError(fmt::format("ring down: a readout of {} coordinates for {} modes",
-                                         gains->cols(), excitation.size()));
-    }
-    *gains *= excitation.asDiagonal();
-  }
   return rings;
 }
 

@@ -63,11 +63,12 @@ struct Strike {
   ContactForce force;  ///< its course over time, per unit of impulse
 };
 
-/// What rings after a strike: one damped oscillation per mode, its force included in the readout.
+/// What rings after a strike: oscillators q'' + 2 d q' + lambda q = excitation times a ContactForce
+/// of unit impulse, and how their motion is heard.
 struct RingDown {
   std::vector<double> eigenvalues;  ///< lambda = omega_n^2 [rad^2/s^2]
   std::vector<double> decay_rates;  ///< d [1/s]
-  /// Of the oscillators' motion under a ContactForce.
+  Eigen::VectorXd excitation;       ///< phi . impulse of modes [N s kg^-1/2]
   Readout readout;
 };
 
@@ -79,7 +80,7 @@ struct RingDown {
 std::vector<double> decay_rates(const solvers::Modes& modes,
                                 std::span<const RayleighDamping> regions);
 
-/// Modes struck at a point: the excitation phi_i . F of each scales its part of the readout.
+/// Modes struck at a point.
 /// @param readout  of the modes' motion, for example point_velocity() or monopole()
 /// @throws InputError  sizes that do not match, a direction that is no unit vector, a value that is
 ///                     not finite

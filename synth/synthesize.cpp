@@ -21,7 +21,9 @@ constexpr double kNearCriticalTail = 1e-17;
 void check(const RingDown& rings, double contact_time, double sample_rate) {
   const auto modes = static_cast<Eigen::Index>(rings.eigenvalues.size());
   const auto rows = static_cast<Eigen::Index>(rings.readout.delays.size());
-  bool fits = rings.decay_rates.size() == rings.eigenvalues.size();
+  bool fits =
+      rings.decay_rates.size() == rings.eigenvalues.size() && rings.excitation.size() == modes;
+  if (!rings.excitation.allFinite()) throw core::InputError("synthesize: excitation not finite");
   const Readout& readout = rings.readout;
   for (const Eigen::MatrixXd* gains :
        {&readout.displacement, &readout.velocity, &readout.acceleration}) {
@@ -29,10 +31,10 @@ void check(const RingDown& rings, double contact_time, double sample_rate) {
     if (!gains->allFinite()) throw core::InputError("synthesize: a gain is not finite");
   }
   if (!fits) {
-    throw core::InputError(
-        fmt::format("synthesize: {} eigenvalues, {} decay rates and a readout of {} rows do not "
-                    "belong together",
-                    modes, rings.decay_rates.size(), rows));
+    throw core::InputError(fmt::format(
+        "synthesize: {} eigenvalues, {} decay rates, excitation and readout ({} rows) do "
+        "not belong together",
+        modes, rings.decay_rates.size(), rows));
   }
   if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
     throw core::InputError(
@@ -71,9 +73,10 @@ std::size_t first_sample(long double time, double sample_rate, std::size_t count
   return sample < static_cast<long double>(count) ? static_cast<std::size_t>(sample) : count;
 }
 
-Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index column) {
+Weights weights_of(const RingDown& rings, Eigen::Index row, Eigen::Index column) {
+  const Readout& readout = rings.readout;
   const auto at = [&](const Eigen::MatrixXd& gains) {
-    return gains.size() == 0 ? 0.0 : gains(row, column);
+    return gains.size() == 0 ? 0.0 : gains(row, column) * rings.excitation[column];
   };
   return {at(readout.displacement), at(readout.velocity), at(readout.acceleration)};
 }
@@ -84,9 +87,9 @@ struct AudibleMode {
 };
 
 /// One row, from the arrival of its sound on.
-void synthesize_row(const std::vector<AudibleMode>& modes, const Readout& readout, Eigen::Index row,
+void synthesize_row(const std::vector<AudibleMode>& modes, const RingDown& rings, Eigen::Index row,
                     double contact_time, double sample_rate, std::vector<double>& samples) {
-  const double delay = readout.delays[static_cast<std::size_t>(row)];
+  const double delay = rings.readout.delays[static_cast<std::size_t>(row)];
   const std::size_t count = samples.size();
   const long double contact_end = static_cast<long double>(delay) + contact_time;
   const std::size_t first = first_sample(delay, sample_rate, count);
@@ -97,7 +100,7 @@ void synthesize_row(const std::vector<AudibleMode>& modes, const Readout& readou
 
   std::vector<Partial> partials;
   for (const AudibleMode& mode : modes) {
-    const Weights weights = weights_of(readout, row, mode.column);
+    const Weights weights = weights_of(rings, row, mode.column);
     if (!weights.any()) continue;
     for (std::size_t n = first; n < free; ++n) {
       const auto t = static_cast<double>(time_after(n, delay));
@@ -141,7 +144,7 @@ std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, 
   std::vector<double> samples;
   for (std::size_t row = 0; row < rows; ++row) {
     samples.assign(count, 0.0);
-    synthesize_row(modes, rings.readout, static_cast<Eigen::Index>(row), contact_time, sample_rate,
+    synthesize_row(modes, rings, static_cast<Eigen::Index>(row), contact_time, sample_rate,
                    samples);
     for (const double sample : samples) result.push_back(static_cast<float>(sample));
   }

@@ -16,12 +16,12 @@ struct Scene;
 
 /// A body that is about to ring: at its size and of its materials, its own damping known.
 struct RingingBody {
-  std::string id;                                  ///< shape/material/size
-  const solvers::Modes* modes = nullptr;           ///< at the body's size
+  std::string id;                                           ///< shape/material/size
+  const solvers::Modes* modes = nullptr;                    ///< at the body's size
   const std::vector<synth::Material>* materials = nullptr;  ///< one per region of the modes
-  const synth::SurfaceSampler* sampler = nullptr;  ///< of the body's surface
-  std::vector<double> decay_rates;                 ///< d of each mode [1/s]
-  std::vector<synth::Listener> listeners;          ///< in the body's coordinates; may be empty
+  const synth::SurfaceSampler* sampler = nullptr;           ///< of the body's surface
+  std::vector<double> decay_rates;                          ///< d of each mode [1/s]
+  std::vector<synth::Listener> listeners;  ///< in the body's coordinates; may be empty
   /// Pressure at the listeners per modal motion; no rows without listeners. Made once for a body,
   /// as it does not depend on the strike.
   synth::Readout pressure;
@@ -30,10 +30,10 @@ struct RingingBody {
 /// One sound on its way through the effects: each takes what is there and adds its part.
 struct Sound {
   const RingingBody* body = nullptr;
-  std::uint64_t seed = 0;    ///< of the data set; random streams are keyed by (seed, id, purpose)
-  std::uint64_t id = 0;      ///< of the sample
-  std::size_t part = 0;      ///< of `parts` whose rooms and noises have nothing in common
-  std::size_t parts = 1;     ///< (training, validation and test of either split)
+  std::uint64_t seed = 0;  ///< of the data set; random streams are keyed by (seed, id, purpose)
+  std::uint64_t id = 0;    ///< of the sample
+  std::size_t part = 0;    ///< of `parts` whose rooms and noises have nothing in common
+  std::size_t parts = 1;   ///< (training, validation and test of either split)
   synth::Strike strike;
   synth::RingDown rings;     ///< what is about to ring; effects of modes change it
   std::vector<float> audio;  ///< rows (listeners, or one) x samples
@@ -65,14 +65,14 @@ struct SceneEffect {
   /// What keeps it from running though it was asked for ("no listener is placed"), or why nothing
   /// asks for it ("no room:"); told when it is off.
   std::string reason_off;
-  double seconds_per_sound = 0;         ///< estimated cost of one sound, one row
-  std::function<EffectParts()> start;   ///< makes the working parts; never called while it is off
+  double seconds_per_sound = 0;        ///< estimated cost of one sound, one row
+  std::function<EffectParts()> start;  ///< makes the working parts; never called while it is off
 };
 
 /// A part of the physics that only runs when a scene calls for it. One file, one line in the list
 /// of effects.cpp.
 struct Effect {
-  const char* name;         ///< key under `effects:` and in plan and trace
+  const char* name;  ///< key under `effects:` and in plan and trace
   const char* description;
   /// `auto` never turns it on: only `effects.NAME: on` does.
   bool only_on_demand = false;

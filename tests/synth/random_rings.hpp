@@ -14,6 +14,7 @@ inline RingDown random_rings(int modes, unsigned seed, bool pressure) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   RingDown rings;
+  rings.excitation = Eigen::VectorXd::Ones(modes);
   const int rows = pressure ? 2 : 1;
   Eigen::MatrixXd& gains = pressure ? rings.readout.acceleration : rings.readout.velocity;
   gains.resize(rows, modes);

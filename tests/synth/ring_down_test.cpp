@@ -79,9 +79,11 @@ RingDown rung(const solvers::Modes& modes, std::span<const double> d, const Stri
       listeners.empty() ? point_velocity(modes, strike.point) : monopole(modes, listeners));
 }
 
-/// The only gains that dry signals and monopoles have.
-const Eigen::MatrixXd& gains(const RingDown& rings) {
-  return rings.readout.unit == "Pa" ? rings.readout.acceleration : rings.readout.velocity;
+/// What each mode contributes per row; velocities of dry signals, accelerations of monopoles.
+Eigen::MatrixXd gains(const RingDown& rings) {
+  const Readout& readout = rings.readout;
+  return (readout.unit == "Pa" ? readout.acceleration : readout.velocity) *
+         rings.excitation.asDiagonal();
 }
 
 TEST(RingDown, DryGainIsForceTimesNormalMotion) {

@@ -19,6 +19,7 @@ constexpr Real kPi = std::numbers::pi_v<long double>;
 RingDown one_row(std::vector<double> lambda, std::vector<double> d, std::vector<double> gains,
                  bool pressure = false) {
   RingDown rings;
+  rings.excitation = Eigen::VectorXd::Ones(Eigen::Index(gains.size()));
   (pressure ? rings.readout.acceleration : rings.readout.velocity) =
       Eigen::Map<Eigen::RowVectorXd>(gains.data(), Eigen::Index(gains.size()));
   rings.eigenvalues = std::move(lambda);
