@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <set>
 
-#include "cli/build/given_strikes.hpp"
+#include "cli/sound/given_strikes.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -54,23 +55,26 @@ struct EffectParts {
   std::function<void(RingingBody&)> body;  ///< once per body
   std::function<void(Sound&)> strike;      ///< the blow is drawn, nothing rings yet
   std::function<void(Sound&)> rings;       ///< modes, their damping and gains are known
-  std::function<void(Sound&)> audio;       ///< samples are there
+  std::function<void(Sound&)> audio;       ///< samples are there, in m/s or Pa
+  std::function<void(Sound&)> full_scale;  ///< gain is applied: 1 is full scale
 };
 
 /// An effect as one scene has it.
 struct SceneEffect {
-  /// What in the configuration calls for it, with its place ("room: (kitchen.yaml:12)"); empty when
-  /// nothing does.
+  /// What in the configuration calls for it, with its place: "room: (kitchen.yaml:12)".
   std::string asked_by;
-  /// What keeps it from running though it was asked for ("no listener is placed"), or why nothing
-  /// asks for it ("no room:"); told when it is off.
+  /// Why it does not run: nothing asks for it ("no room:"), or it was asked for and cannot be or
+  /// need not be ("no listener is placed"). Empty: it can run, and with `auto` it does.
   std::string reason_off;
-  double seconds_per_sound = 0;        ///< estimated cost of one sound, one row
-  std::function<EffectParts()> start;  ///< makes the working parts; never called while it is off
+  double seconds_per_sound = 0;  ///< estimated cost of one sound, one row
+  std::string content;           ///< hash of files it reads beside the configuration
+  /// Makes the working parts; never called while it is off. Empty for effects outside the chain.
+  /// @param cache  folder that outlives the run, for what is dear to compute; empty: none
+  std::function<EffectParts(const std::filesystem::path& cache)> start;
 };
 
-/// A part of the physics that only runs when a scene calls for it. One file, one line in the list
-/// of effects.cpp.
+/// A part of the physics or of the output that only runs when a scene calls for it. One file, one
+/// line in the list of effects.cpp.
 struct Effect {
   const char* name;  ///< key under `effects:` and in plan and trace
   const char* description;
@@ -91,6 +95,6 @@ struct EffectDecision {
 };
 
 /// All effects in the order they act.
-std::span<const Effect> sound_effects();
+std::span<const Effect> effects();
 
 }  // namespace carillon::cli

@@ -1,4 +1,4 @@
-#include "cli/build/given_strikes.hpp"
+#include "cli/sound/given_strikes.hpp"
 
 #include <gtest/gtest.h>
 
