@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <variant>
@@ -36,6 +37,8 @@ class Columns {
 
   /// Every column as a dataset [rows, inner...] with its unit as an attribute.
   void write(const core::Hdf5Group& group) const;
+  /// The last sample's values by name.
+  nlohmann::json last_row() const;
 
  private:
   struct Column {

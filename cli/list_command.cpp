@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "cli/build/effects.hpp"
 #include "cli/context.hpp"
+#include "cli/sound/effect.hpp"
 #include "solvers/families.hpp"
 #include "synth/material.hpp"
 

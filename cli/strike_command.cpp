@@ -1,15 +1,20 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <ranges>
 
 #include "cli/body.hpp"
+#include "cli/columns.hpp"
 #include "cli/pitch.hpp"
+#include "cli/sound/chain.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
+#include "core/random.hpp"
 #include "core/units.hpp"
 #include "synth/ring_down.hpp"
 
@@ -19,92 +24,151 @@ namespace {
 
 struct StrikeOptions {
   BodyOptions body;
-  std::string at, direction, listener;
-  std::string impulse = "0.02 N s", contact_time = "0.2 ms", seconds = "1 s";
-  double sample_rate = 44100;
-  double gain = 1;
+  std::string scene;                   ///< configuration whose scene is taken; "": none
+  std::vector<std::string> overrides;  ///< --set
+  std::string at, direction;
+  // Shorter to write than --set; "" leaves the scene's value.
+  std::string listener, impulse, contact_time, seconds, sample_rate, gain;
   std::uint64_t seed = 1;
   std::string output;
 };
 
-synth::Strike make_strike(const StrikeOptions& options, const solvers::Modes& modes) {
-  const synth::SurfaceSampler sampler(modes.surface);
-  core::RandomStream random(options.seed, 0, "strike.position");
-  synth::Strike strike;
-  strike.point =
-      options.at.empty() ? sampler.sample(random) : sampler.nearest(parse_position(options.at));
-  const synth::PointFrame frame = synth::frame_at(modes.surface, strike.point);
-  strike.direction = options.direction.empty() ? solvers::Vec3(-frame.normal)
-                                               : parse_position(options.direction).normalized();
-  strike.impulse = core::parse_quantity(options.impulse, core::Dimension::impulse);
-  strike.force.duration = core::parse_quantity(options.contact_time, core::Dimension::time);
-  return strike;
+constexpr const char* default_impulse = "0.02 N s";
+constexpr const char* default_contact_time = "0.2 ms";
+
+/// The options that stand for keys of a scene, as overrides; --set comes last and wins.
+std::vector<std::string> scene_overrides(const StrikeOptions& options) {
+  std::vector<std::string> all;
+  const auto put = [&](const char* key, const std::string& value) {
+    if (!value.empty()) all.push_back(fmt::format("{}={}", key, value));
+  };
+  const bool bare = options.scene.empty();
+  put("strikes.impulse", bare && options.impulse.empty() ? default_impulse : options.impulse);
+  const std::string contact =
+      bare && options.contact_time.empty() ? default_contact_time : options.contact_time;
+  if (!contact.empty() && core::parse_quantity(contact, core::Dimension::time) == 0) {
+    put("effects.contact", "off");  // an ideal impulse
+  } else {
+    put("strikes.contact_time", contact);
+  }
+  put("audio.seconds", options.seconds);
+  put("audio.sample_rate", options.sample_rate);
+  put("audio.gain", options.gain);
+  if (!options.listener.empty()) {
+    const solvers::Vec3 ear = parse_position(options.listener);
+    put("listeners", fmt::format("[{{position: [{}, {}, {}]}}]", ear.x(), ear.y(), ear.z()));
+  }
+  all.insert(all.end(), options.overrides.begin(), options.overrides.end());
+  return all;
+}
+
+Scene scene_of(const StrikeOptions& options) {
+  const std::string name = options.scene.empty() ? "strike" : options.scene;
+  core::ConfigNode root =
+      core::ConfigNode::parse(options.scene.empty() ? "{}" : core::read_text_file(options.scene),
+                              name, scene_overrides(options));
+  // A build's configuration holds a scene and more, which is not asked for here.
+  root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
+                    "limits", "mel", "voxels", "camera", "files", "split"});
+  Scene scene = read_scene(root, name);
+  root.finish();
+  if (!scene.strikes.given.empty()) {
+    throw core::InputError("strikes.csv gives the strikes of a build",
+                           "give the point with --at, or leave strikes.csv out of the scene");
+  }
+  if (scene.audio.sample_rate != std::floor(scene.audio.sample_rate)) {
+    throw core::InputError("--sample-rate must be whole, as WAV files store it");
+  }
+  return scene;
 }
 
 /// Everything that is wrong without knowing the body, before it is solved.
 void check_options(const StrikeOptions& options) {
-  const double seconds = core::parse_quantity(options.seconds, core::Dimension::time);
-  if (!(seconds > 0 && seconds <= 600)) {
-    throw core::InputError("--seconds must be above 0 and at most 600 s");
-  }
-  if (!(core::parse_quantity(options.impulse, core::Dimension::impulse) > 0)) {
-    throw core::InputError("--impulse must be positive");
-  }
-  if (!(core::parse_quantity(options.contact_time, core::Dimension::time) >= 0)) {
-    throw core::InputError("--contact-time must not be negative");
-  }
-  if (options.sample_rate != std::floor(options.sample_rate)) {
-    throw core::InputError("--sample-rate must be whole, as WAV files store it");
-  }
-  for (const std::string& position : {options.at, options.listener}) {
-    if (!position.empty()) parse_position(position);
-  }
+  if (!options.at.empty()) parse_position(options.at);
   if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
     throw core::InputError("--direction has no length");
   }
 }
 
+void draw_strike(const StrikeOptions& options, const Scene& scene, Sound& sound) {
+  const synth::SurfaceSampler sampler(sound.body->modes->surface);
+  core::RandomStream place(options.seed, 0, "strike.position");
+  synth::Strike& strike = sound.strike;
+  strike.point =
+      options.at.empty() ? sampler.sample(place) : sampler.nearest(parse_position(options.at));
+  const solvers::Vec3 inward = -synth::frame_at(sound.body->modes->surface, strike.point).normal;
+  strike.direction = options.direction.empty()
+                         ? synth::spread_direction(inward, scene.strikes.spread, place)
+                         : parse_position(options.direction).normalized();
+  core::RandomStream force(options.seed, 0, "strike.force");
+  const StrikeConfig& strikes = scene.strikes;
+  strike.impulse = force.log_uniform(strikes.impulse.low, strikes.impulse.high);
+  sound.contact_time = force.log_uniform(strikes.contact_time.low, strikes.contact_time.high);
+}
+
+/// A file with one channel per row.
+void write_sound(const std::string& path, const Scene& scene, const Sound& sound) {
+  core::AudioClip clip;
+  clip.sample_rate = static_cast<int>(scene.audio.sample_rate);
+  clip.channels = static_cast<int>(sound.rows);
+  const std::size_t count = sound.audio.size() / sound.rows;
+  clip.samples.resize(sound.audio.size());
+  for (std::size_t i = 0; i < sound.audio.size(); ++i) {
+    clip.samples[i % count * sound.rows + i / count] = sound.audio[i];
+  }
+  core::write_wav(path, clip, scene.audio.dtype);
+}
+
 void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
+  const Scene scene = scene_of(options);
   const Body body = solve_body(options.body, context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
-  const synth::Strike strike = make_strike(options, body.modes);
-  std::vector<synth::Listener> listeners;
-  if (!options.listener.empty()) listeners.push_back({parse_position(options.listener)});
-  const synth::RingDown rings =
-      synth::ring_down(body.modes, body.decay_rates, strike,
-                       listeners.empty() ? synth::point_velocity(body.modes, strike.point)
-                                         : synth::monopole(body.modes, listeners));
-  const double seconds = core::parse_quantity(options.seconds, core::Dimension::time);
-  core::AudioClip clip;
-  clip.sample_rate = static_cast<int>(options.sample_rate);
-  clip.samples =
-      synth::synthesize(rings, strike.force, options.sample_rate,
-                        static_cast<std::size_t>(std::lround(seconds * options.sample_rate)));
-  double peak = 0;
-  for (float& sample : clip.samples) {
-    sample = static_cast<float>(sample * options.gain);
-    peak = std::max(peak, std::abs(static_cast<double>(sample)));
-  }
-  core::write_wav(options.output, clip, core::SampleFormat::float32);
 
-  const solvers::Vec3 position = synth::frame_at(body.modes.surface, strike.point).position;
-  const std::string& unit = rings.readout.unit;
+  core::Trace trace;
+  SoundChain chain(scene, context.cache, trace);
+  const synth::SurfaceSampler sampler(body.modes.surface);
+  const RingingBody ringing = chain.prepare(options.body.mesh, body.modes, body.materials, sampler);
+  Columns record;
+  Sound sound;
+  sound.body = &ringing;
+  sound.seed = options.seed;
+  sound.record = &record;
+  draw_strike(options, scene, sound);
+  chain.make(sound);
+  write_sound(options.output, scene, sound);
+
+  double peak = 0;
+  for (const float value : sound.audio) {
+    peak = std::max(peak, std::abs(static_cast<double>(value)));
+  }
+  const solvers::Vec3 position = synth::frame_at(body.modes.surface, sound.strike.point).position;
+  const std::string& unit = sound.rings.readout.unit;
+  const nlohmann::json drawn = record.last_row();
+  nlohmann::json ran = nlohmann::json::object();
+  for (const auto& [name, entry] : trace.effects) {
+    ran[name] = {{"calls", entry.calls}, {"seconds", entry.seconds}};
+  }
   if (context.json) {
     nlohmann::json json = {{"file", options.output},
-                           {"modes", body.modes.size()},
+                           {"modes", sound.modes},
                            {"unit", unit},
                            {"peak", peak},
-                           {"position_m", {position.x(), position.y(), position.z()}}};
+                           {"position_m", {position.x(), position.y(), position.z()}},
+                           {"effects", ran},
+                           {"record", drawn}};
     if (body.pitch_target) json["pitch_target"] = solvers::to_json(*body.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
-  } else {
-    fmt::print("{}: {} modes, struck at ({:.4f}, {:.4f}, {:.4f}) m, peak {:.3g} {}\n",
-               options.output, body.modes.size(), position.x(), position.y(), position.z(), peak,
-               unit);
-    if (body.pitch_target) print_report(*body.pitch_target);
+    return;
   }
+  fmt::print("{}: {} modes, struck at ({:.4f}, {:.4f}, {:.4f}) m, peak {:.3g} {}\n", options.output,
+             sound.modes, position.x(), position.y(), position.z(), peak, unit);
+  fmt::print("effects: {}\n", fmt::join(std::views::keys(trace.effects), ", "));
+  for (const auto& [name, value] : drawn.items()) {
+    fmt::print("  {:<24} {}\n", name, value.dump());
+  }
+  if (body.pitch_target) print_report(*body.pitch_target);
 }
 
 }  // namespace
@@ -113,23 +177,35 @@ void add_strike(CLI::App& program, Context& context) {
   CLI::App* command = program.add_subcommand("strike", "one sound of one shape");
   auto options = std::make_shared<StrikeOptions>();
   add_body_options(*command, options->body);
-  command->add_option("-o,--output", options->output, "WAV file (32-bit float)")->required();
+  command
+      ->add_option("-o,--output", options->output,
+                   "WAV file (32-bit float), one channel per listener")
+      ->required();
   command->add_option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");
   command->add_option("--direction", options->direction,
                       "way the force points, x,y,z (default: inward along the normal)");
+  command->add_option("--scene", options->scene,
+                      "YAML file with the keys of a scene (strikes, listeners, supports, room, "
+                      "noise, ...); a build's configuration will do");
+  command->add_option("--set", options->overrides, "key=value instead of the scene's")
+      ->allow_extra_args(false);
   command->add_option("--impulse", options->impulse, "integral of the force")
-      ->capture_default_str();
-  command->add_option("--contact-time", options->contact_time, "duration of the contact")
-      ->capture_default_str();
+      ->default_str(default_impulse);
+  command
+      ->add_option("--contact-time", options->contact_time,
+                   "duration of the contact; 0: an ideal impulse")
+      ->default_str(default_contact_time);
   command->add_option("--listener", options->listener,
-                      "x,y,z [m]: pressure there (monopole) instead of the velocity at the point");
-  command->add_option("--seconds", options->seconds, "length of the clip")->capture_default_str();
-  command->add_option("--sample-rate", options->sample_rate, "[Hz]")
-      ->check(CLI::Range(1000.0, 384000.0))
-      ->capture_default_str();
-  command->add_option("--gain", options->gain, "full scale per m/s or Pa")->capture_default_str();
+                      "x,y,z [m] from the centre of the body's box: pressure there instead of the "
+                      "velocity at the point");
+  command->add_option("--seconds", options->seconds, "length of the clip")->default_str("1 s");
+  command->add_option("--sample-rate", options->sample_rate, "[Hz]")->default_str("44100");
+  command->add_option("--gain", options->gain, "full scale per m/s or Pa")->default_str("1");
   command->add_option("--seed", options->seed, "of the random point")->capture_default_str();
-  command->footer("Example:\n  carillon strike bell --material iron -o bell.wav");
+  command->footer(
+      "Examples:\n  carillon strike bell --material iron -o bell.wav\n"
+      "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.size=[5, 4, 3]' "
+      "--set room.rt60=0.6 -o room.wav");
   command->callback([&context, options] { run_strike(*options, context); });
 }
 

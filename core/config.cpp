@@ -259,6 +259,10 @@ std::vector<ConfigNode> ConfigNode::children(const std::string& key) {
   return nodes;
 }
 
+void ConfigNode::leave_alone(const std::vector<std::string>& keys) {
+  impl_->left_alone.insert(impl_->left_alone.end(), keys.begin(), keys.end());
+}
+
 void ConfigNode::finish() const {
   impl_->refuse_unknown_keys();
 }

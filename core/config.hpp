@@ -64,6 +64,9 @@ class ConfigNode {
   /// The mappings in the list under `key`; a missing key gives an empty list.
   std::vector<ConfigNode> children(const std::string& key);
 
+  /// Lets keys stand unread that mean something to another reader of the same document.
+  void leave_alone(const std::vector<std::string>& keys);
+
   /// Refuses keys that were never asked for, here and in every child that was asked for.
   void finish() const;
 

@@ -78,6 +78,7 @@ void ConfigNode::Impl::refuse_unknown_keys() const {
   std::vector<std::string> known;
   for (const Asked& one : asked) known.push_back(one.key);
   for (const std::string& key : names()) {
+    if (std::find(left_alone.begin(), left_alone.end(), key) != left_alone.end()) continue;
     const Asked* one = find_asked(key);
     const ConfigPlace& where = entry(key)->key_place;
     if (one != nullptr && std::holds_alternative<Existence>(one->answer)) {

@@ -32,6 +32,7 @@ struct ConfigNode::Impl {
   ConfigPlace place;                 ///< of the mapping, or of the nearest one that exists
   std::string path;
   std::vector<Asked> asked;  ///< in the order of asking
+  std::vector<std::string> left_alone;
 
   std::string path_of(const std::string& key) const;
   const ConfigEntry* entry(const std::string& key) const;

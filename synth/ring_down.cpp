@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "solvers/lagrange.hpp"
@@ -109,6 +110,15 @@ std::vector<double> decay_rates(const solvers::Modes& modes,
     rates[static_cast<std::size_t>(i)] = c / 2;
   }
   return rates;
+}
+
+Vec3 spread_direction(const Vec3& axis, double spread, core::RandomStream& random) {
+  if (!(spread > 0)) return axis;
+  const double cosine = 1 - random.uniform() * (1 - std::cos(spread));
+  const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  const double turn = 2 * std::numbers::pi * random.uniform();
+  const Vec3 side = axis.unitOrthogonal();
+  return cosine * axis + sine * (std::cos(turn) * side + std::sin(turn) * axis.cross(side));
 }
 
 RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_rates,

@@ -63,6 +63,10 @@ struct Strike {
   ContactForce force;  ///< its course over time, per unit of impulse
 };
 
+/// A direction within `spread` [rad] of a unit vector, uniform on that cap of the sphere; draws
+/// nothing for a spread of 0.
+Vec3 spread_direction(const Vec3& axis, double spread, core::RandomStream& random);
+
 /// What rings after a strike: oscillators q'' + 2 d q' + lambda q = excitation times a ContactForce
 /// of unit impulse, and how their motion is heard.
 struct RingDown {

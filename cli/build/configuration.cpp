@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <set>
 
-#include "cli/sound/given_strikes.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"
@@ -19,10 +18,6 @@ using core::ConfigNode;
 using core::Dimension;
 using core::path_beside;
 using core::Range;
-
-std::size_t AudioConfig::samples() const {
-  return static_cast<std::size_t>(std::llround(seconds * sample_rate));
-}
 
 namespace {
 
@@ -142,7 +137,7 @@ void read_modes(ConfigNode node, BuildConfig& config) {
   config.band.min_frequency = node.quantity("min_frequency", Dimension::frequency, 20);
   // Modes at or above half the sample rate would not sound.
   config.band.max_frequency = node.quantity("max_frequency", Dimension::frequency,
-                                            std::min(20000.0, config.audio.sample_rate / 2));
+                                            std::min(20000.0, config.scene.audio.sample_rate / 2));
   if (!(config.band.min_frequency >= 0 && config.band.max_frequency > config.band.min_frequency)) {
     node.fail("max_frequency", "must be above min_frequency");
   }
@@ -168,44 +163,6 @@ void read_solver(ConfigNode node, BuildConfig& config) {
 void read_limits(ConfigNode node, BuildConfig& config) {
   config.mesh_limits.seconds = above_zero(node, "mesh_time", Dimension::time, 300);
   config.mesh_limits.memory = memory_limit(node, "mesh_memory", 8ll << 30);
-}
-
-AudioConfig read_audio(ConfigNode node) {
-  AudioConfig audio;
-  audio.sample_rate = node.quantity("sample_rate", Dimension::frequency, 44100);
-  if (!(audio.sample_rate >= 1000 && audio.sample_rate <= 384000)) {
-    node.fail("sample_rate", "must lie between 1 kHz and 384 kHz");
-  }
-  audio.seconds = node.quantity("seconds", Dimension::time, 1);
-  if (!(audio.seconds > 0 && audio.seconds <= 600)) {
-    node.fail("seconds", "must be above 0 and at most 600 s");
-  }
-  if (audio.samples() == 0) node.fail("seconds", "is less than one sample");
-  audio.dtype = node.choice("dtype", {"float32", "int16"}, "float32") == "int16"
-                    ? core::SampleFormat::int16
-                    : core::SampleFormat::float32;
-  audio.gain = node.quantity("gain", Dimension::none, 1);
-  if (!(audio.gain > 0)) node.fail("gain", "must be positive");
-  return audio;
-}
-
-StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
-  StrikeConfig strikes;
-  if (node.has("csv")) {
-    const std::string csv = path_beside(file_name, node.text("csv"));
-    at_key(node, "csv", [&] { strikes.given = read_given_strikes(csv); });
-    return strikes;
-  }
-  strikes.per_object = static_cast<int>(node.integer("per_object", 1, 1000000, 8));
-  strikes.impulse = node.range("impulse", Dimension::impulse, Range{0.005, 0.05});
-  strikes.contact_time = node.range("contact_time", Dimension::time, Range{1e-4, 5e-4});
-  if (!(strikes.impulse.low > 0)) node.fail("impulse", "must be positive");
-  if (!(strikes.contact_time.low > 0)) node.fail("contact_time", "must be positive");
-  strikes.spread = node.quantity("spread", Dimension::angle, 0);
-  if (!(strikes.spread >= 0 && strikes.spread < pi / 2)) {
-    node.fail("spread", "must be at least 0 and below 90 deg");
-  }
-  return strikes;
 }
 
 synth::MelOptions read_mel(ConfigNode node, const AudioConfig& audio) {
@@ -272,7 +229,8 @@ SplitConfig read_split(ConfigNode node) {
 }  // namespace
 
 BuildConfig read_build_config(const std::string& text, const std::string& file_name,
-                              const std::vector<std::string>& overrides) {
+                              const std::vector<std::string>& overrides,
+                              std::span<const Effect> registry) {
   ConfigNode root = ConfigNode::parse(text, file_name, overrides);
   BuildConfig config;
   config.name = root.text("name", std::filesystem::path(file_name).stem().string());
@@ -288,18 +246,16 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   }
   if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
 
-  config.audio = read_audio(root.child("audio"));
+  config.scene = read_scene(root, file_name, registry);
   read_modes(root.child("modes"), config);
   read_solver(root.child("solver"), config);
   read_limits(root.child("limits"), config);
-  config.strikes = read_strikes(root.child("strikes"), file_name);
-  for (ConfigNode& node : root.children("listeners")) {
-    const std::vector<double> p = node.quantities("position", Dimension::length, 3);
-    config.listeners.push_back({{p[0], p[1], p[2]}});
-  }
-  if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.audio);
+  if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);
   if (root.has("voxels")) config.voxels = read_voxels(root.child("voxels"));
   if (root.has("camera")) config.camera = read_camera(root.child("camera"));
+  if (!config.scene.runs("mel")) config.mel.reset();
+  if (!config.scene.runs("voxels")) config.voxels.reset();
+  if (!config.scene.runs("frames")) config.camera.reset();
   ConfigNode files = root.child("files");
   config.wav = files.flag("wav", false);
   config.png = files.flag("png", false);

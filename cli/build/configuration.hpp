@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/audio.hpp"
+#include "cli/sound/scene.hpp"
 #include "core/config.hpp"
 #include "render/frame.hpp"
 #include "render/voxels.hpp"
@@ -13,7 +13,6 @@
 #include "solvers/modes.hpp"
 #include "synth/material.hpp"
 #include "synth/mel.hpp"
-#include "synth/ring_down.hpp"
 
 namespace carillon::cli {
 
@@ -29,31 +28,6 @@ struct ObjectSource {
   std::vector<std::string> materials;  ///< one variant each
   std::map<std::string, std::string> groups;  ///< instead: physical group -> material
   std::vector<double> sizes;                  ///< factors on every length
-};
-
-/// One strike that was given rather than drawn, in the body's coordinates at size 1.
-struct GivenStrike {
-  std::string shape;  ///< shape id; "" or "*": every shape
-  solvers::Vec3 position;
-  std::optional<solvers::Vec3> direction;
-  double impulse;       ///< [N s]
-  double contact_time;  ///< [s]
-};
-
-struct StrikeConfig {
-  int per_object = 8;              ///< strikes of each shape, the same points for all its variants
-  core::Range impulse;             ///< [N s], drawn uniformly in the logarithm
-  core::Range contact_time;        ///< [s], likewise
-  double spread = 0;               ///< [rad] largest angle between force and inward normal
-  std::vector<GivenStrike> given;  ///< from a CSV file; then nothing is drawn
-};
-
-struct AudioConfig {
-  double sample_rate = 44100;  ///< [Hz]
-  double seconds = 1;
-  core::SampleFormat dtype = core::SampleFormat::float32;
-  double gain = 1;  ///< full scale per m/s (dry) or per Pa (listeners); recorded, never adapted
-  std::size_t samples() const;
 };
 
 struct SplitConfig {
@@ -72,9 +46,7 @@ struct BuildConfig {
   solvers::MeshOptions mesh;
   double pitch_cents = 0;  ///< each shape is refined until its worst mode is within it; 0: not
   solvers::ChildLimits mesh_limits;
-  AudioConfig audio;
-  StrikeConfig strikes;
-  std::vector<synth::Listener> listeners;
+  Scene scene;
   std::optional<synth::MelOptions> mel;
   std::optional<render::VoxelOptions> voxels;
   std::optional<render::Camera> camera;
@@ -87,7 +59,9 @@ struct BuildConfig {
 /// @param text       the configuration
 /// @param file_name  for messages; paths in the configuration are relative to its folder
 /// @throws ConfigError  file:line:column, what is wrong and what would be right
+/// @param registry   the effects that there are
 BuildConfig read_build_config(const std::string& text, const std::string& file_name,
-                              const std::vector<std::string>& overrides);
+                              const std::vector<std::string>& overrides,
+                              std::span<const Effect> registry = effects());
 
 }  // namespace carillon::cli

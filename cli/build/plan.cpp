@@ -105,7 +105,7 @@ void add_files(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
 
 /// Every given strike speaks of a shape that there is.
 void check_given_strikes(const BuildConfig& config, const std::set<std::string>& ids) {
-  for (const GivenStrike& strike : config.strikes.given) {
+  for (const GivenStrike& strike : config.scene.strikes.given) {
     if (strike.shape.empty() || strike.shape == "*" || ids.contains(strike.shape)) continue;
     const std::string near =
         core::nearest_name(strike.shape, std::vector<std::string>(ids.begin(), ids.end()));
@@ -119,12 +119,12 @@ void check_given_strikes(const BuildConfig& config, const std::set<std::string>&
 /// Strike numbers of a shape: drawn ones, or those rows of the CSV that speak of it.
 std::vector<int> strike_numbers(const BuildConfig& config, const Shape& shape) {
   std::vector<int> numbers;
-  if (config.strikes.given.empty()) {
-    for (int i = 0; i < config.strikes.per_object; ++i) numbers.push_back(i);
+  if (config.scene.strikes.given.empty()) {
+    for (int i = 0; i < config.scene.strikes.per_object; ++i) numbers.push_back(i);
     return numbers;
   }
-  for (std::size_t i = 0; i < config.strikes.given.size(); ++i) {
-    const std::string& wanted = config.strikes.given[i].shape;
+  for (std::size_t i = 0; i < config.scene.strikes.given.size(); ++i) {
+    const std::string& wanted = config.scene.strikes.given[i].shape;
     if (wanted.empty() || wanted == "*" || wanted == shape.id)
       numbers.push_back(static_cast<int>(i));
   }
@@ -187,8 +187,7 @@ BuildPlan make_plan(const BuildConfig& config) {
 }
 
 std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config) {
-  // Seconds of a ten-node solve of a few ten thousand unknowns, and of 1 s of sound of 300 modes.
-  constexpr double modes_seconds = 5, seconds_per_mode_sample = 1e-9;
+  constexpr double modes_seconds = 5;  // of a few ten thousand unknowns
   std::vector<mpi::Task> tasks;
   for (const BuildTask& task : plan.tasks) {
     mpi::Task entry;
@@ -198,9 +197,10 @@ std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& con
       entry.cost = config.pitch_cents > 0 ? 3 * modes_seconds : modes_seconds;
       entry.memory = 1e9;
     } else {
-      const double rows = static_cast<double>(std::max<std::size_t>(1, config.listeners.size()));
-      const double values = static_cast<double>(task.count * config.audio.samples()) * rows;
-      entry.cost = values * config.band.max_modes * seconds_per_mode_sample;
+      const double rows = static_cast<double>(config.scene.rows());
+      const double values = static_cast<double>(task.count * config.scene.audio.samples()) * rows;
+      entry.cost =
+          static_cast<double>(task.count) * config.scene.seconds_per_sound(config.band.max_modes);
       entry.memory = values * 4 + 1e8;
       entry.after = {static_cast<std::int64_t>(task.shape)};  // modes tasks come first, by shape
     }
@@ -216,11 +216,14 @@ std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
                          m.elastic.poisson_ratio, m.elastic.density, m.damping.alpha1,
                          m.damping.alpha2));
   }
-  for (const GivenStrike& s : config.strikes.given) {
+  for (const GivenStrike& s : config.scene.strikes.given) {
     const solvers::Vec3 direction = s.direction.value_or(solvers::Vec3::Zero());
     hash.add(fmt::format("{} {} {}\n", s.shape, s.impulse, s.contact_time));
     hash.add(std::span<const double>(s.position.data(), 3));
     hash.add(std::span<const double>(direction.data(), 3));
+  }
+  for (const EffectDecision& effect : config.scene.effects) {
+    if (effect.enabled) hash.add(effect.in_scene.content);
   }
   for (const Shape& shape : plan.shapes) {
     hash.add(shape.id).add(shape.identity).add(solvers::to_json(shape.request).dump());

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/build/build.hpp"
-#include "cli/build/effects.hpp"
 #include "cli/build/solver_plan.hpp"
+#include "cli/sound/scene.hpp"
 #include "core/progress.hpp"
 
 namespace carillon::cli {
@@ -14,12 +14,12 @@ namespace {
 
 /// Bytes of the sample columns that weigh: audio and spectrograms.
 double sample_bytes(const BuildConfig& config) {
-  const double rows = static_cast<double>(std::max<std::size_t>(1, config.listeners.size()));
-  const double audio = static_cast<double>(config.audio.samples()) *
-                       (config.audio.dtype == core::SampleFormat::int16 ? 2 : 4);
-  const double mel =
-      config.mel ? 4.0 * config.mel->bands * synth::mel_frames(config.audio.samples(), *config.mel)
-                 : 0;
+  const double rows = static_cast<double>(config.scene.rows());
+  const double audio = static_cast<double>(config.scene.audio.samples()) *
+                       (config.scene.audio.dtype == core::SampleFormat::int16 ? 2 : 4);
+  const double mel = config.mel ? 4.0 * config.mel->bands *
+                                      synth::mel_frames(config.scene.audio.samples(), *config.mel)
+                                : 0;
   return rows * (audio * (config.wav ? 2 : 1) + mel);
 }
 
@@ -38,7 +38,7 @@ nlohmann::json describe(const LoadedBuild& build) {
           {"samples", build.plan.samples.size()},
           {"tasks", {{"modes", modes_tasks}, {"samples", samples_tasks}}},
           {"solver", plan_solver(build.config)},
-          {"effects", plan_effects(build.config)},
+          {"effects", describe_effects(build.config.scene)},
           {"estimate",
            {{"rank_seconds", seconds},
             {"memory_bytes_per_rank", memory},

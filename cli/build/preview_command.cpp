@@ -80,7 +80,7 @@ void add_preview(CLI::App& program, Context& context) {
                              "choose another folder with --output");
     }
     if (!build.config.mel) {
-      build.config.mel = synth::MelOptions{.sample_rate = build.config.audio.sample_rate};
+      build.config.mel = synth::MelOptions{.sample_rate = build.config.scene.audio.sample_rate};
     }
     if (!build.config.camera) build.config.camera = render::Camera{};
     build.config.png = true;
@@ -91,24 +91,30 @@ void add_preview(CLI::App& program, Context& context) {
     run_modes_task(build.config, shape, folders, context.world, trace);
     if (!context.speaks()) return;
 
-    const SampleResult result = SampleMaker(build.config, shape, folders).make(sample, trace);
-    const std::size_t count = build.config.audio.samples();
+    const SampleResult result =
+        SampleMaker(build.config, shape, folders, trace).make(sample, nullptr);
+    const std::size_t count = build.config.scene.audio.samples();
     core::AudioClip clip;
-    clip.sample_rate = static_cast<int>(std::lround(build.config.audio.sample_rate));
-    clip.samples.assign(result.audio.begin(), result.audio.begin() + static_cast<long>(count));
+    clip.sample_rate = static_cast<int>(std::lround(build.config.scene.audio.sample_rate));
+    clip.samples.assign(result.sound.audio.begin(),
+                        result.sound.audio.begin() + static_cast<long>(count));
     core::write_wav(folders.output / "sound.wav", clip, core::SampleFormat::float32);
     const std::vector<float> mel = synth::MelSpectrogram(*build.config.mel)(clip.samples);
     core::write_png(folders.output / "spectrogram.png",
                     spectrogram_picture(mel, build.config.mel->bands,
                                         synth::mel_frames(count, *build.config.mel)));
-    const nlohmann::json summary = {{"sample", sample.key},      {"id", sample.id},
-                                    {"modes", result.modes},     {"peak", result.peak},
-                                    {"unit", result.audio_unit}, {"folder", options->output}};
+    const nlohmann::json summary = {{"sample", sample.key},
+                                    {"id", sample.id},
+                                    {"modes", result.sound.modes},
+                                    {"peak", result.peak},
+                                    {"unit", result.sound.rings.readout.unit},
+                                    {"folder", options->output}};
     if (context.json) {
       fmt::print("{}\n", summary.dump(2));
     } else {
       fmt::print("{}: {} modes, peak {:.3g} {}; sound.wav, spectrogram.png and pictures/ in {}\n",
-                 sample.key, result.modes, result.peak, result.audio_unit, options->output);
+                 sample.key, result.sound.modes, result.peak, result.sound.rings.readout.unit,
+                 options->output);
     }
   });
 }

@@ -58,41 +58,43 @@ void add_labels(const BuildConfig& config, const Shape& shape, const Sample& sam
 void add_strike_columns(const SampleResult& result, Columns& columns) {
   add_vector(columns, "position", result.frame.position, "m");
   add_vector(columns, "normal", result.frame.normal, "1");
-  add_vector(columns, "direction", result.strike.direction, "1");
-  columns.add("impulse", result.strike.impulse, "N s");
-  columns.add("contact_time", result.strike.force.duration, "s");
-  columns.add("modes", static_cast<std::int64_t>(result.modes));
+  add_vector(columns, "direction", result.sound.strike.direction, "1");
+  columns.add("impulse", result.sound.strike.impulse, "N s");
+  columns.add("contact_time", result.sound.strike.force.duration, "s");
+  columns.add("modes", static_cast<std::int64_t>(result.sound.modes));
   columns.add("complete_to", result.complete_to_hz, "Hz");
   columns.add("pitch_error", result.pitch_error, "cent");
 }
 
 void add_audio(const BuildConfig& config, const SampleResult& result, Columns& columns) {
-  const auto samples = static_cast<std::uint64_t>(config.audio.samples());
-  const auto listeners = static_cast<std::uint64_t>(config.listeners.size());
+  const auto samples = static_cast<std::uint64_t>(config.scene.audio.samples());
+  const auto listeners = static_cast<std::uint64_t>(config.scene.rows());
   const core::Extent inner =
       listeners > 1 ? core::Extent{listeners, samples} : core::Extent{samples};
   std::int64_t clipped = 0;
-  if (config.audio.dtype == core::SampleFormat::int16) {
-    columns.add<std::int16_t>("audio", to_int16(result.audio, clipped), inner, result.audio_unit);
+  if (config.scene.audio.dtype == core::SampleFormat::int16) {
+    columns.add<std::int16_t>("audio", to_int16(result.sound.audio, clipped), inner,
+                              result.sound.rings.readout.unit);
   } else {
-    columns.add<float>("audio", result.audio, inner, result.audio_unit);
+    columns.add<float>("audio", result.sound.audio, inner, result.sound.rings.readout.unit);
   }
-  columns.add("gain", config.audio.gain, result.audio_unit == "Pa" ? "1/Pa" : "s/m");
+  columns.add("gain", config.scene.audio.gain,
+              result.sound.rings.readout.unit == "Pa" ? "1/Pa" : "s/m");
   columns.add("peak", result.peak);
   columns.add("clipped", clipped);
 }
 
 void add_mel(const BuildConfig& config, const synth::MelSpectrogram& mel,
              const SampleResult& result, Columns& columns) {
-  const std::size_t samples = config.audio.samples();
+  const std::size_t samples = config.scene.audio.samples();
   std::vector<float> all;
-  for (std::size_t from = 0; from < result.audio.size(); from += samples) {
-    const std::vector<float> one = mel(std::span(result.audio).subspan(from, samples));
+  for (std::size_t from = 0; from < result.sound.audio.size(); from += samples) {
+    const std::vector<float> one = mel(std::span(result.sound.audio).subspan(from, samples));
     all.insert(all.end(), one.begin(), one.end());
   }
   const auto bands = static_cast<std::uint64_t>(config.mel->bands);
   const auto frames = static_cast<std::uint64_t>(synth::mel_frames(samples, *config.mel));
-  const auto listeners = static_cast<std::uint64_t>(config.listeners.size());
+  const auto listeners = static_cast<std::uint64_t>(config.scene.rows());
   columns.add<float>(
       "mel", all,
       listeners > 1 ? core::Extent{listeners, bands, frames} : core::Extent{bands, frames},
@@ -123,16 +125,16 @@ std::string write_sound(const BuildConfig& config, const Shape& shape, const Sam
                     fmt::format("{}-{}-strike-{:04}.wav", file_safe(variant.material), variant.size,
                                 sample.strike);
   core::AudioClip clip;
-  clip.sample_rate = static_cast<int>(std::lround(config.audio.sample_rate));
-  clip.channels = static_cast<int>(std::max<std::size_t>(1, config.listeners.size()));
-  const std::size_t samples = config.audio.samples();
-  clip.samples.resize(result.audio.size());
-  for (std::size_t i = 0; i < result.audio.size(); ++i) {
+  clip.sample_rate = static_cast<int>(std::lround(config.scene.audio.sample_rate));
+  clip.channels = static_cast<int>(config.scene.rows());
+  const std::size_t samples = config.scene.audio.samples();
+  clip.samples.resize(result.sound.audio.size());
+  for (std::size_t i = 0; i < result.sound.audio.size(); ++i) {
     const std::size_t channel = i / samples, frame = i % samples;
-    clip.samples[frame * static_cast<std::size_t>(clip.channels) + channel] = result.audio[i];
+    clip.samples[frame * static_cast<std::size_t>(clip.channels) + channel] = result.sound.audio[i];
   }
   core::write_durably(folders.output / path, [&](const std::filesystem::path& temporary) {
-    core::write_wav(temporary, clip, config.audio.dtype);
+    core::write_wav(temporary, clip, config.scene.audio.dtype);
   });
   return path.string();
 }
@@ -143,14 +145,14 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
                                           const BuildTask& task, const BuildFolders& folders,
                                           core::Trace& trace) {
   const Shape& shape = plan.shapes[task.shape];
-  SampleMaker maker(config, shape, folders);
+  SampleMaker maker(config, shape, folders, trace);
   std::unique_ptr<synth::MelSpectrogram> mel;
   if (config.mel) mel = std::make_unique<synth::MelSpectrogram>(*config.mel);
   Columns columns;
   std::vector<std::string> written;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
-    const SampleResult result = maker.make(sample, trace);
+    const SampleResult result = maker.make(sample, &columns);
     add_labels(config, shape, sample, maker.materials(sample.variant), columns);
     add_strike_columns(result, columns);
     add_audio(config, result, columns);
@@ -163,7 +165,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   const core::ScopedTimer timer(trace.stages["write shard"]);
   core::write_durably(folders.shard_file(task), [&](const std::filesystem::path& path) {
     const core::Hdf5Group file = core::Hdf5Group::create_file(path);
-    file.write_attribute("sample_rate_hz", config.audio.sample_rate);
+    file.write_attribute("sample_rate_hz", config.scene.audio.sample_rate);
     columns.write(file);
     if (config.mel) write_mel_attributes(*config.mel, file);
   });

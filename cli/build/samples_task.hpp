@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/build/modes_task.hpp"
+#include "cli/columns.hpp"
 #include "core/hdf5.hpp"
 #include "core/trace.hpp"
 
@@ -11,12 +12,9 @@ namespace carillon::cli {
 
 /// A sound with everything that is needed to make it again.
 struct SampleResult {
-  synth::Strike strike;
-  synth::PointFrame frame;   ///< point and normal, at the sample's size [m]
-  std::vector<float> audio;  ///< listeners x samples, gain applied
-  std::string audio_unit;    ///< m/s or Pa
-  double peak = 0;           ///< largest magnitude in `audio`
-  std::size_t modes = 0;     ///< modes that sound
+  Sound sound;              ///< its audio is listeners x samples, gain applied
+  synth::PointFrame frame;  ///< point and normal, at the sample's size [m]
+  double peak = 0;          ///< largest magnitude in the audio
   double complete_to_hz = 0;
   double pitch_error = 0;  ///< worst estimated one of the body's modes [cents]
 };
@@ -24,10 +22,13 @@ struct SampleResult {
 /// Makes samples of one shape from its modes file; modes of a variant are rescaled once.
 class SampleMaker {
  public:
+  /// @param trace  of the effects; must outlive the maker
   /// @throws FileError  the modes file is missing or damaged
-  SampleMaker(const BuildConfig& config, const Shape& shape, const BuildFolders& folders);
+  SampleMaker(const BuildConfig& config, const Shape& shape, const BuildFolders& folders,
+              core::Trace& trace);
   ~SampleMaker();
-  SampleResult make(const Sample& sample, core::Trace& trace);
+  /// @param record  takes what the effects drew; may be null
+  SampleResult make(const Sample& sample, Columns* record);
   /// Materials of a variant, one per region.
   const std::vector<synth::Material>& materials(std::size_t variant) const;
 

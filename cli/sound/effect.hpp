@@ -22,24 +22,27 @@ struct RingingBody {
   const std::vector<synth::Material>* materials = nullptr;  ///< one per region of the modes
   const synth::SurfaceSampler* sampler = nullptr;           ///< of the body's surface
   std::vector<double> decay_rates;                          ///< d of each mode [1/s]
+  solvers::Vec3 centre = solvers::Vec3::Zero();             ///< of its bounding box [m]
   std::vector<synth::Listener> listeners;  ///< in the body's coordinates; may be empty
-  /// Pressure at the listeners per modal motion; no rows without listeners. Made once for a body,
-  /// as it does not depend on the strike.
+  /// Pressure at the listeners per modal motion; without rows the dry signal is heard. Made once
+  /// for a body, as it does not depend on the strike.
   synth::Readout pressure;
 };
 
 /// One sound on its way through the effects: each takes what is there and adds its part.
 struct Sound {
   const RingingBody* body = nullptr;
-  std::uint64_t seed = 0;  ///< of the data set; random streams are keyed by (seed, id, purpose)
-  std::uint64_t id = 0;    ///< of the sample
-  std::size_t part = 0;    ///< of `parts` whose rooms and noises have nothing in common
-  std::size_t parts = 1;   ///< (training, validation and test of either split)
-  synth::Strike strike;
+  std::uint64_t seed = 0;    ///< of the data set; random streams are keyed by (seed, id, purpose)
+  std::uint64_t id = 0;      ///< of the sample
+  std::size_t part = 0;      ///< of `parts` whose rooms and noises have nothing in common
+  std::size_t parts = 1;     ///< (training, validation and test of either split)
+  synth::Strike strike;      ///< without a force over time until an effect gives it one
+  double contact_time = 0;   ///< drawn or given [s]
   synth::RingDown rings;     ///< what is about to ring; effects of modes change it
   std::vector<float> audio;  ///< rows (listeners, or one) x samples
   std::size_t rows = 1;
   double sample_rate = 44100;
+  std::size_t modes = 0;      ///< that sound
   Columns* record = nullptr;  ///< what was drawn and found, so that the sample can be made again
 
   std::span<float> row(std::size_t r) {

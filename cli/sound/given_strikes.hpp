@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/build/configuration.hpp"
+#include "cli/sound/scene.hpp"
 
 namespace carillon::cli {
 

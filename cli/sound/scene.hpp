@@ -1,7 +1,8 @@
 #pragma once
 
-#include <cstdint>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,21 @@ struct Scene {
   StrikeConfig strikes;
   std::vector<synth::Listener> listeners;  ///< from the centre of the body's box
   std::vector<EffectDecision> effects;     ///< every effect there is, on or off, in order
+
+  /// Of a sound: one per listener, or one of the dry signal.
+  std::size_t rows() const;
+  bool runs(std::string_view effect) const;
+  /// Estimated seconds of one sound: modes ringing, and the effects that are on.
+  double seconds_per_sound(int modes) const;
 };
+
+/// Reads `audio`, `strikes`, `listeners`, `effects` and the keys of every effect.
+/// @param registry  the effects that there are
+/// @throws ConfigError
+Scene read_scene(core::ConfigNode& root, const std::string& file_name,
+                 std::span<const Effect> registry = effects());
+
+/// `[].name, .enabled, .reason, .seconds_per_sound` of a scene's effects.
+nlohmann::json describe_effects(const Scene& scene);
 
 }  // namespace carillon::cli

@@ -37,9 +37,9 @@ TEST(Configuration, DefaultsAreThoseOfTheGuide) {
   EXPECT_EQ(config.band.min_frequency, 20);
   EXPECT_EQ(config.band.max_frequency, 20000);
   EXPECT_EQ(config.band.max_modes, 300);
-  EXPECT_EQ(config.audio.samples(), 44100u);
+  EXPECT_EQ(config.scene.audio.samples(), 44100u);
   EXPECT_FALSE(config.mel || config.voxels || config.camera || config.wav || config.png);
-  EXPECT_TRUE(config.listeners.empty());
+  EXPECT_TRUE(config.scene.listeners.empty());
 }
 
 TEST(Configuration, ResolvedTextReadsBackAsItself) {
@@ -50,7 +50,7 @@ TEST(Configuration, ResolvedTextReadsBackAsItself) {
   const BuildConfig twice = read(once.resolved);
   EXPECT_EQ(once.resolved, twice.resolved);
   EXPECT_EQ(twice.mel->hop, 1837);
-  EXPECT_EQ(twice.strikes.impulse.low, 0.02);
+  EXPECT_EQ(twice.scene.strikes.impulse.low, 0.02);
 }
 
 TEST(Configuration, UnitsAreUnderstood) {
@@ -60,7 +60,7 @@ TEST(Configuration, UnitsAreUnderstood) {
   EXPECT_DOUBLE_EQ(config.objects[0].parameters.at("length").low, 0.12);
   EXPECT_DOUBLE_EQ(config.objects[0].parameters.at("length").high, 0.2);
   EXPECT_DOUBLE_EQ(config.band.max_frequency, 12000);
-  EXPECT_EQ(config.audio.samples(), 22050u);
+  EXPECT_EQ(config.scene.audio.samples(), 22050u);
 }
 
 TEST(Configuration, MistakesNamePlaceAndRemedy) {
@@ -113,7 +113,7 @@ TEST(Configuration, MaterialsOfGroups) {
 }
 
 TEST(Configuration, OverridesWin) {
-  EXPECT_EQ(read(minimal, {"strikes.per_object=3"}).strikes.per_object, 3);
+  EXPECT_EQ(read(minimal, {"strikes.per_object=3"}).scene.strikes.per_object, 3);
   EXPECT_EQ(read(minimal, {"objects[0].count=7"}).objects[0].count, 7);
 }
 

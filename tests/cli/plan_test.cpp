@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "cli/build/effects.hpp"
 #include "cli/build/solver_plan.hpp"
+#include "cli/sound/scene.hpp"
 #include "core/error.hpp"
 
 namespace carillon::cli {
@@ -112,16 +112,16 @@ TEST(Plan, FingerprintsTellPlansApart) {
   EXPECT_EQ(print(bars(2, 2)), print(bars(2, 2)));
   EXPECT_NE(print(bars(2, 2)), print(bars(2, 3)));
   BuildConfig struck = bars(2, 2);
-  struck.strikes.given = {{"*", {0, 0, 0}, {}, 0.01, 0.001}};
+  struck.scene.strikes.given = {{"*", {0, 0, 0}, {}, 0.01, 0.001}};
   const std::string before = print(struck);
-  struck.strikes.given[0].impulse = 0.02;
+  struck.scene.strikes.given[0].impulse = 0.02;
   EXPECT_NE(print(struck), before);
 }
 
 TEST(Plan, EffectsAreOffUnlessAskedFor) {
-  const nlohmann::json off = plan_effects(bars(1, 1));
-  const nlohmann::json on = plan_effects(
-      bars(1, 1, "mel: {}\nvoxels: {}\ncamera: {}\nlisteners:\n  - position: [0, 0, 1]\n"));
+  const nlohmann::json off = describe_effects(bars(1, 1).scene);
+  const nlohmann::json on = describe_effects(
+      bars(1, 1, "mel: {}\nvoxels: {}\ncamera: {}\nlisteners:\n  - position: [0, 0, 1]\n").scene);
   for (std::size_t i = 0; i < off.size(); ++i) {
     const std::string name = off[i].at("name");
     const bool always = name == "damping" || name == "contact";

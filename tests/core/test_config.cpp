@@ -152,6 +152,22 @@ TEST(Config, ChildrenOutliveTheirRoot) {
   EXPECT_EQ(child.quantity("b", Dimension::none), 5);
 }
 
+TEST(Config, KeysOfAnotherReaderMayStand) {
+  ConfigNode root = ConfigNode::parse("a: 1\nobjects: [{x: 1}]\n", "c.yaml");
+  root.quantity("a", Dimension::none);
+  EXPECT_THROW(root.finish(), ConfigError);
+  root.leave_alone({"objects", "absent"});
+  root.finish();
+}
+
+TEST(Config, TellsWhereAKeyWasWritten) {
+  const ConfigNode root =
+      ConfigNode::parse("a: 1\n\nroom: {order: 2}\n", "/folder/c.yaml", {"b=2"});
+  EXPECT_EQ(root.where("room"), "c.yaml:3");
+  EXPECT_EQ(root.where("b"), "--set b=2");
+  EXPECT_EQ(root.where("none"), "");
+}
+
 TEST(ReadTextFile, GivesTheTextOrTheReason) {
   const TemporaryFolder folder;
   write_text_durably(folder / "c.yaml", "seed: 1\n");

@@ -1,0 +1,63 @@
+#include "cli/sound/chain.hpp"
+
+namespace carillon::cli {
+
+SoundChain::SoundChain(const Scene& scene, const std::filesystem::path& cache, core::Trace& trace)
+    : scene_(scene), trace_(trace) {
+  for (const EffectDecision& decision : scene.effects) {
+    if (!decision.enabled || !decision.in_scene.start) continue;
+    running_.push_back({decision.effect->name, decision.in_scene.start(cache)});
+  }
+}
+
+template <class Subject>
+void SoundChain::run(std::function<void(Subject&)> EffectParts::* stage, Subject& subject) {
+  for (const Running& effect : running_) {
+    const auto& part = effect.parts.*stage;
+    if (!part) continue;
+    const core::ScopedTimer timer(trace_.effects[effect.name]);
+    part(subject);
+  }
+}
+
+RingingBody SoundChain::prepare(std::string id, const solvers::Modes& modes,
+                                const std::vector<synth::Material>& materials,
+                                const synth::SurfaceSampler& sampler) {
+  RingingBody body;
+  body.id = std::move(id);
+  body.modes = &modes;
+  body.materials = &materials;
+  body.sampler = &sampler;
+  body.decay_rates.assign(modes.size(), 0.0);
+  const solvers::Box box = solvers::bounding_box(modes.surface.nodes);
+  body.centre = 0.5 * (box.low + box.high);
+  for (const synth::Listener& listener : scene_.listeners) {
+    body.listeners.push_back({body.centre + listener.position});
+  }
+  run(&EffectParts::body, body);
+  return body;
+}
+
+void SoundChain::make(Sound& sound) {
+  const RingingBody& body = *sound.body;
+  sound.sample_rate = scene_.audio.sample_rate;
+  run(&EffectParts::strike, sound);
+  const bool heard = !body.pressure.delays.empty();
+  sound.rings = synth::ring_down(
+      *body.modes, body.decay_rates, sound.strike,
+      heard ? body.pressure : synth::point_velocity(*body.modes, sound.strike.point));
+  run(&EffectParts::rings, sound);
+  sound.rows = sound.rings.readout.delays.size();
+  {
+    const core::ScopedTimer timer(trace_.stages["ring"]);
+    int dropped = 0;  // at or above half the sample rate
+    sound.audio = synth::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
+                                    scene_.audio.samples(), &dropped);
+    sound.modes = sound.rings.eigenvalues.size() - static_cast<std::size_t>(dropped);
+  }
+  run(&EffectParts::audio, sound);
+  for (float& value : sound.audio) value = static_cast<float>(value * scene_.audio.gain);
+  run(&EffectParts::full_scale, sound);
+}
+
+}  // namespace carillon::cli

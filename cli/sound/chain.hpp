@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cli/sound/scene.hpp"
+#include "core/trace.hpp"
+
+namespace carillon::cli {
+
+/// The effects of a scene at work, one after the other. Those that are off are not started: they
+/// have no state, take no memory and cannot be called. Belongs to one thread.
+class SoundChain {
+ public:
+  /// @param cache  folder for what effects find dear to compute; empty: none
+  /// @param trace  calls and seconds of every effect are added to it
+  SoundChain(const Scene& scene, const std::filesystem::path& cache, core::Trace& trace);
+
+  /// A body as the effects of bodies leave it: its decay rates, and the pressure at listeners. The
+  /// modes, materials and sampler must outlive it.
+  RingingBody prepare(std::string id, const solvers::Modes& modes,
+                      const std::vector<synth::Material>& materials,
+                      const synth::SurfaceSampler& sampler);
+
+  /// Makes the audio of a sound whose body, strike and keys are set: rows x samples at full scale.
+  void make(Sound& sound);
+
+ private:
+  template <class Subject>
+  void run(std::function<void(Subject&)> EffectParts::* stage, Subject& subject);
+
+  struct Running {
+    const char* name;
+    EffectParts parts;
+  };
+  const Scene& scene_;
+  core::Trace& trace_;
+  std::vector<Running> running_;
+};
+
+}  // namespace carillon::cli

@@ -1,0 +1,35 @@
+#include <algorithm>
+
+#include "cli/sound/effects/list.hpp"
+#include "cli/sound/scene.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+SceneEffect read(core::ConfigNode& root, const Scene& scene) {
+  SceneEffect effect;
+  const auto& given = scene.strikes.given;
+  const bool finite = given.empty() || std::any_of(given.begin(), given.end(), [](const auto& s) {
+                        return s.contact_time > 0;
+                      });
+  if (finite) {
+    effect.asked_by = root.has("strikes") ? "strikes: (" + root.where("strikes") + ")"
+                                          : "strikes.contact_time is not zero";
+  } else {
+    effect.reason_off = "every given strike is an ideal impulse";
+  }
+  effect.start = [](const std::filesystem::path&) {
+    EffectParts parts;
+    parts.strike = [](Sound& sound) { sound.strike.force.duration = sound.contact_time; };
+    return parts;
+  };
+  return effect;
+}
+
+}  // namespace
+
+const Effect contact_effect = {
+    .name = "contact", .description = "finite contact pulse of the striker", .read = read};
+
+}  // namespace carillon::cli

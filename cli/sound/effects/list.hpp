@@ -1,0 +1,15 @@
+#pragma once
+
+#include "cli/sound/effect.hpp"
+
+namespace carillon::cli {
+
+/// Each is defined in the file of its name; effects.cpp puts them in order.
+extern const Effect damping_effect;
+extern const Effect contact_effect;
+extern const Effect radiation_effect;
+extern const Effect mel_effect;
+extern const Effect voxels_effect;
+extern const Effect frames_effect;
+
+}  // namespace carillon::cli

@@ -1,0 +1,144 @@
+#include "cli/sound/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "cli/sound/given_strikes.hpp"
+
+namespace carillon::cli {
+
+using core::at_key;
+using core::ConfigNode;
+using core::Dimension;
+using core::path_beside;
+using core::Range;
+
+namespace {
+
+AudioConfig read_audio(ConfigNode node) {
+  AudioConfig audio;
+  audio.sample_rate = node.quantity("sample_rate", Dimension::frequency, 44100);
+  if (!(audio.sample_rate >= 1000 && audio.sample_rate <= 384000)) {
+    node.fail("sample_rate", "must lie between 1 kHz and 384 kHz");
+  }
+  audio.seconds = node.quantity("seconds", Dimension::time, 1);
+  if (!(audio.seconds > 0 && audio.seconds <= 600)) {
+    node.fail("seconds", "must be above 0 and at most 600 s");
+  }
+  if (audio.samples() == 0) node.fail("seconds", "is less than one sample");
+  audio.dtype = node.choice("dtype", {"float32", "int16"}, "float32") == "int16"
+                    ? core::SampleFormat::int16
+                    : core::SampleFormat::float32;
+  audio.gain = node.quantity("gain", Dimension::none, 1);
+  if (!(audio.gain > 0)) node.fail("gain", "must be positive");
+  return audio;
+}
+
+StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
+  StrikeConfig strikes;
+  if (node.has("csv")) {
+    const std::string csv = path_beside(file_name, node.text("csv"));
+    at_key(node, "csv", [&] { strikes.given = read_given_strikes(csv); });
+    return strikes;
+  }
+  strikes.per_object = static_cast<int>(node.integer("per_object", 1, 1000000, 8));
+  strikes.impulse = node.range("impulse", Dimension::impulse, Range{0.005, 0.05});
+  strikes.contact_time = node.range("contact_time", Dimension::time, Range{1e-4, 5e-4});
+  if (!(strikes.impulse.low > 0)) node.fail("impulse", "must be positive");
+  if (!(strikes.contact_time.low > 0)) node.fail("contact_time", "must be positive");
+  strikes.spread = node.quantity("spread", Dimension::angle, 0);
+  if (!(strikes.spread >= 0 && strikes.spread < std::numbers::pi / 2)) {
+    node.fail("spread", "must be at least 0 and below 90 deg");
+  }
+  return strikes;
+}
+
+/// What `effects: {name: ...}` and the scene's needs come to.
+EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& switches) {
+  EffectDecision decision{&effect, false, "", std::move(in_scene)};
+  const std::string wish = switches.choice(effect.name, {"auto", "on", "off"}, "auto");
+  const std::string place =
+      wish == "auto" ? ""
+                     : fmt::format("effects.{}: {} ({})", effect.name, wish,
+                                   switches.where(effect.name));
+  const bool can_run = decision.in_scene.reason_off.empty();
+  if (wish == "off") {
+    decision.reason = place;
+  } else if (!can_run) {
+    if (wish == "on") {
+      switches.fail(effect.name,
+                    fmt::format("cannot be on: {}", decision.in_scene.reason_off),
+                    "give it what it needs, or write auto");
+    }
+    decision.reason = decision.in_scene.reason_off;
+  } else if (effect.only_on_demand && wish == "auto") {
+    decision.reason = fmt::format("only runs with effects.{}: on", effect.name);
+  } else {
+    decision.enabled = true;
+    decision.reason = wish == "on" ? place : decision.in_scene.asked_by;
+  }
+  return decision;
+}
+
+}  // namespace
+
+std::size_t AudioConfig::samples() const {
+  return static_cast<std::size_t>(std::llround(seconds * sample_rate));
+}
+
+std::size_t Scene::rows() const {
+  return runs("radiation") ? listeners.size() : 1;
+}
+
+bool Scene::runs(std::string_view effect) const {
+  return std::any_of(effects.begin(), effects.end(), [&](const EffectDecision& decision) {
+    return decision.enabled && effect == decision.effect->name;
+  });
+}
+
+double Scene::seconds_per_sound(int modes) const {
+  // Ring-down kernel, one core of a 2.3 GHz Xeon (docs/sound/speed.md).
+  constexpr double seconds_per_mode_sample = 4e-10;
+  const double count = static_cast<double>(rows());
+  double seconds = seconds_per_mode_sample * modes * static_cast<double>(audio.samples()) * count;
+  for (const EffectDecision& decision : effects) {
+    if (decision.enabled) seconds += decision.in_scene.seconds_per_sound * count;
+  }
+  return seconds;
+}
+
+Scene read_scene(ConfigNode& root, const std::string& file_name,
+                 std::span<const Effect> registry) {
+  Scene scene;
+  scene.file_name = file_name;
+  scene.audio = read_audio(root.child("audio"));
+  scene.strikes = read_strikes(root.child("strikes"), file_name);
+  for (ConfigNode& node : root.children("listeners")) {
+    const std::vector<double> p = node.quantities("position", Dimension::length, 3);
+    scene.listeners.push_back({{p[0], p[1], p[2]}});
+  }
+  ConfigNode switches = root.child("effects");
+  for (const Effect& effect : registry) {
+    scene.effects.push_back(decide(effect, effect.read(root, scene), switches));
+  }
+  return scene;
+}
+
+nlohmann::json describe_effects(const Scene& scene) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const EffectDecision& decision : scene.effects) {
+    list.push_back({{"name", decision.effect->name},
+                    {"enabled", decision.enabled},
+                    {"reason", decision.reason},
+                    {"seconds_per_sound",
+                     decision.enabled ? decision.in_scene.seconds_per_sound *
+                                            static_cast<double>(scene.rows())
+                                      : 0.0}});
+  }
+  return list;
+}
+
+}  // namespace carillon::cli
