@@ -24,6 +24,11 @@ double sample_bytes(const BuildConfig& config) {
 }
 
 nlohmann::json describe(const LoadedBuild& build) {
+  nlohmann::json effects = describe_effects(build.config.scene);
+  for (nlohmann::json& effect : effects) {
+    effect["seconds"] = effect.at("seconds_per_sound").get<double>() *
+                        static_cast<double>(build.plan.samples.size());
+  }
   double seconds = 0, memory = 0;
   std::size_t modes_tasks = 0, samples_tasks = 0;
   for (const mpi::Task& task : board_tasks(build.plan, build.config)) {
@@ -38,7 +43,7 @@ nlohmann::json describe(const LoadedBuild& build) {
           {"samples", build.plan.samples.size()},
           {"tasks", {{"modes", modes_tasks}, {"samples", samples_tasks}}},
           {"solver", plan_solver(build.config)},
-          {"effects", describe_effects(build.config.scene)},
+          {"effects", effects},
           {"estimate",
            {{"rank_seconds", seconds},
             {"memory_bytes_per_rank", memory},
@@ -56,9 +61,12 @@ void print_plan(const nlohmann::json& plan) {
                entry.at("text").get<std::string>(), entry.at("reason").get<std::string>());
   }
   fmt::print("\n");
+  fmt::print("  {:<14} {:<5} {:>9}  {}\n", "effect", "", "cost", "asked for by, or why not needed");
   for (const nlohmann::json& effect : plan.at("effects")) {
-    fmt::print("  {:<14} {:<16} {}\n", effect.at("name").get<std::string>(),
+    const double seconds = effect.at("seconds").get<double>();
+    fmt::print("  {:<14} {:<5} {:>9}  {}\n", effect.at("name").get<std::string>(),
                effect.at("enabled").get<bool>() ? "on" : "off",
+               seconds > 0 ? core::human_duration(seconds) : "",
                effect.at("reason").get<std::string>());
   }
   fmt::print("\n");

@@ -11,7 +11,7 @@ SoundChain::SoundChain(const Scene& scene, const std::filesystem::path& cache, c
 }
 
 template <class Subject>
-void SoundChain::run(std::function<void(Subject&)> EffectParts::* stage, Subject& subject) {
+void SoundChain::run(std::function<void(Subject&)> EffectParts::*stage, Subject& subject) {
   for (const Running& effect : running_) {
     const auto& part = effect.parts.*stage;
     if (!part) continue;

@@ -28,7 +28,7 @@ class SoundChain {
 
  private:
   template <class Subject>
-  void run(std::function<void(Subject&)> EffectParts::* stage, Subject& subject);
+  void run(std::function<void(Subject&)> EffectParts::*stage, Subject& subject);
 
   struct Running {
     const char* name;

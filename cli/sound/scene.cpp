@@ -60,17 +60,15 @@ StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
 EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& switches) {
   EffectDecision decision{&effect, false, "", std::move(in_scene)};
   const std::string wish = switches.choice(effect.name, {"auto", "on", "off"}, "auto");
-  const std::string place =
-      wish == "auto" ? ""
-                     : fmt::format("effects.{}: {} ({})", effect.name, wish,
-                                   switches.where(effect.name));
+  const std::string place = wish == "auto" ? ""
+                                           : fmt::format("effects.{}: {} ({})", effect.name, wish,
+                                                         switches.where(effect.name));
   const bool can_run = decision.in_scene.reason_off.empty();
   if (wish == "off") {
     decision.reason = place;
   } else if (!can_run) {
     if (wish == "on") {
-      switches.fail(effect.name,
-                    fmt::format("cannot be on: {}", decision.in_scene.reason_off),
+      switches.fail(effect.name, fmt::format("cannot be on: {}", decision.in_scene.reason_off),
                     "give it what it needs, or write auto");
     }
     decision.reason = decision.in_scene.reason_off;
@@ -110,8 +108,7 @@ double Scene::seconds_per_sound(int modes) const {
   return seconds;
 }
 
-Scene read_scene(ConfigNode& root, const std::string& file_name,
-                 std::span<const Effect> registry) {
+Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const Effect> registry) {
   Scene scene;
   scene.file_name = file_name;
   scene.audio = read_audio(root.child("audio"));
@@ -133,10 +130,9 @@ nlohmann::json describe_effects(const Scene& scene) {
     list.push_back({{"name", decision.effect->name},
                     {"enabled", decision.enabled},
                     {"reason", decision.reason},
-                    {"seconds_per_sound",
-                     decision.enabled ? decision.in_scene.seconds_per_sound *
-                                            static_cast<double>(scene.rows())
-                                      : 0.0}});
+                    {"seconds_per_sound", decision.enabled ? decision.in_scene.seconds_per_sound *
+                                                                 static_cast<double>(scene.rows())
+                                                           : 0.0}});
   }
   return list;
 }

@@ -22,6 +22,7 @@ SceneEffect read(core::ConfigNode&, const Scene&) {
 
 }  // namespace
 
-const Effect damping_effect = {.name = "damping", .description = "Rayleigh damping of every mode", .read = read};
+const Effect damping_effect = {
+    .name = "damping", .description = "Rayleigh damping of every mode", .read = read};
 
 }  // namespace carillon::cli

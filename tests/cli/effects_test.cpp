@@ -1,0 +1,173 @@
+// What a scene does not call for is not called, takes no memory and changes no bit.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "cli/sound/chain.hpp"
+#include "core/error.hpp"
+#include "core/random.hpp"
+#include "tests/cli/counted_memory.hpp"
+#include "tests/synth/curved_bodies.hpp"
+
+namespace carillon::cli {
+namespace {
+
+using solvers::Vec3;
+
+/// What calls for each effect that is not in every scene. All of it together is a scene in which
+/// everything runs.
+const std::map<std::string, std::string>& calls() {
+  static const std::map<std::string, std::string> text = {
+      {"radiation", "listeners:\n  - position: [0.5, 0.3, 0.4]\n"},
+  };
+  return text;
+}
+
+/// A scene with everything but one effect.
+std::string scene_without(const std::string& name) {
+  std::string text = "audio: {seconds: 0.2, sample_rate: 16000}\n";
+  for (const auto& [effect, keys] : calls()) {
+    if (effect != name) text += keys;
+  }
+  std::string switches;
+  for (const Effect& effect : effects()) {
+    const bool on = effect.only_on_demand && effect.name != name;
+    const bool off = !effect.only_on_demand && effect.name == name;
+    if (on || off) switches += std::string("  ") + effect.name + (on ? ": on\n" : ": off\n");
+  }
+  return text + (switches.empty() ? "" : "effects:\n" + switches);
+}
+
+solvers::Modes ringing_ball() {
+  std::vector<double> eigenvalues;
+  for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
+  return synth::modes_with(synth::curved_sphere(0.05, Vec3::Zero(), 4, 2), eigenvalues,
+                           [](int mode, const Vec3& x) -> Vec3 {
+                             const double wave = std::cos(40 * x.dot(Vec3(1, 0.3 * mode, -0.7)));
+                             return 0.8 * (1 + wave) * x.normalized();
+                           });
+}
+
+struct Heard {
+  std::vector<float> audio;
+  nlohmann::json record;
+  core::Trace trace;
+  std::size_t allocated = 0;
+};
+
+Heard hear(const std::string& text, std::span<const Effect> registry = effects(),
+           int strikes = 2) {
+  static const solvers::Modes modes = ringing_ball();
+  static const std::vector<synth::Material> materials = {synth::parse_material("ceramic")};
+  static const synth::SurfaceSampler sampler(modes.surface);
+  core::ConfigNode root = core::ConfigNode::parse(text, "scene.yaml");
+  const Scene scene = read_scene(root, "scene.yaml", registry);
+  root.finish();
+  Heard heard;
+  Columns record;
+  const std::size_t before = allocated_bytes();
+  SoundChain chain(scene, "", heard.trace);
+  const RingingBody body = chain.prepare("ball", modes, materials, sampler);
+  for (int i = 0; i < strikes; ++i) {
+    Sound sound;
+    sound.body = &body;
+    sound.seed = 3;
+    sound.id = static_cast<std::uint64_t>(i);
+    sound.record = &record;
+    core::RandomStream place(3, sound.id, "strike.position");
+    sound.strike.point = sampler.sample(place);
+    sound.strike.direction = -synth::frame_at(modes.surface, sound.strike.point).normal;
+    sound.strike.impulse = 0.01;
+    sound.contact_time = 2e-4;
+    chain.make(sound);
+    heard.audio.insert(heard.audio.end(), sound.audio.begin(), sound.audio.end());
+  }
+  heard.allocated = allocated_bytes() - before;
+  heard.record = record.last_row();
+  return heard;
+}
+
+class EveryEffect : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryEffect, IsNeitherCalledNorKeptNorHeardWhereItIsOff) {
+  const std::string name = GetParam();
+  const std::string text = scene_without(name);
+  std::vector<Effect> others;
+  for (const Effect& effect : effects()) {
+    if (effect.name != name) others.push_back(effect);
+  }
+  // A program that never heard of the effect cannot read a switch for it.
+  std::string unswitched = text;
+  const std::string off = "  " + name + ": off\n";
+  if (const auto at = unswitched.find(off); at != std::string::npos) unswitched.erase(at, off.size());
+  if (unswitched.ends_with("effects:\n")) unswitched.resize(unswitched.size() - 9);
+
+  hear(text);  // what libraries allocate once
+  const Heard with = hear(text);
+  const Heard without = hear(unswitched, others);
+  EXPECT_FALSE(with.trace.effects.contains(name));
+  EXPECT_EQ(with.audio, without.audio);
+  EXPECT_EQ(with.record, without.record);
+  EXPECT_EQ(with.allocated, without.allocated);
+  for (const auto& [other, entry] : without.trace.effects) {
+    EXPECT_EQ(with.trace.effects.at(other).calls, entry.calls) << other;
+  }
+}
+
+TEST_P(EveryEffect, RunsAndIsRecordedInTheTraceWhereItIsOn) {
+  const std::string name = GetParam();
+  const Heard all = hear(scene_without(""));
+  ASSERT_TRUE(all.trace.effects.contains(name));
+  EXPECT_GT(all.trace.effects.at(name).calls, 0);
+  EXPECT_NE(all.audio, hear(scene_without(name)).audio);
+  for (const float value : all.audio) ASSERT_TRUE(std::isfinite(value));
+}
+
+/// Effects with working parts; views are made elsewhere.
+std::vector<const char*> working_effects() {
+  std::vector<const char*> names;
+  for (const Effect& effect : effects()) {
+    const std::string name = effect.name;
+    if (name != "mel" && name != "voxels" && name != "frames") names.push_back(effect.name);
+  }
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Effects, EveryEffect, testing::ValuesIn(working_effects()),
+                         [](const auto& name) { return std::string(name.param); });
+
+TEST(Effects, SayWhyTheyAreOnOrOff) {
+  core::ConfigNode root = core::ConfigNode::parse(
+      "\nlisteners:\n  - position: [0, 0, 1]\neffects: {contact: off, radiation: on}\n", "s.yaml");
+  const Scene scene = read_scene(root, "s.yaml");
+  std::map<std::string, nlohmann::json> found;
+  for (const nlohmann::json& effect : describe_effects(scene)) {
+    found[effect.at("name")] = effect;
+    EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
+  }
+  EXPECT_EQ(found["contact"].at("reason"), "effects.contact: off (s.yaml:4)");
+  EXPECT_EQ(found["radiation"].at("reason"), "effects.radiation: on (s.yaml:4)");
+  EXPECT_FALSE(found["contact"].at("enabled").get<bool>());
+  EXPECT_TRUE(found["radiation"].at("enabled").get<bool>());
+}
+
+TEST(Effects, CannotBeForcedWithoutWhatTheyNeed) {
+  core::ConfigNode root = core::ConfigNode::parse("effects: {radiation: on}\n", "s.yaml");
+  try {
+    read_scene(root, "s.yaml");
+    FAIL();
+  } catch (const core::ConfigError& error) {
+    EXPECT_NE(error.message().find("s.yaml:1"), std::string::npos) << error.message();
+    EXPECT_NE(error.message().find("no listener"), std::string::npos) << error.message();
+  }
+}
+
+TEST(Effects, UnknownNamesAreErrors) {
+  core::ConfigNode root = core::ConfigNode::parse("effects: {radation: on}\n", "s.yaml");
+  read_scene(root, "s.yaml");
+  EXPECT_THROW(root.finish(), core::ConfigError);
+}
+
+}  // namespace
+}  // namespace carillon::cli
