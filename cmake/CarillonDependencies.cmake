@@ -49,6 +49,8 @@ add_library(carillon_gmsh INTERFACE)
 target_link_libraries(carillon_gmsh INTERFACE ${GMSH_LIBRARY})
 target_include_directories(carillon_gmsh INTERFACE ${GMSH_INCLUDE_DIR})
 
+# Headers alone: distributions of random numbers. CGAL needs them too.
+find_package(Boost REQUIRED)
 find_path(RANDOM123_INCLUDE_DIR Random123/philox.h REQUIRED)
 add_library(carillon_mpi_c INTERFACE)
 target_link_libraries(carillon_mpi_c INTERFACE MPI::MPI_C)

@@ -2,7 +2,9 @@
 
 #include <Random123/philox.h>
 
+#include <boost/random/normal_distribution.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -10,6 +12,19 @@
 #include "core/hash.hpp"
 
 namespace carillon::core {
+
+namespace {
+
+/// A stream as the distributions of other libraries want it.
+struct Bits {
+  using result_type = std::uint64_t;
+  RandomStream& stream;
+  static constexpr result_type min() { return 0; }
+  static constexpr result_type max() { return std::numeric_limits<result_type>::max(); }
+  result_type operator()() const { return stream.next(); }
+};
+
+}  // namespace
 
 RandomStream::RandomStream(std::uint64_t seed, std::uint64_t item, std::string_view purpose)
     : key_{seed, stable_hash(purpose)}, counter_{0, item, 0, 0}, block_{} {}
@@ -54,6 +69,12 @@ double RandomStream::normal() {
   // 1 - u lies in (0, 1], so that the logarithm is finite.
   const double radius = std::sqrt(-2 * std::log(1 - uniform()));
   return radius * std::cos(2 * std::numbers::pi * uniform());
+}
+
+void RandomStream::normals(std::span<double> values) {
+  Bits bits{*this};
+  boost::random::normal_distribution<double> distribution;
+  for (double& value : values) value = distribution(bits);
 }
 
 std::uint64_t RandomStream::index(std::uint64_t n) {

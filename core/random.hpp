@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 namespace carillon::core {
@@ -24,6 +25,9 @@ class RandomStream {
   double log_uniform(double low, double high);
   /// Standard normal (Box-Muller, one value per call).
   double normal();
+  /// Fills `values` with standard normals (ziggurat of Boost.Random): several times as fast as
+  /// `normal()`, whose numbers these are not.
+  void normals(std::span<double> values);
   /// Uniform integer in [0, n); n > 0.
   std::uint64_t index(std::uint64_t n);
 

@@ -73,6 +73,7 @@ constexpr std::array units = {
     Unit{Dimension::memory, "kB", kilo},
     Unit{Dimension::memory, "MB", mega},
     Unit{Dimension::memory, "GB", giga},
+    Unit{Dimension::level, "dB"},
 };
 
 struct Alias {
@@ -134,6 +135,8 @@ std::string_view dimension_name(Dimension dimension) {
       return "impulse";
     case Dimension::memory:
       return "memory size";
+    case Dimension::level:
+      return "level";
   }
   return "quantity";
 }

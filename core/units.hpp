@@ -19,7 +19,8 @@ enum class Dimension {
   angle,      ///< rad: rad, deg
   force,      ///< N: N, mN, kN
   impulse,    ///< N s: N s, N*s, Ns, mN s
-  memory      ///< byte: B, KiB, MiB, GiB, kB, MB, GB
+  memory,     ///< byte: B, KiB, MiB, GiB, kB, MB, GB
+  level       ///< dB: dB, a ratio held as written; what it is a ratio of is the key's matter
 };
 
 /// Value of a text such as "0.12 m", "12 cm", "20 kHz" or "0.3" (SI assumed) in SI units.

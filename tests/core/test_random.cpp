@@ -134,6 +134,32 @@ TEST(RandomStream, DistributionsAreTheStatedOnes) {
             largest_distance);
 }
 
+TEST(RandomStream, ManyNormalsAtOnceAreNormalAndUncorrelated) {
+  std::vector<double> values(draws);
+  RandomStream(2024, 12, "distribution").normals(values);
+  double lag = 0;
+  for (int i = 1; i < draws; ++i) lag += values[std::size_t(i)] * values[std::size_t(i) - 1];
+  EXPECT_LT(std::abs(lag / draws), 4 / std::sqrt(draws));
+  // Beyond the ziggurat's outermost layer (3.44) another method takes over: 58 +- 8 are expected.
+  const auto far = std::count_if(values.begin(), values.end(),
+                                 [](double value) { return std::abs(value) > 3.4426; });
+  EXPECT_NEAR(double(far), draws * std::erfc(3.4426 / std::sqrt(2.0)), 30);
+  EXPECT_LT(distance(values, [](double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }),
+            largest_distance);
+}
+
+TEST(RandomStream, ManyNormalsAreThoseOfTheirStreamAlone) {
+  std::vector<double> first(100), again(100), other(100), longer(150);
+  RandomStream(1, 2, "a").normals(first);
+  RandomStream(1, 2, "a").normals(again);
+  RandomStream(1, 2, "b").normals(other);
+  RandomStream(1, 2, "a").normals(longer);
+  EXPECT_EQ(first, again);
+  EXPECT_NE(first, other);
+  longer.resize(100);
+  EXPECT_EQ(first, longer);
+}
+
 TEST(RandomStream, BoundsHoldEvenWhereRoundingReachesThem) {
   EXPECT_TRUE(rc::check([](std::uint64_t seed) {
     RandomStream stream(seed, 0, "bounds");

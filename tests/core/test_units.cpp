@@ -14,7 +14,8 @@ namespace {
 const std::vector<Dimension> dimensions = {
     Dimension::none,     Dimension::length,  Dimension::time,    Dimension::frequency,
     Dimension::pressure, Dimension::density, Dimension::mass,    Dimension::speed,
-    Dimension::angle,    Dimension::force,   Dimension::impulse, Dimension::memory};
+    Dimension::angle,    Dimension::force,   Dimension::impulse, Dimension::memory,
+    Dimension::level};
 
 struct Case {
   const char* text;
@@ -55,6 +56,8 @@ TEST(ParseQuantity, GivesTheNearestDoubleInSi) {
       {"200 mN s", Dimension::impulse, 0.2},
       {"1.5 GiB", Dimension::memory, 1610612736},
       {"2 GB", Dimension::memory, 2e9},
+      {"-6 dB", Dimension::level, -6},
+      {"12", Dimension::level, 12},
       {"5 %", Dimension::none, 0.05},
       {"5", Dimension::none, 5},
   };
@@ -87,6 +90,9 @@ TEST(ParseQuantity, NamesTheUnitsThatFit) {
             "  hint: units of a length: m, cm, mm, um, km, in; a bare number is in m");
   EXPECT_EQ(refusal("3 m", Dimension::none),
             "\"3 m\" is a length; a plain number is wanted\n  hint: leave the unit out");
+  EXPECT_EQ(refusal("3 m", Dimension::level),
+            "\"3 m\" is a length; a level is wanted\n"
+            "  hint: units of a level: dB; a bare number is in dB");
   EXPECT_EQ(refusal("3 %", Dimension::time).substr(0, 45),
             "\"3 %\" is a percentage; a time is wanted\n  hin");
 }
