@@ -51,9 +51,9 @@ struct PoleSum {
   double direct = 0;
 };
 
-/// (1 - z^-1)^(-1/2) = 1/pi int_0^1 x^(-1/2) (1-x)^(-1/2) / (1 - x z^-1) dx, by the trapezoidal rule
-/// in u where x = 1 / (1 + e^-u): the error is below 2 exp(-pi^2 / step) = 0.005 dB. Slower poles
-/// than `corner` [rad] are gathered in the last one; poles near 0 in the direct path.
+/// (1 - z^-1)^(-1/2) = 1/pi int_0^1 x^(-1/2) (1-x)^(-1/2) / (1 - x z^-1) dx, by the trapezoidal
+/// rule in u where x = 1 / (1 + e^-u): the error is below 2 exp(-pi^2 / step) = 0.005 dB. Slower
+/// poles than `corner` [rad] are gathered in the last one; poles near 0 in the direct path.
 PoleSum half_integrator(double corner) {
   constexpr double step = 1.2;
   constexpr double fast = -3;

@@ -18,9 +18,9 @@ namespace carillon::synth {
 
 namespace {
 
-constexpr double kFade = 0.02;          // [s]
-constexpr double kShortestRun = 0.001;  // [s]
-constexpr double kLeastSound = 0.1;     // [s] of audio that a part must have
+constexpr double kFade = 0.02;           // [s]
+constexpr double kShortestRun = 0.001;   // [s]
+constexpr double kLeastSound = 0.1;      // [s] of audio that a part must have
 constexpr std::size_t kNamedFiles = 20;  // in an error
 
 /// A run of a recording that belongs to one part.
@@ -44,29 +44,6 @@ struct Loaded {
   std::size_t bytes = 0;
   std::uint64_t used = 0;
 };
-
-std::vector<std::filesystem::path> files_within(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::vector<std::filesystem::path> files;
-  auto entry = std::filesystem::recursive_directory_iterator(folder, error);
-  for (; !error && entry != std::filesystem::end(entry); entry.increment(error)) {
-    const bool hidden = entry->path().filename().string().starts_with('.');
-    std::error_code ignored;
-    if (entry->is_directory(ignored)) {
-      if (hidden) entry.disable_recursion_pending();
-    } else if (!hidden) {
-      files.push_back(entry->path().lexically_relative(folder));
-    }
-  }
-  if (error) {
-    throw core::InputError(
-        fmt::format("{}: the folder cannot be read: {}", folder.string(), error.message()));
-  }
-  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
-    return a.generic_string() < b.generic_string();
-  });
-  return files;
-}
 
 std::uint64_t number_of(const std::string& hash) {
   return std::stoull(hash.substr(0, 16), nullptr, 16);
@@ -206,9 +183,9 @@ struct NoiseFolder::Impl {
       const Recording& known = recordings[recording];
       const MonoRecording mono = read_mono(folder / known.name, options.channel);
       if (content_hash(mono) != known.content) {
-        throw core::InputError(fmt::format("{} changed while it was in use",
-                                           (folder / known.name).string()),
-                               "recordings must stay as they are until the build has ended");
+        throw core::InputError(
+            fmt::format("{} changed while it was in use", (folder / known.name).string()),
+            "recordings must stay as they are until the build has ended");
       }
       entry.emplace();
       // Each piece by itself, so that no sample of one part reaches another through the filter.
@@ -252,18 +229,17 @@ NoiseFolder::NoiseFolder(const std::filesystem::path& folder, const RecordingOpt
                            "channels count from 1; 0 is the mean of all");
   }
   std::map<std::string, std::string> contents;
-  for (const auto& name : files_within(folder)) impl_->add(name, contents);
+  for (const auto& name : files_in_folder(folder)) impl_->add(name, contents);
   if (impl_->recordings.empty()) {
     const auto& all = impl_->left_out;
     const std::size_t named = std::min(all.size(), kNamedFiles);
     std::string list;
     for (std::size_t i = 0; i < named; ++i) list += "\n  " + all[i];
     if (named < all.size()) list += fmt::format("\n  and {} more", all.size() - named);
-    throw core::InputError(
-        all.empty() ? fmt::format("{}: the folder has no files", folder.string())
-                    : fmt::format("{}: none of {} files can be used as noise:{}", folder.string(),
-                                  all.size(), list),
-        "any format that libsndfile reads (WAV, FLAC, Ogg ...) will do");
+    throw core::InputError(all.empty() ? fmt::format("{}: the folder has no files", folder.string())
+                                       : fmt::format("{}: none of {} files can be used as noise:{}",
+                                                     folder.string(), all.size(), list),
+                           "any format that libsndfile reads (WAV, FLAC, Ogg ...) will do");
   }
 }
 
@@ -301,9 +277,9 @@ NoiseDraw NoiseFolder::draw(std::size_t count, std::size_t part, std::size_t par
 
     const bool first = draw.samples.empty();
     const std::size_t fade =
-        first ? 0
-              : std::min({static_cast<std::size_t>(kFade * rate), sound.size() / 4,
-                          last_length / 2});
+        first
+            ? 0
+            : std::min({static_cast<std::size_t>(kFade * rate), sound.size() / 4, last_length / 2});
     const std::size_t wanted = count - draw.samples.size() + fade;
     // A short one never comes twice in the same length, which would be heard as a pitch.
     const std::size_t least = sound.size() - sound.size() / 2;

@@ -43,10 +43,11 @@ struct NoiseDraw {
 /// A folder of noise recordings.
 ///
 /// All formats that libsndfile reads, any rate from 1 kHz to 1 MHz, any number of channels,
-/// subfolders included, hidden files not. Files are taken in the order of their names; what is drawn depends on their content, the
-/// options and the random stream, never on what was drawn before. Of recordings with equal content
-/// only the first is used. Stretches of 0.1 s or more below -100 dB of full scale count as silence: they are cut
-/// out, and what lies around them is used separately.
+/// subfolders included, hidden files not. Files are taken in the order of their names; what is
+/// drawn depends on their content, the options and the random stream, never on what was drawn
+/// before. Of recordings with equal content only the first is used. Stretches of 0.1 s or more
+/// below -100 dB of full scale count as silence: they are cut out, and what lies around them is
+/// used separately.
 ///
 /// One folder belongs to one thread.
 class NoiseFolder {
@@ -63,14 +64,15 @@ class NoiseFolder {
   const std::vector<std::string>& left_out() const;
 
   /// Whether whole recordings belong to parts (by their content's hash modulo `parts`). Otherwise,
-  /// as some part would be left with less than 0.1 s, each recording is cut in time into `parts` stretches
-  /// of equal length, one for each part. Different parts never share audio.
+  /// as some part would be left with less than 0.1 s, each recording is cut in time into `parts`
+  /// stretches of equal length, one for each part. Different parts never share audio.
   bool parts_by_file(std::size_t parts) const;
 
-  /// `count` samples of one of `parts` parts. A recording (longer ones more often) is entered at a random place; where it ends,
-  /// another, or another stretch of it, follows with an equal-power cross-fade of up to 20 ms. Recordings
-  /// are brought to the same level (root mean square 1 of what is audible in the file). Nothing is looped: a recording
-  /// shorter than what is wanted gives stretches of random length and place.
+  /// `count` samples of one of `parts` parts. A recording (longer ones more often) is entered at a
+  /// random place; where it ends, another, or another stretch of it, follows with an equal-power
+  /// cross-fade of up to 20 ms. Recordings are brought to the same level (root mean square 1 of
+  /// what is audible in the file). Nothing is looped: a recording shorter than what is wanted gives
+  /// stretches of random length and place.
   /// @throws InputError  the recordings are too short to be divided into so many parts; a file
   ///                     changed since the folder was opened
   NoiseDraw draw(std::size_t count, std::size_t part, std::size_t parts,

@@ -70,7 +70,8 @@ void shift_later(std::span<float> clip, double delay) {
       double value = 0;
       for (std::ptrdiff_t j = 0; j < kTaps; ++j) {
         const std::ptrdiff_t at = n + kTaps / 2 - 1 - j;
-        if (at >= 0 && at < size) value += taps[static_cast<std::size_t>(j)] * before[static_cast<std::size_t>(at)];
+        if (at >= 0 && at < size)
+          value += taps[static_cast<std::size_t>(j)] * before[static_cast<std::size_t>(at)];
       }
       clip[static_cast<std::size_t>(n)] = static_cast<float>(value);
     }
@@ -116,8 +117,8 @@ std::size_t quantise(std::span<float> clip, int bits, core::RandomStream* dither
     if (dither != nullptr) {
       // Two uniform numbers of 32 bits from one of 64.
       const std::uint64_t bits64 = dither->next();
-      steps += (static_cast<double>(bits64 >> 32) - static_cast<double>(bits64 & 0xffffffffU)) *
-               0x1p-32;
+      steps +=
+          (static_cast<double>(bits64 >> 32) - static_cast<double>(bits64 & 0xffffffffU)) * 0x1p-32;
     }
     const double rounded = std::nearbyint(steps);
     const double held = std::clamp(rounded, -top - 1, top);

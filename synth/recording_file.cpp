@@ -22,11 +22,33 @@ constexpr double kHighestRate = 1e6;
 
 }  // namespace
 
+std::vector<std::filesystem::path> files_in_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> files;
+  auto entry = std::filesystem::recursive_directory_iterator(folder, error);
+  for (; !error && entry != std::filesystem::end(entry); entry.increment(error)) {
+    const bool hidden = entry->path().filename().string().starts_with('.');
+    std::error_code ignored;
+    if (entry->is_directory(ignored)) {
+      if (hidden) entry.disable_recursion_pending();
+    } else if (!hidden) {
+      files.push_back(entry->path().lexically_relative(folder));
+    }
+  }
+  if (error) {
+    throw core::InputError(
+        fmt::format("{}: the folder cannot be read: {}", folder.string(), error.message()));
+  }
+  std::sort(files.begin(), files.end(),
+            [](const auto& a, const auto& b) { return a.generic_string() < b.generic_string(); });
+  return files;
+}
+
 MonoRecording read_mono(const std::filesystem::path& path, int channel) {
   const core::AudioClip clip = core::read_audio(path);
   if (!(clip.sample_rate >= kLowestRate && clip.sample_rate <= kHighestRate)) {
-    throw core::InputError(fmt::format("a rate of {} Hz, not between 1 kHz and 1 MHz",
-                                       clip.sample_rate));
+    throw core::InputError(
+        fmt::format("a rate of {} Hz, not between 1 kHz and 1 MHz", clip.sample_rate));
   }
   if (channel > clip.channels) {
     throw core::InputError(fmt::format("no channel {}: it has {}", channel, clip.channels));

@@ -41,8 +41,8 @@ std::vector<double> resample(std::span<const double> samples, double from, doubl
   std::size_t used = 0;
   std::size_t made = 0;
   const soxr_error_t error =
-      soxr_oneshot(from, to, 1, samples.data(), samples.size(), &used, result.data(),
-                   result.size(), &made, &io, &quality, &runtime);
+      soxr_oneshot(from, to, 1, samples.data(), samples.size(), &used, result.data(), result.size(),
+                   &made, &io, &quality, &runtime);
   if (error != nullptr) {
     throw core::InputError(fmt::format("resampling from {} Hz to {} Hz: {}", from, to, error));
   }

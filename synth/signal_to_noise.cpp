@@ -39,8 +39,8 @@ double power_of(std::span<const T> clip, std::size_t rows, const ActivePart& par
   const std::size_t count = samples_per_row(clip.size(), rows);
   if (part.empty()) return 0;
   if (part.end > count) {
-    throw core::InputError(fmt::format("samples {} to {} of a clip of {}", part.begin, part.end,
-                                       count));
+    throw core::InputError(
+        fmt::format("samples {} to {} of a clip of {}", part.begin, part.end, count));
   }
   double sum = 0;
   for (std::size_t row = 0; row < rows; ++row) {
@@ -68,8 +68,8 @@ ActivePart active_part(std::span<const float> clip, std::size_t rows, double sam
   // (a window is the end of one block and the beginning of the next) nothing is ever subtracted,
   // which would leave roundings of the loud beginning in the quiet end.
   const std::size_t count = energy.size();
-  const double wide = std::clamp(std::round(kSmoothing * sample_rate), 1.0,
-                                 static_cast<double>(count));
+  const double wide =
+      std::clamp(std::round(kSmoothing * sample_rate), 1.0, static_cast<double>(count));
   const auto window = static_cast<std::size_t>(wide);
   std::vector<double> to_block_end(count), from_block_begin(count);
   for (std::size_t i = count; i-- > 0;) {

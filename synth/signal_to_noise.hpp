@@ -15,8 +15,8 @@ struct ActivePart {
 };
 
 /// The active part of a noise-free clip. It begins with the first sample whose energy (the sum of
-/// the squares of all rows) is not 60 dB or more below that of the greatest, and ends with the last one
-/// where the energy of the 10 ms that follow is not more than 60 dB below its maximum. An
+/// the squares of all rows) is not 60 dB or more below that of the greatest, and ends with the last
+/// one where the energy of the 10 ms that follow is not more than 60 dB below its maximum. An
 /// exponential decay is active for its T60.
 ///
 /// @param clip  rows x samples, row by row: one clip heard in several places
@@ -26,6 +26,10 @@ ActivePart active_part(std::span<const float> clip, std::size_t rows, double sam
 /// Mean square of the part, over all rows; 0 for an empty part.
 double mean_power(std::span<const float> clip, std::size_t rows, const ActivePart& part);
 double mean_power(std::span<const double> clip, std::size_t rows, const ActivePart& part);
+
+/// Noise whose power over the active part is this share of its power over the clip will do: were it
+/// much weaker there, its scaled up rest would drown everything.
+constexpr double least_noise_share = 0.01;
 
 /// Adds noise such that 10 log10(signal power / noise power) is `decibels`, both powers being means
 /// over the active part and over all rows; the differences of level between rows are kept.

@@ -3,8 +3,9 @@
 namespace carillon::cli {
 
 std::span<const Effect> effects() {
-  static const Effect all[] = {damping_effect, contact_effect, radiation_effect,
-                               mel_effect,     voxels_effect,  frames_effect};
+  // The recorder's shift comes before the noise, which is there before the sound.
+  static const Effect all[] = {damping_effect, contact_effect, radiation_effect, recording_effect,
+                               noise_effect,   mel_effect,     voxels_effect,    frames_effect};
   return all;
 }
 

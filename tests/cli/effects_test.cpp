@@ -20,6 +20,8 @@ using solvers::Vec3;
 const std::map<std::string, std::string>& calls() {
   static const std::map<std::string, std::string> text = {
       {"radiation", "listeners:\n  - position: [0.5, 0.3, 0.4]\n"},
+      {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
+      {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
   };
   return text;
 }
@@ -56,8 +58,7 @@ struct Heard {
   std::size_t allocated = 0;
 };
 
-Heard hear(const std::string& text, std::span<const Effect> registry = effects(),
-           int strikes = 2) {
+Heard hear(const std::string& text, std::span<const Effect> registry = effects(), int strikes = 2) {
   static const solvers::Modes modes = ringing_ball();
   static const std::vector<synth::Material> materials = {synth::parse_material("ceramic")};
   static const synth::SurfaceSampler sampler(modes.surface);
@@ -100,7 +101,8 @@ TEST_P(EveryEffect, IsNeitherCalledNorKeptNorHeardWhereItIsOff) {
   // A program that never heard of the effect cannot read a switch for it.
   std::string unswitched = text;
   const std::string off = "  " + name + ": off\n";
-  if (const auto at = unswitched.find(off); at != std::string::npos) unswitched.erase(at, off.size());
+  if (const auto at = unswitched.find(off); at != std::string::npos)
+    unswitched.erase(at, off.size());
   if (unswitched.ends_with("effects:\n")) unswitched.resize(unswitched.size() - 9);
 
   hear(text);  // what libraries allocate once

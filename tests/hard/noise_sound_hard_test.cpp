@@ -41,7 +41,8 @@ void expect_tone(const std::filesystem::path& folder, double noise_floor, int ch
   core::RandomStream random(1, 3, "hard.noise");
   const auto samples = noise.draw(8192, 0, 1, random).samples;
   const double level = tone_level(samples, 1000, 44100);
-  EXPECT_NEAR(level, 10 * std::log10(2.0), 0.05);  // root mean square 1
+  // Root mean square 1, of which a coarse format's own noise has a share.
+  EXPECT_NEAR(level, 10 * std::log10(2.0), noise_floor < -40 ? 0.05 : 0.2);
   double rest = 0;
   for (const double other : {517.0, 1490.0, 2003.0, 3100.0}) {
     rest = std::max(rest, std::pow(10.0, (tone_level(samples, other, 44100) - level) / 20));
@@ -166,8 +167,7 @@ TEST(HardNoise, RatesThatAreNoSoundAreLeftOut) {
   for (const int rate : {1, 999, 1'000'001}) {
     const TemporaryFolder folder;
     write_sound(folder / "odd.wav", some_noise(44100, 1), rate);
-    EXPECT_NE(reason_for(folder, "odd.wav").find("not between 1 kHz and 1 MHz"),
-              std::string::npos);
+    EXPECT_NE(reason_for(folder, "odd.wav").find("not between 1 kHz and 1 MHz"), std::string::npos);
   }
 }
 

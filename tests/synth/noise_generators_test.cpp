@@ -17,8 +17,8 @@ std::vector<double> noise(NoiseKind kind, std::size_t count, double rate, std::u
   return generate_noise(kind, count, rate, random);
 }
 
-/// Largest deviation [dB] of the levels of half octaves from a straight line of `slope` dB per octave
-/// through 1 kHz.
+/// Largest deviation [dB] of the levels of half octaves from a straight line of `slope` dB per
+/// octave through 1 kHz.
 double deviation(NoiseKind kind, double slope, double rate, double low, double high) {
   constexpr std::size_t window = 1 << 15;
   const auto power = welch(noise(kind, 60 * window, rate), window);
@@ -35,15 +35,14 @@ double deviation(NoiseKind kind, double slope, double rate, double low, double h
       if (frequency >= f && frequency < f * std::sqrt(2.0)) sum += line, ++count;
       if (frequency >= 800 && frequency < 1250) centre += line, ++centre_count;
     }
-    const double expected =
-        reference + 10 * std::log10((sum / count) / (centre / centre_count));
+    const double expected = reference + 10 * std::log10((sum / count) / (centre / centre_count));
     worst = std::max(worst, std::abs(band_level(power, bin, f, f * std::sqrt(2.0)) - expected));
   }
   return worst;
 }
 
-// A half octave at f holds 0.35 f / 1.35 Hz bins of 119 windows of which about 100 are independent: at 100 Hz 26 bins,
-// whose mean is right within 0.09 dB (one standard deviation).
+// A half octave at f holds 0.35 f / 1.35 Hz bins of 119 windows of which about 100 are independent:
+// at 100 Hz 26 bins, whose mean is right within 0.09 dB (one standard deviation).
 TEST(GeneratedNoise, SlopesAreThoseOfTheNames) {
   EXPECT_LT(deviation(NoiseKind::white, 0, 44100, 80, 21000), 0.4);
   EXPECT_LT(deviation(NoiseKind::pink, -10 * std::log10(2.0), 44100, 80, 21000), 0.4);
@@ -58,7 +57,9 @@ TEST(GeneratedNoise, SlopesHoldAtOtherRates) {
 TEST(GeneratedNoise, BabbleHasTheSpectrumOfSpeech) {
   constexpr std::size_t window = 1 << 14;
   const auto power = welch(noise(NoiseKind::babble, 200 * window, 44100), window);
-  const auto level = [&](double f) { return band_level(power, 44100.0 / window, 0.9 * f, 1.1 * f); };
+  const auto level = [&](double f) {
+    return band_level(power, 44100.0 / window, 0.9 * f, 1.1 * f);
+  };
   EXPECT_NEAR(level(250) - level(500), 0, 1);
   EXPECT_NEAR(level(2000) - level(4000), 12, 1);
   EXPECT_NEAR(level(1000) - level(300), -3, 1);
@@ -72,7 +73,8 @@ TEST(GeneratedNoise, BabbleRisesAndFallsAsSyllablesDo) {
   auto many = babble_envelope(16, 400'000, rate, random);
   const auto spread = [](std::vector<double>& envelope) {
     for (double& value : envelope) value *= value;
-    const double mean = std::accumulate(envelope.begin(), envelope.end(), 0.0) / double(envelope.size());
+    const double mean =
+        std::accumulate(envelope.begin(), envelope.end(), 0.0) / double(envelope.size());
     double sum = 0;
     for (double value : envelope) sum += (value - mean) * (value - mean);
     return std::pair{mean, std::sqrt(sum / double(envelope.size())) / mean};

@@ -19,7 +19,8 @@ inline std::vector<double> welch(std::span<const double> samples, std::size_t wi
       fftw_plan_dft_r2c_1d(static_cast<int>(window), block.data(), spectrum.data(), FFTW_ESTIMATE);
   for (std::size_t begin = 0; begin + window <= samples.size(); begin += window / 2) {
     for (std::size_t i = 0; i < window; ++i) {
-      const double turn = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(window);
+      const double turn =
+          2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(window);
       block[i] = samples[begin + i] * (0.5 - 0.5 * std::cos(turn));
     }
     fftw_execute(plan);
@@ -52,7 +53,8 @@ inline double tone_level(std::span<const double> samples, double frequency, doub
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double n = static_cast<double>(i);
     const double t = 2 * std::numbers::pi * n / count;
-    const double window = 0.35875 - 0.48829 * std::cos(t) + 0.14128 * std::cos(2 * t) - 0.01168 * std::cos(3 * t);
+    const double window =
+        0.35875 - 0.48829 * std::cos(t) + 0.14128 * std::cos(2 * t) - 0.01168 * std::cos(3 * t);
     const double turn = 2 * std::numbers::pi * frequency * n / rate;
     re += window * samples[i] * std::cos(turn);
     im += window * samples[i] * std::sin(turn);

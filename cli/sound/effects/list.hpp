@@ -8,6 +8,8 @@ namespace carillon::cli {
 extern const Effect damping_effect;
 extern const Effect contact_effect;
 extern const Effect radiation_effect;
+extern const Effect recording_effect;
+extern const Effect noise_effect;
 extern const Effect mel_effect;
 extern const Effect voxels_effect;
 extern const Effect frames_effect;
