@@ -179,9 +179,17 @@ std::vector<double> babble(std::size_t count, double sample_rate, core::RandomSt
   const double top = std::min(1000.0, 0.4 * sample_rate);
   // The high pass of 100 Hz has forgotten its beginning after 20 ms.
   const auto settle = static_cast<std::size_t>(0.02 * sample_rate);
-  const auto envelope = babble_envelope(babble_talkers, count + settle, sample_rate, random);
   std::vector<double> samples = white(count + settle, random);
-  for (std::size_t i = 0; i < samples.size(); ++i) samples[i] *= envelope[i];
+  // Syllables are slow: their envelope is made at 1 to 2 kHz and is straight between its values.
+  const auto step = static_cast<std::size_t>(sample_rate / 1000);
+  const auto envelope = babble_envelope(babble_talkers, samples.size() / step + 2,
+                                        sample_rate / static_cast<double>(step), random);
+  for (std::size_t begin = 0, k = 0; begin < samples.size(); begin += step, ++k) {
+    const double slope = (envelope[k + 1] - envelope[k]) / static_cast<double>(step);
+    for (std::size_t i = begin; i < std::min(begin + step, samples.size()); ++i) {
+      samples[i] *= envelope[k] + slope * static_cast<double>(i - begin);
+    }
+  }
   Biquad(top, sample_rate, true).filter(samples);
   Biquad(100, sample_rate, false).filter(samples);
   return samples;

@@ -24,14 +24,38 @@ std::size_t samples_per_row(std::size_t size, std::size_t rows) {
 std::vector<double> energy_of(std::span<const float> clip, std::size_t rows) {
   const std::size_t count = samples_per_row(clip.size(), rows);
   std::vector<double> energy(count, 0.0);
-  for (std::size_t i = 0; i < clip.size(); ++i) {
-    const double value = clip[i];
-    if (!std::isfinite(value)) {
-      throw core::InputError(fmt::format("signal-to-noise ratio: sample {} is not finite", i));
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const double value = clip[row * count + i];
+      if (!std::isfinite(value)) {
+        throw core::InputError(
+            fmt::format("signal-to-noise ratio: sample {} is not finite", row * count + i));
+      }
+      energy[i] += value * value;
     }
-    energy[i % count] += value * value;
   }
   return energy;
+}
+
+/// Sums of the window that begins at each value. Block by block, as a window is the end of one
+/// block and the beginning of the next: so nothing is ever subtracted, which would leave roundings
+/// of the loud beginning in the quiet end.
+std::vector<double> sums_ahead(const std::vector<double>& values, std::size_t window) {
+  const std::size_t count = values.size();
+  std::vector<double> sums(count), from_begin(count);
+  for (std::size_t begin = 0; begin < count; begin += window) {
+    const std::size_t end = std::min(begin + window, count);
+    double sum = 0;
+    for (std::size_t i = end; i-- > begin;) sums[i] = sum += values[i];
+    sum = 0;
+    for (std::size_t i = begin; i < end; ++i) from_begin[i] = sum += values[i];
+    // Windows that begin in the block before and end in this one.
+    if (begin == 0) continue;
+    for (std::size_t i = begin - window + 1; i < begin; ++i) {
+      sums[i] += from_begin[std::min(i + window, count) - 1];
+    }
+  }
+  return sums;
 }
 
 template <class T>
@@ -64,31 +88,13 @@ ActivePart active_part(std::span<const float> clip, std::size_t rows, double sam
   ActivePart part;
   while (energy[part.begin] < kRange * loudest) ++part.begin;
 
-  // Sums over the window that begins at each sample, from the end backwards. Taken block by block
-  // (a window is the end of one block and the beginning of the next) nothing is ever subtracted,
-  // which would leave roundings of the loud beginning in the quiet end.
   const std::size_t count = energy.size();
   const double wide =
       std::clamp(std::round(kSmoothing * sample_rate), 1.0, static_cast<double>(count));
-  const auto window = static_cast<std::size_t>(wide);
-  std::vector<double> to_block_end(count), from_block_begin(count);
-  for (std::size_t i = count; i-- > 0;) {
-    const bool last = (i + 1) % window == 0 || i + 1 == count;
-    to_block_end[i] = energy[i] + (last ? 0 : to_block_end[i + 1]);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    from_block_begin[i] = energy[i] + (i % window == 0 ? 0 : from_block_begin[i - 1]);
-  }
-  const auto smoothed = [&](std::size_t i) {
-    // A window within one block ends where the block ends.
-    const std::size_t last = std::min(i + window, count) - 1;
-    const bool one_block = i / window == last / window;
-    return to_block_end[i] + (one_block ? 0 : from_block_begin[last]);
-  };
-  double highest = 0;
-  for (std::size_t i = 0; i < count; ++i) highest = std::max(highest, smoothed(i));
+  const std::vector<double> sums = sums_ahead(energy, static_cast<std::size_t>(wide));
+  const double highest = *std::max_element(sums.begin(), sums.end());
   part.end = count;
-  while (part.end > part.begin + 1 && smoothed(part.end - 1) < kRange * highest) --part.end;
+  while (part.end > part.begin + 1 && sums[part.end - 1] < kRange * highest) --part.end;
   return part;
 }
 

@@ -2,6 +2,7 @@
 // docs/sound/noise.md.
 #include <fmt/core.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>

@@ -197,15 +197,16 @@ TEST(RecordingEffect, TellsOfAnInt16ClipThatRoundsToNothing) {
     Columns record;
     Sound sound = decay(&record);
     working.full_scale(sound);
-    EXPECT_EQ(record.last_row().at("recording_silent"), format == core::SampleFormat::int16);
+    EXPECT_EQ(record.last_row().at("recording_silent"),
+              format == core::SampleFormat::int16 ? 1 : 0);
   }
 }
 
 TEST(RecordingEffect, RefusesWhatMakesNoSense) {
   for (const char* text :
-       {"recording: {shift: [-1 s, 0 s]}\n", "recording: {gain: 300 dB}\n", "recording: {clip: 0}\n",
-        "recording: {bits: 1}\n", "recording: {bits: 25}\n", "recording: {dither: true}\n",
-        "recording: {gian: 3 dB}\n"}) {
+       {"recording: {shift: [-1 s, 0 s]}\n", "recording: {gain: 300 dB}\n",
+        "recording: {clip: 0}\n", "recording: {bits: 1}\n", "recording: {bits: 25}\n",
+        "recording: {dither: true}\n", "recording: {gian: 3 dB}\n"}) {
     EXPECT_NE(refusal(recording_effect, text), "accepted") << text;
   }
 }

@@ -58,6 +58,29 @@ TEST(ActivePart, OfSeveralRowsIsWhereAnyOfThemSounds) {
   EXPECT_GT(part.end, 500u);
 }
 
+TEST(ActivePart, IsThatOfSumsWrittenOut) {
+  EXPECT_TRUE(rc::check([] {
+    const auto count = *rc::gen::inRange<std::size_t>(1, 200);
+    const auto window = *rc::gen::inRange<std::size_t>(1, 60);
+    std::vector<float> clip(count);
+    for (float& sample : clip) {
+      sample = std::pow(10.0F, -static_cast<float>(*rc::gen::inRange(0, 60)) / 10);
+    }
+    double highest = 0;
+    std::vector<double> sums(count, 0.0);
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = i; k < std::min(count, i + window); ++k) {
+        sums[i] += double(clip[k]) * clip[k];
+      }
+      highest = std::max(highest, sums[i]);
+    }
+    std::size_t end = count;
+    while (sums[end - 1] < 1e-6 * highest) --end;
+    const auto part = active_part(clip, 1, 100.0 * double(window));
+    RC_ASSERT(part.end == std::max(end, part.begin + 1));
+  }));
+}
+
 TEST(ActivePart, OfSilenceIsEmpty) {
   EXPECT_TRUE(active_part(std::vector<float>(100, 0.0F), 1, 44100).empty());
   EXPECT_TRUE(active_part({}, 1, 44100).empty());

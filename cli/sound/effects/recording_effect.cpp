@@ -12,8 +12,8 @@ namespace carillon::cli {
 namespace {
 
 // Measured by carillon-bench-noise: dithered rounding of 1 s at 44.1 kHz, and a shift by fractions.
-constexpr double seconds_per_sample = 0.5e-3 / 44100;
-constexpr double seconds_per_sample_shifted = 6e-3 / 44100;
+constexpr double seconds_per_sample = 0.25e-3 / 44100;
+constexpr double seconds_per_sample_shifted = 3.2e-3 / 44100;
 
 /// What a recorder does to a sound.
 struct Recorder {
@@ -55,8 +55,7 @@ Recorder read_recorder(core::ConfigNode& node) {
 /// Before noise is added, so that the noise is there before the sound.
 void shift(const Recorder& recorder, Sound& sound) {
   core::RandomStream random(sound.seed, sound.id, "recording.shift");
-  double samples =
-      random.uniform(recorder.shift.low, recorder.shift.high) * sound.sample_rate;
+  double samples = random.uniform(recorder.shift.low, recorder.shift.high) * sound.sample_rate;
   if (!recorder.fractions) samples = std::round(samples);
   for (std::size_t row = 0; row < sound.rows; ++row) synth::shift_later(sound.row(row), samples);
   if (sound.record != nullptr) {
