@@ -15,7 +15,6 @@
 #include "solvers/families.hpp"
 #include "solvers/modes_file.hpp"
 #include "solvers/read_mesh.hpp"
-#include "synth/ring_down.hpp"
 
 namespace carillon::cli {
 
@@ -31,8 +30,10 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
   command
       .add_option("--material,-m", options.material,
                   "preset (carillon list materials), "
-                  "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700, or group=preset,... for "
-                  "the physical groups of an MSH file")
+                  "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700[,alpha1=6,alpha2=1e-7] "
+                  "(other damping: damping=hybrid,alpha1=...,alpha3=... or "
+                  "damping=6 + 1e-7*lambda; carillon list models), or group=preset,... for the "
+                  "physical groups of an MSH file")
       ->required();
   command.add_option("--length", options.length,
                      "longest side the body is scaled to, e.g. 0.12 m (default: file in metres)");
@@ -264,7 +265,6 @@ Body solve_body(const BodyOptions& options, const Context& context) {
     }
     body.modes = std::move(solve_mesh(body.mesh).front());
   }
-  body.decay_rates = synth::decay_rates(body.modes, damping_of(body.materials));
   return body;
 }
 
@@ -274,8 +274,8 @@ std::vector<solvers::Elastic> elastic_of(const std::vector<synth::Material>& mat
   return elastic;
 }
 
-std::vector<synth::RayleighDamping> damping_of(const std::vector<synth::Material>& materials) {
-  std::vector<synth::RayleighDamping> damping;
+std::vector<synth::DampingModel> damping_of(const std::vector<synth::Material>& materials) {
+  std::vector<synth::DampingModel> damping;
   for (const synth::Material& material : materials) damping.push_back(material.damping);
   return damping;
 }

@@ -72,7 +72,6 @@ struct Body {
   solvers::MeshResult mesh;
   std::vector<synth::Material> materials;  ///< one per region
   solvers::Modes modes;
-  std::vector<double> decay_rates;                   ///< d [1/s]
   std::optional<solvers::PitchReport> pitch_target;  ///< when one was asked for
   core::Trace trace;
 };
@@ -81,6 +80,6 @@ struct Body {
 Body solve_body(const BodyOptions& options, const Context& context);
 
 std::vector<solvers::Elastic> elastic_of(const std::vector<synth::Material>& materials);
-std::vector<synth::RayleighDamping> damping_of(const std::vector<synth::Material>& materials);
+std::vector<synth::DampingModel> damping_of(const std::vector<synth::Material>& materials);
 
 }  // namespace carillon::cli

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/context.hpp"
+#include "cli/material_json.hpp"
 #include "cli/sound/effect.hpp"
 #include "solvers/families.hpp"
 #include "synth/material.hpp"
@@ -15,13 +16,7 @@ namespace {
 nlohmann::json list_materials() {
   nlohmann::json list = nlohmann::json::array();
   for (const synth::Material& m : synth::preset_materials()) {
-    list.push_back({{"name", m.name},
-                    {"youngs_modulus_pa", m.elastic.youngs_modulus},
-                    {"poisson_ratio", m.elastic.poisson_ratio},
-                    {"density_kg_m3", m.elastic.density},
-                    {"alpha1_per_s", m.damping.alpha1},
-                    {"alpha2_s", m.damping.alpha2},
-                    {"source", m.source}});
+    list.push_back(to_json(m));
   }
   return list;
 }
@@ -49,13 +44,30 @@ nlohmann::json list_effects() {
 }
 
 nlohmann::json list_models() {
-  return {{{"name", "rayleigh"},
-           {"description", "c = alpha1 + alpha2 lambda [1/s], decay rate d = c / 2"}}};
+  nlohmann::json list = nlohmann::json::array();
+  for (const synth::DampingForm& form : synth::damping_forms()) {
+    nlohmann::json units = nlohmann::json::object();
+    for (std::size_t i = 0; i < form.units.size(); ++i) {
+      units[synth::parameter_name(i)] = form.units[i];
+    }
+    list.push_back({{"name", form.name},
+                    {"formula", form.formula},
+                    {"description", form.description},
+                    {"units", units}});
+  }
+  return list;
 }
 
 void print_value(const nlohmann::json& value) {
   if (value.is_string()) {
     fmt::print("{}", value.get<std::string>());
+  } else if (value.is_object()) {
+    std::vector<std::string> parts;
+    for (const auto& [key, part] : value.items()) {
+      parts.push_back(
+          fmt::format("{}: {}", key, part.is_string() ? part.get<std::string>() : part.dump()));
+    }
+    fmt::print("{}", fmt::join(parts, ", "));
   } else {
     fmt::print("{}", value.dump());
   }
@@ -65,7 +77,7 @@ void print_list(const nlohmann::json& list) {
   for (const nlohmann::json& entry : list) {
     fmt::print("{}\n", entry.at("name").get<std::string>());
     for (const auto& [key, value] : entry.items()) {
-      if (key == "name") continue;
+      if (key == "name" || value.empty()) continue;
       if (key == "parameters") {
         for (const nlohmann::json& p : value) {
           fmt::print("    {:<18} {:.4g} to {:.4g} m: {}\n", p.at("name").get<std::string>(),

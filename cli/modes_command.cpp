@@ -31,11 +31,11 @@ std::string why_no_mode(const Body& body) {
   return text;
 }
 
-nlohmann::json to_json(const Body& body) {
+nlohmann::json to_json(const Body& body, const synth::DecayRates& damping) {
   nlohmann::json modes = nlohmann::json::array();
   for (std::size_t i = 0; i < body.modes.size(); ++i) {
     modes.push_back({{"frequency_hz", body.modes.frequency(i)},
-                     {"decay_rate_per_s", body.decay_rates[i]},
+                     {"decay_rate_per_s", damping.values[i]},
                      {"residual", body.modes.residuals[i]}});
     if (!body.modes.pitch_errors.empty()) {
       modes.back()["pitch_error_cents"] = body.modes.pitch_errors[i];
@@ -67,6 +67,11 @@ nlohmann::json to_json(const Body& body) {
                         {"mass_kg", body.modes.mass},
                         {"timing", timing}};
   if (body.modes.size() == 0) out["explanation"] = why_no_mode(body);
+  if (!damping.negative.empty()) {
+    out["negative_damping"] = {{"modes", damping.negative.size()},
+                               {"low_hz", body.modes.frequency(damping.negative.front())},
+                               {"high_hz", body.modes.frequency(damping.negative.back())}};
+  }
   if (body.pitch_target) out["pitch_target"] = solvers::to_json(*body.pitch_target, true);
   return out;
 }
@@ -78,7 +83,7 @@ void print_pitch_errors(const std::vector<double>& errors) {
              worst - errors.begin() + 1, solvers::median(errors));
 }
 
-void print_table(const Body& body) {
+void print_table(const Body& body, const synth::DecayRates& damping) {
   const bool turned = !body.modes.harmonics.empty();
   const bool estimated = !body.modes.pitch_errors.empty();
   fmt::print("{:>5} {:>14} {}{:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]",
@@ -88,10 +93,14 @@ void print_table(const Body& body) {
     fmt::print("{:>5} {:>14.4f} {}{:>14.4f} {:>10.3g} {:>10.1e}{}\n", i + 1,
                body.modes.frequency(i),
                estimated ? fmt::format("{:>12.2g} ", body.modes.pitch_errors[i]) : "",
-               body.decay_rates[i], synth::t60(body.decay_rates[i]), body.modes.residuals[i],
+               damping.values[i], synth::t60(damping.values[i]), body.modes.residuals[i],
                turned ? fmt::format(" {:>8}", body.modes.harmonics[i]) : "");
   }
   if (body.modes.size() == 0) fmt::print("{}\n", why_no_mode(body));
+  if (!damping.negative.empty()) {
+    fmt::print("{}; shown as 0\n",
+               synth::describe_negative(body.modes, damping_of(body.materials), damping.negative));
+  }
   const solvers::Certificate& certificate = body.modes.certificate;
   fmt::print("\n{} of the {} modes in the band{}; complete to {:.1f} Hz\n", certificate.modes_found,
              certificate.modes_in_band,
@@ -129,6 +138,7 @@ void add_modes(CLI::App& program, Context& context) {
   command->callback([&context, options, output] {
     const Body body = solve_body(*options, context);
     settle(body.pitch_target, context);
+    const auto damping = synth::clamped_decay_rates(body.modes, damping_of(body.materials));
     if (!context.speaks()) return;
     if (!output->empty()) {
       core::write_durably(*output, [&](const std::filesystem::path& path) {
@@ -136,9 +146,9 @@ void add_modes(CLI::App& program, Context& context) {
       });
     }
     if (context.json) {
-      fmt::print("{}\n", to_json(body).dump(2));
+      fmt::print("{}\n", to_json(body, damping).dump(2));
     } else {
-      print_table(body);
+      print_table(body, damping);
     }
   });
 }

@@ -11,7 +11,6 @@
 #include "solvers/families.hpp"
 #include "solvers/fourier_modes.hpp"
 #include "solvers/modes_broadcast.hpp"
-#include "synth/ring_down.hpp"
 
 namespace carillon::cli {
 
@@ -55,7 +54,6 @@ Body solve_turned(const BodyOptions& options, const Context& context) {
                                         body.trace);
   });
   solvers::broadcast(body.modes, context.world);
-  body.decay_rates = synth::decay_rates(body.modes, std::vector{body.materials.front().damping});
   return body;
 }
 

@@ -81,37 +81,6 @@ Eigen::MatrixX3d shapes_at(const solvers::Modes& modes, const SurfacePoint& poin
   return shapes;
 }
 
-std::vector<double> decay_rates(const solvers::Modes& modes,
-                                std::span<const RayleighDamping> regions) {
-  const auto count = static_cast<Eigen::Index>(modes.size());
-  const auto region_count = static_cast<Eigen::Index>(regions.size());
-  if (modes.kinetic_share.rows() != count || modes.strain_share.rows() != count ||
-      modes.kinetic_share.cols() != region_count || modes.strain_share.cols() != region_count) {
-    throw core::InputError(fmt::format("decay rates: {} dampings for modes of {} regions",
-                                       regions.size(), modes.kinetic_share.cols()));
-  }
-  for (const RayleighDamping& damping : regions) {
-    for (const double alpha : {damping.alpha1, damping.alpha2}) {
-      if (!(alpha >= 0) || !std::isfinite(alpha)) {
-        throw core::InputError(
-            fmt::format("decay rates: damping must be finite and not negative, not {}", alpha));
-      }
-    }
-  }
-  std::vector<double> rates(modes.size(), 0.0);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    double c = 0;
-    for (Eigen::Index r = 0; r < region_count; ++r) {
-      const RayleighDamping& damping = regions[static_cast<std::size_t>(r)];
-      c += damping.alpha1 * modes.kinetic_share(i, r) +
-           damping.alpha2 * modes.eigenvalues[static_cast<std::size_t>(i)] *
-               modes.strain_share(i, r);
-    }
-    rates[static_cast<std::size_t>(i)] = c / 2;
-  }
-  return rates;
-}
-
 Vec3 spread_direction(const Vec3& axis, double spread, core::RandomStream& random) {
   if (!(spread > 0)) return axis;
   const double cosine = 1 - random.uniform() * (1 - std::cos(spread));

@@ -76,14 +76,6 @@ struct RingDown {
   Readout readout;
 };
 
-/// Decay rates d [1/s] of every mode: c_i = sum over regions of alpha1 kinetic_share +
-/// alpha2 lambda strain_share, d = c / 2 (Sterling 2019, eq. 2.11; exact for Rayleigh damping that
-/// differs between regions as far as the damping stays diagonal).
-/// @param regions  one for each region of the modes
-/// @throws InputError  number of regions, or damping that is negative or not finite
-std::vector<double> decay_rates(const solvers::Modes& modes,
-                                std::span<const RayleighDamping> regions);
-
 /// Modes struck at a point.
 /// @param readout  of the modes' motion, for example point_velocity() or monopole()
 /// @throws InputError  sizes that do not match, a direction that is no unit vector, a value that is

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "cli/text.hpp"
@@ -228,6 +229,21 @@ SplitConfig read_split(ConfigNode node) {
 
 }  // namespace
 
+std::vector<synth::Material> named_materials(const BuildConfig& config) {
+  std::map<std::string, synth::Material> by_name;
+  for (const ObjectSource& source : config.objects) {
+    std::vector<std::string> names = source.materials;
+    for (const auto& [group, name] : source.groups) names.push_back(name);
+    for (const std::string& name : names) {
+      if (by_name.contains(name)) continue;
+      by_name[name] = synth::parse_material(name, config.own_materials);
+    }
+  }
+  std::vector<synth::Material> materials;
+  for (auto& [name, material] : by_name) materials.push_back(std::move(material));
+  return materials;
+}
+
 BuildConfig read_build_config(const std::string& text, const std::string& file_name,
                               const std::vector<std::string>& overrides,
                               std::span<const Effect> registry) {
@@ -246,7 +262,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   }
   if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
 
-  config.scene = read_scene(root, file_name, registry);
+  config.scene = read_scene(root, file_name, registry, named_materials(config));
   read_modes(root.child("modes"), config);
   read_solver(root.child("solver"), config);
   read_limits(root.child("limits"), config);

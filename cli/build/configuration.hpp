@@ -56,6 +56,9 @@ struct BuildConfig {
   std::string resolved;  ///< every key with its value, YAML in SI units
 };
 
+/// Every material that the objects of a configuration name, each once, by name.
+std::vector<synth::Material> named_materials(const BuildConfig& config);
+
 /// @param text       the configuration
 /// @param file_name  for messages; paths in the configuration are relative to its folder
 /// @throws ConfigError  file:line:column, what is wrong and what would be right

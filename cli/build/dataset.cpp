@@ -4,7 +4,9 @@
 
 #include <map>
 
+#include "cli/build/damping_columns.hpp"
 #include "cli/build/samples_task.hpp"
+#include "cli/material_json.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 
@@ -95,27 +97,9 @@ void write_index(const BuildConfig& config, const BuildPlan& plan,
 
 namespace {
 
-nlohmann::json describe_material(const synth::Material& m) {
-  return {{"name", m.name},
-          {"youngs_modulus_pa", m.elastic.youngs_modulus},
-          {"poisson_ratio", m.elastic.poisson_ratio},
-          {"density_kg_m3", m.elastic.density},
-          {"alpha1_per_s", m.damping.alpha1},
-          {"alpha2_s", m.damping.alpha2},
-          {"source", m.source}};
-}
-
 nlohmann::json describe_materials(const BuildConfig& config) {
-  std::map<std::string, nlohmann::json> by_name;
-  for (const ObjectSource& source : config.objects) {
-    std::vector<std::string> names = source.materials;
-    for (const auto& [group, name] : source.groups) names.push_back(name);
-    for (const std::string& name : names) {
-      by_name[name] = describe_material(synth::parse_material(name, config.own_materials));
-    }
-  }
   nlohmann::json list = nlohmann::json::array();
-  for (const auto& [name, material] : by_name) list.push_back(material);
+  for (const synth::Material& material : named_materials(config)) list.push_back(to_json(material));
   return list;
 }
 

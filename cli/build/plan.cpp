@@ -209,12 +209,22 @@ std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& con
   return tasks;
 }
 
+namespace {
+
+/// A damping model to the last bit. Rayleigh's parameters stand alone.
+std::string identity_of(const synth::DampingModel& model) {
+  const std::string alphas = fmt::format("{}", fmt::join(model.parameters, " "));
+  if (model.kind == synth::DampingKind::rayleigh) return alphas;
+  return fmt::format("{} {} {}", synth::form_of(model.kind).name, alphas, model.expression);
+}
+
+}  // namespace
+
 std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
   core::Sha256 hash;
   for (const synth::Material& m : config.own_materials) {
-    hash.add(fmt::format("{} {} {} {} {} {}\n", m.name, m.elastic.youngs_modulus,
-                         m.elastic.poisson_ratio, m.elastic.density, m.damping.alpha1,
-                         m.damping.alpha2));
+    hash.add(fmt::format("{} {} {} {} {}\n", m.name, m.elastic.youngs_modulus,
+                         m.elastic.poisson_ratio, m.elastic.density, identity_of(m.damping)));
   }
   for (const GivenStrike& s : config.scene.strikes.given) {
     const solvers::Vec3 direction = s.direction.value_or(solvers::Vec3::Zero());

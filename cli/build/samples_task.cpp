@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "cli/build/damping_columns.hpp"
 #include "cli/columns.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
@@ -35,7 +36,8 @@ void add_vector(Columns& columns, const std::string& name, const solvers::Vec3& 
 }
 
 void add_labels(const BuildConfig& config, const Shape& shape, const Sample& sample,
-                const std::vector<synth::Material>& materials, Columns& columns) {
+                const std::vector<synth::Material>& materials,
+                const std::vector<std::string>& damping_units, Columns& columns) {
   const Variant& variant = shape.variants[sample.variant];
   columns.add("key", sample.key);
   columns.add("id", sample.id);
@@ -51,8 +53,7 @@ void add_labels(const BuildConfig& config, const Shape& shape, const Sample& sam
   columns.add("youngs_modulus", material.elastic.youngs_modulus, "Pa");
   columns.add("poisson_ratio", material.elastic.poisson_ratio);
   columns.add("density", material.elastic.density, "kg/m^3");
-  columns.add("alpha1", material.damping.alpha1, "1/s");
-  columns.add("alpha2", material.damping.alpha2, "s");
+  add_damping_columns(material.damping, damping_units, columns);
 }
 
 void add_strike_columns(const SampleResult& result, Columns& columns) {
@@ -148,12 +149,13 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   SampleMaker maker(config, shape, folders, trace);
   std::unique_ptr<synth::MelSpectrogram> mel;
   if (config.mel) mel = std::make_unique<synth::MelSpectrogram>(*config.mel);
+  const std::vector<std::string> damping_units = damping_column_units(named_materials(config));
   Columns columns;
   std::vector<std::string> written;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
     const SampleResult result = maker.make(sample, &columns);
-    add_labels(config, shape, sample, maker.materials(sample.variant), columns);
+    add_labels(config, shape, sample, maker.materials(sample.variant), damping_units, columns);
     add_strike_columns(result, columns);
     add_audio(config, result, columns);
     if (mel) {

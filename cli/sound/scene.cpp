@@ -108,9 +108,11 @@ double Scene::seconds_per_sound(int modes) const {
   return seconds;
 }
 
-Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const Effect> registry) {
+Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const Effect> registry,
+                 std::vector<synth::Material> materials) {
   Scene scene;
   scene.file_name = file_name;
+  scene.materials = std::move(materials);
   scene.audio = read_audio(root.child("audio"));
   scene.strikes = read_strikes(root.child("strikes"), file_name);
   for (ConfigNode& node : root.children("listeners")) {

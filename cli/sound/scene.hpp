@@ -43,6 +43,7 @@ struct Scene {
   std::string file_name;  ///< of the configuration: paths in it are meant from where it lies
   AudioConfig audio;
   StrikeConfig strikes;
+  std::vector<synth::Material> materials;  ///< every one that a body is made of; may be empty
   std::vector<synth::Listener> listeners;  ///< from the centre of the body's box
   std::vector<EffectDecision> effects;     ///< every effect there is, on or off, in order
 
@@ -54,10 +55,12 @@ struct Scene {
 };
 
 /// Reads `audio`, `strikes`, `listeners`, `effects` and the keys of every effect.
-/// @param registry  the effects that there are
+/// @param registry   the effects that there are
+/// @param materials  every one that a body will be made of, where that is known already
 /// @throws ConfigError
 Scene read_scene(core::ConfigNode& root, const std::string& file_name,
-                 std::span<const Effect> registry = effects());
+                 std::span<const Effect> registry = effects(),
+                 std::vector<synth::Material> materials = {});
 
 /// `[].name, .enabled, .reason, .seconds_per_sound` of a scene's effects.
 nlohmann::json describe_effects(const Scene& scene);

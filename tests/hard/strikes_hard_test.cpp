@@ -23,7 +23,7 @@ using namespace test;
 struct Body {
   TetMesh mesh;
   std::vector<Elastic> regions;
-  std::vector<synth::RayleighDamping> damping;
+  std::vector<synth::DampingModel> damping;
   Band band;
 };
 
@@ -31,7 +31,7 @@ struct Body {
 Body cube() {
   return {symmetric_box_mesh(Vec3::Constant(0.2), {2, 2, 2}, 3),
           {glass},
-          {{3, 1e-7}},
+          {synth::rayleigh_damping(3, 1e-7)},
           {20, 22000, 300}};
 }
 
@@ -46,12 +46,16 @@ Body bar() {
     }
     mesh.regions[e] = middle[2] < 0.06 ? 0 : 1;
   }
-  return {mesh, {steel, glass}, {{5, 1e-8}, {1, 2e-7}}, {20, 22000, 300}};
+  return {mesh,
+          {steel, glass},
+          {synth::rayleigh_damping(5, 1e-8), synth::rayleigh_damping(1, 2e-7)},
+          {20, 22000, 300}};
 }
 
 Body ring() {
   const auto shape = shape_of("ring", {{"radius", 0.05}, {"inner_radius", 0.04}, {"height", 0.01}});
-  return {mesh_of(shape, 3, 0.02).mesh, {steel}, {{5, 1e-8}}, {20, 22000, 300}};
+  return {
+      mesh_of(shape, 3, 0.02).mesh, {steel}, {synth::rayleigh_damping(5, 1e-8)}, {20, 22000, 300}};
 }
 
 Modes solve(const Body& body, EigenSolver solver, std::uint64_t seed) {

@@ -52,17 +52,17 @@ std::string file_error(const std::string& text) {
 }
 
 TEST(PresetMaterials, AreThePublishedRows) {
-  ASSERT_EQ(preset_materials().size(), 13u);
+  ASSERT_EQ(preset_materials().size(), 34u);
   const Material steel = parse_material("steel");
   EXPECT_EQ(steel.elastic.youngs_modulus, 2.0e11);
   EXPECT_EQ(steel.elastic.poisson_ratio, 0.29);
   EXPECT_EQ(steel.elastic.density, 7850);
-  EXPECT_EQ(steel.damping.alpha1, 5);
-  EXPECT_EQ(steel.damping.alpha2, 3e-8);
+  EXPECT_EQ(steel.damping.parameters[0], 5);
+  EXPECT_EQ(steel.damping.parameters[1], 3e-8);
   const Material polycarbonate = parse_material("polycarbonate");
-  EXPECT_EQ(polycarbonate.damping.alpha1, 0.5);
-  EXPECT_EQ(polycarbonate.damping.alpha2, 4e-7);
-  EXPECT_EQ(parse_material("sterling_travertine").damping.alpha2, 2.5e-8);
+  EXPECT_EQ(polycarbonate.damping.parameters[0], 0.5);
+  EXPECT_EQ(polycarbonate.damping.parameters[1], 4e-7);
+  EXPECT_EQ(parse_material("sterling_travertine").damping.parameters[1], 2.5e-8);
 }
 
 TEST(PresetMaterials, AreSoundAndNamedOnce) {
@@ -82,7 +82,8 @@ TEST(PresetMaterials, AreSoundAndNamedOnce) {
 TEST(PresetMaterials, PorcelainDampsATenKilohertzModeAsPublished) {
   const Material porcelain = parse_material("sterling_porcelain");
   const double omega = 2 * M_PI * 1e4;
-  EXPECT_NEAR(porcelain.damping.alpha1 + porcelain.damping.alpha2 * omega * omega, 43.378, 1e-3);
+  EXPECT_NEAR(porcelain.damping.parameters[0] + porcelain.damping.parameters[1] * omega * omega,
+              43.378, 1e-3);
 }
 
 TEST(ParseMaterial, TakesKeysInAnyOrderWithUnits) {
@@ -90,8 +91,8 @@ TEST(ParseMaterial, TakesKeysInAnyOrderWithUnits) {
       parse_material(" density=2.7 g/cm^3, youngs_modulus=72 GPa ,poisson_ratio=0.19,alpha2=1e-7");
   EXPECT_NEAR(material.elastic.youngs_modulus, 7.2e10, 1);
   EXPECT_NEAR(material.elastic.density, 2700, 1e-9);
-  EXPECT_EQ(material.damping.alpha1, 0);
-  EXPECT_EQ(material.damping.alpha2, 1e-7);
+  EXPECT_EQ(material.damping.parameters[0], 0);
+  EXPECT_EQ(material.damping.parameters[1], 1e-7);
 }
 
 TEST(ParseMaterial, NamesWhatIsWrong) {
@@ -148,9 +149,9 @@ TEST(ReadMaterials, ReadsNamesAndFieldsInOrder) {
   ASSERT_EQ(materials.size(), 2u);
   EXPECT_EQ(materials[0].name, "bell_bronze");
   EXPECT_NEAR(materials[0].elastic.youngs_modulus, 1e11, 1);
-  EXPECT_EQ(materials[0].damping.alpha1, 2);
+  EXPECT_EQ(materials[0].damping.parameters[0], 2);
   EXPECT_EQ(materials[0].source, "foundry's data sheet");
-  EXPECT_EQ(materials[1].damping.alpha2, 0);
+  EXPECT_EQ(materials[1].damping.parameters[1], 0);
   EXPECT_EQ(parse_material("aerogel", materials).elastic.density, 100);
 }
 
@@ -169,10 +170,81 @@ TEST(ReadMaterials, PointsAtTheLine) {
       file_error("a=b: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}\n"), "name"));
 }
 
+TEST(ParseMaterial, TakesAnyDampingModel) {
+  const std::string elastic = "youngs_modulus=70 GPa,poisson_ratio=0.2,density=2500,";
+  const auto damping = [&](const std::string& text) {
+    return parse_material(elastic + text).damping;
+  };
+  EXPECT_EQ(damping("alpha3=1.027,damping=hybrid,alpha1=3.9,alpha2=5.2e-9"),
+            parse_material("sterling_porcelain_hybrid").damping);
+  EXPECT_EQ(damping("damping=caughey,alpha1=420,alpha2=-2.4e-6,alpha3=3.8e-15"),
+            parse_material("gpd_porcelain_caughey").damping);
+  EXPECT_EQ(damping("alpha2=2 s"), rayleigh_damping(0, 2));
+  EXPECT_EQ(damping("damping=6 + 1e-7*lambda").expression, "6 + 1e-7*lambda");
+  // Commas within parentheses and comparisons belong to the formula.
+  EXPECT_EQ(damping("damping=max(6, alpha1*f),alpha1=0.1").expression, "max(6, alpha1*f)");
+  EXPECT_EQ(damping("damping=f >= 100 ? 3 : 4").expression, "f >= 100 ? 3 : 4");
+}
+
+TEST(ParseMaterial, NamesWhatIsWrongWithTheDamping) {
+  const auto message = [](const std::string& text) {
+    return message_of("youngs_modulus=70 GPa,poisson_ratio=0.2,density=2500," + text);
+  };
+  EXPECT_TRUE(contains(message("damping=hybird"), "did you mean \"hybrid\"?"));
+  EXPECT_TRUE(contains(message("damping="), "no formula"));
+  EXPECT_TRUE(contains(message("damping=power,alpha1=1"), "power damping lacks alpha2"));
+  EXPECT_TRUE(contains(message("alpha1=1,alpha2=0,alpha3=0"), "no alpha3"));
+  EXPECT_TRUE(contains(message("damping=hybrid,alpha1=1,alpha2=1,alpha3=x"), "alpha3"));
+  EXPECT_TRUE(contains(message("alpha1=1,alpha1=2"), "given twice"));
+  EXPECT_TRUE(contains(message("dampin=6"), "did you mean \"damping\"?"));
+  EXPECT_TRUE(contains(message("damping=hybrid,alpha1=1,alpha2=1 s,alpha3=1"), "alpha2"));
+}
+
+TEST(ReadMaterials, TakesAnyDampingModel) {
+  const std::string elastic = "  youngs_modulus: 1 GPa\n  poisson_ratio: 0.3\n  density: 1000\n";
+  const MaterialFile file("nested:\n" + elastic +
+                          "  damping: {model: hybrid, alpha1: 1, alpha2: 2e-7, alpha3: 0.9}\n"
+                          "flat:\n" +
+                          elastic + "  damping: power\n  alpha1: 0.2\n  alpha2: 0.37\n" +
+                          "formula:\n" + elastic + "  damping: 6 + 1e-7*lambda\n" + "number:\n" +
+                          elastic + "  damping: 6\n" + "long:\n" + elastic +
+                          "  damping: {model: caughey, alpha1: 1, alpha2: 1 us, alpha3: 0, "
+                          "alpha4: 1e-30}\n" +
+                          "own:\n" + elastic +
+                          "  damping: {model: \"alpha1*sqrt(f)\", alpha1: 3}\n");
+  const std::vector<Material> materials = read_materials(file.path());
+  ASSERT_EQ(materials.size(), 6u);
+  EXPECT_EQ(materials[0].damping, (DampingModel{DampingKind::hybrid, {1, 2e-7, 0.9}, ""}));
+  EXPECT_EQ(materials[1].damping, (DampingModel{DampingKind::power, {0.2, 0.37}, ""}));
+  EXPECT_EQ(materials[2].damping, (DampingModel{DampingKind::expression, {}, "6 + 1e-7*lambda"}));
+  EXPECT_EQ(materials[3].damping, (DampingModel{DampingKind::expression, {}, "6"}));
+  EXPECT_EQ(materials[4].damping, (DampingModel{DampingKind::caughey, {1, 1e-6, 0, 1e-30}, ""}));
+  EXPECT_EQ(materials[5].damping, (DampingModel{DampingKind::expression, {3}, "alpha1*sqrt(f)"}));
+}
+
+TEST(ReadMaterials, PointsAtTheDampingThatIsWrong) {
+  const auto error = [](const std::string& damping) {
+    return file_error("m:\n  youngs_modulus: 1 GPa\n  poisson_ratio: 0.3\n  density: 1000\n" +
+                      damping);
+  };
+  const std::string formula = error("  damping: 6 + 1e-7*lamda\n");
+  EXPECT_TRUE(contains(formula, ".yaml:5:")) << formula;
+  EXPECT_TRUE(contains(formula, "at character 10; did you mean \"lambda\"?")) << formula;
+  const std::string nested = error("  damping:\n    model: hybrid\n    alpha1: 1\n");
+  EXPECT_TRUE(contains(nested, ".yaml:6:")) << nested;
+  EXPECT_TRUE(contains(nested, "hybrid damping lacks alpha2")) << nested;
+  const std::string negative = error("  damping: {model: rayleigh, alpha1: 1,\n    alpha2: -1}\n");
+  EXPECT_TRUE(contains(negative, ".yaml:6:")) << negative;
+  EXPECT_TRUE(contains(negative, "alpha2 must not be negative")) << negative;
+  const std::string beside = error("  damping: {model: rayleigh}\n  alpha1: 3\n");
+  EXPECT_TRUE(contains(beside, ".yaml:6:")) << beside;
+  EXPECT_TRUE(contains(error("  damping: {modl: rayleigh}\n"), "model"));
+  EXPECT_TRUE(contains(error("  alpha3: 3\n"), "no alpha3"));
+}
+
 TEST(T60, FollowsFromDamping) {
-  const RayleighDamping damping{6, 1e-7};
   const double omega = 2 * M_PI * 3000;
-  const double d = (damping.alpha1 + damping.alpha2 * omega * omega) / 2;
+  const double d = (6 + 1e-7 * omega * omega) / 2;
   EXPECT_NEAR(t60(d) * d, std::log(1000.0), 1e-12);
 }
 

@@ -1,0 +1,31 @@
+#include "cli/build/damping_columns.hpp"
+
+#include <cmath>
+
+namespace carillon::cli {
+
+std::vector<std::string> damping_column_units(const std::vector<synth::Material>& materials) {
+  std::vector<std::string> units;
+  for (const synth::Material& material : materials) {
+    for (std::size_t i = 0; i < material.damping.parameters.size(); ++i) {
+      const std::string unit = synth::parameter_unit(material.damping.kind, i);
+      if (i == units.size()) units.push_back(unit);
+      if (units[i] != unit) units[i] = "SI";
+    }
+  }
+  while (units.size() < 2) {
+    units.push_back(synth::parameter_unit(synth::DampingKind::rayleigh, units.size()));
+  }
+  return units;
+}
+
+void add_damping_columns(const synth::DampingModel& model, const std::vector<std::string>& units,
+                         Columns& columns) {
+  columns.add("damping_model", std::string(synth::form_of(model.kind).name));
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    const double value = i < model.parameters.size() ? model.parameters[i] : std::nan("");
+    columns.add(synth::parameter_name(i), value, units[i]);
+  }
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,26 @@
+#include "cli/material_json.hpp"
+
+namespace carillon::cli {
+
+nlohmann::json to_json(const synth::Material& material) {
+  const synth::DampingModel& model = material.damping;
+  nlohmann::json damping = {{"model", synth::form_of(model.kind).name},
+                            {"formula", synth::formula_of(model)}};
+  if (!model.expression.empty()) damping["expression"] = model.expression;
+  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+    damping[synth::parameter_name(i)] = model.parameters[i];
+  }
+  nlohmann::json json = {{"name", material.name},
+                         {"youngs_modulus_pa", material.elastic.youngs_modulus},
+                         {"poisson_ratio", material.elastic.poisson_ratio},
+                         {"density_kg_m3", material.elastic.density},
+                         {"damping", damping},
+                         {"source", material.source}};
+  if (model.kind == synth::DampingKind::rayleigh) {
+    json["alpha1_per_s"] = model.parameters.at(0);
+    json["alpha2_s"] = model.parameters.at(1);
+  }
+  return json;
+}
+
+}  // namespace carillon::cli
