@@ -1,0 +1,341 @@
+#include "synth/coupled_modes.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "synth/general_eigen.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+/// Condition of the eigenvectors up to which they are taken: 1e9 times rounding is -140 dB.
+constexpr double kSmallestReciprocalCondition = 1e-9;
+/// What a mode feels of the dashpots, relative to its frequency, below which it is left as it is:
+/// rounding in the eigenproblem is of that size.
+constexpr double kUntouched = 1e-15;
+
+}  // namespace
+
+/// Column pair (2 j, 2 j + 1) belongs to oscillator j of the coupled part: real and imaginary part
+/// of one eigenvector, or the eigenvectors of two real poles.
+struct CoupledModes::Vectors {
+  Eigen::MatrixXd displacement;                     ///< of the coupled modes, m x 2 m
+  Eigen::MatrixXd velocity;                         ///< likewise
+  Eigen::MatrixXd turn;                             ///< to the turned velocities, m x m
+  Eigen::PartialPivLU<Eigen::MatrixXd> amplitudes;  ///< state -> amplitudes of the columns
+  std::vector<int> oscillator;                      ///< of column pair j: its place among all n
+};
+
+namespace {
+
+void check(std::span<const double> eigenvalues, std::span<const double> decay_rates,
+           const Eigen::MatrixXd& dashpots) {
+  const std::size_t n = eigenvalues.size();
+  if (decay_rates.size() != n ||
+      (dashpots.cols() > 0 && dashpots.rows() != static_cast<Eigen::Index>(n))) {
+    throw core::InputError(
+        fmt::format("coupled modes: {} eigenvalues, {} decay rates and dashpots of {} modes", n,
+                    decay_rates.size(), dashpots.rows()));
+  }
+  if (!dashpots.allFinite()) throw core::InputError("coupled modes: a dashpot is not finite");
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(eigenvalues[i] > 0) || !std::isfinite(eigenvalues[i])) {
+      throw core::InputError(
+          fmt::format("coupled modes: eigenvalue of mode {} must be positive and finite, not {}", i,
+                      eigenvalues[i]),
+          "leave rigid motions out, or take the diagonal damping");
+    }
+    if (!(decay_rates[i] >= 0) || !std::isfinite(decay_rates[i])) {
+      throw core::InputError(
+          fmt::format("coupled modes: decay rate of mode {} must be finite and not negative, "
+                      "not {} 1/s",
+                      i, decay_rates[i]));
+    }
+  }
+}
+
+/// Modes that feel the dashpots: an entry of L L^T is no larger than the product of its rows'
+/// norms.
+std::vector<int> touched_modes(std::span<const double> eigenvalues,
+                               const Eigen::MatrixXd& dashpots) {
+  std::vector<int> touched;
+  if (dashpots.cols() == 0) return touched;
+  const Eigen::VectorXd norms = dashpots.rowwise().norm();
+  const double largest = norms.maxCoeff();
+  for (Eigen::Index i = 0; i < norms.size(); ++i) {
+    const double omega = std::sqrt(eigenvalues[static_cast<std::size_t>(i)]);
+    if (norms[i] * largest > kUntouched * omega) touched.push_back(static_cast<int>(i));
+  }
+  return touched;
+}
+
+/// The coupled part in its first-order form: state (Q^T q', Omega q), whose energy is its norm.
+struct FirstOrder {
+  Eigen::VectorXd omega;
+  Eigen::MatrixXd turn;    ///< Q
+  Eigen::MatrixXd matrix;  ///< 2 m x 2 m
+};
+
+FirstOrder first_order(std::span<const double> eigenvalues, std::span<const double> decay_rates,
+                       const Eigen::MatrixXd& dashpots, const std::vector<int>& coupled) {
+  const auto m = static_cast<Eigen::Index>(coupled.size());
+  FirstOrder form;
+  form.omega.resize(m);
+  Eigen::VectorXd own(m);
+  Eigen::MatrixXd columns(m, dashpots.cols());
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const auto mode = static_cast<std::size_t>(coupled[static_cast<std::size_t>(i)]);
+    form.omega[i] = std::sqrt(eigenvalues[mode]);
+    own[i] = 2 * decay_rates[mode];
+    columns.row(i) = dashpots.row(static_cast<Eigen::Index>(mode));
+  }
+  // L P = Q R: the strongest dashpots come first, and those of all columns stay in the first rows.
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+  form.turn = qr.householderQ() * Eigen::MatrixXd::Identity(m, m);
+  const Eigen::Index rank = std::min(m, columns.cols());
+  const Eigen::MatrixXd upper = qr.matrixR().topRows(rank).triangularView<Eigen::Upper>();
+  Eigen::MatrixXd damping = form.turn.transpose() * own.asDiagonal() * form.turn;
+  damping.topLeftCorner(rank, rank) += upper * upper.transpose();
+  form.matrix.setZero(2 * m, 2 * m);
+  form.matrix.topLeftCorner(m, m) = -damping;
+  form.matrix.topRightCorner(m, m) = -form.turn.transpose() * form.omega.asDiagonal();
+  form.matrix.bottomLeftCorner(m, m) = form.omega.asDiagonal() * form.turn;
+  return form;
+}
+
+/// Two poles of one oscillator and the columns of the eigenvectors that belong to them.
+struct PolePair {
+  double eigenvalue;
+  double decay_rate;
+  Eigen::Index first;
+  Eigen::Index second;
+};
+
+std::vector<PolePair> pair_poles(const Eigen::VectorXcd& poles) {
+  std::vector<PolePair> pairs;
+  std::vector<Eigen::Index> real;
+  for (Eigen::Index k = 0; k < poles.size(); ++k) {
+    if (poles[k].imag() == 0) {
+      real.push_back(k);
+    } else {
+      // Rounding may leave a pole without damping on the wrong side of the axis.
+      pairs.push_back({std::norm(poles[k]), std::max(0.0, -poles[k].real()), k, k + 1});
+      ++k;
+    }
+  }
+  std::sort(real.begin(), real.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return poles[a].real() > poles[b].real();
+  });
+  for (std::size_t k = 0; k + 1 < real.size(); k += 2) {
+    const double first = std::max(0.0, -poles[real[k]].real());
+    const double second = std::max(0.0, -poles[real[k + 1]].real());
+    pairs.push_back({first * second, (first + second) / 2, real[k], real[k + 1]});
+  }
+  return pairs;
+}
+
+/// Gives each pole pair a mode, largest shares first. `shares` is modes x pairs.
+std::vector<int> match(const Eigen::MatrixXd& shares) {
+  const Eigen::Index m = shares.rows();
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(shares.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return shares.data()[a] != shares.data()[b] ? shares.data()[a] > shares.data()[b] : a < b;
+  });
+  std::vector<int> mode_of(static_cast<std::size_t>(m), -1);
+  std::vector<bool> taken(static_cast<std::size_t>(m), false);
+  for (const Eigen::Index entry : order) {
+    const auto mode = static_cast<std::size_t>(entry % m);
+    const auto pair = static_cast<std::size_t>(entry / m);
+    if (taken[mode] || mode_of[pair] >= 0) continue;
+    mode_of[pair] = static_cast<int>(mode);
+    taken[mode] = true;
+  }
+  return mode_of;
+}
+
+/// Adds the coupled part's oscillators; false when the eigenvectors are dependent.
+bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
+  const Eigen::Index m = form.omega.size();
+  const RealEigen solution = general_eigen(form.matrix);
+  const std::vector<PolePair> pairs = pair_poles(solution.values);
+  Eigen::MatrixXd columns(2 * m, 2 * m);
+  for (std::size_t j = 0; j < pairs.size(); ++j) {
+    const auto at = 2 * static_cast<Eigen::Index>(j);
+    columns.col(at) = solution.vectors.col(pairs[j].first);
+    columns.col(at + 1) = solution.vectors.col(pairs[j].second);
+  }
+  auto vectors = std::make_shared<CoupledModes::Vectors>();
+  vectors->amplitudes.compute(columns);
+  if (!(vectors->amplitudes.rcond() > kSmallestReciprocalCondition)) return false;
+  vectors->turn = form.turn;
+  vectors->velocity = form.turn * columns.topRows(m);
+  vectors->displacement = columns.bottomRows(m);
+  Eigen::MatrixXd shares(m, m);
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const auto energy = vectors->velocity.middleCols<2>(2 * j).rowwise().squaredNorm() +
+                        vectors->displacement.middleCols<2>(2 * j).rowwise().squaredNorm();
+    shares.col(j) = energy / energy.sum();
+  }
+  vectors->displacement = form.omega.cwiseInverse().asDiagonal() * vectors->displacement;
+  const std::vector<int> mode_of = match(shares);
+  for (std::size_t j = 0; j < pairs.size(); ++j) {
+    const auto place = static_cast<std::size_t>(modes.coupled[static_cast<std::size_t>(mode_of[j])]);
+    vectors->oscillator.push_back(static_cast<int>(place));
+    modes.eigenvalues[place] = pairs[j].eigenvalue;
+    modes.decay_rates[place] = pairs[j].decay_rate;
+    modes.overlaps[place] = shares(mode_of[j], static_cast<Eigen::Index>(j));
+  }
+  modes.vectors = std::move(vectors);
+  return true;
+}
+
+}  // namespace
+
+std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
+                                   std::span<const double> decay_rates,
+                                   const Eigen::MatrixXd& dashpots) {
+  check(eigenvalues, decay_rates, dashpots);
+  CoupledModes modes;
+  modes.eigenvalues.assign(eigenvalues.begin(), eigenvalues.end());
+  modes.decay_rates.assign(decay_rates.begin(), decay_rates.end());
+  modes.overlaps.assign(eigenvalues.size(), 1.0);
+  modes.coupled = touched_modes(eigenvalues, dashpots);
+  if (dashpots.cols() > 0) {
+    // What is too little to couple still damps.
+    std::vector<bool> is_coupled(eigenvalues.size(), false);
+    for (const int mode : modes.coupled) is_coupled[static_cast<std::size_t>(mode)] = true;
+    for (std::size_t i = 0; i < is_coupled.size(); ++i) {
+      if (!is_coupled[i]) {
+        modes.decay_rates[i] += dashpots.row(static_cast<Eigen::Index>(i)).squaredNorm() / 2;
+      }
+    }
+  }
+  if (modes.coupled.empty()) return modes;
+  for (const double perturbation : {0.0, 1e-6, 1e-5, 1e-4}) {
+    modes.perturbation = perturbation;
+    if (add_coupled(modes, first_order(eigenvalues, decay_rates,
+                                       std::sqrt(1 + perturbation) * dashpots, modes.coupled))) {
+      return modes;
+    }
+  }
+  return std::nullopt;
+}
+
+RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
+  const auto n = static_cast<Eigen::Index>(modes.eigenvalues.size());
+  const Readout& in = rings.readout;
+  const auto rows = static_cast<Eigen::Index>(in.delays.size());
+  bool fits = rings.excitation.size() == n;
+  for (const auto* gains : {&in.displacement, &in.velocity, &in.acceleration}) {
+    fits = fits && (gains->size() == 0 || (gains->rows() == rows && gains->cols() == n));
+  }
+  if (!fits) {
+    throw core::InputError(fmt::format(
+        "coupled modes: {} oscillators for a ring-down of {} modes", n, rings.excitation.size()));
+  }
+  RingDown out;
+  out.eigenvalues = modes.eigenvalues;
+  out.decay_rates = modes.decay_rates;
+  out.excitation = Eigen::VectorXd::Ones(n);
+  out.readout.delays = in.delays;
+  out.readout.unit = in.unit;
+  const auto scaled = [&](const Eigen::MatrixXd& gains) -> Eigen::MatrixXd {
+    if (gains.size() == 0) return Eigen::MatrixXd::Zero(rows, n);
+    return gains * rings.excitation.asDiagonal();
+  };
+  out.readout.displacement = scaled(in.displacement);
+  out.readout.velocity = scaled(in.velocity);
+  out.readout.acceleration = scaled(in.acceleration);
+  if (!modes.vectors) return out;
+
+  // A unit impulse sets the coupled modes in motion with velocity e; oscillator j's share of that
+  // start is displacement q0 and velocity v0 of the modes (sums over j: 0 and e).
+  const CoupledModes::Vectors& vectors = *modes.vectors;
+  const auto m = static_cast<Eigen::Index>(modes.coupled.size());
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(2 * m);
+  Eigen::VectorXd struck(m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    struck[i] = rings.excitation[modes.coupled[static_cast<std::size_t>(i)]];
+  }
+  start.head(m) = vectors.turn.transpose() * struck;
+  const Eigen::VectorXd amplitudes = vectors.amplitudes.solve(start);
+  const auto starts = [&](const Eigen::MatrixXd& columns, Eigen::Index j) -> Eigen::VectorXd {
+    return columns.middleCols<2>(2 * j) * amplitudes.segment<2>(2 * j);
+  };
+  const auto read = [&](const Eigen::MatrixXd& gains, const Eigen::VectorXd& motion) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(rows);
+    if (gains.size() == 0) return sum;
+    for (Eigen::Index i = 0; i < m; ++i) {
+      sum += gains.col(modes.coupled[static_cast<std::size_t>(i)]) * motion[i];
+    }
+    return sum;
+  };
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const int place = vectors.oscillator[static_cast<std::size_t>(j)];
+    const double lambda = modes.eigenvalues[static_cast<std::size_t>(place)];
+    const double d = modes.decay_rates[static_cast<std::size_t>(place)];
+    const Eigen::VectorXd q0 = starts(vectors.displacement, j);
+    const Eigen::VectorXd v0 = starts(vectors.velocity, j);
+    // With h the oscillator's answer to an impulse: q = q0 (h' + 2 d h) + v0 h,
+    // q' = v0 h' - lambda q0 h, q'' = v0 h'' - lambda q0 h' (h'' with what follows the force).
+    out.readout.displacement.col(place) =
+        read(in.displacement, v0 + 2 * d * q0) - lambda * read(in.velocity, q0);
+    out.readout.velocity.col(place) = read(in.displacement, q0) + read(in.velocity, v0) -
+                                      lambda * read(in.acceleration, q0);
+    out.readout.acceleration.col(place) = read(in.acceleration, v0);
+  }
+  return out;
+}
+
+DiagonalError diagonal_error(const CoupledModes& modes, std::span<const double> eigenvalues,
+                             std::span<const double> diagonal) {
+  const std::size_t n = modes.eigenvalues.size();
+  if (eigenvalues.size() != n || diagonal.size() != n) {
+    throw core::InputError(
+        fmt::format("diagonal damping: {} eigenvalues and {} decay rates for {} coupled modes",
+                    eigenvalues.size(), diagonal.size(), n));
+  }
+  const auto squared_frequency = [](double lambda, double d) { return lambda - d * d; };
+  DiagonalError error;
+  error.modes = static_cast<int>(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double coupled = squared_frequency(modes.eigenvalues[i], modes.decay_rates[i]);
+    const double alone = squared_frequency(eigenvalues[i], diagonal[i]);
+    if (!(coupled > 0) || !(alone > 0) || !(modes.overlaps[i] > 0.5)) continue;
+    ++error.matched;
+    const double difference = std::abs(diagonal[i] - modes.decay_rates[i]);
+    const double decay = difference > 0 ? difference / modes.decay_rates[i] : 0;
+    const double cents = std::abs(600 * std::log2(alone / coupled));
+    if (error.worst_decay < 0 || decay > error.decay_rate) {
+      error.decay_rate = decay;
+      error.worst_decay = static_cast<int>(i);
+    }
+    if (error.worst_pitch < 0 || cents > error.cents) {
+      error.cents = cents;
+      error.worst_pitch = static_cast<int>(i);
+    }
+  }
+  return error;
+}
+
+std::string describe(const DiagonalError& error) {
+  if (error.matched == 0) {
+    return fmt::format("diagonal damping: none of {} modes can be compared", error.modes);
+  }
+  return fmt::format(
+      "diagonal damping is off by up to {:.3g} % in decay rate (mode {}) and {:.3g} cents in pitch "
+      "(mode {}); {} of {} modes compared",
+      100 * error.decay_rate, error.worst_decay + 1, error.cents, error.worst_pitch + 1,
+      error.matched, error.modes);
+}
+
+}  // namespace carillon::synth

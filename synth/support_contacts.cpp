@@ -1,0 +1,225 @@
+#include "synth/support_contacts.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "synth/outer_surface.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+/// Part of a face: corners in barycentric coordinates of the face and in space.
+struct Triangle {
+  std::int32_t face;
+  std::array<Eigen::Vector3d, 3> corners;
+  std::array<Vec3, 3> positions;
+
+  Vec3 area_vector() const {
+    return (positions[1] - positions[0]).cross(positions[2] - positions[0]) / 2;
+  }
+  double longest_edge() const {
+    return std::max({(positions[1] - positions[0]).norm(), (positions[2] - positions[1]).norm(),
+                     (positions[0] - positions[2]).norm()});
+  }
+  SurfacePoint middle() const { return {face, (corners[0] + corners[1] + corners[2]) / 3}; }
+};
+
+std::vector<Triangle> outer_triangles(const solvers::ModeSurface& surface) {
+  const std::vector<FacePiece> cut = face_pieces(surface.order);
+  const std::vector<bool> outer = outer_faces(surface);
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < outer.size(); ++f) {
+    if (!outer[f]) continue;
+    const auto face = static_cast<std::int32_t>(f);
+    const auto nodes = face_nodes(surface, face);
+    for (const FacePiece& piece : cut) {
+      Triangle triangle{face, piece.corners, {}};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto node = nodes[static_cast<std::size_t>(piece.nodes[k])];
+        triangle.positions[k] = surface.nodes[static_cast<std::size_t>(node)];
+      }
+      triangles.push_back(triangle);
+    }
+  }
+  return triangles;
+}
+
+using Corners = std::array<Vec3, 3>;
+
+/// Corners of the four triangles between the corners and the middles of the sides.
+std::array<Corners, 4> quarters(const Corners& c) {
+  const Vec3 ab = (c[0] + c[1]) / 2, bc = (c[1] + c[2]) / 2, ca = (c[2] + c[0]) / 2;
+  return {Corners{c[0], ab, ca}, Corners{ab, c[1], bc}, Corners{ca, bc, c[2]}, Corners{ab, bc, ca}};
+}
+
+void share_out(std::vector<Contact>& contacts) {
+  double total = 0;
+  for (const Contact& contact : contacts) total += contact.share;
+  for (Contact& contact : contacts) contact.share /= total;
+}
+
+/// Adds what lies within the radius; pieces are cut until they are small beside it.
+void add_within(const Triangle& triangle, const Vec3& centre, double radius,
+                const solvers::ModeSurface& surface, std::vector<Contact>& contacts) {
+  const Vec3 middle =
+      (triangle.positions[0] + triangle.positions[1] + triangle.positions[2]) / 3;
+  const double edge = triangle.longest_edge();
+  const double distance = (middle - centre).norm();
+  if (distance > radius + edge) return;  // no point is farther from the middle than an edge
+  if (edge > radius / 4) {
+    const auto corners = quarters(triangle.corners);
+    const auto positions = quarters(triangle.positions);
+    for (std::size_t part = 0; part < 4; ++part) {
+      add_within({triangle.face, corners[part], positions[part]}, centre, radius, surface,
+                 contacts);
+    }
+    return;
+  }
+  const double area = triangle.area_vector().norm();
+  if (distance > radius || !(area > 0)) return;
+  const SurfacePoint point = triangle.middle();
+  contacts.push_back({point, frame_at(surface, point).normal, area});
+}
+
+/// The part of a triangle at least `level` deep along `down`, as one contact at its centroid.
+void add_below(const Triangle& triangle, const Vec3& down, double level,
+               std::vector<Contact>& contacts) {
+  std::array<double, 3> depth;
+  for (std::size_t k = 0; k < 3; ++k) depth[k] = triangle.positions[k].dot(down) - level;
+  // Corners of the clipped polygon, in the triangle's own barycentric coordinates.
+  std::vector<Eigen::Vector3d> polygon;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    if (depth[k] >= 0) polygon.push_back(Eigen::Vector3d::Unit(static_cast<Eigen::Index>(k)));
+    if ((depth[k] >= 0) != (depth[next] >= 0)) {
+      const double t = depth[k] / (depth[k] - depth[next]);
+      polygon.push_back((1 - t) * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(k)) +
+                        t * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(next)));
+    }
+  }
+  double share = 0;  // of the triangle's area
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  for (std::size_t k = 2; k < polygon.size(); ++k) {
+    Eigen::Matrix3d part;
+    part << polygon[0], polygon[k - 1], polygon[k];
+    const double size = std::abs(part.determinant());
+    share += size;
+    centroid += size * (polygon[0] + polygon[k - 1] + polygon[k]) / 3;
+  }
+  if (!(share > 0)) return;
+  centroid /= share;
+  Eigen::Vector3d on_face = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    on_face += centroid[static_cast<Eigen::Index>(k)] * triangle.corners[k];
+  }
+  contacts.push_back({{triangle.face, on_face}, down, share * triangle.area_vector().norm()});
+}
+
+void check_length(double length, const char* name) {
+  if (!(length >= 0) || !std::isfinite(length)) {
+    throw core::InputError(
+        fmt::format("support: {} must be finite and not negative, not {} m", name, length));
+  }
+}
+
+}  // namespace
+
+std::vector<Contact> point_contact(const solvers::ModeSurface& surface, const SurfacePoint& point) {
+  return {{point, frame_at(surface, point).normal, 1.0}};
+}
+
+std::vector<Contact> patch_contacts(const solvers::ModeSurface& surface, const SurfacePoint& centre,
+                                    double radius) {
+  check_length(radius, "the radius of a patch");
+  std::vector<Contact> contacts;
+  const PointFrame middle = frame_at(surface, centre);
+  if (radius > 0) {
+    for (const Triangle& triangle : outer_triangles(surface)) {
+      if (triangle.area_vector().dot(middle.normal) > 0) {
+        add_within(triangle, middle.position, radius, surface, contacts);
+      }
+    }
+  }
+  if (contacts.empty()) return point_contact(surface, centre);
+  share_out(contacts);
+  return contacts;
+}
+
+std::vector<Contact> lowest_contacts(const solvers::ModeSurface& surface, const Vec3& down,
+                                     double height) {
+  check_length(height, "the height of the contact above the lowest point");
+  if (!(std::abs(down.norm() - 1) <= 1e-6)) {
+    throw core::InputError(
+        fmt::format("support: down must be a unit vector, its length is {}", down.norm()));
+  }
+  // Walls that stand upright do not touch the ground.
+  constexpr double kLooksDown = 0.05;
+  const std::vector<Triangle> triangles = outer_triangles(surface);
+  double deepest = -std::numeric_limits<double>::infinity();
+  Contact lowest{{0, {1, 0, 0}}, down, 1.0};
+  for (const Triangle& triangle : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double depth = triangle.positions[k].dot(down);
+      if (depth > deepest) {
+        deepest = depth;
+        lowest.point = {triangle.face, triangle.corners[k]};
+      }
+    }
+  }
+  std::vector<Contact> contacts;
+  for (const Triangle& triangle : triangles) {
+    const Vec3 area = triangle.area_vector();
+    if (area.dot(down) > kLooksDown * area.norm()) {
+      add_below(triangle, down, deepest - height, contacts);
+    }
+  }
+  if (contacts.empty()) return {lowest};
+  share_out(contacts);
+  return contacts;
+}
+
+std::vector<Contact> edge_contacts(const solvers::ModeSurface& surface,
+                                   const SurfaceSampler& sampler, std::span<const Vec3> polyline,
+                                   int points) {
+  if (polyline.empty()) throw core::InputError("support: an edge without corners");
+  if (points < 1) throw core::InputError("support: an edge needs at least one point of contact");
+  std::vector<double> reached = {0.0};  // length up to each corner
+  for (std::size_t k = 0; k < polyline.size(); ++k) {
+    if (!polyline[k].allFinite()) {
+      throw core::InputError(fmt::format("support: corner {} of an edge is not finite", k));
+    }
+    if (k > 0) reached.push_back(reached.back() + (polyline[k] - polyline[k - 1]).norm());
+  }
+  std::vector<Contact> contacts;
+  std::size_t segment = 0;
+  for (int i = 0; i < points; ++i) {
+    const double along = reached.back() * (i + 0.5) / points;
+    while (segment + 2 < polyline.size() && reached[segment + 1] < along) ++segment;
+    Vec3 position = polyline.front();
+    if (reached.back() > 0) {
+      const double length = reached[segment + 1] - reached[segment];
+      const double t = length > 0 ? (along - reached[segment]) / length : 0;
+      position = (1 - t) * polyline[segment] + t * polyline[segment + 1];
+    }
+    const SurfacePoint point = sampler.nearest(position);
+    contacts.push_back({point, frame_at(surface, point).normal, 1.0 / points});
+  }
+  return contacts;
+}
+
+Vec3 centre_of(const solvers::ModeSurface& surface, std::span<const Contact> contacts) {
+  Vec3 centre = Vec3::Constant(0);
+  for (const Contact& contact : contacts) {
+    centre += contact.share * frame_at(surface, contact.point).position;
+  }
+  return centre;
+}
+
+}  // namespace carillon::synth

@@ -1,0 +1,125 @@
+#include "synth/supports.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+constexpr double kStandardGravity = 9.80665;  ///< [m/s^2]
+/// Squares of anything faster could overflow later.
+constexpr double kFastestDamping = 1e50;  ///< [1/s]
+
+bool finite_and_not_negative(double value) {
+  return value >= 0 && std::isfinite(value);
+}
+
+}  // namespace
+
+const std::vector<SupportKind>& preset_supports() {
+  static const std::vector<SupportKind> presets = {
+      {"finger", 1.0, 0.8, "chosen: 1 N s/m for a touch of 1 N; skin grips"},
+      {"string", 0.05, 0.3, "chosen: a thread gives way and takes little"},
+      {"foam", 0.5, 0.6, "chosen: soft cells, half of what a finger takes at the same force"},
+      {"table", 3.0, 0.4, "chosen: wood that takes vibration and radiates it"},
+  };
+  return presets;
+}
+
+SupportKind parse_support(const std::string& name) {
+  std::vector<std::string> names;
+  for (const SupportKind& kind : preset_supports()) {
+    if (kind.name == name) return kind;
+    names.push_back(kind.name);
+  }
+  const std::string nearest = core::nearest_name(name, names);
+  throw core::InputError(
+      fmt::format("support: unknown kind \"{}\"{}", name,
+                  nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)),
+      "kinds are finger, string, foam and table; or give coefficient and friction");
+}
+
+void check_support(const SupportKind& kind) {
+  if (!finite_and_not_negative(kind.coefficient)) {
+    throw core::InputError(
+        fmt::format("support: the coefficient must be finite and not negative, not {} s/m",
+                    kind.coefficient),
+        "a negative one would feed energy into the body");
+  }
+  if (!finite_and_not_negative(kind.friction)) {
+    throw core::InputError(fmt::format(
+        "support: friction must be finite and not negative, not {}", kind.friction));
+  }
+}
+
+Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Contact> contacts,
+                              double friction) {
+  check_support({"", 0, friction, ""});
+  const Eigen::Index directions = friction > 0 ? 3 : 1;
+  const auto n = static_cast<Eigen::Index>(modes.size());
+  Eigen::MatrixXd columns(n, directions * static_cast<Eigen::Index>(contacts.size()));
+  Eigen::Index column = 0;
+  for (const Contact& contact : contacts) {
+    if (!(std::abs(contact.normal.norm() - 1) <= 1e-6)) {
+      throw core::InputError(fmt::format(
+          "support: the normal must be a unit vector, its length is {}", contact.normal.norm()));
+    }
+    if (!finite_and_not_negative(contact.share)) {
+      throw core::InputError(fmt::format(
+          "support: a contact's share of the force must not be negative, not {}", contact.share));
+    }
+    const Eigen::MatrixX3d shapes = std::sqrt(contact.share) * shapes_at(modes, contact.point);
+    columns.col(column++) = shapes * contact.normal;
+    if (directions == 1) continue;
+    const Vec3 side = contact.normal.unitOrthogonal();
+    columns.col(column++) = std::sqrt(friction) * (shapes * side);
+    columns.col(column++) = std::sqrt(friction) * (shapes * contact.normal.cross(side));
+  }
+  if (columns.cols() <= n || n == 0) return columns;
+  // With L^T = Q R, L L^T = R^T R: n columns say the same.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns.transpose());
+  return Eigen::MatrixXd(qr.matrixQR().topRows(n).triangularView<Eigen::Upper>()).transpose();
+}
+
+Eigen::MatrixXd dashpots(const Eigen::MatrixXd& unit, double coefficient, double force) {
+  check_support({"", coefficient, 0, ""});
+  if (!finite_and_not_negative(force)) {
+    throw core::InputError(
+        fmt::format("support: the force must be finite and not negative, not {} N", force));
+  }
+  Eigen::MatrixXd result = (std::sqrt(coefficient) * std::sqrt(force)) * unit;
+  if (!(result.squaredNorm() < kFastestDamping)) {
+    throw core::InputError(
+        fmt::format("support: a coefficient of {} s/m and a force of {} N damp faster than {} 1/s",
+                    coefficient, force, kFastestDamping),
+        "lower the coefficient or the force");
+  }
+  return result;
+}
+
+std::vector<double> with_support_damping(std::span<const double> decay_rates,
+                                         const Eigen::MatrixXd& dashpots) {
+  if (dashpots.rows() != static_cast<Eigen::Index>(decay_rates.size()) && dashpots.cols() > 0) {
+    throw core::InputError(fmt::format("support: dashpots of {} modes for {} decay rates",
+                                       dashpots.rows(), decay_rates.size()));
+  }
+  std::vector<double> rates(decay_rates.begin(), decay_rates.end());
+  if (dashpots.cols() == 0) return rates;
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    rates[i] += dashpots.row(static_cast<Eigen::Index>(i)).squaredNorm() / 2;
+  }
+  return rates;
+}
+
+double weight(const solvers::Modes& modes) {
+  return modes.mass * kStandardGravity;
+}
+
+}  // namespace carillon::synth
