@@ -131,9 +131,8 @@ std::vector<PolePair> pair_poles(const Eigen::VectorXcd& poles) {
       ++k;
     }
   }
-  std::sort(real.begin(), real.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return poles[a].real() > poles[b].real();
-  });
+  std::sort(real.begin(), real.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return poles[a].real() > poles[b].real(); });
   for (std::size_t k = 0; k + 1 < real.size(); k += 2) {
     const double first = std::max(0.0, -poles[real[k]].real());
     const double second = std::max(0.0, -poles[real[k + 1]].real());
@@ -181,14 +180,16 @@ bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
   vectors->displacement = columns.bottomRows(m);
   Eigen::MatrixXd shares(m, m);
   for (Eigen::Index j = 0; j < m; ++j) {
-    const auto energy = vectors->velocity.middleCols<2>(2 * j).rowwise().squaredNorm() +
-                        vectors->displacement.middleCols<2>(2 * j).rowwise().squaredNorm();
+    const Eigen::VectorXd energy =
+        vectors->velocity.middleCols<2>(2 * j).rowwise().squaredNorm() +
+        vectors->displacement.middleCols<2>(2 * j).rowwise().squaredNorm();
     shares.col(j) = energy / energy.sum();
   }
   vectors->displacement = form.omega.cwiseInverse().asDiagonal() * vectors->displacement;
   const std::vector<int> mode_of = match(shares);
   for (std::size_t j = 0; j < pairs.size(); ++j) {
-    const auto place = static_cast<std::size_t>(modes.coupled[static_cast<std::size_t>(mode_of[j])]);
+    const auto place =
+        static_cast<std::size_t>(modes.coupled[static_cast<std::size_t>(mode_of[j])]);
     vectors->oscillator.push_back(static_cast<int>(place));
     modes.eigenvalues[place] = pairs[j].eigenvalue;
     modes.decay_rates[place] = pairs[j].decay_rate;
@@ -239,8 +240,8 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
     fits = fits && (gains->size() == 0 || (gains->rows() == rows && gains->cols() == n));
   }
   if (!fits) {
-    throw core::InputError(fmt::format(
-        "coupled modes: {} oscillators for a ring-down of {} modes", n, rings.excitation.size()));
+    throw core::InputError(fmt::format("coupled modes: {} oscillators for a ring-down of {} modes",
+                                       n, rings.excitation.size()));
   }
   RingDown out;
   out.eigenvalues = modes.eigenvalues;
@@ -289,8 +290,8 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
     // q' = v0 h' - lambda q0 h, q'' = v0 h'' - lambda q0 h' (h'' with what follows the force).
     out.readout.displacement.col(place) =
         read(in.displacement, v0 + 2 * d * q0) - lambda * read(in.velocity, q0);
-    out.readout.velocity.col(place) = read(in.displacement, q0) + read(in.velocity, v0) -
-                                      lambda * read(in.acceleration, q0);
+    out.readout.velocity.col(place) =
+        read(in.displacement, q0) + read(in.velocity, v0) - lambda * read(in.acceleration, q0);
     out.readout.acceleration.col(place) = read(in.acceleration, v0);
   }
   return out;

@@ -42,7 +42,8 @@ struct CoupledModes {
 /// @param dashpots     L, n rows [s^-1/2], as dashpots() makes it
 /// @return nothing when the eigenvectors stay dependent all the same: the caller keeps the diagonal
 ///         answer
-/// @throws InputError   sizes that do not match, a mode without stiffness (lambda = 0), a value that
+/// @throws InputError   sizes that do not match, a mode without stiffness (lambda = 0), a value
+/// that
 ///                      is negative or not finite
 /// @throws SolverError  LAPACK finds no eigenvalues
 std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
@@ -50,20 +51,20 @@ std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
                                    const Eigen::MatrixXd& dashpots);
 
 /// A ring-down of the uncoupled modes, as a sum over the coupled body's oscillators: the same
-/// output C0 q + C1 q' + C2 q'' from the same force, exactly (the part of q'' that follows the force
-/// at once included). Excitations become 1 and gains carry the strike.
+/// output C0 q + C1 q' + C2 q'' from the same force, exactly (the part of q'' that follows the
+/// force at once included). Excitations become 1 and gains carry the strike.
 /// @param rings  coordinates are those that were coupled; its decay rates are not used
 /// @throws InputError  sizes that do not match
 RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings);
 
 /// How far the diagonal answer (d_i + G_ii / 2 at the undamped frequency) is from the coupled one.
 struct DiagonalError {
-  int matched = 0;         ///< modes compared: both oscillate, and share more than half their energy
-  int modes = 0;           ///< of so many
-  double decay_rate = 0;   ///< largest |d_diagonal - d_coupled| / d_coupled
-  double cents = 0;        ///< largest distance of damped frequencies [cents]
-  int worst_decay = -1;    ///< mode of the largest error in decay rate; -1: none compared
-  int worst_pitch = -1;    ///< mode of the largest error in pitch
+  int matched = 0;        ///< modes compared: both oscillate, and share more than half their energy
+  int modes = 0;          ///< of so many
+  double decay_rate = 0;  ///< largest |d_diagonal - d_coupled| / d_coupled
+  double cents = 0;       ///< largest distance of damped frequencies [cents]
+  int worst_decay = -1;   ///< mode of the largest error in decay rate; -1: none compared
+  int worst_pitch = -1;   ///< mode of the largest error in pitch
 };
 
 /// @param diagonal  decay rates of the diagonal answer, n (with_support_damping())

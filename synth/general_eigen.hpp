@@ -6,7 +6,8 @@ namespace carillon::synth {
 
 /// Eigenvalues and right eigenvectors of a real matrix.
 struct RealEigen {
-  Eigen::VectorXcd values;  ///< conjugate pairs next to each other, the positive imaginary part first
+  Eigen::VectorXcd
+      values;  ///< conjugate pairs next to each other, the positive imaginary part first
   /// Unit columns; of a pair, the real part and the imaginary part of the first one's eigenvector.
   Eigen::MatrixXd vectors;
 };

@@ -68,8 +68,7 @@ void share_out(std::vector<Contact>& contacts) {
 /// Adds what lies within the radius; pieces are cut until they are small beside it.
 void add_within(const Triangle& triangle, const Vec3& centre, double radius,
                 const solvers::ModeSurface& surface, std::vector<Contact>& contacts) {
-  const Vec3 middle =
-      (triangle.positions[0] + triangle.positions[1] + triangle.positions[2]) / 3;
+  const Vec3 middle = (triangle.positions[0] + triangle.positions[1] + triangle.positions[2]) / 3;
   const double edge = triangle.longest_edge();
   const double distance = (middle - centre).norm();
   if (distance > radius + edge) return;  // no point is farther from the middle than an edge

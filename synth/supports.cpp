@@ -54,8 +54,8 @@ void check_support(const SupportKind& kind) {
         "a negative one would feed energy into the body");
   }
   if (!finite_and_not_negative(kind.friction)) {
-    throw core::InputError(fmt::format(
-        "support: friction must be finite and not negative, not {}", kind.friction));
+    throw core::InputError(
+        fmt::format("support: friction must be finite and not negative, not {}", kind.friction));
   }
 }
 

@@ -1,0 +1,250 @@
+#include "synth/coupled_modes.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "synth/supports.hpp"
+#include "tests/synth/support_cases.hpp"
+
+namespace carillon::synth {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+CoupledModes coupled(const HeldModes& held) {
+  auto modes = couple(held.eigenvalues, held.decay_rates, held.dashpots);
+  if (!modes) throw std::runtime_error("not coupled");
+  return *modes;
+}
+
+/// Struck with random gains and heard through all three parts of a readout, two rows.
+RingDown random_ring_down(const HeldModes& held, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  const auto n = static_cast<Eigen::Index>(held.eigenvalues.size());
+  RingDown rings;
+  rings.eigenvalues = held.eigenvalues;
+  rings.decay_rates = held.decay_rates;
+  rings.excitation.resize(n);
+  for (double& e : rings.excitation) e = normal(random);
+  Readout& readout = rings.readout;
+  for (auto* gains : {&readout.displacement, &readout.velocity, &readout.acceleration}) {
+    gains->resize(2, n);
+    for (double& gain : gains->reshaped()) gain = normal(random);
+  }
+  // Of comparable loudness: each in its own unit.
+  readout.displacement *= 3000;
+  readout.acceleration /= 3000;
+  readout.delays = {0.0, 0.0};
+  return rings;
+}
+
+/// What rows of a readout are in a state (q, q'), q'' from the equation of motion.
+Eigen::VectorXd read_out(const HeldModes& held, const RingDown& rings, double contact_time,
+                         double t, const Eigen::VectorXd& state) {
+  const Eigen::Index n = state.size() / 2;
+  const Eigen::VectorXd q = state.head(n), v = state.tail(n);
+  const Eigen::VectorXd a =
+      rings.excitation * contact_force(contact_time, t) - held.damping() * v -
+      Eigen::Map<const Eigen::VectorXd>(held.eigenvalues.data(), n).cwiseProduct(q);
+  const Readout& r = rings.readout;
+  return r.displacement * q + r.velocity * v + r.acceleration * a;
+}
+
+TEST(CoupledModes, HaveThePolesOfTheStateMatrix) {
+  for (const double strength : {1e-3, 1.0, 1e3, 1e5}) {
+    const HeldModes held = random_held(12, 3, strength, 5);
+    const CoupledModes modes = coupled(held);
+    EXPECT_LT(worst_pole(poles_of(modes.eigenvalues, modes.decay_rates),
+                         eigenvalues_of(held.state_matrix())),
+              1e-9)
+        << strength;
+    EXPECT_EQ(modes.perturbation, 0);
+  }
+}
+
+TEST(CoupledModes, SoundLikeTheEquationOfMotionByMatrixExponentials) {
+  const std::vector<double> times = {0.0, 1e-4, 2.5e-4, 5e-4, 6e-4, 1e-3, 5e-3, 0.03, 0.2};
+  for (const double contact_time : {5e-4, 1e-5}) {
+    for (const double strength : {1.0, 1e3, 1e5}) {
+      const HeldModes held = random_held(8, 3, strength, 11);
+      const RingDown rings = random_ring_down(held, 3);
+      const RingDown answer = coupled_ring_down(coupled(held), rings);
+      const auto states = exact_states(held, rings.excitation, contact_time, times);
+      double loudest = 0, worst = 0;
+      for (std::size_t k = 0; k < times.size(); ++k) {
+        const Eigen::VectorXd exact = read_out(held, rings, contact_time, times[k], states[k]);
+        loudest = std::max(loudest, exact.lpNorm<Eigen::Infinity>());
+        worst = std::max(worst, (value_at(answer, contact_time, times[k]) - exact)
+                                    .lpNorm<Eigen::Infinity>());
+      }
+      EXPECT_LT(worst, 1e-9 * loudest) << strength << " " << contact_time;
+    }
+  }
+}
+
+TEST(CoupledModes, GiveTheSamplesOfTheEquationOfMotion) {
+  const HeldModes held = random_held(6, 2, 300, 2);
+  const RingDown rings = random_ring_down(held, 8);
+  const double rate = 44100;
+  const auto samples = synthesize(coupled_ring_down(coupled(held), rings), {3e-4}, rate, 2000);
+  std::vector<double> times;
+  for (int n = 0; n < 2000; n += 97) times.push_back(n / rate);
+  const auto states = exact_states(held, rings.excitation, 3e-4, times);
+  double peak = 0;
+  for (const float sample : samples) peak = std::max(peak, std::abs(static_cast<double>(sample)));
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const Eigen::VectorXd exact = read_out(held, rings, 3e-4, times[k], states[k]);
+    EXPECT_NEAR(samples[97 * k], exact[0], 2e-7 * peak);
+    EXPECT_NEAR(samples[2000 + 97 * k], exact[1], 2e-7 * peak);
+  }
+}
+
+TEST(CoupledModes, OfDashpotsOnOneModeEachAreTheDiagonalAnswer) {
+  HeldModes held = random_held(5, 5, 1, 4);
+  held.dashpots = Eigen::VectorXd::LinSpaced(5, 1, 9).asDiagonal();
+  const CoupledModes modes = coupled(held);
+  const auto diagonal = with_support_damping(held.decay_rates, held.dashpots);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_NEAR(modes.decay_rates[i], diagonal[i], 1e-10 * std::sqrt(held.eigenvalues[i]));
+    EXPECT_NEAR(modes.eigenvalues[i], held.eigenvalues[i], 1e-12 * held.eigenvalues[i]);
+    EXPECT_NEAR(modes.overlaps[i], 1, 1e-6);
+  }
+  const DiagonalError error = diagonal_error(modes, held.eigenvalues, diagonal);
+  EXPECT_EQ(error.matched, 5);
+  EXPECT_LT(error.decay_rate, 1e-9);
+  EXPECT_LT(error.cents, 1e-9);
+}
+
+TEST(CoupledModes, WithoutContactsAreTheModes) {
+  const HeldModes held = random_held(7, 1, 1, 4);
+  const RingDown rings = random_ring_down(held, 1);
+  for (const Eigen::MatrixXd& nothing :
+       {Eigen::MatrixXd(7, 0), Eigen::MatrixXd(Eigen::MatrixXd::Zero(7, 3))}) {
+    const auto modes = couple(held.eigenvalues, held.decay_rates, nothing);
+    ASSERT_TRUE(modes);
+    EXPECT_TRUE(modes->coupled.empty());
+    const RingDown answer = coupled_ring_down(*modes, rings);
+    EXPECT_EQ(answer.eigenvalues, rings.eigenvalues);
+    EXPECT_EQ(answer.decay_rates, rings.decay_rates);
+    EXPECT_EQ(synthesize(answer, {1e-4}, 44100, 500), synthesize(rings, {1e-4}, 44100, 500));
+  }
+}
+
+TEST(CoupledModes, LeaveAModeThatIsNotTouchedAsItIs) {
+  HeldModes held = random_held(9, 2, 500, 6);
+  held.dashpots.row(4).setZero();
+  const CoupledModes modes = coupled(held);
+  EXPECT_EQ(modes.eigenvalues[4], held.eigenvalues[4]);
+  EXPECT_EQ(modes.decay_rates[4], held.decay_rates[4]);
+  EXPECT_EQ(modes.coupled.size(), 8u);
+}
+
+// A rod, fixed at one end, with a dashpot c at the other: waves come back with (Z - c) / (Z + c),
+// Z = rho A c_L its impedance. Every pole has d = c_L / L atanh(c / Z) and the frequency of the free
+// rod; the diagonal answer is c_L / L (c / Z).
+TEST(CoupledModes, OfARodOnADashpotDecayAsItsWavesDo) {
+  const double length = 0.5, speed = 5000, mass = 0.2, impedance = mass / length * speed;
+  const int n = 250;
+  HeldModes rod;
+  rod.dashpots.resize(n, 1);
+  const double c = 0.6 * impedance;
+  for (int k = 0; k < n; ++k) {
+    rod.eigenvalues.push_back(std::pow((k + 0.5) * kPi * speed / length, 2));
+    rod.decay_rates.push_back(0);
+    rod.dashpots(k, 0) = std::sqrt(c) * std::sqrt(2 / mass) * (k % 2 == 0 ? 1 : -1);
+  }
+  const CoupledModes modes = coupled(rod);
+  const double exact = speed / length * std::atanh(0.6);
+  const auto diagonal = with_support_damping(rod.decay_rates, rod.dashpots);
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_NEAR(modes.decay_rates[k], exact, 5e-3 * exact) << k;
+    const double damped =
+        std::sqrt(modes.eigenvalues[k] - std::pow(modes.decay_rates[k], 2));
+    EXPECT_NEAR(damped, std::sqrt(rod.eigenvalues[k]), 5e-3 * damped) << k;
+    EXPECT_NEAR(diagonal[k], speed / length * 0.6, 1e-9 * exact);
+  }
+}
+
+TEST(CoupledModes, DiagonalErrorFallsWithTheForce) {
+  // Between modes far apart, coupling moves a pole by the square of the dashpot.
+  HeldModes held;
+  for (const double hertz : {200.0, 550.0, 1080.0, 1790.0}) {
+    held.eigenvalues.push_back(std::pow(2 * kPi * hertz, 2));
+    held.decay_rates.push_back(0);
+  }
+  held.dashpots = Eigen::Vector4d(3, -4, 5, 4);
+  const auto off = [&](double factor) {
+    HeldModes pressed = held;
+    pressed.dashpots *= std::sqrt(factor);
+    const auto diagonal = with_support_damping(pressed.decay_rates, pressed.dashpots);
+    return diagonal_error(coupled(pressed), pressed.eigenvalues, diagonal);
+  };
+  const DiagonalError once = off(1), twice = off(2);
+  EXPECT_EQ(once.matched, 4);
+  EXPECT_NEAR(twice.decay_rate / once.decay_rate, 4, 0.05);
+  EXPECT_NEAR(twice.cents / once.cents, 4, 0.05);
+  EXPECT_NE(describe(once).find("4 of 4 modes"), std::string::npos);
+}
+
+TEST(CoupledModes, NeverGainEnergy) {
+  rc::check("modal energy never grows, poles are on the left", [] {
+    const int n = *rc::gen::inRange(1, 9);
+    const int contacts = *rc::gen::inRange(1, 12);
+    const double strength = std::pow(10.0, *rc::gen::inRange(-6, 10));
+    HeldModes held = random_held(n, contacts, strength, *rc::gen::inRange(0u, 1000u));
+    if (*rc::gen::inRange(0, 2) == 1) {
+      for (double& d : held.decay_rates) d = 0;
+    }
+    const auto modes = couple(held.eigenvalues, held.decay_rates, held.dashpots);
+    RC_ASSERT(modes.has_value());
+    for (const auto& pole : poles_of(modes->eigenvalues, modes->decay_rates)) {
+      RC_ASSERT(pole.real() <= 0);
+    }
+    // Rows: every q', then every omega q.
+    RingDown rings;
+    rings.eigenvalues = held.eigenvalues;
+    rings.decay_rates = held.decay_rates;
+    rings.excitation = Eigen::VectorXd::LinSpaced(n, 1, 2);
+    rings.readout.velocity.setZero(2 * n, n);
+    rings.readout.displacement.setZero(2 * n, n);
+    rings.readout.velocity.topRows(n).setIdentity();
+    for (int i = 0; i < n; ++i) {
+      rings.readout.displacement(n + i, i) =
+          std::sqrt(held.eigenvalues[static_cast<std::size_t>(i)]);
+    }
+    rings.readout.delays.assign(static_cast<std::size_t>(2 * n), 0.0);
+    const RingDown answer = coupled_ring_down(*modes, rings);
+    double before = rings.excitation.squaredNorm();
+    const double start = before;
+    for (int k = 0; k < 40; ++k) {
+      const double energy = value_at(answer, 0, 1e-5 * std::pow(1.3, k)).squaredNorm();
+      RC_ASSERT(energy <= before + 1e-8 * start);
+      before = energy;
+    }
+  });
+}
+
+TEST(CoupledModes, RefuseWhatTheyCannotSolve) {
+  HeldModes held = random_held(3, 1, 1, 1);
+  EXPECT_THROW(couple(held.eigenvalues, std::vector<double>{1, 2}, held.dashpots),
+               core::InputError);
+  EXPECT_THROW(couple(held.eigenvalues, held.decay_rates, Eigen::MatrixXd::Ones(2, 1)),
+               core::InputError);
+  EXPECT_THROW(coupled_ring_down(coupled(held), random_ring_down(random_held(4, 1, 1, 1), 1)),
+               core::InputError);
+  EXPECT_THROW(diagonal_error(coupled(held), held.eigenvalues, std::vector<double>{1.0}),
+               core::InputError);
+  HeldModes rigid = held;
+  rigid.eigenvalues[0] = 0;
+  EXPECT_THROW(couple(rigid.eigenvalues, rigid.decay_rates, rigid.dashpots), core::InputError);
+  held.dashpots(0, 0) = std::nan("");
+  EXPECT_THROW(couple(held.eigenvalues, held.decay_rates, held.dashpots), core::InputError);
+}
+
+}  // namespace
+}  // namespace carillon::synth
