@@ -79,8 +79,8 @@ TEST(CoupledModes, SoundLikeTheEquationOfMotionByMatrixExponentials) {
       for (std::size_t k = 0; k < times.size(); ++k) {
         const Eigen::VectorXd exact = read_out(held, rings, contact_time, times[k], states[k]);
         loudest = std::max(loudest, exact.lpNorm<Eigen::Infinity>());
-        worst = std::max(worst, (value_at(answer, contact_time, times[k]) - exact)
-                                    .lpNorm<Eigen::Infinity>());
+        worst = std::max(
+            worst, (value_at(answer, contact_time, times[k]) - exact).lpNorm<Eigen::Infinity>());
       }
       EXPECT_LT(worst, 1e-9 * loudest) << strength << " " << contact_time;
     }
@@ -145,8 +145,8 @@ TEST(CoupledModes, LeaveAModeThatIsNotTouchedAsItIs) {
 }
 
 // A rod, fixed at one end, with a dashpot c at the other: waves come back with (Z - c) / (Z + c),
-// Z = rho A c_L its impedance. Every pole has d = c_L / L atanh(c / Z) and the frequency of the free
-// rod; the diagonal answer is c_L / L (c / Z).
+// Z = rho A c_L its impedance. Every pole has d = c_L / L atanh(c / Z) and the frequency of the
+// free rod; the diagonal answer is c_L / L (c / Z).
 TEST(CoupledModes, OfARodOnADashpotDecayAsItsWavesDo) {
   const double length = 0.5, speed = 5000, mass = 0.2, impedance = mass / length * speed;
   const int n = 250;
@@ -163,8 +163,7 @@ TEST(CoupledModes, OfARodOnADashpotDecayAsItsWavesDo) {
   const auto diagonal = with_support_damping(rod.decay_rates, rod.dashpots);
   for (std::size_t k = 0; k < 5; ++k) {
     EXPECT_NEAR(modes.decay_rates[k], exact, 5e-3 * exact) << k;
-    const double damped =
-        std::sqrt(modes.eigenvalues[k] - std::pow(modes.decay_rates[k], 2));
+    const double damped = std::sqrt(modes.eigenvalues[k] - std::pow(modes.decay_rates[k], 2));
     EXPECT_NEAR(damped, std::sqrt(rod.eigenvalues[k]), 5e-3 * damped) << k;
     EXPECT_NEAR(diagonal[k], speed / length * 0.6, 1e-9 * exact);
   }

@@ -35,8 +35,12 @@ solvers::ModeSurface box(const Vec3& sides, const Eigen::Matrix3d& turn) {
     const Vec3 at(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
     surface.nodes.push_back(turn * at.cwiseProduct(sides));
   }
-  for (const std::array<int, 4>& side : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                         {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+  for (const std::array<int, 4>& side : {std::array{0, 2, 3, 1},
+                                         {4, 5, 7, 6},
+                                         {0, 1, 5, 4},
+                                         {2, 6, 7, 3},
+                                         {0, 4, 6, 2},
+                                         {1, 3, 7, 5}}) {
     for (const int k : {0, 1, 2, 0, 2, 3}) {
       surface.faces.push_back(side[static_cast<std::size_t>(k)]);
     }
@@ -182,8 +186,7 @@ TEST(PatchContacts, TouchOneSideOfAThinWall) {
   EXPECT_LT((centre_of(surface, contacts) - Vec3(0.01, 0.02, 0.001)).norm(), 0.0005);
   EXPECT_EQ(patch_contacts(surface, sampler.nearest({0, 0, 1}), 0).size(), 1u);
   EXPECT_THROW(patch_contacts(surface, sampler.nearest({0, 0, 1}), -1), core::InputError);
-  EXPECT_THROW(patch_contacts(surface, sampler.nearest({0, 0, 1}), std::nan("")),
-               core::InputError);
+  EXPECT_THROW(patch_contacts(surface, sampler.nearest({0, 0, 1}), std::nan("")), core::InputError);
 }
 
 TEST(LowestContacts, AreTheBaseTheEdgeOrTheCornerOfABox) {
@@ -223,8 +226,8 @@ TEST(LowestContacts, OfASphereAreACap) {
   EXPECT_THROW(lowest_contacts(surface, {0, -2, 0}, 1e-3), core::InputError);
   EXPECT_THROW(lowest_contacts(surface, {0, -1, 0}, -1), core::InputError);
   // A height of nothing is the lowest point.
-  EXPECT_LT((centre_of(surface, lowest_contacts(surface, {0, -1, 0}, 0)) -
-             Vec3(1, 2 - kRadius, 3)).norm(),
+  EXPECT_LT((centre_of(surface, lowest_contacts(surface, {0, -1, 0}, 0)) - Vec3(1, 2 - kRadius, 3))
+                .norm(),
             1e-12);
 }
 
