@@ -10,6 +10,7 @@ extern const Effect contact_effect;
 extern const Effect radiation_effect;
 extern const Effect recording_effect;
 extern const Effect noise_effect;
+extern const Effect supports_effect;
 extern const Effect mel_effect;
 extern const Effect voxels_effect;
 extern const Effect frames_effect;
