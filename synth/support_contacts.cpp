@@ -15,40 +15,14 @@ namespace carillon::synth {
 
 namespace {
 
-/// Part of a face: corners in barycentric coordinates of the face and in space.
-struct Triangle {
-  std::int32_t face;
-  std::array<Eigen::Vector3d, 3> corners;
-  std::array<Vec3, 3> positions;
+Vec3 area_vector(const SurfaceTriangle& t) {
+  return (t.positions[1] - t.positions[0]).cross(t.positions[2] - t.positions[0]) / 2;
+}
 
-  Vec3 area_vector() const {
-    return (positions[1] - positions[0]).cross(positions[2] - positions[0]) / 2;
-  }
-  double longest_edge() const {
-    return std::max({(positions[1] - positions[0]).norm(), (positions[2] - positions[1]).norm(),
-                     (positions[0] - positions[2]).norm()});
-  }
-  SurfacePoint middle() const { return {face, (corners[0] + corners[1] + corners[2]) / 3}; }
-};
-
-std::vector<Triangle> outer_triangles(const solvers::ModeSurface& surface) {
-  const std::vector<FacePiece> cut = face_pieces(surface.order);
-  const std::vector<bool> outer = outer_faces(surface);
-  std::vector<Triangle> triangles;
-  for (std::size_t f = 0; f < outer.size(); ++f) {
-    if (!outer[f]) continue;
-    const auto face = static_cast<std::int32_t>(f);
-    const auto nodes = face_nodes(surface, face);
-    for (const FacePiece& piece : cut) {
-      Triangle triangle{face, piece.corners, {}};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto node = nodes[static_cast<std::size_t>(piece.nodes[k])];
-        triangle.positions[k] = surface.nodes[static_cast<std::size_t>(node)];
-      }
-      triangles.push_back(triangle);
-    }
-  }
-  return triangles;
+double longest_edge(const SurfaceTriangle& t) {
+  return std::max({(t.positions[1] - t.positions[0]).norm(),
+                   (t.positions[2] - t.positions[1]).norm(),
+                   (t.positions[0] - t.positions[2]).norm()});
 }
 
 using Corners = std::array<Vec3, 3>;
@@ -66,10 +40,10 @@ void share_out(std::vector<Contact>& contacts) {
 }
 
 /// Adds what lies within the radius; pieces are cut until they are small beside it.
-void add_within(const Triangle& triangle, const Vec3& centre, double radius,
+void add_within(const SurfaceTriangle& triangle, const Vec3& centre, double radius,
                 const solvers::ModeSurface& surface, std::vector<Contact>& contacts) {
   const Vec3 middle = (triangle.positions[0] + triangle.positions[1] + triangle.positions[2]) / 3;
-  const double edge = triangle.longest_edge();
+  const double edge = longest_edge(triangle);
   const double distance = (middle - centre).norm();
   if (distance > radius + edge) return;  // no point is farther from the middle than an edge
   if (edge > radius / 4) {
@@ -81,14 +55,15 @@ void add_within(const Triangle& triangle, const Vec3& centre, double radius,
     }
     return;
   }
-  const double area = triangle.area_vector().norm();
+  const double area = area_vector(triangle).norm();
   if (distance > radius || !(area > 0)) return;
-  const SurfacePoint point = triangle.middle();
+  const SurfacePoint point{triangle.face,
+                           (triangle.corners[0] + triangle.corners[1] + triangle.corners[2]) / 3};
   contacts.push_back({point, frame_at(surface, point).normal, area});
 }
 
 /// The part of a triangle at least `level` deep along `down`, as one contact at its centroid.
-void add_below(const Triangle& triangle, const Vec3& down, double level,
+void add_below(const SurfaceTriangle& triangle, const Vec3& down, double level,
                std::vector<Contact>& contacts) {
   std::array<double, 3> depth;
   for (std::size_t k = 0; k < 3; ++k) depth[k] = triangle.positions[k].dot(down) - level;
@@ -118,7 +93,7 @@ void add_below(const Triangle& triangle, const Vec3& down, double level,
   for (std::size_t k = 0; k < 3; ++k) {
     on_face += centroid[static_cast<Eigen::Index>(k)] * triangle.corners[k];
   }
-  contacts.push_back({{triangle.face, on_face}, down, share * triangle.area_vector().norm()});
+  contacts.push_back({{triangle.face, on_face}, down, share * area_vector(triangle).norm()});
 }
 
 void check_length(double length, const char* name) {
@@ -130,18 +105,39 @@ void check_length(double length, const char* name) {
 
 }  // namespace
 
+std::vector<SurfaceTriangle> outer_triangles(const solvers::ModeSurface& surface) {
+  const std::vector<FacePiece> cut = face_pieces(surface.order);
+  const std::vector<bool> outer = outer_faces(surface);
+  std::vector<SurfaceTriangle> triangles;
+  for (std::size_t f = 0; f < outer.size(); ++f) {
+    if (!outer[f]) continue;
+    const auto face = static_cast<std::int32_t>(f);
+    const auto nodes = face_nodes(surface, face);
+    for (const FacePiece& piece : cut) {
+      SurfaceTriangle triangle{face, piece.corners, {}};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto node = nodes[static_cast<std::size_t>(piece.nodes[k])];
+        triangle.positions[k] = surface.nodes[static_cast<std::size_t>(node)];
+      }
+      triangles.push_back(triangle);
+    }
+  }
+  return triangles;
+}
+
 std::vector<Contact> point_contact(const solvers::ModeSurface& surface, const SurfacePoint& point) {
   return {{point, frame_at(surface, point).normal, 1.0}};
 }
 
-std::vector<Contact> patch_contacts(const solvers::ModeSurface& surface, const SurfacePoint& centre,
-                                    double radius) {
+std::vector<Contact> patch_contacts(const solvers::ModeSurface& surface,
+                                    std::span<const SurfaceTriangle> triangles,
+                                    const SurfacePoint& centre, double radius) {
   check_length(radius, "the radius of a patch");
   std::vector<Contact> contacts;
   const PointFrame middle = frame_at(surface, centre);
   if (radius > 0) {
-    for (const Triangle& triangle : outer_triangles(surface)) {
-      if (triangle.area_vector().dot(middle.normal) > 0) {
+    for (const SurfaceTriangle& triangle : triangles) {
+      if (area_vector(triangle).dot(middle.normal) > 0) {
         add_within(triangle, middle.position, radius, surface, contacts);
       }
     }
@@ -160,10 +156,10 @@ std::vector<Contact> lowest_contacts(const solvers::ModeSurface& surface, const 
   }
   // Walls that stand upright do not touch the ground.
   constexpr double kLooksDown = 0.05;
-  const std::vector<Triangle> triangles = outer_triangles(surface);
+  const std::vector<SurfaceTriangle> triangles = outer_triangles(surface);
   double deepest = -std::numeric_limits<double>::infinity();
   Contact lowest{{0, {1, 0, 0}}, down, 1.0};
-  for (const Triangle& triangle : triangles) {
+  for (const SurfaceTriangle& triangle : triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
       const double depth = triangle.positions[k].dot(down);
       if (depth > deepest) {
@@ -173,8 +169,8 @@ std::vector<Contact> lowest_contacts(const solvers::ModeSurface& surface, const 
     }
   }
   std::vector<Contact> contacts;
-  for (const Triangle& triangle : triangles) {
-    const Vec3 area = triangle.area_vector();
+  for (const SurfaceTriangle& triangle : triangles) {
+    const Vec3 area = area_vector(triangle);
     if (area.dot(down) > kLooksDown * area.norm()) {
       add_below(triangle, down, deepest - height, contacts);
     }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -14,15 +16,27 @@ struct Contact {
   double share = 1;  ///< of the support's force; the shares of one support sum to 1
 };
 
+/// Straight part of a face.
+struct SurfaceTriangle {
+  std::int32_t face = 0;
+  std::array<Eigen::Vector3d, 3> corners;  ///< barycentric coordinates on the face
+  std::array<Vec3, 3> positions;           ///< [m]
+};
+
+/// The outer surface in straight parts, order^2 to a face; for patch_contacts(), once per body.
+std::vector<SurfaceTriangle> outer_triangles(const solvers::ModeSurface& surface);
+
 /// One point, with the surface's own normal.
 std::vector<Contact> point_contact(const solvers::ModeSurface& surface, const SurfacePoint& point);
 
 /// What lies within `radius` [m] of a point of the outer surface and faces the same side as it (a
 /// finger touches one side of a thin wall), under even pressure: force in proportion to area. The
 /// point itself when the radius is 0.
+/// @param triangles  outer_triangles(surface)
 /// @throws InputError  a radius that is negative or not finite
-std::vector<Contact> patch_contacts(const solvers::ModeSurface& surface, const SurfacePoint& centre,
-                                    double radius);
+std::vector<Contact> patch_contacts(const solvers::ModeSurface& surface,
+                                    std::span<const SurfaceTriangle> triangles,
+                                    const SurfacePoint& centre, double radius);
 
 /// Where a body that stands or lies as it is touches the ground: the parts of the outer surface
 /// that look down and lie within `height` [m] of its lowest point, under even pressure, all with

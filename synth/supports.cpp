@@ -21,6 +21,21 @@ bool finite_and_not_negative(double value) {
   return value >= 0 && std::isfinite(value);
 }
 
+/// @param unit_trace  of the damping for 1 N s/m
+void check_press(double coefficient, double force, double unit_trace) {
+  check_support({"", coefficient, 0, ""});
+  if (!finite_and_not_negative(force)) {
+    throw core::InputError(
+        fmt::format("support: the force must be finite and not negative, not {} N", force));
+  }
+  if (!(coefficient * force * unit_trace < kFastestDamping)) {
+    throw core::InputError(
+        fmt::format("support: a coefficient of {} s/m and a force of {} N damp faster than {} 1/s",
+                    coefficient, force, kFastestDamping),
+        "lower the coefficient or the force");
+  }
+}
+
 }  // namespace
 
 const std::vector<SupportKind>& preset_supports() {
@@ -89,19 +104,20 @@ Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Conta
 }
 
 Eigen::MatrixXd dashpots(const Eigen::MatrixXd& unit, double coefficient, double force) {
-  check_support({"", coefficient, 0, ""});
-  if (!finite_and_not_negative(force)) {
-    throw core::InputError(
-        fmt::format("support: the force must be finite and not negative, not {} N", force));
+  check_press(coefficient, force, unit.squaredNorm());
+  return (std::sqrt(coefficient) * std::sqrt(force)) * unit;
+}
+
+void add_support_damping(std::vector<double>& decay_rates, const Eigen::VectorXd& unit_diagonal,
+                         double coefficient, double force) {
+  if (unit_diagonal.size() != static_cast<Eigen::Index>(decay_rates.size())) {
+    throw core::InputError(fmt::format("support: damping of {} modes for {} decay rates",
+                                       unit_diagonal.size(), decay_rates.size()));
   }
-  Eigen::MatrixXd result = (std::sqrt(coefficient) * std::sqrt(force)) * unit;
-  if (!(result.squaredNorm() < kFastestDamping)) {
-    throw core::InputError(
-        fmt::format("support: a coefficient of {} s/m and a force of {} N damp faster than {} 1/s",
-                    coefficient, force, kFastestDamping),
-        "lower the coefficient or the force");
+  check_press(coefficient, force, unit_diagonal.sum());
+  for (std::size_t i = 0; i < decay_rates.size(); ++i) {
+    decay_rates[i] += coefficient * force * unit_diagonal[static_cast<Eigen::Index>(i)] / 2;
   }
-  return result;
 }
 
 std::vector<double> with_support_damping(std::span<const double> decay_rates,

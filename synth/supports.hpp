@@ -47,6 +47,13 @@ Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Conta
 ///                     with (above 1e50 1/s)
 Eigen::MatrixXd dashpots(const Eigen::MatrixXd& unit, double coefficient, double force);
 
+/// Adds coefficient force G_ii / 2 to decay rates, from the diagonal of unit_dashpots()' L L^T
+/// alone.
+/// @param unit_diagonal  of L L^T, n values [1/kg]
+/// @throws InputError  as dashpots(); sizes that do not match
+void add_support_damping(std::vector<double>& decay_rates, const Eigen::VectorXd& unit_diagonal,
+                         double coefficient, double force);
+
 /// Diagonal answer: d_i + G_ii / 2 with G = L L^T.
 /// @param dashpots  L, n rows; without columns nothing is added
 /// @throws InputError  sizes that do not match

@@ -1,4 +1,5 @@
 #include "synth/coupled_modes.hpp"
+#include "synth/diagonal_error.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

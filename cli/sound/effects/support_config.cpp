@@ -114,9 +114,12 @@ SupportConfig read_support(core::ConfigNode& node) {
 
 int SupportConfig::holds() const {
   switch (place) {
-    case Place::at: return static_cast<int>(points.size());
-    case Place::random: return count;
-    default: return 1;
+    case Place::at:
+      return static_cast<int>(points.size());
+    case Place::random:
+      return count;
+    default:
+      return 1;
   }
 }
 

@@ -2,7 +2,11 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/effects/support_config.hpp"
@@ -10,6 +14,7 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "synth/coupled_modes.hpp"
+#include "synth/diagonal_error.hpp"
 #include "synth/supports.hpp"
 
 namespace carillon::cli {
@@ -29,13 +34,15 @@ constexpr std::size_t kBodies = 32;
 struct Hold {
   const SupportConfig* config = nullptr;
   Eigen::MatrixXd unit;        ///< dashpots for 1 N s/m
+  Eigen::VectorXd diagonal;    ///< of their damping
   Vec3 centre = Vec3::Zero();  ///< [m]
 };
 
-/// What is known of a body before a sound: the contacts that are not drawn, and the last coupled
-/// answer.
+/// What is known of a body before a sound.
 struct HeldBody {
-  std::vector<Hold> holds;  ///< without dashpots where they are drawn
+  std::vector<synth::SurfaceTriangle> triangles;  ///< only where patches are asked for
+  std::vector<Hold> fixed;  ///< in the order of the configuration, without what is drawn
+  // The last coupled answer, and for which decay rates it is.
   std::vector<double> decay_rates;
   std::optional<synth::CoupledModes> coupled;
   bool solved = false;
@@ -43,9 +50,19 @@ struct HeldBody {
 
 Hold hold_of(const RingingBody& body, const SupportConfig& config,
              const std::vector<synth::Contact>& contacts) {
-  return {&config, synth::unit_dashpots(*body.modes, contacts, config.kind.friction),
-          synth::centre_of(body.modes->surface, contacts)};
+  Hold hold;
+  hold.config = &config;
+  hold.unit = synth::unit_dashpots(*body.modes, contacts, config.kind.friction);
+  hold.diagonal = hold.unit.rowwise().squaredNorm();
+  hold.centre = synth::centre_of(body.modes->surface, contacts);
+  return hold;
 }
+
+/// A hold as one sound has it: pressed with a force.
+struct Press {
+  const Hold* hold = nullptr;
+  double force = 0;  ///< [N]
+};
 
 class Supports {
  public:
@@ -55,28 +72,30 @@ class Supports {
     if (bodies_.size() >= kBodies) bodies_.clear();
     HeldBody held;
     const solvers::ModeSurface& surface = body.modes->surface;
-    for (const SupportConfig& config : config_.contacts) {
+    const auto& contacts = config_.contacts;
+    if (std::any_of(contacts.begin(), contacts.end(), [](const auto& c) { return c.radius > 0; })) {
+      held.triangles = synth::outer_triangles(surface);
+    }
+    for (const SupportConfig& config : contacts) {
       switch (config.place) {
         case Place::at:
           for (const Vec3& point : config.points) {
             const auto nearest = body.sampler->nearest(body.centre + point);
-            held.holds.push_back(
-                hold_of(body, config, synth::patch_contacts(surface, nearest, config.radius)));
+            held.fixed.push_back(
+                hold_of(body, config,
+                        synth::patch_contacts(surface, held.triangles, nearest, config.radius)));
           }
           break;
         case Place::random:
-          for (int k = 0; k < config.count; ++k) {
-            held.holds.push_back({&config, {}, Vec3::Zero()});
-          }
           break;
         case Place::lowest:
-          held.holds.push_back(hold_of(
-              body, config, synth::lowest_contacts(surface, config.down, config.height)));
+          held.fixed.push_back(
+              hold_of(body, config, synth::lowest_contacts(surface, config.down, config.height)));
           break;
         case Place::along: {
           std::vector<Vec3> line;
           for (const Vec3& corner : config.points) line.push_back(body.centre + corner);
-          held.holds.push_back(hold_of(
+          held.fixed.push_back(hold_of(
               body, config, synth::edge_contacts(surface, *body.sampler, line, config.count)));
           break;
         }
@@ -89,60 +108,63 @@ class Supports {
     const RingingBody& body = *sound.body;
     if (!bodies_.contains(body.id)) prepare(body);
     HeldBody& held = bodies_.at(body.id);
-    const std::vector<Hold> holds = draw_places(held, sound);
-    const std::vector<double> forces = draw_forces(holds, sound);
-    std::vector<Eigen::MatrixXd> parts;
-    Eigen::Index columns = 0;
-    for (std::size_t h = 0; h < holds.size(); ++h) {
-      parts.push_back(
-          synth::dashpots(holds[h].unit, holds[h].config->kind.coefficient, forces[h]));
-      columns += parts.back().cols();
+    const std::vector<Hold> drawn = draw_places(held, sound);
+    const std::vector<Press> presses = press(held, drawn, sound);
+    std::vector<double> diagonal = sound.rings.decay_rates;
+    for (const Press& p : presses) {
+      synth::add_support_damping(diagonal, p.hold->diagonal, p.hold->config->kind.coefficient,
+                                 p.force);
     }
-    Eigen::MatrixXd dashpots(static_cast<Eigen::Index>(body.modes->size()), columns);
-    columns = 0;
-    for (const Eigen::MatrixXd& part : parts) {
-      dashpots.middleCols(columns, part.cols()) = part;
-      columns += part.cols();
-    }
-    const auto diagonal = synth::with_support_damping(sound.rings.decay_rates, dashpots);
-    record_holds(sound, holds, forces, diagonal);
-    if (config_.full && couple(sound, held, dashpots, diagonal)) return;
-    sound.rings.decay_rates = diagonal;
+    record_presses(sound, presses, diagonal);
+    if (config_.full && couple(sound, held, presses, diagonal)) return;
+    sound.rings.decay_rates = std::move(diagonal);
   }
 
  private:
   std::vector<Hold> draw_places(const HeldBody& held, const Sound& sound) const {
-    std::vector<Hold> holds = held.holds;
+    std::vector<Hold> holds;
     core::RandomStream random(sound.seed, sound.id, "supports.place");
-    for (Hold& hold : holds) {
-      if (hold.config->place != Place::random) continue;
-      const auto point = sound.body->sampler->sample(random);
-      hold = hold_of(
-          *sound.body, *hold.config,
-          synth::patch_contacts(sound.body->modes->surface, point, hold.config->radius));
+    for (const SupportConfig& config : config_.contacts) {
+      if (config.place != Place::random) continue;
+      for (int k = 0; k < config.count; ++k) {
+        const auto point = sound.body->sampler->sample(random);
+        holds.push_back(hold_of(*sound.body, config,
+                                synth::patch_contacts(sound.body->modes->surface, held.triangles,
+                                                      point, config.radius)));
+      }
     }
     return holds;
   }
 
-  std::vector<double> draw_forces(const std::vector<Hold>& holds, const Sound& sound) const {
-    const auto bearing = std::count_if(holds.begin(), holds.end(),
-                                       [](const Hold& h) { return !h.config->force; });
-    core::RandomStream random(sound.seed, sound.id, "supports.force");
-    std::vector<double> forces;
-    for (const Hold& hold : holds) {
-      const auto& force = hold.config->force;
-      forces.push_back(force ? random.log_uniform(force->low, force->high)
-                             : synth::weight(*sound.body->modes) / static_cast<double>(bearing));
+  /// All holds in the order of the configuration, with their forces.
+  std::vector<Press> press(const HeldBody& held, const std::vector<Hold>& drawn,
+                           const Sound& sound) const {
+    int bearing = 0;
+    for (const SupportConfig& config : config_.contacts) {
+      if (!config.force) bearing += config.holds();
     }
-    return forces;
+    core::RandomStream random(sound.seed, sound.id, "supports.force");
+    std::vector<Press> presses;
+    auto fixed = held.fixed.begin();
+    auto next_drawn = drawn.begin();
+    for (const SupportConfig& config : config_.contacts) {
+      for (int k = 0; k < config.holds(); ++k) {
+        const Hold& hold = config.place == Place::random ? *next_drawn++ : *fixed++;
+        const double force = config.force
+                                 ? random.log_uniform(config.force->low, config.force->high)
+                                 : synth::weight(*sound.body->modes) / bearing;
+        presses.push_back({&hold, force});
+      }
+    }
+    return presses;
   }
 
   /// Turns the modes into the coupled body's oscillators; false where the diagonal answer stays.
-  bool couple(Sound& sound, HeldBody& held, const Eigen::MatrixXd& dashpots,
+  bool couple(Sound& sound, HeldBody& held, const std::vector<Press>& presses,
               const std::vector<double>& diagonal) const {
     synth::RingDown& rings = sound.rings;
     if (!held.solved || !config_.fixed() || held.decay_rates != rings.decay_rates) {
-      held.coupled = synth::couple(rings.eigenvalues, rings.decay_rates, dashpots);
+      held.coupled = synth::couple(rings.eigenvalues, rings.decay_rates, dashpots_of(presses));
       held.decay_rates = rings.decay_rates;
       held.solved = true;
     }
@@ -160,20 +182,33 @@ class Supports {
     return coupled;
   }
 
-  static void record_holds(Sound& sound, const std::vector<Hold>& holds,
-                           const std::vector<double>& forces,
-                           const std::vector<double>& diagonal) {
+  static Eigen::MatrixXd dashpots_of(const std::vector<Press>& presses) {
+    Eigen::Index columns = 0;
+    for (const Press& p : presses) columns += p.hold->unit.cols();
+    Eigen::MatrixXd all(presses.front().hold->unit.rows(), columns);
+    columns = 0;
+    for (const Press& p : presses) {
+      all.middleCols(columns, p.hold->unit.cols()) =
+          synth::dashpots(p.hold->unit, p.hold->config->kind.coefficient, p.force);
+      columns += p.hold->unit.cols();
+    }
+    return all;
+  }
+
+  static void record_presses(Sound& sound, const std::vector<Press>& presses,
+                             const std::vector<double>& diagonal) {
     if (sound.record == nullptr) return;
-    std::vector<double> positions;
-    for (const Hold& hold : holds) {
-      positions.insert(positions.end(), hold.centre.begin(), hold.centre.end());
+    std::vector<double> forces, positions;
+    for (const Press& p : presses) {
+      forces.push_back(p.force);
+      positions.insert(positions.end(), p.hold->centre.begin(), p.hold->centre.end());
     }
     double added = 0;
     for (std::size_t i = 0; i < diagonal.size(); ++i) {
       added = std::max(added, diagonal[i] - sound.rings.decay_rates[i]);
     }
-    sound.record->add("support_force", std::span<const double>(forces), {holds.size()}, "N");
-    sound.record->add("support_position", std::span<const double>(positions), {holds.size(), 3},
+    sound.record->add("support_force", std::span<const double>(forces), {forces.size()}, "N");
+    sound.record->add("support_position", std::span<const double>(positions), {forces.size(), 3},
                       "m");
     sound.record->add("support_damping", added, "1/s");
   }
@@ -191,8 +226,7 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
   effect.asked_by = "supports: (" + root.where("supports") + ")";
   core::ConfigNode node = root.child("supports");
   SupportsConfig config = read_supports(node);
-  effect.seconds_per_sound =
-      config.full && !config.fixed() ? kCoupledSeconds : kDiagonalSeconds;
+  effect.seconds_per_sound = config.full && !config.fixed() ? kCoupledSeconds : kDiagonalSeconds;
   effect.start = [config = std::move(config)](const std::filesystem::path&) {
     const auto supports = std::make_shared<Supports>(config);
     EffectParts parts;

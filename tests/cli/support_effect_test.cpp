@@ -1,0 +1,165 @@
+// What `supports:` means in a configuration, and what it does to a sound.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/sound/effects/list.hpp"
+#include "cli/sound/scene.hpp"
+#include "core/error.hpp"
+#include "tests/synth/curved_bodies.hpp"
+
+namespace carillon::cli {
+namespace {
+
+using solvers::Vec3;
+
+constexpr double kRadius = 0.05;
+
+solvers::Modes ball() {
+  std::vector<double> eigenvalues;
+  for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
+  auto modes = synth::modes_with(synth::curved_sphere(kRadius, Vec3(1, 0, 0), 4, 2), eigenvalues,
+                                 [](int mode, const Vec3& x) -> Vec3 {
+                                   const Vec3 out = x - Vec3(1, 0, 0);
+                                   return 40 * std::cos(40 * out.dot(Vec3(1, 0.3 * mode, -0.7))) *
+                                          out;
+                                 });
+  modes.mass = 0.3;
+  return modes;
+}
+
+SceneEffect read_effect(const std::string& text) {
+  core::ConfigNode root = core::ConfigNode::parse(text, "scene.yaml");
+  SceneEffect effect = supports_effect.read(root, Scene{});
+  root.finish();
+  return effect;
+}
+
+struct Held {
+  synth::RingDown rings;
+  nlohmann::json record;
+};
+
+/// One sample of the ball under `supports: {...}`.
+Held hold(const std::string& supports, std::uint64_t id = 1) {
+  static const solvers::Modes modes = ball();
+  static const synth::SurfaceSampler sampler(modes.surface);
+  const EffectParts parts = read_effect("supports: {" + supports + "}").start("");
+  RingingBody body;
+  body.id = "ball";
+  body.modes = &modes;
+  body.sampler = &sampler;
+  body.centre = {1, 0, 0};
+  body.decay_rates.assign(modes.size(), 3.0);
+  parts.body(body);
+  Columns columns;
+  Sound sound;
+  sound.body = &body;
+  sound.seed = 5;
+  sound.id = id;
+  sound.record = &columns;
+  sound.strike = {sampler.nearest({1, 0, 1}), {0, 0, -1}, 0.01, {}};
+  sound.rings = synth::ring_down(modes, body.decay_rates, sound.strike,
+                                 synth::point_velocity(modes, sound.strike.point));
+  parts.rings(sound);
+  return {sound.rings, columns.last_row()};
+}
+
+double fastest(const synth::RingDown& rings) {
+  return *std::max_element(rings.decay_rates.begin(), rings.decay_rates.end());
+}
+
+TEST(SupportsEffect, IsOffInFreeFlight) {
+  const SceneEffect effect = read_effect("{}");
+  EXPECT_TRUE(effect.asked_by.empty());
+  EXPECT_EQ(effect.reason_off, "free flight: no supports:");
+}
+
+TEST(SupportsEffect, NamesTheLineThatAsksForIt) {
+  const SceneEffect effect =
+      read_effect("\nsupports:\n  contacts: [{kind: finger, at: [0, 0, 1]}]\n");
+  EXPECT_EQ(effect.asked_by, "supports: (scene.yaml:2)");
+  EXPECT_TRUE(effect.reason_off.empty());
+  EXPECT_GT(effect.seconds_per_sound, 0);
+}
+
+TEST(SupportsEffect, ShortensT60WithTheForce) {
+  const auto light = hold("contacts: [{kind: finger, at: [0, 0, 1], force: 0.1 N}]");
+  const auto firm = hold("contacts: [{kind: finger, at: [0, 0, 1], force: 10 N}]");
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_GE(light.rings.decay_rates[i], 3.0);
+    // d gains in proportion to the force.
+    EXPECT_NEAR(firm.rings.decay_rates[i] - 3, 100 * (light.rings.decay_rates[i] - 3), 1e-9);
+  }
+  EXPECT_GT(fastest(light.rings), 3.0);
+  EXPECT_NEAR(firm.record.at("support_damping").get<double>(), fastest(firm.rings) - 3, 1e-9);
+}
+
+TEST(SupportsEffect, DrawsPlacesAndForcesAnewForEachSampleAndRecordsThem) {
+  const std::string text = "contacts: [{kind: finger, count: 2, force: [0.5 N, 4 N]}]";
+  const auto first = hold(text, 1), again = hold(text, 1), other = hold(text, 2);
+  EXPECT_EQ(first.record, again.record);
+  EXPECT_EQ(first.rings.decay_rates, again.rings.decay_rates);
+  EXPECT_NE(first.record, other.record);
+  const auto forces = first.record.at("support_force").get<std::vector<double>>();
+  ASSERT_EQ(forces.size(), 2u);
+  EXPECT_NE(forces[0], forces[1]);
+  for (const double force : forces) EXPECT_TRUE(force >= 0.5 && force <= 4);
+  const auto places = first.record.at("support_position");
+  std::vector<double> flat;
+  for (const auto& value : places.flatten()) flat.push_back(value.get<double>());
+  ASSERT_EQ(flat.size(), 6u);
+  for (std::size_t k = 0; k < 6; k += 3) {
+    EXPECT_NEAR((Vec3(flat[k] - 1, flat[k + 1], flat[k + 2])).norm(), kRadius, 1e-3);
+  }
+}
+
+TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {
+  const auto record = hold("contacts: [{kind: table, lowest: true}, {kind: string, along: [-1, 0, "
+                           "0, 1, 0, 0]}, {kind: finger, at: [0, 0, 1], force: 2 N}]")
+                          .record;
+  const auto forces = record.at("support_force").get<std::vector<double>>();
+  ASSERT_EQ(forces.size(), 3u);
+  EXPECT_NEAR(forces[0], 0.3 * 9.80665 / 2, 1e-12);
+  EXPECT_NEAR(forces[1], forces[0], 1e-12);
+  EXPECT_NEAR(forces[2], 2, 1e-12);
+}
+
+TEST(SupportsEffect, FullCouplingAgreesWithTheDiagonalForALightTouch) {
+  const std::string touch = "contacts: [{kind: finger, at: [0, 0, 1], radius: 5 mm, force: 1 mN}]";
+  const auto diagonal = hold(touch);
+  const auto full = hold("coupling: full, " + touch);
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_NEAR(full.rings.decay_rates[i] / diagonal.rings.decay_rates[i], 1, 1e-5);
+  }
+  EXPECT_EQ(full.record.at("support_coupled").get<int>(), 1);
+  EXPECT_EQ(full.record.at("support_modes_compared").get<int>(), 12);
+  EXPECT_LT(full.record.at("support_decay_error").get<double>(), 1e-5);
+  EXPECT_FALSE(diagonal.record.contains("support_decay_error"));
+  const auto firm = hold("coupling: full, contacts: [{kind: finger, at: [0, 0, 1], force: 50 N}]");
+  EXPECT_GT(firm.record.at("support_decay_error").get<double>(), 1e-3);
+}
+
+TEST(SupportsEffect, RefusesWhatItCannotMean) {
+  for (const char* wrong : {
+           "contacts: []",
+           "coupling: some, contacts: [{kind: finger, at: [0, 0, 1]}]",
+           "contacts: [{kind: fingr, at: [0, 0, 1]}]",
+           "contacts: [{kind: finger}]",
+           "contacts: [{kind: finger, at: [0, 0, 1], count: 2}]",
+           "contacts: [{kind: finger, at: [0, 0]}]",
+           "contacts: [{kind: finger, at: [0, 0, 1], radius: -1 mm}]",
+           "contacts: [{kind: finger, at: [0, 0, 1], force: 0 N}]",
+           "contacts: [{kind: finger, at: [0, 0, 1], force: 1 N, weight: true}]",
+           "contacts: [{kind: table, lowest: true, down: [0, 0, 0]}]",
+           "contacts: [{kind: finger, at: [0, 0, 1], friction: -0.1}]",
+           "contacts: [{coefficient: -1, friction: 0, at: [0, 0, 1]}]",
+           "contacts: [{coefficient: 1, at: [0, 0, 1]}]",
+       }) {
+    EXPECT_THROW(read_effect(std::string("supports: {") + wrong + "}"), core::ConfigError) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace carillon::cli
