@@ -19,12 +19,12 @@ constexpr double kRadius = 0.05;
 solvers::Modes ball() {
   std::vector<double> eigenvalues;
   for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
-  auto modes = synth::modes_with(synth::curved_sphere(kRadius, Vec3(1, 0, 0), 4, 2), eigenvalues,
-                                 [](int mode, const Vec3& x) -> Vec3 {
-                                   const Vec3 out = x - Vec3(1, 0, 0);
-                                   return 40 * std::cos(40 * out.dot(Vec3(1, 0.3 * mode, -0.7))) *
-                                          out;
-                                 });
+  auto modes =
+      synth::modes_with(synth::curved_sphere(kRadius, Vec3(1, 0, 0), 4, 2), eigenvalues,
+                        [](int mode, const Vec3& x) -> Vec3 {
+                          const Vec3 out = x - Vec3(1, 0, 0);
+                          return 40 * std::cos(40 * out.dot(Vec3(1, 0.3 * mode, -0.7))) * out;
+                        });
   modes.mass = 0.3;
   return modes;
 }
@@ -116,8 +116,9 @@ TEST(SupportsEffect, DrawsPlacesAndForcesAnewForEachSampleAndRecordsThem) {
 }
 
 TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {
-  const auto record = hold("contacts: [{kind: table, lowest: true}, {kind: string, along: [-1, 0, "
-                           "0, 1, 0, 0]}, {kind: finger, at: [0, 0, 1], force: 2 N}]")
+  const auto record = hold(
+                          "contacts: [{kind: table, lowest: true}, {kind: string, along: [-1, 0, "
+                          "0, 1, 0, 0]}, {kind: finger, at: [0, 0, 1], force: 2 N}]")
                           .record;
   const auto forces = record.at("support_force").get<std::vector<double>>();
   ASSERT_EQ(forces.size(), 3u);
@@ -137,7 +138,7 @@ TEST(SupportsEffect, FullCouplingAgreesWithTheDiagonalForALightTouch) {
   EXPECT_EQ(full.record.at("support_modes_compared").get<int>(), 12);
   EXPECT_LT(full.record.at("support_decay_error").get<double>(), 1e-5);
   EXPECT_FALSE(diagonal.record.contains("support_decay_error"));
-  const auto firm = hold("coupling: full, contacts: [{kind: finger, at: [0, 0, 1], force: 50 N}]");
+  const auto firm = hold("coupling: full, contacts: [{kind: finger, at: [0, 0, 1], force: 5 kN}]");
   EXPECT_GT(firm.record.at("support_decay_error").get<double>(), 1e-3);
 }
 

@@ -125,8 +125,7 @@ TEST(SupportsHard, TwoModesAtTheirExceptionalPoint) {
   // Apart by as much as the dashpot couples them, their two poles and eigenvectors are one.
   const double omega = 2 * kPi * 1000;
   for (const double off : {0.0, 1e-12, 1e-9, 1e-6, 1e-3}) {
-    // (s^2 + g s + w1^2)(s^2 + g s + w2^2) = g^2 s^2 has a double root where, with b = sqrt(w1 w2),
-    // s = b (-x +- i sqrt(1 - x^2)): for equal dashpots g = (w2 - w1)(1 + ...).
+    // Near omega, equal dashpots g put the poles at -g/2 +- sqrt(g^2 - apart^2) / 2.
     const double apart = 40 * (1 + off);
     HeldModes held = one_mode(1000, 0, 0);
     held.eigenvalues = {std::pow(omega - apart / 2, 2), std::pow(omega + apart / 2, 2)};
@@ -200,12 +199,11 @@ TEST(SupportsHard, AContactOnANodeLineAddsNothing) {
   // The first bending shape of a slim bar stands still on two lines, 0.224 of its length from
   // either end.
   const solvers::Elastic glass_bar{6.2e10, 0.2, 2600};
-  const auto modes = modes_in(box_mesh({0.2, 0.01, 0.005}, {16, 1, 1}, 3), {glass_bar},
-                              {20, 5000, 20});
+  const auto modes =
+      modes_in(box_mesh({0.2, 0.01, 0.005}, {16, 1, 1}, 3), {glass_bar}, {20, 5000, 20});
   const SurfaceSampler sampler(modes.surface);
   const auto added = [&](double x) {
-    const auto contact =
-        point_contact(modes.surface, sampler.nearest({x * 0.2, 0.005, 0.005}));
+    const auto contact = point_contact(modes.surface, sampler.nearest({x * 0.2, 0.005, 0.005}));
     const Eigen::MatrixXd held = dashpots(unit_dashpots(modes, contact, 0), 1, 1);
     return with_support_damping(std::vector<double>(modes.size(), 0.0), held)[0];
   };
@@ -245,8 +243,8 @@ TEST(SupportsHard, CeramicPlateHeldByTwoFingers) {
   // Pinched at the middle of an edge, 5 mm from it, from both sides.
   std::vector<Contact> contacts;
   for (const double z : {0.0, 0.006}) {
-    for (const Contact& contact :
-         patch_contacts(modes.surface, outer_triangles(modes.surface), sampler.nearest({0.005, 0.06, z}), 0.004)) {
+    for (const Contact& contact : patch_contacts(modes.surface, outer_triangles(modes.surface),
+                                                 sampler.nearest({0.005, 0.06, z}), 0.004)) {
       contacts.push_back(contact);
     }
   }
@@ -290,11 +288,10 @@ TEST(SupportsHard, ThreeHundredModes) {
     const RingDown rings = struck(held);
     std::optional<CoupledModes> modes;
     RingDown answer;
-    const double diagonal = seconds_of([&] {
-      with_support_damping(held.decay_rates, held.dashpots);
-    });
-    const double solve = seconds_of(
-        [&] { modes = couple(held.eigenvalues, held.decay_rates, held.dashpots); });
+    const double diagonal =
+        seconds_of([&] { with_support_damping(held.decay_rates, held.dashpots); });
+    const double solve =
+        seconds_of([&] { modes = couple(held.eigenvalues, held.decay_rates, held.dashpots); });
     ASSERT_TRUE(modes);
     const double turn = seconds_of([&] { answer = coupled_ring_down(*modes, rings); });
     std::printf("%d modes: diagonal %.2g ms, coupled %.3g ms, then %.2g ms for each strike\n", n,
