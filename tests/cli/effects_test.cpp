@@ -20,6 +20,7 @@ using solvers::Vec3;
 const std::map<std::string, std::string>& calls() {
   static const std::map<std::string, std::string> text = {
       {"radiation", "listeners:\n  - position: [0.5, 0.3, 0.4]\n"},
+      {"supports", "supports: {contacts: [{kind: finger, count: 2}]}\n"},
       {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
       {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
   };
