@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "cli/sound/effect.hpp"
+#include "cli/sound/scene.hpp"
+#include "synth/acceleration_click.hpp"
+
+namespace carillon::cli {
+
+extern const Effect click_effect;
+
+namespace {
+
+/// Sources of the bodies seen so far.
+using Sources = std::map<std::string, synth::RigidSource>;
+
+void add_click(Sound& sound, const Sources& sources) {
+  const RingingBody& body = *sound.body;
+  const synth::RigidSource& source = sources.at(body.id);
+  double peak = 0;
+  for (std::size_t r = 0; r < sound.rows && r < body.listeners.size(); ++r) {
+    const auto row = sound.row(r);
+    const std::vector<float> click = synth::acceleration_click(
+        source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
+        body.listeners[r].position, sound.sample_rate, row.size());
+    for (std::size_t n = 0; n < row.size(); ++n) {
+      row[n] += click[n];
+      peak = std::max(peak, std::abs(static_cast<double>(click[n])));
+    }
+  }
+  if (sound.record != nullptr) sound.record->add("click_peak", peak, "Pa");
+}
+
+SceneEffect read(core::ConfigNode& root, const Scene& scene) {
+  SceneEffect effect;
+  core::ConfigNode node = root.child("click");
+  const bool held = node.flag("held", root.has("supports"));
+  if (scene.listeners.empty()) {
+    effect.reason_off = "no listener is placed: the click is pressure in air";
+  } else if (held) {
+    const std::string place = root.has("click") ? node.where("held") : "";
+    effect.reason_off =
+        place.empty()
+            ? fmt::format("supports hold the body ({}); click.held: false lets it jump",
+                          root.where("supports"))
+            : fmt::format("the body is held ({})", place);
+  } else {
+    effect.asked_by = fmt::format("listeners ({})", root.where("listeners"));
+  }
+  effect.seconds_per_sound = 5e-5;
+  effect.start = [] {
+    const auto sources = std::make_shared<Sources>();
+    EffectParts parts;
+    parts.body = [sources](RingingBody& body) {
+      (*sources)[body.id] = synth::rigid_source(body.modes->surface, body.modes->mass);
+    };
+    parts.audio = [sources](Sound& sound) { add_click(sound, *sources); };
+    return parts;
+  };
+  return effect;
+}
+
+}  // namespace
+
+const Effect click_effect = {
+    "click", "sound of the struck body's jump as a rigid whole (acceleration noise)", false, read};
+
+}  // namespace carillon::cli

@@ -1,0 +1,199 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "cli/sound/effect.hpp"
+#include "cli/sound/scene.hpp"
+#include "core/random.hpp"
+#include "synth/noise_burst.hpp"
+#include "synth/striker.hpp"
+
+namespace carillon::cli {
+
+extern const Effect striker_effect;
+
+namespace {
+
+constexpr const char* kBurst = "noise_burst";
+constexpr const char* kOwn = "own";
+
+/// What `striker:` asks for.
+struct Strikers {
+  std::vector<std::string> kinds;
+  std::vector<synth::Striker> elastic;  ///< one per kind; unused for the burst
+  core::Range speed{0.3, 2};            ///< [m/s]
+  bool held = false;
+  bool curved = false;
+  core::Range hardness{0.9, 0.9};
+  core::Range size{0.1, 0.1};
+};
+
+/// The striker of a kind, with the values that the configuration gives in its place.
+synth::Striker read_elastic(core::ConfigNode& node, const std::string& kind, bool may_change) {
+  using core::Dimension;
+  synth::Striker striker;
+  const bool own = kind == kOwn;
+  if (!own) striker = core::at_key(node, "kind", [&] { return synth::preset_striker(kind); });
+  if (!own && !may_change) return striker;
+  const auto value = [&](const char* key, Dimension dimension, double preset) {
+    if (own) return node.quantity(key, dimension);
+    return node.quantity(key, dimension, preset);
+  };
+  striker.name = kind;
+  striker.radius = value("radius", Dimension::length, striker.radius);
+  striker.youngs_modulus = value("youngs_modulus", Dimension::pressure, striker.youngs_modulus);
+  striker.poisson_ratio = value("poisson_ratio", Dimension::none, striker.poisson_ratio);
+  striker.restitution = value("restitution", Dimension::none, striker.restitution);
+  if (node.has("density")) {
+    if (node.has("mass")) {
+      node.fail("density", "mass and density exclude each other", "a ball's mass follows from both "
+                "density and radius: keep one");
+    }
+    striker.mass =
+        synth::ball_mass(striker.radius, node.quantity("density", Dimension::density));
+  } else {
+    striker.mass = value("mass", Dimension::mass, striker.mass);
+  }
+  core::at_key(node, "", [&] {
+    synth::check_striker(striker);
+    return 0;
+  });
+  return striker;
+}
+
+void check_range(const core::ConfigNode& node, const char* key, const core::Range& range,
+                 double low, double high, const char* rule) {
+  if (!(range.low >= low && range.high <= high && range.low <= range.high)) {
+    node.fail(key, fmt::format("must {}, not [{}, {}]", rule, range.low, range.high));
+  }
+}
+
+Strikers read_strikers(core::ConfigNode& root) {
+  core::ConfigNode node = root.child("striker");
+  Strikers strikers;
+  strikers.kinds = node.texts("kind");
+  if (strikers.kinds.empty()) {
+    node.fail("kind", "names no striker", "one or more of metal, wood, rubber, finger, own, "
+              "noise_burst");
+  }
+  const bool single = strikers.kinds.size() == 1;
+  bool elastic = false;
+  bool burst = false;
+  for (const std::string& kind : strikers.kinds) {
+    if (kind == kBurst) {
+      burst = true;
+      strikers.elastic.emplace_back();
+    } else {
+      elastic = true;
+      strikers.elastic.push_back(read_elastic(node, kind, single));
+    }
+  }
+  if (elastic) {
+    strikers.speed = node.range("speed", core::Dimension::speed, strikers.speed);
+    check_range(node, "speed", strikers.speed, 0, std::numeric_limits<double>::max(),
+                "be finite and not negative");
+    strikers.held = node.flag("held", root.has("supports"));
+    strikers.curved = node.choice("curvature", {"flat", "body"}, "flat") == "body";
+  }
+  if (burst) {
+    strikers.hardness = node.range("hardness", core::Dimension::none, strikers.hardness);
+    strikers.size = node.range("size", core::Dimension::none, strikers.size);
+    check_range(node, "hardness", strikers.hardness, 0, 1, "lie between 0 and 1");
+    check_range(node, "size", strikers.size, 0, 1, "lie between 0 and 1");
+  }
+  return strikers;
+}
+
+double between(const core::Range& range, core::RandomStream& random) {
+  return range.low + (range.high - range.low) * random.uniform();
+}
+
+/// Uniform in the logarithm, or plainly where the range begins at 0.
+double draw_speed(const core::Range& range, core::RandomStream& random) {
+  if (range.low > 0 && range.high > range.low) return random.log_uniform(range.low, range.high);
+  return between(range, random);
+}
+
+/// The body as the striker meets it. Faces do not know their region: of several materials the most
+/// compliant is met.
+synth::StruckBody struck_body(const Sound& sound, const Strikers& strikers) {
+  const RingingBody& body = *sound.body;
+  synth::StruckBody struck;
+  struck.mass = strikers.held ? std::numeric_limits<double>::infinity() : body.modes->mass;
+  double largest = -1;
+  for (const synth::Material& material : *body.materials) {
+    const double nu = material.elastic.poisson_ratio;
+    const double compliance = (1 - nu * nu) / material.elastic.youngs_modulus;
+    if (compliance <= largest) continue;
+    largest = compliance;
+    struck.youngs_modulus = material.elastic.youngs_modulus;
+    struck.poisson_ratio = nu;
+  }
+  if (strikers.curved) {
+    struck.curvature = synth::mean_curvature(body.modes->surface, sound.strike.point);
+  }
+  return struck;
+}
+
+void record(Sound& sound, const std::string& kind, double speed, const synth::HertzContact& contact,
+            const synth::NoiseBurst& burst) {
+  if (sound.record == nullptr) return;
+  sound.record->add("striker", kind);
+  sound.record->add("striker_speed", speed, "m/s");
+  sound.record->add("striker_effective_mass", contact.mass, "kg");
+  sound.record->add("striker_effective_radius", contact.radius, "m");
+  sound.record->add("striker_peak_force", contact.peak_force, "N");
+  sound.record->add("striker_hardness", burst.hardness);
+  sound.record->add("striker_size", burst.size);
+}
+
+void strike(Sound& sound, const Strikers& strikers) {
+  core::RandomStream random(sound.seed, sound.id, "striker");
+  const std::size_t chosen = random.index(strikers.kinds.size());
+  const std::string& kind = strikers.kinds[chosen];
+  if (kind == kBurst) {
+    synth::NoiseBurst burst;
+    burst.hardness = between(strikers.hardness, random);
+    burst.size = between(strikers.size, random);
+    core::RandomStream noise(sound.seed, sound.id, "striker.noise");
+    sound.strike.force = synth::noise_burst(burst, sound.sample_rate, noise);
+    record(sound, kind, 0, {}, burst);
+    return;
+  }
+  const double speed = draw_speed(strikers.speed, random);
+  const synth::HertzContact contact =
+      synth::hertz_contact(strikers.elastic[chosen], struck_body(sound, strikers), speed);
+  sound.strike.impulse = contact.impulse;
+  sound.strike.force = {contact.duration, {}};
+  record(sound, kind, speed, contact, {0, 0});
+}
+
+SceneEffect read(core::ConfigNode& root, const Scene& scene) {
+  SceneEffect effect;
+  if (!root.has("striker")) {
+    effect.reason_off = "no striker: impulse and contact time are those of strikes";
+    return effect;
+  }
+  const Strikers strikers = read_strikers(root);
+  effect.asked_by = fmt::format("striker ({})", root.where("striker"));
+  const bool burst =
+      std::find(strikers.kinds.begin(), strikers.kinds.end(), kBurst) != strikers.kinds.end();
+  effect.seconds_per_sound = burst ? 1e-9 * scene.audio.sample_rate * 0.5 : 1e-6;
+  effect.start = [strikers] {
+    EffectParts parts;
+    parts.strike = [strikers](Sound& sound) { strike(sound, strikers); };
+    return parts;
+  };
+  return effect;
+}
+
+}  // namespace
+
+const Effect striker_effect = {
+    "striker", "impulse and force of a striker by Hertz's contact, or Hiner's noise burst", false,
+    read};
+
+}  // namespace carillon::cli

@@ -1,0 +1,237 @@
+#include "synth/acceleration_click.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "core/error.hpp"
+#include "synth/modal_response.hpp"
+#include "synth/outer_surface.hpp"
+#include "synth/sampled_response.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Where the free part of a click is over: exp(-45) is below a double's resolution.
+constexpr double kFree = 45;
+
+/// Carlson's R_D(x, y, z) = 3/2 integral of dt / (sqrt((t+x)(t+y)) (t+z)^(3/2)) by duplication
+/// (Carlson 1995), to about 1e-15.
+double carlson_rd(double x, double y, double z) {
+  double sum = 0;
+  double power = 1;
+  for (int k = 0; k < 60; ++k) {
+    const double mean = (x + y + 3 * z) / 5;
+    const double spread =
+        std::max({std::abs(mean - x), std::abs(mean - y), std::abs(mean - z)}) / mean;
+    if (spread < 1e-3) break;
+    const double root_x = std::sqrt(x), root_y = std::sqrt(y), root_z = std::sqrt(z);
+    const double lambda = root_x * root_y + root_y * root_z + root_z * root_x;
+    sum += power / (root_z * (z + lambda));
+    power /= 4;
+    x = (x + lambda) / 4;
+    y = (y + lambda) / 4;
+    z = (z + lambda) / 4;
+  }
+  const double mean = (x + y + 3 * z) / 5;
+  const double dx = (mean - x) / mean, dy = (mean - y) / mean, dz = (mean - z) / mean;
+  const double xy = dx * dy, zz = dz * dz;
+  const double e2 = xy - 6 * zz;
+  const double e3 = (3 * xy - 8 * zz) * dz;
+  const double e4 = 3 * (xy - zz) * zz;
+  const double e5 = xy * zz * dz;
+  const double series = 1 - 3 * e2 / 14 + e3 / 6 + 9 * e2 * e2 / 88 - 3 * e4 / 22 -
+                        9 * e2 * e3 / 52 + 3 * e5 / 26;
+  return 3 * sum + power * series / (mean * std::sqrt(mean));
+}
+
+/// The oscillator G / (a c^2) of a sphere under a force of unit impulse.
+class SphereResponse {
+ public:
+  SphereResponse(double radius, const ContactForce& force)
+      : rate_(kSoundSpeed / radius), duration_(force.duration) {
+    if (force.samples.empty()) {
+      pulse_.emplace(2 * rate_ * rate_, rate_, duration_);
+    } else {
+      sampled_.emplace(2 * rate_ * rate_, rate_, force.samples, duration_);
+    }
+  }
+
+  /// q / (c r) + integral of q / r^2: the time integral of the pressure, but for a factor.
+  double pressure_integral(double t, double distance) const {
+    if (t < 0) return 0;
+    const Motion motion = sampled_          ? sampled_->at(t)
+                          : t <= duration_ ? pulse_->during_contact(t)
+                                            : pulse_->after_contact(t - duration_);
+    // The equation of motion, integrated once.
+    const double integral = (impulse(t) - motion.velocity - 2 * rate_ * motion.displacement) /
+                            (2 * rate_ * rate_);
+    return motion.displacement / (kSoundSpeed * distance) + integral / (distance * distance);
+  }
+  /// After which the pressure is nil.
+  double end() const { return duration_ + kFree / rate_; }
+
+ private:
+  double impulse(double t) const {
+    if (sampled_) return sampled_->impulse(t);
+    if (t >= duration_) return 1;
+    return t / duration_ - std::sin(2 * kPi * t / duration_) / (2 * kPi);
+  }
+
+  double rate_;
+  double duration_;
+  std::optional<ModalResponse> pulse_;
+  std::optional<SampledResponse> sampled_;
+};
+
+void check(const RigidSource& source, const Vec3& impulse, const ContactForce& force,
+           const Vec3& listener, double sample_rate) {
+  if (!impulse.allFinite() || !listener.allFinite()) {
+    throw core::InputError("click: impulse or listener is not finite");
+  }
+  if (!(source.mass > 0) || !std::isfinite(source.mass) || !(source.radii.minCoeff() > 0) ||
+      !source.radii.allFinite()) {
+    throw core::InputError(
+        fmt::format("click: a body of {} kg and equivalent radii {}, {}, {} m is not physical",
+                    source.mass, source.radii[0], source.radii[1], source.radii[2]));
+  }
+  if (!(force.duration >= 0) || !std::isfinite(force.duration)) {
+    throw core::InputError(
+        fmt::format("click: contact time must not be negative, not {} s", force.duration));
+  }
+  if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
+    throw core::InputError(
+        fmt::format("click: sample rate must be positive, not {} Hz", sample_rate));
+  }
+  const double distance = (listener - source.centre).norm();
+  const double nearest = source.radii.maxCoeff() * (1 - 1e-12);
+  if (!(distance >= nearest)) {
+    throw core::InputError(
+        fmt::format("click: the listener is {:.4g} m from the body's centre, inside the sphere of "
+                    "{:.4g} m that stands for it",
+                    distance, nearest),
+        "move the listener away from the body, or turn the click off");
+  }
+}
+
+}  // namespace
+
+Vec3 surface_ellipsoid(const solvers::ModeSurface& surface, Eigen::Matrix3d* axes) {
+  const std::vector<bool> outer = outer_faces(surface);
+  const std::vector<FacePiece> pieces = face_pieces(surface.order);
+  const auto each_triangle = [&](const auto& visit) {
+    for (std::size_t f = 0; f < outer.size(); ++f) {
+      if (!outer[f]) continue;
+      const auto nodes = face_nodes(surface, static_cast<std::int32_t>(f));
+      for (const FacePiece& piece : pieces) {
+        Eigen::Matrix3d corners;
+        for (int k = 0; k < 3; ++k) {
+          const auto index = static_cast<std::size_t>(piece.nodes[static_cast<std::size_t>(k)]);
+          corners.col(k) = surface.nodes[static_cast<std::size_t>(nodes[index])];
+        }
+        const Vec3 first = corners.col(1) - corners.col(0);
+        const Vec3 second = corners.col(2) - corners.col(0);
+        visit(corners, first.cross(second).norm() / 2);
+      }
+    }
+  };
+  double area = 0;
+  Vec3 moment = Vec3::Zero();
+  each_triangle([&](const Eigen::Matrix3d& corners, double a) {
+    area += a;
+    moment += a * corners.rowwise().mean();
+  });
+  if (!(area > 0)) throw core::InputError("click: the body has no outer surface");
+  const Vec3 centre = moment / area;
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  each_triangle([&](const Eigen::Matrix3d& corners, double a) {
+    const Eigen::Matrix3d x = corners.colwise() - centre;
+    const Vec3 sum = x.rowwise().sum();
+    second += a / 12 * (sum * sum.transpose() + x * x.transpose());
+  });
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(second / area);
+  if (axes != nullptr) *axes = principal.eigenvectors();
+  return (3 * principal.eigenvalues().cwiseMax(0)).cwiseSqrt();
+}
+
+Vec3 equivalent_radii(const Vec3& semi_axes) {
+  const double longest = semi_axes.maxCoeff();
+  // Flat bodies: the limit is reached long before, and R_D needs a finite thickness.
+  const Vec3 a = (semi_axes / longest).cwiseMax(1e-6);
+  const double product = a.prod();
+  Vec3 alpha;
+  for (int i = 0; i < 3; ++i) {
+    const double others[2] = {a[(i + 1) % 3], a[(i + 2) % 3]};
+    alpha[i] = 2.0 / 3 * product *
+               carlson_rd(others[0] * others[0], others[1] * others[1], a[i] * a[i]);
+  }
+  Vec3 radii;
+  for (int i = 0; i < 3; ++i) {
+    // The three alphas sum to 2: nothing cancels in 2 - alpha_i for flat bodies.
+    const double volume = 4 * kPi / 3 * product;
+    const double moved = 2 * volume / (alpha[(i + 1) % 3] + alpha[(i + 2) % 3]);
+    radii[i] = longest * std::cbrt(moved / (2 * kPi));
+  }
+  return radii;
+}
+
+RigidSource rigid_source(const solvers::ModeSurface& surface, double mass) {
+  if (!(mass > 0) || !std::isfinite(mass)) {
+    throw core::InputError(fmt::format("click: the body's mass must be positive, not {} kg", mass));
+  }
+  RigidSource source;
+  source.mass = mass;
+  source.centre = outer_hull(surface).centroid;
+  source.radii = equivalent_radii(surface_ellipsoid(surface, &source.axes));
+  return source;
+}
+
+std::vector<float> acceleration_click(const RigidSource& source, const Vec3& impulse,
+                                      const ContactForce& force, const Vec3& listener,
+                                      double sample_rate, std::size_t count) {
+  check(source, impulse, force, listener, sample_rate);
+  const Vec3 offset = listener - source.centre;
+  const double distance = offset.norm();
+  std::vector<double> pressure(count, 0.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double along = source.axes.col(axis).dot(impulse);
+    const double cosine = source.axes.col(axis).dot(offset) / distance;
+    if (along == 0 || cosine == 0) continue;
+    const double radius = source.radii[axis];
+    const double mass = source.mass + kAirDensity * 2 * kPi / 3 * radius * radius * radius;
+    const double factor = kAirDensity * cosine * radius * kSoundSpeed * kSoundSpeed *
+                          (along / mass) * sample_rate;
+    const SphereResponse response(radius, force);
+    const double delay = std::max(0.0, distance - radius) / kSoundSpeed;
+    const double first = std::ceil(delay * sample_rate);
+    if (!(first < static_cast<double>(count))) continue;
+    double before = 0;
+    for (auto n = static_cast<std::size_t>(first); n < count; ++n) {
+      const double t = static_cast<double>(n) / sample_rate - delay;
+      const double integral = response.pressure_integral(std::max(0.0, t), distance);
+      pressure[n] += factor * (integral - before);
+      before = integral;
+      if (t > response.end()) break;
+    }
+  }
+  std::vector<float> result(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    if (!(std::abs(pressure[n]) <= std::numeric_limits<float>::max())) {
+      throw core::InputError(
+          fmt::format("click: a pressure of {:.3g} Pa is beyond single precision", pressure[n]),
+          "strike softer");
+    }
+    result[n] = static_cast<float>(pressure[n]);
+  }
+  return result;
+}
+
+}  // namespace carillon::synth

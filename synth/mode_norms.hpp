@@ -1,0 +1,25 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+namespace carillon::synth {
+
+/// Samples Re(amplitude exp(pole n / fs)), n = 0, 1, ...
+struct SampledPartial {
+  std::complex<double> amplitude;
+  std::complex<double> step;  ///< pole / fs
+};
+
+/// Sum of exp(x n) over n = 0 ... count - 1, without cancellation for small x.
+std::complex<double> geometric_sum(const std::complex<double>& x, std::size_t count);
+
+/// Sum over n of the product of two partials' samples.
+double product(const SampledPartial& a, const SampledPartial& b, std::size_t count);
+
+/// No larger than the L2 norm of the sum of all partials over `count` samples, by all their
+/// products in closed form; rounding is taken off.
+double norm_from_below(const std::vector<SampledPartial>& partials, std::size_t count);
+
+}  // namespace carillon::synth

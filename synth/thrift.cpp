@@ -1,0 +1,334 @@
+#include "synth/thrift.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+#include "core/error.hpp"
+#include "synth/hearing.hpp"
+#include "synth/mode_norms.hpp"
+#include "synth/modal_response.hpp"
+#include "synth/sampled_response.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kReferencePressure = 20e-6;  ///< [Pa]
+/// Over which the ear integrates a tone's energy (Zwicker and Fastl 2007, section 4.4).
+constexpr double kIntegrationTime = 0.2;
+constexpr std::size_t kMaskers = 64;
+
+enum class Part { ringing, other, above_band };
+
+struct Mode {
+  Part part = Part::other;
+  bool drifts = false;  ///< neither stiffness nor damping
+  std::optional<ModalResponse> pulse;
+  std::optional<SampledResponse> sampled;
+  double frequency = 0;  ///< [Hz], damped
+  double bark = 0;
+  Complex pole;
+
+  Motion during(double t) const { return sampled ? sampled->at(t) : pulse->during_contact(t); }
+};
+
+/// A mode in one row.
+struct Heard {
+  Weights weights;
+  Complex amplitude;    ///< of the free decay at the contact's end
+  double loudness = 0;  ///< mean square over the integration time, after the contact
+  double contact_peak = -1;   ///< largest value during the contact; < 0: not known yet
+  double contact_energy = 0;  ///< sum of squares of samples during the contact
+};
+
+/// Instants of a row's samples.
+struct RowTimes {
+  double delay;
+  std::size_t first;  ///< sample that hears the contact
+  std::size_t free;   ///< first sample after it
+  double offset;      ///< its time after the contact's end [s]
+};
+
+double level(double mean_square) {
+  return 10 * std::log10(mean_square);
+}
+
+std::vector<Mode> make_modes(const RingDown& rings, const ContactForce& force, double sample_rate) {
+  std::vector<Mode> modes(rings.eigenvalues.size());
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    Mode& mode = modes[i];
+    const double d = rings.decay_rates[i];
+    mode.pulse.emplace(rings.eigenvalues[i], d, force.samples.empty() ? force.duration : 0);
+    mode.drifts = rings.eigenvalues[i] == 0 && d == 0;
+    const double damped = mode.pulse->damped_frequency();
+    if (damped >= std::numbers::pi * sample_rate) {
+      mode.part = Part::above_band;
+      continue;
+    }
+    if (damped == 0 || mode.pulse->near_critical()) continue;
+    mode.part = Part::ringing;
+    mode.pole = {-d, damped};
+    mode.frequency = damped / (2 * std::numbers::pi);
+    mode.bark = bark(mode.frequency);
+    if (!force.samples.empty()) {
+      mode.sampled.emplace(rings.eigenvalues[i], d, force.samples, force.duration);
+    }
+  }
+  return modes;
+}
+
+RowTimes row_times(double delay, const ContactForce& force, double sample_rate, std::size_t count) {
+  const auto sample = [&](long double time) {
+    const long double n = std::ceil(time * sample_rate);
+    return n < static_cast<long double>(count) ? static_cast<std::size_t>(n) : count;
+  };
+  const long double end = static_cast<long double>(delay) + force.duration;
+  RowTimes times{delay, sample(delay), sample(end), 0};
+  times.offset =
+      std::max(0.0, static_cast<double>(static_cast<long double>(times.free) / sample_rate - end));
+  return times;
+}
+
+Heard hear(const Mode& mode, const Weights& weights, double duration) {
+  Heard heard;
+  heard.weights = weights;
+  if (mode.part != Part::ringing || !weights.any()) return heard;
+  if (mode.sampled) {
+    const Motion end = mode.sampled->at(duration);
+    // q = Re(B exp(s tau)) with these starting values.
+    const Complex s = mode.pole;
+    const Complex q(end.displacement,
+                    -(end.velocity - s.real() * end.displacement) / s.imag());
+    heard.amplitude =
+        q * (weights.displacement + s * (weights.velocity + s * weights.acceleration));
+  } else {
+    heard.amplitude = mode.pulse->partials(weights)[0].amplitude;
+  }
+  const double rate = -2 * mode.pole.real();
+  const double seconds =
+      rate > 0 ? -std::expm1(-rate * kIntegrationTime) / rate : kIntegrationTime;
+  heard.loudness = std::norm(heard.amplitude) / 2 * seconds / kIntegrationTime;
+  return heard;
+}
+
+void hear_contact(const Mode& mode, const RowTimes& times, double duration, double sample_rate,
+                  Heard& heard) {
+  if (heard.contact_peak >= 0) return;
+  heard.contact_peak = 0;
+  for (std::size_t n = times.first; n < times.free; ++n) {
+    const double t = std::clamp(static_cast<double>(n) / sample_rate - times.delay, 0.0, duration);
+    const double value = heard.weights.of(mode.during(t));
+    heard.contact_peak = std::max(heard.contact_peak, std::abs(value));
+    heard.contact_energy += value * value;
+  }
+}
+
+SampledPartial partial_of(const Mode& mode, const Heard& heard, const RowTimes& times,
+                          double sample_rate) {
+  return {heard.amplitude * std::exp(mode.pole * times.offset), mode.pole / sample_rate};
+}
+
+enum class Verdict { heard, soft, masked };
+
+/// Which modes cannot be heard in one row. Powers are relative to the square of `reference`.
+std::vector<Verdict> judge_row(const std::vector<Mode>& modes, std::vector<Heard>& heard,
+                               const RowTimes& times, double duration, double sample_rate,
+                               bool calibrated, const ThriftOptions& options) {
+  std::vector<Verdict> verdicts(modes.size(), Verdict::heard);
+  std::vector<std::size_t> order;
+  double loudest = 0;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (modes[i].part != Part::ringing) continue;
+    order.push_back(i);
+    loudest = std::max(loudest, heard[i].loudness);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::norm(heard[a].amplitude) > std::norm(heard[b].amplitude);
+  });
+  const double reference = calibrated     ? kReferencePressure * kReferencePressure
+                           : loudest > 0 ? loudest
+                                         : 1;
+  struct Masker {
+    double bark, level, decay_rate;
+  };
+  std::vector<Masker> maskers;
+  for (const std::size_t i : order) {
+    const Mode& mode = modes[i];
+    Heard& here = heard[i];
+    const double quiet = calibrated ? hearing_threshold(mode.frequency) - options.margin
+                                    : -options.range;
+    const double hidden_below = [&] {
+      double power = 0;
+      for (const Masker& masker : maskers) {
+        if (masker.decay_rate > -mode.pole.real()) continue;
+        power += std::pow(10, (masker.level + spreading(mode.bark - masker.bark)) / 10);
+      }
+      return level(power) - options.margin;
+    }();
+    const double start = level(std::norm(here.amplitude) / 2 / reference);
+    const bool maybe_soft = level(here.loudness / reference) < quiet;
+    bool soft = maybe_soft, masked = start < hidden_below;
+    if (soft || masked) {
+      // The forced motion, which the loudness above does not know.
+      hear_contact(mode, times, duration, sample_rate, here);
+      const double contact = here.contact_energy / (sample_rate * kIntegrationTime);
+      soft = soft && level((here.loudness + contact) / reference) < quiet;
+      masked = masked &&
+               level(here.contact_peak * here.contact_peak / 2 / reference) < hidden_below;
+    }
+    if (soft || masked) {
+      verdicts[i] = soft ? Verdict::soft : Verdict::masked;
+    } else if (maskers.size() < kMaskers && std::isfinite(start)) {
+      maskers.push_back({mode.bark, start - masking_offset(mode.bark), -mode.pole.real()});
+    }
+  }
+  return verdicts;
+}
+
+/// Integral of the force's magnitude.
+double total_force(const ContactForce& force) {
+  if (force.samples.empty()) return 1;
+  double sum = 0;
+  for (std::size_t k = 1; k < force.samples.size(); ++k) {
+    sum += std::max(std::abs(force.samples[k - 1]), std::abs(force.samples[k]));
+  }
+  return sum * force.duration / static_cast<double>(force.samples.size() - 1);
+}
+
+/// No smaller than the L2 norm after the contact of a mode that is no partial.
+double norm_of_other(const Mode& mode, const Weights& weights, const RowTimes& times,
+                     double sample_rate, std::size_t free) {
+  // The bound falls with time: each block of doubling length is at most its first value.
+  double square = 0;
+  for (std::size_t n = 0, width = 1; n < free; n += width, width *= 2) {
+    const double time = times.offset + static_cast<double>(n) / sample_rate;
+    const double bound = mode.pulse->bound_after_contact(time, weights);
+    square += bound * bound * static_cast<double>(std::min(width, free - n));
+  }
+  return std::sqrt(square);
+}
+
+/// Bound of the missing modes' norm over the full row's.
+double row_error(const std::vector<Mode>& modes, std::vector<Heard>& heard,
+                 const std::vector<bool>& left_out, const RowTimes& times,
+                 const ContactForce& force, double sample_rate, std::size_t count) {
+  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+  const std::size_t free = count - times.free;
+  double missing = 0;
+  double missing_after = 0;
+  double unknown = 0;  // kept, but not a partial
+  std::vector<SampledPartial> kept;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const Mode& mode = modes[i];
+    if (mode.part == Part::above_band || !heard[i].weights.any()) continue;
+    if (mode.part == Part::other) {
+      // A mode without stiffness and damping never ends.
+      unknown += mode.drifts ? kUnbounded
+                             : total_force(force) * norm_of_other(mode, heard[i].weights, times,
+                                                                  sample_rate, free);
+      continue;
+    }
+    const SampledPartial partial = partial_of(mode, heard[i], times, sample_rate);
+    if (!left_out[i]) {
+      kept.push_back(partial);
+      continue;
+    }
+    hear_contact(mode, times, force.duration, sample_rate, heard[i]);
+    const double after = free == 0 ? 0 : std::max(0.0, product(partial, partial, free));
+    missing_after += std::sqrt(after);
+    missing += std::sqrt(after + heard[i].contact_energy);
+  }
+  if (missing == 0) return 0;
+  if (kept.empty() && unknown == 0) return 1;  // all of it is missing
+  const double whole = norm_from_below(kept, free) - unknown - missing_after;
+  return whole > 0 ? missing / whole : kUnbounded;
+}
+
+void erase_columns(Eigen::MatrixXd& gains, const std::vector<Eigen::Index>& kept) {
+  if (gains.size() != 0) gains = gains(Eigen::all, kept).eval();
+}
+
+void erase(RingDown& rings, const std::vector<bool>& left_out) {
+  std::vector<Eigen::Index> kept;
+  for (std::size_t i = 0; i < left_out.size(); ++i) {
+    if (left_out[i]) continue;
+    rings.eigenvalues[kept.size()] = rings.eigenvalues[i];
+    rings.decay_rates[kept.size()] = rings.decay_rates[i];
+    kept.push_back(static_cast<Eigen::Index>(i));
+  }
+  rings.eigenvalues.resize(kept.size());
+  rings.decay_rates.resize(kept.size());
+  rings.excitation = rings.excitation(kept).eval();
+  erase_columns(rings.readout.displacement, kept);
+  erase_columns(rings.readout.velocity, kept);
+  erase_columns(rings.readout.acceleration, kept);
+}
+
+}  // namespace
+
+ThriftReport leave_out_inaudible(RingDown& rings, const ContactForce& force, double sample_rate,
+                                 std::size_t count, const ThriftOptions& options) {
+  for (const double value : {options.margin, options.range}) {
+    if (!(value >= 0) || !std::isfinite(value)) {
+      throw core::InputError(
+          fmt::format("thrift: margin and range must not be negative, not {} dB", value));
+    }
+  }
+  const Readout& readout = rings.readout;
+  const bool calibrated = readout.unit == "Pa";
+  const std::size_t rows = readout.delays.size();
+  const std::vector<Mode> modes = make_modes(rings, force, sample_rate);
+
+  std::vector<RowTimes> times;
+  std::vector<std::vector<Heard>> heard(rows);
+  std::vector<bool> left_out(modes.size());
+  std::vector<bool> masked(modes.size());
+  for (std::size_t i = 0; i < modes.size(); ++i) left_out[i] = modes[i].part == Part::ringing;
+  for (std::size_t r = 0; r < rows; ++r) {
+    times.push_back(row_times(readout.delays[r], force, sample_rate, count));
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      const auto column = static_cast<Eigen::Index>(i);
+      const auto at = [&](const Eigen::MatrixXd& gains) {
+        return gains.size() == 0
+                   ? 0.0
+                   : gains(static_cast<Eigen::Index>(r), column) * rings.excitation[column];
+      };
+      heard[r].push_back(hear(
+          modes[i], {at(readout.displacement), at(readout.velocity), at(readout.acceleration)},
+          force.duration));
+    }
+    const auto verdicts = judge_row(modes, heard[r], times[r], force.duration, sample_rate,
+                                    calibrated, options);
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      left_out[i] = left_out[i] && verdicts[i] != Verdict::heard;
+      masked[i] = masked[i] || verdicts[i] == Verdict::masked;
+    }
+  }
+
+  ThriftReport report;
+  for (std::size_t r = 0; r < rows; ++r) {
+    report.error_bound =
+        std::max(report.error_bound, row_error(modes, heard[r], left_out, times[r], force, sample_rate, count));
+  }
+  if (!std::isfinite(report.error_bound)) return {};
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    report.left_out += left_out[i] ? 1 : 0;
+    report.masked += left_out[i] && masked[i] ? 1 : 0;
+  }
+  if (report.left_out > 0) erase(rings, left_out);
+  return report;
+}
+
+double decibels(double error_bound) {
+  return error_bound > 1e-15 ? 20 * std::log10(error_bound) : -300;
+}
+
+}  // namespace carillon::synth
