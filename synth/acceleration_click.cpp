@@ -48,8 +48,8 @@ double carlson_rd(double x, double y, double z) {
   const double e3 = (3 * xy - 8 * zz) * dz;
   const double e4 = 3 * (xy - zz) * zz;
   const double e5 = xy * zz * dz;
-  const double series = 1 - 3 * e2 / 14 + e3 / 6 + 9 * e2 * e2 / 88 - 3 * e4 / 22 -
-                        9 * e2 * e3 / 52 + 3 * e5 / 26;
+  const double series =
+      1 - 3 * e2 / 14 + e3 / 6 + 9 * e2 * e2 / 88 - 3 * e4 / 22 - 9 * e2 * e3 / 52 + 3 * e5 / 26;
   return 3 * sum + power * series / (mean * std::sqrt(mean));
 }
 
@@ -68,12 +68,12 @@ class SphereResponse {
   /// q / (c r) + integral of q / r^2: the time integral of the pressure, but for a factor.
   double pressure_integral(double t, double distance) const {
     if (t < 0) return 0;
-    const Motion motion = sampled_          ? sampled_->at(t)
+    const Motion motion = sampled_         ? sampled_->at(t)
                           : t <= duration_ ? pulse_->during_contact(t)
-                                            : pulse_->after_contact(t - duration_);
+                                           : pulse_->after_contact(t - duration_);
     // The equation of motion, integrated once.
-    const double integral = (impulse(t) - motion.velocity - 2 * rate_ * motion.displacement) /
-                            (2 * rate_ * rate_);
+    const double integral =
+        (impulse(t) - motion.velocity - 2 * rate_ * motion.displacement) / (2 * rate_ * rate_);
     return motion.displacement / (kSoundSpeed * distance) + integral / (distance * distance);
   }
   /// After which the pressure is nil.
@@ -170,8 +170,8 @@ Vec3 equivalent_radii(const Vec3& semi_axes) {
   Vec3 alpha;
   for (int i = 0; i < 3; ++i) {
     const double others[2] = {a[(i + 1) % 3], a[(i + 2) % 3]};
-    alpha[i] = 2.0 / 3 * product *
-               carlson_rd(others[0] * others[0], others[1] * others[1], a[i] * a[i]);
+    alpha[i] =
+        2.0 / 3 * product * carlson_rd(others[0] * others[0], others[1] * others[1], a[i] * a[i]);
   }
   Vec3 radii;
   for (int i = 0; i < 3; ++i) {
@@ -207,8 +207,8 @@ std::vector<float> acceleration_click(const RigidSource& source, const Vec3& imp
     if (along == 0 || cosine == 0) continue;
     const double radius = source.radii[axis];
     const double mass = source.mass + kAirDensity * 2 * kPi / 3 * radius * radius * radius;
-    const double factor = kAirDensity * cosine * radius * kSoundSpeed * kSoundSpeed *
-                          (along / mass) * sample_rate;
+    const double factor =
+        kAirDensity * cosine * radius * kSoundSpeed * kSoundSpeed * (along / mass) * sample_rate;
     const SphereResponse response(radius, force);
     const double delay = std::max(0.0, distance - radius) / kSoundSpeed;
     const double first = std::ceil(delay * sample_rate);

@@ -72,8 +72,8 @@ SampledResponse::SampledResponse(double eigenvalue, double decay_rate,
     parts_[p].assign(force.size(), 0.0);
     for (std::size_t k = 1; k < force.size(); ++k) {
       parts_[p][k] =
-          turn * parts_[p][k - 1] + step_ * (weights.first * force_[k - 1] +
-                                             weights.second * (force_[k] - force_[k - 1]));
+          turn * parts_[p][k - 1] +
+          step_ * (weights.first * force_[k - 1] + weights.second * (force_[k] - force_[k - 1]));
     }
   }
 }
@@ -115,8 +115,7 @@ Motion SampledResponse::at(double t) const {
   } else {
     const double second = pole_part(1, t).real();
     motion.displacement = (first.real() - second) / (2 * split_);
-    motion.velocity =
-        (poles_[0].real() * first.real() - poles_[1].real() * second) / (2 * split_);
+    motion.velocity = (poles_[0].real() * first.real() - poles_[1].real() * second) / (2 * split_);
   }
   motion.acceleration =
       force(t) - 2 * decay_rate_ * motion.velocity - eigenvalue_ * motion.displacement;

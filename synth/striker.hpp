@@ -38,8 +38,8 @@ struct StruckBody {
   double curvature = 0;  ///< [1/m] mean curvature at the point, > 0 where the body bulges; 0: flat
 };
 
-/// Mean curvature [1/m] of the curved surface at a point, from the turn of its normal along the
-/// face: 1 / a on a sphere of radius a, 0 on faces of order 1.
+/// Mean curvature [1/m] of the curved face that a point lies on, from the turn of its normal over
+/// half the face: 1 / a on a sphere of radius a, 0 on faces of order 1.
 /// @throws InputError  no such face, or not a point of a face
 double mean_curvature(const solvers::ModeSurface& surface, const SurfacePoint& point);
 

@@ -11,8 +11,8 @@
 
 #include "core/error.hpp"
 #include "synth/hearing.hpp"
-#include "synth/mode_norms.hpp"
 #include "synth/modal_response.hpp"
+#include "synth/mode_norms.hpp"
 #include "synth/sampled_response.hpp"
 
 namespace carillon::synth {
@@ -43,8 +43,8 @@ struct Mode {
 /// A mode in one row.
 struct Heard {
   Weights weights;
-  Complex amplitude;    ///< of the free decay at the contact's end
-  double loudness = 0;  ///< mean square over the integration time, after the contact
+  Complex amplitude;          ///< of the free decay at the contact's end
+  double loudness = 0;        ///< mean square over the integration time, after the contact
   double contact_peak = -1;   ///< largest value during the contact; < 0: not known yet
   double contact_energy = 0;  ///< sum of squares of samples during the contact
 };
@@ -105,16 +105,14 @@ Heard hear(const Mode& mode, const Weights& weights, double duration) {
     const Motion end = mode.sampled->at(duration);
     // q = Re(B exp(s tau)) with these starting values.
     const Complex s = mode.pole;
-    const Complex q(end.displacement,
-                    -(end.velocity - s.real() * end.displacement) / s.imag());
+    const Complex q(end.displacement, -(end.velocity - s.real() * end.displacement) / s.imag());
     heard.amplitude =
         q * (weights.displacement + s * (weights.velocity + s * weights.acceleration));
   } else {
     heard.amplitude = mode.pulse->partials(weights)[0].amplitude;
   }
   const double rate = -2 * mode.pole.real();
-  const double seconds =
-      rate > 0 ? -std::expm1(-rate * kIntegrationTime) / rate : kIntegrationTime;
+  const double seconds = rate > 0 ? -std::expm1(-rate * kIntegrationTime) / rate : kIntegrationTime;
   heard.loudness = std::norm(heard.amplitude) / 2 * seconds / kIntegrationTime;
   return heard;
 }
@@ -153,7 +151,7 @@ std::vector<Verdict> judge_row(const std::vector<Mode>& modes, std::vector<Heard
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::norm(heard[a].amplitude) > std::norm(heard[b].amplitude);
   });
-  const double reference = calibrated     ? kReferencePressure * kReferencePressure
+  const double reference = calibrated    ? kReferencePressure * kReferencePressure
                            : loudest > 0 ? loudest
                                          : 1;
   struct Masker {
@@ -163,8 +161,8 @@ std::vector<Verdict> judge_row(const std::vector<Mode>& modes, std::vector<Heard
   for (const std::size_t i : order) {
     const Mode& mode = modes[i];
     Heard& here = heard[i];
-    const double quiet = calibrated ? hearing_threshold(mode.frequency) - options.margin
-                                    : -options.range;
+    const double quiet =
+        calibrated ? hearing_threshold(mode.frequency) - options.margin : -options.range;
     const double hidden_below = [&] {
       double power = 0;
       for (const Masker& masker : maskers) {
@@ -181,8 +179,8 @@ std::vector<Verdict> judge_row(const std::vector<Mode>& modes, std::vector<Heard
       hear_contact(mode, times, duration, sample_rate, here);
       const double contact = here.contact_energy / (sample_rate * kIntegrationTime);
       soft = soft && level((here.loudness + contact) / reference) < quiet;
-      masked = masked &&
-               level(here.contact_peak * here.contact_peak / 2 / reference) < hidden_below;
+      masked =
+          masked && level(here.contact_peak * here.contact_peak / 2 / reference) < hidden_below;
     }
     if (soft || masked) {
       verdicts[i] = soft ? Verdict::soft : Verdict::masked;
@@ -232,8 +230,8 @@ double row_error(const std::vector<Mode>& modes, std::vector<Heard>& heard,
     if (mode.part == Part::other) {
       // A mode without stiffness and damping never ends.
       unknown += mode.drifts ? kUnbounded
-                             : total_force(force) * norm_of_other(mode, heard[i].weights, times,
-                                                                  sample_rate, free);
+                             : total_force(force) *
+                                   norm_of_other(mode, heard[i].weights, times, sample_rate, free);
       continue;
     }
     const SampledPartial partial = partial_of(mode, heard[i], times, sample_rate);
@@ -301,12 +299,12 @@ ThriftReport leave_out_inaudible(RingDown& rings, const ContactForce& force, dou
                    ? 0.0
                    : gains(static_cast<Eigen::Index>(r), column) * rings.excitation[column];
       };
-      heard[r].push_back(hear(
-          modes[i], {at(readout.displacement), at(readout.velocity), at(readout.acceleration)},
-          force.duration));
+      heard[r].push_back(
+          hear(modes[i], {at(readout.displacement), at(readout.velocity), at(readout.acceleration)},
+               force.duration));
     }
-    const auto verdicts = judge_row(modes, heard[r], times[r], force.duration, sample_rate,
-                                    calibrated, options);
+    const auto verdicts =
+        judge_row(modes, heard[r], times[r], force.duration, sample_rate, calibrated, options);
     for (std::size_t i = 0; i < modes.size(); ++i) {
       left_out[i] = left_out[i] && verdicts[i] != Verdict::heard;
       masked[i] = masked[i] || verdicts[i] == Verdict::masked;
@@ -315,8 +313,8 @@ ThriftReport leave_out_inaudible(RingDown& rings, const ContactForce& force, dou
 
   ThriftReport report;
   for (std::size_t r = 0; r < rows; ++r) {
-    report.error_bound =
-        std::max(report.error_bound, row_error(modes, heard[r], left_out, times[r], force, sample_rate, count));
+    report.error_bound = std::max(report.error_bound, row_error(modes, heard[r], left_out, times[r],
+                                                                force, sample_rate, count));
   }
   if (!std::isfinite(report.error_bound)) return {};
   for (std::size_t i = 0; i < modes.size(); ++i) {

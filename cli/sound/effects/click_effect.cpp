@@ -1,16 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
 
-#include "cli/sound/effect.hpp"
+#include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
 #include "synth/acceleration_click.hpp"
 
 namespace carillon::cli {
-
-extern const Effect click_effect;
 
 namespace {
 
@@ -19,9 +19,10 @@ using Sources = std::map<std::string, synth::RigidSource>;
 
 void add_click(Sound& sound, const Sources& sources) {
   const RingingBody& body = *sound.body;
+  const bool pressure = sound.rings.readout.unit == "Pa";  // not where radiation is off
   const synth::RigidSource& source = sources.at(body.id);
   double peak = 0;
-  for (std::size_t r = 0; r < sound.rows && r < body.listeners.size(); ++r) {
+  for (std::size_t r = 0; pressure && r < sound.rows && r < body.listeners.size(); ++r) {
     const auto row = sound.row(r);
     const std::vector<float> click = synth::acceleration_click(
         source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
@@ -43,15 +44,14 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   } else if (held) {
     const std::string place = root.has("click") ? node.where("held") : "";
     effect.reason_off =
-        place.empty()
-            ? fmt::format("supports hold the body ({}); click.held: false lets it jump",
-                          root.where("supports"))
-            : fmt::format("the body is held ({})", place);
+        place.empty() ? fmt::format("supports hold the body ({}); click.held: false lets it jump",
+                                    root.where("supports"))
+                      : fmt::format("the body is held ({})", place);
   } else {
-    effect.asked_by = fmt::format("listeners ({})", root.where("listeners"));
+    effect.asked_by = fmt::format("listeners: ({})", root.where("listeners"));
   }
   effect.seconds_per_sound = 5e-5;
-  effect.start = [] {
+  effect.start = [](const std::filesystem::path&) {
     const auto sources = std::make_shared<Sources>();
     EffectParts parts;
     parts.body = [sources](RingingBody& body) {
@@ -66,6 +66,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 }  // namespace
 
 const Effect click_effect = {
-    "click", "sound of the struck body's jump as a rigid whole (acceleration noise)", false, read};
+    .name = "click",
+    .description = "sound of the struck body's jump as a rigid whole (acceleration noise)",
+    .read = read};
 
 }  // namespace carillon::cli

@@ -5,15 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "cli/sound/effect.hpp"
+#include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/random.hpp"
 #include "synth/noise_burst.hpp"
 #include "synth/striker.hpp"
 
 namespace carillon::cli {
-
-extern const Effect striker_effect;
 
 namespace {
 
@@ -49,11 +47,11 @@ synth::Striker read_elastic(core::ConfigNode& node, const std::string& kind, boo
   striker.restitution = value("restitution", Dimension::none, striker.restitution);
   if (node.has("density")) {
     if (node.has("mass")) {
-      node.fail("density", "mass and density exclude each other", "a ball's mass follows from both "
+      node.fail("density", "mass and density exclude each other",
+                "a ball's mass follows from both "
                 "density and radius: keep one");
     }
-    striker.mass =
-        synth::ball_mass(striker.radius, node.quantity("density", Dimension::density));
+    striker.mass = synth::ball_mass(striker.radius, node.quantity("density", Dimension::density));
   } else {
     striker.mass = value("mass", Dimension::mass, striker.mass);
   }
@@ -76,7 +74,8 @@ Strikers read_strikers(core::ConfigNode& root) {
   Strikers strikers;
   strikers.kinds = node.texts("kind");
   if (strikers.kinds.empty()) {
-    node.fail("kind", "names no striker", "one or more of metal, wood, rubber, finger, own, "
+    node.fail("kind", "names no striker",
+              "one or more of metal, wood, rubber, finger, own, "
               "noise_burst");
   }
   const bool single = strikers.kinds.size() == 1;
@@ -160,6 +159,7 @@ void strike(Sound& sound, const Strikers& strikers) {
     burst.size = between(strikers.size, random);
     core::RandomStream noise(sound.seed, sound.id, "striker.noise");
     sound.strike.force = synth::noise_burst(burst, sound.sample_rate, noise);
+    sound.contact_time = sound.strike.force.duration;
     record(sound, kind, 0, {}, burst);
     return;
   }
@@ -167,7 +167,8 @@ void strike(Sound& sound, const Strikers& strikers) {
   const synth::HertzContact contact =
       synth::hertz_contact(strikers.elastic[chosen], struck_body(sound, strikers), speed);
   sound.strike.impulse = contact.impulse;
-  sound.strike.force = {contact.duration, {}};
+  sound.strike.force = {.duration = contact.duration};
+  sound.contact_time = contact.duration;
   record(sound, kind, speed, contact, {0, 0});
 }
 
@@ -178,11 +179,11 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     return effect;
   }
   const Strikers strikers = read_strikers(root);
-  effect.asked_by = fmt::format("striker ({})", root.where("striker"));
+  effect.asked_by = fmt::format("striker: ({})", root.where("striker"));
   const bool burst =
       std::find(strikers.kinds.begin(), strikers.kinds.end(), kBurst) != strikers.kinds.end();
   effect.seconds_per_sound = burst ? 1e-9 * scene.audio.sample_rate * 0.5 : 1e-6;
-  effect.start = [strikers] {
+  effect.start = [strikers](const std::filesystem::path&) {
     EffectParts parts;
     parts.strike = [strikers](Sound& sound) { strike(sound, strikers); };
     return parts;
@@ -193,7 +194,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 }  // namespace
 
 const Effect striker_effect = {
-    "striker", "impulse and force of a striker by Hertz's contact, or Hiner's noise burst", false,
-    read};
+    .name = "striker",
+    .description = "impulse and force of a striker by Hertz's contact, or Hiner's noise burst",
+    .read = read};
 
 }  // namespace carillon::cli

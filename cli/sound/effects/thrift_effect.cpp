@@ -4,12 +4,10 @@
 
 #include <cmath>
 
-#include "cli/sound/effect.hpp"
+#include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
 
 namespace carillon::cli {
-
-extern const Effect thrift_effect;
 
 namespace {
 
@@ -25,13 +23,10 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     }
   }
   SceneEffect effect;
-  if (root.has("thrift")) {
-    effect.asked_by = fmt::format("thrift ({})", root.where("thrift"));
-  } else {
-    effect.reason_off = "runs on demand only (effects.thrift: on)";
-  }
+  effect.asked_by =
+      root.has("thrift") ? fmt::format("thrift: ({})", root.where("thrift")) : "effects.thrift: on";
   effect.seconds_per_sound = 2e-4;
-  effect.start = [options, count = scene.audio.samples()] {
+  effect.start = [options, count = scene.audio.samples()](const std::filesystem::path&) {
     EffectParts parts;
     parts.rings = [options, count](Sound& sound) {
       const synth::ThriftReport report = synth::leave_out_inaudible(
@@ -47,6 +42,9 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 
 }  // namespace
 
-const Effect thrift_effect = {"thrift", "leaves out modes that cannot be heard", true, read};
+const Effect thrift_effect = {.name = "thrift",
+                              .description = "leaves out modes that cannot be heard",
+                              .only_on_demand = true,
+                              .read = read};
 
 }  // namespace carillon::cli
