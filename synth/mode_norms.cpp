@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace carillon::synth {
 
@@ -35,8 +36,8 @@ double product(const SampledPartial& a, const SampledPartial& b, std::size_t cou
          2;
 }
 
-double norm_from_below(const std::vector<SampledPartial>& partials, std::size_t count) {
-  if (count == 0) return 0;
+NormBounds norm_of_sum(std::span<const SampledPartial> partials, std::size_t count) {
+  if (count == 0) return {};
   // exp(step) and exp(count step) of each partial give those of every pair as products.
   std::vector<Complex> once, whole;
   for (const SampledPartial& p : partials) {
@@ -63,7 +64,8 @@ double norm_from_below(const std::vector<SampledPartial>& partials, std::size_t 
     square += own + others;
     sizes += std::sqrt(own);
   }
-  return std::sqrt(std::max(0.0, square - kRounding * sizes * sizes));
+  const double rounding = kRounding * sizes * sizes;
+  return {std::sqrt(std::max(0.0, square - rounding)), std::sqrt(std::max(0.0, square) + rounding)};
 }
 
 }  // namespace carillon::synth

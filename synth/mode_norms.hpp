@@ -2,7 +2,7 @@
 
 #include <complex>
 #include <cstddef>
-#include <vector>
+#include <span>
 
 namespace carillon::synth {
 
@@ -18,8 +18,12 @@ std::complex<double> geometric_sum(const std::complex<double>& x, std::size_t co
 /// Sum over n of the product of two partials' samples.
 double product(const SampledPartial& a, const SampledPartial& b, std::size_t count);
 
-/// No larger than the L2 norm of the sum of all partials over `count` samples, by all their
-/// products in closed form; rounding is taken off.
-double norm_from_below(const std::vector<SampledPartial>& partials, std::size_t count);
+/// The L2 norm of the sum of all partials over `count` samples, by all their products in closed
+/// form, less or more what rounding may hide (1e-9 of the sum of all norms, squared).
+struct NormBounds {
+  double low = 0;
+  double high = 0;
+};
+NormBounds norm_of_sum(std::span<const SampledPartial> partials, std::size_t count);
 
 }  // namespace carillon::synth

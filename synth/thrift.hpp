@@ -29,10 +29,12 @@ struct ThriftReport {
 /// Motion during the contact counts in both. Modes that do not oscillate, nearly do not, or lie at
 /// or above half the sample rate stay.
 ///
-/// The bound: what is missing is no larger than the sum of the modes' norms, each summed in closed
-/// form after the contact and sample by sample during it; the full clip is no smaller than the norm
-/// of what is kept (all products of its modes in closed form, over the samples after the contact)
-/// less what is missing there. Where that does not bound it, nothing is left out.
+/// The bound: what is missing is summed sample by sample during the contact and bounded after it
+/// by all products of its modes in closed form (exact within groups of 64, whose norms add up); the
+/// full clip is no smaller than the norm of what is kept (all products of its modes, over the
+/// samples after the contact) less what is missing there. Where that does not bound it (a clip that
+/// is over before the contact, say), and where the contacts of all modes and rows come to more
+/// than four million samples, nothing is left out. Where nothing is kept, it is 1.
 ///
 /// @throws InputError  a margin or range that is negative or not finite; what synthesize() refuses
 ///                     of sizes is not looked at

@@ -49,7 +49,8 @@ TEST(Click, SpectrumIsThatOfAnOscillatingSphere) {
   const double a = 0.03, m = 0.1, T = 2e-4, r = 0.2, fs = 4e6;
   const Vec3 impulse(0, 0, 0.05);
   const Vec3 listener = r * Vec3(0, std::sin(0.7), std::cos(0.7));
-  const auto samples = acceleration_click(sphere(a, m), impulse, {.duration = T}, listener, fs, 20000);
+  const auto samples =
+      acceleration_click(sphere(a, m), impulse, {.duration = T}, listener, fs, 20000);
   for (const double f : {500.0, 2000.0, 6000.0, 9000.0}) {
     const double w = 2 * kPi * f, k = w / kSoundSpeed;
     Complex sum = 0;
@@ -69,7 +70,8 @@ TEST(Click, IsADipoleWhereTheSphereIsSmallAgainstTheWave) {
   // p = rho a^3 cos(theta) / 2 (A'(tau) / (c r) + A(tau) / r^2).
   const double a = 0.002, m = 0.01, T = 2e-3, fs = 1e6;
   for (const double r : {0.01, 1.0}) {
-    const auto samples = acceleration_click(sphere(a, m), {0, 0, 1}, {.duration = T}, {0, 0, r}, fs, 5200);
+    const auto samples =
+        acceleration_click(sphere(a, m), {0, 0, 1}, {.duration = T}, {0, 0, r}, fs, 5200);
     const double delay = (r - a) / kSoundSpeed;
     double worst = 0, peak = 0;
     for (std::size_t n = 0; n < samples.size(); ++n) {
@@ -91,7 +93,8 @@ TEST(Click, SumsToThePotentialOfTheMotionThatRemains) {
   // Far pressure integrates to zero; what is left is rho a^3 cos(theta) dv / (2 r^2).
   const double a = 0.05, m = 0.3, fs = 44100;
   for (const double T : {0.0, 3e-4}) {
-    const auto samples = acceleration_click(sphere(a, m), {0, 0, 2}, {.duration = T}, {0, 0.3, 0.4}, fs, 4000);
+    const auto samples =
+        acceleration_click(sphere(a, m), {0, 0, 2}, {.duration = T}, {0, 0.3, 0.4}, fs, 4000);
     double sum = 0, size = 0;
     for (const float p : samples) {
       sum += static_cast<double>(p) / fs;
@@ -109,7 +112,8 @@ RC_GTEST_PROP(Click, IsSilentBeforeSoundCanArrive, ()) {
   };
   const double a = power(-3, 1), r = a * power(0, 3), fs = 44100;
   const double T = *rc::gen::element(0.0, 1e-6, 1e-4, 1e-2);
-  const auto samples = acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = T}, {0, 0, r}, fs, 20000);
+  const auto samples =
+      acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = T}, {0, 0, r}, fs, 20000);
   const double arrival = (r - a) / kSoundSpeed;
   for (std::size_t n = 0; n < samples.size(); ++n) {
     if (static_cast<double>(n) / fs < arrival) RC_ASSERT(samples[n] == 0.0f);
@@ -144,8 +148,10 @@ TEST(Click, FallsWithDistance) {
   // 1 / r where the near field is over; whole samples of flight between the two.
   const double fs = 44100, a = 0.02, step = kSoundSpeed / fs;
   const double near = a + 1000 * step, far = a + 3000 * step;
-  const auto first = acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = 1e-4}, {0, 0, near}, fs, 4000);
-  const auto second = acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = 1e-4}, {0, 0, far}, fs, 4000);
+  const auto first =
+      acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = 1e-4}, {0, 0, near}, fs, 4000);
+  const auto second =
+      acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = 1e-4}, {0, 0, far}, fs, 4000);
   const auto peak = [](const auto& p) {
     return static_cast<double>(*std::max_element(p.begin(), p.end()));
   };
@@ -206,9 +212,12 @@ TEST(EquivalentSphere, TurnsWithTheBody) {
 }
 
 TEST(Click, RefusesAListenerInsideAndABodyWithoutMass) {
-  EXPECT_THROW(acceleration_click(sphere(0.1, 1), {0, 0, 1}, {}, {0, 0, 0.05}, 44100, 10), core::InputError);
-  EXPECT_THROW(acceleration_click(sphere(0.1, 0), {0, 0, 1}, {}, {0, 0, 1}, 44100, 10), core::InputError);
-  EXPECT_THROW(acceleration_click(sphere(0.1, 1), {0, 0, std::nan("")}, {}, {0, 0, 1}, 44100, 10), core::InputError);
+  EXPECT_THROW(acceleration_click(sphere(0.1, 1), {0, 0, 1}, {}, {0, 0, 0.05}, 44100, 10),
+               core::InputError);
+  EXPECT_THROW(acceleration_click(sphere(0.1, 0), {0, 0, 1}, {}, {0, 0, 1}, 44100, 10),
+               core::InputError);
+  EXPECT_THROW(acceleration_click(sphere(0.1, 1), {0, 0, std::nan("")}, {}, {0, 0, 1}, 44100, 10),
+               core::InputError);
   EXPECT_THROW(rigid_source(curved_sphere(1, {0, 0, 0}, 2, 1, true), 1), core::InputError);
 }
 

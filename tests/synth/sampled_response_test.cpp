@@ -36,7 +36,8 @@ TEST(SampledResponse, ComesToTheClosedFormOfAFinelySampledPulse) {
       EXPECT_LT(worst / size, 2e-3) << d;
       last = worst;
     }
-    EXPECT_NEAR(SampledResponse(lambda, d, std::vector<double>{0, 2 / T, 0}, T).impulse(T), 1, 1e-12);
+    EXPECT_NEAR(SampledResponse(lambda, d, std::vector<double>{0, 2 / T, 0}, T).impulse(T), 1,
+                1e-12);
   }
 }
 
