@@ -20,8 +20,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Where the free part of a click is over: exp(-45) is below a double's resolution.
-constexpr double kFree = 45;
+/// Where the free part of a click is over: exp(-25) of it is left.
+constexpr double kFree = 25;
 
 /// Carlson's R_D(x, y, z) = 3/2 integral of dt / (sqrt((t+x)(t+y)) (t+z)^(3/2)) by duplication
 /// (Carlson 1995), to about 1e-15.

@@ -143,8 +143,8 @@ TEST(NoiseBurstHard, AtEveryEndOfItsRanges) {
 
 TEST(ClickHard, ForcesOfAnySize) {
   const auto make = [](double impulse, double duration) {
-    return acceleration_click(sphere(0.03, 0.1), {0, 0, impulse}, {.duration = duration},
-                              {0, 0, 1}, 44100, 2000);
+    return acceleration_click(sphere(0.03, 0.1), {0, 0, impulse}, {.duration = duration}, {0, 0, 1},
+                              44100, 2000);
   };
   const double one = peak(make(1, 1e-4));
   // Peak forces of 1e-12 and 1e12 N over 0.1 ms.
@@ -176,8 +176,8 @@ TEST(ClickHard, ABodyOfAMillimetreAndOneOfTenMetres) {
 }
 
 TEST(ClickHard, AListenerOnTheSurface) {
-  const auto click =
-      acceleration_click(sphere(0.03, 0.1), {0, 0, 1}, {.duration = 1e-4}, {0, 0, 0.03}, 44100, 500);
+  const auto click = acceleration_click(sphere(0.03, 0.1), {0, 0, 1}, {.duration = 1e-4},
+                                        {0, 0, 0.03}, 44100, 500);
   EXPECT_TRUE(finite(click));
   EXPECT_EQ(click[0], 0.0f);  // the force begins at 0
   EXPECT_GT(click[1], 0.0f);

@@ -50,7 +50,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   } else {
     effect.asked_by = fmt::format("listeners: ({})", root.where("listeners"));
   }
-  effect.seconds_per_sound = 5e-5;
+  effect.seconds_per_sound = 6e-5;
   effect.start = [](const std::filesystem::path&) {
     const auto sources = std::make_shared<Sources>();
     EffectParts parts;

@@ -182,7 +182,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   effect.asked_by = fmt::format("striker: ({})", root.where("striker"));
   const bool burst =
       std::find(strikers.kinds.begin(), strikers.kinds.end(), kBurst) != strikers.kinds.end();
-  effect.seconds_per_sound = burst ? 1e-9 * scene.audio.sample_rate * 0.5 : 1e-6;
+  effect.seconds_per_sound = burst ? 4e-10 * scene.audio.sample_rate : 1e-6;
   effect.start = [strikers](const std::filesystem::path&) {
     EffectParts parts;
     parts.strike = [strikers](Sound& sound) { strike(sound, strikers); };

@@ -25,7 +25,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect;
   effect.asked_by =
       root.has("thrift") ? fmt::format("thrift: ({})", root.where("thrift")) : "effects.thrift: on";
-  effect.seconds_per_sound = 2e-4;
+  effect.seconds_per_sound = 7e-5;
   effect.start = [options, count = scene.audio.samples()](const std::filesystem::path&) {
     EffectParts parts;
     parts.rings = [options, count](Sound& sound) {
