@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Where the free part of a click is over: exp(-25) of it is left.
+/// Time constants after which a free click is over: 1e-11 of it is left.
 constexpr double kFree = 25;
 
 /// Carlson's R_D(x, y, z) = 3/2 integral of dt / (sqrt((t+x)(t+y)) (t+z)^(3/2)) by duplication

@@ -5,150 +5,37 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <numeric>
-#include <optional>
 
 #include "core/error.hpp"
+#include "synth/heard_modes.hpp"
 #include "synth/hearing.hpp"
-#include "synth/modal_response.hpp"
 #include "synth/mode_norms.hpp"
-#include "synth/sampled_response.hpp"
 
 namespace carillon::synth {
 
 namespace {
 
-using Complex = std::complex<double>;
-
 constexpr double kReferencePressure = 20e-6;  ///< [Pa]
-/// Over which the ear integrates a tone's energy (Zwicker and Fastl 2007, section 4.4).
-constexpr double kIntegrationTime = 0.2;
 constexpr std::size_t kMaskers = 64;
 constexpr std::size_t kGroup = 64;  ///< modes whose products are all taken
 /// Samples of contacts that are looked at; longer ones are not worth it.
 constexpr std::size_t kContactSamples = 4'000'000;
 
-enum class Part { ringing, other, above_band };
-
-struct Mode {
-  Part part = Part::other;
-  bool drifts = false;  ///< neither stiffness nor damping
-  std::optional<ModalResponse> pulse;
-  std::optional<SampledResponse> sampled;
-  double frequency = 0;  ///< [Hz], damped
-  double bark = 0;
-  Complex pole;
-
-  Motion during(double t) const { return sampled ? sampled->at(t) : pulse->during_contact(t); }
-};
-
-/// A mode in one row.
-struct Heard {
-  Weights weights;
-  Complex amplitude;            ///< of the free decay at the contact's end
-  double loudness = 0;          ///< mean square over the integration time, after the contact
-  std::vector<double> contact;  ///< samples during the contact, once they are asked for
-  double contact_peak = 0;      ///< their largest magnitude
-  double contact_energy = 0;    ///< sum of their squares
-};
-
-/// Instants of a row's samples.
-struct RowTimes {
-  double delay;
-  std::size_t first;  ///< sample that hears the contact
-  std::size_t free;   ///< first sample after it
-  double offset;      ///< its time after the contact's end [s]
-};
-
 double level(double mean_square) {
   return 10 * std::log10(mean_square);
-}
-
-std::vector<Mode> make_modes(const RingDown& rings, const ContactForce& force, double sample_rate) {
-  std::vector<Mode> modes(rings.eigenvalues.size());
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    Mode& mode = modes[i];
-    const double d = rings.decay_rates[i];
-    mode.pulse.emplace(rings.eigenvalues[i], d, force.samples.empty() ? force.duration : 0);
-    mode.drifts = rings.eigenvalues[i] == 0 && d == 0;
-    const double damped = mode.pulse->damped_frequency();
-    if (damped >= std::numbers::pi * sample_rate) {
-      mode.part = Part::above_band;
-      continue;
-    }
-    if (damped == 0 || mode.pulse->near_critical()) continue;
-    mode.part = Part::ringing;
-    mode.pole = {-d, damped};
-    mode.frequency = damped / (2 * std::numbers::pi);
-    mode.bark = bark(mode.frequency);
-    if (!force.samples.empty()) {
-      mode.sampled.emplace(rings.eigenvalues[i], d, force.samples, force.duration);
-    }
-  }
-  return modes;
-}
-
-RowTimes row_times(double delay, const ContactForce& force, double sample_rate, std::size_t count) {
-  const auto sample = [&](long double time) {
-    const long double n = std::ceil(time * sample_rate);
-    return n < static_cast<long double>(count) ? static_cast<std::size_t>(n) : count;
-  };
-  const long double end = static_cast<long double>(delay) + force.duration;
-  RowTimes times{delay, sample(delay), sample(end), 0};
-  times.offset =
-      std::max(0.0, static_cast<double>(static_cast<long double>(times.free) / sample_rate - end));
-  return times;
-}
-
-Heard hear(const Mode& mode, const Weights& weights, double duration) {
-  Heard heard;
-  heard.weights = weights;
-  if (mode.part != Part::ringing || !weights.any()) return heard;
-  if (mode.sampled) {
-    const Motion end = mode.sampled->at(duration);
-    // q = Re(B exp(s tau)) with these starting values.
-    const Complex s = mode.pole;
-    const Complex q(end.displacement, -(end.velocity - s.real() * end.displacement) / s.imag());
-    heard.amplitude =
-        q * (weights.displacement + s * (weights.velocity + s * weights.acceleration));
-  } else {
-    heard.amplitude = mode.pulse->partials(weights)[0].amplitude;
-  }
-  const double rate = -2 * mode.pole.real();
-  const double seconds = rate > 0 ? -std::expm1(-rate * kIntegrationTime) / rate : kIntegrationTime;
-  heard.loudness = std::norm(heard.amplitude) / 2 * seconds / kIntegrationTime;
-  return heard;
-}
-
-void hear_contact(const Mode& mode, const RowTimes& times, double duration, double sample_rate,
-                  Heard& heard) {
-  if (!heard.contact.empty()) return;
-  for (std::size_t n = times.first; n < times.free; ++n) {
-    const double t = std::clamp(static_cast<double>(n) / sample_rate - times.delay, 0.0, duration);
-    const double value = heard.weights.of(mode.during(t));
-    heard.contact.push_back(value);
-    heard.contact_peak = std::max(heard.contact_peak, std::abs(value));
-    heard.contact_energy += value * value;
-  }
-}
-
-SampledPartial partial_of(const Mode& mode, const Heard& heard, const RowTimes& times,
-                          double sample_rate) {
-  return {heard.amplitude * std::exp(mode.pole * times.offset), mode.pole / sample_rate};
 }
 
 enum class Verdict { heard, soft, masked };
 
 /// Which modes cannot be heard in one row. Powers are relative to the square of `reference`.
-std::vector<Verdict> judge_row(const std::vector<Mode>& modes, std::vector<Heard>& heard,
+std::vector<Verdict> judge_row(const std::vector<RingingMode>& modes, std::vector<HeardMode>& heard,
                                const RowTimes& times, double duration, double sample_rate,
                                bool calibrated, const ThriftOptions& options) {
   std::vector<Verdict> verdicts(modes.size(), Verdict::heard);
   std::vector<std::size_t> order;
   double loudest = 0;
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    if (modes[i].part != Part::ringing) continue;
+    if (modes[i].kind != MotionKind::ringing) continue;
     order.push_back(i);
     loudest = std::max(loudest, heard[i].loudness);
   }
@@ -163,8 +50,8 @@ std::vector<Verdict> judge_row(const std::vector<Mode>& modes, std::vector<Heard
   };
   std::vector<Masker> maskers;
   for (const std::size_t i : order) {
-    const Mode& mode = modes[i];
-    Heard& here = heard[i];
+    const RingingMode& mode = modes[i];
+    HeardMode& here = heard[i];
     const double quiet =
         calibrated ? hearing_threshold(mode.frequency) - options.margin : -options.range;
     const double hidden_below = [&] {
@@ -206,7 +93,7 @@ double total_force(const ContactForce& force) {
 }
 
 /// No smaller than the L2 norm after the contact of a mode that is no partial.
-double norm_of_other(const Mode& mode, const Weights& weights, const RowTimes& times,
+double norm_of_other(const RingingMode& mode, const Weights& weights, const RowTimes& times,
                      double sample_rate, std::size_t free) {
   // The bound falls with time: each block of doubling length is at most its first value.
   double square = 0;
@@ -233,7 +120,7 @@ double norm_from_above(std::vector<SampledPartial> partials, std::size_t count) 
 }
 
 /// Bound of the missing modes' norm over the full row's.
-double row_error(const std::vector<Mode>& modes, std::vector<Heard>& heard,
+double row_error(const std::vector<RingingMode>& modes, std::vector<HeardMode>& heard,
                  const std::vector<bool>& left_out, const RowTimes& times,
                  const ContactForce& force, double sample_rate, std::size_t count) {
   constexpr double kUnbounded = std::numeric_limits<double>::infinity();
@@ -243,9 +130,9 @@ double row_error(const std::vector<Mode>& modes, std::vector<Heard>& heard,
   bool all_ring = true;
   double unknown = 0;  // kept, but not a partial
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    const Mode& mode = modes[i];
-    if (mode.part == Part::above_band || !heard[i].weights.any()) continue;
-    if (mode.part == Part::other) {
+    const RingingMode& mode = modes[i];
+    if (mode.kind == MotionKind::above_band || !heard[i].weights.any()) continue;
+    if (mode.kind == MotionKind::other) {
       all_ring = false;
       // A mode without stiffness and damping never ends.
       unknown += mode.drifts ? kUnbounded
@@ -302,14 +189,14 @@ ThriftReport leave_out_inaudible(RingDown& rings, const ContactForce& force, dou
   const Readout& readout = rings.readout;
   const bool calibrated = readout.unit == "Pa";
   const std::size_t rows = readout.delays.size();
-  const std::vector<Mode> modes = make_modes(rings, force, sample_rate);
+  const std::vector<RingingMode> modes = ringing_modes(rings, force, sample_rate);
 
   std::vector<RowTimes> times;
   std::size_t contact_samples = 0;
-  std::vector<std::vector<Heard>> heard(rows);
+  std::vector<std::vector<HeardMode>> heard(rows);
   std::vector<bool> left_out(modes.size());
   std::vector<bool> masked(modes.size());
-  for (std::size_t i = 0; i < modes.size(); ++i) left_out[i] = modes[i].part == Part::ringing;
+  for (std::size_t i = 0; i < modes.size(); ++i) left_out[i] = modes[i].kind == MotionKind::ringing;
   for (std::size_t r = 0; r < rows; ++r) {
     times.push_back(row_times(readout.delays[r], force, sample_rate, count));
     contact_samples += (times[r].free - times[r].first) * modes.size();
@@ -323,9 +210,9 @@ ThriftReport leave_out_inaudible(RingDown& rings, const ContactForce& force, dou
                    ? 0.0
                    : gains(static_cast<Eigen::Index>(r), column) * rings.excitation[column];
       };
-      heard[r].push_back(
-          hear(modes[i], {at(readout.displacement), at(readout.velocity), at(readout.acceleration)},
-               force.duration));
+      heard[r].push_back(hear_mode(
+          modes[i], {at(readout.displacement), at(readout.velocity), at(readout.acceleration)},
+          force.duration));
     }
     const auto verdicts =
         judge_row(modes, heard[r], times[r], force.duration, sample_rate, calibrated, options);

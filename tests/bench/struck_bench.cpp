@@ -39,14 +39,16 @@ void strikers() {
                striker.name, 1e3 * contact.duration, contact.impulse, contact.peak_force);
     sum += contact.duration;
   }
-  fmt::print("hertz_contact       {:9.3f} us\n", 1e6 * seconds(100000, [&](int k) {
-    sum += hertz_contact(preset_strikers()[0], body, 1 + k).duration;
-  }));
+  fmt::print("hertz_contact       {:9.3f} us\n",
+             1e6 * seconds(100000, [&](int k) {
+               sum += hertz_contact(preset_strikers()[0], body, 1 + k).duration;
+             }));
   for (const double hardness : {0.0, 0.9}) {
-    fmt::print("noise_burst {:.1f}     {:9.3f} us\n", hardness, 1e6 * seconds(500, [&](int k) {
-      core::RandomStream random(0, static_cast<std::uint64_t>(k), "bench");
-      sum += noise_burst({hardness, 0.1}, kRate, random).samples[1];
-    }));
+    fmt::print("noise_burst {:.1f}     {:9.3f} us\n", hardness,
+               1e6 * seconds(500, [&](int k) {
+                 core::RandomStream random(0, static_cast<std::uint64_t>(k), "bench");
+                 sum += noise_burst({hardness, 0.1}, kRate, random).samples[1];
+               }));
   }
   if (std::isnan(sum)) fmt::print("nan\n");  // keeps the work
 }
@@ -85,10 +87,11 @@ void thrift() {
     });
     const double all = seconds(calls, [&](int) { synthesize(rings, force, kRate, 44100); });
     const double few = seconds(calls, [&](int) { synthesize(kept, force, kRate, 44100); });
-    fmt::print("thrift, {:4} modes: {:4} left out ({} masked), bound {:.1f} dB, {:.3f} ms; sound "
-               "{:.2f} ms, with thrift {:.2f} ms\n",
-               modes, report.left_out, report.masked, decibels(report.error_bound), 1e3 * choice,
-               1e3 * all, 1e3 * (few + choice));
+    fmt::print(
+        "thrift, {:4} modes: {:4} left out ({} masked), bound {:.1f} dB, {:.3f} ms; sound "
+        "{:.2f} ms, with thrift {:.2f} ms\n",
+        modes, report.left_out, report.masked, decibels(report.error_bound), 1e3 * choice,
+        1e3 * all, 1e3 * (few + choice));
   }
 }
 
