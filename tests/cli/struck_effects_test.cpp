@@ -32,9 +32,10 @@ const EffectDecision& decision(const Scene& scene, std::string_view name) {
 
 /// A glass ball of two modes, struck on its pole; the sound of sample `id`.
 struct Struck {
-  solvers::Modes modes = synth::modes_with(
-      synth::curved_sphere(0.03, {0, 0, 0}, 3, 2), {1e8, 4e8},
-      [](int i, const solvers::Vec3& x) { return (i == 0 ? 3.0 : 1e-6) * x.normalized(); });
+  solvers::Modes modes = synth::modes_with(synth::curved_sphere(0.03, {0, 0, 0}, 3, 2), {1e8, 4e8},
+                                           [](int i, const solvers::Vec3& x) -> solvers::Vec3 {
+                                             return (i == 0 ? 3.0 : 1e-6) * x.normalized();
+                                           });
   std::vector<synth::Material> materials = {synth::parse_material("glass")};
   synth::SurfaceSampler sampler{modes.surface};
   core::Trace trace;
