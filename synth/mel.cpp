@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <numbers>
 
 #include "core/error.hpp"
+#include "synth/real_fft.hpp"
 
 namespace carillon::synth {
 
@@ -84,12 +84,6 @@ std::vector<float> mel_filters(const MelOptions& options) {
   return filters;
 }
 
-/// FFTW makes and destroys plans in one thread at a time; running them needs no lock.
-std::mutex& planner() {
-  static std::mutex mutex;
-  return mutex;
-}
-
 }  // namespace
 
 int mel_frames(std::size_t count, const MelOptions& options) {
@@ -106,7 +100,7 @@ MelSpectrogram::MelSpectrogram(const MelOptions& options)
         0.5 *
         (1 - std::cos(2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(size)));
   }
-  const std::lock_guard lock(planner());
+  const std::lock_guard lock(fft_planner());
   input_ = fftw_alloc_real(size);
   output_ = fftw_alloc_complex(size / 2 + 1);
   // ESTIMATE: measuring plans would let the clock decide about the last bits.
@@ -115,7 +109,7 @@ MelSpectrogram::MelSpectrogram(const MelOptions& options)
 }
 
 MelSpectrogram::~MelSpectrogram() {
-  const std::lock_guard lock(planner());
+  const std::lock_guard lock(fft_planner());
   fftw_destroy_plan(static_cast<fftw_plan>(plan_));
   fftw_free(output_);
   fftw_free(input_);

@@ -1,0 +1,231 @@
+#include "synth/reverberant_tail.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "core/random.hpp"
+#include "synth/real_fft.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+constexpr double kDecay = 6 * std::numbers::ln10;  ///< 60 dB of energy
+constexpr double kMatched = 0.010;                 ///< [s] before the start
+constexpr int kEnoughImages = 6;
+constexpr double kLength = 1.5;          ///< of an octave's tail in reverberation times: 90 dB
+constexpr double kHalfWidth = 1.0 / 24;  ///< of the crossings [octaves]
+constexpr double kLowest = 20;           ///< [Hz]; nothing below
+constexpr std::size_t kShortest = 4096;  ///< samples of noise: bins in every octave
+constexpr double kEvened = 1.0;  ///< length of evening in 1 / bandwidth
+constexpr int kRounds = 3;       ///< of evening
+
+/// Mean over a box of 2 half + 1 samples of a periodic signal.
+void smooth(std::vector<double>& values, std::size_t half) {
+  const std::size_t n = values.size();
+  const std::vector<double> before = values;
+  double sum = 0;
+  for (std::size_t i = 0; i <= 2 * half; ++i) sum += before[(n + i - half) % n];
+  for (std::size_t i = 0; i < n; ++i) {
+    values[i] = std::max(sum, 0.0) / static_cast<double>(2 * half + 1);
+    sum += before[(i + half + 1) % n] - before[(i + n - half) % n];
+  }
+}
+
+/// A band of noise whose power is evened out by itself.
+struct NoiseBand {
+  double low, high;  ///< [Hz]; no crossing at kLowest and at half the sample rate
+};
+
+/// An octave, and for the lowest, which reaches down to 0 Hz, what lies below its own edge apart:
+/// a filter of the octave must see an even decay.
+std::vector<NoiseBand> noise_bands(std::size_t octave, std::size_t octaves, double sample_rate) {
+  const double top = octave + 1 < octaves ? upper_edge(octave) : sample_rate / 2;
+  std::vector<NoiseBand> bands = {{lower_edge(octave), top}};
+  if (octave == 0) {
+    bands.push_back({lower_edge(0) / 2, lower_edge(0)});
+    bands.push_back({kLowest, lower_edge(0) / 2});
+  }
+  std::erase_if(bands, [&](const NoiseBand& band) { return 2 * band.low >= sample_rate; });
+  for (NoiseBand& band : bands) band.high = std::min(band.high, sample_rate / 2);
+  return bands;
+}
+
+/// How far an edge is crossed, 0 below to 1 above; a raised cosine in log2 f.
+double crossed(double frequency, double edge) {
+  const double x = std::log2(frequency / edge) / (2 * kHalfWidth) + 0.5;
+  return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(x, 0.0, 1.0));
+}
+
+/// Adds noise of one band, with the power that white noise of unit power has in it, to the spectrum
+/// of `count` samples.
+void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count,
+                    std::span<std::complex<double>> spectrum, core::RandomStream& random) {
+  const double step = sample_rate / static_cast<double>(count);
+  // Amplitudes of the bins in the band; the squares of all bands add up to 1 in every bin.
+  const double reach = std::exp2(kHalfWidth);
+  const double from = band.low == kLowest ? kLowest : band.low / reach;
+  const double to = std::min(band.high * reach, sample_rate / 2);
+  const auto first = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(from / step)));
+  std::vector<double> amplitudes;
+  double energy = 0;
+  for (std::size_t k = first; static_cast<double>(k) * step < to && 2 * k < count; ++k) {
+    const double f = static_cast<double>(k) * step;
+    const double share = (band.low == kLowest ? 1 : crossed(f, band.low)) *
+                         (2 * band.high >= sample_rate ? 1 : 1 - crossed(f, band.high));
+    amplitudes.push_back(std::sqrt(share));
+    energy += share;
+  }
+  if (energy == 0) return;
+
+  // The same bins of a shorter transform over the same time: low bands need few samples.
+  RealFft fft(std::min(count, good_fft_size(static_cast<std::size_t>(
+                                  2.5 * static_cast<double>(first + amplitudes.size())))));
+  const auto bins = fft.spectrum();
+  std::fill(bins.begin(), bins.end(), 0.0);
+  for (std::size_t i = 0; i < amplitudes.size(); ++i) {
+    const double re = random.normal();
+    const double im = random.normal();
+    bins[first + i] = amplitudes[i] * std::complex<double>(re, im);
+  }
+  // Evened noise reaches a little beyond its band, and cut back to it, it is a little less even: a
+  // few rounds come to noise that is both.
+  const double rate = step * static_cast<double>(fft.size());
+  const auto half = std::min(
+      static_cast<std::size_t>(kEvened * rate / (2 * (band.high - band.low))), fft.size() / 4);
+  const double scale = 1 / static_cast<double>(fft.size());
+  const double power = 4 * energy * scale * scale;
+  std::vector<double> local(fft.size());
+  for (int round = 0; round < kRounds; ++round) {
+    fft.inverse();
+    std::transform(fft.signal().begin(), fft.signal().end(), local.begin(),
+                   [](double v) { return v * v; });
+    smooth(local, half);
+    smooth(local, half);
+    for (std::size_t n = 0; n < fft.size(); ++n) {
+      // Where the noise happens to be all but silent it is left so.
+      fft.signal()[n] *= std::sqrt(power / std::max(local[n], 0.01 * power));
+    }
+    fft.forward();
+    std::fill(bins.begin(), bins.begin() + static_cast<std::ptrdiff_t>(first), 0.0);
+    std::fill(bins.begin() + static_cast<std::ptrdiff_t>(first + amplitudes.size()), bins.end(),
+              0.0);
+  }
+  // What the cuts have taken is given back.
+  double left = 0;
+  for (std::size_t i = 0; i < amplitudes.size(); ++i) left += std::norm(bins[first + i]);
+  const double gain = std::sqrt(energy * static_cast<double>(count) / left);
+  for (std::size_t i = 0; i < amplitudes.size(); ++i) {
+    spectrum[first + i] += gain * bins[first + i];
+  }
+}
+
+}  // namespace
+
+double TailPlan::energy_db() const {
+  double loudest = 0;
+  for (std::size_t b = 0; b < kOctaves; ++b) {
+    loudest = std::max(loudest, power[b] * rt60[b] / kDecay);
+  }
+  return 10 * std::log10(std::max(loudest, 1e-300));
+}
+
+TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> images, double beyond,
+                   double direct, const WallAbsorption& walls, const Air& air,
+                   std::size_t octaves) {
+  const double speed = sound_speed(air);
+  const OctaveValues m = air_absorption(air);
+  TailPlan plan;
+  plan.direct = direct;
+  plan.start = std::max(0.0, (beyond - direct) / speed);
+  plan.rt60 = eyring(size, mean_absorption(size, walls), air);
+  for (std::size_t b = octaves; b < kOctaves; ++b) plan.rt60[b] = 0;
+  plan.level.fill(1);
+
+  const auto rate = [&](std::size_t b) { return kDecay / plan.rt60[b]; };
+  // The direct sound is 1 whatever air has taken from it: so much more is everything else.
+  for (std::size_t b = 0; b < octaves; ++b) {
+    if (plan.rt60[b] == 0) continue;
+    plan.power[b] = 4 * std::numbers::pi * speed * direct * direct / size.prod() *
+                    std::exp(m[b] * direct - rate(b) * (direct / speed + plan.start));
+  }
+
+  // Energy of the images before the start, and in each step after it.
+  const double matched = std::min(kMatched, plan.start);
+  OctaveValues before{};
+  int count = 0;
+  std::vector<OctaveValues> after;
+  for (const ImageSource& image : images) {
+    const double time = (image.distance - direct) / speed - plan.start;
+    if (time < -matched) continue;
+    const OctaveValues gains = image_gains(image, direct, walls, m);
+    if (time < 0) ++count;
+    const auto step = static_cast<std::size_t>(std::max(time, 0.0) / plan.step);
+    if (time >= 0 && after.size() <= step) after.resize(step + 1, OctaveValues{});
+    OctaveValues& sum = time < 0 ? before : after[step];
+    for (std::size_t b = 0; b < octaves; ++b) sum[b] += gains[b] * gains[b];
+  }
+
+  plan.fill.assign(after.size(), OctaveValues{});
+  for (std::size_t b = 0; b < octaves; ++b) {
+    if (plan.power[b] == 0) continue;
+    if (count >= kEnoughImages) {
+      const double expected = plan.power[b] * std::expm1(rate(b) * matched) / rate(b);
+      plan.level[b] = std::clamp(before[b] / expected, 0.25, 4.0);
+      plan.power[b] *= plan.level[b];
+    }
+    double owed = 0;  // images that had more than their step leave less to the next ones
+    for (std::size_t s = 0; s < after.size(); ++s) {
+      const double whole = plan.power[b] * std::exp(-rate(b) * plan.step * static_cast<double>(s)) *
+                           -std::expm1(-rate(b) * plan.step) / rate(b);
+      const double left = whole - after[s][b] - owed;
+      owed = std::max(0.0, -left);
+      plan.fill[s][b] = whole > 0 ? std::clamp(left / whole, 0.0, 1.0) : 0.0;
+    }
+  }
+  return plan;
+}
+
+std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, std::size_t count,
+                                     std::uint64_t seed, std::uint64_t room) {
+  const std::size_t octaves = octaves_below_nyquist(sample_rate);
+  const double first_sample = std::ceil(plan.start * sample_rate);
+  if (!(first_sample < static_cast<double>(count))) return {};
+  const auto start = static_cast<std::size_t>(first_sample);
+  const auto length = [&](std::size_t b) {
+    return static_cast<std::size_t>(std::min(std::ceil(kLength * plan.rt60[b] * sample_rate),
+                                             static_cast<double>(count - start)));
+  };
+  std::size_t longest = 0;
+  for (std::size_t b = 0; b < octaves; ++b) {
+    if (plan.power[b] > 0) longest = std::max(longest, length(b));
+  }
+  if (longest == 0) return {};
+  std::vector<double> tail(start + longest, 0.0);
+  RealFft fft(good_fft_size(std::max(longest, kShortest)));
+  for (std::size_t b = 0; b < octaves; ++b) {
+    if (plan.power[b] == 0) continue;
+    std::fill(fft.spectrum().begin(), fft.spectrum().end(), 0.0);
+    core::RandomStream random(seed, room, fmt::format("room.tail.{}", b));
+    for (const NoiseBand& band : noise_bands(b, octaves, sample_rate)) {
+      add_band_noise(band, sample_rate, fft.size(), fft.spectrum(), random);
+    }
+    fft.inverse();
+    const double decay = std::exp(-kDecay / (2 * plan.rt60[b] * sample_rate));
+    double envelope = std::sqrt(plan.power[b] / sample_rate);
+    const std::size_t end = length(b);
+    for (std::size_t n = 0; n < end; ++n) {
+      const auto step = static_cast<std::size_t>(static_cast<double>(n) / sample_rate / plan.step);
+      const double fill = step < plan.fill.size() ? std::sqrt(plan.fill[step][b]) : 1.0;
+      tail[start + n] += fill * envelope * fft.signal()[n];
+      envelope *= decay;
+    }
+  }
+  return tail;
+}
+
+}  // namespace carillon::synth
