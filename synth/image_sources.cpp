@@ -113,7 +113,8 @@ DelayKernel fractional_delay(double delay) {
     const double x = std::numbers::pi * (n - delay);
     const double sinc = std::abs(x) < 1e-9 ? 1 : std::sin(x) / x;
     const double window = 0.5 + 0.5 * std::cos(x / half);
-    kernel.weights.push_back(sinc * window);
+    // Two samples hold no more than a straight line.
+    kernel.weights.push_back(half > 1 ? sinc * window : std::max(0.0, 1 - std::abs(n - delay)));
     sum += kernel.weights.back();
   }
   for (double& weight : kernel.weights) weight /= sum;

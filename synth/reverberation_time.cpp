@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/error.hpp"
@@ -73,28 +74,37 @@ double sum(std::span<const double> values) {
   return total;
 }
 
-/// Where the decay is 5 dB above the power of its last tenth, the noise floor if there is one: a
-/// line through the levels of short blocks, from the loudest down to 10 dB above that floor.
-/// Nothing when it does not get there.
-std::optional<std::size_t> end_of_decay(std::span<const double> power) {
-  const std::size_t block = std::max<std::size_t>(1, power.size() / 500);
+/// Mean levels of blocks [dB]. A zero crossing is no end of a decay: -300 dB stands for silence.
+std::vector<double> block_levels(std::span<const double> power, std::size_t block) {
   std::vector<double> levels;
   for (std::size_t first = 0; first + block <= power.size(); first += block) {
-    // A zero crossing is no end of a decay: -300 dB stands for silence.
     levels.push_back(level(sum(power.subspan(first, block)) / static_cast<double>(block) + 1e-30));
   }
+  return levels;
+}
+
+/// Where the decay is 5 dB above the power of its last tenth, the noise floor if there is one: a
+/// line through the levels of blocks, from the loudest down to 10 dB above that floor. Nothing when
+/// it does not get there.
+std::optional<std::size_t> end_of_decay(std::span<const double> power) {
   const std::size_t tenth = std::max<std::size_t>(1, power.size() / 10);
   const double floor = level(sum(power.last(tenth)) / static_cast<double>(tenth) + 1e-30);
-  const auto top = std::max_element(levels.begin(), levels.end());
-  const auto bottom = std::find_if(top, levels.end(), [&](double l) { return l < floor + 10; });
-  if (bottom - top < 3) return {};
-  const auto first = static_cast<std::size_t>(top - levels.begin());
-  const Line line =
-      fit(std::span(levels).subspan(first, static_cast<std::size_t>(bottom - top)), first);
-  if (!(line.slope < 0)) return {};
-  const double crossing = (floor + 5 - line.at_zero) / line.slope + 0.5;
-  return static_cast<std::size_t>(
-      std::clamp(crossing * static_cast<double>(block), 1.0, static_cast<double>(power.size())));
+  // Long blocks first: they do not take the noise's own dips for its end.
+  for (const std::size_t blocks : {50U, 200U, 1000U}) {
+    const std::size_t block = std::max<std::size_t>(1, power.size() / blocks);
+    const std::vector<double> levels = block_levels(power, block);
+    const auto top = std::max_element(levels.begin(), levels.end());
+    const auto bottom = std::find_if(top, levels.end(), [&](double l) { return l < floor + 10; });
+    if (bottom - top < 4) continue;
+    const auto first = static_cast<std::size_t>(top - levels.begin());
+    const Line line =
+        fit(std::span(levels).subspan(first, static_cast<std::size_t>(bottom - top)), first);
+    if (!(line.slope < 0)) continue;
+    const double crossing = (floor + 5 - line.at_zero) / line.slope + 0.5;
+    return static_cast<std::size_t>(std::clamp(crossing * static_cast<double>(block), 1.0,
+                                               static_cast<double>(power.size())));
+  }
+  return {};
 }
 
 }  // namespace

@@ -1,0 +1,176 @@
+#include "synth/room.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "core/hdf5.hpp"
+#include "synth/reverberation_time.hpp"
+
+namespace carillon::synth {
+namespace {
+
+RoomOptions furnished() {
+  RoomOptions options;
+  OctaveValues absorption = {0.1, 0.15, 0.2, 0.25, 0.3, 0.3, 0.3, 0.35};
+  options.walls = same_on_all_walls(absorption);
+  return options;
+}
+
+TEST(RoomResponse, WallsThatAbsorbEverythingAreTheFreeField) {
+  RoomOptions options;
+  OctaveValues all;
+  all.fill(1);
+  options.walls = same_on_all_walls(all);
+  const RoomResponse response = room_response(options);
+  EXPECT_TRUE(response.images.empty());
+  EXPECT_TRUE(response.tail.empty());
+  EXPECT_LT(response.tail_db, kInaudibleTail);
+}
+
+TEST(RoomResponse, AVeryAbsorbentRoomHasNoTail) {
+  RoomOptions options;
+  OctaveValues much;
+  much.fill(0.98);
+  options.walls = same_on_all_walls(much);
+  options.listener = {1.2, 1, 1};
+  const RoomResponse response = room_response(options);
+  EXPECT_FALSE(response.images.empty());
+  EXPECT_LT(response.tail_db, -60);
+  EXPECT_TRUE(response.tail.empty());
+}
+
+TEST(RoomResponse, WithoutImagesTheTailBeginsWithTheFirstReflection) {
+  RoomOptions options = furnished();
+  options.order = 0;
+  const RoomResponse response = room_response(options);
+  EXPECT_TRUE(response.images.empty());
+  const double first = image_sources(options.size, options.source, options.listener, 1)[0].distance;
+  EXPECT_NEAR(response.tail_start, (first - (options.source - options.listener).norm()) / 343,
+              1e-12);
+  EXPECT_FALSE(response.tail.empty());
+}
+
+// Acceptance of the field: images to a high order decay between Eyring's time and 1.6 times it.
+TEST(RoomResponse, ImagesAloneDecayByEyringOrSlower) {
+  RoomOptions options;
+  options.size = {3, 4, 2.5};
+  options.source = {0.9, 1.1, 1.3};
+  options.listener = {2.2, 2.9, 1.2};
+  OctaveValues absorption;
+  absorption.fill(0.6);
+  options.walls = same_on_all_walls(absorption);
+  options.order = 14;
+  options.sample_rate = 16000;
+  options.count = 3000;
+  const RoomResponse response = room_response(options);
+  const auto found = reverberation_time(response.images, 16000, 20);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_GT(found->rt60, 0.95 * response.rt60[3]);
+  EXPECT_LT(found->rt60, 1.6 * response.rt60[3]);
+}
+
+// Source and listener change places: the same lengths of ways, the same images.
+TEST(RoomResponse, ImagesAreReciprocal) {
+  RoomOptions options = furnished();
+  const auto there = room_response(options).images;
+  std::swap(options.source, options.listener);
+  const auto back = room_response(options).images;
+  ASSERT_EQ(there.size(), back.size());
+  for (std::size_t n = 0; n < there.size(); ++n) ASSERT_NEAR(there[n], back[n], 1e-9);
+}
+
+TEST(RoomResponse, EndsWithTheClip) {
+  RoomOptions options = furnished();
+  for (const std::size_t count : {0UL, 1UL, 100UL, 700UL, 20000UL}) {
+    options.count = count;
+    const RoomResponse response = room_response(options);
+    EXPECT_LE(response.images.size(), count);
+    EXPECT_LE(response.tail.size(), count);
+  }
+}
+
+TEST(RoomResponse, WorksAtEverySampleRate) {
+  for (const double rate : {8000.0, 16000.0, 22050.0, 48000.0, 96000.0, 192000.0}) {
+    RoomOptions options = furnished();
+    options.sample_rate = rate;
+    options.count = static_cast<std::size_t>(rate / 4);
+    const RoomResponse response = room_response(options);
+    double energy = 0;
+    for (const double v : response.tail) energy += v * v;
+    for (const double v : response.images) ASSERT_TRUE(std::isfinite(v));
+    ASSERT_TRUE(std::isfinite(energy));
+    // The energy of a unit impulse's response does not depend on the rate but for what the upper
+    // octaves lose.
+    EXPECT_GT(energy, 0.3) << rate;
+    EXPECT_LT(energy, 3) << rate;
+  }
+}
+
+TEST(RoomResponse, RefusesPlacesOutside) {
+  RoomOptions options = furnished();
+  options.listener = {5.5, 2, 1};
+  EXPECT_THROW(room_response(options), core::InputError);
+  options = furnished();
+  options.sample_rate = 0;
+  EXPECT_THROW(room_response(options), core::InputError);
+  options = furnished();
+  options.walls[2][3] = 1.5;
+  EXPECT_THROW(room_response(options), core::InputError);
+}
+
+class RoomCache : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              ("carillon_room_" + std::string(test->name()) + std::to_string(getpid()));
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_;
+};
+
+TEST_F(RoomCache, GivesTheSameResponse) {
+  const RoomOptions options = furnished();
+  const RoomResponse computed = cached_room_response(options, folder_);
+  const auto path = folder_ / (room_key(options) + ".h5");
+  ASSERT_TRUE(std::filesystem::exists(path));
+  const auto written = std::filesystem::last_write_time(path);
+  const RoomResponse read = cached_room_response(options, folder_);
+  EXPECT_EQ(std::filesystem::last_write_time(path), written);
+  EXPECT_EQ(read.images, computed.images);
+  EXPECT_EQ(read.tail, computed.tail);
+  EXPECT_EQ(read.rt60, computed.rt60);
+  EXPECT_EQ(read.level, computed.level);
+  EXPECT_EQ(read.tail_db, computed.tail_db);
+  EXPECT_EQ(read.tail_start, computed.tail_start);
+}
+
+TEST_F(RoomCache, ABrokenFileIsComputedAgain) {
+  const RoomOptions options = furnished();
+  std::filesystem::create_directories(folder_);
+  const auto path = folder_ / (room_key(options) + ".h5");
+  std::ofstream(path) << "no HDF5";
+  const RoomResponse found = cached_room_response(options, folder_);
+  EXPECT_EQ(found.images, room_response(options).images);
+}
+
+TEST_F(RoomCache, EveryOptionCounts) {
+  const RoomOptions options = furnished();
+  std::vector<RoomOptions> others(8, options);
+  others[0].size.x() += 1e-9;
+  others[1].source.y() += 1e-9;
+  others[2].listener.z() += 1e-9;
+  others[3].walls[5][7] += 1e-9;
+  others[4].air.humidity += 1e-9;
+  others[5].order = 2;
+  others[6].count -= 1;
+  others[7].seed = 1;
+  for (const RoomOptions& other : others) EXPECT_NE(room_key(other), room_key(options));
+}
+
+}  // namespace
+}  // namespace carillon::synth
