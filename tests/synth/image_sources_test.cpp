@@ -153,7 +153,9 @@ TEST(FractionalDelay, NothingIsThereBeforeTheDirectSound) {
     }
     EXPECT_NEAR(sum, 1, 1e-12);
     EXPECT_NEAR(moment, delay, 0.15) << delay;  // delay at low frequencies
-    if (delay >= 40) EXPECT_EQ(kernel.first, static_cast<std::size_t>(std::ceil(delay - 40)));
+    if (delay >= 40) {
+      EXPECT_EQ(kernel.first, static_cast<std::size_t>(std::ceil(delay - 40)));
+    }
   }
 }
 
