@@ -43,6 +43,11 @@ bool ConfigNode::is_mapping(const std::string& key) const {
   return found != nullptr && found->value.kind == Kind::mapping;
 }
 
+bool ConfigNode::is_list(const std::string& key) const {
+  const ConfigEntry* found = impl_->entry(key);
+  return found != nullptr && found->value.kind == Kind::list;
+}
+
 double ConfigNode::quantity(const std::string& key, Dimension dimension,
                             std::optional<double> fallback) {
   const std::string wanted = wanted_text(dimension);
@@ -80,6 +85,34 @@ Range ConfigNode::range(const std::string& key, Dimension dimension,
   } else {
     impl_->remember(key, yaml_quantities({answer.low, answer.high}, dimension));
   }
+  return answer;
+}
+
+std::vector<Range> ConfigNode::ranges(const std::string& key, Dimension dimension,
+                                      std::size_t count) {
+  const std::string wanted = fmt::format("a list of {} elements, each {} or a list [low, high],",
+                                         count, wanted_text(dimension));
+  const ConfigTree* value = impl_->value(key, wanted, false);
+  if (value->kind != Kind::list || value->items.size() != count) {
+    impl_->refuse_value(*value, key, fmt::format("{} is wanted", wanted));
+  }
+  std::vector<Range> answer;
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < count; ++i) {
+    const ConfigTree& item = value->items[i];
+    const std::string name = fmt::format("{}[{}]", key, i);
+    const std::vector<double> ends =
+        item.kind == Kind::list ? impl_->numbers(item, name, dimension)
+                                : std::vector<double>{impl_->number(item, name, dimension)};
+    if (ends.empty() || ends.size() > 2 || ends.front() > ends.back()) {
+      impl_->refuse_value(item, name, "one value or a rising list [low, high] is wanted");
+    }
+    answer.push_back({ends.front(), ends.back()});
+    texts.push_back(ends.front() == ends.back()
+                        ? yaml_quantity(ends.front(), dimension).value
+                        : yaml_quantities({ends.front(), ends.back()}, dimension).value);
+  }
+  impl_->remember(key, ConfigText{fmt::format("[{}]", fmt::join(texts, ", ")), ""});
   return answer;
 }
 

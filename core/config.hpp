@@ -38,11 +38,15 @@ class ConfigNode {
   bool has(const std::string& key) const;
   /// Whether the value under `key` is a mapping, for keys that take a mapping or something else.
   bool is_mapping(const std::string& key) const;
+  /// Whether it is a list, for keys that take one value or many.
+  bool is_list(const std::string& key) const;
 
   /// Without a default, a missing key is an error that names the key and its unit.
   double quantity(const std::string& key, Dimension dimension, std::optional<double> fallback = {});
   /// A value, or a list [low, high].
   Range range(const std::string& key, Dimension dimension, std::optional<Range> fallback = {});
+  /// A list of `count` elements, each a value or a list [low, high].
+  std::vector<Range> ranges(const std::string& key, Dimension dimension, std::size_t count);
   /// A list of exactly `count` values with units (count 0: any number).
   std::vector<double> quantities(const std::string& key, Dimension dimension, std::size_t count = 0,
                                  std::optional<std::vector<double>> fallback = {});

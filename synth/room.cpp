@@ -31,7 +31,8 @@ std::string text_of(const RoomOptions& options) {
 }  // namespace
 
 std::string room_key(const RoomOptions& options) {
-  return core::sha256(text_of(options) + fmt::format(" {}", options.count));
+  return core::sha256(text_of(options) + fmt::format(" {} {:d} {:d}", options.count,
+                                                     options.with_images, options.with_tail));
 }
 
 TailPlan room_tail_plan(const RoomOptions& options) {
@@ -61,13 +62,14 @@ RoomResponse room_response(const RoomOptions& options) {
   response.level = plan.level;
   response.tail_start = plan.start;
   response.tail_db = plan.energy_db();
-  const std::vector<ImageSource> images =
-      image_sources(options.size, options.source, options.listener, options.order);
-  response.images =
-      image_response(images, plan.direct, options.walls, options.air, options.sample_rate,
-                     options.count, ReflectionFilters(options.sample_rate));
+  if (options.with_images && options.order > 0) {
+    response.images =
+        image_response(image_sources(options.size, options.source, options.listener, options.order),
+                       plan.direct, options.walls, options.air, options.sample_rate, options.count,
+                       ReflectionFilters(options.sample_rate));
+  }
   while (!response.images.empty() && response.images.back() == 0) response.images.pop_back();
-  if (response.tail_db >= kInaudibleTail) {
+  if (options.with_tail && response.tail_db >= kInaudibleTail) {
     response.tail = reverberant_tail(plan, options.sample_rate, options.count, options.seed,
                                      core::stable_hash(text_of(options)));
   }

@@ -21,6 +21,8 @@ struct RoomOptions {
   double sample_rate = 44100;
   std::size_t count = 44100;  ///< samples that can be heard: the length of the clips
   std::uint64_t seed = 0;     ///< the tail's noise is keyed by it and by everything above but count
+  bool with_images = true;    ///< whether that part is wanted; the other is the same without it
+  bool with_tail = true;
 };
 
 /// What arrives after the direct sound, which is 1 at sample 0 and in neither part: pressure at the

@@ -122,6 +122,7 @@ OctaveValues mean_absorption(const Eigen::Vector3d& size, const WallAbsorption& 
   check_room_size(size);
   const std::array<double, 3> area = {size.y() * size.z(), size.z() * size.x(),
                                       size.x() * size.y()};
+  for (const OctaveValues& wall : walls) check_absorption(wall);
   OctaveValues mean{};
   for (std::size_t b = 0; b < kOctaves; ++b) {
     for (std::size_t w = 0; w < kWalls; ++w) mean[b] += area[w / 2] * walls[w][b];

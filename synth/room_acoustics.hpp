@@ -47,6 +47,7 @@ using WallAbsorption = std::array<OctaveValues, kWalls>;  ///< share of energy n
 WallAbsorption same_on_all_walls(const OctaveValues& absorption);
 
 /// Mean of the walls' absorption by area.
+/// @throws InputError  a size that is not positive and finite, absorption outside 0 to 1
 OctaveValues mean_absorption(const Eigen::Vector3d& size, const WallAbsorption& walls);
 
 /// Reverberation times [s] with air: T = (24 ln 10 / c) V / (A + 4 m V). Sabine: A = S a; Eyring:

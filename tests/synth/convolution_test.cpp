@@ -26,7 +26,8 @@ TEST(Convolver, IsTheSumOfDelayedClips) {
         for (std::size_t k = 0; k <= n && k < length; ++k) {
           sum += response[k] * static_cast<double>(dry[n - k]);
         }
-        ASSERT_NEAR(output[n], sum, 1e-5 * (1 + std::abs(sum))) << clip << " " << length << " " << n;
+        ASSERT_NEAR(output[n], sum, 1e-5 * (1 + std::abs(sum)))
+            << clip << " " << length << " " << n;
       }
     }
   }

@@ -26,18 +26,18 @@ struct Expected {
 
 // Mirrored by hand in x = 0, x = 5, y = 0, y = 4, z = 0, z = 3.
 const Expected kHandList[] = {
-    {{-1, 1.25, 1}, {1, 0, 0, 0, 0, 0}},    {{9, 1.25, 1}, {0, 1, 0, 0, 0, 0}},
-    {{1, -1.25, 1}, {0, 0, 1, 0, 0, 0}},    {{1, 6.75, 1}, {0, 0, 0, 1, 0, 0}},
-    {{1, 1.25, -1}, {0, 0, 0, 0, 1, 0}},    {{1, 1.25, 5}, {0, 0, 0, 0, 0, 1}},
-    {{11, 1.25, 1}, {1, 1, 0, 0, 0, 0}},    {{-9, 1.25, 1}, {1, 1, 0, 0, 0, 0}},
-    {{1, 9.25, 1}, {0, 0, 1, 1, 0, 0}},     {{1, -6.75, 1}, {0, 0, 1, 1, 0, 0}},
-    {{1, 1.25, 7}, {0, 0, 0, 0, 1, 1}},     {{1, 1.25, -5}, {0, 0, 0, 0, 1, 1}},
-    {{-1, -1.25, 1}, {1, 0, 1, 0, 0, 0}},   {{-1, 6.75, 1}, {1, 0, 0, 1, 0, 0}},
-    {{9, -1.25, 1}, {0, 1, 1, 0, 0, 0}},    {{9, 6.75, 1}, {0, 1, 0, 1, 0, 0}},
-    {{-1, 1.25, -1}, {1, 0, 0, 0, 1, 0}},   {{-1, 1.25, 5}, {1, 0, 0, 0, 0, 1}},
-    {{9, 1.25, -1}, {0, 1, 0, 0, 1, 0}},    {{9, 1.25, 5}, {0, 1, 0, 0, 0, 1}},
-    {{1, -1.25, -1}, {0, 0, 1, 0, 1, 0}},   {{1, -1.25, 5}, {0, 0, 1, 0, 0, 1}},
-    {{1, 6.75, -1}, {0, 0, 0, 1, 1, 0}},    {{1, 6.75, 5}, {0, 0, 0, 1, 0, 1}}};
+    {{-1, 1.25, 1}, {1, 0, 0, 0, 0, 0}},  {{9, 1.25, 1}, {0, 1, 0, 0, 0, 0}},
+    {{1, -1.25, 1}, {0, 0, 1, 0, 0, 0}},  {{1, 6.75, 1}, {0, 0, 0, 1, 0, 0}},
+    {{1, 1.25, -1}, {0, 0, 0, 0, 1, 0}},  {{1, 1.25, 5}, {0, 0, 0, 0, 0, 1}},
+    {{11, 1.25, 1}, {1, 1, 0, 0, 0, 0}},  {{-9, 1.25, 1}, {1, 1, 0, 0, 0, 0}},
+    {{1, 9.25, 1}, {0, 0, 1, 1, 0, 0}},   {{1, -6.75, 1}, {0, 0, 1, 1, 0, 0}},
+    {{1, 1.25, 7}, {0, 0, 0, 0, 1, 1}},   {{1, 1.25, -5}, {0, 0, 0, 0, 1, 1}},
+    {{-1, -1.25, 1}, {1, 0, 1, 0, 0, 0}}, {{-1, 6.75, 1}, {1, 0, 0, 1, 0, 0}},
+    {{9, -1.25, 1}, {0, 1, 1, 0, 0, 0}},  {{9, 6.75, 1}, {0, 1, 0, 1, 0, 0}},
+    {{-1, 1.25, -1}, {1, 0, 0, 0, 1, 0}}, {{-1, 1.25, 5}, {1, 0, 0, 0, 0, 1}},
+    {{9, 1.25, -1}, {0, 1, 0, 0, 1, 0}},  {{9, 1.25, 5}, {0, 1, 0, 0, 0, 1}},
+    {{1, -1.25, -1}, {0, 0, 1, 0, 1, 0}}, {{1, -1.25, 5}, {0, 0, 1, 0, 0, 1}},
+    {{1, 6.75, -1}, {0, 0, 0, 1, 1, 0}},  {{1, 6.75, 5}, {0, 0, 0, 1, 0, 1}}};
 
 TEST(ImageSources, OfOrderTwoAreTheHandList) {
   const auto images = image_sources(kSize, kSource, kHearer, 2);
@@ -50,9 +50,8 @@ TEST(ImageSources, OfOrderTwoAreTheHandList) {
     EXPECT_EQ(found->hits, expected.hits) << expected.position.transpose();
     EXPECT_NEAR(found->distance, (expected.position - kHearer).norm(), 1e-12);
   }
-  EXPECT_TRUE(std::is_sorted(images.begin(), images.end(), [](const auto& a, const auto& b) {
-    return a.distance < b.distance;
-  }));
+  EXPECT_TRUE(std::is_sorted(images.begin(), images.end(),
+                             [](const auto& a, const auto& b) { return a.distance < b.distance; }));
 }
 
 // Allen and Berkley's sum in the form of Habets' RIR generator: images ((1 - 2q) s + 2 m L), walls
@@ -84,9 +83,8 @@ RC_GTEST_PROP(ImageSources, AreAllenAndBerkleys, ()) {
           const auto b = [&walls](int wall, int times) {
             return std::pow(std::sqrt(1 - walls[static_cast<std::size_t>(wall)][0]), times);
           };
-          const double beta = b(0, std::abs(mx - q)) * b(1, std::abs(mx)) *
-                              b(2, std::abs(my - j)) * b(3, std::abs(my)) *
-                              b(4, std::abs(mz - k)) * b(5, std::abs(mz));
+          const double beta = b(0, std::abs(mx - q)) * b(1, std::abs(mx)) * b(2, std::abs(my - j)) *
+                              b(3, std::abs(my)) * b(4, std::abs(mz - k)) * b(5, std::abs(mz));
           const double d = (image - listener).norm();
           expected.emplace_back(d, beta / (4 * M_PI * d) * (4 * M_PI * direct));
         }
@@ -167,8 +165,8 @@ TEST(ImageResponse, ArrivesWithTheLevelAndDelayOfFreeField) {
   image.hits = {1, 0, 0, 0, 0, 0};
   const double rate = 44100;
   const Air dry{20, 0.5};
-  const auto response = image_response(std::span(&image, 1), 2.0, walls, dry, rate, 2000,
-                                       ReflectionFilters(rate));
+  const auto response =
+      image_response(std::span(&image, 1), 2.0, walls, dry, rate, 2000, ReflectionFilters(rate));
   const double delay = (7.3 - 2.0) / kSoundSpeed * rate;
   const auto from = static_cast<std::size_t>(delay) - 60;
   const std::vector<double> part(response.begin() + static_cast<std::ptrdiff_t>(from),

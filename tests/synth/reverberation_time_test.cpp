@@ -22,8 +22,7 @@ std::vector<double> exponential(double rt60, double sample_rate, std::size_t cou
 RC_GTEST_PROP(ReverberationTime, IsExactForExponentialDecays, ()) {
   const double rt60 = *rc::gen::inRange(20, 3000) / 1000.0;
   // Cut at 60 to 200 dB, where nothing but the cut ends the decay.
-  const auto count =
-      static_cast<std::size_t>(rt60 * 8000 * *rc::gen::inRange(60, 200) / 60.0);
+  const auto count = static_cast<std::size_t>(rt60 * 8000 * *rc::gen::inRange(60, 200) / 60.0);
   const auto found = reverberation_time(exponential(rt60, 8000, count), 8000);
   RC_ASSERT(found.has_value());
   RC_ASSERT(std::abs(found->rt60 / rt60 - 1) < 1e-6);

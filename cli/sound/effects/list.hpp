@@ -14,6 +14,8 @@ extern const Effect noise_effect;
 extern const Effect supports_effect;
 extern const Effect thrift_effect;
 extern const Effect click_effect;
+extern const Effect room_effect;
+extern const Effect tail_effect;
 extern const Effect mel_effect;
 extern const Effect voxels_effect;
 extern const Effect frames_effect;

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "cli/sound/effects/list.hpp"
+#include "cli/sound/room_scene.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// Of a convolution, per sample and row; docs/sound/room.md.
+constexpr double kSecondsPerSample = 2.5e-8;
+
+/// Why no tail of the scene's rooms is heard; empty when one may be. Judged by the smallest and the
+/// largest room with the body in the middle of its places.
+std::string why_silent(const RoomScene& room, const Scene& scene) {
+  std::vector<Eigen::Vector3d> listeners;
+  for (const synth::Listener& listener : scene.listeners) listeners.push_back(listener.position);
+  double loudest = -1e300;
+  double first = 1e300;
+  for (const bool largest : {false, true}) {
+    const Room place = typical_room(room, scene, largest, listeners);
+    for (const Eigen::Vector3d& listener : listeners) {
+      const synth::TailPlan plan = synth::room_tail_plan(
+          room_options(room, place, listener, scene.audio.sample_rate, scene.audio.samples(), 0));
+      loudest = std::max(loudest, plan.energy_db());
+      first = std::min(first, plan.start);
+    }
+  }
+  if (loudest < synth::kInaudibleTail) {
+    return fmt::format("absorption so high that the tail is inaudible (energy {:.0f} dB)",
+                       std::max(loudest, -999.0));
+  }
+  if (first >= scene.audio.seconds) {
+    return fmt::format(
+        "the tail begins {:.2g} s after the direct sound, beyond the clip's {:.2g} s", first,
+        scene.audio.seconds);
+  }
+  return "";
+}
+
+SceneEffect read(core::ConfigNode& root, const Scene& scene) {
+  SceneEffect effect;
+  if (!root.has("room")) {
+    effect.reason_off = "no room:";
+    return effect;
+  }
+  const RoomScene room = read_room(root, scene);
+  effect.asked_by = "room: (" + root.where("room") + ")";
+  effect.reason_off = scene.listeners.empty() ? "no listener hears it" : why_silent(room, scene);
+  effect.seconds_per_sound = kSecondsPerSample * static_cast<double>(scene.audio.samples());
+  effect.start = [room](const std::filesystem::path& cache) {
+    auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::tail,
+                                                 cache.empty() ? cache : cache / "rooms");
+    EffectParts parts;
+    parts.audio = [room, spectra](Sound& sound) {
+      const auto listeners = relative_listeners(*sound.body);
+      const Room place = room_of(room, sound, listeners);
+      // Reverberation is made of what the body radiates, not of its early reflections.
+      const bool alone = sound.direct.empty();
+      if (alone && sound.record != nullptr) record_room(*sound.record, room, place);
+      const std::vector<float> dry = alone ? sound.audio : sound.direct;
+      std::vector<double> levels;
+      for (std::size_t r = 0; r < sound.rows && r < listeners.size(); ++r) {
+        const std::span<float> row = sound.row(r);
+        synth::RoomOptions options =
+            room_options(room, place, listeners[r], sound.sample_rate, row.size(), sound.seed);
+        options.with_images = false;
+        const RoomSpectra::Entry& entry = spectra->of(options);
+        spectra->convolver().add(std::span<const float>(dry).subspan(r * row.size(), row.size()),
+                                 entry.spectrum, row);
+        levels.push_back(entry.tail_db);
+      }
+      if (sound.record != nullptr) {
+        sound.record->add("tail_level", std::span<const double>(levels), {levels.size()}, "dB");
+      }
+    };
+    return parts;
+  };
+  return effect;
+}
+
+}  // namespace
+
+const Effect tail_effect = {
+    .name = "tail",
+    .description = "late reverberation of a room: noise with the prescribed decay in each octave",
+    .read = read};
+
+}  // namespace carillon::cli

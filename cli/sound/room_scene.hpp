@@ -1,0 +1,89 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/sound/scene.hpp"
+#include "synth/convolution.hpp"
+#include "synth/room.hpp"
+
+namespace carillon::cli {
+
+/// The `room:` of a configuration: a pool of shoebox rooms for each part of the data set.
+struct RoomScene {
+  std::vector<core::Range> size;          ///< of the sides [m], 3
+  std::optional<Eigen::Vector3d> source;  ///< where bodies stand [m]; none: drawn for each room
+  double margin = 0;  ///< of drawn places to the walls [m]; 0: a tenth of a side
+  std::optional<synth::WallAbsorption> walls;
+  std::optional<double> rt60;  ///< at 1 kHz, by walls that absorb alike at all octaves [s]
+  std::optional<synth::OctaveValues> octave_rt60;  ///< [s]
+  synth::Air air;
+  int order = 3;
+  int count = 20;  ///< rooms of a part's pool; 1 where nothing is drawn
+};
+
+/// One room of a pool.
+struct Room {
+  std::int64_t number = 0;  ///< from 0; rooms of different parts have different numbers
+  Eigen::Vector3d size;
+  Eigen::Vector3d source;
+  synth::WallAbsorption walls;
+};
+
+/// Reads `room`, which must be there.
+/// The smallest room must hold the body and the scene's listeners.
+/// @throws ConfigError
+RoomScene read_room(core::ConfigNode& root, const Scene& scene);
+
+/// A room of the pools at its largest or the smallest size, the body in the middle of where it may
+/// be.
+/// @throws InputError  no place for body and listeners; names the room's size
+Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
+                  const std::vector<Eigen::Vector3d>& listeners);
+
+/// The room of a sample: which of its part's pool is keyed by (seed, id, "room.choice"), and what
+/// the room is by (seed, its number), so that it is the same in every sample.
+/// @param listeners  from the body's centre [m]
+/// @throws InputError  no place for body and listeners; names the room's size
+Room room_of(const RoomScene& scene, const Sound& sound,
+             const std::vector<Eigen::Vector3d>& listeners);
+
+/// Options of the response of one listener in a room.
+synth::RoomOptions room_options(const RoomScene& scene, const Room& room,
+                                const Eigen::Vector3d& listener, double sample_rate,
+                                std::size_t count, std::uint64_t seed);
+
+/// A body's listeners from its centre, to a nanometre: equal for bodies that lie elsewhere.
+std::vector<Eigen::Vector3d> relative_listeners(const RingingBody& body);
+
+/// Adds the columns `room`, `room_size`, `room_source` and `room_rt60` of a sample.
+void record_room(Columns& record, const RoomScene& scene, const Room& room);
+
+/// Spectra of responses that were made before, up to 256 MiB of them.
+class RoomSpectra {
+ public:
+  struct Entry {
+    synth::ResponseSpectrum spectrum;
+    double tail_db = 0;
+  };
+  /// @param part   which part of a response is heard
+  /// @param cache  folder of responses; empty: none
+  RoomSpectra(std::vector<double> synth::RoomResponse::*part, std::filesystem::path cache)
+      : part_(part), cache_(std::move(cache)) {}
+  const Entry& of(const synth::RoomOptions& options);
+  synth::Convolver& convolver() { return convolver_; }
+
+ private:
+  std::vector<double> synth::RoomResponse::*part_;
+  std::filesystem::path cache_;
+  synth::Convolver convolver_;
+  std::map<std::string, Entry> entries_;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace carillon::cli
