@@ -8,7 +8,7 @@ namespace carillon::cli {
 namespace {
 
 /// Of a convolution, per sample and row; docs/sound/room.md.
-constexpr double kSecondsPerSample = 2.5e-8;
+constexpr double kSecondsPerSample = 1.3e-8;
 
 SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect;

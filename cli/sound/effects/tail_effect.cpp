@@ -11,7 +11,7 @@ namespace carillon::cli {
 namespace {
 
 /// Of a convolution, per sample and row; docs/sound/room.md.
-constexpr double kSecondsPerSample = 2.5e-8;
+constexpr double kSecondsPerSample = 1.3e-8;
 
 /// Why no tail of the scene's rooms is heard; empty when one may be. Judged by the smallest and the
 /// largest room with the body in the middle of its places.
