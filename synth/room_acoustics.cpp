@@ -185,9 +185,9 @@ std::string size_text(const Eigen::Vector3d& size) {
 }
 
 void check_room_size(const Eigen::Vector3d& size) {
-  if (!(size.array() > 0).all() || !size.allFinite() || !std::isnormal(size.prod())) {
+  if (!(size.array() >= 1e-6).all() || !(size.array() <= 1e6).all()) {
     throw InputError(fmt::format("a room of {}", size_text(size)),
-                     "its sides are lengths above 0 in metres");
+                     "its sides are lengths from a micrometre to a thousand kilometres");
   }
 }
 

@@ -82,7 +82,7 @@ OctaveValues absorption_for(const Eigen::Vector3d& size, const OctaveValues& tim
 /// "5 x 4 x 3 m".
 std::string size_text(const Eigen::Vector3d& size);
 
-/// @throws InputError  unless all three sides are positive and finite
+/// @throws InputError  unless all three sides are within 1e-6 and 1e6 m
 void check_room_size(const Eigen::Vector3d& size);
 
 }  // namespace carillon::synth
