@@ -23,6 +23,8 @@ const std::map<std::string, std::string>& calls() {
       {"supports", "supports: {contacts: [{kind: finger, count: 2}]}\n"},
       {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
       {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
+      // Of its reflections and of its tail.
+      {"room", "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.2}\n"},
   };
   return text;
 }
