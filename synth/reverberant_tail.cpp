@@ -21,8 +21,8 @@ constexpr double kLength = 1.5;          ///< of an octave's tail in reverberati
 constexpr double kHalfWidth = 1.0 / 24;  ///< of the crossings [octaves]
 constexpr double kLowest = 20;           ///< [Hz]; nothing below
 constexpr std::size_t kShortest = 4096;  ///< samples of noise: bins in every octave
-constexpr double kEvened = 1.0;  ///< length of evening in 1 / bandwidth
-constexpr int kRounds = 3;       ///< of evening
+constexpr double kEvened = 1.0;          ///< length of evening in 1 / bandwidth
+constexpr int kRounds = 3;               ///< of evening
 
 /// Mean over a box of 2 half + 1 samples of a periodic signal.
 void smooth(std::vector<double>& values, std::size_t half) {

@@ -101,8 +101,8 @@ std::optional<std::size_t> end_of_decay(std::span<const double> power) {
         fit(std::span(levels).subspan(first, static_cast<std::size_t>(bottom - top)), first);
     if (!(line.slope < 0)) continue;
     const double crossing = (floor + 5 - line.at_zero) / line.slope + 0.5;
-    return static_cast<std::size_t>(std::clamp(crossing * static_cast<double>(block), 1.0,
-                                               static_cast<double>(power.size())));
+    return static_cast<std::size_t>(
+        std::clamp(crossing * static_cast<double>(block), 1.0, static_cast<double>(power.size())));
   }
   return {};
 }
