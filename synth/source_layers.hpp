@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "synth/surface_patches.hpp"
+
+namespace carillon::synth {
+
+/// Smooth layers of point sources behind a closed surface, and what they send through its patches.
+/// A layer's field is that of dipoles along the outward normal and of 1 / size + i k times as many
+/// monopoles, with the field exp(-i k r) / (4 pi r) of a monopole.
+struct SourceLayers {
+  SurfacePatches patches;
+  double size = 0;               ///< radius of the sphere about the sources that holds them [m]
+  std::vector<Vec3> points;      ///< of every triangle's source [m]
+  std::vector<Vec3> directions;  ///< of its dipole, unit vectors
+  /// Area of each point's triangle times each layer's strength there, points x layers [m^2].
+  Eigen::SparseMatrix<double, Eigen::RowMajor> strengths;
+
+  // The same in one point for each patch, for what is smooth between patches.
+  std::vector<Vec3> patch_points;
+  Eigen::SparseMatrix<double> patch_strengths;  ///< patches x layers [m^2]
+
+  /// Flux of the static field's gradient through the patches, patches x layers.
+  Eigen::MatrixXd static_dipoles;    ///< [m]
+  Eigen::MatrixXd static_monopoles;  ///< [m^2]
+};
+
+/// @param patches  of the surface, more than there are layers
+SourceLayers source_layers(const OuterTriangles& surface, std::size_t patches, std::size_t layers);
+
+/// Flux of the gradient of every layer's field through every patch, patches x layers.
+/// @param wavenumber  k >= 0 [1/m]
+Eigen::MatrixXcd layer_fluxes(const SourceLayers& layers, double wavenumber);
+
+/// Field of every layer at a point away from the surface.
+Eigen::VectorXcd layer_fields(const SourceLayers& layers, double wavenumber, const Vec3& point);
+
+}  // namespace carillon::synth
