@@ -1,0 +1,140 @@
+// Radiation where it is hard: listeners at the surface, frequencies near zero and far above what
+// the sources resolve, repeated modes, walls of no thickness to speak of, sizes from dust to halls.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../synth/radiators.hpp"
+#include "core/error.hpp"
+#include "synth/equivalent_sources.hpp"
+#include "synth/rayleigh_integral.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::synth {
+namespace {
+
+constexpr double kRadius = 0.05;
+
+EquivalentSourcesOptions coarse() {
+  EquivalentSourcesOptions options;
+  options.least = options.most = 100;
+  return options;
+}
+
+solvers::ModeSurface sphere(double radius = kRadius) {
+  return curved_sphere(radius, Vec3::Zero(), 4, 3);
+}
+
+TEST(RadiationHard, ListenerOnTheSurface) {
+  const auto modes = sphere_modes(sphere(), kRadius, 0, {1});
+  const std::vector<Listener> on = {{{0, 0, kRadius}}};
+  const std::vector<Listener> in = {{{0.01, 0, 0}}};
+  EXPECT_THROW(fit_equivalent_sources(modes, on), core::InputError);
+  EXPECT_THROW(fit_equivalent_sources(modes, in), core::InputError);
+  EXPECT_THROW(monopole(modes, on), core::InputError);
+  const auto sheet =
+      modes_with(disc(0.1, 1e-3), {1e6}, [](int, const Vec3&) { return Vec3(0, 0, 1); });
+  const std::vector<Listener> touching = {{{0.03, 0, 5e-4}}};
+  EXPECT_THROW(rayleigh_pressure(sheet, touching), core::InputError);
+}
+
+// 1e-6 to 5: within 1 dB in the near field. Above, the residual tells: at 60 it is past the limit.
+TEST(RadiationHard, FrequenciesFromNothingToFarTooHigh) {
+  const std::vector<double> ka = {0, 1e-6, 1e-3, 5, 20, 60};
+  const std::vector<Listener> listeners = {{{0.02, 0.03, 0.06}}};
+  for (const int order : {0, 1}) {
+    const auto fit =
+        fit_equivalent_sources(sphere_modes(sphere(), kRadius, order, ka), listeners, coarse());
+    EXPECT_TRUE(fit.radiated.pressure.allFinite());
+    for (Eigen::Index mode = 1; mode < 4; ++mode) {
+      const double k = ka[std::size_t(mode)] / kRadius;
+      const Complex expected = sphere_pressure(order, k, kRadius, listeners[0].position);
+      EXPECT_NEAR(decibels(fit.radiated.pressure(0, mode), expected), 0, 1) << order << " " << k;
+      EXPECT_LT(fit.residuals[std::size_t(mode)], 0.02);
+    }
+    // k = 0 is the limit.
+    EXPECT_NEAR(std::abs(fit.radiated.pressure(0, 0) / fit.radiated.pressure(0, 1)), 1, 1e-4);
+    EXPECT_GT(fit.residuals[5], kResidualLimit) << order;
+  }
+}
+
+// Five-fold modes of a ball: the power of the whole cluster is that of any turned basis.
+TEST(RadiationHard, RepeatedModesOfASymmetricBody) {
+  const double lambda = std::pow(2 / kRadius * kSoundSpeed, 2);
+  const auto shapes = [&](double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return modes_with(
+        sphere(), std::vector<double>(5, lambda), [=](int mode, const Vec3& x) -> Vec3 {
+          const Vec3 n = x.normalized();
+          const double values[] = {1.5 * n[2] * n[2] - 0.5, std::sqrt(3) * n[0] * n[2],
+                                   std::sqrt(3) * n[1] * n[2], std::sqrt(3) * n[0] * n[1],
+                                   std::sqrt(3) / 2 * (n[0] * n[0] - n[1] * n[1])};
+          if (mode == 1) return (c * values[1] + s * values[3]) * n;
+          if (mode == 3) return (c * values[3] - s * values[1]) * n;
+          return values[mode] * n;
+        });
+  };
+  const std::vector<Listener> listeners = {{{0.1, 0.2, 0.05}}, {{-0.3, 0.1, 0.7}}};
+  const auto p = fit_equivalent_sources(shapes(0), listeners, coarse()).radiated.pressure;
+  const auto q = fit_equivalent_sources(shapes(0.6), listeners, coarse()).radiated.pressure;
+  for (Eigen::Index row = 0; row < 2; ++row) {
+    EXPECT_NEAR(p.row(row).squaredNorm() / q.row(row).squaredNorm(), 1, 1e-5);
+    // Addition theorem: the sum over the cluster does not depend on the direction.
+    const double r = listeners[std::size_t(row)].position.norm();
+    const Complex on_axis = sphere_pressure(2, 2 / kRadius, kRadius, {0, 0, r});
+    EXPECT_NEAR(decibels(p.row(row).norm(), std::abs(on_axis)), 0, 0.5);
+  }
+}
+
+TEST(RadiationHard, WallsOfAMicrometre) {
+  const double k = 0.1 / kRadius;
+  const auto modes = modes_with(disc(kRadius, 1e-6), {std::pow(k * kSoundSpeed, 2)},
+                                [](int, const Vec3&) { return Vec3(0, 0, 1); });
+  const std::vector<Listener> listeners = {{{0, 0, 1}}};
+  const auto fit = fit_equivalent_sources(modes, listeners);
+  const Complex expected =
+      kAirDensity * 8 / 3 * std::pow(kRadius, 3) * Complex(1, k) / (4 * std::numbers::pi);
+  EXPECT_NEAR(decibels(fit.radiated.pressure(0, 0), expected), 0, 1);
+}
+
+// Everything but the listener's side of a sphere of any size is a matter of scale.
+TEST(RadiationHard, AMicrometreAndAHundredMetres) {
+  for (const double radius : {1e-6, 100.0}) {
+    const auto modes = sphere_modes(sphere(radius), radius, 1, {0.1, 2});
+    const std::vector<Listener> listeners = {{{0, radius, 3 * radius}}};
+    const auto fit = fit_equivalent_sources(modes, listeners, coarse());
+    for (Eigen::Index mode = 0; mode < 2; ++mode) {
+      const double k = (mode == 0 ? 0.1 : 2) / radius;
+      EXPECT_NEAR(decibels(fit.radiated.pressure(0, mode),
+                           sphere_pressure(1, k, radius, listeners[0].position)),
+                  0, 0.5);
+    }
+  }
+}
+
+TEST(RadiationHard, NoModesAndNoListeners) {
+  const auto none = sphere_modes(sphere(), kRadius, 0, {});
+  const std::vector<Listener> listeners = {{{0, 0, 1}}};
+  EXPECT_EQ(fit_equivalent_sources(none, listeners, coarse()).radiated.pressure.cols(), 0);
+  const auto one = sphere_modes(sphere(), kRadius, 0, {1});
+  EXPECT_EQ(fit_equivalent_sources(one, {}, coarse()).radiated.pressure.rows(), 0);
+  auto broken = one;
+  broken.shapes(0, 5) = std::nanf("");
+  EXPECT_THROW(fit_equivalent_sources(broken, listeners, coarse()), core::InputError);
+  broken = one;
+  broken.eigenvalues[0] = -1;
+  EXPECT_THROW(fit_equivalent_sources(broken, listeners, coarse()), core::InputError);
+}
+
+// A mode that only slides along the surface makes no sound, and no NaN.
+TEST(RadiationHard, MotionWithoutNormalVelocity) {
+  const auto modes = modes_with(
+      sphere(), {1e8}, [](int, const Vec3& x) -> Vec3 { return Vec3(-x[1], x[0], 0) / kRadius; });
+  const std::vector<Listener> listeners = {{{0, 0.1, 0.1}}};
+  const auto fit = fit_equivalent_sources(modes, listeners, coarse());
+  EXPECT_TRUE(std::isfinite(fit.residuals[0]));
+  EXPECT_LT(std::abs(fit.radiated.pressure(0, 0)), 1e-3 * kAirDensity * kRadius);
+}
+
+}  // namespace
+}  // namespace carillon::synth
