@@ -1,32 +1,119 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
+#include "synth/fit_cache.hpp"
+#include "synth/rayleigh_integral.hpp"
 
 namespace carillon::cli {
 
 namespace {
 
-SceneEffect read(core::ConfigNode& root, const Scene& scene) {
-  SceneEffect effect;
-  if (scene.listeners.empty()) {
-    effect.reason_off = "no listener: the dry signal is the velocity of the struck point";
-  } else {
-    effect.asked_by = "listeners: (" + root.where("listeners") + ")";
+struct RadiationConfig {
+  std::string model;
+  std::string doubtful;
+  synth::EquivalentSourcesOptions sources;
+};
+
+/// What a body's fit came to, recorded with each of its sounds.
+struct FitFindings {
+  double largest_residual = 0;
+  std::int64_t doubtful_modes = 0;
+};
+
+/// Estimated seconds for the fit of one body (docs/sound/radiation.md).
+constexpr double kSecondsPerFit = 2;
+
+FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& cache,
+                    RingingBody& body) {
+  FitFindings findings;
+  synth::EquivalentSourcesFit fit =
+      synth::cached_equivalent_sources(*body.modes, body.listeners, config.sources, cache);
+  for (std::size_t mode = 0; mode < fit.residuals.size(); ++mode) {
+    findings.largest_residual = std::max(findings.largest_residual, fit.residuals[mode]);
+    if (fit.residuals[mode] <= synth::kResidualLimit) continue;
+    ++findings.doubtful_modes;
+    if (config.doubtful == "drop") {
+      fit.radiated.pressure.col(static_cast<Eigen::Index>(mode)).setZero();
+    }
   }
-  effect.start = [](const std::filesystem::path&) {
-    EffectParts parts;
+  if (findings.doubtful_modes > 0) {
+    const std::string message = fmt::format(
+        "{}: equivalent sources leave more than {:.0f} % of the normal velocity of {} of {} modes "
+        "(worst {:.0f} %)",
+        body.id, 100 * synth::kResidualLimit, findings.doubtful_modes, fit.residuals.size(),
+        100 * findings.largest_residual);
+    if (config.doubtful == "stop") {
+      throw core::InputError(message, "raise radiation.most_sources or lower modes.max_frequency");
+    }
+    spdlog::warn("{}: {}", message, config.doubtful == "drop" ? "silenced" : "used as they are");
+  }
+  body.pressure = synth::pressure_readout(fit.radiated, *body.modes, body.decay_rates);
+  return findings;
+}
+
+EffectParts start(const RadiationConfig& config, const std::filesystem::path& cache) {
+  EffectParts parts;
+  if (config.model == "monopole") {
     parts.body = [](RingingBody& body) {
       body.pressure = synth::monopole(*body.modes, body.listeners);
     };
-    return parts;
-  };
+  } else if (config.model == "rayleigh_integral") {
+    parts.body = [](RingingBody& body) {
+      body.pressure = synth::pressure_readout(synth::rayleigh_pressure(*body.modes, body.listeners),
+                                              *body.modes, body.decay_rates);
+    };
+  } else {
+    const auto found = std::make_shared<std::map<std::string, FitFindings>>();
+    const std::filesystem::path folder = cache.empty() ? cache : cache / "radiation";
+    parts.body = [=](RingingBody& body) { (*found)[body.id] = radiate(config, folder, body); };
+    parts.rings = [=](Sound& sound) {
+      if (sound.record == nullptr) return;
+      const FitFindings& findings = found->at(sound.body->id);
+      sound.record->add("radiation_residual", findings.largest_residual, "1");
+      sound.record->add("radiation_doubtful_modes", findings.doubtful_modes, "1");
+    };
+  }
+  return parts;
+}
+
+SceneEffect read(core::ConfigNode& root, const Scene& scene) {
+  core::ConfigNode node = root.child("radiation");
+  RadiationConfig config;
+  config.model =
+      node.choice("model", {"equivalent_sources", "monopole", "rayleigh_integral", "off"},
+                  "equivalent_sources");
+  if (config.model == "equivalent_sources") {
+    config.doubtful = node.choice("doubtful", {"keep", "drop", "stop"}, "keep");
+    config.sources.per_wavelength = static_cast<double>(node.integer("per_wavelength", 1, 100, 4));
+    config.sources.least = static_cast<int>(node.integer("least_sources", 10, 5000, 200));
+    config.sources.most = static_cast<int>(node.integer("most_sources", config.sources.least, 5000,
+                                                        std::max(400, config.sources.least)));
+  }
+  SceneEffect effect;
+  if (scene.listeners.empty()) {
+    effect.reason_off = "no listener: the dry signal is the velocity of the struck point";
+  } else if (config.model == "off") {
+    effect.reason_off = "radiation.model: off (" + node.where("model") + ")";
+  } else {
+    effect.asked_by = "listeners: (" + root.where("listeners") + ")";
+  }
+  // A fit serves all sounds of its body.
+  if (config.model == "equivalent_sources") {
+    effect.seconds_per_sound = kSecondsPerFit / std::max(1, scene.strikes.per_object);
+  }
+  effect.start = [config](const std::filesystem::path& cache) { return start(config, cache); };
   return effect;
 }
 
 }  // namespace
 
 const Effect radiation_effect = {
-    .name = "radiation",
-    .description = "sound pressure at listeners from the body's volume velocity (monopole)",
-    .read = read};
+    .name = "radiation", .description = "sound pressure at listeners", .read = read};
 
 }  // namespace carillon::cli
