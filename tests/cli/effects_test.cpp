@@ -19,10 +19,14 @@ using solvers::Vec3;
 /// everything runs.
 const std::map<std::string, std::string>& calls() {
   static const std::map<std::string, std::string> text = {
-      {"radiation", "listeners:\n  - position: [0.5, 0.3, 0.4]\n"},
+      {"radiation",
+       "listeners:\n  - position: [0.5, 0.3, 0.4]\n"
+       "radiation: {least_sources: 40, most_sources: 40}\n"},
       {"supports", "supports: {contacts: [{kind: finger, count: 2}]}\n"},
       {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
       {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
+      {"striker", "striker: {kind: [metal, wood], speed: [0.5 m/s, 2 m/s]}\n"},
+      {"click", "click: {held: false}\n"},
       // Of its reflections and of its tail.
       {"room", "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.2}\n"},
   };
@@ -30,10 +34,12 @@ const std::map<std::string, std::string>& calls() {
 }
 
 /// A scene with everything but one effect.
-std::string scene_without(const std::string& name) {
+/// @param about  the effect that the scene is for: what would stand in its place is left out
+std::string scene_without(const std::string& name, const std::string& about) {
   std::string text = "audio: {seconds: 0.2, sample_rate: 16000}\n";
   for (const auto& [effect, keys] : calls()) {
-    if (effect != name) text += keys;
+    // A striker gives the force that the contact pulse would.
+    if (effect != name && !(about == "contact" && effect == "striker")) text += keys;
   }
   std::string switches;
   for (const Effect& effect : effects()) {
@@ -47,11 +53,14 @@ std::string scene_without(const std::string& name) {
 solvers::Modes ringing_ball() {
   std::vector<double> eigenvalues;
   for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
-  return synth::modes_with(synth::curved_sphere(0.05, Vec3::Zero(), 4, 2), eigenvalues,
-                           [](int mode, const Vec3& x) -> Vec3 {
-                             const double wave = std::cos(40 * x.dot(Vec3(1, 0.3 * mode, -0.7)));
-                             return 0.8 * (1 + wave) * x.normalized();
-                           });
+  solvers::Modes modes = synth::modes_with(synth::curved_sphere(0.05, Vec3::Zero(), 4, 2),
+                                           eigenvalues, [](int mode, const Vec3& x) -> Vec3 {
+                                             const double wave =
+                                                 std::cos(40 * x.dot(Vec3(1, 0.3 * mode, -0.7)));
+                                             return 0.8 * (1 + wave) * x.normalized();
+                                           });
+  modes.mass = 1.4;
+  return modes;
 }
 
 struct Heard {
@@ -96,7 +105,7 @@ class EveryEffect : public testing::TestWithParam<const char*> {};
 
 TEST_P(EveryEffect, IsNeitherCalledNorKeptNorHeardWhereItIsOff) {
   const std::string name = GetParam();
-  const std::string text = scene_without(name);
+  const std::string text = scene_without(name, name);
   std::vector<Effect> others;
   for (const Effect& effect : effects()) {
     if (effect.name != name) others.push_back(effect);
@@ -122,10 +131,12 @@ TEST_P(EveryEffect, IsNeitherCalledNorKeptNorHeardWhereItIsOff) {
 
 TEST_P(EveryEffect, RunsAndIsRecordedInTheTraceWhereItIsOn) {
   const std::string name = GetParam();
-  const Heard all = hear(scene_without(""));
+  const Heard all = hear(scene_without("", name));
   ASSERT_TRUE(all.trace.effects.contains(name));
   EXPECT_GT(all.trace.effects.at(name).calls, 0);
-  EXPECT_NE(all.audio, hear(scene_without(name)).audio);
+  const Heard without = hear(scene_without(name, name));
+  // Thrift may find every mode worth hearing, and says so.
+  EXPECT_TRUE(all.audio != without.audio || all.record != without.record);
   for (const float value : all.audio) ASSERT_TRUE(std::isfinite(value));
 }
 

@@ -13,7 +13,12 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   const bool finite = given.empty() || std::any_of(given.begin(), given.end(), [](const auto& s) {
                         return s.contact_time > 0;
                       });
-  if (finite) {
+  const bool striker =
+      root.has("striker") &&
+      root.child("effects").choice("striker", {"auto", "on", "off"}, "auto") != "off";
+  if (striker) {
+    effect.reason_off = "striker: (" + root.where("striker") + ") gives the force";
+  } else if (finite) {
     effect.asked_by = root.has("strikes") ? "strikes: (" + root.where("strikes") + ")"
                                           : "strikes.contact_time is not zero";
   } else {
