@@ -68,13 +68,23 @@ double contact_force(double contact_time, double t) {
 }
 
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contact_time)
-    : eigenvalue_(eigenvalue), decay_rate_(decay_rate), contact_time_(contact_time) {
+    : ModalResponse(eigenvalue, decay_rate, Motion{0, 1, -2 * decay_rate}) {
+  contact_time_ = contact_time;
+  given_ = false;
+  if (contact_time > 0) at_end_ = during_contact(contact_time);
+}
+
+ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const Motion& at_end)
+    : eigenvalue_(eigenvalue),
+      decay_rate_(decay_rate),
+      contact_time_(0),
+      given_(true),
+      at_end_(at_end) {
   const double omega = std::sqrt(eigenvalue);
   oscillates_ = decay_rate < omega;
   // The product of roots neither overflows nor cancels.
   split_ = std::sqrt(std::abs(decay_rate - omega)) * std::sqrt(decay_rate + omega);
   near_critical_ = split_ <= kNearCritical * decay_rate;
-  at_end_ = contact_time > 0 ? during_contact(contact_time) : Motion{0, 1, -2 * decay_rate};
 }
 
 Complex ModalResponse::first_pole() const {
@@ -153,19 +163,23 @@ std::array<Partial, 2> ModalResponse::partials(const Weights& weights) const {
     return weights.displacement + s * (weights.velocity + s * weights.acceleration);
   };
   const Complex first = first_pole();
+  const Complex second = second_pole();
+  // The convolution of the force with exp(s tau), s = -d + ..., at the end: (s1 - s2) q is the
+  // difference of the poles', and each also follows from q and v there.
+  const auto transform = [&](const Complex& s, const Complex& other) {
+    return given_ ? at_end_.velocity - other * at_end_.displacement
+                  : pulse_transform(s, contact_time_);
+  };
   if (oscillates_) {
     const auto omega = std::sqrt(static_cast<long double>(eigenvalue_));
     const long double damped = std::sqrt((omega - decay_rate_) * (omega + decay_rate_));
     // Im z = Re(-i z).
-    const Complex amplitude =
-        Complex(0, -1 / split_) * power(first) * pulse_transform(first, contact_time_);
+    const Complex amplitude = Complex(0, -1 / split_) * power(first) * transform(first, second);
     return {Partial{amplitude, decay_rate_, damped}, Partial{}};
   }
-  const Complex second = second_pole();
   const double width = 2 * split_;
-  return {
-      Partial{power(first) * pulse_transform(first, contact_time_) / width, -first.real(), 0},
-      Partial{-power(second) * pulse_transform(second, contact_time_) / width, -second.real(), 0}};
+  return {Partial{power(first) * transform(first, second) / width, -first.real(), 0},
+          Partial{-power(second) * transform(second, first) / width, -second.real(), 0}};
 }
 
 double ModalResponse::bound_after_contact(double tau, const Weights& weights) const {

@@ -44,6 +44,8 @@ class ModalResponse {
   /// @param decay_rate    d >= 0 [1/s], below, at or above omega_n
   /// @param contact_time  T >= 0 [s]
   ModalResponse(double eigenvalue, double decay_rate, double contact_time);
+  /// The free decay from a given motion on, as after a force of any other course.
+  ModalResponse(double eigenvalue, double decay_rate, const Motion& at_end);
 
   /// Motion while the force acts, 0 <= t <= T.
   Motion during_contact(double t) const;
@@ -67,6 +69,7 @@ class ModalResponse {
   double eigenvalue_;
   double decay_rate_;
   double contact_time_;
+  bool given_;       ///< the motion at the end is given, not that of a raised cosine
   double split_;     ///< half the distance of the poles, sqrt|d^2 - lambda| [1/s]
   bool oscillates_;  ///< the poles are a complex pair
   bool near_critical_;

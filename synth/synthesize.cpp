@@ -8,6 +8,7 @@
 #include "synth/modal_response.hpp"
 #include "synth/resonators.hpp"
 #include "synth/ring_down.hpp"
+#include "synth/sampled_force.hpp"
 
 namespace carillon::synth {
 
@@ -18,7 +19,26 @@ constexpr double kTail = 1e-8;
 /// Where a near-critical mode, which dies within a few periods, ends: relative to its own start.
 constexpr double kNearCriticalTail = 1e-17;
 
-void check(const RingDown& rings, double contact_time, double sample_rate) {
+void check_force(const ContactForce& force) {
+  if (!(force.duration >= 0) || !std::isfinite(force.duration)) {
+    throw core::InputError(
+        fmt::format("synthesize: contact time must not be negative, not {} s", force.duration));
+  }
+  if (force.samples.empty()) return;
+  if (force.samples.size() < 2 || !(force.duration > 0)) {
+    throw core::InputError(
+        fmt::format("synthesize: a sampled force needs a duration and two samples at least, not {} "
+                    "samples over {} s",
+                    force.samples.size(), force.duration));
+  }
+  for (std::size_t i = 0; i < force.samples.size(); ++i) {
+    if (!std::isfinite(force.samples[i])) {
+      throw core::InputError(fmt::format("synthesize: sample {} of the force is not finite", i));
+    }
+  }
+}
+
+void check(const RingDown& rings, double sample_rate) {
   const auto modes = static_cast<Eigen::Index>(rings.eigenvalues.size());
   const auto rows = static_cast<Eigen::Index>(rings.readout.delays.size());
   bool fits =
@@ -39,10 +59,6 @@ void check(const RingDown& rings, double contact_time, double sample_rate) {
   if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
     throw core::InputError(
         fmt::format("synthesize: sample rate must be positive, not {} Hz", sample_rate));
-  }
-  if (!(contact_time >= 0) || !std::isfinite(contact_time)) {
-    throw core::InputError(
-        fmt::format("synthesize: contact time must not be negative, not {} s", contact_time));
   }
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     // The limit keeps d^2 finite; nothing rings above it anyway.
@@ -88,7 +104,8 @@ struct AudibleMode {
 
 /// One row, from the arrival of its sound on.
 void synthesize_row(const std::vector<AudibleMode>& modes, const RingDown& rings, Eigen::Index row,
-                    double contact_time, double sample_rate, std::vector<double>& samples) {
+                    const ContactForce& force, double sample_rate, std::vector<double>& samples) {
+  const double contact_time = force.duration;
   const double delay = rings.readout.delays[static_cast<std::size_t>(row)];
   const std::size_t count = samples.size();
   const long double contact_end = static_cast<long double>(delay) + contact_time;
@@ -98,24 +115,38 @@ void synthesize_row(const std::vector<AudibleMode>& modes, const RingDown& rings
     return std::max(0.0L, static_cast<long double>(sample) / sample_rate - origin);
   };
 
+  ForceSchedule schedule;
+  if (!force.samples.empty()) {
+    schedule =
+        cut_force(force, static_cast<double>(time_after(first, delay)), sample_rate, free - first);
+  }
   std::vector<Partial> partials;
   for (const AudibleMode& mode : modes) {
     const Weights weights = weights_of(rings, row, mode.column);
     if (!weights.any()) continue;
-    for (std::size_t n = first; n < free; ++n) {
-      const auto t = static_cast<double>(time_after(n, delay));
-      samples[n] += weights.of(mode.response.during_contact(std::min(t, contact_time)));
+    ModalResponse response = mode.response;
+    if (force.samples.empty()) {
+      for (std::size_t n = first; n < free; ++n) {
+        const auto t = static_cast<double>(time_after(n, delay));
+        samples[n] += weights.of(response.during_contact(std::min(t, contact_time)));
+      }
+    } else {
+      const auto i = static_cast<std::size_t>(mode.column);
+      const double lambda = rings.eigenvalues[i];
+      const double d = rings.decay_rates[i];
+      const auto during = std::span(samples).subspan(first, free - first);
+      response = ModalResponse(lambda, d, add_forced_motion(lambda, d, schedule, weights, during));
     }
-    if (mode.response.near_critical()) {
-      const double end = kNearCriticalTail * mode.response.bound_after_contact(0, weights);
+    if (response.near_critical()) {
+      const double end = kNearCriticalTail * response.bound_after_contact(0, weights);
       for (std::size_t n = free; n < count; ++n) {
         const auto tau = static_cast<double>(time_after(n, contact_end));
-        if (mode.response.bound_after_contact(tau, weights) <= end) break;
-        samples[n] += weights.of(mode.response.after_contact(tau));
+        if (response.bound_after_contact(tau, weights) <= end) break;
+        samples[n] += weights.of(response.after_contact(tau));
       }
       continue;
     }
-    for (const Partial& partial : mode.response.partials(weights)) partials.push_back(partial);
+    for (const Partial& partial : response.partials(weights)) partials.push_back(partial);
   }
   double peak = 0;
   for (std::size_t n = first; n < free; ++n) peak = std::max(peak, std::abs(samples[n]));
@@ -127,11 +158,11 @@ void synthesize_row(const std::vector<AudibleMode>& modes, const RingDown& rings
 
 std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
                               std::size_t count, int* dropped) {
-  const double contact_time = force.duration;
-  check(rings, contact_time, sample_rate);
+  check_force(force);
+  check(rings, sample_rate);
   std::vector<AudibleMode> modes;
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
-    const ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], contact_time);
+    const ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], force.duration);
     if (response.damped_frequency() < std::numbers::pi * sample_rate) {
       modes.push_back({static_cast<Eigen::Index>(i), response});
     }
@@ -144,8 +175,7 @@ std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, 
   std::vector<double> samples;
   for (std::size_t row = 0; row < rows; ++row) {
     samples.assign(count, 0.0);
-    synthesize_row(modes, rings, static_cast<Eigen::Index>(row), contact_time, sample_rate,
-                   samples);
+    synthesize_row(modes, rings, static_cast<Eigen::Index>(row), force, sample_rate, samples);
     for (const double sample : samples) result.push_back(static_cast<float>(sample));
   }
   return result;

@@ -1,0 +1,181 @@
+#include "synth/sampled_force.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "core/error.hpp"
+#include "synth/ring_down.hpp"
+#include "tests/synth/random_rings.hpp"
+
+namespace carillon::synth {
+namespace {
+
+using Real = long double;
+
+struct State {
+  Real q = 0, v = 0, a = 0;
+};
+
+/// Runge-Kutta steps through a force of straight lines; steps end where it bends.
+State step_through(Real lambda, Real d, const ContactForce& force, Real t) {
+  const auto pieces = force.samples.size() - 1;
+  const Real h = Real(force.duration) / Real(pieces);
+  State s;
+  Real f = force.samples[0];
+  const auto advance = [&](Real length, Real begin, Real end) {
+    const int steps = 1 + int(200 * length * (std::sqrt(lambda) + 2 * d));
+    const Real dt = length / steps;
+    for (int i = 0; i < steps; ++i) {
+      const auto at = [&](Real share) { return begin + (end - begin) * (i + share) / steps; };
+      const auto acceleration = [&](Real share, Real q, Real v) {
+        return at(share) - 2 * d * v - lambda * q;
+      };
+      const Real k1 = s.v, l1 = acceleration(0, s.q, s.v);
+      const Real k2 = s.v + dt / 2 * l1, l2 = acceleration(0.5, s.q + dt / 2 * k1, k2);
+      const Real k3 = s.v + dt / 2 * l2, l3 = acceleration(0.5, s.q + dt / 2 * k2, k3);
+      const Real k4 = s.v + dt * l3, l4 = acceleration(1, s.q + dt * k3, k4);
+      s.q += dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+      s.v += dt / 6 * (l1 + 2 * l2 + 2 * l3 + l4);
+    }
+  };
+  for (std::size_t k = 0; k < pieces && Real(k) * h < t; ++k) {
+    const Real length = std::min(h, t - Real(k) * h);
+    const Real from = force.samples[k];
+    f = from + (force.samples[k + 1] - from) * length / h;
+    advance(length, from, f);
+  }
+  if (t >= force.duration) f = 0;
+  if (t > force.duration) advance(t - force.duration, 0, 0);
+  s.a = f - 2 * d * s.v - lambda * s.q;
+  return s;
+}
+
+ContactForce burst(double duration, std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  ContactForce force{duration, {}};
+  for (std::size_t i = 0; i < count; ++i) force.samples.push_back(normal(random) / duration);
+  return force;
+}
+
+RingDown one_mode(double lambda, double d, const Weights& weights, double delay) {
+  RingDown rings;
+  rings.eigenvalues = {lambda};
+  rings.decay_rates = {d};
+  rings.excitation = Eigen::VectorXd::Ones(1);
+  rings.readout.displacement = Eigen::MatrixXd::Constant(1, 1, weights.displacement);
+  rings.readout.velocity = Eigen::MatrixXd::Constant(1, 1, weights.velocity);
+  rings.readout.acceleration = Eigen::MatrixXd::Constant(1, 1, weights.acceleration);
+  rings.readout.delays = {delay};
+  return rings;
+}
+
+// Steps of the force that go with the samples, that do not, and finer and coarser ones; modes
+// below, at and above critical damping, slow, at rest and rigid.
+TEST(SampledForce, IsExactForStraightLines) {
+  constexpr double kRate = 44100;
+  constexpr std::size_t kCount = 40;
+  for (const double omega : {0.0, 1e-3, 30.0, 2e3, 2e4, 1.2e5}) {
+    for (const double ratio : {0.0, 1e-3, 0.3, 0.9999999, 1.0, 1.0000001, 1.004, 1.1, 30.0}) {
+      if (ratio * omega > 3e5) continue;
+      const double d = omega > 0 ? ratio * omega : 300 * ratio;
+      for (const auto& [duration, points] :
+           {std::pair{20 / kRate, 21}, {3.3e-4, 2}, {5e-4, 11}, {1e-4, 67}}) {
+        const ContactForce force = burst(duration, std::size_t(points), 5);
+        for (const double delay : {0.0, 3.3 / kRate}) {
+          for (const Weights weights : {Weights{1, 0, 0}, Weights{0, 1, 0}, Weights{0, 0, 1}}) {
+            const auto sound =
+                synthesize(one_mode(omega * omega, d, weights, delay), force, kRate, kCount);
+            double peak = 0, worst = 0;
+            for (std::size_t n = 0; n < kCount; n += 3) {
+              const Real t = Real(n) / kRate - delay;
+              if (t < 0) continue;
+              const State s = step_through(omega * omega, d, force, t);
+              const Real expected = weights.displacement * s.q + weights.velocity * s.v +
+                                    weights.acceleration * s.a;
+              peak = std::max(peak, double(std::abs(expected)));
+              worst = std::max(worst, double(std::abs(expected - sound[n])));
+            }
+            // Rounding to float; and Runge-Kutta's own error.
+            EXPECT_LT(worst, 1.5e-7 * peak)
+                << omega << " " << d << " " << duration << " " << points << " " << delay;
+          }
+        }
+      }
+    }
+  }
+}
+
+// In double precision: one step against two halves, and against many.
+TEST(SampledForce, AStepIsTwoHalfSteps) {
+  for (const double omega : {0.0, 1e-6, 1.0, 4e4, 4.5e4, 1e6}) {
+    for (const double d : {0.0, 1e-9, 1.0, 3.9e4, 4e4, 4.00001e4, 4.1e4, 9e5, 1e9}) {
+      for (const double length : {1e-9, 1e-5, 2.4e-5, 2.6e-5, 1e-3}) {
+        const LinearForceStep whole = linear_force_step(omega * omega, d, length);
+        const LinearForceStep half = linear_force_step(omega * omega, d, length / 2);
+        const auto twice = [&](double q, double v, double begin, double end) {
+          for (const auto& [from, to] :
+               {std::pair{begin, (begin + end) / 2}, {(begin + end) / 2, end}}) {
+            const double next = half.qq * q + half.qv * v + half.q_begin * from + half.q_end * to;
+            v = half.vq * q + half.vv * v + half.v_begin * from + half.v_end * to;
+            q = next;
+          }
+          return std::pair{q, v};
+        };
+        const double rate = std::max({omega, 2 * d, 1e-300});
+        const auto near = [&](std::pair<double, double> found, double q, double v, double scale) {
+          const double reach = std::max(scale * std::min(length, 1 / rate), std::abs(q));
+          EXPECT_NEAR(found.first, q, 1e-12 * reach) << omega << " " << d << " " << length;
+          EXPECT_NEAR(found.second, v, 1e-12 * scale) << omega << " " << d << " " << length;
+        };
+        near(twice(0, 1, 0, 0), whole.qv, whole.vv, 1);
+        near(twice(0, 0, 1, 0), whole.q_begin, whole.v_begin, std::min(length, 1 / rate));
+        near(twice(0, 0, 0, 1), whole.q_end, whole.v_end, std::min(length, 1 / rate));
+      }
+    }
+  }
+}
+
+// A raised cosine cut into straight lines tends to the closed form with the square of the step.
+TEST(SampledForce, TendsToTheRaisedCosine) {
+  const RingDown rings = random_rings(29, 3, false);
+  const auto exact = synthesize(rings, {1.3e-3}, 44100, 3000);
+  double peak = 0;
+  for (const float s : exact) peak = std::max(peak, std::abs(double(s)));
+  double last = 0;
+  for (const int points : {401, 801, 1601}) {
+    ContactForce force{1.3e-3, {}};
+    for (int i = 0; i < points; ++i) {
+      force.samples.push_back(contact_force(1.3e-3, 1.3e-3 * i / (points - 1)));
+    }
+    const auto sound = synthesize(rings, force, 44100, 3000);
+    double worst = 0;
+    for (std::size_t n = 0; n < sound.size(); ++n) {
+      worst = std::max(worst, std::abs(double(sound[n]) - double(exact[n])));
+    }
+    EXPECT_LT(worst, 2e-5 * peak);
+    if (last > 0) {
+      EXPECT_NEAR(last / worst, 4, 0.8);
+    }
+    last = worst;
+  }
+}
+
+TEST(SampledForce, RefusesWhatIsNoForce) {
+  const RingDown rings = random_rings(3, 3, false);
+  const auto refuses = [&](const ContactForce& force) {
+    EXPECT_THROW(synthesize(rings, force, 44100, 10), core::InputError);
+  };
+  refuses({0, {1, 1}});
+  refuses({1e-3, {1}});
+  refuses({1e-3, {1, std::nan("")}});
+  refuses({1e-3, {std::numeric_limits<double>::infinity(), 0}});
+}
+
+}  // namespace
+}  // namespace carillon::synth
