@@ -1,99 +1,91 @@
 #include "synth/resonators.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <complex>
-#include <cstddef>
 #include <numbers>
-#include <vector>
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "synth/resonators.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#ifndef CARILLON_SYNTH_RESONATORS_TYPES
-#define CARILLON_SYNTH_RESONATORS_TYPES
-namespace carillon::synth {
-
-/// Most samples in one vector; powers of the step are kept up to it.
-constexpr std::size_t kMaxLanes = 16;
-constexpr std::size_t kPowers = 5;  // steps of 1, 2, 4, 8, 16 samples
-
-/// Where a partial stands at a block's first sample, and how it turns.
-struct Phasor {
-  double real = 0;
-  double imag = 0;
-  std::array<double, kPowers> step_real{};
-  std::array<double, kPowers> step_imag{};
-};
-
-}  // namespace carillon::synth
-#endif
-
 HWY_BEFORE_NAMESPACE();
 namespace carillon::synth::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Lanes = hn::CappedTag<double, kMaxLanes>;
+using Lanes = hn::CappedTag<double, kFirstSamples / 2>;
 using Vector = hn::Vec<Lanes>;
 
-/// The phasor's first samples, one in each lane.
-HWY_INLINE void first_lanes(const Phasor& phasor, Vector& real, Vector& imag) {
-  const Lanes lanes;
-  HWY_ALIGN std::array<double, kMaxLanes> re{};
-  HWY_ALIGN std::array<double, kMaxLanes> im{};
-  re[0] = phasor.real;
-  im[0] = phasor.imag;
-  std::size_t filled = 1;
-  for (std::size_t power = 0; filled < hn::Lanes(lanes); ++power, filled *= 2) {
-    for (std::size_t k = 0; k < filled; ++k) {
-      re[filled + k] = re[k] * phasor.step_real[power] - im[k] * phasor.step_imag[power];
-      im[filled + k] = re[k] * phasor.step_imag[power] + im[k] * phasor.step_real[power];
-    }
-  }
-  real = hn::Load(lanes, re.data());
-  imag = hn::Load(lanes, im.data());
-}
+/// One voice: its last two vectors and the recursion's coefficients.
+struct Recursion {
+  Vector last, next, twice, square;
+};
 
-/// Adds groups of four phasors to `count` samples (rounded up to whole vectors). Four, because the
-/// chain of products of one is longer than the arithmetic units are wide.
-void add_phasors(const Phasor* phasors, std::size_t groups, std::size_t count, double* samples) {
+HWY_INLINE Recursion begin(const Voice& voice) {
   const Lanes lanes;
   const std::size_t width = hn::Lanes(lanes);
-  std::size_t power = 0;
-  while ((std::size_t{1} << power) < width) ++power;
-  for (std::size_t group = 0; group < groups; ++group) {
-    const Phasor* four = phasors + 4 * group;
-    Vector re0, im0, re1, im1, re2, im2, re3, im3;
-    first_lanes(four[0], re0, im0);
-    first_lanes(four[1], re1, im1);
-    first_lanes(four[2], re2, im2);
-    first_lanes(four[3], re3, im3);
-    const Vector step_re0 = hn::Set(lanes, four[0].step_real[power]);
-    const Vector step_im0 = hn::Set(lanes, four[0].step_imag[power]);
-    const Vector step_re1 = hn::Set(lanes, four[1].step_real[power]);
-    const Vector step_im1 = hn::Set(lanes, four[1].step_imag[power]);
-    const Vector step_re2 = hn::Set(lanes, four[2].step_real[power]);
-    const Vector step_im2 = hn::Set(lanes, four[2].step_imag[power]);
-    const Vector step_re3 = hn::Set(lanes, four[3].step_real[power]);
-    const Vector step_im3 = hn::Set(lanes, four[3].step_imag[power]);
-    const auto turn = [](Vector& re, Vector& im, const Vector step_re, const Vector step_im)
-                          HWY_ATTR {
-                            const Vector next = hn::NegMulAdd(im, step_im, hn::Mul(re, step_re));
-                            im = hn::MulAdd(re, step_im, hn::Mul(im, step_re));
-                            re = next;
-                          };
-    for (std::size_t i = 0; i < count; i += width) {
-      const Vector sum = hn::Add(hn::Add(re0, re1), hn::Add(re2, re3));
-      hn::Store(hn::Add(hn::Load(lanes, samples + i), sum), lanes, samples + i);
-      turn(re0, im0, step_re0, step_im0);
-      turn(re1, im1, step_re1, step_im1);
-      turn(re2, im2, step_re2, step_im2);
-      turn(re3, im3, step_re3, step_im3);
+  const Rotation& rotation = *voice.rotation;
+  const Vector re = hn::Set(lanes, voice.value.real());
+  const Vector im = hn::Set(lanes, voice.value.imag());
+  const double* real = rotation.real.data();
+  const double* imag = rotation.imag.data();
+  const double a = real[width];
+  const double b = imag[width];
+  return {hn::NegMulAdd(im, hn::Load(lanes, imag), hn::Mul(re, hn::Load(lanes, real))),
+          hn::NegMulAdd(im, hn::Load(lanes, imag + width),
+                        hn::Mul(re, hn::Load(lanes, real + width))),
+          hn::Set(lanes, 2 * a), hn::Set(lanes, a * a + b * b)};
+}
+
+/// Adds voices to a block, four at a time: the chain of products of one is longer than the
+/// arithmetic units are wide.
+void add_voices(const Voice* voices, std::size_t size, std::size_t count, double* samples) {
+  const Lanes lanes;
+  const std::size_t width = hn::Lanes(lanes);
+  static constexpr Rotation kStill{};
+  const Voice silent{&kStill, 0};
+  for (std::size_t first = 0; first < size; first += 4) {
+    const auto voice = [&](std::size_t k) -> const Voice& {
+      return first + k < size ? voices[first + k] : silent;
+    };
+    Recursion v0 = begin(voice(0));
+    Recursion v1 = begin(voice(1));
+    Recursion v2 = begin(voice(2));
+    Recursion v3 = begin(voice(3));
+    for (std::size_t i = 0; i < count; i += 2 * width) {
+      double* here = samples + i;
+      const Vector sum = hn::Add(hn::Add(v0.last, v1.last), hn::Add(v2.last, v3.last));
+      hn::Store(hn::Add(hn::Load(lanes, here), sum), lanes, here);
+      v0.last = hn::MulSub(v0.twice, v0.next, hn::Mul(v0.square, v0.last));
+      v1.last = hn::MulSub(v1.twice, v1.next, hn::Mul(v1.square, v1.last));
+      v2.last = hn::MulSub(v2.twice, v2.next, hn::Mul(v2.square, v2.last));
+      v3.last = hn::MulSub(v3.twice, v3.next, hn::Mul(v3.square, v3.last));
+      here += width;
+      const Vector more = hn::Add(hn::Add(v0.next, v1.next), hn::Add(v2.next, v3.next));
+      hn::Store(hn::Add(hn::Load(lanes, here), more), lanes, here);
+      v0.next = hn::MulSub(v0.twice, v0.last, hn::Mul(v0.square, v0.next));
+      v1.next = hn::MulSub(v1.twice, v1.last, hn::Mul(v1.square, v1.next));
+      v2.next = hn::MulSub(v2.twice, v2.last, hn::Mul(v2.square, v2.next));
+      v3.next = hn::MulSub(v3.twice, v3.last, hn::Mul(v3.square, v3.next));
     }
   }
+}
+
+double peak_of(const double* samples, std::size_t count) {
+  const Lanes lanes;
+  const std::size_t width = hn::Lanes(lanes);
+  Vector peak = hn::Zero(lanes);
+  std::size_t i = 0;
+  for (; i + width <= count; i += width) {
+    peak = hn::Max(peak, hn::Abs(hn::Load(lanes, samples + i)));
+  }
+  double largest = hn::GetLane(hn::MaxOfLanes(lanes, peak));
+  for (; i < count; ++i) largest = std::max(largest, std::abs(samples[i]));
+  return largest;
 }
 
 }  // namespace carillon::synth::HWY_NAMESPACE
@@ -102,72 +94,131 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace carillon::synth {
 
-HWY_EXPORT(add_phasors);
+HWY_EXPORT(add_voices);
+HWY_EXPORT(peak_of);
 
 namespace {
 
-/// Samples between two anchors: long enough to hide an anchor's cost, short enough that the
-/// product's rounding (about 1e-16 a step) stays below 1e-13.
-constexpr std::size_t kBlock = 1024;
+#if defined(__SSE2__)
+/// Numbers below the normal range take a hundred times as long; they are cleared meanwhile.
+class ClearSubnormals {
+ public:
+  ClearSubnormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }
+  ~ClearSubnormals() { _mm_setcsr(before_); }
+  ClearSubnormals(const ClearSubnormals&) = delete;
+  ClearSubnormals& operator=(const ClearSubnormals&) = delete;
 
-/// exp((-d + i omega) t), the phase reduced in extended precision: after a minute at 20 kHz it is
-/// 7e6 rad, which a double holds to 1e-9 only.
-std::complex<double> exponential(const Partial& partial, long double t) {
-  constexpr long double kTurn = 2 * std::numbers::pi_v<long double>;
-  const long double turns = partial.angular_frequency * t / kTurn;
-  const auto angle = static_cast<double>((turns - std::rint(turns)) * kTurn);
-  const double decay = std::exp(-partial.decay_rate * static_cast<double>(t));
-  return {decay * std::cos(angle), decay * std::sin(angle)};
-}
+ private:
+  unsigned before_;
+};
+#else
+struct ClearSubnormals {
+  ClearSubnormals() {}  // NOLINT: a declaration of it is used
+};
+#endif
 
-void set_steps(const Partial& partial, double sample_rate, Phasor& phasor) {
-  for (std::size_t power = 0; power < kPowers; ++power) {
-    const auto samples = static_cast<long double>(std::size_t{1} << power);
-    const std::complex<double> step = exponential(partial, samples / sample_rate);
-    phasor.step_real[power] = step.real();
-    phasor.step_imag[power] = step.imag();
-  }
+/// Product by its parts: std::complex's own looks after infinities, which do not occur.
+std::complex<double> product(const std::complex<double>& a, const std::complex<double>& b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
 }  // namespace
 
+std::complex<double> exponential(double decay_rate, long double angular_frequency, long double t) {
+  constexpr long double kTurn = 2 * std::numbers::pi_v<long double>;
+  const long double turns = angular_frequency * t / kTurn;
+  const auto angle = static_cast<double>((turns - std::rint(turns)) * kTurn);
+  const double decay = std::exp(-decay_rate * static_cast<double>(t));
+  return {decay * std::cos(angle), decay * std::sin(angle)};
+}
+
+Rotation make_rotation(double decay_rate, long double angular_frequency, double sample_rate) {
+  Rotation rotation;
+  // The step and its squares in extended precision: hours of products keep their phase.
+  const long double angle = angular_frequency / sample_rate;
+  const long double decay = std::exp(-static_cast<long double>(decay_rate) / sample_rate);
+  long double re = decay * std::cos(angle);
+  long double im = decay * std::sin(angle);
+  for (std::complex<double>& power : rotation.powers) {
+    power = {static_cast<double>(re), static_cast<double>(im)};
+    const long double next = re * re - im * im;
+    im = 2 * re * im;
+    re = next;
+  }
+  rotation.real[0] = 1;
+  rotation.imag[0] = 0;
+  for (std::size_t power = 0, filled = 1; filled < kFirstSamples; ++power, filled *= 2) {
+    const double step_re = rotation.powers[power].real();
+    const double step_im = rotation.powers[power].imag();
+    for (std::size_t k = 0; k < filled; ++k) {
+      rotation.real[filled + k] = rotation.real[k] * step_re - rotation.imag[k] * step_im;
+      rotation.imag[filled + k] = rotation.real[k] * step_im + rotation.imag[k] * step_re;
+    }
+  }
+  return rotation;
+}
+
+void add_voices(std::span<const Voice> voices, std::size_t count, SampleBlock& block) {
+  const ClearSubnormals clear;
+  HWY_DYNAMIC_DISPATCH(add_voices)(voices.data(), voices.size(), count, block.samples.data());
+}
+
+void move_on(std::span<Voice> voices, std::size_t count) {
+  const ClearSubnormals clear;
+  for (std::size_t power = 0; power < kStepPowers; ++power) {
+    if ((count >> power & 1U) == 0) continue;
+    for (Voice& voice : voices) voice.value = product(voice.value, voice.rotation->powers[power]);
+  }
+}
+
+void drop_below(double level, std::vector<Voice>& voices) {
+  std::erase_if(voices, [level](const Voice& voice) {
+    const double re = std::abs(voice.value.real());
+    const double im = std::abs(voice.value.imag());
+    const double largest = std::max(re, im);
+    if (largest == 0) return true;
+    // The largest part decides most cases without a square root.
+    return largest < level && std::hypot(re, im) < level;
+  });
+}
+
+double peak_of(const SampleBlock& block, std::size_t count) {
+  return HWY_DYNAMIC_DISPATCH(peak_of)(block.samples.data(), count);
+}
+
+double store_block(const SampleBlock& block, std::span<float> samples) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i] = static_cast<float>(block.samples[i]);
+  }
+  return peak_of(block, samples.size());
+}
+
 void add_partials(std::span<const Partial> partials, long double first_time, double sample_rate,
                   double tail, double peak, std::span<double> samples) {
-  std::vector<Partial> active;
-  std::vector<Phasor> phasors;
+  std::vector<Rotation> rotations;
+  std::vector<Voice> voices;
+  rotations.reserve(partials.size());
   for (const Partial& partial : partials) {
     if (partial.amplitude == 0.0) continue;
-    active.push_back(partial);
-    set_steps(partial, sample_rate, phasors.emplace_back());
+    rotations.push_back(
+        make_rotation(partial.decay_rate, partial.angular_frequency, sample_rate));
+    voices.push_back({&rotations.back(),
+                      product(partial.amplitude,
+                              exponential(partial.decay_rate, partial.angular_frequency,
+                                          first_time))});
   }
-  const double share = active.empty() ? 0 : tail / static_cast<double>(active.size());
-  HWY_ALIGN_MAX std::array<double, kBlock> sum;
-  for (std::size_t begin = 0; begin < samples.size() && !active.empty(); begin += kBlock) {
-    const long double time = first_time + static_cast<long double>(begin) / sample_rate;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < active.size(); ++i) {
-      const std::complex<double> value = active[i].amplitude * exponential(active[i], time);
-      const double envelope = std::abs(active[i].amplitude) *
-                              std::exp(-active[i].decay_rate * static_cast<double>(time));
-      if (envelope == 0 || envelope < share * peak) continue;
-      active[kept] = active[i];
-      phasors[kept] = phasors[i];
-      phasors[kept].real = value.real();
-      phasors[kept].imag = value.imag();
-      ++kept;
-    }
-    active.resize(kept);
-    // Silent phasors fill up the last group of four.
-    const std::size_t groups = (kept + 3) / 4;
-    phasors.resize(4 * groups);
-    std::fill(phasors.begin() + static_cast<std::ptrdiff_t>(kept), phasors.end(), Phasor{});
+  const double share = voices.empty() ? 0 : tail / static_cast<double>(voices.size());
+  SampleBlock block{};
+  for (std::size_t begin = 0; begin < samples.size() && !voices.empty(); begin += kBlock) {
+    drop_below(share * peak, voices);
     const std::size_t count = std::min(kBlock, samples.size() - begin);
-    sum.fill(0);
-    HWY_DYNAMIC_DISPATCH(add_phasors)(phasors.data(), groups, count, sum.data());
-    for (std::size_t i = 0; i < count; ++i) {
-      samples[begin + i] += sum[i];
-      peak = std::max(peak, std::abs(samples[begin + i]));
-    }
+    std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(begin), count,
+                block.samples.begin());
+    add_voices(voices, count, block);
+    move_on(voices, count);
+    peak = std::max(peak, peak_of(block, count));
+    std::copy_n(block.samples.begin(), count,
+                samples.begin() + static_cast<std::ptrdiff_t>(begin));
   }
 }
 

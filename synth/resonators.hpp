@@ -1,19 +1,72 @@
 #pragma once
 
+#include <array>
+#include <complex>
+#include <cstddef>
 #include <span>
+#include <vector>
 
 #include "synth/modal_response.hpp"
 
 namespace carillon::synth {
 
+/// Samples summed at once: they fit the first-level cache, and the rounding of the recursion, which
+/// grows with them, stays near 1e-13.
+inline constexpr std::size_t kBlock = 512;
+/// First samples of a block taken straight from a voice's value.
+inline constexpr std::size_t kFirstSamples = 16;
+inline constexpr std::size_t kStepPowers = 10;
+
+/// Sums of one block.
+struct alignas(128) SampleBlock {
+  std::array<double, kBlock> samples;
+};
+
+/// How a partial goes on from sample to sample: powers of its step exp((-d + i omega) / rate).
+struct alignas(64) Rotation {
+  std::array<double, kFirstSamples> real;  ///< step^k
+  std::array<double, kFirstSamples> imag;
+  std::array<std::complex<double>, kStepPowers> powers;  ///< step^(2^j), up to a block
+};
+
+/// @param angular_frequency  [rad/s]; extended, so that hours keep their phase
+Rotation make_rotation(double decay_rate, long double angular_frequency, double sample_rate);
+
+/// exp((-d + i omega) t) of a partial, its phase reduced in extended precision: after a minute at
+/// 20 kHz it is 7e6 rad, which a double holds to 1e-9 only.
+std::complex<double> exponential(double decay_rate, long double angular_frequency, long double t);
+
+/// A partial that rings: the real part of its value is its next sample.
+struct Voice {
+  const Rotation* rotation;
+  std::complex<double> value;
+};
+
+/// Adds the voices' next `count` <= kBlock samples; what lies beyond in the block is spoilt.
+///
+/// Lanes are consecutive samples: a vector follows from the two before it by the recursion
+/// y[n + 2 w] = 2 Re(step^w) y[n + w] - |step^w|^2 y[n], whose first two are exact. Voices are added
+/// in their order whatever the vector's width; kinds of CPU differ by rounding alone (1e-13 of the
+/// sum). Numbers below the normal range (1e-308) count as zero, as they are slow.
+void add_voices(std::span<const Voice> voices, std::size_t count, SampleBlock& block);
+
+/// Moves voices on by `count` samples, at most kBlock.
+void move_on(std::span<Voice> voices, std::size_t count);
+
+/// Takes out voices whose magnitude, which bounds all they can still add, is below a level or zero;
+/// the others keep their order.
+void drop_below(double level, std::vector<Voice>& voices);
+
+/// Writes a block as floats.
+/// @param samples  at most kBlock
+/// @return largest magnitude among them, before rounding
+double store_block(const SampleBlock& block, std::span<float> samples);
+
+/// Largest magnitude among the first `count` samples of a block.
+double peak_of(const SampleBlock& block, std::size_t count);
+
 /// Adds the sum over partials of Re(amplitude exp((-d + i omega) tau_n)), tau_n = first_time +
 /// n / sample_rate, to samples[n].
-///
-/// Each partial is a phasor turned by one complex product per vector of samples and set anew from
-/// its exponential every block, so that errors do not grow with the clip's length. Partials are
-/// summed in their order whatever the vector width; only fused products differ between kinds of
-/// CPU (about 1e-15 of the sum).
-///
 /// @param first_time  time of samples[0] [s], >= 0
 /// @param tail        a partial ends once the largest value it can still add is below `tail` times
 ///                    the peak of |samples| so far, divided by the number of partials; 0: never
