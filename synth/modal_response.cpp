@@ -15,6 +15,10 @@ constexpr double kPi = std::numbers::pi;
 /// more than a digit.
 constexpr double kNearCritical = 0.1;
 
+/// Poles and frequencies of the force are apart, over the contact, from this many radians on: parts
+/// of a motion are then at most some hundred times as great as it.
+constexpr double kApart = 0.01;
+
 /// exp(z) - 1 without cancellation for small z.
 Complex expm1(const Complex& z) {
   const double half_sine = std::sin(z.imag() / 2);
@@ -70,8 +74,10 @@ double contact_force(double contact_time, double t) {
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contact_time)
     : ModalResponse(eigenvalue, decay_rate, Motion{0, 1, -2 * decay_rate}) {
   contact_time_ = contact_time;
-  given_ = false;
-  if (contact_time > 0) at_end_ = during_contact(contact_time);
+  given_ = !(contact_time > 0);
+  if (given_ || near_critical_) return;
+  const Complex first = first_pole() * contact_time;
+  contact_splits_ = std::abs(first) >= kApart && std::abs(first - Complex(0, 2 * kPi)) >= kApart;
 }
 
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const Motion& at_end)
@@ -79,12 +85,21 @@ ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const Motion&
       decay_rate_(decay_rate),
       contact_time_(0),
       given_(true),
-      at_end_(at_end) {
+      contact_splits_(false),
+      given_end_(at_end) {
   const double omega = std::sqrt(eigenvalue);
   oscillates_ = decay_rate < omega;
   // The product of roots neither overflows nor cancels.
   split_ = std::sqrt(std::abs(decay_rate - omega)) * std::sqrt(decay_rate + omega);
   near_critical_ = split_ <= kNearCritical * decay_rate;
+  if (oscillates_) {
+    const auto extended = std::sqrt(static_cast<long double>(eigenvalue));
+    damped_ = std::sqrt((extended - decay_rate) * (extended + decay_rate));
+  }
+}
+
+Motion ModalResponse::at_end() const {
+  return given_ ? given_end_ : during_contact(contact_time_);
 }
 
 Complex ModalResponse::first_pole() const {
@@ -103,7 +118,7 @@ double ModalResponse::damped_frequency() const {
 }
 
 Motion ModalResponse::during_contact(double t) const {
-  if (!(contact_time_ > 0)) return at_end_;
+  if (given_) return given_end_;
   if (!(t > 0)) return {};
   double q = 0;
   double v = 0;
@@ -153,33 +168,63 @@ Motion ModalResponse::after_contact(double tau) const {
     slope_rate = slow + second_pole().real() * slope;
     start = slow - first_pole().real() * slope;
   }
-  const double q = at_end_.displacement * start + at_end_.velocity * slope;
-  const double v = -eigenvalue_ * at_end_.displacement * slope + at_end_.velocity * slope_rate;
+  const Motion end = at_end();
+  const double q = end.displacement * start + end.velocity * slope;
+  const double v = -eigenvalue_ * end.displacement * slope + end.velocity * slope_rate;
   return {q, v, -2 * decay_rate_ * v - eigenvalue_ * q};
 }
 
-std::array<Partial, 2> ModalResponse::partials(const Weights& weights) const {
+std::array<Partial, 2> ModalResponse::partials_of(const Weights& weights,
+                                                  const std::array<Complex, 2>& transforms) const {
   const auto power = [&](const Complex& s) {
     return weights.displacement + s * (weights.velocity + s * weights.acceleration);
   };
+  std::array<Partial, 2> partials = poles();
+  const Complex first = first_pole();
+  if (oscillates_) {
+    // Im z = Re(-i z).
+    partials[0].amplitude = Complex(0, -1 / split_) * power(first) * transforms[0];
+  } else {
+    partials[0].amplitude = power(first) * transforms[0] / (2 * split_);
+    partials[1].amplitude = -power(second_pole()) * transforms[1] / (2 * split_);
+  }
+  return partials;
+}
+
+std::array<Partial, 2> ModalResponse::poles() const {
+  if (oscillates_) return {Partial{1, decay_rate_, damped_}, Partial{}};
+  return {Partial{1, -first_pole().real(), 0}, Partial{1, -second_pole().real(), 0}};
+}
+
+std::array<Partial, 2> ModalResponse::partials(const Weights& weights) const {
   const Complex first = first_pole();
   const Complex second = second_pole();
-  // The convolution of the force with exp(s tau), s = -d + ..., at the end: (s1 - s2) q is the
-  // difference of the poles', and each also follows from q and v there.
+  // I(s, T), for a given motion from q and v: (s1 - s2) q is the difference of the poles' I.
   const auto transform = [&](const Complex& s, const Complex& other) {
-    return given_ ? at_end_.velocity - other * at_end_.displacement
+    return given_ ? given_end_.velocity - other * given_end_.displacement
                   : pulse_transform(s, contact_time_);
   };
-  if (oscillates_) {
-    const auto omega = std::sqrt(static_cast<long double>(eigenvalue_));
-    const long double damped = std::sqrt((omega - decay_rate_) * (omega + decay_rate_));
-    // Im z = Re(-i z).
-    const Complex amplitude = Complex(0, -1 / split_) * power(first) * transform(first, second);
-    return {Partial{amplitude, decay_rate_, damped}, Partial{}};
-  }
-  const double width = 2 * split_;
-  return {Partial{power(first) * transform(first, second) / width, -first.real(), 0},
-          Partial{-power(second) * transform(second, first) / width, -second.real(), 0}};
+  return partials_of(
+      weights, {transform(first, second), oscillates_ ? Complex(0) : transform(second, first)});
+}
+
+std::array<Partial, 2> ModalResponse::contact_partials(const Weights& weights) const {
+  // The part of I(s, t) with exp(s t): Omega^2 / (s T (s^2 + Omega^2)), Omega = 2 pi / T.
+  const auto transform = [&](const Complex& s) {
+    const Complex x = s * contact_time_;
+    return (1.0 / x) * (2 * kPi / (x - Complex(0, 2 * kPi))) *
+           (2 * kPi / (x + Complex(0, 2 * kPi)));
+  };
+  return partials_of(weights,
+                     {transform(first_pole()), oscillates_ ? 0 : transform(second_pole())});
+}
+
+ForcedMotion ModalResponse::forced_motion(const Weights& weights) const {
+  const Complex frequency(0, 2 * kPi / contact_time_);
+  const Complex response = 1.0 / ((frequency - first_pole()) * (frequency - second_pole()));
+  const Complex power =
+      weights.displacement + frequency * (weights.velocity + frequency * weights.acceleration);
+  return {weights.displacement / (eigenvalue_ * contact_time_), -power * response / contact_time_};
 }
 
 double ModalResponse::bound_after_contact(double tau, const Weights& weights) const {
@@ -190,9 +235,10 @@ double ModalResponse::bound_after_contact(double tau, const Weights& weights) co
   const double fast = oscillates_ ? decay_rate_ : decay_rate_ + split_;
   const double slope = reach * std::exp(-rate * reach);
   const double start = std::exp(-rate * tau) + fast * slope;
-  const double q = std::abs(at_end_.displacement) * start + std::abs(at_end_.velocity) * slope;
+  const Motion end = at_end();
+  const double q = std::abs(end.displacement) * start + std::abs(end.velocity) * slope;
   const double v =
-      eigenvalue_ * std::abs(at_end_.displacement) * slope + std::abs(at_end_.velocity) * start;
+      eigenvalue_ * std::abs(end.displacement) * slope + std::abs(end.velocity) * start;
   return std::abs(weights.displacement) * q + std::abs(weights.velocity) * v +
          std::abs(weights.acceleration) * (2 * decay_rate_ * v + eigenvalue_ * q);
 }

@@ -31,6 +31,12 @@ struct Partial {
   long double angular_frequency = 0;  ///< [rad/s]; extended, for minutes of phase
 };
 
+/// A motion as wanted while a raised cosine acts: constant + Re(turning exp(2 pi i t / T)).
+struct ForcedMotion {
+  double constant = 0;
+  std::complex<double> turning;
+};
+
 /// Force of a blow of unit impulse: the raised cosine (1 - cos(2 pi t / T)) / T on 0 <= t <= T [N].
 double contact_force(double contact_time, double t);
 
@@ -56,24 +62,41 @@ class ModalResponse {
   double damped_frequency() const;
   /// The two poles are too close for a sum of two exponentials: only after_contact() is accurate.
   bool near_critical() const { return near_critical_; }
+  /// The two poles s = -decay_rate + i angular_frequency with amplitude 1, or one and an unused one
+  /// (amplitude 0) for a conjugate pair.
+  std::array<Partial, 2> poles() const;
   /// The weighted free decay as exponentials of time after the contact's end; unused ones are zero.
   /// Not for near-critical modes.
   std::array<Partial, 2> partials(const Weights& weights) const;
+  /// The motion in contact as the force's own oscillation and two exponentials of time, none of
+  /// them much greater than the motion: not for modes near the pulse's frequency, slow against the
+  /// pulse or near critical, whose parts would cancel (then during_contact() serves).
+  bool contact_splits() const { return contact_splits_; }
+  /// The exponentials of time since the contact's begin. Their negatives, begun at its end, turn
+  /// them into the free decay. Only if contact_splits().
+  std::array<Partial, 2> contact_partials(const Weights& weights) const;
+  /// The motion with the force's own frequency. Only if contact_splits().
+  ForcedMotion forced_motion(const Weights& weights) const;
   /// No smaller than the magnitude of the weighted motion at tau or later; falls with tau.
   double bound_after_contact(double tau, const Weights& weights) const;
 
  private:
   std::complex<double> first_pole() const;
   std::complex<double> second_pole() const;
+  Motion at_end() const;
+  std::array<Partial, 2> partials_of(const Weights& weights,
+                                     const std::array<std::complex<double>, 2>& transforms) const;
 
   double eigenvalue_;
   double decay_rate_;
   double contact_time_;
-  bool given_;       ///< the motion at the end is given, not that of a raised cosine
-  double split_;     ///< half the distance of the poles, sqrt|d^2 - lambda| [1/s]
-  bool oscillates_;  ///< the poles are a complex pair
+  bool given_;              ///< the motion at the end is given, not that of a raised cosine
+  long double damped_ = 0;  ///< damped_frequency() in extended precision
+  double split_;            ///< half the distance of the poles, sqrt|d^2 - lambda| [1/s]
+  bool oscillates_;         ///< the poles are a complex pair
   bool near_critical_;
-  Motion at_end_;  ///< of the contact
+  bool contact_splits_;
+  Motion given_end_;  ///< of the contact, if it was given
 };
 
 }  // namespace carillon::synth

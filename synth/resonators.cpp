@@ -35,10 +35,10 @@ HWY_INLINE Recursion begin(const Voice& voice) {
   const double* imag = rotation.imag.data();
   const double a = real[width];
   const double b = imag[width];
-  return {hn::NegMulAdd(im, hn::Load(lanes, imag), hn::Mul(re, hn::Load(lanes, real))),
-          hn::NegMulAdd(im, hn::Load(lanes, imag + width),
-                        hn::Mul(re, hn::Load(lanes, real + width))),
-          hn::Set(lanes, 2 * a), hn::Set(lanes, a * a + b * b)};
+  return {
+      hn::NegMulAdd(im, hn::Load(lanes, imag), hn::Mul(re, hn::Load(lanes, real))),
+      hn::NegMulAdd(im, hn::Load(lanes, imag + width), hn::Mul(re, hn::Load(lanes, real + width))),
+      hn::Set(lanes, 2 * a), hn::Set(lanes, a * a + b * b)};
 }
 
 /// Adds voices to a block, four at a time: the chain of products of one is longer than the
@@ -200,25 +200,22 @@ void add_partials(std::span<const Partial> partials, long double first_time, dou
   rotations.reserve(partials.size());
   for (const Partial& partial : partials) {
     if (partial.amplitude == 0.0) continue;
-    rotations.push_back(
-        make_rotation(partial.decay_rate, partial.angular_frequency, sample_rate));
-    voices.push_back({&rotations.back(),
-                      product(partial.amplitude,
-                              exponential(partial.decay_rate, partial.angular_frequency,
-                                          first_time))});
+    rotations.push_back(make_rotation(partial.decay_rate, partial.angular_frequency, sample_rate));
+    voices.push_back(
+        {&rotations.back(),
+         product(partial.amplitude,
+                 exponential(partial.decay_rate, partial.angular_frequency, first_time))});
   }
   const double share = voices.empty() ? 0 : tail / static_cast<double>(voices.size());
   SampleBlock block{};
   for (std::size_t begin = 0; begin < samples.size() && !voices.empty(); begin += kBlock) {
     drop_below(share * peak, voices);
     const std::size_t count = std::min(kBlock, samples.size() - begin);
-    std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(begin), count,
-                block.samples.begin());
+    std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(begin), count, block.samples.begin());
     add_voices(voices, count, block);
     move_on(voices, count);
     peak = std::max(peak, peak_of(block, count));
-    std::copy_n(block.samples.begin(), count,
-                samples.begin() + static_cast<std::ptrdiff_t>(begin));
+    std::copy_n(block.samples.begin(), count, samples.begin() + static_cast<std::ptrdiff_t>(begin));
   }
 }
 

@@ -45,9 +45,9 @@ struct Voice {
 /// Adds the voices' next `count` <= kBlock samples; what lies beyond in the block is spoilt.
 ///
 /// Lanes are consecutive samples: a vector follows from the two before it by the recursion
-/// y[n + 2 w] = 2 Re(step^w) y[n + w] - |step^w|^2 y[n], whose first two are exact. Voices are added
-/// in their order whatever the vector's width; kinds of CPU differ by rounding alone (1e-13 of the
-/// sum). Numbers below the normal range (1e-308) count as zero, as they are slow.
+/// y[n + 2 w] = 2 Re(step^w) y[n + w] - |step^w|^2 y[n], whose first two are exact. Voices are
+/// added in their order whatever the vector's width; kinds of CPU differ by rounding alone (1e-13
+/// of the sum). Numbers below the normal range (1e-308) count as zero, as they are slow.
 void add_voices(std::span<const Voice> voices, std::size_t count, SampleBlock& block);
 
 /// Moves voices on by `count` samples, at most kBlock.

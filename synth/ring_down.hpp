@@ -83,17 +83,25 @@ struct RingDown {
 RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_rates,
                    const Strike& strike, const Readout& readout);
 
+/// -160 dB: below the step of any output.
+inline constexpr double kInaudible = 1e-8;
+/// Half a step of 16 bit output whose peak is full scale.
+inline constexpr double kInaudible16 = 0x1p-17;
+
 /// Samples of each row from t = 0 on, `count` per row, rows one after the other. Exact at the
 /// sampling instants: during contact the forced response, then free decay, both in closed form;
 /// over-critical modes as two real exponentials. Modes whose damped frequency is at or above
 /// Nyquist are left out. With a duration of 0 the first sample is taken just after the impulse,
 /// and the impulse (Dirac) in accelerations is left out: it has no samples. Delays are exact
-/// fractions of a sample. What ends early (parts of the sum that can no longer be heard) changes
-/// the result by less than -160 dB of the row's peak.
-/// @param dropped  number of modes left out, when not null
+/// fractions of a sample.
+/// @param dropped     number of modes left out, when not null
+/// @param resolution  modes end early once all that ended modes could still have added is below
+///                    this share of the row's peak so far; half a step of 16 bit output is
+///                    kInaudible16; 0: never
 /// @throws InputError  sizes that do not match, values that are negative or not finite
 std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
-                              std::size_t count, int* dropped = nullptr);
+                              std::size_t count, int* dropped = nullptr,
+                              double resolution = kInaudible);
 
 /// T60 = ln(1000) / d [s].
 double t60(double decay_rate);

@@ -25,8 +25,7 @@ double phi2(double x) {
 
 LinearForceStep linear_force_step(double eigenvalue, double decay_rate, double length) {
   const double omega = std::sqrt(eigenvalue);
-  const double split =
-      std::sqrt(std::abs(decay_rate - omega)) * std::sqrt(decay_rate + omega);
+  const double split = std::sqrt(std::abs(decay_rate - omega)) * std::sqrt(decay_rate + omega);
   const bool oscillates = decay_rate < omega;
   // Fundamental solutions, as in ModalResponse::after_contact.
   const double fast = oscillates ? omega : decay_rate + split;
@@ -74,13 +73,11 @@ LinearForceStep linear_force_step(double eigenvalue, double decay_rate, double l
     ramp = (length - slope - 2 * decay_rate * constant) / (eigenvalue * length);
   } else {
     const double distance = 2 * split * length;
-    constant =
-        length * length * (phi1(-slow * length) - phi1(-fast * length)) / distance;
+    constant = length * length * (phi1(-slow * length) - phi1(-fast * length)) / distance;
     ramp = length * length * (phi2(-slow * length) - phi2(-fast * length)) / distance;
   }
   const double rise = length > 0 ? constant / length : 0;
-  return {start,  slope,      constant - ramp, ramp,
-          -eigenvalue * slope, slope_rate, slope - rise,    rise};
+  return {start, slope, constant - ramp, ramp, -eigenvalue * slope, slope_rate, slope - rise, rise};
 }
 
 ForceSchedule cut_force(const ContactForce& force, double first, double sample_rate,
@@ -114,8 +111,7 @@ ForceSchedule cut_force(const ContactForce& force, double first, double sample_r
     const bool bends = !samples_next || sample_time(sample) >= bend - same;
     const double end = bends ? bend : std::max(time, sample_time(sample));
     const double share = bends ? 1 : std::clamp((end - knot(k)) / step, 0.0, 1.0);
-    const double end_value =
-        force.samples[k] + share * (force.samples[k + 1] - force.samples[k]);
+    const double end_value = force.samples[k] + share * (force.samples[k + 1] - force.samples[k]);
     schedule.stretches.push_back({length_index(end - time), samples_next, value, end_value});
     time = end;
     value = end_value;

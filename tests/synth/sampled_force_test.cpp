@@ -96,8 +96,8 @@ TEST(SampledForce, IsExactForStraightLines) {
               const Real t = Real(n) / kRate - delay;
               if (t < 0) continue;
               const State s = step_through(omega * omega, d, force, t);
-              const Real expected = weights.displacement * s.q + weights.velocity * s.v +
-                                    weights.acceleration * s.a;
+              const Real expected =
+                  weights.displacement * s.q + weights.velocity * s.v + weights.acceleration * s.a;
               peak = std::max(peak, double(std::abs(expected)));
               worst = std::max(worst, double(std::abs(expected - sound[n])));
             }
