@@ -18,6 +18,14 @@ std::complex<double> carried(const Partial& partial, long double time) {
   return partial.amplitude * exponential(partial.decay_rate, partial.angular_frequency, time);
 }
 
+/// Weights of a mode's motion in a row of a readout.
+Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index mode, double excitation) {
+  const auto at = [&](const Eigen::MatrixXd& gains) {
+    return gains.size() == 0 ? 0.0 : gains(row, mode) * excitation;
+  };
+  return {at(readout.displacement), at(readout.velocity), at(readout.acceleration)};
+}
+
 }  // namespace
 
 Resonances make_resonances(std::span<const double> eigenvalues, std::span<const double> decay_rates,
@@ -83,13 +91,6 @@ void check(const ContactForce& force) {
   }
 }
 
-Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index mode, double excitation) {
-  const auto at = [&](const Eigen::MatrixXd& gains) {
-    return gains.size() == 0 ? 0.0 : gains(row, mode) * excitation;
-  };
-  return {at(readout.displacement), at(readout.velocity), at(readout.acceleration)};
-}
-
 void respond(const Resonances& resonances, const Readout& readout, Eigen::Index row,
              const Eigen::VectorXd& excitation, const ContactForce& force, const BlowTiming& timing,
              RowResponse& response) {
@@ -127,11 +128,15 @@ void respond(const Resonances& resonances, const Readout& readout, Eigen::Index 
     }
     for (std::size_t n = 0; !sampled && n < timing.contact_samples; ++n) {
       const long double t = timing.first + static_cast<long double>(n) / resonances.sample_rate;
-      response.direct[n] += weights.of(
-          motion.during_contact(std::min(static_cast<double>(t), force.duration)));
+      response.direct[n] +=
+          weights.of(motion.during_contact(std::min(static_cast<double>(t), force.duration)));
     }
     if (motion.near_critical()) {
-      response.near_critical.push_back({mode.index, weights, motion.after_contact(0)});
+      Motion start = motion.after_contact(static_cast<double>(timing.free));
+      start.displacement *= excitation[column];
+      start.velocity *= excitation[column];
+      start.acceleration *= excitation[column];
+      response.near_critical.push_back({mode.index, weights_of(readout, row, column, 1), start});
       continue;
     }
     const std::array<Partial, 2> partials = motion.partials(weights);

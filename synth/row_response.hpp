@@ -44,8 +44,8 @@ struct BlowTiming {
 /// A near-critical mode after a blow: its two exponentials cannot be told apart.
 struct NearCriticalMotion {
   std::size_t index;  ///< of the mode
-  Weights weights;
-  Motion at_end;  ///< of the contact
+  Weights gains;      ///< of its motion in the row
+  Motion start;       ///< at the first free sample
 };
 
 /// What a blow adds to one row.
@@ -58,9 +58,6 @@ struct RowResponse {
   ForcedMotion forced;
   std::vector<NearCriticalMotion> near_critical;
 };
-
-/// Weights of a mode's motion in a row of a readout.
-Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index mode, double excitation);
 
 /// What a blow adds to a row: excitation [N s kg^-1/2] of every mode times the force.
 /// @param response  filled anew; keeps its memory

@@ -84,7 +84,7 @@ double render_contact(const Resonances& resonances, const RowResponse& response,
   return peak;
 }
 
-/// A near-critical mode, sample by sample until it is gone.
+/// A near-critical mode from the first free sample on, until it is gone.
 struct NearCritical {
   ModalResponse response;
   Weights weights;
@@ -92,11 +92,11 @@ struct NearCritical {
   bool rings = true;
 };
 
-void add_near_critical(std::vector<NearCritical>& modes, long double time, double sample_rate,
+void add_near_critical(std::vector<NearCritical>& modes, std::size_t begin, double sample_rate,
                        std::size_t count, SampleBlock& block) {
   for (NearCritical& mode : modes) {
     for (std::size_t i = 0; i < count && mode.rings; ++i) {
-      const auto tau = static_cast<double>(time + static_cast<long double>(i) / sample_rate);
+      const double tau = static_cast<double>(begin + i) / sample_rate;
       mode.rings = mode.response.bound_after_contact(tau, mode.weights) > mode.end;
       if (mode.rings) block.samples[i] += mode.weights.of(mode.response.after_contact(tau));
     }
@@ -130,9 +130,9 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
   std::vector<NearCritical> near_critical;
   for (const NearCriticalMotion& motion : response.near_critical) {
     const ModalResponse decay(resonances.eigenvalues[motion.index],
-                              resonances.decay_rates[motion.index], motion.at_end);
+                              resonances.decay_rates[motion.index], motion.start);
     near_critical.push_back(
-        {decay, motion.weights, kNearCriticalTail * decay.bound_after_contact(0, motion.weights)});
+        {decay, motion.gains, kNearCriticalTail * decay.bound_after_contact(0, motion.gains)});
   }
   drop_below(0, voices);
   const double share = voices.empty() ? 0 : resolution / static_cast<double>(voices.size());
@@ -141,7 +141,7 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
     const std::size_t count = std::min(kBlock, samples.size() - begin);
     drop_below(share * peak, voices);
     block.samples.fill(0);
-    add_near_critical(near_critical, time_after(begin, contact_end), rate, count, block);
+    add_near_critical(near_critical, begin - free, rate, count, block);
     add_voices(voices, count, block);
     move_on(voices, count);
     peak = std::max(peak, store_block(block, samples.subspan(begin, count)));

@@ -138,6 +138,47 @@ TEST(ModalResponse, KeepsEnergyWithoutDamping) {
   }));
 }
 
+// In double precision: the contact as partials is the closed form wherever it is offered, and what
+// its parts lose to cancellation is bounded.
+TEST(ModalResponse, ContactAsPartialsIsTheClosedForm) {
+  int offered = 0;
+  for (const double angle : {0.0101, 0.3, 3.0, 6.2731, 6.2933, 40.0, 3000.0}) {
+    for (const double ratio : {0.0, 1e-4, 0.2, 0.9, 1.2, 40.0}) {
+      constexpr double kContact = 2e-3;
+      const double omega = angle / kContact;
+      const ModalResponse response(omega * omega, ratio * omega, kContact);
+      if (!response.contact_splits()) continue;
+      ++offered;
+      for (const Weights& weights : {Weights{omega, 0, 0}, kVelocity, Weights{0, 0, 1 / omega}}) {
+        double peak = 0, worst = 0;
+        for (int i = 0; i <= 50; ++i) {
+          const double t = i * kContact / 50;
+          const double expected = weights.of(response.during_contact(t));
+          Real sum = 0;
+          for (const Partial& p : response.contact_partials(weights)) {
+            sum +=
+                (Cplx(p.amplitude) * std::exp(Cplx(-p.decay_rate, p.angular_frequency) * Real(t)))
+                    .real();
+          }
+          const ForcedMotion forced = response.forced_motion(weights);
+          sum += forced.constant +
+                 (Cplx(forced.turning) * std::polar(Real(1), 2 * kPi * t / kContact)).real();
+          peak = std::max(peak, std::abs(expected));
+          worst = std::max(worst, double(std::abs(sum - expected)));
+        }
+        peak = std::max(peak, std::abs(weights.of(response.after_contact(1 / omega))));
+        // Slow modes: displacement over the contact is far smaller than the parts, but then grows;
+        // what counts is the motion to come. Stiff ones: the closed form takes the acceleration
+        // as a small difference to the force.
+        const double scale = std::max(peak, angle < 1 ? 1.0 : 0.0);
+        EXPECT_LT(worst, 1e-11 * scale + 1e-15 * weights.acceleration / kContact)
+            << angle << " " << ratio << " " << weights.displacement << weights.velocity;
+      }
+    }
+  }
+  EXPECT_GT(offered, 25);
+}
+
 // In double precision, before rounding to float, with and without ending tails.
 TEST(Resonators, AreThePlainSumToTwelveDigits) {
   constexpr int kModes = 51;

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "synth/ring_down.hpp"
+#include "synth/row_response.hpp"
+#include "synth/sampled_force.hpp"
+
+namespace carillon::synth {
+
+/// Many bodies that are struck at any time, heard together in blocks of samples of any size.
+///
+/// A blow adds to the values its body's modes have, as their motion is linear: state does not grow
+/// with the number of blows. What comes out is what synthesize() gives for each blow, delayed and
+/// added up, to -120 dB of the peak since the last blow on that body (what ends early included).
+/// Modes that have decayed are taken out: silence costs nothing but a look at each body that rings.
+/// Once blows have been as long and as many at a time as they will be, render() allocates nothing,
+/// and strike() only for a sampled force.
+class StreamingRenderer {
+ public:
+  /// @param rows        outputs (listeners), the same for all bodies
+  /// @param resolution  as of synthesize(), against the peak since the body's last blow
+  /// @throws InputError  no rows, sample rate or resolution that cannot be
+  StreamingRenderer(std::size_t rows, double sample_rate, double resolution = kInaudible);
+
+  /// @return the body's number
+  /// @throws InputError  sizes that do not match, values that are negative or not finite
+  std::size_t add_body(std::span<const double> eigenvalues, std::span<const double> decay_rates,
+                       const Readout& readout);
+
+  /// A blow `delay` seconds after the next sample (any fraction of one); each row hears it after its
+  /// own time of flight.
+  /// @param excitation  phi . impulse of the body's modes [N s kg^-1/2]
+  /// @throws InputError  no such body, sizes, values that are not finite, a negative delay
+  void strike(std::size_t body, const Eigen::VectorXd& excitation, const ContactForce& force,
+              double delay = 0);
+
+  /// The next samples, rows one after the other; their number is a multiple of the rows.
+  void render(std::span<float> samples);
+
+  std::uint64_t position() const { return position_; }  ///< samples of a row rendered so far
+  std::size_t voices() const;                           ///< partials that ring
+  std::size_t modes_left_out() const { return left_out_; }  ///< at or above Nyquist
+
+ private:
+  /// One blow in one row, until its contact is over.
+  struct Blow {
+    std::uint64_t first = 0, free = 0;  ///< samples
+    bool begun = false;
+    RowResponse response;
+    Rotation turn;  ///< of the force's own frequency
+  };
+  /// A near-critical mode in free decay, moved on by its exact step.
+  struct NearCritical {
+    std::size_t index;
+    Weights gains;
+    LinearForceStep step;
+    double displacement, velocity;
+    double end;  ///< bound below which it is gone
+  };
+  struct Row {
+    std::vector<Voice> voices;
+    std::vector<NearCritical> near_critical;
+    std::vector<Blow> blows;  ///< the first `waiting` are in use, the others keep their memory
+    std::size_t waiting = 0;
+    double peak = 0;  ///< since the last blow's begin
+    std::uint64_t next_check = 0;
+  };
+  struct Body {
+    Resonances resonances;
+    Readout readout;
+    std::vector<Row> rows;
+  };
+
+  static void add_near_critical(const Resonances& resonances,
+                                const std::vector<NearCriticalMotion>& motions,
+                                std::vector<NearCritical>& modes);
+  void render_row(const Body& body, Row& row, std::size_t count);
+  void render_stretch(const Body& body, Row& row, std::uint64_t begin, std::size_t offset,
+                      std::size_t count);
+
+  double sample_rate_;
+  double resolution_;
+  std::size_t rows_;
+  std::uint64_t position_ = 0;
+  std::size_t left_out_ = 0;
+  std::vector<Body> bodies_;
+  SampleBlock block_{};  ///< of one body
+  SampleBlock sum_{};    ///< of all
+};
+
+}  // namespace carillon::synth

@@ -1,0 +1,225 @@
+#include "synth/streaming_renderer.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+
+#include "core/error.hpp"
+#include "tests/synth/random_rings.hpp"
+
+namespace {
+std::size_t g_allocations = 0;
+}
+
+// Counts allocations of this program, for the test that none are made.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++g_allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++g_allocations;
+  const auto step = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace carillon::synth {
+namespace {
+
+constexpr double kRate = 44100;
+
+struct PlannedBlow {
+  std::size_t body;
+  double time;
+  double impulse;
+  ContactForce force;
+};
+
+/// Bodies of every kind: rising numbers of modes, and some near and beyond critical damping.
+std::vector<RingDown> bodies(bool pressure) {
+  std::vector<RingDown> all;
+  for (unsigned i = 0; i < 3; ++i) {
+    all.push_back(random_rings(7 + 20 * int(i), 40 + i, pressure));
+    all[i].decay_rates[1] = std::sqrt(all[i].eigenvalues[1]) * (0.999 + 0.001 * i);
+    all[i].decay_rates[2] = std::sqrt(all[i].eigenvalues[2]) * 1.7;
+  }
+  return all;
+}
+
+std::vector<float> stream(const std::vector<RingDown>& all, const std::vector<PlannedBlow>& blows,
+                          const std::vector<std::size_t>& sizes, std::size_t count) {
+  const std::size_t rows = all[0].readout.delays.size();
+  StreamingRenderer renderer(rows, kRate);
+  for (const RingDown& rings : all) {
+    renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
+  }
+  std::vector<float> out(rows * count);
+  std::vector<float> block;
+  std::vector<bool> told(blows.size());
+  for (std::size_t done = 0, turn = 0; done < count; ++turn) {
+    const std::size_t size = std::min(sizes[turn % sizes.size()], count - done);
+    for (std::size_t b = 0; b < blows.size(); ++b) {
+      const double delay = blows[b].time - double(done) / kRate;
+      if (told[b] || delay * kRate > double(size) + 700) continue;
+      told[b] = true;
+      renderer.strike(blows[b].body, all[blows[b].body].excitation * blows[b].impulse,
+                      blows[b].force, delay);
+    }
+    block.resize(rows * size);
+    renderer.render(block);
+    for (std::size_t r = 0; r < rows; ++r) {
+      std::copy_n(block.begin() + std::ptrdiff_t(r * size), size,
+                  out.begin() + std::ptrdiff_t(r * count + done));
+    }
+    done += size;
+  }
+  return out;
+}
+
+/// Every blow by synthesize(), its time as a delay, added up.
+std::vector<double> offline(const std::vector<RingDown>& all, const std::vector<PlannedBlow>& blows,
+                            std::size_t count) {
+  std::vector<double> sum(all[0].readout.delays.size() * count, 0.0);
+  for (const PlannedBlow& blow : blows) {
+    RingDown rings = all[blow.body];
+    rings.excitation *= blow.impulse;
+    for (double& delay : rings.readout.delays) delay += blow.time;
+    const auto sound = synthesize(rings, blow.force, kRate, count);
+    for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += double(sound[n]);
+  }
+  return sum;
+}
+
+// Blocks of any size; blows at any time, on bodies that ring, during contacts of others.
+TEST(StreamingRenderer, IsTheOfflineSumTo120DecibelsWhateverTheBlocks) {
+  constexpr std::size_t kCount = 6000;
+  ContactForce burst{4e-3, {}};
+  for (int i = 0; i < 150; ++i) burst.samples.push_back(300 * std::sin(i * i * 0.7));
+  for (const bool pressure : {false, true}) {
+    const auto all = bodies(pressure);
+    const std::vector<PlannedBlow> blows = {{0, 0, 1, {1e-3}},
+                                            {1, 0.00321, 0.4, {2e-4}},
+                                            {1, 0.00333, 0.7, {5e-3}},
+                                            {2, 0.0301234, 1.3, burst},
+                                            {0, 0.0301234, 0.2, {0}},
+                                            {2, 0.0302, -0.5, {7e-4}}};
+    const auto expected = offline(all, blows, kCount);
+    double peak = 0;
+    for (const double s : expected) peak = std::max(peak, std::abs(s));
+    for (const std::vector<std::size_t>& sizes :
+         {std::vector<std::size_t>{64}, {1}, {512}, {480}, {kCount}, {3, 700, 1, 17}}) {
+      const auto sound = stream(all, blows, sizes, kCount);
+      double worst = 0;
+      for (std::size_t n = 0; n < sound.size(); ++n) {
+        worst = std::max(worst, std::abs(double(sound[n]) - expected[n]));
+      }
+      EXPECT_LT(worst, 1e-6 * peak) << sizes[0] << " " << pressure;
+    }
+  }
+}
+
+// A blow on a body that rings adds up: both at once are the sum of each alone.
+TEST(StreamingRenderer, BlowsAddUp) {
+  EXPECT_TRUE(rc::check("superposition", [] {
+    const auto all = bodies(false);
+    std::vector<PlannedBlow> blows;
+    const int count = *rc::gen::inRange(2, 6);
+    for (int i = 0; i < count; ++i) {
+      blows.push_back({*rc::gen::element<std::size_t>(0, 1, 2), 1e-5 * *rc::gen::inRange(0, 4000),
+                       0.1 * *rc::gen::inRange(-20, 20), {1e-5 * *rc::gen::inRange(0, 300)}});
+    }
+    const std::vector<std::size_t> sizes = {std::size_t(*rc::gen::inRange(1, 900))};
+    const auto together = stream(all, blows, sizes, 3000);
+    std::vector<double> sum(together.size(), 0.0);
+    double peak = 0;
+    for (const PlannedBlow& blow : blows) {
+      const auto alone = stream(all, {blow}, sizes, 3000);
+      for (std::size_t n = 0; n < sum.size(); ++n) {
+        sum[n] += double(alone[n]);
+        peak = std::max(peak, std::abs(double(alone[n])));
+      }
+    }
+    for (std::size_t n = 0; n < sum.size(); ++n) {
+      RC_ASSERT(std::abs(sum[n] - double(together[n])) <= 1e-6 * peak);
+    }
+  }));
+}
+
+TEST(StreamingRenderer, SilenceCostsNothing) {
+  const RingDown rings = random_rings(60, 3, false);
+  StreamingRenderer renderer(1, kRate);
+  renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
+  EXPECT_EQ(renderer.voices(), 0U);
+  renderer.strike(0, rings.excitation, {1e-3});
+  std::vector<float> block(512);
+  renderer.render(block);
+  EXPECT_EQ(renderer.voices(), 60U);
+  // The slowest mode falls by 160 dB and its share in six seconds.
+  for (int i = 0; i < 900; ++i) renderer.render(block);
+  EXPECT_EQ(renderer.voices(), 0U);
+  EXPECT_TRUE(std::all_of(block.begin(), block.end(), [](float s) { return s == 0; }));
+}
+
+// Blows for ever: neither voices nor memory grow, and rendering allocates nothing.
+TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
+  const auto all = bodies(true);
+  StreamingRenderer renderer(2, kRate);
+  for (const RingDown& rings : all) {
+    renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
+  }
+  std::vector<float> block(2 * 256);
+  std::size_t most = 0;
+  std::size_t before = 0;
+  for (int i = 0; i < 400; ++i) {
+    if (i == 50) before = g_allocations;
+    renderer.strike(std::size_t(i % 3), all[std::size_t(i % 3)].excitation, {1.1e-3},
+                    1e-5 * double(i % 7));
+    renderer.render(block);
+    most = std::max(most, renderer.voices());
+  }
+  EXPECT_EQ(g_allocations, before);
+  std::size_t partials = 0;
+  for (const RingDown& rings : all) partials += 2 * (rings.eigenvalues.size() + 1);
+  EXPECT_LE(most, partials);
+}
+
+TEST(StreamingRenderer, RefusesWhatCannotBe) {
+  EXPECT_THROW(StreamingRenderer(0, kRate), core::InputError);
+  EXPECT_THROW(StreamingRenderer(1, 0), core::InputError);
+  EXPECT_THROW(StreamingRenderer(1, kRate, -1), core::InputError);
+  EXPECT_THROW(StreamingRenderer(1, kRate, std::nan("")), core::InputError);
+  StreamingRenderer renderer(2, kRate);
+  const RingDown mono = random_rings(4, 1, false);
+  const RingDown rings = random_rings(4, 1, true);
+  EXPECT_THROW(renderer.add_body(mono.eigenvalues, mono.decay_rates, mono.readout),
+               core::InputError);
+  EXPECT_THROW(renderer.add_body(rings.eigenvalues, {}, rings.readout), core::InputError);
+  renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
+  EXPECT_THROW(renderer.strike(1, rings.excitation, {}), core::InputError);
+  EXPECT_THROW(renderer.strike(0, Eigen::VectorXd::Ones(3), {}), core::InputError);
+  EXPECT_THROW(renderer.strike(0, rings.excitation, {-1}), core::InputError);
+  EXPECT_THROW(renderer.strike(0, rings.excitation, {}, -1), core::InputError);
+  EXPECT_THROW(renderer.strike(0, rings.excitation, {}, std::nan("")), core::InputError);
+  std::vector<float> odd(3);
+  EXPECT_THROW(renderer.render(odd), core::InputError);
+}
+
+}  // namespace
+}  // namespace carillon::synth
