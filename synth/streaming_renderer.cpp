@@ -49,8 +49,7 @@ void StreamingRenderer::add_near_critical(const Resonances& resonances,
       return other.index == motion.index;
     });
     if (mode == modes.end()) {
-      const LinearForceStep step =
-          linear_force_step(lambda, d, 1 / resonances.sample_rate);
+      const LinearForceStep step = linear_force_step(lambda, d, 1 / resonances.sample_rate);
       mode = modes.insert(mode, {motion.index, motion.gains, step, 0, 0, 0});
     }
     mode->displacement += motion.start.displacement;
@@ -107,9 +106,9 @@ void StreamingRenderer::strike(std::size_t body, const Eigen::VectorXd& excitati
   Body& struck = bodies_[body];
   const std::size_t modes = struck.resonances.eigenvalues.size();
   if (excitation.size() != static_cast<Eigen::Index>(modes) || !excitation.allFinite()) {
-    throw core::InputError(fmt::format(
-        "streaming renderer: excitation must be {} finite values, not {}", modes,
-        excitation.size()));
+    throw core::InputError(
+        fmt::format("streaming renderer: excitation must be {} finite values, not {}", modes,
+                    excitation.size()));
   }
   // A year of samples is exact in what follows.
   if (!(delay >= 0 && delay < 3e7)) {
@@ -150,9 +149,10 @@ std::size_t StreamingRenderer::voices() const {
 
 void StreamingRenderer::render(std::span<float> samples) {
   if (samples.size() % rows_ != 0) {
-    throw core::InputError(fmt::format("streaming renderer: {} samples are no whole number for {} "
-                                       "rows",
-                                       samples.size(), rows_));
+    throw core::InputError(
+        fmt::format("streaming renderer: {} samples are no whole number for {} "
+                    "rows",
+                    samples.size(), rows_));
   }
   const std::size_t total = samples.size() / rows_;
   for (std::size_t done = 0; done < total; done += kBlock) {

@@ -32,8 +32,8 @@ class StreamingRenderer {
   std::size_t add_body(std::span<const double> eigenvalues, std::span<const double> decay_rates,
                        const Readout& readout);
 
-  /// A blow `delay` seconds after the next sample (any fraction of one); each row hears it after its
-  /// own time of flight.
+  /// A blow `delay` seconds after the next sample (any fraction of one); each row hears it after
+  /// its own time of flight.
   /// @param excitation  phi . impulse of the body's modes [N s kg^-1/2]
   /// @throws InputError  no such body, sizes, values that are not finite, a negative delay
   void strike(std::size_t body, const Eigen::VectorXd& excitation, const ContactForce& force,
@@ -42,8 +42,8 @@ class StreamingRenderer {
   /// The next samples, rows one after the other; their number is a multiple of the rows.
   void render(std::span<float> samples);
 
-  std::uint64_t position() const { return position_; }  ///< samples of a row rendered so far
-  std::size_t voices() const;                           ///< partials that ring
+  std::uint64_t position() const { return position_; }      ///< samples of a row rendered so far
+  std::size_t voices() const;                               ///< partials that ring
   std::size_t modes_left_out() const { return left_out_; }  ///< at or above Nyquist
 
  private:

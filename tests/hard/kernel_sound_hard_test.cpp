@@ -100,10 +100,10 @@ TEST(KernelHard, TwoModesOneBillionthApart) {
   for (std::size_t n = 0; n < beat.size(); ++n) {
     const Real t = Real(n) / Real(kRate);
     // cos a - cos b, and the same of the small sine part.
-    const Real expected = std::exp(-t) * (2 * std::sin((first + second) / 2 * t) *
-                                              std::sin((second - first) / 2 * t) -
-                                          std::sin(first * t) / first +
-                                          std::sin(second * t) / second);
+    const Real expected =
+        std::exp(-t) *
+        (2 * std::sin((first + second) / 2 * t) * std::sin((second - first) / 2 * t) -
+         std::sin(first * t) / first + std::sin(second * t) / second);
     peak = std::max(peak, double(std::abs(expected)));
     worst = std::max(worst, double(std::abs(expected - Real(beat[n]))));
   }
@@ -116,8 +116,8 @@ TEST(KernelHard, FrequenciesAtNyquistAreDroppedAndSaid) {
   const double nyquist = std::numbers::pi * kRate;
   const double above = std::nextafter(nyquist, 1e9) * (1 + 1e-15);
   const double below = nyquist * (1 - 1e-12);
-  const RingDown rings = velocity_of(
-      {nyquist * nyquist, above * above, below * below, 1e6}, {0, 0, 0, 0});
+  const RingDown rings =
+      velocity_of({nyquist * nyquist, above * above, below * below, 1e6}, {0, 0, 0, 0});
   int dropped = -1;
   const auto sound = synthesize(rings, {0}, kRate, 3000, &dropped);
   EXPECT_EQ(dropped, 2);
