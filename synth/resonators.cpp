@@ -11,13 +11,14 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "synth/resonators.cpp"
 #include <hwy/foreach_target.h>
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace carillon::synth::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Lanes = hn::CappedTag<double, kFirstSamples / 2>;
+using Lanes = hn::CappedTag<double, kMostLanes>;
 using Vector = hn::Vec<Lanes>;
 
 /// One voice: its last two vectors and the recursion's coefficients.
@@ -25,20 +26,20 @@ struct Recursion {
   Vector last, next, twice, square;
 };
 
-HWY_INLINE Recursion begin(const Voice& voice) {
+HWY_INLINE Recursion begin(const Voice& voice, std::size_t power) {
   const Lanes lanes;
-  const std::size_t width = hn::Lanes(lanes);
   const Rotation& rotation = *voice.rotation;
-  const Vector re = hn::Set(lanes, voice.value.real());
-  const Vector im = hn::Set(lanes, voice.value.imag());
-  const double* real = rotation.real.data();
-  const double* imag = rotation.imag.data();
-  const double a = real[width];
-  const double b = imag[width];
-  return {
-      hn::NegMulAdd(im, hn::Load(lanes, imag), hn::Mul(re, hn::Load(lanes, real))),
-      hn::NegMulAdd(im, hn::Load(lanes, imag + width), hn::Mul(re, hn::Load(lanes, real + width))),
-      hn::Set(lanes, 2 * a), hn::Set(lanes, a * a + b * b)};
+  const Vector real = hn::Load(lanes, rotation.real.data());
+  const Vector imag = hn::Load(lanes, rotation.imag.data());
+  const double a = rotation.powers[power].real();
+  const double b = rotation.powers[power].imag();
+  const double re = voice.value.real();
+  const double im = voice.value.imag();
+  const auto values = [&](double x, double y) HWY_ATTR {
+    return hn::NegMulAdd(hn::Set(lanes, y), imag, hn::Mul(hn::Set(lanes, x), real));
+  };
+  return {values(re, im), values(re * a - im * b, re * b + im * a), hn::Set(lanes, 2 * a),
+          hn::Set(lanes, a * a + b * b)};
 }
 
 /// Adds voices to a block, four at a time: the chain of products of one is longer than the
@@ -46,16 +47,27 @@ HWY_INLINE Recursion begin(const Voice& voice) {
 void add_voices(const Voice* voices, std::size_t size, std::size_t count, double* samples) {
   const Lanes lanes;
   const std::size_t width = hn::Lanes(lanes);
+  std::size_t power = 0;
+  while ((std::size_t{1} << power) < width) ++power;
   static constexpr Rotation kStill{};
   const Voice silent{&kStill, 0};
   for (std::size_t first = 0; first < size; first += 4) {
     const auto voice = [&](std::size_t k) -> const Voice& {
       return first + k < size ? voices[first + k] : silent;
     };
-    Recursion v0 = begin(voice(0));
-    Recursion v1 = begin(voice(1));
-    Recursion v2 = begin(voice(2));
-    Recursion v3 = begin(voice(3));
+    // Banks of many bodies do not fit the caches: fetch the next four meanwhile.
+    for (std::size_t next = first + 4; next < std::min(first + 8, size); ++next) {
+      const Rotation* rotation = voices[next].rotation;
+      hwy::Prefetch(rotation->real.data());
+      hwy::Prefetch(rotation->imag.data());
+      hwy::Prefetch(rotation->powers.data());
+      hwy::Prefetch(rotation->powers.data() + 4);
+      hwy::Prefetch(rotation->powers.data() + 8);
+    }
+    Recursion v0 = begin(voice(0), power);
+    Recursion v1 = begin(voice(1), power);
+    Recursion v2 = begin(voice(2), power);
+    Recursion v3 = begin(voice(3), power);
     for (std::size_t i = 0; i < count; i += 2 * width) {
       double* here = samples + i;
       const Vector sum = hn::Add(hn::Add(v0.last, v1.last), hn::Add(v2.last, v3.last));
@@ -147,7 +159,7 @@ Rotation make_rotation(double decay_rate, long double angular_frequency, double 
   }
   rotation.real[0] = 1;
   rotation.imag[0] = 0;
-  for (std::size_t power = 0, filled = 1; filled < kFirstSamples; ++power, filled *= 2) {
+  for (std::size_t power = 0, filled = 1; filled < kMostLanes; ++power, filled *= 2) {
     const double step_re = rotation.powers[power].real();
     const double step_im = rotation.powers[power].imag();
     for (std::size_t k = 0; k < filled; ++k) {

@@ -13,8 +13,8 @@ namespace carillon::synth {
 /// Samples summed at once: they fit the first-level cache, and the rounding of the recursion, which
 /// grows with them, stays near 1e-13.
 inline constexpr std::size_t kBlock = 512;
-/// First samples of a block taken straight from a voice's value.
-inline constexpr std::size_t kFirstSamples = 16;
+/// Most samples in one vector.
+inline constexpr std::size_t kMostLanes = 8;
 inline constexpr std::size_t kStepPowers = 10;
 
 /// Sums of one block.
@@ -24,8 +24,8 @@ struct alignas(128) SampleBlock {
 
 /// How a partial goes on from sample to sample: powers of its step exp((-d + i omega) / rate).
 struct alignas(64) Rotation {
-  std::array<double, kFirstSamples> real;  ///< step^k
-  std::array<double, kFirstSamples> imag;
+  std::array<double, kMostLanes> real;  ///< step^k
+  std::array<double, kMostLanes> imag;
   std::array<std::complex<double>, kStepPowers> powers;  ///< step^(2^j), up to a block
 };
 

@@ -207,7 +207,8 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
       return decay.bound_after_contact(0, mode.gains) <= mode.end;
     });
   }
-  block_.samples.fill(0);
+  // Vectors may read a little beyond what is asked for.
+  std::fill_n(block_.samples.begin(), std::min(kBlock, count + 2 * kMostLanes), 0.0);
   for (std::size_t i = 0; i < row.waiting; ++i) {
     Blow& blow = row.blows[i];
     if (!blow.begun) continue;

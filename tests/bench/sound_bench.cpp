@@ -164,18 +164,12 @@ double stream_seconds(std::size_t bodies, std::size_t modes, std::size_t block) 
   return (now() - begin) * kRate / static_cast<double>(blocks * block);
 }
 
-/// How many bodies a second's work renders for a second: the number is raised to what the last one
-/// promises until that is confirmed.
+/// How many bodies a second's work renders for a second, measured with about as many.
 void stream(std::size_t modes, std::size_t block) {
-  std::size_t bodies = 100;
-  double seconds = stream_seconds(bodies, modes, block);
-  for (int i = 0; i < 5 && (seconds < 0.97 || seconds > 1); ++i) {
-    bodies = static_cast<std::size_t>(0.985 * static_cast<double>(bodies) / seconds);
-    seconds = stream_seconds(bodies, modes, block);
-  }
-  fmt::print("{{\"bodies\": {}, \"seconds\": {}}}\n",
-             static_cast<std::size_t>(static_cast<double>(bodies) / std::max(1.0, seconds)),
-             seconds);
+  const double guess = 500 / stream_seconds(500, modes, block);
+  const auto bodies = std::max<std::size_t>(1, static_cast<std::size_t>(guess));
+  const double seconds = stream_seconds(bodies, modes, block);
+  fmt::print("{{\"bodies\": {}}}\n", static_cast<double>(bodies) / seconds);
 }
 
 }  // namespace
