@@ -30,6 +30,8 @@ struct StrikeOptions {
   // Shorter to write than --set; "" leaves the scene's value.
   std::string listener, impulse, contact_time, seconds, sample_rate, gain;
   std::uint64_t seed = 1;
+  std::size_t repeat = 1;
+  std::string interval = "0.2 s";
   std::string output;
 };
 
@@ -88,6 +90,9 @@ void check_options(const StrikeOptions& options) {
   if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
     throw core::InputError("--direction has no length");
   }
+  if (!(core::parse_quantity(options.interval, core::Dimension::time) >= 0)) {
+    throw core::InputError("--interval must not be negative");
+  }
 }
 
 void draw_strike(const StrikeOptions& options, const Scene& scene, Sound& sound) {
@@ -136,6 +141,10 @@ void run_strike(const StrikeOptions& options, Context& context) {
   sound.seed = options.seed;
   sound.record = &record;
   draw_strike(options, scene, sound);
+  const double interval = core::parse_quantity(options.interval, core::Dimension::time);
+  for (std::size_t i = 1; i < options.repeat; ++i) {
+    sound.blows.push_back(static_cast<double>(i) * interval);
+  }
   chain.make(sound);
   write_sound(options.output, scene, sound);
 
@@ -202,6 +211,11 @@ void add_strike(CLI::App& program, Context& context) {
   command->add_option("--sample-rate", options->sample_rate, "[Hz]")->default_str("44100");
   command->add_option("--gain", options->gain, "full scale per m/s or Pa")->default_str("1");
   command->add_option("--seed", options->seed, "of the random point")->capture_default_str();
+  command->add_option("--repeat", options->repeat, "strikes one after the other on the same point")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command->add_option("--interval", options->interval, "from one strike to the next")
+      ->capture_default_str();
   command->footer(
       "Examples:\n  carillon strike bell --material iron -o bell.wav\n"
       "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.size=[5, 4, 3]' "

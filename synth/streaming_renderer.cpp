@@ -241,4 +241,15 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
   for (std::size_t n = 0; n < count; ++n) sum_.samples[offset + n] += block_.samples[n];
 }
 
+std::vector<float> synthesize_blows(const RingDown& rings, const ContactForce& force,
+                                    std::span<const double> times, double sample_rate,
+                                    std::size_t count) {
+  StreamingRenderer renderer(rings.readout.delays.size(), sample_rate);
+  const std::size_t body = renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
+  for (const double time : times) renderer.strike(body, rings.excitation, force, time);
+  std::vector<float> samples(rings.readout.delays.size() * count);
+  renderer.render(samples);
+  return samples;
+}
+
 }  // namespace carillon::synth

@@ -93,4 +93,11 @@ class StreamingRenderer {
   SampleBlock sum_{};    ///< of all
 };
 
+/// Samples of each row, as synthesize() gives them, of one blow after another on the same body.
+/// @param times  of the blows [s], any order
+/// @throws InputError  as synthesize(), or a time that is negative or not finite
+std::vector<float> synthesize_blows(const RingDown& rings, const ContactForce& force,
+                                    std::span<const double> times, double sample_rate,
+                                    std::size_t count);
+
 }  // namespace carillon::synth

@@ -1,4 +1,5 @@
 #include "cli/sound/chain.hpp"
+#include "synth/streaming_renderer.hpp"
 
 namespace carillon::cli {
 
@@ -53,6 +54,10 @@ void SoundChain::make(Sound& sound) {
     int dropped = 0;  // at or above half the sample rate
     sound.audio = synth::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
                                     scene_.audio.samples(), &dropped);
+    if (sound.blows != std::vector<double>{0}) {
+      sound.audio = synth::synthesize_blows(sound.rings, sound.strike.force, sound.blows,
+                                            sound.sample_rate, scene_.audio.samples());
+    }
     sound.modes = sound.rings.eigenvalues.size() - static_cast<std::size_t>(dropped);
   }
   run(&EffectParts::audio, sound);

@@ -39,6 +39,7 @@ struct Sound {
   synth::Strike strike;       ///< without a force over time until an effect gives it one
   double contact_time = 0;    ///< drawn or given [s]
   synth::RingDown rings;      ///< what is about to ring; effects of modes change it
+  std::vector<double> blows = {0};  ///< times of the strike, which may be repeated [s]
   std::vector<float> audio;   ///< rows (listeners, or one) x samples
   std::vector<float> direct;  ///< audio before a room's early reflections; empty without them
   std::size_t rows = 1;

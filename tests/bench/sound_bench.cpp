@@ -125,8 +125,7 @@ void sums(const Sum& route, std::size_t modes, bool check) {
     std::fill(out.begin(), out.end(), 0.0);
     route(partials, out);
   });
-  fmt::print("{{\"mode_samples_per_s\": {}}}\n",
-             static_cast<double>(modes * out.size()) / seconds);
+  fmt::print("{{\"mode_samples_per_s\": {}}}\n", static_cast<double>(modes * out.size()) / seconds);
 }
 
 /// A whole sample of one second, from the modes to floats.
@@ -152,8 +151,7 @@ double stream_seconds(std::size_t bodies, std::size_t modes, std::size_t block) 
   synth::StreamingRenderer renderer(1, kRate);
   const synth::RingDown rings = modes_of(modes, 0);
   for (std::size_t i = 0; i < bodies; ++i) {
-    const std::size_t body =
-        renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
+    const std::size_t body = renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
     renderer.strike(body, rings.excitation, {1e-3}, 1e-6 * static_cast<double>(i));
   }
   std::vector<float> out(block);

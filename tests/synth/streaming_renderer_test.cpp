@@ -161,6 +161,22 @@ TEST(StreamingRenderer, BlowsAddUp) {
   }));
 }
 
+// Strikes one after the other are one strike, later and again.
+TEST(StreamingRenderer, RepeatsAStrike) {
+  const RingDown rings = random_rings(20, 8, true);
+  constexpr double kInterval = 0.0312345;
+  const std::vector<double> times = {kInterval, 0, 2 * kInterval};
+  const auto sound = synthesize_blows(rings, {1e-3}, times, kRate, 6000);
+  std::vector<PlannedBlow> blows;
+  for (const double time : times) blows.push_back({0, time, 1, {1e-3}});
+  const auto expected = offline({rings}, blows, 6000);
+  double peak = 0;
+  for (const double s : expected) peak = std::max(peak, std::abs(s));
+  for (std::size_t n = 0; n < sound.size(); ++n) {
+    ASSERT_NEAR(double(sound[n]), expected[n], 1e-6 * peak);
+  }
+}
+
 TEST(StreamingRenderer, SilenceCostsNothing) {
   const RingDown rings = random_rings(60, 3, false);
   StreamingRenderer renderer(1, kRate);
