@@ -111,19 +111,6 @@ void draw_strike(const StrikeOptions& options, const Scene& scene, Sound& sound)
   sound.contact_time = force.log_uniform(strikes.contact_time.low, strikes.contact_time.high);
 }
 
-/// A file with one channel per row.
-void write_sound(const std::string& path, const Scene& scene, const Sound& sound) {
-  core::AudioClip clip;
-  clip.sample_rate = static_cast<int>(scene.audio.sample_rate);
-  clip.channels = static_cast<int>(sound.rows);
-  const std::size_t count = sound.audio.size() / sound.rows;
-  clip.samples.resize(sound.audio.size());
-  for (std::size_t i = 0; i < sound.audio.size(); ++i) {
-    clip.samples[i % count * sound.rows + i / count] = sound.audio[i];
-  }
-  core::write_wav(path, clip, scene.audio.dtype);
-}
-
 void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
   const Scene scene = scene_of(options);
@@ -146,7 +133,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
     sound.blows.push_back(static_cast<double>(i) * interval);
   }
   chain.make(sound);
-  write_sound(options.output, scene, sound);
+  core::write_wav(options.output, clip_of(sound), scene.audio.dtype);
 
   double peak = 0;
   for (const float value : sound.audio) {

@@ -94,14 +94,16 @@ inline constexpr double kInaudible16 = 0x1p-17;
 /// Nyquist are left out. With a duration of 0 the first sample is taken just after the impulse,
 /// and the impulse (Dirac) in accelerations is left out: it has no samples. Delays are exact
 /// fractions of a sample.
-/// @param dropped     number of modes left out, when not null
 /// @param resolution  modes end early once all that ended modes could still have added is below
 ///                    this share of the row's peak so far; half a step of 16 bit output is
 ///                    kInaudible16; 0: never
 /// @throws InputError  sizes that do not match, values that are negative or not finite
 std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
-                              std::size_t count, int* dropped = nullptr,
-                              double resolution = kInaudible);
+                              std::size_t count, double resolution = kInaudible);
+
+/// Modes that sound: struck, heard in a row, and oscillating below half the sample rate or not at
+/// all.
+std::size_t sounding_modes(const RingDown& rings, double sample_rate);
 
 /// T60 = ln(1000) / d [s].
 double t60(double decay_rate);

@@ -151,13 +151,10 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
 }  // namespace
 
 std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
-                              std::size_t count, int* dropped, double resolution) {
+                              std::size_t count, double resolution) {
   check(force);
   check(rings, resolution);
   const Resonances resonances = make_resonances(rings.eigenvalues, rings.decay_rates, sample_rate);
-  if (dropped != nullptr) {
-    *dropped = static_cast<int>(rings.eigenvalues.size() - resonances.modes.size());
-  }
   const std::size_t rows = rings.readout.delays.size();
   std::vector<float> result(rows * count);
   for (std::size_t row = 0; row < rows; ++row) {
@@ -165,6 +162,24 @@ std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, 
                    std::span(result).subspan(row * count, count));
   }
   return result;
+}
+
+std::size_t sounding_modes(const RingDown& rings, double sample_rate) {
+  const Readout& readout = rings.readout;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    bool heard = false;
+    for (const Eigen::MatrixXd* gains :
+         {&readout.displacement, &readout.velocity, &readout.acceleration}) {
+      heard = heard || (gains->size() > 0 && !gains->col(column).isZero(0));
+    }
+    const double omega = std::sqrt(rings.eigenvalues[i]);
+    const double d = rings.decay_rates[i];
+    const double damped = d < omega ? std::sqrt((omega - d) * (omega + d)) : 0;
+    if (heard && rings.excitation[column] != 0 && damped < std::numbers::pi * sample_rate) ++count;
+  }
+  return count;
 }
 
 }  // namespace carillon::synth

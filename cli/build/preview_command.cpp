@@ -8,6 +8,7 @@
 
 #include "cli/build/build.hpp"
 #include "cli/build/samples_task.hpp"
+#include "cli/sound/chain.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/image.hpp"
@@ -94,12 +95,10 @@ void add_preview(CLI::App& program, Context& context) {
     const SampleResult result =
         SampleMaker(build.config, shape, folders, trace).make(sample, nullptr);
     const std::size_t count = build.config.scene.audio.samples();
-    core::AudioClip clip;
-    clip.sample_rate = static_cast<int>(std::lround(build.config.scene.audio.sample_rate));
-    clip.samples.assign(result.sound.audio.begin(),
-                        result.sound.audio.begin() + static_cast<long>(count));
-    core::write_wav(folders.output / "sound.wav", clip, core::SampleFormat::float32);
-    const std::vector<float> mel = synth::MelSpectrogram(*build.config.mel)(clip.samples);
+    core::write_wav(folders.output / "sound.wav", clip_of(result.sound),
+                    core::SampleFormat::float32);
+    const std::vector<float> mel =
+        synth::MelSpectrogram(*build.config.mel)(std::span(result.sound.audio).first(count));
     core::write_png(folders.output / "spectrogram.png",
                     spectrogram_picture(mel, build.config.mel->bands,
                                         synth::mel_frames(count, *build.config.mel)));

@@ -1,6 +1,7 @@
 #include "cli/build/samples_task.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +9,11 @@
 
 #include "cli/build/damping_columns.hpp"
 #include "cli/columns.hpp"
+#include "cli/sound/chain.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/files.hpp"
+#include "synth/recording_chain.hpp"
 
 namespace carillon::cli {
 
@@ -125,17 +128,8 @@ std::string write_sound(const BuildConfig& config, const Shape& shape, const Sam
   const auto path = std::filesystem::path("sounds") / shape.id /
                     fmt::format("{}-{}-strike-{:04}.wav", file_safe(variant.material), variant.size,
                                 sample.strike);
-  core::AudioClip clip;
-  clip.sample_rate = static_cast<int>(std::lround(config.scene.audio.sample_rate));
-  clip.channels = static_cast<int>(config.scene.rows());
-  const std::size_t samples = config.scene.audio.samples();
-  clip.samples.resize(result.sound.audio.size());
-  for (std::size_t i = 0; i < result.sound.audio.size(); ++i) {
-    const std::size_t channel = i / samples, frame = i % samples;
-    clip.samples[frame * static_cast<std::size_t>(clip.channels) + channel] = result.sound.audio[i];
-  }
   core::write_durably(folders.output / path, [&](const std::filesystem::path& temporary) {
-    core::write_wav(temporary, clip, config.scene.audio.dtype);
+    core::write_wav(temporary, clip_of(result.sound), config.scene.audio.dtype);
   });
   return path.string();
 }
@@ -152,17 +146,26 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   const std::vector<std::string> damping_units = damping_column_units(named_materials(config));
   Columns columns;
   std::vector<std::string> written;
+  std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
     const SampleResult result = maker.make(sample, &columns);
     add_labels(config, shape, sample, maker.materials(sample.variant), damping_units, columns);
     add_strike_columns(result, columns);
     add_audio(config, result, columns);
+    if (config.scene.audio.dtype == core::SampleFormat::int16 && result.peak > 0 &&
+        synth::silent_after_rounding(result.sound.audio, 16)) {
+      ++silent;
+    }
     if (mel) {
       const core::ScopedTimer timer(trace.effects["mel"]);
       add_mel(config, *mel, result, columns);
     }
     if (config.wav) written.push_back(write_sound(config, shape, sample, result, folders));
+  }
+  if (silent > 0) {
+    spdlog::warn("{}: {} of {} sounds are nothing but zeros in 16 bits; raise audio.gain", task.key,
+                 silent, task.count);
   }
   const core::ScopedTimer timer(trace.stages["write shard"]);
   core::write_durably(folders.shard_file(task), [&](const std::filesystem::path& path) {

@@ -1,7 +1,21 @@
 #include "cli/sound/chain.hpp"
+
+#include <cmath>
 #include "synth/streaming_renderer.hpp"
 
 namespace carillon::cli {
+
+core::AudioClip clip_of(const Sound& sound) {
+  core::AudioClip clip;
+  clip.sample_rate = static_cast<int>(std::lround(sound.sample_rate));
+  clip.channels = static_cast<int>(sound.rows);
+  clip.samples.resize(sound.audio.size());
+  const std::size_t count = sound.audio.size() / sound.rows;
+  for (std::size_t i = 0; i < sound.audio.size(); ++i) {
+    clip.samples[i % count * sound.rows + i / count] = sound.audio[i];
+  }
+  return clip;
+}
 
 SoundChain::SoundChain(const Scene& scene, const std::filesystem::path& cache, core::Trace& trace)
     : scene_(scene), trace_(trace) {
@@ -51,14 +65,12 @@ void SoundChain::make(Sound& sound) {
   sound.rows = sound.rings.readout.delays.size();
   {
     const core::ScopedTimer timer(trace_.stages["ring"]);
-    int dropped = 0;  // at or above half the sample rate
-    sound.audio = synth::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
-                                    scene_.audio.samples(), &dropped);
-    if (sound.blows != std::vector<double>{0}) {
-      sound.audio = synth::synthesize_blows(sound.rings, sound.strike.force, sound.blows,
-                                            sound.sample_rate, scene_.audio.samples());
-    }
-    sound.modes = sound.rings.eigenvalues.size() - static_cast<std::size_t>(dropped);
+    sound.modes = synth::sounding_modes(sound.rings, sound.sample_rate);
+    sound.audio = sound.blows == std::vector<double>{0}
+                      ? synth::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
+                                          scene_.audio.samples())
+                      : synth::synthesize_blows(sound.rings, sound.strike.force, sound.blows,
+                                                sound.sample_rate, scene_.audio.samples());
   }
   run(&EffectParts::audio, sound);
   for (float& value : sound.audio) value = static_cast<float>(value * scene_.audio.gain);

@@ -9,6 +9,9 @@
 
 namespace carillon::cli {
 
+/// A sound as it lies in a file: one channel per row.
+core::AudioClip clip_of(const Sound& sound);
+
 /// The effects of a scene at work, one after the other. Those that are off are not started: they
 /// have no state, take no memory and cannot be called. Belongs to one thread.
 class SoundChain {

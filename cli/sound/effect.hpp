@@ -32,16 +32,16 @@ struct RingingBody {
 /// One sound on its way through the effects: each takes what is there and adds its part.
 struct Sound {
   const RingingBody* body = nullptr;
-  std::uint64_t seed = 0;     ///< of the data set; random streams are keyed by (seed, id, purpose)
-  std::uint64_t id = 0;       ///< of the sample
-  std::size_t part = 0;       ///< of `parts` whose rooms and noises have nothing in common
-  std::size_t parts = 1;      ///< (training, validation and test of either split)
-  synth::Strike strike;       ///< without a force over time until an effect gives it one
-  double contact_time = 0;    ///< drawn or given [s]
-  synth::RingDown rings;      ///< what is about to ring; effects of modes change it
+  std::uint64_t seed = 0;   ///< of the data set; random streams are keyed by (seed, id, purpose)
+  std::uint64_t id = 0;     ///< of the sample
+  std::size_t part = 0;     ///< of `parts` whose rooms and noises have nothing in common
+  std::size_t parts = 1;    ///< (training, validation and test of either split)
+  synth::Strike strike;     ///< without a force over time until an effect gives it one
+  double contact_time = 0;  ///< drawn or given [s]
+  synth::RingDown rings;    ///< what is about to ring; effects of modes change it
   std::vector<double> blows = {0};  ///< times of the strike, which may be repeated [s]
-  std::vector<float> audio;   ///< rows (listeners, or one) x samples
-  std::vector<float> direct;  ///< audio before a room's early reflections; empty without them
+  std::vector<float> audio;         ///< rows (listeners, or one) x samples
+  std::vector<float> direct;        ///< audio before a room's early reflections; empty without them
   std::size_t rows = 1;
   double sample_rate = 44100;
   std::size_t modes = 0;      ///< that sound

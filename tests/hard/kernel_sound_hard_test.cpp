@@ -93,7 +93,7 @@ TEST(KernelHard, TwoModesOneBillionthApart) {
   RingDown rings = velocity_of({omega * omega, other * other}, {1, 1});
   EXPECT_LT(deviation(rings, synthesize(rings, {0}, kRate, 40000)), 1e-6);
   rings.readout.velocity(0, 1) = -1;
-  const auto beat = synthesize(rings, {0}, kRate, 441000, nullptr, 0);
+  const auto beat = synthesize(rings, {0}, kRate, 441000, 0);
   const Real first = std::sqrt(Real(rings.eigenvalues[0]) - 1);
   const Real second = std::sqrt(Real(rings.eigenvalues[1]) - 1);
   double peak = 0, worst = 0;
@@ -118,9 +118,8 @@ TEST(KernelHard, FrequenciesAtNyquistAreDroppedAndSaid) {
   const double below = nyquist * (1 - 1e-12);
   const RingDown rings =
       velocity_of({nyquist * nyquist, above * above, below * below, 1e6}, {0, 0, 0, 0});
-  int dropped = -1;
-  const auto sound = synthesize(rings, {0}, kRate, 3000, &dropped);
-  EXPECT_EQ(dropped, 2);
+  const auto sound = synthesize(rings, {0}, kRate, 3000);
+  EXPECT_EQ(sounding_modes(rings, kRate), rings.eigenvalues.size() - 2);
   EXPECT_LT(deviation(velocity_of({below * below, 1e6}, {0, 0}), sound), 1e-6);
   StreamingRenderer renderer(1, kRate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);

@@ -66,15 +66,6 @@ void treat_negatives(Sound& sound, Negative choice, const Negatives& negatives) 
   sound.record->add("negative_damping_high", any ? found->second.high : none, "Hz");
 }
 
-/// Modes that were left out do not sound; those above half the sample rate are not counted anyway.
-void discount(Sound& sound, const Negatives& negatives) {
-  const auto found = negatives.bodies.find(sound.body->id);
-  if (found == negatives.bodies.end()) return;
-  for (const std::size_t mode : found->second.modes) {
-    if (sound.body->modes->frequency(mode) < sound.sample_rate / 2) --sound.modes;
-  }
-}
-
 EffectParts start_damping(Negative choice) {
   auto negatives = std::make_shared<Negatives>();
   EffectParts parts;
@@ -84,9 +75,6 @@ EffectParts start_damping(Negative choice) {
   // As an error there is nothing left to treat.
   if (choice != Negative::error) {
     parts.rings = [choice, negatives](Sound& sound) { treat_negatives(sound, choice, *negatives); };
-  }
-  if (choice == Negative::drop) {
-    parts.audio = [negatives](Sound& sound) { discount(sound, *negatives); };
   }
   return parts;
 }
