@@ -173,16 +173,33 @@ solvers::MeshRequest mesh_request(const BodyOptions& options) {
   return request;
 }
 
+namespace {
+
+/// Names of `shell=steel,core=wood` by group; empty for one material.
+std::map<std::string, std::string> materials_by_group(const std::string& text) {
+  std::map<std::string, std::string> groups;
+  if (text.find('=') == std::string::npos || text.find("youngs_modulus") != std::string::npos) {
+    return groups;
+  }
+  for (const auto& [group, name] : parse_assignments(text)) groups[group] = name;
+  return groups;
+}
+
+}  // namespace
+
 std::vector<synth::Material> region_materials(const std::string& text,
                                               const std::vector<std::string>& regions) {
-  const bool by_group =
-      text.find('=') != std::string::npos && text.find("youngs_modulus") == std::string::npos;
-  if (!by_group) {
-    return std::vector<synth::Material>(regions.size(), synth::parse_material(text));
-  }
-  std::map<std::string, std::string> groups;
-  for (const auto& [group, name] : parse_assignments(text)) groups[group] = name;
-  return assign_materials(groups, regions, {});
+  const auto groups = materials_by_group(text);
+  if (!groups.empty()) return assign_materials(groups, regions, {});
+  return std::vector<synth::Material>(regions.size(), synth::parse_material(text));
+}
+
+std::vector<synth::Material> named_materials(const std::string& text) {
+  const auto groups = materials_by_group(text);
+  if (groups.empty()) return {synth::parse_material(text)};
+  std::vector<synth::Material> materials;
+  for (const auto& [group, name] : groups) materials.push_back(synth::parse_material(name));
+  return materials;
 }
 
 void check_size(double longest, bool any_size) {

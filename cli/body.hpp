@@ -56,6 +56,9 @@ solvers::SolveOptions solve_options(const BodyOptions& options);
 std::vector<synth::Material> region_materials(const std::string& text,
                                               const std::vector<std::string>& regions);
 
+/// The materials that such a text names, whatever the mesh.
+std::vector<synth::Material> named_materials(const std::string& text);
+
 /// Bodies outside 1 mm to 10 m are mostly slips of a unit.
 /// @param longest  longest side [m], sizes included
 /// @throws InputError  outside, and `any_size` is off

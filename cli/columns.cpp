@@ -1,15 +1,31 @@
 #include "cli/columns.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
+#include <stdexcept>
 
 namespace carillon::cli {
+
+void Columns::check(const std::string& name, const Column& column, const core::Extent& inner,
+                    std::size_t values) {
+  const std::uint64_t row =
+      std::accumulate(inner.begin(), inner.end(), std::uint64_t{1}, std::multiplies<>());
+  if (values != row || (column.rows > 0 && column.inner != inner)) {
+    throw std::logic_error(fmt::format("column {}: a sample of another extent", name));
+  }
+}
 
 void Columns::write(const core::Hdf5Group& group) const {
   // Wide columns are chunked so that one sample can be read without its neighbours.
   constexpr std::uint64_t wide = 1024, values_per_chunk = 1 << 18;
   for (const std::string& name : order_) {
     const Column& column = columns_.at(name);
+    if (column.rows != columns_.at(order_.front()).rows) {
+      throw std::logic_error(fmt::format("column {}: {} samples of {}", name, column.rows,
+                                         columns_.at(order_.front()).rows));
+    }
     core::Extent extent{column.rows};
     extent.insert(extent.end(), column.inner.begin(), column.inner.end());
     const std::uint64_t row = std::accumulate(column.inner.begin(), column.inner.end(),

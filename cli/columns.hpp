@@ -12,7 +12,8 @@
 
 namespace carillon::cli {
 
-/// The columns of one shard, filled sample by sample and written at once.
+/// The columns of one shard, filled sample by sample and written at once. Every sample must add the
+/// same columns with the same extents: another one is an error of the program (std::logic_error).
 class Columns {
  public:
   /// Adds one sample's value; `inner` is its extent (empty for a single value).
@@ -20,6 +21,7 @@ class Columns {
   void add(const std::string& name, std::span<const T> values, const core::Extent& inner,
            const std::string& unit = "1") {
     Column& column = columns_[name];
+    check(name, column, inner, values.size());
     if (column.rows == 0) {
       column.values = std::vector<T>{};
       column.inner = inner;
@@ -49,6 +51,9 @@ class Columns {
     std::string unit;
     std::uint64_t rows = 0;
   };
+  static void check(const std::string& name, const Column& column, const core::Extent& inner,
+                    std::size_t values);
+
   std::map<std::string, Column> columns_;
   std::vector<std::string> order_;
 };

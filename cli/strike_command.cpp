@@ -64,7 +64,8 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
   return all;
 }
 
-Scene scene_of(const StrikeOptions& options) {
+/// @param materials  of the body, which decide whether there is damping
+Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>& materials) {
   const std::string name = options.scene.empty() ? "strike" : options.scene;
   core::ConfigNode root =
       core::ConfigNode::parse(options.scene.empty() ? "{}" : core::read_text_file(options.scene),
@@ -72,7 +73,7 @@ Scene scene_of(const StrikeOptions& options) {
   // A build's configuration holds a scene and more, which is not asked for here.
   root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
                     "limits", "mel", "voxels", "camera", "files", "split"});
-  Scene scene = read_scene(root, name);
+  Scene scene = read_scene(root, name, effects(), materials);
   root.finish();
   if (!scene.strikes.given.empty()) {
     throw core::InputError("strikes.csv gives the strikes of a build",
@@ -113,7 +114,7 @@ void draw_strike(const StrikeOptions& options, const Scene& scene, Sound& sound)
 
 void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
-  const Scene scene = scene_of(options);
+  const Scene scene = scene_of(options, named_materials(options.body.material));
   const Body body = solve_body(options.body, context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
@@ -139,7 +140,9 @@ void run_strike(const StrikeOptions& options, Context& context) {
   for (const float value : sound.audio) {
     peak = std::max(peak, std::abs(static_cast<double>(value)));
   }
-  const solvers::Vec3 position = synth::frame_at(body.modes.surface, sound.strike.point).position;
+  const auto list = [](const solvers::Vec3& v) { return std::vector(v.begin(), v.end()); };
+  const synth::PointFrame frame = synth::frame_at(body.modes.surface, sound.strike.point);
+  const solvers::Vec3& position = frame.position;
   const std::string& unit = sound.rings.readout.unit;
   const nlohmann::json drawn = record.last_row();
   nlohmann::json ran = nlohmann::json::object();
@@ -151,7 +154,12 @@ void run_strike(const StrikeOptions& options, Context& context) {
                            {"modes", sound.modes},
                            {"unit", unit},
                            {"peak", peak},
-                           {"position_m", {position.x(), position.y(), position.z()}},
+                           {"position_m", list(position)},
+                           {"normal", list(frame.normal)},
+                           {"direction", list(sound.strike.direction)},
+                           {"impulse_ns", sound.strike.impulse},
+                           {"contact_time_s", sound.strike.force.duration},
+                           {"scene", describe_effects(scene)},
                            {"effects", ran},
                            {"record", drawn}};
     if (body.pitch_target) json["pitch_target"] = solvers::to_json(*body.pitch_target, true);
@@ -160,7 +168,14 @@ void run_strike(const StrikeOptions& options, Context& context) {
   }
   fmt::print("{}: {} modes, struck at ({:.4f}, {:.4f}, {:.4f}) m, peak {:.3g} {}\n", options.output,
              sound.modes, position.x(), position.y(), position.z(), peak, unit);
-  fmt::print("effects: {}\n", fmt::join(std::views::keys(trace.effects), ", "));
+  fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", sound.strike.impulse,
+             1000 * sound.strike.force.duration, fmt::join(std::views::keys(trace.effects), ", "));
+  // What was asked for and cannot be: a room without a listener.
+  for (const EffectDecision& effect : scene.effects) {
+    if (!effect.enabled && !effect.in_scene.asked_by.empty()) {
+      fmt::print("  {:<24} off: {}\n", effect.effect->name, effect.reason);
+    }
+  }
   for (const auto& [name, value] : drawn.items()) {
     fmt::print("  {:<24} {}\n", name, value.dump());
   }
@@ -173,9 +188,7 @@ void add_strike(CLI::App& program, Context& context) {
   CLI::App* command = program.add_subcommand("strike", "one sound of one shape");
   auto options = std::make_shared<StrikeOptions>();
   add_body_options(*command, options->body);
-  command
-      ->add_option("-o,--output", options->output,
-                   "WAV file (32-bit float), one channel per listener")
+  command->add_option("-o,--output", options->output, "WAV file, one channel per listener")
       ->required();
   command->add_option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");
   command->add_option("--direction", options->direction,
@@ -197,7 +210,8 @@ void add_strike(CLI::App& program, Context& context) {
   command->add_option("--seconds", options->seconds, "length of the clip")->default_str("1 s");
   command->add_option("--sample-rate", options->sample_rate, "[Hz]")->default_str("44100");
   command->add_option("--gain", options->gain, "full scale per m/s or Pa")->default_str("1");
-  command->add_option("--seed", options->seed, "of the random point")->capture_default_str();
+  command->add_option("--seed", options->seed, "of everything that is drawn")
+      ->capture_default_str();
   command->add_option("--repeat", options->repeat, "strikes one after the other on the same point")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();

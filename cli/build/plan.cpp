@@ -202,6 +202,9 @@ std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& con
       entry.cost =
           static_cast<double>(task.count) * config.scene.seconds_per_sound(config.band.max_modes);
       entry.memory = values * 4 + 1e8;
+      for (const EffectDecision& effect : config.scene.effects) {
+        if (effect.enabled) entry.memory += effect.in_scene.memory;
+      }
       entry.after = {static_cast<std::int64_t>(task.shape)};  // modes tasks come first, by shape
     }
     tasks.push_back(std::move(entry));

@@ -92,8 +92,9 @@ void add_preview(CLI::App& program, Context& context) {
     run_modes_task(build.config, shape, folders, context.world, trace);
     if (!context.speaks()) return;
 
+    Columns record;
     const SampleResult result =
-        SampleMaker(build.config, shape, folders, trace).make(sample, nullptr);
+        SampleMaker(build.config, shape, folders, trace).make(sample, &record);
     const std::size_t count = build.config.scene.audio.samples();
     core::write_wav(folders.output / "sound.wav", clip_of(result.sound),
                     core::SampleFormat::float32);
@@ -107,6 +108,7 @@ void add_preview(CLI::App& program, Context& context) {
                                     {"modes", result.sound.modes},
                                     {"peak", result.peak},
                                     {"unit", result.sound.rings.readout.unit},
+                                    {"record", record.last_row()},
                                     {"folder", options->output}};
     if (context.json) {
       fmt::print("{}\n", summary.dump(2));

@@ -72,6 +72,7 @@ struct SceneEffect {
   /// need not be ("no listener is placed"). Empty: it can run, and with `auto` it does.
   std::string reason_off;
   double seconds_per_sound = 0;  ///< estimated cost of one sound, one row
+  double memory = 0;             ///< estimated, of its working parts [byte]
   std::string content;           ///< hash of files it reads beside the configuration
   /// Makes the working parts; never called while it is off. Empty for effects outside the chain.
   /// @param cache  folder that outlives the run, for what is dear to compute; empty: none
@@ -86,7 +87,7 @@ struct Effect {
   /// `auto` never turns it on: only `effects.NAME: on` does.
   bool only_on_demand = false;
   /// Reads the effect's keys of a configuration and says whether the scene calls for it. `scene`
-  /// holds audio, strikes and listeners; other effects are not known.
+  /// holds audio, strikes and listeners, and of the effects what was decided of earlier ones.
   /// @throws ConfigError
   SceneEffect (*read)(core::ConfigNode& root, const Scene& scene);
 };

@@ -97,6 +97,11 @@ bool Scene::runs(std::string_view effect) const {
   });
 }
 
+std::string Scene::unheard() const {
+  if (listeners.empty()) return "no listener is placed";
+  return runs("radiation") ? "" : "radiation is off: the dry signal is no pressure";
+}
+
 double Scene::seconds_per_sound(int modes) const {
   // Ring-down kernel, one core of a 2.3 GHz Xeon (docs/sound/speed.md).
   constexpr double seconds_per_mode_sample = 4e-10;

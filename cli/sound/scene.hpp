@@ -50,6 +50,9 @@ struct Scene {
   /// Of a sound: one per listener, or one of the dry signal.
   std::size_t rows() const;
   bool runs(std::string_view effect) const;
+  /// Why nothing hears pressure in air: no listener, or radiation is off; "" where something does.
+  /// For effects after radiation.
+  std::string unheard() const;
   /// Estimated seconds of one sound: modes ringing, and the effects that are on.
   double seconds_per_sound(int modes) const;
 };

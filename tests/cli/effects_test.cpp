@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <stdexcept>
 
 #include "cli/sound/chain.hpp"
 #include "core/error.hpp"
@@ -177,6 +179,41 @@ TEST(Effects, CannotBeForcedWithoutWhatTheyNeed) {
     EXPECT_NE(error.message().find("s.yaml:1"), std::string::npos) << error.message();
     EXPECT_NE(error.message().find("no listener"), std::string::npos) << error.message();
   }
+}
+
+// A room answers pressure in air, not the velocity of a surface.
+TEST(Effects, OfAirAreOffWhereRadiationIs) {
+  for (const char* off : {"effects: {radiation: off}\n", "radiation: {model: \"off\"}\n"}) {
+    core::ConfigNode root =
+        core::ConfigNode::parse(std::string("listeners:\n  - position: [0, 0, 1]\n"
+                                            "room: {size: [5, 4, 3], rt60: 0.5}\n") +
+                                    off,
+                                "s.yaml");
+    const Scene scene = read_scene(root, "s.yaml");
+    root.finish();
+    EXPECT_EQ(scene.rows(), 1u);
+    for (const char* name : {"radiation", "click", "room", "tail"}) {
+      EXPECT_FALSE(scene.runs(name)) << name;
+    }
+    for (const nlohmann::json& effect : describe_effects(scene)) {
+      if (effect.at("name") == "room") {
+        EXPECT_EQ(effect.at("reason"), "radiation is off: the dry signal is no pressure");
+      }
+    }
+  }
+}
+
+TEST(Columns, RefuseSamplesThatDiffer) {
+  Columns columns;
+  const std::vector<double> two = {1, 2};
+  columns.add<double>("pair", two, {2});
+  columns.add("one", 1.0);
+  EXPECT_THROW(columns.add<double>("pair", std::span(two).first(1), {1}), std::logic_error);
+  EXPECT_THROW(columns.add<double>("pair", std::span(two).first(1), {2}), std::logic_error);
+  columns.add<double>("pair", two, {2});
+  const auto path = std::filesystem::path(testing::TempDir()) / "columns.h5";
+  EXPECT_THROW(columns.write(core::Hdf5Group::create_file(path)), std::logic_error);
+  std::filesystem::remove(path);
 }
 
 TEST(Effects, UnknownNamesAreErrors) {

@@ -39,8 +39,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect;
   core::ConfigNode node = root.child("click");
   const bool held = node.flag("held", root.has("supports"));
-  if (scene.listeners.empty()) {
-    effect.reason_off = "no listener is placed: the click is pressure in air";
+  if (const std::string why = scene.unheard(); !why.empty()) {
+    effect.reason_off = why;
   } else if (held) {
     const std::string place = root.has("click") ? node.where("held") : "";
     effect.reason_off =

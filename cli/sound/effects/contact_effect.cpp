@@ -13,10 +13,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   const bool finite = given.empty() || std::any_of(given.begin(), given.end(), [](const auto& s) {
                         return s.contact_time > 0;
                       });
-  const bool striker =
-      root.has("striker") &&
-      root.child("effects").choice("striker", {"auto", "on", "off"}, "auto") != "off";
-  if (striker) {
+  if (scene.runs("striker")) {
     effect.reason_off = "striker: (" + root.where("striker") + ") gives the force";
   } else if (finite) {
     effect.asked_by = root.has("strikes") ? "strikes: (" + root.where("strikes") + ")"

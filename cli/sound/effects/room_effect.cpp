@@ -18,8 +18,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   }
   const RoomScene room = read_room(root, scene);
   effect.asked_by = "room: (" + root.where("room") + ")";
-  if (scene.listeners.empty()) {
-    effect.reason_off = "no listener hears it";
+  if (const std::string why = scene.unheard(); !why.empty()) {
+    effect.reason_off = why;
   } else if (room.order == 0) {
     effect.reason_off = "order 0: no image sources are asked for";
   }

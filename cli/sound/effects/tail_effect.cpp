@@ -49,7 +49,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   }
   const RoomScene room = read_room(root, scene);
   effect.asked_by = "room: (" + root.where("room") + ")";
-  effect.reason_off = scene.listeners.empty() ? "no listener hears it" : why_silent(room, scene);
+  effect.reason_off = scene.unheard();
+  if (effect.reason_off.empty()) effect.reason_off = why_silent(room, scene);
   effect.seconds_per_sound = kSecondsPerSample * static_cast<double>(scene.audio.samples());
   effect.start = [room](const std::filesystem::path& cache) {
     auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::tail,
