@@ -82,6 +82,10 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
   if (scene.audio.sample_rate != std::floor(scene.audio.sample_rate)) {
     throw core::InputError("--sample-rate must be whole, as WAV files store it");
   }
+  if (scene.runs("striker") && !(options.impulse.empty() && options.contact_time.empty())) {
+    throw core::InputError("--impulse and --contact-time have no effect: the striker gives them",
+                           "leave them out, or set effects.striker=off");
+  }
   return scene;
 }
 
@@ -172,7 +176,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
              1000 * sound.strike.force.duration, fmt::join(std::views::keys(trace.effects), ", "));
   // What was asked for and cannot be: a room without a listener.
   for (const EffectDecision& effect : scene.effects) {
-    if (!effect.enabled && !effect.in_scene.asked_by.empty()) {
+    if (!effect.enabled && !effect.in_scene.asked_by.empty() && !effect.effect->only_on_demand) {
       fmt::print("  {:<24} off: {}\n", effect.effect->name, effect.reason);
     }
   }
