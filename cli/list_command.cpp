@@ -8,6 +8,9 @@
 #include "cli/sound/effect.hpp"
 #include "solvers/families.hpp"
 #include "synth/material.hpp"
+#include "synth/noise_generators.hpp"
+#include "synth/striker.hpp"
+#include "synth/supports.hpp"
 
 namespace carillon::cli {
 
@@ -38,7 +41,46 @@ nlohmann::json list_shapes() {
 nlohmann::json list_effects() {
   nlohmann::json list = nlohmann::json::array();
   for (const Effect& effect : effects()) {
-    list.push_back({{"name", effect.name}, {"description", effect.description}});
+    nlohmann::json entry = {{"name", effect.name},
+                            {"description", effect.description},
+                            {"key", effect.key},
+                            {"stage", effect.stage},
+                            {"only_on_demand", effect.only_on_demand}};
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+nlohmann::json list_strikers() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const synth::Striker& striker : synth::preset_strikers()) {
+    list.push_back({{"name", striker.name},
+                    {"mass_kg", striker.mass},
+                    {"radius_m", striker.radius},
+                    {"youngs_modulus_pa", striker.youngs_modulus},
+                    {"poisson_ratio", striker.poisson_ratio},
+                    {"restitution", striker.restitution},
+                    {"source", striker.source}});
+  }
+  return list;
+}
+
+nlohmann::json list_supports() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const synth::SupportKind& kind : synth::preset_supports()) {
+    list.push_back({{"name", kind.name},
+                    {"coefficient_s_per_m", kind.coefficient},
+                    {"friction", kind.friction},
+                    {"source", kind.source}});
+  }
+  return list;
+}
+
+nlohmann::json list_noises() {
+  nlohmann::json list = nlohmann::json::array();
+  const std::vector<std::string>& names = synth::noise_kind_names();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    list.push_back({{"name", names[i]}, {"spectrum", synth::noise_kind_spectra().at(i)}});
   }
   return list;
 }
@@ -77,7 +119,7 @@ void print_list(const nlohmann::json& list) {
   for (const nlohmann::json& entry : list) {
     fmt::print("{}\n", entry.at("name").get<std::string>());
     for (const auto& [key, value] : entry.items()) {
-      if (key == "name" || value.empty()) continue;
+      if (key == "name" || value.empty() || value == false) continue;
       if (key == "parameters") {
         for (const nlohmann::json& p : value) {
           fmt::print("    {:<18} {:.4g} to {:.4g} m: {}\n", p.at("name").get<std::string>(),
@@ -96,16 +138,19 @@ void print_list(const nlohmann::json& list) {
 }  // namespace
 
 void add_list(CLI::App& program, Context& context) {
-  static const std::map<std::string, nlohmann::json (*)()> lists = {{"materials", list_materials},
-                                                                    {"shapes", list_shapes},
-                                                                    {"effects", list_effects},
-                                                                    {"models", list_models}};
-  CLI::App* command =
-      program.add_subcommand("list", "materials, shapes, effects or damping models by name");
+  static const std::map<std::string, nlohmann::json (*)()> lists = {
+      {"materials", list_materials}, {"shapes", list_shapes},     {"effects", list_effects},
+      {"models", list_models},       {"strikers", list_strikers}, {"supports", list_supports},
+      {"noises", list_noises}};
+  const std::string names = "materials, shapes, effects, models, strikers, supports or noises";
+  CLI::App* command = program.add_subcommand(
+      "list", "materials, shapes, effects, damping models, strikers, supports or noises by name");
   auto what = std::make_shared<std::string>();
-  command->add_option("what", *what, "materials, shapes, effects or models")
-      ->required()
-      ->check(CLI::IsMember({"materials", "shapes", "effects", "models"}));
+  command->add_option("what", *what, names)->required()->check(CLI::IsMember([] {
+    std::vector<std::string> known;
+    for (const auto& [name, make] : lists) known.push_back(name);
+    return known;
+  }()));
   command->callback([&context, what] {
     if (!context.speaks()) return;
     const nlohmann::json list = lists.at(*what)();

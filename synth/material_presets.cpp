@@ -28,11 +28,11 @@ struct Sample {
 using Alphas = std::vector<double>;
 
 Material row(const Sample& sample, const char* suffix, DampingKind kind, Alphas alphas) {
-  return {
-      sample.name + suffix,
-      sample.elastic,
-      {kind, std::move(alphas), ""},
-      fmt::format("damping: {}, {} row; {}", sample.table, form_of(kind).name, sample.handbook)};
+  return {sample.name + suffix,
+          sample.elastic,
+          {kind, std::move(alphas), ""},
+          fmt::format("damping: {}, {} row ({}); {}", sample.table, form_of(kind).name,
+                      sample.again, sample.handbook)};
 }
 
 /// Two rows of Sterling 2019, Table 4.1; the same as Table 1 of the article with Rewkowski, Klatzky

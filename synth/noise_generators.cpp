@@ -202,6 +202,15 @@ const std::vector<std::string>& noise_kind_names() {
   return names;
 }
 
+const std::vector<std::string>& noise_kind_spectra() {
+  static const std::vector<std::string> spectra = {
+      "even", "-3 dB per octave", "-6 dB per octave from 20 Hz up, even below 5 Hz",
+      "mains: 50 or 60 Hz and 19 harmonics with random phases and levels",
+      "voices without words: even from 0.1 to 1 kHz, -12 dB per octave above; syllables of six "
+      "talkers"};
+  return spectra;
+}
+
 NoiseKind noise_kind(const std::string& name) {
   const auto& names = noise_kind_names();
   const auto found = std::find(names.begin(), names.end(), name);

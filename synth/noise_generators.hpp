@@ -19,6 +19,8 @@ enum class NoiseKind {
 
 /// Names of the kinds in configurations, in the order of the enumeration.
 const std::vector<std::string>& noise_kind_names();
+/// Their spectra in words, in the same order.
+const std::vector<std::string>& noise_kind_spectra();
 /// @throws InputError  names the nearest kind
 NoiseKind noise_kind(const std::string& name);
 

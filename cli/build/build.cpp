@@ -1,6 +1,7 @@
 #include "cli/build/build.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <memory>
 
@@ -151,6 +152,9 @@ int run_build(const BuildOptions& options, const Context& context) {
     board = make_board(build, finished_tasks(*journal, folders.output), options.retry_failed);
   });
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
+  if (host && !idle) {
+    for (const std::string& warning : build.config.warnings) spdlog::warn("{}", warning);
+  }
   std::int64_t tasks_run = 0;
 
   core::Progress progress("build", board.total_cost(),

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "cli/build/negative_damping.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"
@@ -227,6 +228,18 @@ SplitConfig read_split(ConfigNode node) {
   return split;
 }
 
+/// Told when the configuration is read: the band and the materials are known, no body need be.
+void tell_negative_damping(ConfigNode node, BuildConfig& config) {
+  for (EffectDecision& decision : config.scene.effects) {
+    if (!decision.enabled || decision.effect->name != std::string_view("damping")) continue;
+    const std::string choice = node.choice("negative", {"error", "clamp", "drop"}, "error");
+    const std::string told = negative_damping(config.scene.materials, config.band, choice);
+    if (told.empty()) continue;
+    decision.reason += "; " + told;
+    config.warnings.push_back("damping is " + told);
+  }
+}
+
 }  // namespace
 
 std::vector<synth::Material> named_materials(const BuildConfig& config) {
@@ -264,6 +277,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
 
   config.scene = read_scene(root, file_name, registry, named_materials(config));
   read_modes(root.child("modes"), config);
+  tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);
   read_limits(root.child("limits"), config);
   if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);

@@ -53,7 +53,8 @@ struct BuildConfig {
   bool wav = false;
   bool png = false;
   SplitConfig split;
-  std::string resolved;  ///< every key with its value, YAML in SI units
+  std::vector<std::string> warnings;  ///< what is legal and yet worth a line when a build begins
+  std::string resolved;               ///< every key with its value, YAML in SI units
 };
 
 /// Every material that the objects of a configuration name, each once, by name.

@@ -84,6 +84,10 @@ struct SceneEffect {
 struct Effect {
   const char* name;  ///< key under `effects:` and in plan and trace
   const char* description;
+  const char* key;  ///< of the configuration, whose values say how it acts
+  /// Where it does its part: `body`, `strike`, `rings`, `audio` or `full scale` (as in
+  /// EffectParts), or `view` for what is made beside the chain.
+  const char* stage;
   /// `auto` never turns it on: only `effects.NAME: on` does.
   bool only_on_demand = false;
   /// Reads the effect's keys of a configuration and says whether the scene calls for it. `scene`

@@ -56,10 +56,17 @@ StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   return strikes;
 }
 
+/// `auto`, `on` or `off`.
+std::string effect_switch(ConfigNode& switches, const std::string& name) {
+  const std::string word = switches.choice(name, {"auto", "on", "off", "true", "false"}, "auto");
+  // What programs that write YAML 1.1 make of on and off.
+  return word == "true" ? "on" : word == "false" ? "off" : word;
+}
+
 /// What `effects: {name: ...}` and the scene's needs come to.
 EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& switches) {
   EffectDecision decision{&effect, false, "", std::move(in_scene)};
-  const std::string wish = switches.choice(effect.name, {"auto", "on", "off"}, "auto");
+  const std::string wish = effect_switch(switches, effect.name);
   const std::string place = wish == "auto" ? ""
                                            : fmt::format("effects.{}: {} ({})", effect.name, wish,
                                                          switches.where(effect.name));

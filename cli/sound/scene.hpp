@@ -65,6 +65,11 @@ Scene read_scene(core::ConfigNode& root, const std::string& file_name,
                  std::span<const Effect> registry = effects(),
                  std::vector<synth::Material> materials = {});
 
+/// The word for an effect under `effects:`, `auto`, `on` or `off`; `true` and `false` are on and
+/// off.
+/// @throws ConfigError  another word
+std::string effect_switch(core::ConfigNode& switches, const std::string& name);
+
 /// `[].name, .enabled, .reason, .seconds_per_sound` of a scene's effects.
 nlohmann::json describe_effects(const Scene& scene);
 

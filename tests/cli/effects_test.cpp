@@ -3,7 +3,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <regex>
+#include <set>
 #include <stdexcept>
 
 #include "cli/sound/chain.hpp"
@@ -203,6 +206,35 @@ TEST(Effects, OfAirAreOffWhereRadiationIs) {
   }
 }
 
+TEST(Effects, SwitchesMayBeTrueOrFalse) {
+  core::ConfigNode root = core::ConfigNode::parse(
+      "striker: {kind: metal}\neffects: {striker: false, thrift: true}\n", "s.yaml");
+  const Scene scene = read_scene(root, "s.yaml");
+  EXPECT_FALSE(scene.runs("striker"));
+  EXPECT_TRUE(scene.runs("contact"));  // which a striker would do in its place
+  EXPECT_TRUE(scene.runs("thrift"));
+  core::ConfigNode wrong = core::ConfigNode::parse("effects: {thrift: maybe}\n", "s.yaml");
+  EXPECT_THROW(read_scene(wrong, "s.yaml"), core::ConfigError);
+}
+
+TEST(Effects, ActAtTheStageThatTheyName) {
+  for (const char* name : working_effects()) {
+    core::ConfigNode root = core::ConfigNode::parse(scene_without("", name), "s.yaml");
+    for (const EffectDecision& decision : read_scene(root, "s.yaml").effects) {
+      if (decision.effect->name != std::string_view(name)) continue;
+      ASSERT_TRUE(decision.enabled) << name;
+      const EffectParts parts = decision.in_scene.start("");
+      const std::map<std::string, bool> does = {
+          {"body", static_cast<bool>(parts.body)},
+          {"strike", static_cast<bool>(parts.strike)},
+          {"rings", static_cast<bool>(parts.rings)},
+          {"audio", static_cast<bool>(parts.audio)},
+          {"full scale", static_cast<bool>(parts.full_scale)}};
+      EXPECT_TRUE(does.at(decision.effect->stage)) << name << ": " << decision.effect->stage;
+    }
+  }
+}
+
 TEST(Columns, RefuseSamplesThatDiffer) {
   Columns columns;
   const std::vector<double> two = {1, 2};
@@ -214,6 +246,43 @@ TEST(Columns, RefuseSamplesThatDiffer) {
   const auto path = std::filesystem::path(testing::TempDir()) / "columns.h5";
   EXPECT_THROW(columns.write(core::Hdf5Group::create_file(path)), std::logic_error);
   std::filesystem::remove(path);
+}
+
+/// Names in the first cells of the table of effects' columns.
+std::set<std::string> documented_columns() {
+  std::ifstream file(CARILLON_FORMAT_DOC);
+  std::set<std::string> names;
+  bool inside = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#")) inside = line == "### Columns of effects";
+    if (!inside || !line.starts_with("| `")) continue;
+    const std::string cell = line.substr(0, line.find('|', 1));
+    const std::regex name("`([a-z0-9_]+)`");
+    for (std::sregex_iterator at(cell.begin(), cell.end(), name), end; at != end; ++at) {
+      names.insert((*at)[1]);
+    }
+  }
+  return names;
+}
+
+TEST(Effects, RecordTheColumnsThatTheFormatDocuments) {
+  std::string text = "audio: {seconds: 0.2, sample_rate: 16000}\n";
+  for (const auto& [effect, keys] : calls()) {
+    if (effect != "supports") text += keys;
+  }
+  text +=
+      "supports: {coupling: full, contacts: [{kind: finger, count: 2}]}\n"
+      "damping: {negative: clamp}\neffects: {thrift: on}\n";
+  const std::set<std::string> documented = documented_columns();
+  std::set<std::string> recorded;
+  const Heard heard = hear(text);
+  for (const auto& [name, value] : heard.record.items()) {
+    recorded.insert(name);
+    EXPECT_TRUE(documented.contains(name)) << name << " is not in docs/format.md";
+  }
+  for (const std::string& name : documented) {
+    EXPECT_TRUE(recorded.contains(name)) << name << " of docs/format.md is recorded by no effect";
+  }
 }
 
 TEST(Effects, UnknownNamesAreErrors) {

@@ -319,11 +319,30 @@ class Others(FolderTest):
         self.assertTrue(run_json("inspect", self.write("cube.off", CUBE))[0]["clean"])
 
     def test_lists(self):
-        for what in ("materials", "shapes", "effects", "models"):
+        for what in ("materials", "shapes", "effects", "models", "strikers", "supports", "noises"):
             self.assertGreater(len(run_json("list", what)), 0)
             self.assertEqual(run("list", what).returncode, 0)
         steel = {m["name"]: m for m in run_json("list", "materials")}["steel"]
         self.assertEqual(steel["youngs_modulus_pa"], 2e11)
+
+    def test_effects_are_listed_with_key_and_stage(self):
+        effects = {e["name"]: e for e in run_json("list", "effects")}
+        self.assertEqual((effects["tail"]["key"], effects["tail"]["stage"]), ("room", "audio"))
+        self.assertEqual(effects["recording"]["stage"], "full scale")
+        self.assertEqual([n for n, e in effects.items() if e["only_on_demand"]], ["thrift"])
+        text = run("list", "effects").stdout
+        self.assertEqual(text.count("only_on_demand"), 1)
+
+    def test_presets_of_scenes_are_listed_with_values_and_sources(self):
+        strikers = {s["name"]: s for s in run_json("list", "strikers")}
+        self.assertEqual(strikers["metal"]["youngs_modulus_pa"], 2e11)
+        self.assertIn("assumed", strikers["finger"]["source"])
+        supports = {s["name"]: s for s in run_json("list", "supports")}
+        self.assertGreater(supports["table"]["coefficient_s_per_m"],
+                           supports["string"]["coefficient_s_per_m"])
+        self.assertTrue(all(s["source"] for s in supports.values()))
+        noises = {n["name"]: n for n in run_json("list", "noises")}
+        self.assertIn("-3 dB", noises["pink"]["spectrum"])
 
     def test_plan_says_what_runs_and_why(self):
         plan = run_json("plan", CONFIGS / "smoke.yaml")

@@ -44,6 +44,21 @@ TEST(DampingPresets, AreTheRowsOfTheDissertationsTable41) {
   }
 }
 
+TEST(DampingPresets, NameBothTablesThatPrintTheirDamping) {
+  for (const Material& material : preset_materials()) {
+    const bool sterling = material.name.starts_with("sterling_");
+    const bool gpd = material.name.starts_with("gpd_");
+    if (!sterling && !gpd) continue;
+    for (const std::string table :
+         {sterling ? "Sterling 2019, Table 4.1" : "Sterling 2019, Table 3.1",
+          sterling ? "Sterling, Rewkowski, Klatzky and Lin 2019, Table 1"
+                   : "Sterling and Lin 2016, Table 1.1"}) {
+      EXPECT_NE(material.source.find(table), std::string::npos)
+          << material.name << ": " << material.source;
+    }
+  }
+}
+
 TEST(DampingPresets, AreTheRowsOfTheDissertationsTable31) {
   const std::vector<std::string> names = {"plastic_1", "plastic_2", "porcelain", "wood",
                                           "aluminum"};

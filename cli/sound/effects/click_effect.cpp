@@ -68,6 +68,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 const Effect click_effect = {
     .name = "click",
     .description = "sound of the struck body's jump as a rigid whole (acceleration noise)",
+    .key = "click",
+    .stage = "audio",
     .read = read};
 
 }  // namespace carillon::cli

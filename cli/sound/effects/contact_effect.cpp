@@ -31,7 +31,10 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 
 }  // namespace
 
-const Effect contact_effect = {
-    .name = "contact", .description = "finite contact pulse of the striker", .read = read};
+const Effect contact_effect = {.name = "contact",
+                               .description = "finite contact pulse of the striker",
+                               .key = "strikes",
+                               .stage = "strike",
+                               .read = read};
 
 }  // namespace carillon::cli

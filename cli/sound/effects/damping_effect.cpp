@@ -107,6 +107,8 @@ SceneEffect read_damping(core::ConfigNode& root, const Scene& scene) {
 
 const Effect damping_effect = {.name = "damping",
                                .description = "decay rate of every mode from its materials' models",
+                               .key = "damping",
+                               .stage = "body",
                                .read = read_damping};
 
 }  // namespace carillon::cli

@@ -194,6 +194,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 const Effect noise_effect = {
     .name = "noise",
     .description = "recorded or generated noise at a ratio to the active part of the sound",
+    .key = "noise",
+    .stage = "audio",
     .read = read};
 
 }  // namespace carillon::cli

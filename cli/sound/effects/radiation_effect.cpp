@@ -113,7 +113,10 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 
 }  // namespace
 
-const Effect radiation_effect = {
-    .name = "radiation", .description = "sound pressure at listeners", .read = read};
+const Effect radiation_effect = {.name = "radiation",
+                                 .description = "sound pressure at listeners",
+                                 .key = "radiation",
+                                 .stage = "body",
+                                 .read = read};
 
 }  // namespace carillon::cli

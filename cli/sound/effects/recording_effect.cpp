@@ -113,6 +113,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 const Effect recording_effect = {
     .name = "recording",
     .description = "time shift, gain, clipping and bit depth of a recorder",
+    .key = "recording",
+    .stage = "full scale",
     .read = read};
 
 }  // namespace carillon::cli

@@ -52,6 +52,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 
 const Effect room_effect = {.name = "room",
                             .description = "early reflections of a shoebox room (image sources)",
+                            .key = "room",
+                            .stage = "audio",
                             .read = read};
 
 }  // namespace carillon::cli

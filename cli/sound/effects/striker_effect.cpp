@@ -196,6 +196,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 const Effect striker_effect = {
     .name = "striker",
     .description = "impulse and force of a striker by Hertz's contact, or Hiner's noise burst",
+    .key = "striker",
+    .stage = "strike",
     .read = read};
 
 }  // namespace carillon::cli

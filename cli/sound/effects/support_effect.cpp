@@ -239,7 +239,10 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
 
 }  // namespace
 
-const Effect supports_effect = {
-    .name = "supports", .description = "damping by what holds the body", .read = read};
+const Effect supports_effect = {.name = "supports",
+                                .description = "damping by what holds the body",
+                                .key = "supports",
+                                .stage = "rings",
+                                .read = read};
 
 }  // namespace carillon::cli

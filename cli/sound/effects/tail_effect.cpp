@@ -88,6 +88,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 const Effect tail_effect = {
     .name = "tail",
     .description = "late reverberation of a room: noise with the prescribed decay in each octave",
+    .key = "room",
+    .stage = "audio",
     .read = read};
 
 }  // namespace carillon::cli

@@ -44,6 +44,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 
 const Effect thrift_effect = {.name = "thrift",
                               .description = "leaves out modes that cannot be heard",
+                              .key = "thrift",
+                              .stage = "rings",
                               .only_on_demand = true,
                               .read = read};
 

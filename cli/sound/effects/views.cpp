@@ -24,11 +24,20 @@ constexpr const char* camera_key = "camera";
 
 }  // namespace
 
-const Effect mel_effect = {
-    .name = "mel", .description = "mel power spectrograms", .read = read<mel_key>};
-const Effect voxels_effect = {
-    .name = "voxels", .description = "voxel grid of each object", .read = read<voxels_key>};
-const Effect frames_effect = {
-    .name = "frames", .description = "picture of each object", .read = read<camera_key>};
+const Effect mel_effect = {.name = "mel",
+                           .description = "mel power spectrograms",
+                           .key = "mel",
+                           .stage = "view",
+                           .read = read<mel_key>};
+const Effect voxels_effect = {.name = "voxels",
+                              .description = "voxel grid of each object",
+                              .key = "voxels",
+                              .stage = "view",
+                              .read = read<voxels_key>};
+const Effect frames_effect = {.name = "frames",
+                              .description = "picture of each object",
+                              .key = "camera",
+                              .stage = "view",
+                              .read = read<camera_key>};
 
 }  // namespace carillon::cli
