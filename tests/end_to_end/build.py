@@ -302,6 +302,24 @@ class Build(FolderTest):
             numpy.testing.assert_allclose(impulse[strikes == 0], 100 * 0.0002 / 2)
             numpy.testing.assert_allclose(impulse[strikes == 1], 50 * 0.001 / 2)
 
+    def test_negative_damping_is_told_once_when_a_build_begins(self):
+        material = ("youngs_modulus=70 GPa,poisson_ratio=0.2,density=2500,"
+                    "damping=1e-3*(f-800)*(f-3000)")
+        config = self.write("dip.yaml", f"""
+name: dip
+objects: [{{shape: block, materials: ["{material}"]}}]
+modes: {{max_modes: 5, max_frequency: 20 kHz}}
+strikes: {{per_object: 1}}
+damping: {{negative: clamp}}
+""")
+        told = "800 to 3000 Hz; modes there will be undamped"
+        result = run("build", config, "-o", self.folder / "dip", ranks=2)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(result.stderr.count(told), 1, result.stderr)
+        again = run("build", config, "-o", self.folder / "dip")
+        self.assertNotIn(told, again.stderr)  # nothing is left to do
+        self.assertIn(told, run("plan", config).stdout)
+
     def test_failed_object_does_not_stop_the_others(self):
         self.write("soup.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n")
         config = self.write("broken.yaml", CONFIG.replace(
