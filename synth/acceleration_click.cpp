@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "synth/modal_response.hpp"
 #include "synth/outer_surface.hpp"
-#include "synth/sampled_response.hpp"
+#include "synth/sampled_force.hpp"
 
 namespace carillon::synth {
 
@@ -61,7 +61,7 @@ class SphereResponse {
     if (force.samples.empty()) {
       pulse_.emplace(2 * rate_ * rate_, rate_, duration_);
     } else {
-      sampled_.emplace(2 * rate_ * rate_, rate_, force.samples, duration_);
+      sampled_.emplace(2 * rate_ * rate_, rate_, force);
     }
   }
 
@@ -103,10 +103,7 @@ void check(const RigidSource& source, const Vec3& impulse, const ContactForce& f
         fmt::format("click: a body of {} kg and equivalent radii {}, {}, {} m is not physical",
                     source.mass, source.radii[0], source.radii[1], source.radii[2]));
   }
-  if (!(force.duration >= 0) || !std::isfinite(force.duration)) {
-    throw core::InputError(
-        fmt::format("click: contact time must not be negative, not {} s", force.duration));
-  }
+  check(force);
   if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
     throw core::InputError(
         fmt::format("click: sample rate must be positive, not {} Hz", sample_rate));
@@ -196,8 +193,12 @@ RigidSource rigid_source(const solvers::ModeSurface& surface, double mass) {
 
 std::vector<float> acceleration_click(const RigidSource& source, const Vec3& impulse,
                                       const ContactForce& force, const Vec3& listener,
-                                      double sample_rate, std::size_t count) {
+                                      double sample_rate, std::size_t count, double begin) {
   check(source, impulse, force, listener, sample_rate);
+  if (!(begin >= 0) || !std::isfinite(begin)) {
+    throw core::InputError(
+        fmt::format("click: a blow must not begin before the clip, not at {} s", begin));
+  }
   const Vec3 offset = listener - source.centre;
   const double distance = offset.norm();
   std::vector<double> pressure(count, 0.0);
@@ -210,7 +211,7 @@ std::vector<float> acceleration_click(const RigidSource& source, const Vec3& imp
     const double factor =
         kAirDensity * cosine * radius * kSoundSpeed * kSoundSpeed * (along / mass) * sample_rate;
     const SphereResponse response(radius, force);
-    const double delay = std::max(0.0, distance - radius) / kSoundSpeed;
+    const double delay = begin + std::max(0.0, distance - radius) / kSoundSpeed;
     const double first = std::ceil(delay * sample_rate);
     if (!(first < static_cast<double>(count))) continue;
     double before = 0;

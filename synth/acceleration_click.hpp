@@ -45,11 +45,12 @@ RigidSource rigid_source(const solvers::ModeSurface& surface, double mass);
 ///
 /// @param impulse   [N s] of the force, in the body's coordinates
 /// @param listener  [m], in the body's coordinates
+/// @param begin     time of the blow [s], >= 0
 /// @return `count` values [Pa]
 /// @throws InputError  a listener inside one of the three spheres, values that are not finite or
 ///                     not physical, pressure beyond single precision
 std::vector<float> acceleration_click(const RigidSource& source, const Vec3& impulse,
                                       const ContactForce& force, const Vec3& listener,
-                                      double sample_rate, std::size_t count);
+                                      double sample_rate, std::size_t count, double begin = 0);
 
 }  // namespace carillon::synth

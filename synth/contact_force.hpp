@@ -12,4 +12,14 @@ struct ContactForce {
   std::vector<double> samples = {};
 };
 
+/// @throws InputError  a duration that is negative or not finite, samples without a duration, a
+///                     single one, or one that is not finite
+void check(const ContactForce& force);
+
+/// Integral of the force: 1 where the force keeps its word.
+double impulse_of(const ContactForce& force);
+
+/// Largest magnitude of the force [1/s]; infinite for an ideal impulse.
+double peak_of(const ContactForce& force);
+
 }  // namespace carillon::synth

@@ -29,7 +29,7 @@ std::vector<RingingMode> ringing_modes(const RingDown& rings, const ContactForce
     mode.frequency = damped / (2 * std::numbers::pi);
     mode.bark = bark(mode.frequency);
     if (!force.samples.empty()) {
-      mode.sampled.emplace(rings.eigenvalues[i], d, force.samples, force.duration);
+      mode.sampled.emplace(rings.eigenvalues[i], d, force);
     }
   }
   return modes;

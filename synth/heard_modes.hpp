@@ -8,7 +8,7 @@
 #include "synth/modal_response.hpp"
 #include "synth/mode_norms.hpp"
 #include "synth/ring_down.hpp"
-#include "synth/sampled_response.hpp"
+#include "synth/sampled_force.hpp"
 
 namespace carillon::synth {
 

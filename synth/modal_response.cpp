@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "synth/phi_functions.hpp"
+
 namespace carillon::synth {
 
 namespace {
@@ -18,18 +20,6 @@ constexpr double kNearCritical = 0.1;
 /// Poles and frequencies of the force are apart, over the contact, from this many radians on: parts
 /// of a motion are then at most some hundred times as great as it.
 constexpr double kApart = 0.01;
-
-/// exp(z) - 1 without cancellation for small z.
-Complex expm1(const Complex& z) {
-  const double half_sine = std::sin(z.imag() / 2);
-  return {std::expm1(z.real()) * std::cos(z.imag()) - 2 * half_sine * half_sine,
-          std::exp(z.real()) * std::sin(z.imag())};
-}
-
-/// (exp(z) - 1) / z.
-Complex phi1(const Complex& z) {
-  return z == 0.0 ? Complex(1) : expm1(z) / z;
-}
 
 /// (exp(x) - exp(c)) / (x - c), given both exponentials.
 Complex exponential_difference(const Complex& x, const Complex& exp_x, const Complex& c,

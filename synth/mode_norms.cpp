@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "synth/phi_functions.hpp"
+
 namespace carillon::synth {
 
 namespace {
@@ -12,12 +14,6 @@ using Complex = std::complex<double>;
 
 /// Share of the sum of all norms squared that rounding may hide.
 constexpr double kRounding = 1e-9;
-
-Complex expm1(const Complex& z) {
-  const double half_sine = std::sin(z.imag() / 2);
-  return {std::expm1(z.real()) * std::cos(z.imag()) - 2 * half_sine * half_sine,
-          std::exp(z.real()) * std::sin(z.imag())};
-}
 
 }  // namespace
 

@@ -72,25 +72,6 @@ Resonances make_resonances(std::span<const double> eigenvalues, std::span<const 
   return resonances;
 }
 
-void check(const ContactForce& force) {
-  if (!(force.duration >= 0) || !std::isfinite(force.duration)) {
-    throw core::InputError(
-        fmt::format("synthesize: contact time must not be negative, not {} s", force.duration));
-  }
-  if (force.samples.empty()) return;
-  if (force.samples.size() < 2 || !(force.duration > 0)) {
-    throw core::InputError(
-        fmt::format("synthesize: a sampled force needs a duration and two samples at least, not {} "
-                    "samples over {} s",
-                    force.samples.size(), force.duration));
-  }
-  for (std::size_t i = 0; i < force.samples.size(); ++i) {
-    if (!std::isfinite(force.samples[i])) {
-      throw core::InputError(fmt::format("synthesize: sample {} of the force is not finite", i));
-    }
-  }
-}
-
 void respond(const Resonances& resonances, const Readout& readout, Eigen::Index row,
              const Eigen::VectorXd& excitation, const ContactForce& force, const BlowTiming& timing,
              RowResponse& response) {

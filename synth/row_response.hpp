@@ -30,10 +30,6 @@ struct Resonances {
 Resonances make_resonances(std::span<const double> eigenvalues, std::span<const double> decay_rates,
                            double sample_rate);
 
-/// @throws InputError  a duration that is negative or not finite, samples without a duration, a
-///                     single one, or one that is not finite
-void check(const ContactForce& force);
-
 /// When samples fall relative to a blow.
 struct BlowTiming {
   std::size_t contact_samples = 0;  ///< taken while the force acts

@@ -3,23 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.hpp"
+#include "synth/phi_functions.hpp"
+
 namespace carillon::synth {
 
 namespace {
 
 /// Times nearer than this share of an output sample are one: a phase error below 1e-10 rad.
 constexpr double kSameTime = 1e-11;
-
-/// (exp(x) - 1) / x and (exp(x) - 1 - x) / x^2, x <= 0.
-double phi1(double x) {
-  return x == 0 ? 1 : std::expm1(x) / x;
-}
-double phi2(double x) {
-  if (x < -0.5) return (phi1(x) - 1) / x;
-  double sum = 0;
-  for (int n = 16; n >= 2; --n) sum = (1 + x * sum) / n;
-  return sum;
-}
 
 }  // namespace
 
@@ -145,6 +137,59 @@ Motion add_forced_motion(double eigenvalue, double decay_rate, const ForceSchedu
     }
   }
   return {q, v, -2 * decay_rate * v - eigenvalue * q};
+}
+
+SampledResponse::SampledResponse(double eigenvalue, double decay_rate, const ContactForce& force)
+    : eigenvalue_(eigenvalue), decay_rate_(decay_rate), force_(force) {
+  check(force);
+  if (force.samples.empty()) throw core::InputError("a sampled force has no samples");
+  const std::size_t pieces = force.samples.size() - 1;
+  step_ = force.duration / static_cast<double>(pieces);
+  const LinearForceStep whole = linear_force_step(eigenvalue, decay_rate, step_);
+  knots_.reserve(pieces + 1);
+  knots_.push_back({});
+  for (std::size_t k = 0; k < pieces; ++k) {
+    const double begin = force.samples[k];
+    const double end = force.samples[k + 1];
+    const Knot next = after(whole, knots_.back(), begin, end);
+    knots_.push_back({next.q, next.v, knots_.back().impulse + step_ * (begin + end) / 2});
+  }
+}
+
+SampledResponse::Knot SampledResponse::after(const LinearForceStep& step, const Knot& from,
+                                             double begin, double end) {
+  return {step.qq * from.q + step.qv * from.v + (step.q_begin * begin + step.q_end * end),
+          step.vq * from.q + step.vv * from.v + (step.v_begin * begin + step.v_end * end), 0};
+}
+
+SampledResponse::Place SampledResponse::place(double t) const {
+  const std::size_t k = std::min(static_cast<std::size_t>(t / step_), knots_.size() - 2);
+  const double rest = std::clamp(t - static_cast<double>(k) * step_, 0.0, step_);
+  const double begin = force_.samples[k];
+  return {k, rest, begin + rest / step_ * (force_.samples[k + 1] - begin)};
+}
+
+double SampledResponse::impulse(double t) const {
+  if (t <= 0) return 0;
+  if (t >= force_.duration) return knots_.back().impulse;
+  const Place at = place(t);
+  return knots_[at.piece].impulse + at.rest * (force_.samples[at.piece] + at.force) / 2;
+}
+
+Motion SampledResponse::at(double t) const {
+  if (!(t > 0)) return {};
+  Knot now;
+  double force = 0;
+  if (t > force_.duration) {
+    const double length = t - force_.duration;
+    now = after(linear_force_step(eigenvalue_, decay_rate_, length), knots_.back(), 0, 0);
+  } else {
+    const Place at = place(t);
+    force = at.force;
+    now = after(linear_force_step(eigenvalue_, decay_rate_, at.rest), knots_[at.piece],
+                force_.samples[at.piece], force);
+  }
+  return {now.q, now.v, force - 2 * decay_rate_ * now.v - eigenvalue_ * now.q};
 }
 
 }  // namespace carillon::synth

@@ -45,4 +45,35 @@ ForceSchedule cut_force(const ContactForce& force, double first, double sample_r
 Motion add_forced_motion(double eigenvalue, double decay_rate, const ForceSchedule& schedule,
                          const Weights& weights, std::span<double> samples);
 
+/// A mode at rest under a sampled force, at any time.
+class SampledResponse {
+ public:
+  /// @param force  with samples
+  /// @throws InputError  no samples, or as check()
+  SampledResponse(double eigenvalue, double decay_rate, const ContactForce& force);
+
+  /// Motion at any t: at rest before 0, under the force up to the duration, a free decay after it.
+  Motion at(double t) const;
+  /// Integral of the force from 0 to t.
+  double impulse(double t) const;
+
+ private:
+  struct Knot {
+    double q = 0, v = 0, impulse = 0;
+  };
+  struct Place {
+    std::size_t piece;
+    double rest;   ///< time since the piece's begin [s]
+    double force;  ///< there [1/s]
+  };
+  static Knot after(const LinearForceStep& step, const Knot& from, double begin, double end);
+  Place place(double t) const;
+
+  double eigenvalue_;
+  double decay_rate_;
+  ContactForce force_;
+  double step_;
+  std::vector<Knot> knots_;  ///< where the force bends
+};
+
 }  // namespace carillon::synth

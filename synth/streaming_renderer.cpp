@@ -16,6 +16,9 @@ namespace {
 /// Where a near-critical mode, which dies within a few periods, ends: relative to its own start.
 constexpr double kNearCriticalTail = 1e-17;
 
+/// A year of samples is exact in what follows [s].
+constexpr double kLongestDelay = 3e7;
+
 bool fits(const Eigen::MatrixXd& gains, std::size_t rows, std::size_t modes) {
   return gains.size() == 0 || (gains.rows() == static_cast<Eigen::Index>(rows) &&
                                gains.cols() == static_cast<Eigen::Index>(modes));
@@ -84,9 +87,11 @@ std::size_t StreamingRenderer::add_body(std::span<const double> eigenvalues,
   }
   bool finite = readout.displacement.allFinite() && readout.velocity.allFinite() &&
                 readout.acceleration.allFinite();
-  for (const double delay : readout.delays) finite = finite && delay >= 0 && std::isfinite(delay);
-  if (!finite) {
-    throw core::InputError("streaming renderer: a gain is not finite or a delay is negative");
+  if (!finite) throw core::InputError("streaming renderer: a gain is not finite");
+  for (const double delay : readout.delays) {
+    if (delay >= 0 && delay < kLongestDelay) continue;
+    throw core::InputError(fmt::format(
+        "streaming renderer: a row's delay must be at least 0 and below a year, not {} s", delay));
   }
   Body body;
   body.resonances = make_resonances(eigenvalues, decay_rates, sample_rate_);
@@ -110,12 +115,17 @@ void StreamingRenderer::strike(std::size_t body, const Eigen::VectorXd& excitati
         fmt::format("streaming renderer: excitation must be {} finite values, not {}", modes,
                     excitation.size()));
   }
-  // A year of samples is exact in what follows.
-  if (!(delay >= 0 && delay < 3e7)) {
+  if (!(delay >= 0 && delay < kLongestDelay)) {
     throw core::InputError(fmt::format(
         "streaming renderer: delay must be at least 0 and below a year, not {} s", delay));
   }
   check(force);
+  if (!(force.duration * sample_rate_ <= kLongestContact)) {
+    throw core::InputError(
+        fmt::format("streaming renderer: a contact of {:.4g} s is longer than {:.4g} s",
+                    force.duration, kLongestContact / sample_rate_),
+        "shorten the force, or use synthesize() for a single blow");
+  }
   for (std::size_t r = 0; r < rows_; ++r) {
     Row& row = struck.rows[r];
     if (row.waiting == row.blows.size()) row.blows.emplace_back();

@@ -12,6 +12,9 @@
 
 namespace carillon::synth {
 
+/// Longest contact of a streamed blow in samples: 227 s at 44.1 kHz, 80 MB for each row.
+inline constexpr double kLongestContact = 1e7;
+
 /// Many bodies that are struck at any time, heard together in blocks of samples of any size.
 ///
 /// A blow adds to the values its body's modes have, as their motion is linear: state does not grow
@@ -26,6 +29,12 @@ class StreamingRenderer {
   /// @param resolution  as of synthesize(), against the peak since the body's last blow
   /// @throws InputError  no rows, sample rate or resolution that cannot be
   StreamingRenderer(std::size_t rows, double sample_rate, double resolution = kInaudible);
+  // Voices point at rotations of their body, which move along but would not be copied along.
+  StreamingRenderer(const StreamingRenderer&) = delete;
+  StreamingRenderer& operator=(const StreamingRenderer&) = delete;
+  StreamingRenderer(StreamingRenderer&&) = default;
+  StreamingRenderer& operator=(StreamingRenderer&&) = default;
+  ~StreamingRenderer() = default;
 
   /// @return the body's number
   /// @throws InputError  sizes that do not match, values that are negative or not finite
@@ -35,7 +44,8 @@ class StreamingRenderer {
   /// A blow `delay` seconds after the next sample (any fraction of one); each row hears it after
   /// its own time of flight.
   /// @param excitation  phi . impulse of the body's modes [N s kg^-1/2]
-  /// @throws InputError  no such body, sizes, values that are not finite, a negative delay
+  /// @throws InputError  no such body, sizes, values that are not finite, a negative delay or one
+  ///                     of a year, a contact longer than kLongestContact
   void strike(std::size_t body, const Eigen::VectorXd& excitation, const ContactForce& force,
               double delay = 0);
 
@@ -71,6 +81,12 @@ class StreamingRenderer {
     std::uint64_t next_check = 0;
   };
   struct Body {
+    Body() = default;
+    Body(const Body&) = delete;
+    Body& operator=(const Body&) = delete;
+    Body(Body&&) = default;
+    Body& operator=(Body&&) = default;
+    ~Body() = default;
     Resonances resonances;
     Readout readout;
     std::vector<Row> rows;

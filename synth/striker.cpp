@@ -38,7 +38,8 @@ Striker ball(std::string name, const Material& material, double radius, double r
           material.elastic.youngs_modulus,
           material.elastic.poisson_ratio,
           restitution,
-          std::move(source)};
+          std::move(source),
+          material.elastic.density};
 }
 
 }  // namespace
@@ -54,7 +55,7 @@ const std::vector<Striker>& preset_strikers() {
       ball("wood", parse_material("wood"), 0.012, 0.5,
            "ball of the preset wood, taken as isotropic; radius and restitution assumed"),
       {"rubber", ball_mass(0.012, 1100), 0.012, 5e6, 0.49, 0.6,
-       "ball of soft rubber of 5 MPa and 1100 kg/m^3; all values assumed"},
+       "ball of soft rubber of 5 MPa and 1100 kg/m^3; all values assumed", 1100},
       {"finger", 0.02, 0.008, 1e5, 0.49, 0.2,
        "fingertip with 20 g of finger behind it, pulp of 100 kPa; all values assumed"},
   };

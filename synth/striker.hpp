@@ -16,6 +16,7 @@ struct Striker {
   double poisson_ratio = 0;
   double restitution = 1;  ///< rebound speed over approach speed, 0 to 1
   std::string source;
+  double density = 0;  ///< [kg/m^3] of a ball, whose mass it gives; 0: no ball
 };
 
 /// `metal`, `wood`, `rubber` and `finger`. Elastic constants of metal and wood are those of the

@@ -9,12 +9,13 @@
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
 #include "synth/acceleration_click.hpp"
+#include "synth/noise_burst.hpp"
 #include "synth/striker.hpp"
 
 namespace carillon::cli {
 namespace {
 
-const Effect registry[] = {contact_effect, striker_effect, radiation_effect, thrift_effect,
+const Effect registry[] = {striker_effect, contact_effect, radiation_effect, thrift_effect,
                            click_effect};
 const std::string listener = "listeners: [{position: [0, 0, 1]}]\n";
 
@@ -43,7 +44,7 @@ struct Struck {
   RingingBody body;
   Sound sound;
 
-  explicit Struck(const Scene& scene, std::uint64_t id = 1) {
+  explicit Struck(const Scene& scene, std::uint64_t id = 1, std::vector<double> blows = {0}) {
     modes.mass = 0.28;
     SoundChain chain(scene, {}, trace);
     body = chain.prepare("ball", modes, materials, sampler);
@@ -54,6 +55,7 @@ struct Struck {
     sound.strike.impulse = 0.01;
     sound.contact_time = 2e-4;
     sound.record = &record;
+    sound.blows = std::move(blows);
     chain.make(sound);
   }
 };
@@ -101,6 +103,7 @@ TEST(StruckEffects, StrikerRefusesWhatItCannotUse) {
   EXPECT_THROW(scene_of("striker: {kind: own, radius: 1 cm}\n"), core::ConfigError);
   EXPECT_THROW(scene_of("striker: {kind: metal, restitution: 2}\n"), core::ConfigError);
   EXPECT_THROW(scene_of("striker: {kind: metal, speed: -1}\n"), core::ConfigError);
+  EXPECT_THROW(scene_of("striker: {kind: metal, speed: 0}\n"), core::ConfigError);
   EXPECT_THROW(scene_of("striker: {kind: metal, mass: 1 g, density: 1000}\n"), core::ConfigError);
   EXPECT_THROW(scene_of("striker: {kind: noise_burst, size: 2}\n"), core::ConfigError);
 }
@@ -120,12 +123,112 @@ TEST(StruckEffects, ClickAddsTheBodysJumpToThePressure) {
 }
 
 TEST(StruckEffects, ClickIsOffWhereTheBodyIsHeld) {
-  EXPECT_FALSE(decision(scene_of(listener + "click: {held: true}\n"), "click").enabled);
-  const Scene supported = scene_of(listener + "supports: [{}]\n");
-  EXPECT_FALSE(decision(supported, "click").enabled);
-  EXPECT_NE(decision(supported, "click").reason.find("scene.yaml:2"), std::string::npos);
-  EXPECT_TRUE(
-      decision(scene_of(listener + "supports: [{}]\nclick: {held: false}\n"), "click").enabled);
+  const Scene held = scene_of(listener + "click: {held: true}\n");
+  EXPECT_FALSE(decision(held, "click").enabled);
+  EXPECT_NE(decision(held, "click").reason.find("scene.yaml:2"), std::string::npos);
+}
+
+// Dashpots stop a body long after the contact: it jumps as if it were free.
+TEST(StruckEffects, SupportsLeaveClickAndImpulseAsTheyAre) {
+  const std::string text = listener + "striker: {kind: metal, speed: 1}\n";
+  const Struck free(scene_of(text));
+  const Struck supported(scene_of(text + "supports: {contacts: [{kind: table, force: 1 N}]}\n"));
+  EXPECT_EQ(supported.sound.strike.impulse, free.sound.strike.impulse);
+  EXPECT_EQ(supported.record.last_row()["click_peak"], free.record.last_row()["click_peak"]);
+  EXPECT_GT(free.record.last_row()["click_peak"], 0.0);
+  EXPECT_EQ(supported.sound.audio, free.sound.audio);
+}
+
+TEST(StruckEffects, EveryBlowClicks) {
+  const std::vector<double> blows = {0.0123456, 0};
+  const Struck without(scene_of(listener + "effects: {click: off}\n"), 1, blows);
+  const Struck with(scene_of(listener), 1, blows);
+  // What one blow adds, now and 0.0123456 s later: 0.0123456 s are 544.44 samples.
+  const auto click = [&](double begin) {
+    return synth::acceleration_click(synth::rigid_source(with.modes.surface, 0.28), {0, 0, -0.01},
+                                     with.sound.strike.force, {0, 0, 1}, 44100,
+                                     with.sound.audio.size(), begin);
+  };
+  const auto first = click(0), second = click(blows[0]);
+  float peak = 0, late = 0;
+  for (std::size_t n = 0; n < first.size(); ++n) {
+    peak = std::max(peak, std::abs(first[n]));
+    if (n > 600) late = std::max(late, std::abs(second[n]));
+    EXPECT_NEAR(with.sound.audio[n] - without.sound.audio[n], first[n] + second[n],
+                1e-6 * std::abs(without.sound.audio[n]) + 1e-6 * peak)
+        << n;
+  }
+  EXPECT_NEAR(late / peak, 1, 0.3);
+}
+
+TEST(StruckEffects, ASheetInABaffleDoesNotJump) {
+  const std::string baffled = listener + "radiation: {model: rayleigh_integral}\n";
+  const Scene scene = scene_of(baffled);
+  EXPECT_FALSE(decision(scene, "click").enabled);
+  EXPECT_NE(decision(scene, "click").reason.find("the sheet sits in a baffle"), std::string::npos);
+  EXPECT_TRUE(decision(scene_of(baffled + "effects: {click: on}\n"), "click").enabled);
+  EXPECT_TRUE(decision(scene_of(listener + "radiation: {model: monopole}\n"), "click").enabled);
+  EXPECT_FALSE(decision(scene_of(listener + "effects: {radiation: off}\n"), "click").enabled);
+}
+
+double recorded(const Struck& struck, const char* column) {
+  return struck.record.last_row().at(column).get<double>();
+}
+
+TEST(StruckEffects, PeakForceIsThatOfThePulseThatIsRendered) {
+  for (const char* pulse : {"cosine", "hertz"}) {
+    const Struck struck(
+        scene_of(std::string("striker: {kind: wood, speed: 1, pulse: ") + pulse + "}\n"));
+    const synth::ContactForce& force = struck.sound.strike.force;
+    const bool hertz = std::string(pulse) == "hertz";
+    EXPECT_EQ(force.samples.empty(), !hertz);
+    EXPECT_NEAR(
+        recorded(struck, "striker_peak_force") * force.duration / struck.sound.strike.impulse,
+        hertz ? 1.8397 : 2, 1e-3);
+  }
+}
+
+TEST(StruckEffects, ABurstsImpulseIsItsIntegral) {
+  const Struck struck(scene_of("striker: {kind: noise_burst}\n"));
+  const synth::ContactForce& force = struck.sound.strike.force;
+  EXPECT_NEAR(synth::impulse_of(force), 1, 1e-9);
+  core::RandomStream noise(0, 1, "striker.noise");
+  const synth::ContactForce drawn = synth::noise_burst({}, 44100, noise);
+  EXPECT_NEAR(struck.sound.strike.impulse, 0.01 * synth::impulse_of(drawn), 1e-12);
+  for (std::size_t n = 0; n < drawn.samples.size(); ++n) {
+    EXPECT_NEAR(struck.sound.strike.impulse * force.samples[n], 0.01 * drawn.samples[n],
+                1e-12 * synth::peak_of(drawn));
+  }
+  EXPECT_NEAR(recorded(struck, "striker_peak_force"), 0.01 * synth::peak_of(drawn), 1e-9);
+}
+
+TEST(StruckEffects, ABallsMassFollowsItsRadius) {
+  const auto mass = [](const std::string& more) {
+    return recorded(Struck(scene_of("striker: {speed: 1, " + more + "}\n")),
+                    "striker_effective_mass");
+  };
+  const auto with_body = [](double m) { return 1 / (1 / m + 1 / 0.28); };
+  const double metal = synth::preset_striker("metal").mass;
+  EXPECT_NEAR(mass("kind: metal") / with_body(metal), 1, 1e-12);
+  EXPECT_NEAR(mass("kind: metal, radius: 1 mm") / with_body(metal / 512), 1, 1e-12);
+  EXPECT_NEAR(
+      mass("kind: rubber, radius: 6 mm") / with_body(synth::preset_striker("rubber").mass / 8), 1,
+      1e-12);
+  EXPECT_NEAR(mass("kind: metal, radius: 1 mm, mass: 3 g") / with_body(0.003), 1, 1e-12);
+  // A fingertip is no ball.
+  EXPECT_NEAR(mass("kind: finger, radius: 1 mm") / with_body(0.02), 1, 1e-12);
+}
+
+TEST(StruckEffects, AnUnknownStrikerIsToldAllThereAre) {
+  try {
+    scene_of("striker: {kind: [metal, noise_brust]}\n");
+    FAIL();
+  } catch (const core::ConfigError& error) {
+    EXPECT_NE(error.message().find("no striker \"noise_brust\""), std::string::npos);
+    EXPECT_EQ(error.hint(),
+              "did you mean \"noise_burst\"? there are metal, wood, rubber, finger, own, "
+              "noise_burst");
+  }
 }
 
 TEST(StruckEffects, ThriftRunsOnDemandOnly) {
@@ -135,6 +238,28 @@ TEST(StruckEffects, ThriftRunsOnDemandOnly) {
   EXPECT_EQ(all.sound.rings.eigenvalues.size(), 2u);
   EXPECT_EQ(few.sound.rings.eigenvalues.size(), 1u);
   EXPECT_THROW(scene_of("thrift: {margin: -1}\n"), core::ConfigError);
+}
+
+TEST(StruckEffects, ThriftTakesDecibels) {
+  // The second mode lies 129 dB below the first.
+  const auto left = [](const std::string& range) {
+    return Struck(scene_of("effects: {thrift: on}\nthrift: {range: " + range + "}\n"))
+        .sound.rings.eigenvalues.size();
+  };
+  EXPECT_EQ(left("100 dB"), 1u);
+  EXPECT_EQ(left("100"), 1u);
+  EXPECT_EQ(left("150 dB"), 2u);
+  EXPECT_THROW(scene_of("thrift: {margin: 6 m}\n"), core::ConfigError);
+}
+
+TEST(StruckEffects, ThriftRefusesRepeatedBlows) {
+  try {
+    const Struck struck(scene_of("effects: {thrift: on}\n"), 1, {0, 0.01});
+    FAIL();
+  } catch (const core::InputError& error) {
+    EXPECT_NE(error.message().find("2 blows"), std::string::npos);
+    EXPECT_NE(error.hint().find("effects: {thrift: off}"), std::string::npos);
+  }
 }
 
 }  // namespace

@@ -27,15 +27,33 @@ solvers::ModeSurface sphere(double radius = kRadius) {
 
 TEST(RadiationHard, ListenerOnTheSurface) {
   const auto modes = sphere_modes(sphere(), kRadius, 0, {1});
-  const std::vector<Listener> on = {{{0, 0, kRadius}}};
+  const std::vector<Listener> on = {{{0, 0, 1}}, {{0, 0, kRadius}}};
   const std::vector<Listener> in = {{{0.01, 0, 0}}};
-  EXPECT_THROW(fit_equivalent_sources(modes, on), core::InputError);
-  EXPECT_THROW(fit_equivalent_sources(modes, in), core::InputError);
-  EXPECT_THROW(monopole(modes, on), core::InputError);
+  const auto refusal = [](const auto& run) -> std::string {
+    try {
+      run();
+    } catch (const core::InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  const auto begins = [](const std::string& text, const std::string& with) {
+    EXPECT_EQ(text.substr(0, with.size()), with);
+  };
+  // Which listener, how far, and how far would do. The first is far enough.
+  begins(refusal([&] { fit_equivalent_sources(modes, on); }),
+         "listener 1 is too near to the body, ");
+  begins(refusal([&] { fit_equivalent_sources(modes, in); }),
+         "listener 0 is inside the body, 0.03");
+  EXPECT_NE(refusal([&] { fit_equivalent_sources(modes, on); }).find("meant from 0."),
+            std::string::npos);
+  begins(refusal([&] { monopole(modes, on); }), "listener 1 is 0.05 m from the body's centre");
   const auto sheet =
       modes_with(disc(0.1, 1e-3), {1e6}, [](int, const Vec3&) { return Vec3(0, 0, 1); });
   const std::vector<Listener> touching = {{{0.03, 0, 5e-4}}};
-  EXPECT_THROW(rayleigh_pressure(sheet, touching), core::InputError);
+  begins(refusal([&] { rayleigh_pressure(sheet, touching); }), "listener 0 is ");
+  EXPECT_NE(refusal([&] { rayleigh_pressure(sheet, touching); }).find(" m off the sheet"),
+            std::string::npos);
 }
 
 // 1e-6 to 5: within 1 dB in the near field. Above, the residual tells: at 60 it is past the limit.

@@ -177,5 +177,70 @@ TEST(SampledForce, RefusesWhatIsNoForce) {
   refuses({1e-3, {std::numeric_limits<double>::infinity(), 0}});
 }
 
+TEST(SampledResponse, ComesToTheClosedFormOfAFinelySampledPulse) {
+  const double T = 1e-3;
+  for (const double d : {0.0, 50.0, 4000.0, 60000.0}) {
+    const double lambda = 1e8;
+    const ModalResponse exact(lambda, d, T);
+    double last = 0;
+    for (const int pieces : {100, 200}) {
+      std::vector<double> force;
+      for (int k = 0; k <= pieces; ++k) force.push_back(contact_force(T, T * k / pieces));
+      const SampledResponse response(lambda, d, {T, force});
+      double worst = 0, size = 0;
+      for (int n = 1; n < 400; ++n) {
+        const double t = 2.0 * T * n / 400;
+        const Motion a = t <= T ? exact.during_contact(t) : exact.after_contact(t - T);
+        const Motion b = response.at(t);
+        worst = std::max(worst, std::abs(a.velocity - b.velocity));
+        size = std::max(size, std::abs(a.velocity));
+      }
+      if (pieces == 200) {
+        EXPECT_NEAR(last / worst, 4, 0.2) << d;  // of second order
+      }
+      EXPECT_LT(worst / size, 2e-3) << d;
+      last = worst;
+    }
+    EXPECT_NEAR(SampledResponse(lambda, d, {T, {0, 2 / T, 0}}).impulse(T), 1, 1e-12);
+  }
+}
+
+TEST(SampledResponse, OfOneRampIsTheTextbooks) {
+  // q'' + lambda q = t: q = (t - sin(w t) / w) / lambda, on a grid that does not fall on samples.
+  const double w = 300, T = 0.1;
+  std::vector<double> force;
+  for (int k = 0; k <= 7; ++k) force.push_back(T * k / 7);
+  const SampledResponse response(w * w, 0, {T, force});
+  for (const double t : {0.001, 0.0437, 0.0999}) {
+    EXPECT_NEAR(response.at(t).displacement / ((t - std::sin(w * t) / w) / (w * w)), 1, 1e-9) << t;
+    EXPECT_NEAR(response.at(t).acceleration, std::sin(w * t) / w, 1e-9 / w);
+    EXPECT_NEAR(response.impulse(t), t * t / 2, 1e-15);
+  }
+}
+
+// At any time and damping, near the critical one too.
+TEST(SampledResponse, IsExactForStraightLines) {
+  const ContactForce force = burst(5e-4, 11, 5);
+  const Real omega = 2e4L;
+  for (const double ratio : {0.0, 0.3, 0.9999999, 1.0, 1.0000001, 1.004, 1.1, 10.0}) {
+    const SampledResponse response(double(omega * omega), ratio * double(omega), force);
+    double peak = 0, worst = 0;
+    for (const double t : {1e-7, 3.3e-5, 5e-5, 2.71e-4, 4.99e-4, 5e-4, 6.1e-4}) {
+      const State s = step_through(omega * omega, Real(ratio) * omega, force, t);
+      peak = std::max(peak, double(std::abs(s.v)));
+      worst = std::max(worst, double(std::abs(s.v - Real(response.at(t).velocity))));
+      EXPECT_NEAR(response.at(t).displacement, double(s.q), 1e-9 * peak / double(omega)) << t;
+    }
+    EXPECT_LT(worst, 1e-9 * peak) << ratio;
+  }
+}
+
+TEST(SampledResponse, RefusesForcesWithoutExtent) {
+  for (const ContactForce& force :
+       {ContactForce{1, {}}, {1, {1}}, {0, {1, 2}}, {1, {1, std::nan("")}}}) {
+    EXPECT_THROW(SampledResponse(1, 0, force), core::InputError);
+  }
+}
+
 }  // namespace
 }  // namespace carillon::synth

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <memory>
 #include <new>
+#include <type_traits>
 
 #include "core/error.hpp"
 #include "tests/synth/random_rings.hpp"
@@ -175,6 +177,42 @@ TEST(StreamingRenderer, RepeatsAStrike) {
   for (std::size_t n = 0; n < sound.size(); ++n) {
     ASSERT_NEAR(double(sound[n]), expected[n], 1e-6 * peak);
   }
+}
+
+// What rings points into its body: it may move, also as others join, but not be copied.
+TEST(StreamingRenderer, RingsOnWhereItIsMoved) {
+  static_assert(!std::is_copy_constructible_v<StreamingRenderer>);
+  static_assert(!std::is_copy_assignable_v<StreamingRenderer>);
+  const auto all = bodies(false);
+  const auto sound = [&](bool moved) {
+    StreamingRenderer renderer(1, kRate);
+    const auto add = [&](const RingDown& rings) {
+      renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
+    };
+    if (!moved) {
+      for (const RingDown& rings : all) add(rings);
+    } else {
+      add(all[0]);
+    }
+    renderer.strike(0, all[0].excitation, {1e-3});
+    std::vector<float> out(3000);
+    renderer.render(std::span(out).first(1000));
+    if (moved) {
+      add(all[1]);
+      add(all[2]);
+      auto elsewhere = std::make_unique<StreamingRenderer>(std::move(renderer));
+      elsewhere->render(std::span(out).subspan(1000, 1000));
+      StreamingRenderer assigned(1, kRate);
+      assigned = std::move(*elsewhere);
+      elsewhere.reset();
+      assigned.render(std::span(out).last(1000));
+    } else {
+      renderer.render(std::span(out).subspan(1000, 1000));
+      renderer.render(std::span(out).last(1000));
+    }
+    return out;
+  };
+  EXPECT_EQ(sound(true), sound(false));
 }
 
 TEST(StreamingRenderer, SilenceCostsNothing) {

@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "curved_bodies.hpp"
+#include "synth/hertz_pulse.hpp"
 #include "synth/noise_burst.hpp"
 
 namespace carillon::synth {
@@ -204,6 +205,34 @@ TEST(Pulse, TheRaisedCosineDiffersFromHertzByWhatTheDocsSay) {
     raised += std::pow(magnitude(course.times, cosine, fT / T), 2);
   }
   EXPECT_NEAR(decibels(std::sqrt(raised / hertz)), -4.30, 0.05);
+}
+
+TEST(Pulse, OfHertzFollowsTheEquationOfMotion) {
+  const HertzContact contact = hertz_contact(steel_ball(), glass_block(), 1);
+  const Course course = integrate(contact.mass, contact.radius, contact.modulus, 1);
+  const ContactForce pulse = hertz_pulse(course.duration);
+  const double pieces = static_cast<double>(pulse.samples.size() - 1);
+  for (std::size_t n = 0; n < course.times.size(); n += 97) {
+    const double at = course.times[n] / course.duration * pieces;
+    const auto k = std::min(static_cast<std::size_t>(at), pulse.samples.size() - 2);
+    const double share = at - static_cast<double>(k);
+    const double force = (1 - share) * pulse.samples[k] + share * pulse.samples[k + 1];
+    EXPECT_NEAR(contact.impulse * force, course.forces[n], 6e-4 * course.peak) << n;
+  }
+  EXPECT_NEAR(impulse_of(pulse), 1, 1e-12);
+  // F_max T / (2 m v) = 5/8 x 2.9433; straight pieces have a little less area than the curve.
+  EXPECT_NEAR(peak_of(pulse) * course.duration, 0.625 * 2.94327, 2e-4);
+  EXPECT_EQ(hertz_pulse(0).samples.size(), 0u);
+  EXPECT_THROW(hertz_pulse(-1), core::InputError);
+  EXPECT_THROW(hertz_pulse(1e-320), core::InputError);
+}
+
+TEST(ContactForce, KnowsItsImpulseAndPeak) {
+  EXPECT_EQ(impulse_of({1e-3, {}}), 1);
+  EXPECT_DOUBLE_EQ(peak_of({1e-3, {}}), 2000);
+  EXPECT_EQ(peak_of({}), kInfinite);
+  EXPECT_DOUBLE_EQ(impulse_of({2, {1, -4, 3}}), -2);
+  EXPECT_EQ(peak_of({2, {1, -4, 3}}), 4);
 }
 
 /// |Fourier transform| squared of a force of straight pieces, by the trapezium rule on its samples

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cli/sound/effects/list.hpp"
+#include "cli/sound/effects/radiation_model.hpp"
 #include "cli/sound/scene.hpp"
 #include "synth/acceleration_click.hpp"
 
@@ -19,17 +20,18 @@ using Sources = std::map<std::string, synth::RigidSource>;
 
 void add_click(Sound& sound, const Sources& sources) {
   const RingingBody& body = *sound.body;
-  const bool pressure = sound.rings.readout.unit == "Pa";  // not where radiation is off
   const synth::RigidSource& source = sources.at(body.id);
   double peak = 0;
-  for (std::size_t r = 0; pressure && r < sound.rows && r < body.listeners.size(); ++r) {
+  for (std::size_t r = 0; r < sound.rows; ++r) {
     const auto row = sound.row(r);
-    const std::vector<float> click = synth::acceleration_click(
-        source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
-        body.listeners[r].position, sound.sample_rate, row.size());
-    for (std::size_t n = 0; n < row.size(); ++n) {
-      row[n] += click[n];
-      peak = std::max(peak, std::abs(static_cast<double>(click[n])));
+    for (const double blow : sound.blows) {
+      const std::vector<float> click = synth::acceleration_click(
+          source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
+          body.listeners[r].position, sound.sample_rate, row.size(), blow);
+      for (std::size_t n = 0; n < row.size(); ++n) {
+        row[n] += click[n];
+        peak = std::max(peak, std::abs(static_cast<double>(click[n])));
+      }
     }
   }
   if (sound.record != nullptr) sound.record->add("click_peak", peak, "Pa");
@@ -38,15 +40,17 @@ void add_click(Sound& sound, const Sources& sources) {
 SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect;
   core::ConfigNode node = root.child("click");
-  const bool held = node.flag("held", root.has("supports"));
+  const bool held = node.flag("held", false);
+  core::ConfigNode radiation = root.child("radiation");
+  const bool baffled = read_radiation_model(radiation) == "rayleigh_integral";
+  const bool wanted = root.child("effects").choice("click", {"auto", "on", "off"}, "auto") == "on";
   if (const std::string why = scene.unheard(); !why.empty()) {
     effect.reason_off = why;
   } else if (held) {
-    const std::string place = root.has("click") ? node.where("held") : "";
+    effect.reason_off = fmt::format("the body is held ({})", node.where("held"));
+  } else if (baffled && !wanted) {
     effect.reason_off =
-        place.empty() ? fmt::format("supports hold the body ({}); click.held: false lets it jump",
-                                    root.where("supports"))
-                      : fmt::format("the body is held ({})", place);
+        fmt::format("the sheet sits in a baffle: radiation.model ({})", radiation.where("model"));
   } else {
     effect.asked_by = fmt::format("listeners: ({})", root.where("listeners"));
   }

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/sound/effects/list.hpp"
+#include "cli/sound/effects/radiation_model.hpp"
 #include "cli/sound/scene.hpp"
 #include "synth/fit_cache.hpp"
 #include "synth/rayleigh_integral.hpp"
@@ -85,9 +86,7 @@ EffectParts start(const RadiationConfig& config, const std::filesystem::path& ca
 SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   core::ConfigNode node = root.child("radiation");
   RadiationConfig config;
-  config.model =
-      node.choice("model", {"equivalent_sources", "monopole", "rayleigh_integral", "off"},
-                  "equivalent_sources");
+  config.model = read_radiation_model(node);
   if (config.model == "equivalent_sources") {
     config.doubtful = node.choice("doubtful", {"keep", "drop", "stop"}, "keep");
     config.sources.per_wavelength = static_cast<double>(node.integer("per_wavelength", 1, 100, 4));

@@ -1,13 +1,18 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/random.hpp"
+#include "core/units.hpp"
+#include "synth/hertz_pulse.hpp"
 #include "synth/noise_burst.hpp"
 #include "synth/striker.hpp"
 
@@ -25,6 +30,7 @@ struct Strikers {
   core::Range speed{0.3, 2};            ///< [m/s]
   bool held = false;
   bool curved = false;
+  bool hertz = false;  ///< Hertz's own pulse; else the raised cosine
   core::Range hardness{0.9, 0.9};
   core::Range size{0.1, 0.1};
 };
@@ -34,7 +40,7 @@ synth::Striker read_elastic(core::ConfigNode& node, const std::string& kind, boo
   using core::Dimension;
   synth::Striker striker;
   const bool own = kind == kOwn;
-  if (!own) striker = core::at_key(node, "kind", [&] { return synth::preset_striker(kind); });
+  if (!own) striker = synth::preset_striker(kind);
   if (!own && !may_change) return striker;
   const auto value = [&](const char* key, Dimension dimension, double preset) {
     if (own) return node.quantity(key, dimension);
@@ -53,7 +59,9 @@ synth::Striker read_elastic(core::ConfigNode& node, const std::string& kind, boo
     }
     striker.mass = synth::ball_mass(striker.radius, node.quantity("density", Dimension::density));
   } else {
-    striker.mass = value("mass", Dimension::mass, striker.mass);
+    const bool ball = striker.density > 0;  // whose mass follows from its radius
+    striker.mass = value("mass", Dimension::mass,
+                         ball ? synth::ball_mass(striker.radius, striker.density) : striker.mass);
   }
   core::at_key(node, "", [&] {
     synth::check_striker(striker);
@@ -69,6 +77,17 @@ void check_range(const core::ConfigNode& node, const char* key, const core::Rang
   }
 }
 
+void check_kind(const core::ConfigNode& node, const std::string& kind) {
+  std::vector<std::string> kinds;
+  for (const synth::Striker& striker : synth::preset_strikers()) kinds.push_back(striker.name);
+  kinds.insert(kinds.end(), {kOwn, kBurst});
+  if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) return;
+  const std::string nearest = core::nearest_name(kind, kinds);
+  node.fail("kind", fmt::format("no striker \"{}\"", kind),
+            (nearest.empty() ? "" : fmt::format("did you mean \"{}\"? ", nearest)) +
+                fmt::format("there are {}", fmt::join(kinds, ", ")));
+}
+
 Strikers read_strikers(core::ConfigNode& root) {
   core::ConfigNode node = root.child("striker");
   Strikers strikers;
@@ -82,6 +101,7 @@ Strikers read_strikers(core::ConfigNode& root) {
   bool elastic = false;
   bool burst = false;
   for (const std::string& kind : strikers.kinds) {
+    check_kind(node, kind);
     if (kind == kBurst) {
       burst = true;
       strikers.elastic.emplace_back();
@@ -94,8 +114,12 @@ Strikers read_strikers(core::ConfigNode& root) {
     strikers.speed = node.range("speed", core::Dimension::speed, strikers.speed);
     check_range(node, "speed", strikers.speed, 0, std::numeric_limits<double>::max(),
                 "be finite and not negative");
-    strikers.held = node.flag("held", root.has("supports"));
+    if (strikers.speed.high == 0) {
+      node.fail("speed", "is 0: nothing is struck", "give a speed above 0");
+    }
+    strikers.held = node.flag("held", false);
     strikers.curved = node.choice("curvature", {"flat", "body"}, "flat") == "body";
+    strikers.hertz = node.choice("pulse", {"cosine", "hertz"}, "cosine") == "hertz";
   }
   if (burst) {
     strikers.hardness = node.range("hardness", core::Dimension::none, strikers.hardness);
@@ -144,9 +168,21 @@ void record(Sound& sound, const std::string& kind, double speed, const synth::He
   sound.record->add("striker_speed", speed, "m/s");
   sound.record->add("striker_effective_mass", contact.mass, "kg");
   sound.record->add("striker_effective_radius", contact.radius, "m");
-  sound.record->add("striker_peak_force", contact.peak_force, "N");
+  sound.record->add("striker_peak_force",
+                    std::abs(sound.strike.impulse) * synth::peak_of(sound.strike.force), "N");
   sound.record->add("striker_hardness", burst.hardness);
   sound.record->add("striker_size", burst.size);
+}
+
+/// The burst's strength is the strike's drawn impulse, its own integral is random: the strike then
+/// carries that integral as its impulse, and the force is of unit impulse. Their product, which is
+/// what rings, stays. A negative impulse pulls.
+void set_burst(Sound& sound, synth::ContactForce force) {
+  const double integral = synth::impulse_of(force);
+  for (double& value : force.samples) value /= integral;
+  sound.strike.impulse *= integral;
+  synth::check(force);  // refuses an integral of 0, which no draw is known to have
+  sound.strike.force = std::move(force);
 }
 
 void strike(Sound& sound, const Strikers& strikers) {
@@ -158,7 +194,7 @@ void strike(Sound& sound, const Strikers& strikers) {
     burst.hardness = between(strikers.hardness, random);
     burst.size = between(strikers.size, random);
     core::RandomStream noise(sound.seed, sound.id, "striker.noise");
-    sound.strike.force = synth::noise_burst(burst, sound.sample_rate, noise);
+    set_burst(sound, synth::noise_burst(burst, sound.sample_rate, noise));
     sound.contact_time = sound.strike.force.duration;
     record(sound, kind, 0, {}, burst);
     return;
@@ -167,7 +203,8 @@ void strike(Sound& sound, const Strikers& strikers) {
   const synth::HertzContact contact =
       synth::hertz_contact(strikers.elastic[chosen], struck_body(sound, strikers), speed);
   sound.strike.impulse = contact.impulse;
-  sound.strike.force = {.duration = contact.duration};
+  sound.strike.force = strikers.hertz ? synth::hertz_pulse(contact.duration)
+                                      : synth::ContactForce{.duration = contact.duration};
   sound.contact_time = contact.duration;
   record(sound, kind, speed, contact, {0, 0});
 }

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <vector>
 
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
+#include "core/error.hpp"
 
 namespace carillon::cli {
 
@@ -14,8 +16,8 @@ namespace {
 SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   core::ConfigNode node = root.child("thrift");
   synth::ThriftOptions options;
-  options.margin = node.quantity("margin", core::Dimension::none, options.margin);
-  options.range = node.quantity("range", core::Dimension::none, options.range);
+  options.margin = node.quantity("margin", core::Dimension::level, options.margin);
+  options.range = node.quantity("range", core::Dimension::level, options.range);
   for (const char* key : {"margin", "range"}) {
     const double value = key[0] == 'm' ? options.margin : options.range;
     if (!(value >= 0) || !std::isfinite(value)) {
@@ -29,6 +31,13 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   effect.start = [options, count = scene.audio.samples()](const std::filesystem::path&) {
     EffectParts parts;
     parts.rings = [options, count](Sound& sound) {
+      if (sound.blows != std::vector<double>{0}) {
+        // Blows can cancel each other: the bound, relative to the sound of one, would not hold.
+        throw core::InputError(
+            fmt::format("thrift knows the sound of one blow at time 0, not of {} blows",
+                        sound.blows.size()),
+            "write effects: {thrift: off}, or strike once");
+      }
       const synth::ThriftReport report = synth::leave_out_inaudible(
           sound.rings, sound.strike.force, sound.sample_rate, count, options);
       if (sound.record == nullptr) return;
