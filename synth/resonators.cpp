@@ -205,31 +205,5 @@ double store_block(const SampleBlock& block, std::span<float> samples) {
   return peak_of(block, samples.size());
 }
 
-void add_partials(std::span<const Partial> partials, long double first_time, double sample_rate,
-                  double tail, double peak, std::span<double> samples) {
-  std::vector<Rotation> rotations;
-  std::vector<Voice> voices;
-  rotations.reserve(partials.size());
-  for (const Partial& partial : partials) {
-    if (partial.amplitude == 0.0) continue;
-    rotations.push_back(make_rotation(partial.decay_rate, partial.angular_frequency, sample_rate));
-    voices.push_back(
-        {&rotations.back(),
-         product(partial.amplitude,
-                 exponential(partial.decay_rate, partial.angular_frequency, first_time))});
-  }
-  const double share = voices.empty() ? 0 : tail / static_cast<double>(voices.size());
-  SampleBlock block{};
-  for (std::size_t begin = 0; begin < samples.size() && !voices.empty(); begin += kBlock) {
-    drop_below(share * peak, voices);
-    const std::size_t count = std::min(kBlock, samples.size() - begin);
-    std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(begin), count, block.samples.begin());
-    add_voices(voices, count, block);
-    move_on(voices, count);
-    peak = std::max(peak, peak_of(block, count));
-    std::copy_n(block.samples.begin(), count, samples.begin() + static_cast<std::ptrdiff_t>(begin));
-  }
-}
-
 }  // namespace carillon::synth
 #endif  // HWY_ONCE

@@ -65,13 +65,4 @@ double store_block(const SampleBlock& block, std::span<float> samples);
 /// Largest magnitude among the first `count` samples of a block.
 double peak_of(const SampleBlock& block, std::size_t count);
 
-/// Adds the sum over partials of Re(amplitude exp((-d + i omega) tau_n)), tau_n = first_time +
-/// n / sample_rate, to samples[n].
-/// @param first_time  time of samples[0] [s], >= 0
-/// @param tail        a partial ends once the largest value it can still add is below `tail` times
-///                    the peak of |samples| so far, divided by the number of partials; 0: never
-/// @param peak        peak before samples[0]
-void add_partials(std::span<const Partial> partials, long double first_time, double sample_rate,
-                  double tail, double peak, std::span<double> samples);
-
 }  // namespace carillon::synth

@@ -7,14 +7,10 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/sampled_force.hpp"
 
 namespace carillon::synth {
 
 namespace {
-
-/// Where a near-critical mode, which dies within a few periods, ends: relative to its own start.
-constexpr double kNearCriticalTail = 1e-17;
 
 /// A year of samples is exact in what follows [s].
 constexpr double kLongestDelay = 3e7;
@@ -41,26 +37,6 @@ void add_values(const Resonances& resonances, const std::vector<std::complex<dou
 }
 
 }  // namespace
-
-void StreamingRenderer::add_near_critical(const Resonances& resonances,
-                                          const std::vector<NearCriticalMotion>& motions,
-                                          std::vector<NearCritical>& modes) {
-  for (const NearCriticalMotion& motion : motions) {
-    const double lambda = resonances.eigenvalues[motion.index];
-    const double d = resonances.decay_rates[motion.index];
-    auto mode = std::find_if(modes.begin(), modes.end(), [&](const NearCritical& other) {
-      return other.index == motion.index;
-    });
-    if (mode == modes.end()) {
-      const LinearForceStep step = linear_force_step(lambda, d, 1 / resonances.sample_rate);
-      mode = modes.insert(mode, {motion.index, motion.gains, step, 0, 0, 0});
-    }
-    mode->displacement += motion.start.displacement;
-    mode->velocity += motion.start.velocity;
-    const ModalResponse decay(lambda, d, motion.start);
-    mode->end = kNearCriticalTail * decay.bound_after_contact(0, motion.gains);
-  }
-}
 
 StreamingRenderer::StreamingRenderer(std::size_t rows, double sample_rate, double resolution)
     : sample_rate_(sample_rate), resolution_(resolution), rows_(rows) {
@@ -191,7 +167,7 @@ void StreamingRenderer::render_row(const Body& body, Row& row, std::size_t count
       }
       if (blow.free <= now) {
         add_values(body.resonances, blow.response.end, row.voices);
-        add_near_critical(body.resonances, blow.response.near_critical, row.near_critical);
+        add_motions(body.resonances, blow.response.near_critical, row.near_critical);
         std::swap(blow, row.blows[--row.waiting]);
         continue;
       }
@@ -210,12 +186,7 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
     row.next_check = begin + kBlock;
     const std::size_t parts = body.resonances.rotations.size();
     drop_below(parts == 0 ? 0 : resolution_ * row.peak / static_cast<double>(parts), row.voices);
-    std::erase_if(row.near_critical, [&](const NearCritical& mode) {
-      const ModalResponse decay(body.resonances.eigenvalues[mode.index],
-                                body.resonances.decay_rates[mode.index],
-                                Motion{mode.displacement, mode.velocity, 0});
-      return decay.bound_after_contact(0, mode.gains) <= mode.end;
-    });
+    drop_gone(body.resonances, row.near_critical);
   }
   // Vectors may read a little beyond what is asked for.
   std::fill_n(block_.samples.begin(), std::min(kBlock, count + 2 * kMostLanes), 0.0);
@@ -233,18 +204,7 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
       blow.response.forced.turning = turning.value;
     }
   }
-  for (NearCritical& mode : row.near_critical) {
-    const double lambda = body.resonances.eigenvalues[mode.index];
-    const double d = body.resonances.decay_rates[mode.index];
-    const LinearForceStep& step = mode.step;
-    for (std::size_t n = 0; n < count; ++n) {
-      const double q = mode.displacement;
-      const double v = mode.velocity;
-      block_.samples[n] += mode.gains.of({q, v, -2 * d * v - lambda * q});
-      mode.displacement = step.qq * q + step.qv * v;
-      mode.velocity = step.vq * q + step.vv * v;
-    }
-  }
+  ring_on(body.resonances, row.near_critical, std::span(block_.samples).first(count));
   add_voices(row.voices, count, block_);
   move_on(row.voices, count);
   row.peak = std::max(row.peak, peak_of(block_, count));

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "synth/near_critical.hpp"
 #include "synth/ring_down.hpp"
 #include "synth/row_response.hpp"
-#include "synth/sampled_force.hpp"
 
 namespace carillon::synth {
 
@@ -64,14 +64,6 @@ class StreamingRenderer {
     RowResponse response;
     Rotation turn;  ///< of the force's own frequency
   };
-  /// A near-critical mode in free decay, moved on by its exact step.
-  struct NearCritical {
-    std::size_t index;
-    Weights gains;
-    LinearForceStep step;
-    double displacement, velocity;
-    double end;  ///< bound below which it is gone
-  };
   struct Row {
     std::vector<Voice> voices;
     std::vector<NearCritical> near_critical;
@@ -92,9 +84,6 @@ class StreamingRenderer {
     std::vector<Row> rows;
   };
 
-  static void add_near_critical(const Resonances& resonances,
-                                const std::vector<NearCriticalMotion>& motions,
-                                std::vector<NearCritical>& modes);
   void render_row(const Body& body, Row& row, std::size_t count);
   void render_stretch(const Body& body, Row& row, std::uint64_t begin, std::size_t offset,
                       std::size_t count);

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "synth/modal_response.hpp"
+#include "synth/near_critical.hpp"
 #include "synth/resonators.hpp"
 #include "synth/ring_down.hpp"
 #include "synth/row_response.hpp"
@@ -13,9 +14,6 @@
 namespace carillon::synth {
 
 namespace {
-
-/// Where a near-critical mode, which dies within a few periods, ends: relative to its own start.
-constexpr double kNearCriticalTail = 1e-17;
 
 void check(const RingDown& rings, double resolution) {
   const auto modes = static_cast<Eigen::Index>(rings.eigenvalues.size());
@@ -84,25 +82,6 @@ double render_contact(const Resonances& resonances, const RowResponse& response,
   return peak;
 }
 
-/// A near-critical mode from the first free sample on, until it is gone.
-struct NearCritical {
-  ModalResponse response;
-  Weights weights;
-  double end;  ///< bound below which it is gone
-  bool rings = true;
-};
-
-void add_near_critical(std::vector<NearCritical>& modes, std::size_t begin, double sample_rate,
-                       std::size_t count, SampleBlock& block) {
-  for (NearCritical& mode : modes) {
-    for (std::size_t i = 0; i < count && mode.rings; ++i) {
-      const double tau = static_cast<double>(begin + i) / sample_rate;
-      mode.rings = mode.response.bound_after_contact(tau, mode.weights) > mode.end;
-      if (mode.rings) block.samples[i] += mode.weights.of(mode.response.after_contact(tau));
-    }
-  }
-}
-
 /// One row, from the arrival of its sound on.
 void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::Index row,
                     const ContactForce& force, double resolution, std::span<float> samples) {
@@ -128,12 +107,7 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
   for (std::size_t i = 0; i < voices.size(); ++i) voices[i].value += response.end[i];
 
   std::vector<NearCritical> near_critical;
-  for (const NearCriticalMotion& motion : response.near_critical) {
-    const ModalResponse decay(resonances.eigenvalues[motion.index],
-                              resonances.decay_rates[motion.index], motion.start);
-    near_critical.push_back(
-        {decay, motion.gains, kNearCriticalTail * decay.bound_after_contact(0, motion.gains)});
-  }
+  add_motions(resonances, response.near_critical, near_critical);
   drop_below(0, voices);
   const double share = voices.empty() ? 0 : resolution / static_cast<double>(voices.size());
   SampleBlock block;
@@ -141,7 +115,8 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
     const std::size_t count = std::min(kBlock, samples.size() - begin);
     drop_below(share * peak, voices);
     block.samples.fill(0);
-    add_near_critical(near_critical, begin - free, rate, count, block);
+    ring_on(resonances, near_critical, std::span(block.samples).first(count));
+    drop_gone(resonances, near_critical);
     add_voices(voices, count, block);
     move_on(voices, count);
     peak = std::max(peak, store_block(block, samples.subspan(begin, count)));

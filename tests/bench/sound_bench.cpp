@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "synth/streaming_renderer.hpp"
+#include "tests/synth/partial_sum.hpp"
 
 namespace carillon::bench {
 namespace {

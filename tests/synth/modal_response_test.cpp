@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "synth/resonators.hpp"
+#include "tests/synth/partial_sum.hpp"
 #include "tests/synth/random_rings.hpp"
 
 namespace carillon::synth {
