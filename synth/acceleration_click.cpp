@@ -60,6 +60,7 @@ class SphereResponse {
       : rate_(kSoundSpeed / radius), duration_(force.duration) {
     if (force.samples.empty()) {
       pulse_.emplace(2 * rate_ * rate_, rate_, duration_);
+      decay_.emplace(2 * rate_ * rate_, rate_, pulse_->during_contact(duration_));
     } else {
       sampled_.emplace(2 * rate_ * rate_, rate_, force);
     }
@@ -70,7 +71,7 @@ class SphereResponse {
     if (t < 0) return 0;
     const Motion motion = sampled_         ? sampled_->at(t)
                           : t <= duration_ ? pulse_->during_contact(t)
-                                           : pulse_->after_contact(t - duration_);
+                                           : decay_->after_contact(t - duration_);
     // The equation of motion, integrated once.
     const double integral =
         (impulse(t) - motion.velocity - 2 * rate_ * motion.displacement) / (2 * rate_ * rate_);
@@ -89,6 +90,7 @@ class SphereResponse {
   double rate_;
   double duration_;
   std::optional<ModalResponse> pulse_;
+  std::optional<ModalResponse> decay_;  ///< after it: the motion at its end is found once
   std::optional<SampledResponse> sampled_;
 };
 
