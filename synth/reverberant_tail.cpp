@@ -9,6 +9,7 @@
 
 #include "core/random.hpp"
 #include "synth/real_fft.hpp"
+#include "synth/reverberation_time.hpp"
 
 namespace carillon::synth {
 
@@ -23,6 +24,11 @@ constexpr double kLowest = 20;           ///< [Hz]; nothing below
 constexpr std::size_t kShortest = 4096;  ///< samples of noise: bins in every octave
 constexpr double kEvened = 1.0;          ///< length of evening in 1 / bandwidth
 constexpr int kRounds = 3;               ///< of evening
+constexpr std::size_t kFew = 4;          ///< octaves whose decay is set right as a whole
+constexpr double kStretch = 0.1;         ///< between corrections, in reverberation times: 6 dB
+constexpr std::size_t kStretches = 10;   ///< 60 dB; what is later stays as the last one
+constexpr int kCorrections = 4;          ///< rounds
+constexpr double kMostAtOnce = 1.0;      ///< of a correction [Np]
 
 /// Mean over a box of 2 half + 1 samples of a periodic signal.
 void smooth(std::vector<double>& values, std::size_t half) {
@@ -124,6 +130,78 @@ void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count
   }
 }
 
+/// Between the middles of stretches, straight in the logarithm.
+double gain_at(std::span<const double> gains, double stretch) {
+  const double x = std::clamp(stretch - 0.5, 0.0, static_cast<double>(gains.size() - 1));
+  const auto i = std::min(static_cast<std::size_t>(x), gains.size() - 1);
+  if (i + 1 == gains.size()) return gains[i];
+  return gains[i] * std::pow(gains[i + 1] / gains[i], x - static_cast<double>(i));
+}
+
+/// Slow corrections of an octave's noise, so that what an octave filter lets through falls by as
+/// much as it should from one stretch of 6 dB to the next and has the prescribed time by T30. A low
+/// octave is narrow: a stretch of its noise holds few independent values, and left to itself one
+/// tail strays by a seventh.
+/// @param first, last  samples between which the tail is alone
+/// @param stretch      samples
+/// @return  gains at the middles of stretches from `first` on
+std::vector<double> stretch_gains(RealFft& whole, std::size_t octave, double rt60,
+                                  double sample_rate, double first, double last, double stretch) {
+  const auto stretches =
+      std::min(kStretches, static_cast<std::size_t>(std::max(0.0, (last - first) / stretch)));
+  if (stretches < 2) return {1.0};
+  // The same time at a lower rate: bins up to twice the octave's end are enough.
+  const double step = sample_rate / static_cast<double>(whole.size());
+  RealFft fft(std::min(whole.size(),
+                       good_fft_size(static_cast<std::size_t>(4 * upper_edge(octave) / step))));
+  const double rate = step * static_cast<double>(fft.size());
+  std::copy_n(whole.spectrum().begin(), fft.bins(), fft.spectrum().begin());
+  fft.spectrum().back() = 0;
+  fft.inverse();
+  const double length = stretch * rate / sample_rate;
+  const auto begin = static_cast<std::size_t>(first * rate / sample_rate);
+  const auto end = std::min(fft.size(), static_cast<std::size_t>(last * rate / sample_rate));
+
+  std::vector<double> gains(stretches, 1.0);
+  std::vector<double> decay(end - begin);
+  const auto heard = [&] {
+    for (std::size_t n = 0; n < decay.size(); ++n) {
+      const auto at = static_cast<double>(n);
+      decay[n] = fft.signal()[begin + n] * std::exp(-kDecay / 2 * at / (rt60 * rate)) *
+                 gain_at(gains, at / length);
+    }
+    return octave_band(decay, rate, kOctaveCentres[octave]);
+  };
+  for (int round = 0; round < kCorrections; ++round) {
+    const std::vector<double> band = heard();
+    std::vector<double> levels(stretches, 0.0);
+    for (std::size_t n = 0; n < band.size(); ++n) {
+      const auto s = static_cast<std::size_t>(static_cast<double>(n) / length);
+      if (s < stretches) levels[s] += band[n] * band[n];
+    }
+    // Over the ideal decay; their mean is the tail's level and stays.
+    double mean = 0;
+    for (std::size_t s = 0; s < stretches; ++s) {
+      levels[s] =
+          std::log(std::max(levels[s], 1e-300)) + kDecay * kStretch * static_cast<double>(s);
+      mean += levels[s] / static_cast<double>(stretches);
+    }
+    for (std::size_t s = 0; s < stretches; ++s) {
+      gains[s] *= std::exp(std::clamp((mean - levels[s]) / 2, -kMostAtOnce, kMostAtOnce));
+    }
+  }
+  for (int round = 0; round < kCorrections; ++round) {
+    const auto found = reverberation_time(heard(), rate);
+    if (!found) break;  // a clip that ends before 45 dB are gone
+    const double slope = kDecay / 2 * kStretch * (rt60 / found->rt60 - 1);
+    for (std::size_t s = 0; s < stretches; ++s) {
+      gains[s] *= std::exp(std::clamp(slope, -0.1, 0.1) *
+                           (static_cast<double>(s) - static_cast<double>(stretches - 1) / 2));
+    }
+  }
+  return gains;
+}
+
 }  // namespace
 
 double TailPlan::energy_db() const {
@@ -214,10 +292,22 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
     for (const NoiseBand& band : noise_bands(b, octaves, sample_rate)) {
       add_band_noise(band, sample_rate, fft.size(), fft.spectrum(), random);
     }
+    const std::size_t end = length(b);
+    const double stretch = kStretch * plan.rt60[b] * sample_rate;
+    const double first = plan.step * static_cast<double>(plan.fill.size()) * sample_rate;
+    std::vector<double> gains = {1.0};
+    if (b < kFew) {
+      gains = stretch_gains(fft, b, plan.rt60[b], sample_rate, first, static_cast<double>(end),
+                            stretch);
+    }
     fft.inverse();
+    if (gains.size() > 1) {
+      for (std::size_t n = 0; n < end; ++n) {
+        fft.signal()[n] *= gain_at(gains, (static_cast<double>(n) - first) / stretch);
+      }
+    }
     const double decay = std::exp(-kDecay / (2 * plan.rt60[b] * sample_rate));
     double envelope = std::sqrt(plan.power[b] / sample_rate);
-    const std::size_t end = length(b);
     for (std::size_t n = 0; n < end; ++n) {
       const auto step = static_cast<std::size_t>(static_cast<double>(n) / sample_rate / plan.step);
       const double fill = step < plan.fill.size() ? std::sqrt(plan.fill[step][b]) : 1.0;
