@@ -74,6 +74,16 @@ void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleF
   throw FileError(fmt::format("{}: cannot be written: {}", path.string(), reason));
 }
 
+AudioHeader read_audio_header(const std::filesystem::path& path) {
+  SF_INFO info{};
+  const SoundFile file(sf_open(path.c_str(), SFM_READ, &info));
+  if (file.get() == nullptr) {
+    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(nullptr)));
+  }
+  return {info.channels, info.samplerate,
+          static_cast<double>(info.frames) / static_cast<double>(info.samplerate)};
+}
+
 AudioClip read_audio(const std::filesystem::path& path) {
   SF_INFO info{};
   const SoundFile file(sf_open(path.c_str(), SFM_READ, &info));

@@ -20,6 +20,15 @@ enum class SampleFormat { float32, int16 };
 /// @throws FileError
 void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format);
 
+/// What a header says of an audio file; a damaged one may say anything.
+struct AudioHeader {
+  int channels = 1;
+  int sample_rate = 44100;
+  double seconds = 0;
+};
+/// @throws FileError  not readable, with libsndfile's reason
+AudioHeader read_audio_header(const std::filesystem::path& path);
+
 /// Any format that libsndfile reads.
 /// @throws FileError  not readable, with libsndfile's reason
 AudioClip read_audio(const std::filesystem::path& path);

@@ -113,11 +113,15 @@ std::vector<double> brown(std::size_t count, double sample_rate, core::RandomStr
   return samples;
 }
 
-/// Block by block as a matrix product: e^{i h w (n + block)} = e^{i h w n} e^{i h w block}.
-std::vector<double> hum(std::size_t count, double sample_rate, core::RandomStream& random) {
+/// Fundamental of the mains [Hz]; a grid's frequency wanders by some hundredths of a hertz.
+double mains_frequency(core::RandomStream& random) {
   const double mains = random.uniform() < 0.5 ? 50 : 60;
-  // A grid's frequency wanders by some hundredths of a hertz.
-  const double frequency = mains + 0.05 * random.normal();
+  return mains + 0.05 * random.normal();
+}
+
+/// Block by block as a matrix product: e^{i h w (n + block)} = e^{i h w n} e^{i h w block}.
+std::vector<double> hum(double frequency, std::size_t count, double sample_rate,
+                        core::RandomStream& random) {
   std::vector<double> rates;
   std::vector<std::complex<double>> amplitudes;
   for (int h = 1; h <= 20 && h * frequency < 0.45 * sample_rate; ++h) {
@@ -195,6 +199,13 @@ std::vector<double> babble(std::size_t count, double sample_rate, core::RandomSt
   return samples;
 }
 
+void check_rate(double sample_rate) {
+  if (!(sample_rate >= 1e3 && sample_rate <= 1e7)) {
+    throw core::InputError(
+        fmt::format("noise at {} Hz: the rate must lie between 1 kHz and 10 MHz", sample_rate));
+  }
+}
+
 }  // namespace
 
 const std::vector<std::string>& noise_kind_names() {
@@ -263,10 +274,7 @@ std::vector<double> babble_envelope(int talkers, std::size_t count, double sampl
 
 std::vector<double> generate_noise(NoiseKind kind, std::size_t count, double sample_rate,
                                    core::RandomStream& random) {
-  if (!(sample_rate >= 1e3 && sample_rate <= 1e7)) {
-    throw core::InputError(
-        fmt::format("noise at {} Hz: the rate must lie between 1 kHz and 10 MHz", sample_rate));
-  }
+  check_rate(sample_rate);
   std::vector<double> samples;
   switch (kind) {
     case NoiseKind::white:
@@ -278,13 +286,27 @@ std::vector<double> generate_noise(NoiseKind kind, std::size_t count, double sam
       samples = brown(count, sample_rate, random);
       break;
     case NoiseKind::hum:
-      return hum(count, sample_rate, random);
+      return hum(mains_frequency(random), count, sample_rate, random);
     case NoiseKind::babble:
       samples = babble(count, sample_rate, random);
       break;
   }
   // What came while filters settled is left out.
   samples.erase(samples.begin(), samples.end() - static_cast<std::ptrdiff_t>(count));
+  return samples;
+}
+
+std::vector<double> generate_rows(NoiseKind kind, std::size_t count, std::size_t rows,
+                                  double sample_rate, core::RandomStream& random) {
+  std::vector<double> samples;
+  samples.reserve(rows * count);
+  check_rate(sample_rate);
+  const double mains = kind == NoiseKind::hum ? mains_frequency(random) : 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto one = kind == NoiseKind::hum ? hum(mains, count, sample_rate, random)
+                                            : generate_noise(kind, count, sample_rate, random);
+    samples.insert(samples.end(), one.begin(), one.end());
+  }
   return samples;
 }
 

@@ -36,6 +36,12 @@ NoiseKind noise_kind(const std::string& name);
 std::vector<double> generate_noise(NoiseKind kind, std::size_t count, double sample_rate,
                                    core::RandomStream& random);
 
+/// Noise for `rows` listeners of one place, one after the other: independent in each, but for hum,
+/// whose mains (50 or 60 Hz, and how far astray) is one for all; levels and phases differ.
+/// @return  rows x count samples
+std::vector<double> generate_rows(NoiseKind kind, std::size_t count, std::size_t rows,
+                                  double sample_rate, core::RandomStream& random);
+
 /// Talkers of `NoiseKind::babble`.
 constexpr int babble_talkers = 6;
 

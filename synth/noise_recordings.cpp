@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "core/audio.hpp"
 #include "core/error.hpp"
 #include "synth/cross_fade.hpp"
 #include "synth/recording_file.hpp"
@@ -65,6 +66,41 @@ bool all_have_sound(const Division& division) {
 }
 
 }  // namespace
+
+void check_noise_folder(const std::filesystem::path& folder, std::size_t parts) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw core::InputError(fmt::format("{} is no folder", folder.string()),
+                           "paths are meant from where the configuration lies");
+  }
+  double seconds = 0;
+  std::size_t readable = 0;
+  std::string unreadable;
+  const auto files = files_in_folder(folder);
+  for (const auto& name : files) {
+    try {
+      seconds += core::read_audio_header(folder / name).seconds;
+      ++readable;
+    } catch (const core::FileError& error) {
+      if (unreadable.empty()) unreadable = error.message();
+    }
+  }
+  const std::string remedy = "any format that libsndfile reads (WAV, FLAC, Ogg ...) will do";
+  if (files.empty()) {
+    throw core::InputError(fmt::format("{}: the folder has no files", folder.string()), remedy);
+  }
+  if (readable == 0) {
+    throw core::InputError(fmt::format("{}: none of {} files can be used as noise; the first: {}",
+                                       folder.string(), files.size(), unreadable),
+                           remedy);
+  }
+  if (seconds < kLeastSound * static_cast<double>(parts)) {
+    throw core::InputError(
+        fmt::format("{}: {:.3g} s in {} recordings are less than {} s for each of {} parts that "
+                    "share no noise",
+                    folder.string(), seconds, readable, kLeastSound, parts),
+        "add recordings, or longer ones");
+  }
+}
 
 struct NoiseFolder::Impl {
   std::filesystem::path folder;

@@ -40,6 +40,13 @@ struct NoiseDraw {
   std::vector<NoiseSegment> segments;  ///< in order
 };
 
+/// What can be known of a folder from its list of files and their headers: that it can be read and
+/// holds audio that is long enough to be divided. NoiseFolder, which reads the samples, may still
+/// refuse it (silence, files that are the same).
+/// @throws InputError  no folder, no files, none that libsndfile reads, or altogether too short for
+///                     `parts` parts
+void check_noise_folder(const std::filesystem::path& folder, std::size_t parts);
+
 /// A folder of noise recordings.
 ///
 /// All formats that libsndfile reads, any rate from 1 kHz to 1 MHz, any number of channels,

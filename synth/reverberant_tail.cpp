@@ -253,7 +253,11 @@ TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> ima
     if (plan.power[b] == 0) continue;
     if (count >= kEnoughImages) {
       const double expected = plan.power[b] * std::expm1(rate(b) * matched) / rate(b);
-      plan.level[b] = std::clamp(before[b] / expected, 0.25, 4.0);
+      const double found = before[b] / expected;
+      plan.level[b] = std::clamp(found, 0.25, 4.0);
+      // An octave of which walls or air leave nothing has no step that is heard.
+      const double step = 10 * std::log10(std::max(found, 1e-12) / plan.level[b]);
+      if (std::abs(step) > std::abs(plan.join_db)) plan.join_db = step;
       plan.power[b] *= plan.level[b];
     }
     double owed = 0;  // images that had more than their step leave less to the next ones

@@ -25,6 +25,8 @@ struct TailPlan {
   OctaveValues power{};  ///< P at the start, level included [1/s]
   OctaveValues level{};  ///< energy of the images in the 10 ms before the start over that of P;
                          ///< 0.25 to 4; 1 with fewer than six images in them
+  double join_db = 0;    ///< what the limits of `level` leave of the images' step against the
+                         ///< tail, of the octave where it is largest; 0 within the limits [dB]
   double step = 0.005;   ///< [s]
   std::vector<OctaveValues> fill;  ///< tail's share of each step from the start on, 0 to 1; then 1
 

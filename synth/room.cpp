@@ -7,13 +7,14 @@
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "core/random.hpp"
+#include "synth/air_filter.hpp"
 
 namespace carillon::synth {
 
 namespace {
 
 /// Changes when the same options give another response.
-constexpr const char* kVersion = "room response 1";
+constexpr const char* kVersion = "room response 2";
 
 std::string text_of(const RoomOptions& options) {
   std::string text =
@@ -62,6 +63,8 @@ RoomResponse room_response(const RoomOptions& options) {
   response.level = plan.level;
   response.tail_start = plan.start;
   response.tail_db = plan.energy_db();
+  response.join_db = plan.join_db;
+  response.air = air_response(plan.direct, options.air, options.sample_rate);
   if (options.with_images && options.order > 0) {
     response.images =
         image_response(image_sources(options.size, options.source, options.listener, options.order),

@@ -26,15 +26,17 @@ struct RoomOptions {
 };
 
 /// What arrives after the direct sound, which is 1 at sample 0 and in neither part: pressure at the
-/// listener is direct + direct * (images + tail), where `direct` has its 1/r and its time of flight
-/// already. Walls that absorb everything leave both parts silent.
+/// listener is d + d * (images + tail) with d = direct * air, where `direct` has its 1/r and its
+/// time of flight already. Walls that absorb everything leave images and tail silent.
 struct RoomResponse {
+  std::vector<double> air;  ///< on the direct way; empty: takes nothing, see air_response
   std::vector<double> images;
   std::vector<double> tail;  ///< empty: inaudible (see tail_db), or after the end of the clip
   OctaveValues rt60{};       ///< by Eyring's formula [s]; 0 in octaves above half the sample rate
   OctaveValues level{};      ///< tail against the diffuse field, by energy; see TailPlan
   double tail_start = 0;     ///< after the direct sound [s]
   double tail_db = 0;        ///< energy of the tail's loudest octave against the direct sound [dB]
+  double join_db = 0;        ///< largest step left at the join, see TailPlan::join_db
 };
 
 /// Equal options give equal responses, bit for bit.

@@ -24,12 +24,14 @@ std::optional<RoomResponse> load(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path)) return std::nullopt;
     const Hdf5Group file = Hdf5Group::open_file(path);
     RoomResponse response;
+    if (file.has("air")) response.air = file.read<double>("air");
     if (file.has("images")) response.images = file.read<double>("images");
     if (file.has("tail")) response.tail = file.read<double>("tail");
     response.rt60 = octaves(file.read<double>("rt60"));
     response.level = octaves(file.read<double>("level"));
     response.tail_start = file.number_attribute("tail_start_s");
     response.tail_db = file.number_attribute("tail_db");
+    response.join_db = file.number_attribute("join_db");
     return response;
   } catch (const std::exception& e) {
     spdlog::warn("a cached room response is computed again: {}", e.what());
@@ -45,12 +47,14 @@ void store(const std::filesystem::path& path, const RoomResponse& response) {
         // An array without elements is left out.
         if (!values.empty()) file.write<double>(name, values, {values.size()});
       };
+      write("air", response.air);
       write("images", response.images);
       write("tail", response.tail);
       write("rt60", response.rt60);
       write("level", response.level);
       file.write_attribute("tail_start_s", response.tail_start);
       file.write_attribute("tail_db", response.tail_db);
+      file.write_attribute("join_db", response.join_db);
       file.flush();
     });
   } catch (const std::exception& e) {

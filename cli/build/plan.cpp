@@ -236,7 +236,7 @@ std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
     hash.add(std::span<const double>(direction.data(), 3));
   }
   for (const EffectDecision& effect : config.scene.effects) {
-    if (effect.enabled) hash.add(effect.in_scene.content);
+    if (effect.enabled && effect.in_scene.content) hash.add(effect.in_scene.content());
   }
   for (const Shape& shape : plan.shapes) {
     hash.add(shape.id).add(shape.identity).add(solvers::to_json(shape.request).dump());

@@ -41,7 +41,8 @@ struct Sound {
   synth::RingDown rings;    ///< what is about to ring; effects of modes change it
   std::vector<double> blows = {0};  ///< times of the strike, which may be repeated [s]
   std::vector<float> audio;         ///< rows (listeners, or one) x samples
-  std::vector<float> direct;        ///< audio before a room's early reflections; empty without them
+  std::vector<float> direct;        ///< audio before a room's early reflections, with what air has
+                                    ///< taken from it; empty without them
   std::size_t rows = 1;
   double sample_rate = 44100;
   std::size_t modes = 0;      ///< that sound
@@ -73,7 +74,13 @@ struct SceneEffect {
   std::string reason_off;
   double seconds_per_sound = 0;  ///< estimated cost of one sound, one row
   double memory = 0;             ///< estimated, of its working parts [byte]
-  std::string content;           ///< hash of files it reads beside the configuration
+  /// Faults of the files it reads that can be found cheaply; called when the configuration is read,
+  /// once it is known to be on. Empty: nothing to check.
+  /// @throws ConfigError
+  std::function<void()> check;
+  /// Hash of the files it reads beside the configuration; asked for only while it is on. Empty:
+  /// none.
+  std::function<std::string()> content;
   /// Makes the working parts; never called while it is off. Empty for effects outside the chain.
   /// @param cache  folder that outlives the run, for what is dear to compute; empty: none
   std::function<EffectParts(const std::filesystem::path& cache)> start;

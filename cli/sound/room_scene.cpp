@@ -261,9 +261,23 @@ const RoomSpectra::Entry& RoomSpectra::of(const synth::RoomOptions& options) {
     bytes_ = 0;
   }
   const synth::RoomResponse response = synth::cached_room_response(options, cache_);
-  Entry entry{convolver_.prepare(response.*part_, options.count), response.tail_db};
+  Entry entry;
+  entry.spectrum = convolver_.prepare(response.*part_, options.count);
+  entry.tail_db = response.tail_db;
+  entry.join_db = response.join_db;
   bytes_ += entry.spectrum.values.size() * sizeof(entry.spectrum.values[0]);
+  if (!response.air.empty()) {
+    entry.air = convolver_.prepare(response.air, options.count);
+    bytes_ += entry.air->values.size() * sizeof(entry.air->values[0]);
+  }
   return entries_.emplace(key, std::move(entry)).first->second;
+}
+
+void RoomSpectra::take_air(const Entry& entry, std::span<float> row) {
+  if (!entry.air) return;
+  const std::vector<float> before(row.begin(), row.end());
+  std::fill(row.begin(), row.end(), 0.0F);
+  convolver_.add(before, *entry.air, row);
 }
 
 }  // namespace carillon::cli

@@ -61,6 +61,21 @@ synth::RoomOptions room_options(const RoomScene& scene, const Room& room,
 /// A body's listeners from its centre, to a nanometre: equal for bodies that lie elsewhere.
 std::vector<Eigen::Vector3d> relative_listeners(const RingingBody& body);
 
+/// Whether air takes a decibel or more from the direct sound of a listener, in an octave of which
+/// the clip has the centre.
+bool air_is_heard(const RoomScene& room, const Scene& scene);
+
+/// Why no early reflection of the scene's rooms is heard (walls reflect nothing, or the first one
+/// comes after the clip, wherever the body may be drawn); empty when one may be.
+std::string why_no_reflection(const RoomScene& room, const Scene& scene);
+
+/// Estimated seconds of making one listener's response, shared by the samples that may draw the
+/// same room: a shape's own strikes are all that is known of them here.
+double seconds_of_response(const RoomScene& room, const Scene& scene, bool images);
+
+/// Orders beyond this are dear enough to be kept on disk.
+inline constexpr int kOrderOfCache = 5;
+
 /// Adds the columns `room`, `room_size`, `room_source` and `room_rt60` of a sample.
 void record_room(Columns& record, const RoomScene& scene, const Room& room);
 
@@ -68,8 +83,10 @@ void record_room(Columns& record, const RoomScene& scene, const Room& room);
 class RoomSpectra {
  public:
   struct Entry {
+    std::optional<synth::ResponseSpectrum> air;  ///< on the direct way; none: takes nothing
     synth::ResponseSpectrum spectrum;
     double tail_db = 0;
+    double join_db = 0;
   };
   /// @param part   which part of a response is heard
   /// @param cache  folder of responses; empty: none
@@ -77,6 +94,8 @@ class RoomSpectra {
       : part_(part), cache_(std::move(cache)) {}
   const Entry& of(const synth::RoomOptions& options);
   synth::Convolver& convolver() { return convolver_; }
+  /// Takes from a direct sound what air takes on its way.
+  void take_air(const Entry& entry, std::span<float> row);
 
  private:
   std::vector<double> synth::RoomResponse::*part_;

@@ -83,6 +83,7 @@ EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& sw
     decision.reason = fmt::format("only runs with effects.{}: on", effect.name);
   } else {
     decision.enabled = true;
+    if (decision.in_scene.check) decision.in_scene.check();
     decision.reason = wish == "on" ? place : decision.in_scene.asked_by;
   }
   return decision;

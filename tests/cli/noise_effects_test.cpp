@@ -106,11 +106,12 @@ TEST(NoiseEffect, AddsRecordedNoiseAtTheRecordedRatio) {
   }
   const std::string text = "noise: {folder: " + folder.path().string() + ", snr: [3 dB, 30 dB]}\n";
   const SceneEffect effect = read(noise_effect, text);
-  EXPECT_FALSE(effect.content.empty());
+  const std::string content = effect.content();
+  EXPECT_FALSE(content.empty());
   expect_recorded_ratio(effect);
   expect_recorded_ratio(effect, 2, 9);
   synth::write_sound(folder / "more.wav", synth::some_noise(44100, 9), 44100);
-  EXPECT_NE(read(noise_effect, text).content, effect.content);
+  EXPECT_NE(read(noise_effect, text).content(), content);
 }
 
 TEST(NoiseEffect, LeavesASilentClipAloneAndSaysSo) {
@@ -151,10 +152,33 @@ TEST(NoiseEffect, RefusesWhatMakesNoSense) {
   has("noise: {kind: wite}\n", "did you mean \"white\"?");
   has("noise: {}\n", "noise needs `folder`");
   has("noise: {kind: white, folder: x}\n", "not both");
-  has("noise: {folder: absent}\n", "absent is no folder");
   has("noise: {kind: white, snr: 5 m}\n", "a level is wanted");
   has("noise: {kind: white, snr: [-200, 0]}\n", "single precision");
   has("noise: {kind: white, channel: 1}\n", "unknown key");
+}
+
+// An effect that is off looks at no file; one that is on finds faults when it is read.
+TEST(NoiseEffect, LooksAtItsFolderOnlyWhenItIsOn) {
+  const core::TemporaryFolder empty;
+  const std::string path = empty.path().string();
+  const auto scene_of = [](const std::string& text) {
+    core::ConfigNode root = core::ConfigNode::parse(text, "scene.yaml");
+    const Effect registry[] = {noise_effect};
+    return read_scene(root, "scene.yaml", registry);
+  };
+  EXPECT_FALSE(scene_of("noise: {folder: absent}\neffects: {noise: off}\n").runs("noise"));
+  for (const std::string& folder : {std::string("absent"), path}) {
+    try {
+      scene_of("noise: {folder: " + folder + "}\n");
+      ADD_FAILURE() << folder;
+    } catch (const core::ConfigError& error) {
+      EXPECT_NE(error.message().find("noise.folder"), std::string::npos) << error.message();
+    }
+  }
+  synth::write_sound(empty / "short.wav", synth::some_noise(800, 1), 16000);
+  EXPECT_THROW(scene_of("noise: {folder: " + path + "}\n"), core::ConfigError);
+  synth::write_sound(empty / "long.wav", synth::some_noise(16000, 2), 16000);
+  EXPECT_TRUE(scene_of("noise: {folder: " + path + "}\n").runs("noise"));
 }
 
 TEST(RecordingEffect, ShiftsBeforeAndConvertsAtFullScale) {

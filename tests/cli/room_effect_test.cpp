@@ -157,10 +157,23 @@ TEST(RoomEffect, AClickIsTheResponse) {
   options.walls = synth::same_on_all_walls(absorption);
   const synth::RoomResponse response = synth::room_response(options);
   ASSERT_FALSE(response.tail.empty());
+  ASSERT_FALSE(response.air.empty());
+  const auto through_air = [&](const std::vector<double>& part) {
+    std::vector<double> heard(both.audio.size(), 0.0);
+    for (std::size_t k = 0; k < response.air.size(); ++k) {
+      for (std::size_t n = 0; n < part.size() && n + k < heard.size(); ++n) {
+        heard[n + k] += response.air[k] * part[n];
+      }
+    }
+    return heard;
+  };
+  const auto directs = through_air({1.0});
+  const auto images = through_air(response.images);
+  const auto tails = through_air(response.tail);
   for (std::size_t n = 0; n < both.audio.size(); ++n) {
-    const double direct = n == 0 ? 1 : 0;
-    const double image = n < response.images.size() ? response.images[n] : 0;
-    const double tail = n < response.tail.size() ? response.tail[n] : 0;
+    const double direct = directs[n];
+    const double image = images[n];
+    const double tail = tails[n];
     ASSERT_NEAR(both.audio[n], direct + image + tail, 1e-6) << n;
     ASSERT_NEAR(early.audio[n], direct + image, 1e-6) << n;
     ASSERT_NEAR(late.audio[n], direct + tail, 1e-6) << n;
@@ -171,10 +184,25 @@ TEST(RoomEffect, AClickIsTheResponse) {
   EXPECT_TRUE(both.record.contains("tail_level"));
 }
 
-TEST(RoomEffect, WallsThatAbsorbEverythingChangeNoBit) {
-  const std::string text = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 1}\n";
-  const Wet wet = click(text, true, true);
-  for (std::size_t n = 0; n < wet.audio.size(); ++n) ASSERT_EQ(wet.audio[n], n == 0 ? 1.0F : 0.0F);
+TEST(RoomEffect, IsOffWhereNothingIsReflected) {
+  const std::string walls = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 1}\n";
+  const Scene near = scene_with({{0.1, 0, 0}});
+  EXPECT_EQ(read(room_effect, walls, near).reason_off, "walls that reflect nothing");
+  const std::string far = "room: {size: [1 km, 1 km, 1 km], absorption: 0.3}\n";
+  EXPECT_NE(read(room_effect, far, near).reason_off.find("first reflection"), std::string::npos);
+  // Air is heard from afar, reflections or none.
+  EXPECT_EQ(read(room_effect, far, scene_with({{100, 0, 0}})).reason_off, "");
+}
+
+TEST(RoomEffect, ResponsesCountInThePlan) {
+  const auto cost = [](const std::string& order) {
+    return read(room_effect, "room: {size: [5, 4, 3], absorption: 0.3, order: " + order + "}\n")
+        .seconds_per_sound;
+  };
+  EXPECT_GT(cost("20"), 10 * cost("3"));
+  const std::string shared =
+      "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3, order: 20}\n";
+  EXPECT_LT(read(room_effect, shared).seconds_per_sound, cost("20") / 4);
 }
 
 }  // namespace

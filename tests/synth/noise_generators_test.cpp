@@ -154,5 +154,35 @@ TEST(GeneratedNoise, UnknownKindsAreNamedWithTheNearest) {
   }
 }
 
+/// Amplitude of a frequency in a second of noise.
+double amplitude_at(std::span<const double> samples, double frequency, double rate) {
+  double re = 0, im = 0;
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    const double phase = 2 * M_PI * frequency * static_cast<double>(n) / rate;
+    re += samples[n] * std::cos(phase);
+    im += samples[n] * std::sin(phase);
+  }
+  return std::hypot(re, im) / static_cast<double>(samples.size());
+}
+
+TEST(NoiseRows, OfHumHaveOneMains) {
+  int fifty = 0;
+  for (std::uint64_t item = 0; item < 20; ++item) {
+    core::RandomStream random(3, item, "test");
+    const auto rows = generate_rows(NoiseKind::hum, 8000, 3, 8000, random);
+    ASSERT_EQ(rows.size(), 24000U);
+    int low = 0;
+    for (std::size_t row = 0; row < 3; ++row) {
+      const auto one = std::span(rows).subspan(row * 8000, 8000);
+      low += amplitude_at(one, 50, 8000) > amplitude_at(one, 60, 8000);
+    }
+    EXPECT_TRUE(low == 0 || low == 3) << item;
+    fifty += low == 3;
+    EXPECT_NE(rows[0], rows[8000]);
+  }
+  EXPECT_GT(fifty, 0);
+  EXPECT_LT(fifty, 20);
+}
+
 }  // namespace
 }  // namespace carillon::synth

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <complex>
 #include <filesystem>
 #include <fstream>
 
@@ -95,6 +96,47 @@ TEST(RoomResponse, PartsAreTheSameApart) {
   options.with_images = false;
   EXPECT_EQ(room_response(options).tail, both.tail);
   EXPECT_TRUE(room_response(options).images.empty());
+}
+
+// 100 m in a room of 1 km: the direct sound has lost what ISO 9613-1 says, at every frequency.
+TEST(RoomResponse, AirDullsTheDirectSound) {
+  RoomOptions options = furnished();
+  options.size = {1000, 1000, 1000};
+  options.source = {450, 500, 500};
+  options.listener = {550, 500, 500};
+  options.with_images = options.with_tail = false;
+  const std::vector<double> air = room_response(options).air;
+  for (const double f : {125.0, 1000.0, 4000.0, 8000.0}) {
+    std::complex<double> sum = 0;
+    for (std::size_t n = 0; n < air.size(); ++n) {
+      sum += air[n] * std::polar(1.0, -2 * M_PI * f * static_cast<double>(n) / 44100);
+    }
+    const double expected = -10 / std::log(10.0) * air_absorption(f, options.air) * 100;
+    EXPECT_NEAR(20 * std::log10(std::abs(sum)), expected, 0.05) << f;
+  }
+  options.listener = options.source + Eigen::Vector3d(0.01, 0, 0);
+  EXPECT_TRUE(room_response(options).air.empty());
+}
+
+// Images and tail together in a plain room (even absorption, no side much longer): T30 of the whole
+// response, octaves wide enough for one response to speak for itself.
+TEST(RoomResponse, WholeHasThePrescribedTime) {
+  RoomOptions options = furnished();
+  options.size = {6, 5, 4};
+  options.source = {1.9, 1.4, 1.6};
+  options.listener = {3.6, 3.3, 2.1};
+  const OctaveValues times = {0.6, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6, 0.4};
+  options.walls = same_on_all_walls(absorption_for(options.size, times, options.air));
+  const RoomResponse response = room_response(options);
+  std::vector<double> whole(options.count, 0.0);
+  for (std::size_t n = 0; n < response.images.size(); ++n) whole[n] += response.images[n];
+  for (std::size_t n = 0; n < response.tail.size(); ++n) whole[n] += response.tail[n];
+  whole[0] += 1;
+  for (std::size_t b = 0; b < kOctaves; ++b) {
+    const auto found = reverberation_time(octave_band(whole, 44100, kOctaveCentres[b]), 44100);
+    ASSERT_TRUE(found.has_value());
+    EXPECT_NEAR(found->rt60 / times[b], 1, 0.1) << kOctaveCentres[b];
+  }
 }
 
 TEST(RoomResponse, EndsWithTheClip) {

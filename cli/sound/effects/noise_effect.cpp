@@ -32,7 +32,7 @@ struct NoiseSource {
   core::Range ratio;  ///< [dB]
 };
 
-/// Noise for every row of a clip, independent in each.
+/// Noise for every row of a clip, independent in each (hum: of one mains).
 struct DrawnNoise {
   std::vector<double> samples;
   std::string description;  ///< kind, or stretches of recordings
@@ -58,11 +58,8 @@ DrawnNoise draw(const NoiseSource& source, synth::NoiseFolder* folder, const Sou
   }
   const std::size_t kind = random.index(source.kinds.size());
   noise.description = synth::noise_kind_names()[static_cast<std::size_t>(source.kinds[kind])];
-  for (std::size_t row = 0; row < sound.rows; ++row) {
-    const auto samples =
-        synth::generate_noise(source.kinds[kind], count, sound.sample_rate, random);
-    noise.samples.insert(noise.samples.end(), samples.begin(), samples.end());
-  }
+  noise.samples =
+      synth::generate_rows(source.kinds[kind], count, sound.rows, sound.sample_rate, random);
   return noise;
 }
 
@@ -137,10 +134,6 @@ NoiseSource read_source(core::ConfigNode& node, const Scene& scene) {
   }
   if (node.has("folder")) {
     source.folder = core::path_beside(scene.file_name, node.text("folder"));
-    if (!std::filesystem::is_directory(source.folder)) {
-      node.fail("folder", fmt::format("{} is no folder", source.folder.string()),
-                "paths are meant from where the configuration lies");
-    }
     source.recordings.sample_rate = scene.audio.sample_rate;
     source.recordings.channel = static_cast<int>(node.integer("channel", 0, 1024, 0));
     source.recordings.memory = static_cast<std::size_t>(
@@ -179,7 +172,12 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   effect.seconds_per_sound =
       static_cast<double>(scene.audio.samples()) *
       (source.kinds.empty() ? seconds_per_sample_recorded : seconds_per_sample_generated);
-  if (source.kinds.empty()) effect.content = content_of(source.folder);
+  if (source.kinds.empty()) {
+    effect.check = [node, folder = source.folder] {
+      core::at_key(node, "folder", [&] { synth::check_noise_folder(folder, 1); });
+    };
+    effect.content = [folder = source.folder] { return content_of(folder); };
+  }
   effect.start = [source](const std::filesystem::path&) {
     const auto folder = source.kinds.empty() ? open_folder(source) : nullptr;
     EffectParts parts;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include "cli/sound/effects/list.hpp"
@@ -20,13 +21,18 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   effect.asked_by = "room: (" + root.where("room") + ")";
   if (const std::string why = scene.unheard(); !why.empty()) {
     effect.reason_off = why;
-  } else if (room.order == 0) {
-    effect.reason_off = "order 0: no image sources are asked for";
+  } else {
+    // Where nothing is reflected air may still be heard: it dulls what comes from afar.
+    const bool air = air_is_heard(room, scene);
+    if (!air) effect.reason_off = why_no_reflection(room, scene);
+    effect.seconds_per_sound = 2 * kSecondsPerSample * static_cast<double>(scene.audio.samples()) +
+                               seconds_of_response(room, scene, true);
   }
-  effect.seconds_per_sound = kSecondsPerSample * static_cast<double>(scene.audio.samples());
-  // Images take less time than reading them from a file: nothing is cached beyond the chain.
-  effect.start = [room](const std::filesystem::path&) {
-    auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::images, "");
+  effect.start = [room](const std::filesystem::path& cache) {
+    // A few images take less time than reading them from a file.
+    const bool kept = room.order > kOrderOfCache && !cache.empty();
+    auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::images,
+                                                 kept ? cache / "rooms" : std::filesystem::path());
     EffectParts parts;
     parts.audio = [room, spectra](Sound& sound) {
       const auto listeners = relative_listeners(*sound.body);
@@ -38,9 +44,11 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
         synth::RoomOptions options =
             room_options(room, place, listeners[r], sound.sample_rate, row.size(), sound.seed);
         options.with_tail = false;
-        spectra->convolver().add(
-            std::span<const float>(sound.direct).subspan(r * row.size(), row.size()),
-            spectra->of(options).spectrum, row);
+        const RoomSpectra::Entry& entry = spectra->of(options);
+        spectra->take_air(entry, row);
+        const auto direct = std::span(sound.direct).subspan(r * row.size(), row.size());
+        std::copy(row.begin(), row.end(), direct.begin());
+        spectra->convolver().add(direct, entry.spectrum, row);
       }
     };
     return parts;

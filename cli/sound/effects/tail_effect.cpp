@@ -49,9 +49,13 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   }
   const RoomScene room = read_room(root, scene);
   effect.asked_by = "room: (" + root.where("room") + ")";
-  effect.reason_off = scene.unheard();
-  if (effect.reason_off.empty()) effect.reason_off = why_silent(room, scene);
-  effect.seconds_per_sound = kSecondsPerSample * static_cast<double>(scene.audio.samples());
+  if (const std::string why = scene.unheard(); !why.empty()) {
+    effect.reason_off = why;
+  } else {
+    effect.reason_off = why_silent(room, scene);
+    effect.seconds_per_sound = 2 * kSecondsPerSample * static_cast<double>(scene.audio.samples()) +
+                               seconds_of_response(room, scene, false);
+  }
   effect.start = [room](const std::filesystem::path& cache) {
     auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::tail,
                                                  cache.empty() ? cache : cache / "rooms");
@@ -62,20 +66,26 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
       // Reverberation is made of what the body radiates, not of its early reflections.
       const bool alone = sound.direct.empty();
       if (alone && sound.record != nullptr) record_room(*sound.record, room, place);
-      const std::vector<float> dry = alone ? sound.audio : sound.direct;
       std::vector<double> levels;
+      std::vector<double> joins;
+      std::vector<float> dry;
       for (std::size_t r = 0; r < sound.rows && r < listeners.size(); ++r) {
         const std::span<float> row = sound.row(r);
         synth::RoomOptions options =
             room_options(room, place, listeners[r], sound.sample_rate, row.size(), sound.seed);
         options.with_images = false;
         const RoomSpectra::Entry& entry = spectra->of(options);
-        spectra->convolver().add(std::span<const float>(dry).subspan(r * row.size(), row.size()),
-                                 entry.spectrum, row);
+        if (alone) spectra->take_air(entry, row);
+        const std::span<float> heard =
+            alone ? row : std::span(sound.direct).subspan(r * row.size(), row.size());
+        dry.assign(heard.begin(), heard.end());
+        spectra->convolver().add(dry, entry.spectrum, row);
         levels.push_back(entry.tail_db);
+        joins.push_back(entry.join_db);
       }
       if (sound.record != nullptr) {
         sound.record->add("tail_level", std::span<const double>(levels), {levels.size()}, "dB");
+        sound.record->add("tail_join", std::span<const double>(joins), {joins.size()}, "dB");
       }
     };
     return parts;

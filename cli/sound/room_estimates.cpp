@@ -1,0 +1,121 @@
+// What can be said of a scene's rooms before any sound is made: whether they are heard, and what
+// their responses cost.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "cli/sound/room_scene.hpp"
+#include "synth/air_filter.hpp"
+
+namespace carillon::cli {
+
+using synth::kOctaves;
+using synth::OctaveValues;
+
+namespace {
+
+constexpr double kHeardAirLoss = 1;      ///< [dB]
+constexpr double kUnheardImage = 1e-3;   ///< pressure against the direct sound
+
+// Measured by synth_room's DISABLED_Cost (docs/sound/room.md), at 44.1 kHz.
+constexpr double kSecondsPerImage = 4e-5;
+constexpr double kSecondsPerTailSecond = 0.045;
+
+std::vector<Eigen::Vector3d> places_of(const Scene& scene) {
+  std::vector<Eigen::Vector3d> places;
+  for (const synth::Listener& listener : scene.listeners) places.push_back(listener.position);
+  return places;
+}
+
+/// Nothing that any wall reflects in any octave of the clip.
+bool walls_reflect_nothing(const synth::WallAbsorption& walls, std::size_t octaves) {
+  for (const OctaveValues& wall : walls) {
+    for (std::size_t b = 0; b < octaves; ++b) {
+      if (std::sqrt(1 - wall[b]) >= kUnheardImage) return false;
+    }
+  }
+  return true;
+}
+
+/// How long after the direct sound the first reflection comes at the earliest, wherever the body
+/// may be [s]. A wall at distances a and b of body and listener has r^2 = r0^2 + 4 a b. The
+/// smallest room has the nearest walls.
+double earliest_reflection(const RoomScene& room, const Scene& scene) {
+  const auto listeners = places_of(scene);
+  const Room place = typical_room(room, scene, false, listeners);
+  double earliest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& listener : listeners) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const bool far : {false, true}) {
+        const double margin = room.margin > 0 ? room.margin : 0.1 * place.size[axis];
+        const double body = !room.source ? margin
+                            : far        ? place.size[axis] - place.source[axis]
+                                         : place.source[axis];
+        const double ear = std::max(body + (far ? -1 : 1) * listener[axis], 0.0);
+        const double direct = listener.norm();
+        const double way = std::sqrt(direct * direct + 4 * body * ear) - direct;
+        earliest = std::min(earliest, way / synth::sound_speed(room.air));
+      }
+    }
+  }
+  return earliest;
+}
+
+/// Images up to an order: sum over k of 4 k^2 + 2.
+double images_up_to(double order) {
+  return (4 * order * order * order + 6 * order * order + 8 * order) / 3;
+}
+
+}  // namespace
+
+bool air_is_heard(const RoomScene& room, const Scene& scene) {
+  const std::size_t octaves = synth::octaves_below_nyquist(scene.audio.sample_rate);
+  return std::any_of(
+      scene.listeners.begin(), scene.listeners.end(), [&](const synth::Listener& listener) {
+        // Losses grow with frequency.
+        const double highest =
+            std::min(synth::kOctaveCentres[octaves - 1], scene.audio.sample_rate / 2);
+        return synth::air_loss(highest, listener.position.norm(), room.air) >= kHeardAirLoss;
+      });
+}
+
+std::string why_no_reflection(const RoomScene& room, const Scene& scene) {
+  if (room.order == 0) return "order 0: no image sources are asked for";
+  const Room place = typical_room(room, scene, false, places_of(scene));
+  if (walls_reflect_nothing(place.walls, synth::octaves_below_nyquist(scene.audio.sample_rate))) {
+    return "walls that reflect nothing";
+  }
+  const double first = earliest_reflection(room, scene);
+  if (first >= scene.audio.seconds) {
+    return fmt::format(
+        "the first reflection comes {:.2g} s after the direct sound, beyond the clip's {:.2g} s",
+        first, scene.audio.seconds);
+  }
+  return "";
+}
+
+double seconds_of_response(const RoomScene& room, const Scene& scene, bool images) {
+  const Room place = typical_room(room, scene, true, places_of(scene));
+  const double rate = scene.audio.sample_rate / 44100;
+  double seconds = 0;
+  if (images) {
+    // Of those that are asked for, as many as arrive within the clip.
+    const double reach = synth::sound_speed(room.air) * scene.audio.seconds;
+    const double within = 4 * std::numbers::pi / 3 * reach * reach * reach / place.size.prod();
+    seconds = kSecondsPerImage * rate * std::min(images_up_to(room.order), within);
+  } else {
+    const OctaveValues rt60 =
+        synth::eyring(place.size, synth::mean_absorption(place.size, place.walls), room.air);
+    const double longest = *std::max_element(rt60.begin(), rt60.end());
+    seconds = kSecondsPerTailSecond * rate * std::min(1.5 * longest, scene.audio.seconds);
+  }
+  const double strikes = scene.strikes.given.empty()
+                             ? static_cast<double>(scene.strikes.per_object)
+                             : static_cast<double>(scene.strikes.given.size());
+  return seconds * std::min(1.0, static_cast<double>(room.count) / std::max(1.0, strikes));
+}
+
+}  // namespace carillon::cli
