@@ -25,9 +25,8 @@ double air_loss(double frequency, double distance, const Air& air) {
 std::vector<double> air_response(double distance, const Air& air, double sample_rate) {
   if (!(sample_rate > 0) || !std::isfinite(sample_rate) || !(distance >= 0) ||
       !std::isfinite(distance)) {
-    throw core::InputError(
-        fmt::format("sound over {} m of air at {} Hz: both must be positive", distance,
-                    sample_rate));
+    throw core::InputError(fmt::format("sound over {} m of air at {} Hz: both must be positive",
+                                       distance, sample_rate));
   }
   // Losses grow with frequency.
   if (air_loss(sample_rate / 2, distance, air) < kLeastAirLoss) return {};

@@ -33,15 +33,25 @@ void expect_finite(const RoomResponse& response) {
 }
 
 // All reflections fall within two samples; a decay of a millisecond holds less than a period of the
-// lower octaves. The result is a short, finite response of about the energy of the diffuse field.
+// lower octaves. All images arrive in phase at low frequencies: the response's sum is theirs. The
+// tail has no more energy than its octaves' prescribed decay.
 TEST(HardRoom, OfACentimetre) {
   const RoomOptions options = room(0.01, 0.2);
   const RoomResponse response = room_response(options);
   expect_finite(response);
   EXPECT_LT(response.rt60[3], 0.002);
   EXPECT_LT(response.tail.size(), 200U);
-  EXPECT_GT(energy(response.images) + energy(response.tail), 0.1);
-  EXPECT_LT(energy(response.images) + energy(response.tail), 1000);
+  const double direct = (options.source - options.listener).norm();
+  double expected = 0;
+  for (const ImageSource& image :
+       image_sources(options.size, options.source, options.listener, options.order)) {
+    expected += direct / image.distance * std::pow(0.8, image.order / 2.0);
+  }
+  double sum = 0;
+  for (const double v : response.images) sum += v;
+  EXPECT_NEAR(sum / expected, 1, 0.01);
+  EXPECT_LT(energy(response.images), expected * expected);
+  EXPECT_LT(energy(response.tail), 2 * std::pow(10.0, response.tail_db / 10));
 }
 
 // Nothing comes back within a clip of one second; in a clip of 20 s it does.
@@ -131,13 +141,24 @@ TEST(HardRoom, OfNoSizeIsRefused) {
   }
 }
 
-// A tunnel and a shaft: sides of 1 : 1000.
+// A tunnel: sides of 1 : 1000. Eyring's time by hand, and the first wall's reflection at its time.
 TEST(HardRoom, OfAThousandToOne) {
   RoomOptions options = room(1, 0.05);
   options.size = {1000, 1, 1};
   options.source = {500, 0.3, 0.4};
   options.listener = {503, 0.6, 0.7};
-  expect_finite(room_response(options));
+  const RoomResponse response = room_response(options);
+  expect_finite(response);
+  // 24 ln 10 / c = 0.16111 s/m; V = 1000 m3, S = 4002 m2; air takes nothing at 125 Hz.
+  EXPECT_NEAR(response.rt60[0], 0.16111 * 1000 / (4002 * -std::log(0.95)), 0.01);
+  const double direct = std::sqrt(9 + 0.09 + 0.09);
+  // A wall at distances a and b of source and listener: r^2 = r0^2 + 4 a b, here a = 0.3, b = 0.6 m
+  // (y0) or a = 0.6, b = 0.3 m (ceiling).
+  const double nearest = std::sqrt(direct * direct + 4 * 0.3 * 0.6);
+  EXPECT_NEAR(image_sources(options.size, options.source, options.listener, 1)[0].distance, nearest,
+              1e-9);
+  const double level = direct / nearest * std::sqrt(0.95);
+  EXPECT_GT(energy(response.images), level * level);
 }
 
 TEST(HardRoom, ClipsOfExtremesComeOutAsNumbers) {
