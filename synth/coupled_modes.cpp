@@ -27,9 +27,9 @@ constexpr double kUntouched = 1e-15;
 /// Column pair (2 j, 2 j + 1) belongs to oscillator j of the coupled part: real and imaginary part
 /// of one eigenvector, or the eigenvectors of two real poles.
 struct CoupledModes::Vectors {
-  Eigen::MatrixXd displacement;                     ///< of the coupled modes, m x 2 m
-  Eigen::MatrixXd velocity;                         ///< likewise
-  Eigen::MatrixXd turn;                             ///< to the turned velocities, m x m
+  Eigen::MatrixXd displacement;  ///< of the m coupled modes, m x (2 m + r), r rigid coordinates
+  Eigen::MatrixXd velocity;      ///< likewise
+  Eigen::MatrixXd turn;          ///< to the turned velocities, m x (m + r)
   Eigen::PartialPivLU<Eigen::MatrixXd> amplitudes;  ///< state -> amplitudes of the columns
   std::vector<int> oscillator;                      ///< of column pair j: its place among all n
 };
@@ -40,9 +40,9 @@ void check(std::span<const double> eigenvalues, std::span<const double> decay_ra
            const Eigen::MatrixXd& dashpots) {
   const std::size_t n = eigenvalues.size();
   if (decay_rates.size() != n ||
-      (dashpots.cols() > 0 && dashpots.rows() != static_cast<Eigen::Index>(n))) {
+      (dashpots.cols() > 0 && dashpots.rows() < static_cast<Eigen::Index>(n))) {
     throw core::InputError(
-        fmt::format("coupled modes: {} eigenvalues, {} decay rates and dashpots of {} modes", n,
+        fmt::format("coupled modes: {} eigenvalues, {} decay rates and dashpots of {} coordinates", n,
                     decay_rates.size(), dashpots.rows()));
   }
   if (!dashpots.allFinite()) throw core::InputError("coupled modes: a dashpot is not finite");
@@ -51,7 +51,7 @@ void check(std::span<const double> eigenvalues, std::span<const double> decay_ra
       throw core::InputError(
           fmt::format("coupled modes: eigenvalue of mode {} must be positive and finite, not {}", i,
                       eigenvalues[i]),
-          "leave rigid motions out, or take the diagonal damping");
+          "rigid motions are rows of the dashpots below those of the modes");
     }
     if (!(decay_rates[i] >= 0) || !std::isfinite(decay_rates[i])) {
       throw core::InputError(
@@ -70,27 +70,45 @@ std::vector<int> touched_modes(std::span<const double> eigenvalues,
   if (dashpots.cols() == 0) return touched;
   const Eigen::VectorXd norms = dashpots.rowwise().norm();
   const double largest = norms.maxCoeff();
-  for (Eigen::Index i = 0; i < norms.size(); ++i) {
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(eigenvalues.size()); ++i) {
     const double omega = std::sqrt(eigenvalues[static_cast<std::size_t>(i)]);
     if (norms[i] * largest > kUntouched * omega) touched.push_back(static_cast<int>(i));
   }
   return touched;
 }
 
-/// The coupled part in its first-order form: state (Q^T q', Omega q), whose energy is its norm.
+/// The rigid coordinates turned so that as few as can be feel the dashpots; the others drop out. An
+/// even number: one that feels nothing is added where needed, so that all poles have a partner.
+Eigen::MatrixXd touched_rigid(const Eigen::MatrixXd& rows) {
+  if (rows.size() == 0 || rows.squaredNorm() == 0) return Eigen::MatrixXd(0, rows.cols());
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows);
+  qr.setThreshold(1e-12);
+  const Eigen::Index rank = qr.rank();
+  const Eigen::MatrixXd upper = qr.matrixR().topRows(rank).triangularView<Eigen::Upper>();
+  Eigen::MatrixXd touched = Eigen::MatrixXd::Zero(rank + rank % 2, rows.cols());
+  touched.topRows(rank) = upper * qr.colsPermutation().transpose();
+  return touched;
+}
+
+/// The coupled part in its first-order form: state (Q^T (q', rigid velocities), Omega q), whose
+/// energy is its norm.
 struct FirstOrder {
   Eigen::VectorXd omega;
-  Eigen::MatrixXd turn;    ///< Q
-  Eigen::MatrixXd matrix;  ///< 2 m x 2 m
+  Eigen::MatrixXd turn;    ///< Q, (m + r) x (m + r)
+  Eigen::MatrixXd matrix;  ///< 2 m + r rows
 };
 
 FirstOrder first_order(std::span<const double> eigenvalues, std::span<const double> decay_rates,
                        const Eigen::MatrixXd& dashpots, const std::vector<int>& coupled) {
+  const auto n = static_cast<Eigen::Index>(eigenvalues.size());
   const auto m = static_cast<Eigen::Index>(coupled.size());
+  const Eigen::MatrixXd rigid = touched_rigid(dashpots.bottomRows(dashpots.rows() - n));
+  const Eigen::Index v = m + rigid.rows();
   FirstOrder form;
   form.omega.resize(m);
-  Eigen::VectorXd own(m);
-  Eigen::MatrixXd columns(m, dashpots.cols());
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(v);
+  Eigen::MatrixXd columns(v, dashpots.cols());
+  columns.bottomRows(rigid.rows()) = rigid;
   for (Eigen::Index i = 0; i < m; ++i) {
     const auto mode = static_cast<std::size_t>(coupled[static_cast<std::size_t>(i)]);
     form.omega[i] = std::sqrt(eigenvalues[mode]);
@@ -99,15 +117,15 @@ FirstOrder first_order(std::span<const double> eigenvalues, std::span<const doub
   }
   // L P = Q R: the strongest dashpots come first, and those of all columns stay in the first rows.
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-  form.turn = qr.householderQ() * Eigen::MatrixXd::Identity(m, m);
-  const Eigen::Index rank = std::min(m, columns.cols());
+  form.turn = qr.householderQ() * Eigen::MatrixXd::Identity(v, v);
+  const Eigen::Index rank = std::min(v, columns.cols());
   const Eigen::MatrixXd upper = qr.matrixR().topRows(rank).triangularView<Eigen::Upper>();
   Eigen::MatrixXd damping = form.turn.transpose() * own.asDiagonal() * form.turn;
   damping.topLeftCorner(rank, rank) += upper * upper.transpose();
-  form.matrix.setZero(2 * m, 2 * m);
-  form.matrix.topLeftCorner(m, m) = -damping;
-  form.matrix.topRightCorner(m, m) = -form.turn.transpose() * form.omega.asDiagonal();
-  form.matrix.bottomLeftCorner(m, m) = form.omega.asDiagonal() * form.turn;
+  form.matrix.setZero(v + m, v + m);
+  form.matrix.topLeftCorner(v, v) = -damping;
+  form.matrix.bottomLeftCorner(m, v) = form.omega.asDiagonal() * form.turn.topRows(m);
+  form.matrix.topRightCorner(v, m) = -form.matrix.bottomLeftCorner(m, v).transpose();
   return form;
 }
 
@@ -141,7 +159,8 @@ std::vector<PolePair> pair_poles(const Eigen::VectorXcd& poles) {
   return pairs;
 }
 
-/// Gives each pole pair a mode, largest shares first. `shares` is modes x pairs.
+/// Gives each mode a pole pair, largest shares first; -1 for pairs that are left, those of rigid
+/// motion. `shares` is modes x pairs.
 std::vector<int> match(const Eigen::MatrixXd& shares) {
   const Eigen::Index m = shares.rows();
   std::vector<Eigen::Index> order(static_cast<std::size_t>(shares.size()));
@@ -149,7 +168,7 @@ std::vector<int> match(const Eigen::MatrixXd& shares) {
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return shares.data()[a] != shares.data()[b] ? shares.data()[a] > shares.data()[b] : a < b;
   });
-  std::vector<int> mode_of(static_cast<std::size_t>(m), -1);
+  std::vector<int> mode_of(static_cast<std::size_t>(shares.cols()), -1);
   std::vector<bool> taken(static_cast<std::size_t>(m), false);
   for (const Eigen::Index entry : order) {
     const auto mode = static_cast<std::size_t>(entry % m);
@@ -163,10 +182,10 @@ std::vector<int> match(const Eigen::MatrixXd& shares) {
 
 /// Adds the coupled part's oscillators; false when the eigenvectors are dependent.
 bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
-  const Eigen::Index m = form.omega.size();
+  const Eigen::Index m = form.omega.size(), v = form.turn.rows();
   const RealEigen solution = general_eigen(form.matrix);
   const std::vector<PolePair> pairs = pair_poles(solution.values);
-  Eigen::MatrixXd columns(2 * m, 2 * m);
+  Eigen::MatrixXd columns(m + v, m + v);
   for (std::size_t j = 0; j < pairs.size(); ++j) {
     const auto at = 2 * static_cast<Eigen::Index>(j);
     columns.col(at) = solution.vectors.col(pairs[j].first);
@@ -175,19 +194,25 @@ bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
   auto vectors = std::make_shared<CoupledModes::Vectors>();
   vectors->amplitudes.compute(columns);
   if (!(vectors->amplitudes.rcond() > kSmallestReciprocalCondition)) return false;
-  vectors->turn = form.turn;
-  vectors->velocity = form.turn * columns.topRows(m);
+  vectors->turn = form.turn.topRows(m);
+  const Eigen::MatrixXd velocity = form.turn * columns.topRows(v);
+  vectors->velocity = velocity.topRows(m);
   vectors->displacement = columns.bottomRows(m);
-  Eigen::MatrixXd shares(m, m);
-  for (Eigen::Index j = 0; j < m; ++j) {
-    const Eigen::VectorXd energy =
-        vectors->velocity.middleCols<2>(2 * j).rowwise().squaredNorm() +
-        vectors->displacement.middleCols<2>(2 * j).rowwise().squaredNorm();
-    shares.col(j) = energy / energy.sum();
+  Eigen::MatrixXd shares(m, (m + v) / 2);
+  for (Eigen::Index j = 0; j < shares.cols(); ++j) {
+    Eigen::VectorXd energy = velocity.middleCols<2>(2 * j).rowwise().squaredNorm();
+    energy.head(m) += vectors->displacement.middleCols<2>(2 * j).rowwise().squaredNorm();
+    shares.col(j) = energy.head(m) / energy.sum();
   }
   vectors->displacement = form.omega.cwiseInverse().asDiagonal() * vectors->displacement;
   const std::vector<int> mode_of = match(shares);
   for (std::size_t j = 0; j < pairs.size(); ++j) {
+    if (mode_of[j] < 0) {
+      vectors->oscillator.push_back(static_cast<int>(modes.eigenvalues.size()));
+      modes.eigenvalues.push_back(pairs[j].eigenvalue);
+      modes.decay_rates.push_back(pairs[j].decay_rate);
+      continue;
+    }
     const auto place =
         static_cast<std::size_t>(modes.coupled[static_cast<std::size_t>(mode_of[j])]);
     vectors->oscillator.push_back(static_cast<int>(place));
@@ -221,6 +246,12 @@ std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
     }
   }
   if (modes.coupled.empty()) return modes;
+  if (modes.coupled.size() > kMostCoupledModes) {
+    throw core::InputError(
+        fmt::format("coupled modes: the supports touch {} modes, and at most {} can be coupled",
+                    modes.coupled.size(), kMostCoupledModes),
+        "lower modes.max_modes or modes.max_frequency, or take supports.coupling: diagonal");
+  }
   for (const double perturbation : {0.0, 1e-6, 1e-5, 1e-4}) {
     modes.perturbation = perturbation;
     if (add_coupled(modes, first_order(eigenvalues, decay_rates,
@@ -232,7 +263,8 @@ std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
 }
 
 RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
-  const auto n = static_cast<Eigen::Index>(modes.eigenvalues.size());
+  const auto n = static_cast<Eigen::Index>(modes.overlaps.size());
+  const auto count = static_cast<Eigen::Index>(modes.eigenvalues.size());
   const Readout& in = rings.readout;
   const auto rows = static_cast<Eigen::Index>(in.delays.size());
   bool fits = rings.excitation.size() == n;
@@ -246,12 +278,13 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
   RingDown out;
   out.eigenvalues = modes.eigenvalues;
   out.decay_rates = modes.decay_rates;
-  out.excitation = Eigen::VectorXd::Ones(n);
+  out.excitation = Eigen::VectorXd::Ones(count);
   out.readout.delays = in.delays;
   out.readout.unit = in.unit;
   const auto scaled = [&](const Eigen::MatrixXd& gains) -> Eigen::MatrixXd {
-    if (gains.size() == 0) return Eigen::MatrixXd::Zero(rows, n);
-    return gains * rings.excitation.asDiagonal();
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows, count);
+    if (gains.size() > 0) all.leftCols(n) = gains * rings.excitation.asDiagonal();
+    return all;
   };
   out.readout.displacement = scaled(in.displacement);
   out.readout.velocity = scaled(in.velocity);
@@ -262,12 +295,12 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
   // start is displacement q0 and velocity v0 of the modes (sums over j: 0 and e).
   const CoupledModes::Vectors& vectors = *modes.vectors;
   const auto m = static_cast<Eigen::Index>(modes.coupled.size());
-  Eigen::VectorXd start = Eigen::VectorXd::Zero(2 * m);
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(vectors.turn.cols() + m);
   Eigen::VectorXd struck(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     struck[i] = rings.excitation[modes.coupled[static_cast<std::size_t>(i)]];
   }
-  start.head(m) = vectors.turn.transpose() * struck;
+  start.head(vectors.turn.cols()) = vectors.turn.transpose() * struck;
   const Eigen::VectorXd amplitudes = vectors.amplitudes.solve(start);
   const auto starts = [&](const Eigen::MatrixXd& columns, Eigen::Index j) -> Eigen::VectorXd {
     return columns.middleCols<2>(2 * j) * amplitudes.segment<2>(2 * j);
@@ -280,7 +313,7 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
     }
     return sum;
   };
-  for (Eigen::Index j = 0; j < m; ++j) {
+  for (Eigen::Index j = 0; j < static_cast<Eigen::Index>(vectors.oscillator.size()); ++j) {
     const int place = vectors.oscillator[static_cast<std::size_t>(j)];
     const double lambda = modes.eigenvalues[static_cast<std::size_t>(place)];
     const double d = modes.decay_rates[static_cast<std::size_t>(place)];

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <complex>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -10,7 +12,7 @@ namespace carillon::synth {
 
 DiagonalError diagonal_error(const CoupledModes& modes, std::span<const double> eigenvalues,
                              std::span<const double> diagonal) {
-  const std::size_t n = modes.eigenvalues.size();
+  const std::size_t n = modes.overlaps.size();
   if (eigenvalues.size() != n || diagonal.size() != n) {
     throw core::InputError(
         fmt::format("diagonal damping: {} eigenvalues and {} decay rates for {} coupled modes",
@@ -27,6 +29,58 @@ DiagonalError diagonal_error(const CoupledModes& modes, std::span<const double> 
     const double difference = std::abs(diagonal[i] - modes.decay_rates[i]);
     const double decay = difference > 0 ? difference / modes.decay_rates[i] : 0;
     const double cents = std::abs(600 * std::log2(alone / coupled));
+    if (error.worst_decay < 0 || decay > error.decay_rate) {
+      error.decay_rate = decay;
+      error.worst_decay = static_cast<int>(i);
+    }
+    if (error.worst_pitch < 0 || cents > error.cents) {
+      error.cents = cents;
+      error.worst_pitch = static_cast<int>(i);
+    }
+  }
+  return error;
+}
+
+DiagonalError estimate_diagonal_error(std::span<const double> eigenvalues,
+                                      std::span<const double> diagonal,
+                                      const Eigen::MatrixXd& dashpots) {
+  using Complex = std::complex<double>;
+  const std::size_t n = eigenvalues.size();
+  if (diagonal.size() != n || dashpots.rows() < static_cast<Eigen::Index>(n)) {
+    throw core::InputError(
+        fmt::format("diagonal damping: {} eigenvalues, {} decay rates, dashpots of {} coordinates",
+                    n, diagonal.size(), dashpots.rows()));
+  }
+  const auto coordinates = static_cast<std::size_t>(dashpots.rows());
+  std::vector<double> twice_d(coordinates), lambda(coordinates, 0.0);
+  for (std::size_t j = 0; j < coordinates; ++j) {
+    twice_d[j] =
+        j < n ? 2 * diagonal[j] : dashpots.row(static_cast<Eigen::Index>(j)).squaredNorm();
+    if (j < n) lambda[j] = eigenvalues[j];
+  }
+  DiagonalError error;
+  error.modes = static_cast<int>(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double squared = lambda[i] - diagonal[i] * diagonal[i];
+    if (!(squared > 0)) continue;
+    const Complex s(-diagonal[i], std::sqrt(squared));
+    const Complex factor = s * s / (2.0 * s + twice_d[i]);
+    const Eigen::VectorXd g = dashpots * dashpots.row(static_cast<Eigen::Index>(i)).transpose();
+    Complex moved = 0;
+    for (std::size_t j = 0; j < coordinates; ++j) {
+      const double coupling = g[static_cast<Eigen::Index>(j)];
+      if (j == i || coupling == 0) continue;
+      const Complex p = s * (s + twice_d[j]) + lambda[j];
+      const Complex push = factor * (coupling * coupling);
+      if (push == 0.0) continue;
+      const Complex root = std::sqrt(p * p + 4.0 * (2.0 * s + twice_d[j]) * push);
+      // The smaller of the two solutions: the pole that is mode i without coupling.
+      moved += 2.0 * push / (std::abs(p + root) > std::abs(p - root) ? p + root : p - root);
+    }
+    ++error.matched;
+    const double decay = moved == 0.0 ? 0 : std::abs(moved.real()) / diagonal[i];
+    const double pitch = std::abs(s.imag() + moved.imag()) / s.imag();
+    const double cents = std::abs(1200 * std::log2(pitch));
     if (error.worst_decay < 0 || decay > error.decay_rate) {
       error.decay_rate = decay;
       error.worst_decay = static_cast<int>(i);

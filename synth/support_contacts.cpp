@@ -105,7 +105,7 @@ void check_length(double length, const char* name) {
 
 }  // namespace
 
-std::vector<SurfaceTriangle> outer_triangles(const solvers::ModeSurface& surface) {
+std::vector<SurfaceTriangle> contact_triangles(const solvers::ModeSurface& surface) {
   const std::vector<FacePiece> cut = face_pieces(surface.order);
   const std::vector<bool> outer = outer_faces(surface);
   std::vector<SurfaceTriangle> triangles;
@@ -156,7 +156,7 @@ std::vector<Contact> lowest_contacts(const solvers::ModeSurface& surface, const 
   }
   // Walls that stand upright do not touch the ground.
   constexpr double kLooksDown = 0.05;
-  const std::vector<SurfaceTriangle> triangles = outer_triangles(surface);
+  const std::vector<SurfaceTriangle> triangles = contact_triangles(surface);
   double deepest = -std::numeric_limits<double>::infinity();
   Contact lowest{{0, {1, 0, 0}}, down, 1.0};
   for (const SurfaceTriangle& triangle : triangles) {

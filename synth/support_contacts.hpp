@@ -24,7 +24,7 @@ struct SurfaceTriangle {
 };
 
 /// The outer surface in straight parts, order^2 to a face; for patch_contacts(), once per body.
-std::vector<SurfaceTriangle> outer_triangles(const solvers::ModeSurface& surface);
+std::vector<SurfaceTriangle> contact_triangles(const solvers::ModeSurface& surface);
 
 /// One point, with the surface's own normal.
 std::vector<Contact> point_contact(const solvers::ModeSurface& surface, const SurfacePoint& point);
@@ -32,7 +32,7 @@ std::vector<Contact> point_contact(const solvers::ModeSurface& surface, const Su
 /// What lies within `radius` [m] of a point of the outer surface and faces the same side as it (a
 /// finger touches one side of a thin wall), under even pressure: force in proportion to area. The
 /// point itself when the radius is 0.
-/// @param triangles  outer_triangles(surface)
+/// @param triangles  contact_triangles(surface)
 /// @throws InputError  a radius that is negative or not finite
 std::vector<Contact> patch_contacts(const solvers::ModeSurface& surface,
                                     std::span<const SurfaceTriangle> triangles,

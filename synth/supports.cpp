@@ -75,11 +75,12 @@ void check_support(const SupportKind& kind) {
 }
 
 Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Contact> contacts,
-                              double friction) {
+                              double friction, const RigidBody* rigid) {
   check_support({"", 0, friction, ""});
   const Eigen::Index directions = friction > 0 ? 3 : 1;
   const auto n = static_cast<Eigen::Index>(modes.size());
-  Eigen::MatrixXd columns(n, directions * static_cast<Eigen::Index>(contacts.size()));
+  const Eigen::Index rows = n + (rigid != nullptr ? 6 : 0);
+  Eigen::MatrixXd columns(rows, directions * static_cast<Eigen::Index>(contacts.size()));
   Eigen::Index column = 0;
   for (const Contact& contact : contacts) {
     if (!(std::abs(contact.normal.norm() - 1) <= 1e-6)) {
@@ -90,17 +91,23 @@ Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Conta
       throw core::InputError(fmt::format(
           "support: a contact's share of the force must not be negative, not {}", contact.share));
     }
-    const Eigen::MatrixX3d shapes = std::sqrt(contact.share) * shapes_at(modes, contact.point);
+    Eigen::MatrixX3d shapes(rows, 3);
+    shapes.topRows(n) = shapes_at(modes, contact.point);
+    if (rigid != nullptr) {
+      shapes.bottomRows<6>() =
+          rigid_shapes_at(*rigid, frame_at(modes.surface, contact.point).position);
+    }
+    shapes *= std::sqrt(contact.share);
     columns.col(column++) = shapes * contact.normal;
     if (directions == 1) continue;
     const Vec3 side = contact.normal.unitOrthogonal();
     columns.col(column++) = std::sqrt(friction) * (shapes * side);
     columns.col(column++) = std::sqrt(friction) * (shapes * contact.normal.cross(side));
   }
-  if (columns.cols() <= n || n == 0) return columns;
-  // With L^T = Q R, L L^T = R^T R: n columns say the same.
+  if (columns.cols() <= rows || rows == 0) return columns;
+  // With L^T = Q R, L L^T = R^T R: as many columns as rows say the same.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns.transpose());
-  return Eigen::MatrixXd(qr.matrixQR().topRows(n).triangularView<Eigen::Upper>()).transpose();
+  return Eigen::MatrixXd(qr.matrixQR().topRows(rows).triangularView<Eigen::Upper>()).transpose();
 }
 
 Eigen::MatrixXd dashpots(const Eigen::MatrixXd& unit, double coefficient, double force) {
@@ -118,20 +125,6 @@ void add_support_damping(std::vector<double>& decay_rates, const Eigen::VectorXd
   for (std::size_t i = 0; i < decay_rates.size(); ++i) {
     decay_rates[i] += coefficient * force * unit_diagonal[static_cast<Eigen::Index>(i)] / 2;
   }
-}
-
-std::vector<double> with_support_damping(std::span<const double> decay_rates,
-                                         const Eigen::MatrixXd& dashpots) {
-  if (dashpots.rows() != static_cast<Eigen::Index>(decay_rates.size()) && dashpots.cols() > 0) {
-    throw core::InputError(fmt::format("support: dashpots of {} modes for {} decay rates",
-                                       dashpots.rows(), decay_rates.size()));
-  }
-  std::vector<double> rates(decay_rates.begin(), decay_rates.end());
-  if (dashpots.cols() == 0) return rates;
-  for (std::size_t i = 0; i < rates.size(); ++i) {
-    rates[i] += dashpots.row(static_cast<Eigen::Index>(i)).squaredNorm() / 2;
-  }
-  return rates;
 }
 
 double weight(const solvers::Modes& modes) {

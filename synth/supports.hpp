@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/modes.hpp"
+#include "synth/rigid_body.hpp"
 #include "synth/support_contacts.hpp"
 
 namespace carillon::synth {
@@ -36,29 +37,24 @@ void check_support(const SupportKind& kind);
 /// after Zheng and James 2011). The bracket is n n^T + mu (I - n n^T), so L L^T is positive
 /// semidefinite for every mu >= 0. The damping of q'' + (2 diag(d) + G) q' + Lambda q = f is then
 /// G = (coefficient force) L L^T [1/s].
-/// @return n rows [kg^-1/2], at most 3 columns per contact and at most n
+/// @param rigid  the body as a whole, whose six shapes follow below those of the modes; null: none
+/// @return n rows, and six with `rigid` [kg^-1/2], at most 3 columns per contact and as many as rows
 /// @throws InputError  friction negative or not finite, a normal that is no unit vector, a share
 ///                     that is negative or not finite, a point that is not on the surface
 Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Contact> contacts,
-                              double friction);
+                              double friction, const RigidBody* rigid = nullptr);
 
 /// L for a force: sqrt(coefficient force) times that of unit_dashpots().
 /// @throws InputError  a force that is negative or not finite, or more damping than can be computed
 ///                     with (above 1e50 1/s)
 Eigen::MatrixXd dashpots(const Eigen::MatrixXd& unit, double coefficient, double force);
 
-/// Adds coefficient force G_ii / 2 to decay rates, from the diagonal of unit_dashpots()' L L^T
+/// The diagonal answer: adds coefficient force G_ii / 2 to decay rates, from the diagonal of unit_dashpots()' L L^T
 /// alone.
 /// @param unit_diagonal  of L L^T, n values [1/kg]
 /// @throws InputError  as dashpots(); sizes that do not match
 void add_support_damping(std::vector<double>& decay_rates, const Eigen::VectorXd& unit_diagonal,
                          double coefficient, double force);
-
-/// Diagonal answer: d_i + G_ii / 2 with G = L L^T.
-/// @param dashpots  L, n rows; without columns nothing is added
-/// @throws InputError  sizes that do not match
-std::vector<double> with_support_damping(std::span<const double> decay_rates,
-                                         const Eigen::MatrixXd& dashpots);
 
 /// Weight of a body [N] where g = 9.80665 m/s^2 (standard gravity).
 double weight(const solvers::Modes& modes);

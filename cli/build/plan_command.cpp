@@ -24,7 +24,7 @@ double sample_bytes(const BuildConfig& config) {
 }
 
 nlohmann::json describe(const LoadedBuild& build) {
-  nlohmann::json effects = describe_effects(build.config.scene);
+  nlohmann::json effects = describe_effects(build.config.scene, build.config.band.max_modes);
   for (nlohmann::json& effect : effects) {
     effect["seconds"] = effect.at("seconds_per_sound").get<double>() *
                         static_cast<double>(build.plan.samples.size());

@@ -74,6 +74,8 @@ struct SceneEffect {
   std::string reason_off;
   double seconds_per_sound = 0;  ///< estimated cost of one sound, one row
   double memory = 0;             ///< estimated, of its working parts [byte]
+  /// Further cost of one sound of a body of so many modes, whatever its rows; empty: none.
+  std::function<double(int modes)> seconds_by_modes;
   /// Faults of the files it reads that can be found cheaply; called when the configuration is read,
   /// once it is known to be on. Empty: nothing to check.
   /// @throws ConfigError

@@ -116,7 +116,9 @@ double Scene::seconds_per_sound(int modes) const {
   const double count = static_cast<double>(rows());
   double seconds = seconds_per_mode_sample * modes * static_cast<double>(audio.samples()) * count;
   for (const EffectDecision& decision : effects) {
-    if (decision.enabled) seconds += decision.in_scene.seconds_per_sound * count;
+    if (!decision.enabled) continue;
+    seconds += decision.in_scene.seconds_per_sound * count;
+    if (decision.in_scene.seconds_by_modes) seconds += decision.in_scene.seconds_by_modes(modes);
   }
   return seconds;
 }
@@ -139,15 +141,16 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
   return scene;
 }
 
-nlohmann::json describe_effects(const Scene& scene) {
+nlohmann::json describe_effects(const Scene& scene, int modes) {
   nlohmann::json list = nlohmann::json::array();
   for (const EffectDecision& decision : scene.effects) {
+    const SceneEffect& effect = decision.in_scene;
+    double seconds = effect.seconds_per_sound * static_cast<double>(scene.rows());
+    if (effect.seconds_by_modes) seconds += effect.seconds_by_modes(modes);
     list.push_back({{"name", decision.effect->name},
                     {"enabled", decision.enabled},
                     {"reason", decision.reason},
-                    {"seconds_per_sound", decision.enabled ? decision.in_scene.seconds_per_sound *
-                                                                 static_cast<double>(scene.rows())
-                                                           : 0.0}});
+                    {"seconds_per_sound", decision.enabled ? seconds : 0.0}});
   }
   return list;
 }

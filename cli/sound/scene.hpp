@@ -71,6 +71,7 @@ Scene read_scene(core::ConfigNode& root, const std::string& file_name,
 std::string effect_switch(core::ConfigNode& switches, const std::string& name);
 
 /// `[].name, .enabled, .reason, .seconds_per_sound` of a scene's effects.
-nlohmann::json describe_effects(const Scene& scene);
+/// @param modes  of a body, where the cost depends on them
+nlohmann::json describe_effects(const Scene& scene, int modes);
 
 }  // namespace carillon::cli

@@ -163,7 +163,7 @@ TEST(Effects, SayWhyTheyAreOnOrOff) {
       "\nlisteners:\n  - position: [0, 0, 1]\neffects: {contact: off, radiation: on}\n", "s.yaml");
   const Scene scene = read_scene(root, "s.yaml");
   std::map<std::string, nlohmann::json> found;
-  for (const nlohmann::json& effect : describe_effects(scene)) {
+  for (const nlohmann::json& effect : describe_effects(scene, 60)) {
     found[effect.at("name")] = effect;
     EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
   }

@@ -121,7 +121,7 @@ TEST(Plan, FingerprintsTellPlansApart) {
 TEST(Plan, EffectsAreOffUnlessAskedFor) {
   const auto running = [](const std::string& more) {
     std::set<std::string> names;
-    for (const nlohmann::json& effect : describe_effects(bars(1, 1, more).scene)) {
+    for (const nlohmann::json& effect : describe_effects(bars(1, 1, more).scene, 60)) {
       EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
       if (effect.at("enabled").get<bool>()) names.insert(effect.at("name"));
     }

@@ -78,15 +78,15 @@ TEST(SupportsEffect, IsOffInFreeFlight) {
 
 TEST(SupportsEffect, NamesTheLineThatAsksForIt) {
   const SceneEffect effect =
-      read_effect("\nsupports:\n  contacts: [{kind: finger, at: [0, 0, 1]}]\n");
+      read_effect("\nsupports:\n  contacts: [{kind: finger, at: [0, 0, 5 cm]}]\n");
   EXPECT_EQ(effect.asked_by, "supports: (scene.yaml:2)");
   EXPECT_TRUE(effect.reason_off.empty());
   EXPECT_GT(effect.seconds_per_sound, 0);
 }
 
 TEST(SupportsEffect, ShortensT60WithTheForce) {
-  const auto light = hold("contacts: [{kind: finger, at: [0, 0, 1], force: 0.1 N}]");
-  const auto firm = hold("contacts: [{kind: finger, at: [0, 0, 1], force: 10 N}]");
+  const auto light = hold("contacts: [{kind: finger, at: [0, 0, 5 cm], force: 0.1 N}]");
+  const auto firm = hold("contacts: [{kind: finger, at: [0, 0, 5 cm], force: 10 N}]");
   for (std::size_t i = 0; i < 12; ++i) {
     EXPECT_GE(light.rings.decay_rates[i], 3.0);
     // d gains in proportion to the force.
@@ -111,14 +111,14 @@ TEST(SupportsEffect, DrawsPlacesAndForcesAnewForEachSampleAndRecordsThem) {
   for (const auto& value : places.flatten()) flat.push_back(value.get<double>());
   ASSERT_EQ(flat.size(), 6u);
   for (std::size_t k = 0; k < 6; k += 3) {
-    EXPECT_NEAR((Vec3(flat[k] - 1, flat[k + 1], flat[k + 2])).norm(), kRadius, 1e-3);
+    EXPECT_NEAR((Vec3(flat[k], flat[k + 1], flat[k + 2])).norm(), kRadius, 1e-3);
   }
 }
 
 TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {
   const auto record = hold(
-                          "contacts: [{kind: table, lowest: true}, {kind: string, along: [-1, 0, "
-                          "0, 1, 0, 0]}, {kind: finger, at: [0, 0, 1], force: 2 N}]")
+                          "contacts: [{kind: table, lowest: true}, {kind: string, along: [-5 cm, 0, "
+                          "0, 5 cm, 0, 0]}, {kind: finger, at: [0, 0, 5 cm], force: 2 N}]")
                           .record;
   const auto forces = record.at("support_force").get<std::vector<double>>();
   ASSERT_EQ(forces.size(), 3u);
@@ -128,7 +128,7 @@ TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {
 }
 
 TEST(SupportsEffect, FullCouplingAgreesWithTheDiagonalForALightTouch) {
-  const std::string touch = "contacts: [{kind: finger, at: [0, 0, 1], radius: 5 mm, force: 1 mN}]";
+  const std::string touch = "contacts: [{kind: finger, at: [0, 0, 5 cm], radius: 5 mm, force: 1 mN}]";
   const auto diagonal = hold(touch);
   const auto full = hold("coupling: full, " + touch);
   for (std::size_t i = 0; i < 12; ++i) {
@@ -137,26 +137,42 @@ TEST(SupportsEffect, FullCouplingAgreesWithTheDiagonalForALightTouch) {
   EXPECT_EQ(full.record.at("support_coupled").get<int>(), 1);
   EXPECT_EQ(full.record.at("support_modes_compared").get<int>(), 12);
   EXPECT_LT(full.record.at("support_decay_error").get<double>(), 1e-5);
+  EXPECT_EQ(full.record.at("support_modes").get<int>(), 12);
   EXPECT_FALSE(diagonal.record.contains("support_decay_error"));
-  const auto firm = hold("coupling: full, contacts: [{kind: finger, at: [0, 0, 1], force: 5 kN}]");
+  const double estimate = diagonal.record.at("support_decay_error_estimate").get<double>();
+  EXPECT_TRUE(estimate > 0 && estimate < 1e-4) << estimate;
+  const auto firm = hold("coupling: full, contacts: [{kind: finger, at: [0, 0, 5 cm], force: 5 kN}]");
   EXPECT_GT(firm.record.at("support_decay_error").get<double>(), 1e-3);
+}
+
+TEST(SupportsEffect, RefusesAPlaceFarFromTheBody) {
+  EXPECT_THROW(hold("contacts: [{kind: finger, at: [0, 0, 5]}]"), core::InputError);
+  EXPECT_THROW(hold("contacts: [{kind: string, along: [-5, 0, 0, 5, 0, 0]}]"), core::InputError);
+}
+
+TEST(SupportsEffect, PlansForTheCubeOfTheModesWhenCoupled) {
+  const auto seconds = [](const char* text, int modes) {
+    return read_effect(text).seconds_by_modes(modes);
+  };
+  const char* full = "supports: {coupling: full, contacts: [{kind: finger, count: 1}]}";
+  EXPECT_NEAR(seconds(full, 300) / seconds(full, 100), 27, 1e-9);
 }
 
 TEST(SupportsEffect, RefusesWhatItCannotMean) {
   for (const char* wrong : {
            "contacts: []",
-           "coupling: some, contacts: [{kind: finger, at: [0, 0, 1]}]",
-           "contacts: [{kind: fingr, at: [0, 0, 1]}]",
+           "coupling: some, contacts: [{kind: finger, at: [0, 0, 5 cm]}]",
+           "contacts: [{kind: fingr, at: [0, 0, 5 cm]}]",
            "contacts: [{kind: finger}]",
-           "contacts: [{kind: finger, at: [0, 0, 1], count: 2}]",
+           "contacts: [{kind: finger, at: [0, 0, 5 cm], count: 2}]",
            "contacts: [{kind: finger, at: [0, 0]}]",
-           "contacts: [{kind: finger, at: [0, 0, 1], radius: -1 mm}]",
-           "contacts: [{kind: finger, at: [0, 0, 1], force: 0 N}]",
-           "contacts: [{kind: finger, at: [0, 0, 1], force: 1 N, weight: true}]",
+           "contacts: [{kind: finger, at: [0, 0, 5 cm], radius: -1 mm}]",
+           "contacts: [{kind: finger, at: [0, 0, 5 cm], force: 0 N}]",
+           "contacts: [{kind: finger, at: [0, 0, 5 cm], force: 1 N, weight: true}]",
            "contacts: [{kind: table, lowest: true, down: [0, 0, 0]}]",
-           "contacts: [{kind: finger, at: [0, 0, 1], friction: -0.1}]",
-           "contacts: [{coefficient: -1, friction: 0, at: [0, 0, 1]}]",
-           "contacts: [{coefficient: 1, at: [0, 0, 1]}]",
+           "contacts: [{kind: finger, at: [0, 0, 5 cm], friction: -0.1}]",
+           "contacts: [{coefficient: -1, friction: 0, at: [0, 0, 5 cm]}]",
+           "contacts: [{coefficient: 1, at: [0, 0, 5 cm]}]",
        }) {
     EXPECT_THROW(read_effect(std::string("supports: {") + wrong + "}"), core::ConfigError) << wrong;
   }

@@ -109,7 +109,7 @@ TEST(CoupledModes, OfDashpotsOnOneModeEachAreTheDiagonalAnswer) {
   HeldModes held = random_held(5, 5, 1, 4);
   held.dashpots = Eigen::VectorXd::LinSpaced(5, 1, 9).asDiagonal();
   const CoupledModes modes = coupled(held);
-  const auto diagonal = with_support_damping(held.decay_rates, held.dashpots);
+  const auto diagonal = diagonal_rates(held.decay_rates, held.dashpots);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_NEAR(modes.decay_rates[i], diagonal[i], 1e-10 * std::sqrt(held.eigenvalues[i]));
     EXPECT_NEAR(modes.eigenvalues[i], held.eigenvalues[i], 1e-12 * held.eigenvalues[i]);
@@ -161,13 +161,106 @@ TEST(CoupledModes, OfARodOnADashpotDecayAsItsWavesDo) {
   }
   const CoupledModes modes = coupled(rod);
   const double exact = speed / length * std::atanh(0.6);
-  const auto diagonal = with_support_damping(rod.decay_rates, rod.dashpots);
+  const auto diagonal = diagonal_rates(rod.decay_rates, rod.dashpots);
   for (std::size_t k = 0; k < 5; ++k) {
     EXPECT_NEAR(modes.decay_rates[k], exact, 5e-3 * exact) << k;
     const double damped = std::sqrt(modes.eigenvalues[k] - std::pow(modes.decay_rates[k], 2));
     EXPECT_NEAR(damped, std::sqrt(rod.eigenvalues[k]), 5e-3 * damped) << k;
     EXPECT_NEAR(diagonal[k], speed / length * 0.6, 1e-9 * exact);
   }
+}
+
+/// Modes of a free body: `rigid` coordinates without stiffness below the dashpots' other rows.
+HeldModes with_rigid(const HeldModes& held, int rigid) {
+  HeldModes all = held;
+  all.eigenvalues.insert(all.eigenvalues.end(), static_cast<std::size_t>(rigid), 0.0);
+  all.decay_rates.insert(all.decay_rates.end(), static_cast<std::size_t>(rigid), 0.0);
+  return all;
+}
+
+// As above for a rod that is free at its other end: it also moves as a whole, and that motion dies
+// away at the same rate.
+TEST(CoupledModes, OfAFreeRodOnADashpotCoupleWithItsMotionAsAWhole) {
+  const double length = 0.5, speed = 5000, mass = 0.2, impedance = mass / length * speed;
+  const int n = 250;
+  HeldModes rod;
+  rod.dashpots.resize(n + 1, 1);
+  const double c = 0.6 * impedance;
+  for (int k = 0; k < n; ++k) {
+    rod.eigenvalues.push_back(std::pow((k + 1) * kPi * speed / length, 2));
+    rod.decay_rates.push_back(0);
+    rod.dashpots(k, 0) = std::sqrt(c) * std::sqrt(2 / mass);
+  }
+  rod.dashpots(n, 0) = std::sqrt(c / mass);
+  const CoupledModes modes = coupled(rod);
+  const double exact = speed / length * std::atanh(0.6);
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_NEAR(modes.decay_rates[k], exact, 5e-3 * exact) << k;
+    const double damped = std::sqrt(modes.eigenvalues[k] - std::pow(modes.decay_rates[k], 2));
+    EXPECT_NEAR(damped, std::sqrt(rod.eigenvalues[k]), 5e-3 * damped) << k;
+  }
+  ASSERT_EQ(modes.eigenvalues.size(), static_cast<std::size_t>(n + 1));
+  EXPECT_NEAR(2 * modes.decay_rates.back(), exact, 5e-3 * exact);  // real poles 0 and -d
+  EXPECT_LT(modes.eigenvalues.back(), 1e-6 * exact * exact);
+}
+
+TEST(CoupledModes, OfAFreeBodySoundLikeMatrixExponentialsWithItsRigidCoordinates) {
+  const std::vector<double> times = {0.0, 1e-4, 5e-4, 6e-4, 1e-3, 5e-3, 0.03};
+  for (const int rigid : {1, 2, 5, 6}) {
+    for (const double strength : {1.0, 1e3, 1e5}) {
+      HeldModes held = random_held(8, 4, strength, 11);
+      held.dashpots.conservativeResize(8 + rigid, 4);
+      held.dashpots.bottomRows(rigid) = random_held(rigid, 4, strength, 12).dashpots;
+      const HeldModes all = with_rigid(held, rigid);
+      const RingDown rings = random_ring_down(random_held(8, 4, strength, 11), 3);
+      const RingDown answer = coupled_ring_down(coupled(held), rings);
+      RingDown heard = rings;
+      heard.excitation.conservativeResize(8 + rigid);
+      heard.excitation.tail(rigid).setZero();
+      for (auto* gains :
+           {&heard.readout.displacement, &heard.readout.velocity, &heard.readout.acceleration}) {
+        gains->conservativeResize(2, 8 + rigid);
+        gains->rightCols(rigid).setZero();
+      }
+      const auto states = exact_states(all, heard.excitation, 5e-4, times);
+      double loudest = 0, worst = 0;
+      for (std::size_t k = 0; k < times.size(); ++k) {
+        const Eigen::VectorXd exact = read_out(all, heard, 5e-4, times[k], states[k]);
+        loudest = std::max(loudest, exact.lpNorm<Eigen::Infinity>());
+        worst = std::max(worst,
+                         (value_at(answer, 5e-4, times[k]) - exact).lpNorm<Eigen::Infinity>());
+      }
+      EXPECT_LT(worst, 1e-8 * loudest) << strength << " " << rigid;
+    }
+  }
+}
+
+TEST(CoupledModes, DiagonalErrorIsEstimatedWithoutSolving) {
+  HeldModes held;
+  for (const double hertz : {200.0, 550.0, 1080.0, 1790.0}) {
+    held.eigenvalues.push_back(std::pow(2 * kPi * hertz, 2));
+    held.decay_rates.push_back(0);
+  }
+  held.dashpots.resize(6, 1);
+  held.dashpots << 3, -4, 5, 4, 3, 2;
+  const auto diagonal = diagonal_rates(held.decay_rates, held.dashpots.topRows(4));
+  const DiagonalError found = diagonal_error(coupled(held), held.eigenvalues, diagonal);
+  const DiagonalError guess = estimate_diagonal_error(held.eigenvalues, diagonal, held.dashpots);
+  EXPECT_NEAR(guess.decay_rate / found.decay_rate, 1, 0.1);
+  EXPECT_NEAR(guess.cents / found.cents, 1, 0.1);
+  // Equal modes under one dashpot: no order of the force makes the diagonal answer right.
+  const std::vector<double> same = {1e6, 1e6}, rates = {1, 1};
+  EXPECT_NEAR(estimate_diagonal_error(same, rates, Eigen::Vector2d(1, 1)).decay_rate, 0.5, 0.01);
+}
+
+TEST(CoupledModes, NothingComparedIsNotANumber) {
+  HeldModes held = random_held(2, 1, 1, 1);
+  held.decay_rates = {1e6, 1e6};
+  const auto diagonal = diagonal_rates(held.decay_rates, held.dashpots);
+  const DiagonalError error = diagonal_error(coupled(held), held.eigenvalues, diagonal);
+  EXPECT_EQ(error.matched, 0);
+  EXPECT_EQ(error.modes, 2);
+  EXPECT_TRUE(std::isnan(error.decay_rate) && std::isnan(error.cents));
 }
 
 TEST(CoupledModes, DiagonalErrorFallsWithTheForce) {
@@ -181,7 +274,7 @@ TEST(CoupledModes, DiagonalErrorFallsWithTheForce) {
   const auto off = [&](double factor) {
     HeldModes pressed = held;
     pressed.dashpots *= std::sqrt(factor);
-    const auto diagonal = with_support_damping(pressed.decay_rates, pressed.dashpots);
+    const auto diagonal = diagonal_rates(pressed.decay_rates, pressed.dashpots);
     return diagonal_error(coupled(pressed), pressed.eigenvalues, diagonal);
   };
   const DiagonalError once = off(1), twice = off(2);

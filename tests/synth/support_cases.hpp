@@ -13,6 +13,7 @@
 
 #include "synth/modal_response.hpp"
 #include "synth/ring_down.hpp"
+#include "synth/supports.hpp"
 
 namespace carillon::synth {
 
@@ -62,6 +63,14 @@ inline HeldModes random_held(int n, int contacts, double strength, unsigned seed
   held.dashpots.resize(n, contacts);
   for (double& entry : held.dashpots.reshaped()) entry = std::sqrt(strength) * normal(random);
   return held;
+}
+
+/// The diagonal answer from the factor L itself.
+inline std::vector<double> diagonal_rates(std::span<const double> decay_rates,
+                                          const Eigen::MatrixXd& dashpots) {
+  std::vector<double> rates(decay_rates.begin(), decay_rates.end());
+  add_support_damping(rates, dashpots.rowwise().squaredNorm(), 1, 1);
+  return rates;
 }
 
 /// State (q, q') at each time of modes at rest under excitation times the raised cosine of unit

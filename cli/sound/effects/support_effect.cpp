@@ -1,3 +1,7 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -24,38 +28,66 @@ namespace {
 using solvers::Vec3;
 using Place = SupportConfig::Place;
 
-/// For 60 modes: the coupled answer measured (docs/sound/supports.md), the diagonal one a bound.
+/// A bound.
 constexpr double kDiagonalSeconds = 2e-5;
-constexpr double kCoupledSeconds = 5e-3;
+/// Measured (docs/sound/supports.md): the coupled problem of n modes takes n^3 times this, the
+/// estimate of the diagonal answer's error n^2 times this.
+constexpr double kCoupledSeconds = 2e-8;
+constexpr double kEstimateSeconds = 3e-8;
 /// Bodies whose contacts are kept ready.
 constexpr std::size_t kBodies = 32;
 
 /// A place that is pressed with one force, at a body.
 struct Hold {
   const SupportConfig* config = nullptr;
-  Eigen::MatrixXd unit;        ///< dashpots for 1 N s/m
-  Eigen::VectorXd diagonal;    ///< of their damping
-  Vec3 centre = Vec3::Zero();  ///< [m]
+  Eigen::MatrixXd unit;        ///< dashpots for 1 N s/m: modes, then rigid coordinates
+  Eigen::VectorXd diagonal;    ///< of their damping, of the modes
+  Vec3 centre = Vec3::Zero();  ///< from the centre of the body's box [m]
 };
 
 /// What is known of a body before a sound.
 struct HeldBody {
   std::vector<synth::SurfaceTriangle> triangles;  ///< only where patches are asked for
   std::vector<Hold> fixed;  ///< in the order of the configuration, without what is drawn
-  // The last coupled answer, and for which decay rates it is.
+  /// None for a body of several pieces, of which each would move by itself.
+  std::optional<synth::RigidBody> rigid;
+  // The last answer, and for which decay rates it is.
   std::vector<double> decay_rates;
   std::optional<synth::CoupledModes> coupled;
+  synth::DiagonalError error;
   bool solved = false;
+  bool warned = false;
 };
 
-Hold hold_of(const RingingBody& body, const SupportConfig& config,
+Hold hold_of(const RingingBody& body, const HeldBody& held, const SupportConfig& config,
              const std::vector<synth::Contact>& contacts) {
   Hold hold;
   hold.config = &config;
-  hold.unit = synth::unit_dashpots(*body.modes, contacts, config.kind.friction);
-  hold.diagonal = hold.unit.rowwise().squaredNorm();
-  hold.centre = synth::centre_of(body.modes->surface, contacts);
+  hold.unit = synth::unit_dashpots(*body.modes, contacts, config.kind.friction,
+                                   held.rigid ? &*held.rigid : nullptr);
+  hold.diagonal =
+      hold.unit.topRows(static_cast<Eigen::Index>(body.modes->size())).rowwise().squaredNorm();
+  hold.centre = synth::centre_of(body.modes->surface, contacts) - body.centre;
   return hold;
+}
+
+/// The nearest point of the surface to one that was given from the centre of the body's box.
+/// @throws InputError  it is farther from the surface than the body is large
+synth::SurfacePoint nearest(const RingingBody& body, const Vec3& given, const char* key) {
+  const solvers::ModeSurface& surface = body.modes->surface;
+  const synth::SurfacePoint point = body.sampler->nearest(body.centre + given);
+  const double away =
+      (synth::frame_at(surface, point).position - body.centre - given).norm();
+  Eigen::AlignedBox3d box;
+  for (const Vec3& node : surface.nodes) box.extend(node);
+  if (!(away <= box.diagonal().norm())) {
+    throw core::InputError(
+        fmt::format("supports: {}: [{}, {}, {}] m is {:.3g} m away from the surface of {}, which "
+                    "is {:.3g} m from corner to corner",
+                    key, given.x(), given.y(), given.z(), away, body.id, box.diagonal().norm()),
+        "places are from the centre of the body's box at its actual size; a forgotten cm or mm?");
+  }
+  return point;
 }
 
 /// A hold as one sound has it: pressed with a force.
@@ -71,32 +103,36 @@ class Supports {
   void prepare(const RingingBody& body) {
     if (bodies_.size() >= kBodies) bodies_.clear();
     HeldBody held;
+    if (body.modes->certificate.components <= 1) held.rigid = synth::rigid_body(*body.modes);
     const solvers::ModeSurface& surface = body.modes->surface;
     const auto& contacts = config_.contacts;
     if (std::any_of(contacts.begin(), contacts.end(), [](const auto& c) { return c.radius > 0; })) {
-      held.triangles = synth::outer_triangles(surface);
+      held.triangles = synth::contact_triangles(surface);
     }
     for (const SupportConfig& config : contacts) {
       switch (config.place) {
         case Place::at:
           for (const Vec3& point : config.points) {
-            const auto nearest = body.sampler->nearest(body.centre + point);
+            const auto place = nearest(body, point, "at");
             held.fixed.push_back(
-                hold_of(body, config,
-                        synth::patch_contacts(surface, held.triangles, nearest, config.radius)));
+                hold_of(body, held, config,
+                        synth::patch_contacts(surface, held.triangles, place, config.radius)));
           }
           break;
         case Place::random:
           break;
         case Place::lowest:
-          held.fixed.push_back(
-              hold_of(body, config, synth::lowest_contacts(surface, config.down, config.height)));
+          held.fixed.push_back(hold_of(
+              body, held, config, synth::lowest_contacts(surface, config.down, config.height)));
           break;
         case Place::along: {
           std::vector<Vec3> line;
-          for (const Vec3& corner : config.points) line.push_back(body.centre + corner);
+          for (const Vec3& corner : config.points) {
+            nearest(body, corner, "along");
+            line.push_back(body.centre + corner);
+          }
           held.fixed.push_back(hold_of(
-              body, config, synth::edge_contacts(surface, *body.sampler, line, config.count)));
+              body, held, config, synth::edge_contacts(surface, *body.sampler, line, config.count)));
           break;
         }
       }
@@ -117,6 +153,7 @@ class Supports {
     }
     record_presses(sound, presses, diagonal);
     if (config_.full && couple(sound, held, presses, diagonal)) return;
+    if (!config_.full) estimate(sound, held, presses, diagonal);
     sound.rings.decay_rates = std::move(diagonal);
   }
 
@@ -128,7 +165,7 @@ class Supports {
       if (config.place != Place::random) continue;
       for (int k = 0; k < config.count; ++k) {
         const auto point = sound.body->sampler->sample(random);
-        holds.push_back(hold_of(*sound.body, config,
+        holds.push_back(hold_of(*sound.body, held, config,
                                 synth::patch_contacts(sound.body->modes->surface, held.triangles,
                                                       point, config.radius)));
       }
@@ -159,27 +196,55 @@ class Supports {
     return presses;
   }
 
+  /// Whether the last answer does not serve this sound; it is then the one to be found.
+  bool renew(HeldBody& held, const Sound& sound) const {
+    if (held.solved && config_.fixed() && held.decay_rates == sound.rings.decay_rates) return false;
+    held.decay_rates = sound.rings.decay_rates;
+    held.solved = true;
+    return true;
+  }
+
   /// Turns the modes into the coupled body's oscillators; false where the diagonal answer stays.
   bool couple(Sound& sound, HeldBody& held, const std::vector<Press>& presses,
               const std::vector<double>& diagonal) const {
     synth::RingDown& rings = sound.rings;
-    if (!held.solved || !config_.fixed() || held.decay_rates != rings.decay_rates) {
-      held.coupled = synth::couple(rings.eigenvalues, rings.decay_rates, dashpots_of(presses));
-      held.decay_rates = rings.decay_rates;
-      held.solved = true;
+    if (renew(held, sound)) {
+      held.coupled.reset();
+      if (held.rigid) {
+        held.coupled = synth::couple(rings.eigenvalues, rings.decay_rates, dashpots_of(presses));
+      }
+      held.error = held.coupled
+                       ? synth::diagonal_error(*held.coupled, rings.eigenvalues, diagonal)
+                       : synth::DiagonalError{.modes = static_cast<int>(diagonal.size())};
     }
     const bool coupled = held.coupled.has_value();
-    const synth::DiagonalError error =
-        coupled ? synth::diagonal_error(*held.coupled, rings.eigenvalues, diagonal)
-                : synth::DiagonalError{};
+    if (!coupled && !held.warned) {
+      held.warned = true;
+      spdlog::warn("{}: supports do not couple its modes: {}; the diagonal damping is taken",
+                   sound.body->id,
+                   held.rigid ? "their eigenvectors are dependent" : "it has several pieces");
+    }
     if (sound.record != nullptr) {
       sound.record->add("support_coupled", static_cast<std::int64_t>(coupled));
-      sound.record->add("support_modes_compared", static_cast<std::int64_t>(error.matched));
-      sound.record->add("support_decay_error", error.decay_rate);
-      sound.record->add("support_pitch_error", error.cents, "cent");
+      sound.record->add("support_modes", static_cast<std::int64_t>(held.error.modes));
+      sound.record->add("support_modes_compared", static_cast<std::int64_t>(held.error.matched));
+      sound.record->add("support_decay_error", held.error.decay_rate);
+      sound.record->add("support_pitch_error", held.error.cents, "cent");
     }
     if (coupled) rings = synth::coupled_ring_down(*held.coupled, rings);
     return coupled;
+  }
+
+  /// Records about how far the diagonal answer is off.
+  void estimate(Sound& sound, HeldBody& held, const std::vector<Press>& presses,
+                const std::vector<double>& diagonal) const {
+    if (sound.record == nullptr) return;
+    if (renew(held, sound)) {
+      held.error = synth::estimate_diagonal_error(sound.rings.eigenvalues, diagonal,
+                                                  dashpots_of(presses));
+    }
+    sound.record->add("support_decay_error_estimate", held.error.decay_rate);
+    sound.record->add("support_pitch_error_estimate", held.error.cents, "cent");
   }
 
   static Eigen::MatrixXd dashpots_of(const std::vector<Press>& presses) {
@@ -226,7 +291,14 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
   effect.asked_by = "supports: (" + root.where("supports") + ")";
   core::ConfigNode node = root.child("supports");
   SupportsConfig config = read_supports(node);
-  effect.seconds_per_sound = config.full && !config.fixed() ? kCoupledSeconds : kDiagonalSeconds;
+  effect.seconds_per_sound = kDiagonalSeconds;
+  if (!config.fixed()) {
+    effect.seconds_by_modes = [full = config.full](int modes) {
+      // Beyond the most that can be coupled there is an error rather than a cost.
+      const double n = std::min(modes, static_cast<int>(synth::kMostCoupledModes));
+      return full ? kCoupledSeconds * n * n * n : kEstimateSeconds * modes * modes;
+    };
+  }
   effect.start = [config = std::move(config)](const std::filesystem::path&) {
     const auto supports = std::make_shared<Supports>(config);
     EffectParts parts;

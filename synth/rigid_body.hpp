@@ -1,0 +1,26 @@
+#pragma once
+
+#include "solvers/modes.hpp"
+
+namespace carillon::synth {
+
+using solvers::Vec3;
+
+/// A free body's motion as a whole, whose six modal coordinates have no stiffness.
+struct RigidBody {
+  double mass = 0;                                     ///< [kg]
+  Vec3 centre = Vec3::Zero();                          ///< of mass [m]
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< principal, as columns
+  Vec3 inertia = Vec3::Zero();                         ///< about them [kg m^2]
+};
+
+/// Centre and inertia by the volume moments of the surface (tetrahedra under its straight pieces,
+/// cavities taken off), scaled to the mass of the modes: regions of different density count as one.
+/// @throws InputError  no mass, no volume
+RigidBody rigid_body(const solvers::Modes& modes);
+
+/// Mass-normalised rigid shapes at a point [kg^-1/2]: three translations e_k / sqrt(m), then three
+/// rotations a_k x r / sqrt(I_k) about the principal axes a_k.
+Eigen::Matrix<double, 6, 3> rigid_shapes_at(const RigidBody& body, const Vec3& position);
+
+}  // namespace carillon::synth
