@@ -42,8 +42,8 @@ void check(std::span<const double> eigenvalues, std::span<const double> decay_ra
   if (decay_rates.size() != n ||
       (dashpots.cols() > 0 && dashpots.rows() < static_cast<Eigen::Index>(n))) {
     throw core::InputError(
-        fmt::format("coupled modes: {} eigenvalues, {} decay rates and dashpots of {} coordinates", n,
-                    decay_rates.size(), dashpots.rows()));
+        fmt::format("coupled modes: {} eigenvalues, {} decay rates and dashpots of {} coordinates",
+                    n, decay_rates.size(), dashpots.rows()));
   }
   if (!dashpots.allFinite()) throw core::InputError("coupled modes: a dashpot is not finite");
   for (std::size_t i = 0; i < n; ++i) {

@@ -34,8 +34,9 @@ struct CoupledModes {
 inline constexpr std::size_t kMostCoupledModes = 600;
 
 /// Solves the damped problem in modal coordinates by its first-order form of 2 n rows, and one for
-/// each rigid coordinate (LAPACK dgeev). Velocities are turned so that the dashpots act on as few coordinates as they have
-/// columns, strongest first: slow poles then keep their digits beside a dashpot of 1e12 N s/m.
+/// each rigid coordinate (LAPACK dgeev). Velocities are turned so that the dashpots act on as few
+/// coordinates as they have columns, strongest first: slow poles then keep their digits beside a
+/// dashpot of 1e12 N s/m.
 ///
 /// A pole of two equal eigenvectors (critical damping, two modes at an exceptional point) has no
 /// expansion in eigenvectors. Where their condition exceeds 1e9, L L^T is raised by 1e-6 to 1e-4 of
@@ -58,7 +59,8 @@ std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
 /// A ring-down of the uncoupled modes, as a sum over the coupled body's oscillators: the same
 /// output C0 q + C1 q' + C2 q'' from the same force, exactly (the part of q'' that follows the
 /// force at once included). Excitations become 1 and gains carry the strike. Neither does the
-/// strike push rigid coordinates nor does the readout hear them; what they do to the modes is there.
+/// strike push rigid coordinates nor does the readout hear them; what they do to the modes is
+/// there.
 /// @param rings  coordinates are those that were coupled; its decay rates are not used
 /// @throws InputError  sizes that do not match
 RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings);

@@ -54,8 +54,7 @@ DiagonalError estimate_diagonal_error(std::span<const double> eigenvalues,
   const auto coordinates = static_cast<std::size_t>(dashpots.rows());
   std::vector<double> twice_d(coordinates), lambda(coordinates, 0.0);
   for (std::size_t j = 0; j < coordinates; ++j) {
-    twice_d[j] =
-        j < n ? 2 * diagonal[j] : dashpots.row(static_cast<Eigen::Index>(j)).squaredNorm();
+    twice_d[j] = j < n ? 2 * diagonal[j] : dashpots.row(static_cast<Eigen::Index>(j)).squaredNorm();
     if (j < n) lambda[j] = eigenvalues[j];
   }
   DiagonalError error;

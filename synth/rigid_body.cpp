@@ -42,9 +42,8 @@ RigidBody rigid_body(const solvers::Modes& modes) {
     }
   }
   if (!(volume > 0) || !std::isfinite(volume)) {
-    throw core::InputError(
-        fmt::format("rigid motion: the surface encloses {} m^3", volume),
-        "a closed surface that looks outward is needed");
+    throw core::InputError(fmt::format("rigid motion: the surface encloses {} m^3", volume),
+                           "a closed surface that looks outward is needed");
   }
   RigidBody body;
   body.mass = modes.mass;

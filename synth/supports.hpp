@@ -38,7 +38,8 @@ void check_support(const SupportKind& kind);
 /// semidefinite for every mu >= 0. The damping of q'' + (2 diag(d) + G) q' + Lambda q = f is then
 /// G = (coefficient force) L L^T [1/s].
 /// @param rigid  the body as a whole, whose six shapes follow below those of the modes; null: none
-/// @return n rows, and six with `rigid` [kg^-1/2], at most 3 columns per contact and as many as rows
+/// @return n rows, and six with `rigid` [kg^-1/2], at most 3 columns per contact and as many as
+/// rows
 /// @throws InputError  friction negative or not finite, a normal that is no unit vector, a share
 ///                     that is negative or not finite, a point that is not on the surface
 Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Contact> contacts,
@@ -49,8 +50,8 @@ Eigen::MatrixXd unit_dashpots(const solvers::Modes& modes, std::span<const Conta
 ///                     with (above 1e50 1/s)
 Eigen::MatrixXd dashpots(const Eigen::MatrixXd& unit, double coefficient, double force);
 
-/// The diagonal answer: adds coefficient force G_ii / 2 to decay rates, from the diagonal of unit_dashpots()' L L^T
-/// alone.
+/// The diagonal answer: adds coefficient force G_ii / 2 to decay rates, from the diagonal of
+/// unit_dashpots()' L L^T alone.
 /// @param unit_diagonal  of L L^T, n values [1/kg]
 /// @throws InputError  as dashpots(); sizes that do not match
 void add_support_damping(std::vector<double>& decay_rates, const Eigen::VectorXd& unit_diagonal,

@@ -72,6 +72,6 @@ std::string effect_switch(core::ConfigNode& switches, const std::string& name);
 
 /// `[].name, .enabled, .reason, .seconds_per_sound` of a scene's effects.
 /// @param modes  of a body, where the cost depends on them
-nlohmann::json describe_effects(const Scene& scene, int modes);
+nlohmann::json describe_effects(const Scene& scene, int modes = 60);
 
 }  // namespace carillon::cli

@@ -116,10 +116,11 @@ TEST(SupportsEffect, DrawsPlacesAndForcesAnewForEachSampleAndRecordsThem) {
 }
 
 TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {
-  const auto record = hold(
-                          "contacts: [{kind: table, lowest: true}, {kind: string, along: [-5 cm, 0, "
-                          "0, 5 cm, 0, 0]}, {kind: finger, at: [0, 0, 5 cm], force: 2 N}]")
-                          .record;
+  const auto record =
+      hold(
+          "contacts: [{kind: table, lowest: true}, {kind: string, along: [-5 cm, 0, "
+          "0, 5 cm, 0, 0]}, {kind: finger, at: [0, 0, 5 cm], force: 2 N}]")
+          .record;
   const auto forces = record.at("support_force").get<std::vector<double>>();
   ASSERT_EQ(forces.size(), 3u);
   EXPECT_NEAR(forces[0], 0.3 * 9.80665 / 2, 1e-12);
@@ -128,7 +129,8 @@ TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {
 }
 
 TEST(SupportsEffect, FullCouplingAgreesWithTheDiagonalForALightTouch) {
-  const std::string touch = "contacts: [{kind: finger, at: [0, 0, 5 cm], radius: 5 mm, force: 1 mN}]";
+  const std::string touch =
+      "contacts: [{kind: finger, at: [0, 0, 5 cm], radius: 5 mm, force: 1 mN}]";
   const auto diagonal = hold(touch);
   const auto full = hold("coupling: full, " + touch);
   for (std::size_t i = 0; i < 12; ++i) {
@@ -141,7 +143,8 @@ TEST(SupportsEffect, FullCouplingAgreesWithTheDiagonalForALightTouch) {
   EXPECT_FALSE(diagonal.record.contains("support_decay_error"));
   const double estimate = diagonal.record.at("support_decay_error_estimate").get<double>();
   EXPECT_TRUE(estimate > 0 && estimate < 1e-4) << estimate;
-  const auto firm = hold("coupling: full, contacts: [{kind: finger, at: [0, 0, 5 cm], force: 5 kN}]");
+  const auto firm =
+      hold("coupling: full, contacts: [{kind: finger, at: [0, 0, 5 cm], force: 5 kN}]");
   EXPECT_GT(firm.record.at("support_decay_error").get<double>(), 1e-3);
 }
 

@@ -299,8 +299,7 @@ TEST(SupportsHard, ThreeHundredModes) {
     const RingDown rings = struck(held);
     std::optional<CoupledModes> modes;
     RingDown answer;
-    const double diagonal =
-        seconds_of([&] { diagonal_rates(held.decay_rates, held.dashpots); });
+    const double diagonal = seconds_of([&] { diagonal_rates(held.decay_rates, held.dashpots); });
     const double solve =
         seconds_of([&] { modes = couple(held.eigenvalues, held.decay_rates, held.dashpots); });
     ASSERT_TRUE(modes);

@@ -227,8 +227,8 @@ TEST(CoupledModes, OfAFreeBodySoundLikeMatrixExponentialsWithItsRigidCoordinates
       for (std::size_t k = 0; k < times.size(); ++k) {
         const Eigen::VectorXd exact = read_out(all, heard, 5e-4, times[k], states[k]);
         loudest = std::max(loudest, exact.lpNorm<Eigen::Infinity>());
-        worst = std::max(worst,
-                         (value_at(answer, 5e-4, times[k]) - exact).lpNorm<Eigen::Infinity>());
+        worst =
+            std::max(worst, (value_at(answer, 5e-4, times[k]) - exact).lpNorm<Eigen::Infinity>());
       }
       EXPECT_LT(worst, 1e-8 * loudest) << strength << " " << rigid;
     }

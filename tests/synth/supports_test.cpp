@@ -208,8 +208,9 @@ TEST(PatchContacts, TouchOneSideOfAThinWall) {
     EXPECT_GT(frame_at(surface, contact.point).position.z(), 0);
   }
   EXPECT_LT((centre_of(surface, contacts) - Vec3(0.01, 0.02, 0.001)).norm(), 0.0005);
-  EXPECT_EQ(patch_contacts(surface, contact_triangles(surface), sampler.nearest({0, 0, 1}), 0).size(),
-            1u);
+  EXPECT_EQ(
+      patch_contacts(surface, contact_triangles(surface), sampler.nearest({0, 0, 1}), 0).size(),
+      1u);
   EXPECT_THROW(patch_contacts(surface, contact_triangles(surface), sampler.nearest({0, 0, 1}), -1),
                core::InputError);
   EXPECT_THROW(

@@ -76,8 +76,7 @@ Hold hold_of(const RingingBody& body, const HeldBody& held, const SupportConfig&
 synth::SurfacePoint nearest(const RingingBody& body, const Vec3& given, const char* key) {
   const solvers::ModeSurface& surface = body.modes->surface;
   const synth::SurfacePoint point = body.sampler->nearest(body.centre + given);
-  const double away =
-      (synth::frame_at(surface, point).position - body.centre - given).norm();
+  const double away = (synth::frame_at(surface, point).position - body.centre - given).norm();
   Eigen::AlignedBox3d box;
   for (const Vec3& node : surface.nodes) box.extend(node);
   if (!(away <= box.diagonal().norm())) {
@@ -131,8 +130,9 @@ class Supports {
             nearest(body, corner, "along");
             line.push_back(body.centre + corner);
           }
-          held.fixed.push_back(hold_of(
-              body, held, config, synth::edge_contacts(surface, *body.sampler, line, config.count)));
+          held.fixed.push_back(
+              hold_of(body, held, config,
+                      synth::edge_contacts(surface, *body.sampler, line, config.count)));
           break;
         }
       }
@@ -213,9 +213,8 @@ class Supports {
       if (held.rigid) {
         held.coupled = synth::couple(rings.eigenvalues, rings.decay_rates, dashpots_of(presses));
       }
-      held.error = held.coupled
-                       ? synth::diagonal_error(*held.coupled, rings.eigenvalues, diagonal)
-                       : synth::DiagonalError{.modes = static_cast<int>(diagonal.size())};
+      held.error = held.coupled ? synth::diagonal_error(*held.coupled, rings.eigenvalues, diagonal)
+                                : synth::DiagonalError{.modes = static_cast<int>(diagonal.size())};
     }
     const bool coupled = held.coupled.has_value();
     if (!coupled && !held.warned) {
@@ -240,8 +239,8 @@ class Supports {
                 const std::vector<double>& diagonal) const {
     if (sound.record == nullptr) return;
     if (renew(held, sound)) {
-      held.error = synth::estimate_diagonal_error(sound.rings.eigenvalues, diagonal,
-                                                  dashpots_of(presses));
+      held.error =
+          synth::estimate_diagonal_error(sound.rings.eigenvalues, diagonal, dashpots_of(presses));
     }
     sound.record->add("support_decay_error_estimate", held.error.decay_rate);
     sound.record->add("support_pitch_error_estimate", held.error.cents, "cent");
