@@ -17,6 +17,7 @@ Scene scene_with(std::vector<Eigen::Vector3d> listeners = {{0.5, 0.3, 0.4}}) {
   Scene scene;
   scene.audio.seconds = 0.5;
   for (const auto& place : listeners) scene.listeners.push_back({place});
+  scene.effects.push_back({&radiation_effect, true, "", {}});
   return scene;
 }
 
@@ -48,8 +49,8 @@ TEST(RoomEffect, SaysWhyItIsOff) {
   const std::string room = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
   EXPECT_EQ(read(room_effect, "{}").reason_off, "no room:");
   EXPECT_EQ(read(tail_effect, "{}").reason_off, "no room:");
-  EXPECT_EQ(read(room_effect, room, scene_with({})).reason_off, "no listener hears it");
-  EXPECT_EQ(read(tail_effect, room, scene_with({})).reason_off, "no listener hears it");
+  EXPECT_EQ(read(room_effect, room, scene_with({})).reason_off, "no listener is placed");
+  EXPECT_EQ(read(tail_effect, room, scene_with({})).reason_off, "no listener is placed");
   EXPECT_EQ(read(room_effect, room).reason_off, "");
   EXPECT_EQ(read(tail_effect, room).reason_off, "");
   EXPECT_EQ(read(room_effect, "\n" + room).asked_by, "room: (room.yaml:2)");
