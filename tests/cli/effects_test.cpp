@@ -266,19 +266,21 @@ std::set<std::string> documented_columns() {
 }
 
 TEST(Effects, RecordTheColumnsThatTheFormatDocuments) {
-  std::string text = "audio: {seconds: 0.2, sample_rate: 16000}\n";
+  std::string text =
+      "audio: {seconds: 0.2, sample_rate: 16000}\n"
+      "damping: {negative: clamp}\neffects: {thrift: on}\n";
   for (const auto& [effect, keys] : calls()) {
     if (effect != "supports") text += keys;
   }
-  text +=
-      "supports: {coupling: full, contacts: [{kind: finger, count: 2}]}\n"
-      "damping: {negative: clamp}\neffects: {thrift: on}\n";
   const std::set<std::string> documented = documented_columns();
   std::set<std::string> recorded;
-  const Heard heard = hear(text);
-  for (const auto& [name, value] : heard.record.items()) {
-    recorded.insert(name);
-    EXPECT_TRUE(documented.contains(name)) << name << " is not in docs/format.md";
+  for (const std::string coupling : {"full", "diagonal"}) {
+    const Heard heard = hear(text + "supports: {coupling: " + coupling +
+                             ", contacts: [{kind: finger, count: 2}]}\n");
+    for (const auto& [name, value] : heard.record.items()) {
+      recorded.insert(name);
+      EXPECT_TRUE(documented.contains(name)) << name << " is not in docs/format.md";
+    }
   }
   for (const std::string& name : documented) {
     EXPECT_TRUE(recorded.contains(name)) << name << " of docs/format.md is recorded by no effect";
