@@ -13,6 +13,7 @@
 #include "hard_case.hpp"
 #include "synth/coupled_modes.hpp"
 #include "synth/diagonal_error.hpp"
+#include "synth/rigid_body.hpp"
 #include "synth/supports.hpp"
 #include "tests/synth/support_cases.hpp"
 
@@ -249,15 +250,23 @@ TEST(SupportsHard, CeramicPlateHeldByTwoFingers) {
     }
   }
   const SupportKind finger = parse_support("finger");
-  const Eigen::MatrixXd unit = unit_dashpots(modes, contacts, finger.friction);
+  const RigidBody rigid = rigid_body(modes);
+  const Eigen::MatrixXd unit = unit_dashpots(modes, contacts, finger.friction, &rigid);
+  const auto n = static_cast<Eigen::Index>(modes.size());
   double last = 0;
   for (const double force : {0.1, 0.3, 1.0, 3.0, 10.0, 30.0}) {
-    HeldModes held{modes.eigenvalues, own, dashpots(unit, finger.coefficient, force)};
-    const auto full = couple(held.eigenvalues, held.decay_rates, held.dashpots);
+    const Eigen::MatrixXd held = dashpots(unit, finger.coefficient, force);
+    const auto full = couple(modes.eigenvalues, own, held);
     ASSERT_TRUE(full);
-    const auto diagonal = diagonal_rates(own, held.dashpots);
-    EXPECT_LT(worst_pole(poles_of(full->eigenvalues, full->decay_rates),
-                         eigenvalues_of(held.state_matrix())),
+    const auto diagonal = diagonal_rates(own, held.topRows(n));
+    // The whole state: modes, and the velocities of the body as a whole.
+    const HeldModes held_modes{modes.eigenvalues, own, held.topRows(n)};
+    Eigen::MatrixXd state = Eigen::MatrixXd::Zero(2 * n + 6, 2 * n + 6);
+    state.topLeftCorner(2 * n, 2 * n) = held_modes.state_matrix();
+    state.block(n, 2 * n, n, 6) = -held.topRows(n) * held.bottomRows(6).transpose();
+    state.block(2 * n, n, 6, n) = -held.bottomRows(6) * held.topRows(n).transpose();
+    state.bottomRightCorner(6, 6) = -held.bottomRows(6) * held.bottomRows(6).transpose();
+    EXPECT_LT(worst_pole(poles_of(full->eigenvalues, full->decay_rates), eigenvalues_of(state)),
               1e-8);
     const DiagonalError error = diagonal_error(*full, modes.eigenvalues, diagonal);
     std::printf("%5.1f N: T60 of the first mode %.3f s free, %.4f s diagonal, %.4f s full; %s\n",
