@@ -125,8 +125,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
 
   core::Trace trace;
   SoundChain chain(scene, context.cache, trace);
-  const synth::SurfaceSampler sampler(body.modes.surface);
-  const RingingBody ringing = chain.prepare(options.body.mesh, body.modes, body.materials, sampler);
+  const RingingBody ringing = chain.prepare(options.body.mesh, body.modes, body.materials);
   Columns record;
   Sound sound;
   sound.body = &ringing;

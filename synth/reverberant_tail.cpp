@@ -138,6 +138,30 @@ double gain_at(std::span<const double> gains, double stretch) {
   return gains[i] * std::pow(gains[i + 1] / gains[i], x - static_cast<double>(i));
 }
 
+/// Multiplies samples by the gains; sample n lies (n - first) / stretch stretches after the first
+/// one's begin. One power for each piece between two middles.
+void apply_gains(std::span<double> samples, std::span<const double> gains, double first,
+                 double stretch) {
+  for (std::size_t n = 0; n < samples.size();) {
+    const double x = (static_cast<double>(n) - first) / stretch;
+    const double piece = std::floor(x - 0.5);
+    double factor = 1;
+    double end = static_cast<double>(samples.size());
+    if (piece < 0) {
+      end = std::min(end, std::ceil(first + 0.5 * stretch));
+    } else if (piece < static_cast<double>(gains.size() - 1)) {
+      const auto i = static_cast<std::size_t>(piece);
+      factor = std::pow(gains[i + 1] / gains[i], 1 / stretch);
+      end = std::min(end, std::ceil(first + (piece + 1.5) * stretch));
+    }
+    const auto stop = std::max(n + 1, static_cast<std::size_t>(end));
+    for (double gain = gain_at(gains, x); n < stop; ++n) {
+      samples[n] *= gain;
+      gain *= factor;
+    }
+  }
+}
+
 /// Slow corrections of an octave's noise, so that what an octave filter lets through falls by as
 /// much as it should from one stretch of 6 dB to the next and has the prescribed time by T30. A low
 /// octave is narrow: a stretch of its noise holds few independent values, and left to itself one
@@ -164,12 +188,14 @@ std::vector<double> stretch_gains(RealFft& whole, std::size_t octave, double rt6
 
   std::vector<double> gains(stretches, 1.0);
   std::vector<double> decay(end - begin);
+  const double fall = std::exp(-kDecay / (2 * rt60 * rate));
   const auto heard = [&] {
+    double envelope = 1;
     for (std::size_t n = 0; n < decay.size(); ++n) {
-      const auto at = static_cast<double>(n);
-      decay[n] = fft.signal()[begin + n] * std::exp(-kDecay / 2 * at / (rt60 * rate)) *
-                 gain_at(gains, at / length);
+      decay[n] = fft.signal()[begin + n] * envelope;
+      envelope *= fall;
     }
+    apply_gains(decay, gains, 0, length);
     return octave_band(decay, rate, kOctaveCentres[octave]);
   };
   for (int round = 0; round < kCorrections; ++round) {
@@ -306,9 +332,7 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
     }
     fft.inverse();
     if (gains.size() > 1) {
-      for (std::size_t n = 0; n < end; ++n) {
-        fft.signal()[n] *= gain_at(gains, (static_cast<double>(n) - first) / stretch);
-      }
+      apply_gains(fft.signal().first(end), gains, first, stretch);
     }
     const double decay = std::exp(-kDecay / (2 * plan.rt60[b] * sample_rate));
     double envelope = std::sqrt(plan.power[b] / sample_rate);

@@ -29,7 +29,6 @@ struct SampleMaker::Impl {
   /// A body at its size: what points into the variant stays where it is.
   struct Ready {
     solvers::Modes modes;
-    std::unique_ptr<synth::SurfaceSampler> sampler;
     RingingBody body;
   };
   std::vector<std::unique_ptr<Ready>> ready;  ///< per variant
@@ -58,10 +57,9 @@ struct SampleMaker::Impl {
       made->modes = solvers::restrict_to(
           solvers::rescale(solved[scale.set], scale.length, scale.modulus, scale.density),
           config.band);
-      made->sampler = std::make_unique<synth::SurfaceSampler>(made->modes.surface);
       made->body = chain.prepare(
           fmt::format("{}/{}/{}", shape.id, shape.variants[v].material, shape.variants[v].size),
-          made->modes, materials[v], *made->sampler);
+          made->modes, materials[v]);
       ready[v] = std::move(made);
     }
     return *ready[v];

@@ -36,13 +36,11 @@ void SoundChain::run(std::function<void(Subject&)> EffectParts::*stage, Subject&
 }
 
 RingingBody SoundChain::prepare(std::string id, const solvers::Modes& modes,
-                                const std::vector<synth::Material>& materials,
-                                const synth::SurfaceSampler& sampler) {
+                                const std::vector<synth::Material>& materials) {
   RingingBody body;
   body.id = std::move(id);
   body.modes = &modes;
   body.materials = &materials;
-  body.sampler = &sampler;
   body.decay_rates.assign(modes.size(), 0.0);
   const solvers::Box box = solvers::bounding_box(modes.surface.nodes);
   body.centre = 0.5 * (box.low + box.high);

@@ -21,10 +21,9 @@ class SoundChain {
   SoundChain(const Scene& scene, const std::filesystem::path& cache, core::Trace& trace);
 
   /// A body as the effects of bodies leave it: its decay rates, and the pressure at listeners. The
-  /// modes, materials and sampler must outlive it.
+  /// modes and materials must outlive it.
   RingingBody prepare(std::string id, const solvers::Modes& modes,
-                      const std::vector<synth::Material>& materials,
-                      const synth::SurfaceSampler& sampler);
+                      const std::vector<synth::Material>& materials);
 
   /// Makes the audio of a sound whose body, strike and keys are set: rows x samples at full scale.
   void make(Sound& sound);

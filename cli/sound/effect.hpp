@@ -20,7 +20,6 @@ struct RingingBody {
   std::string id;                                           ///< shape/material/size
   const solvers::Modes* modes = nullptr;                    ///< at the body's size
   const std::vector<synth::Material>* materials = nullptr;  ///< one per region of the modes
-  const synth::SurfaceSampler* sampler = nullptr;           ///< of the body's surface
   std::vector<double> decay_rates;                          ///< d of each mode [1/s]
   solvers::Vec3 centre = solvers::Vec3::Zero();             ///< of its bounding box [m]
   std::vector<synth::Listener> listeners;  ///< in the body's coordinates; may be empty

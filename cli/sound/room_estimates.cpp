@@ -20,9 +20,9 @@ namespace {
 constexpr double kHeardAirLoss = 1;     ///< [dB]
 constexpr double kUnheardImage = 1e-3;  ///< pressure against the direct sound
 
-// Measured by synth_room's DISABLED_Cost (docs/sound/room.md), at 44.1 kHz.
+// Measured by scripts/bench room (docs/sound/room.md), at 44.1 kHz.
 constexpr double kSecondsPerImage = 4e-5;
-constexpr double kSecondsPerTailSecond = 0.08;
+constexpr double kSecondsPerTailSecond = 0.02;
 
 std::vector<Eigen::Vector3d> places_of(const Scene& scene) {
   std::vector<Eigen::Vector3d> places;

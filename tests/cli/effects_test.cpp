@@ -86,7 +86,7 @@ Heard hear(const std::string& text, std::span<const Effect> registry = effects()
   Columns record;
   const std::size_t before = allocated_bytes();
   SoundChain chain(scene, "", heard.trace);
-  const RingingBody body = chain.prepare("ball", modes, materials, sampler);
+  const RingingBody body = chain.prepare("ball", modes, materials);
   for (int i = 0; i < strikes; ++i) {
     Sound sound;
     sound.body = &body;

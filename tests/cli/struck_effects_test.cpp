@@ -47,7 +47,7 @@ struct Struck {
   explicit Struck(const Scene& scene, std::uint64_t id = 1, std::vector<double> blows = {0}) {
     modes.mass = 0.28;
     SoundChain chain(scene, {}, trace);
-    body = chain.prepare("ball", modes, materials, sampler);
+    body = chain.prepare("ball", modes, materials);
     sound.body = &body;
     sound.id = id;
     sound.strike.point = sampler.nearest({0, 0, 0.03});

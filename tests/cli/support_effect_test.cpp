@@ -49,7 +49,6 @@ Held hold(const std::string& supports, std::uint64_t id = 1) {
   RingingBody body;
   body.id = "ball";
   body.modes = &modes;
-  body.sampler = &sampler;
   body.centre = {1, 0, 0};
   body.decay_rates.assign(modes.size(), 3.0);
   parts.body(body);

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <complex>
 #include <filesystem>
@@ -176,46 +175,6 @@ TEST(RoomResponse, RefusesPlacesOutside) {
   options = furnished();
   options.walls[2][3] = 1.5;
   EXPECT_THROW(room_response(options), core::InputError);
-}
-
-/// Shortest of `times` runs [ms].
-template <class Work>
-double milliseconds(int times, Work&& work) {
-  double shortest = 1e9;
-  for (int i = 0; i < times; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
-    shortest = std::min(shortest, took.count());
-  }
-  return shortest;
-}
-
-// Prints the figures of docs/sound/room.md; a busy machine fails nothing.
-TEST(RoomResponse, DISABLED_Cost) {
-  for (const double rt60 : {0.5, 1.0}) {
-    RoomOptions options;
-    OctaveValues times;
-    times.fill(rt60);
-    times[6] = std::min(rt60, 0.9);
-    times[7] = 0.4;
-    options.walls = same_on_all_walls(absorption_for(options.size, times, options.air));
-    RoomOptions images = options;
-    images.with_tail = false;
-    RoomOptions tail = options;
-    tail.with_images = false;
-    const RoomResponse response = room_response(options);
-    Convolver convolver;
-    const auto early = convolver.prepare(response.images, options.count);
-    const auto late = convolver.prepare(response.tail, options.count);
-    const std::vector<float> dry(options.count, 0.1F);
-    std::vector<float> wet = dry;
-    std::printf("rt60 %g s: images %.1f ms, tail %.1f ms; convolving %.2f and %.2f ms\n", rt60,
-                milliseconds(15, [&] { room_response(images); }),
-                milliseconds(15, [&] { room_response(tail); }),
-                milliseconds(50, [&] { convolver.add(dry, early, wet); }),
-                milliseconds(50, [&] { convolver.add(dry, late, wet); }));
-  }
 }
 
 class RoomCache : public testing::Test {

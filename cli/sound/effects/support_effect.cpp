@@ -47,6 +47,7 @@ struct Hold {
 
 /// What is known of a body before a sound.
 struct HeldBody {
+  std::optional<synth::SurfaceSampler> sampler;   ///< only where points are sought or drawn
   std::vector<synth::SurfaceTriangle> triangles;  ///< only where patches are asked for
   std::vector<Hold> fixed;  ///< in the order of the configuration, without what is drawn
   /// None for a body of several pieces, of which each would move by itself.
@@ -73,9 +74,10 @@ Hold hold_of(const RingingBody& body, const HeldBody& held, const SupportConfig&
 
 /// The nearest point of the surface to one that was given from the centre of the body's box.
 /// @throws InputError  it is farther from the surface than the body is large
-synth::SurfacePoint nearest(const RingingBody& body, const Vec3& given, const char* key) {
+synth::SurfacePoint nearest(const RingingBody& body, const synth::SurfaceSampler& sampler,
+                            const Vec3& given, const char* key) {
   const solvers::ModeSurface& surface = body.modes->surface;
-  const synth::SurfacePoint point = body.sampler->nearest(body.centre + given);
+  const synth::SurfacePoint point = sampler.nearest(body.centre + given);
   const double away = (synth::frame_at(surface, point).position - body.centre - given).norm();
   Eigen::AlignedBox3d box;
   for (const Vec3& node : surface.nodes) box.extend(node);
@@ -105,6 +107,10 @@ class Supports {
     if (body.modes->certificate.components <= 1) held.rigid = synth::rigid_body(*body.modes);
     const solvers::ModeSurface& surface = body.modes->surface;
     const auto& contacts = config_.contacts;
+    if (std::any_of(contacts.begin(), contacts.end(),
+                    [](const auto& c) { return c.place != Place::lowest; })) {
+      held.sampler.emplace(surface);
+    }
     if (std::any_of(contacts.begin(), contacts.end(), [](const auto& c) { return c.radius > 0; })) {
       held.triangles = synth::contact_triangles(surface);
     }
@@ -112,7 +118,7 @@ class Supports {
       switch (config.place) {
         case Place::at:
           for (const Vec3& point : config.points) {
-            const auto place = nearest(body, point, "at");
+            const auto place = nearest(body, *held.sampler, point, "at");
             held.fixed.push_back(
                 hold_of(body, held, config,
                         synth::patch_contacts(surface, held.triangles, place, config.radius)));
@@ -127,12 +133,12 @@ class Supports {
         case Place::along: {
           std::vector<Vec3> line;
           for (const Vec3& corner : config.points) {
-            nearest(body, corner, "along");
+            nearest(body, *held.sampler, corner, "along");
             line.push_back(body.centre + corner);
           }
           held.fixed.push_back(
               hold_of(body, held, config,
-                      synth::edge_contacts(surface, *body.sampler, line, config.count)));
+                      synth::edge_contacts(surface, *held.sampler, line, config.count)));
           break;
         }
       }
@@ -164,7 +170,7 @@ class Supports {
     for (const SupportConfig& config : config_.contacts) {
       if (config.place != Place::random) continue;
       for (int k = 0; k < config.count; ++k) {
-        const auto point = sound.body->sampler->sample(random);
+        const auto point = held.sampler->sample(random);
         holds.push_back(hold_of(*sound.body, held, config,
                                 synth::patch_contacts(sound.body->modes->surface, held.triangles,
                                                       point, config.radius)));

@@ -1,0 +1,56 @@
+// What a room's responses and their convolution cost: the figures of docs/sound/room.md.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+#include "synth/convolution.hpp"
+#include "synth/room.hpp"
+
+namespace carillon::synth {
+namespace {
+
+/// Of one call, the least of several.
+template <class Work>
+double milliseconds(int times, const Work& work) {
+  double least = 1e9;
+  for (int i = 0; i < times; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    least = std::min(least, took.count());
+  }
+  return least;
+}
+
+void room(double rt60) {
+  RoomOptions options;
+  OctaveValues times;
+  times.fill(rt60);
+  times[6] = std::min(rt60, 0.9);
+  times[7] = 0.4;  // air alone allows no more
+  options.walls = same_on_all_walls(absorption_for(options.size, times, options.air));
+  RoomOptions images = options;
+  images.with_tail = false;
+  RoomOptions tail = options;
+  tail.with_images = false;
+  const RoomResponse response = room_response(options);
+  Convolver convolver;
+  const auto early = convolver.prepare(response.images, options.count);
+  const auto late = convolver.prepare(response.tail, options.count);
+  const std::vector<float> dry(options.count, 0.1F);
+  std::vector<float> wet = dry;
+  fmt::print("rt60 {} s: images {:.1f} ms, tail {:.1f} ms; convolving {:.2f} and {:.2f} ms\n", rt60,
+             milliseconds(15, [&] { room_response(images); }),
+             milliseconds(15, [&] { room_response(tail); }),
+             milliseconds(50, [&] { convolver.add(dry, early, wet); }),
+             milliseconds(50, [&] { convolver.add(dry, late, wet); }));
+}
+
+}  // namespace
+}  // namespace carillon::synth
+
+int main() {
+  for (const double rt60 : {0.5, 1.0}) carillon::synth::room(rt60);
+}
