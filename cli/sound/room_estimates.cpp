@@ -97,6 +97,13 @@ std::string why_no_reflection(const RoomScene& room, const Scene& scene) {
   return "";
 }
 
+double memory_of_spectra(const RoomScene& room, const Scene& scene) {
+  // A complex number for each sample of a clip that is padded to twice its length.
+  const double spectrum = 16.0 * static_cast<double>(scene.audio.samples());
+  return std::min(kRoomMemory,
+                  spectrum * static_cast<double>(room.count) * static_cast<double>(scene.rows()));
+}
+
 double seconds_of_response(const RoomScene& room, const Scene& scene, bool images) {
   const Room place = typical_room(room, scene, true, places_of(scene));
   const double rate = scene.audio.sample_rate / 44100;

@@ -20,7 +20,6 @@ namespace {
 
 constexpr double kListenerMargin =
     0.01;  ///< of a listener to walls where places are drawn, of a side
-constexpr std::size_t kMemory = std::size_t{256} << 20;  ///< [bytes] of spectra
 
 /// One value for all octaves, or a list of 6 to 8 from 125 Hz on, the last for those above.
 OctaveValues read_octaves(ConfigNode& node, const std::string& key, Dimension dimension) {
@@ -256,7 +255,7 @@ const RoomSpectra::Entry& RoomSpectra::of(const synth::RoomOptions& options) {
   const std::string key = synth::room_key(options);
   const auto found = entries_.find(key);
   if (found != entries_.end()) return found->second;
-  if (bytes_ > kMemory) {
+  if (bytes_ > kRoomMemory) {
     entries_.clear();
     bytes_ = 0;
   }

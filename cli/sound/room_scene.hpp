@@ -73,6 +73,13 @@ std::string why_no_reflection(const RoomScene& room, const Scene& scene);
 /// same room: a shape's own strikes are all that is known of them here.
 double seconds_of_response(const RoomScene& room, const Scene& scene, bool images);
 
+/// Spectra that one chain keeps at the most [byte].
+inline constexpr double kRoomMemory = 256.0 * 1024 * 1024;
+
+/// Estimated memory of one chain's spectra [byte]: those of every room that a shape's sounds may
+/// draw.
+double memory_of_spectra(const RoomScene& room, const Scene& scene);
+
 /// Orders beyond this are dear enough to be kept on disk.
 inline constexpr int kOrderOfCache = 5;
 

@@ -176,6 +176,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     effect.check = [node, folder = source.folder] {
       core::at_key(node, "folder", [&] { synth::check_noise_folder(folder, 1); });
     };
+    effect.memory = static_cast<double>(source.recordings.memory);
     effect.content = [folder = source.folder] { return content_of(folder); };
   }
   effect.start = [source](const std::filesystem::path&) {

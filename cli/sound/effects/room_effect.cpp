@@ -28,6 +28,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     effect.seconds_per_sound = 2 * kSecondsPerSample * static_cast<double>(scene.audio.samples()) +
                                seconds_of_response(room, scene, true);
   }
+  effect.memory = memory_of_spectra(room, scene);
   effect.start = [room](const std::filesystem::path& cache) {
     // A few images take less time than reading them from a file.
     const bool kept = room.order > kOrderOfCache && !cache.empty();

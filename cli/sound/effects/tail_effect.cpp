@@ -56,6 +56,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     effect.seconds_per_sound = 2 * kSecondsPerSample * static_cast<double>(scene.audio.samples()) +
                                seconds_of_response(room, scene, false);
   }
+  effect.memory = memory_of_spectra(room, scene);
   effect.start = [room](const std::filesystem::path& cache) {
     auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::tail,
                                                  cache.empty() ? cache : cache / "rooms");
