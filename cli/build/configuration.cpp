@@ -257,6 +257,13 @@ std::vector<synth::Material> named_materials(const BuildConfig& config) {
   return materials;
 }
 
+std::vector<std::string> SplitConfig::names() const {
+  std::vector<std::string> names = {"train"};
+  if (validation > 0) names.push_back("validation");
+  if (test > 0) names.push_back("test");
+  return names;
+}
+
 BuildConfig read_build_config(const std::string& text, const std::string& file_name,
                               const std::vector<std::string>& overrides,
                               std::span<const Effect> registry) {
@@ -275,7 +282,9 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   }
   if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
 
-  config.scene = read_scene(root, file_name, registry, named_materials(config));
+  config.split = read_split(root.child("split"));
+  config.scene = read_scene(root, file_name, registry,
+                            {.materials = named_materials(config), .parts = config.split.parts()});
   read_modes(root.child("modes"), config);
   tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);
@@ -289,7 +298,6 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   ConfigNode files = root.child("files");
   config.wav = files.flag("wav", false);
   config.png = files.flag("png", false);
-  config.split = read_split(root.child("split"));
   root.finish();
   config.resolved = root.resolved();
   return config;

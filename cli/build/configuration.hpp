@@ -33,6 +33,10 @@ struct ObjectSource {
 struct SplitConfig {
   double validation = 0.1;
   double test = 0.1;
+  /// Parts of either split that have a share, in the order of Sound::part.
+  std::vector<std::string> names() const;
+  /// Cells that a sample can fall into by both splits, whose rooms and noises differ.
+  std::size_t parts() const { return names().size() * names().size(); }
 };
 
 /// A build, as its configuration says; docs/configuration.md lists every key.

@@ -92,13 +92,11 @@ struct SampleMaker::Impl {
 
   /// Rooms and noises of different parts of either split have nothing in common.
   void set_part(const Sample& sample, Sound& sound) const {
-    std::vector<std::string> parts = {"train"};
-    if (config.split.validation > 0) parts.push_back("validation");
-    if (config.split.test > 0) parts.push_back("test");
+    const std::vector<std::string> parts = config.split.names();
     const auto index = [&](const std::string& part) {
       return static_cast<std::size_t>(std::find(parts.begin(), parts.end(), part) - parts.begin());
     };
-    sound.parts = parts.size() * parts.size();
+    sound.parts = config.scene.parts;
     sound.part =
         index(shape.split_shape) * parts.size() + index(split_strike(config, shape, sample.strike));
   }

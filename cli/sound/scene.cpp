@@ -124,10 +124,11 @@ double Scene::seconds_per_sound(int modes) const {
 }
 
 Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const Effect> registry,
-                 std::vector<synth::Material> materials) {
+                 const SceneSurroundings& around) {
   Scene scene;
   scene.file_name = file_name;
-  scene.materials = std::move(materials);
+  scene.materials = around.materials;
+  scene.parts = around.parts;
   scene.audio = read_audio(root.child("audio"));
   scene.strikes = read_strikes(root.child("strikes"), file_name);
   for (ConfigNode& node : root.children("listeners")) {

@@ -44,6 +44,7 @@ struct Scene {
   AudioConfig audio;
   StrikeConfig strikes;
   std::vector<synth::Material> materials;  ///< every one that a body is made of; may be empty
+  std::size_t parts = 1;                   ///< as Sound::parts
   std::vector<synth::Listener> listeners;  ///< from the centre of the body's box
   std::vector<EffectDecision> effects;     ///< every effect there is, on or off, in order
 
@@ -57,13 +58,19 @@ struct Scene {
   double seconds_per_sound(int modes) const;
 };
 
+/// What a scene needs to know of the rest of a configuration.
+struct SceneSurroundings {
+  std::vector<synth::Material> materials = {};  ///< of all bodies, where that is known already
+  std::size_t parts = 1;                        ///< as Sound::parts
+};
+
 /// Reads `audio`, `strikes`, `listeners`, `effects` and the keys of every effect.
 /// @param registry   the effects that there are
-/// @param materials  every one that a body will be made of, where that is known already
+/// @param around     what stands elsewhere in the configuration
 /// @throws ConfigError
 Scene read_scene(core::ConfigNode& root, const std::string& file_name,
                  std::span<const Effect> registry = effects(),
-                 std::vector<synth::Material> materials = {});
+                 const SceneSurroundings& around = {});
 
 /// The word for an effect under `effects:`, `auto`, `on` or `off`; `true` and `false` are on and
 /// off.

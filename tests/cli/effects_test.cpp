@@ -11,14 +11,10 @@
 
 #include "cli/sound/chain.hpp"
 #include "core/error.hpp"
-#include "core/random.hpp"
-#include "tests/cli/counted_memory.hpp"
-#include "tests/synth/curved_bodies.hpp"
+#include "tests/cli/heard_scene.hpp"
 
 namespace carillon::cli {
 namespace {
-
-using solvers::Vec3;
 
 /// What calls for each effect that is not in every scene. All of it together is a scene in which
 /// everything runs.
@@ -53,57 +49,6 @@ std::string scene_without(const std::string& name, const std::string& about) {
     if (on || off) switches += std::string("  ") + effect.name + (on ? ": on\n" : ": off\n");
   }
   return text + (switches.empty() ? "" : "effects:\n" + switches);
-}
-
-solvers::Modes ringing_ball() {
-  std::vector<double> eigenvalues;
-  for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
-  solvers::Modes modes = synth::modes_with(synth::curved_sphere(0.05, Vec3::Zero(), 4, 2),
-                                           eigenvalues, [](int mode, const Vec3& x) -> Vec3 {
-                                             const double wave =
-                                                 std::cos(40 * x.dot(Vec3(1, 0.3 * mode, -0.7)));
-                                             return 0.8 * (1 + wave) * x.normalized();
-                                           });
-  modes.mass = 1.4;
-  return modes;
-}
-
-struct Heard {
-  std::vector<float> audio;
-  nlohmann::json record;
-  core::Trace trace;
-  std::size_t allocated = 0;
-};
-
-Heard hear(const std::string& text, std::span<const Effect> registry = effects(), int strikes = 2) {
-  static const solvers::Modes modes = ringing_ball();
-  static const std::vector<synth::Material> materials = {synth::parse_material("ceramic")};
-  static const synth::SurfaceSampler sampler(modes.surface);
-  core::ConfigNode root = core::ConfigNode::parse(text, "scene.yaml");
-  const Scene scene = read_scene(root, "scene.yaml", registry);
-  root.finish();
-  Heard heard;
-  Columns record;
-  const std::size_t before = allocated_bytes();
-  SoundChain chain(scene, "", heard.trace);
-  const RingingBody body = chain.prepare("ball", modes, materials);
-  for (int i = 0; i < strikes; ++i) {
-    Sound sound;
-    sound.body = &body;
-    sound.seed = 3;
-    sound.id = static_cast<std::uint64_t>(i);
-    sound.record = &record;
-    core::RandomStream place(3, sound.id, "strike.position");
-    sound.strike.point = sampler.sample(place);
-    sound.strike.direction = -synth::frame_at(modes.surface, sound.strike.point).normal;
-    sound.strike.impulse = 0.01;
-    sound.contact_time = 2e-4;
-    chain.make(sound);
-    heard.audio.insert(heard.audio.end(), sound.audio.begin(), sound.audio.end());
-  }
-  heard.allocated = allocated_bytes() - before;
-  heard.record = record.last_row();
-  return heard;
 }
 
 class EveryEffect : public testing::TestWithParam<const char*> {};

@@ -173,8 +173,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
       static_cast<double>(scene.audio.samples()) *
       (source.kinds.empty() ? seconds_per_sample_recorded : seconds_per_sample_generated);
   if (source.kinds.empty()) {
-    effect.check = [node, folder = source.folder] {
-      core::at_key(node, "folder", [&] { synth::check_noise_folder(folder, 1); });
+    effect.check = [node, folder = source.folder, parts = scene.parts] {
+      core::at_key(node, "folder", [&] { synth::check_noise_folder(folder, parts); });
     };
     effect.memory = static_cast<double>(source.recordings.memory);
     effect.content = [folder = source.folder] { return content_of(folder); };
