@@ -30,7 +30,7 @@ inline solvers::Modes ringing_ball() {
 /// What came of a scene.
 struct Heard {
   std::vector<float> audio;  ///< of every strike, one after the other
-  nlohmann::json record;  ///< of the last strike
+  nlohmann::json record;     ///< of the last strike
   core::Trace trace;
   std::size_t allocated = 0;  ///< [byte] while it was made
 };

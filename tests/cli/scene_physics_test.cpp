@@ -42,9 +42,9 @@ TEST(ScenePhysics, SupportsTakeEnergyAndNeverGiveAny) {
   double last = energy(hear(kAudio, effects(), 1).audio);
   const double late = energy(hear(kAudio, effects(), 1).audio, 0.3);
   for (const char* force : {"0.1 N", "1 N", "10 N"}) {
-    const Heard held = hear(kAudio + "supports: {contacts: [{kind: finger, at: [0, 5 cm, 0], force: " +
-                                force + "}]}\n",
-                            effects(), 1);
+    const Heard held = hear(
+        kAudio + "supports: {contacts: [{kind: finger, at: [0, 5 cm, 0], force: " + force + "}]}\n",
+        effects(), 1);
     EXPECT_LT(energy(held.audio), last) << force;
     EXPECT_LT(energy(held.audio, 0.3), late) << force;
     last = energy(held.audio);
@@ -59,11 +59,12 @@ TEST(ScenePhysics, RoomsDecayAsLongAsTheyWereAskedTo) {
       "radiation: {model: monopole}\n"
       "room: {size: [6, 5, 4], source: [2, 2, 1.5], rt60: ";
   for (const double rt60 : {0.4, 0.8}) {
-    const Heard wet = hear(kAudio + listener(1.5) + room + std::to_string(rt60) + "}\n", effects(),
-                           1, dead);
+    const Heard wet =
+        hear(kAudio + listener(1.5) + room + std::to_string(rt60) + "}\n", effects(), 1, dead);
     const std::vector<double> response(wet.audio.begin(), wet.audio.end());
     // Of the octave of most modes; air and walls are flat enough for it.
-    const auto fit = synth::reverberation_time(synth::octave_band(response, kRate, 2000), kRate, 20);
+    const auto fit =
+        synth::reverberation_time(synth::octave_band(response, kRate, 2000), kRate, 20);
     ASSERT_TRUE(fit);
     EXPECT_NEAR(fit->rt60, rt60, 0.15 * rt60);
   }
@@ -72,7 +73,8 @@ TEST(ScenePhysics, RoomsDecayAsLongAsTheyWereAskedTo) {
 TEST(ScenePhysics, NoiseHasTheRecordedRatio) {
   const Heard clean = hear(kAudio, effects(), 1);
   const Heard noisy = hear(kAudio + "noise: {kind: white, snr: [3 dB, 20 dB]}\n", effects(), 1);
-  const auto begin = static_cast<std::size_t>(noisy.record.at("active_begin").get<double>() * kRate);
+  const auto begin =
+      static_cast<std::size_t>(noisy.record.at("active_begin").get<double>() * kRate);
   const auto end = static_cast<std::size_t>(noisy.record.at("active_end").get<double>() * kRate);
   double signal = 0, noise = 0;
   for (std::size_t n = begin; n < end; ++n) {
