@@ -23,6 +23,7 @@ constexpr double kUnheardImage = 1e-3;  ///< pressure against the direct sound
 // Measured by scripts/bench room (docs/sound/room.md), at 44.1 kHz.
 constexpr double kSecondsPerImage = 4e-5;
 constexpr double kSecondsPerTailSecond = 0.02;
+constexpr double kSecondsPerSample = 2.6e-8;  ///< of a convolution
 
 std::vector<Eigen::Vector3d> places_of(const Scene& scene) {
   std::vector<Eigen::Vector3d> places;
@@ -97,6 +98,9 @@ std::string why_no_reflection(const RoomScene& room, const Scene& scene) {
   return "";
 }
 
+namespace {
+
+/// Of one chain's spectra [byte]: those of every room that a shape's sounds may draw.
 double memory_of_spectra(const RoomScene& room, const Scene& scene) {
   // A complex number for each sample of a clip that is padded to twice its length.
   const double spectrum = 16.0 * static_cast<double>(scene.audio.samples());
@@ -104,7 +108,22 @@ double memory_of_spectra(const RoomScene& room, const Scene& scene) {
                   spectrum * static_cast<double>(room.count) * static_cast<double>(scene.rows()));
 }
 
-double seconds_of_response(const RoomScene& room, const Scene& scene, bool images) {
+}  // namespace
+
+std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene,
+                                      SceneEffect& effect) {
+  if (!root.has("room")) {
+    effect.reason_off = "no room:";
+    return std::nullopt;
+  }
+  RoomScene room = read_room(root, scene);
+  effect.asked_by = "room: (" + root.where("room") + ")";
+  effect.reason_off = scene.unheard();
+  effect.memory = memory_of_spectra(room, scene);
+  return room;
+}
+
+double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images) {
   const Room place = typical_room(room, scene, true, places_of(scene));
   const double rate = scene.audio.sample_rate / 44100;
   double seconds = 0;
@@ -122,7 +141,9 @@ double seconds_of_response(const RoomScene& room, const Scene& scene, bool image
   const double strikes = scene.strikes.given.empty()
                              ? static_cast<double>(scene.strikes.per_object)
                              : static_cast<double>(scene.strikes.given.size());
-  return seconds * std::min(1.0, static_cast<double>(room.count) / std::max(1.0, strikes));
+  const double convolution = kSecondsPerSample * static_cast<double>(scene.audio.samples());
+  return convolution +
+         seconds * std::min(1.0, static_cast<double>(room.count) / std::max(1.0, strikes));
 }
 
 }  // namespace carillon::cli

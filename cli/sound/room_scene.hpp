@@ -69,19 +69,20 @@ bool air_is_heard(const RoomScene& room, const Scene& scene);
 /// comes after the clip, wherever the body may be drawn); empty when one may be.
 std::string why_no_reflection(const RoomScene& room, const Scene& scene);
 
-/// Estimated seconds of making one listener's response, shared by the samples that may draw the
-/// same room: a shape's own strikes are all that is known of them here.
-double seconds_of_response(const RoomScene& room, const Scene& scene, bool images);
+/// What the effects of a room have in common: reads `room`, and fills in what asks for the effect,
+/// why it is off where nothing can be heard, and its memory.
+/// @return none without `room`
+/// @throws ConfigError
+std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene,
+                                      SceneEffect& effect);
+
+/// Estimated cost of one sound and row: the convolution, and the response's making, shared by the
+/// samples that may draw the same room (a shape's own strikes are all that is known of them here).
+/// @param images  of the early reflections; else of the tail
+double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images);
 
 /// Spectra that one chain keeps at the most [byte].
 inline constexpr double kRoomMemory = 256.0 * 1024 * 1024;
-
-/// Estimated memory of one chain's spectra [byte]: those of every room that a shape's sounds may
-/// draw.
-double memory_of_spectra(const RoomScene& room, const Scene& scene);
-
-/// Orders beyond this are dear enough to be kept on disk.
-inline constexpr int kOrderOfCache = 5;
 
 /// Adds the columns `room`, `room_size`, `room_source` and `room_rt60` of a sample.
 void record_room(Columns& record, const RoomScene& scene, const Room& room);

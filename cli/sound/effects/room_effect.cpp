@@ -8,32 +8,19 @@ namespace carillon::cli {
 
 namespace {
 
-/// Of a convolution, per sample and row; docs/sound/room.md.
-constexpr double kSecondsPerSample = 1.3e-8;
-
 SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect;
-  if (!root.has("room")) {
-    effect.reason_off = "no room:";
-    return effect;
-  }
-  const RoomScene room = read_room(root, scene);
-  effect.asked_by = "room: (" + root.where("room") + ")";
-  if (const std::string why = scene.unheard(); !why.empty()) {
-    effect.reason_off = why;
-  } else {
+  const std::optional<RoomScene> asked = ask_for_room(root, scene, effect);
+  if (!asked) return effect;
+  const RoomScene& room = *asked;
+  if (effect.reason_off.empty()) {
     // Where nothing is reflected air may still be heard: it dulls what comes from afar.
-    const bool air = air_is_heard(room, scene);
-    if (!air) effect.reason_off = why_no_reflection(room, scene);
-    effect.seconds_per_sound = 2 * kSecondsPerSample * static_cast<double>(scene.audio.samples()) +
-                               seconds_of_response(room, scene, true);
+    if (!air_is_heard(room, scene)) effect.reason_off = why_no_reflection(room, scene);
+    effect.seconds_per_sound = seconds_per_sound(room, scene, true);
   }
-  effect.memory = memory_of_spectra(room, scene);
-  effect.start = [room](const std::filesystem::path& cache) {
-    // A few images take less time than reading them from a file.
-    const bool kept = room.order > kOrderOfCache && !cache.empty();
+  effect.start = [room = *asked](const std::filesystem::path& cache) {
     auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::images,
-                                                 kept ? cache / "rooms" : std::filesystem::path());
+                                                 cache.empty() ? cache : cache / "rooms");
     EffectParts parts;
     parts.audio = [room, spectra](Sound& sound) {
       const auto listeners = relative_listeners(*sound.body);

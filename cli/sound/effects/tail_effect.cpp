@@ -10,9 +10,6 @@ namespace carillon::cli {
 
 namespace {
 
-/// Of a convolution, per sample and row; docs/sound/room.md.
-constexpr double kSecondsPerSample = 1.3e-8;
-
 /// Why no tail of the scene's rooms is heard; empty when one may be. Judged by the smallest and the
 /// largest room with the body in the middle of its places.
 std::string why_silent(const RoomScene& room, const Scene& scene) {
@@ -43,21 +40,14 @@ std::string why_silent(const RoomScene& room, const Scene& scene) {
 
 SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect;
-  if (!root.has("room")) {
-    effect.reason_off = "no room:";
-    return effect;
-  }
-  const RoomScene room = read_room(root, scene);
-  effect.asked_by = "room: (" + root.where("room") + ")";
-  if (const std::string why = scene.unheard(); !why.empty()) {
-    effect.reason_off = why;
-  } else {
+  const std::optional<RoomScene> asked = ask_for_room(root, scene, effect);
+  if (!asked) return effect;
+  const RoomScene& room = *asked;
+  if (effect.reason_off.empty()) {
     effect.reason_off = why_silent(room, scene);
-    effect.seconds_per_sound = 2 * kSecondsPerSample * static_cast<double>(scene.audio.samples()) +
-                               seconds_of_response(room, scene, false);
+    effect.seconds_per_sound = seconds_per_sound(room, scene, false);
   }
-  effect.memory = memory_of_spectra(room, scene);
-  effect.start = [room](const std::filesystem::path& cache) {
+  effect.start = [room = *asked](const std::filesystem::path& cache) {
     auto spectra = std::make_shared<RoomSpectra>(&synth::RoomResponse::tail,
                                                  cache.empty() ? cache : cache / "rooms");
     EffectParts parts;
