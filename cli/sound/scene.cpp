@@ -56,13 +56,6 @@ StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   return strikes;
 }
 
-/// `auto`, `on` or `off`.
-std::string effect_switch(ConfigNode& switches, const std::string& name) {
-  const std::string word = switches.choice(name, {"auto", "on", "off", "true", "false"}, "auto");
-  // What programs that write YAML 1.1 make of on and off.
-  return word == "true" ? "on" : word == "false" ? "off" : word;
-}
-
 /// What `effects: {name: ...}` and the scene's needs come to.
 EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& switches) {
   EffectDecision decision{&effect, false, "", std::move(in_scene)};
@@ -90,6 +83,12 @@ EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& sw
 }
 
 }  // namespace
+
+std::string effect_switch(ConfigNode& switches, const std::string& name) {
+  const std::string word = switches.choice(name, {"auto", "on", "off", "true", "false"}, "auto");
+  // What programs that write YAML 1.1 make of on and off.
+  return word == "true" ? "on" : word == "false" ? "off" : word;
+}
 
 std::size_t AudioConfig::samples() const {
   return static_cast<std::size_t>(std::llround(seconds * sample_rate));

@@ -43,7 +43,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   const bool held = node.flag("held", false);
   core::ConfigNode radiation = root.child("radiation");
   const bool baffled = read_radiation_model(radiation) == "rayleigh_integral";
-  const bool wanted = root.child("effects").choice("click", {"auto", "on", "off"}, "auto") == "on";
+  core::ConfigNode switches = root.child("effects");
+  const bool wanted = effect_switch(switches, "click") == "on";
   if (const std::string why = scene.unheard(); !why.empty()) {
     effect.reason_off = why;
   } else if (held) {

@@ -195,7 +195,6 @@ void strike(Sound& sound, const Strikers& strikers) {
     burst.size = between(strikers.size, random);
     core::RandomStream noise(sound.seed, sound.id, "striker.noise");
     set_burst(sound, synth::noise_burst(burst, sound.sample_rate, noise));
-    sound.contact_time = sound.strike.force.duration;
     record(sound, kind, 0, {}, burst);
     return;
   }
@@ -205,7 +204,6 @@ void strike(Sound& sound, const Strikers& strikers) {
   sound.strike.impulse = contact.impulse;
   sound.strike.force = strikers.hertz ? synth::hertz_pulse(contact.duration)
                                       : synth::ContactForce{.duration = contact.duration};
-  sound.contact_time = contact.duration;
   record(sound, kind, speed, contact, {0, 0});
 }
 
