@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/special_functions/ellint_rd.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -22,36 +23,6 @@ constexpr double kPi = std::numbers::pi;
 
 /// Time constants after which a free click is over: 1e-11 of it is left.
 constexpr double kFree = 25;
-
-/// Carlson's R_D(x, y, z) = 3/2 integral of dt / (sqrt((t+x)(t+y)) (t+z)^(3/2)) by duplication
-/// (Carlson 1995), to about 1e-15.
-double carlson_rd(double x, double y, double z) {
-  double sum = 0;
-  double power = 1;
-  for (int k = 0; k < 60; ++k) {
-    const double mean = (x + y + 3 * z) / 5;
-    const double spread =
-        std::max({std::abs(mean - x), std::abs(mean - y), std::abs(mean - z)}) / mean;
-    if (spread < 1e-3) break;
-    const double root_x = std::sqrt(x), root_y = std::sqrt(y), root_z = std::sqrt(z);
-    const double lambda = root_x * root_y + root_y * root_z + root_z * root_x;
-    sum += power / (root_z * (z + lambda));
-    power /= 4;
-    x = (x + lambda) / 4;
-    y = (y + lambda) / 4;
-    z = (z + lambda) / 4;
-  }
-  const double mean = (x + y + 3 * z) / 5;
-  const double dx = (mean - x) / mean, dy = (mean - y) / mean, dz = (mean - z) / mean;
-  const double xy = dx * dy, zz = dz * dz;
-  const double e2 = xy - 6 * zz;
-  const double e3 = (3 * xy - 8 * zz) * dz;
-  const double e4 = 3 * (xy - zz) * zz;
-  const double e5 = xy * zz * dz;
-  const double series =
-      1 - 3 * e2 / 14 + e3 / 6 + 9 * e2 * e2 / 88 - 3 * e4 / 22 - 9 * e2 * e3 / 52 + 3 * e5 / 26;
-  return 3 * sum + power * series / (mean * std::sqrt(mean));
-}
 
 /// The oscillator G / (a c^2) of a sphere under a force of unit impulse.
 class SphereResponse {
@@ -124,38 +95,26 @@ void check(const RigidSource& source, const Vec3& impulse, const ContactForce& f
 }  // namespace
 
 Vec3 surface_ellipsoid(const solvers::ModeSurface& surface, Eigen::Matrix3d* axes) {
-  const std::vector<bool> outer = outer_faces(surface);
-  const std::vector<FacePiece> pieces = face_pieces(surface.order);
-  const auto each_triangle = [&](const auto& visit) {
-    for (std::size_t f = 0; f < outer.size(); ++f) {
-      if (!outer[f]) continue;
-      const auto nodes = face_nodes(surface, static_cast<std::int32_t>(f));
-      for (const FacePiece& piece : pieces) {
-        Eigen::Matrix3d corners;
-        for (int k = 0; k < 3; ++k) {
-          const auto index = static_cast<std::size_t>(piece.nodes[static_cast<std::size_t>(k)]);
-          corners.col(k) = surface.nodes[static_cast<std::size_t>(nodes[index])];
-        }
-        const Vec3 first = corners.col(1) - corners.col(0);
-        const Vec3 second = corners.col(2) - corners.col(0);
-        visit(corners, first.cross(second).norm() / 2);
-      }
-    }
-  };
+  const std::vector<SurfaceTriangle> triangles = outer_pieces(surface);
   double area = 0;
   Vec3 moment = Vec3::Zero();
-  each_triangle([&](const Eigen::Matrix3d& corners, double a) {
-    area += a;
-    moment += a * corners.rowwise().mean();
-  });
+  for (const SurfaceTriangle& triangle : triangles) {
+    const auto& [a, b, c] = triangle.positions;
+    const double own = area_vector(triangle).norm();
+    area += own;
+    moment += own * (a + b + c) / 3;
+  }
   if (!(area > 0)) throw core::InputError("click: the body has no outer surface");
   const Vec3 centre = moment / area;
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  each_triangle([&](const Eigen::Matrix3d& corners, double a) {
-    const Eigen::Matrix3d x = corners.colwise() - centre;
+  for (const SurfaceTriangle& triangle : triangles) {
+    Eigen::Matrix3d x;
+    for (int k = 0; k < 3; ++k) {
+      x.col(k) = triangle.positions[static_cast<std::size_t>(k)] - centre;
+    }
     const Vec3 sum = x.rowwise().sum();
-    second += a / 12 * (sum * sum.transpose() + x * x.transpose());
-  });
+    second += area_vector(triangle).norm() / 12 * (sum * sum.transpose() + x * x.transpose());
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(second / area);
   if (axes != nullptr) *axes = principal.eigenvectors();
   return (3 * principal.eigenvalues().cwiseMax(0)).cwiseSqrt();
@@ -169,8 +128,8 @@ Vec3 equivalent_radii(const Vec3& semi_axes) {
   Vec3 alpha;
   for (int i = 0; i < 3; ++i) {
     const double others[2] = {a[(i + 1) % 3], a[(i + 2) % 3]};
-    alpha[i] =
-        2.0 / 3 * product * carlson_rd(others[0] * others[0], others[1] * others[1], a[i] * a[i]);
+    alpha[i] = 2.0 / 3 * product *
+               boost::math::ellint_rd(others[0] * others[0], others[1] * others[1], a[i] * a[i]);
   }
   Vec3 radii;
   for (int i = 0; i < 3; ++i) {

@@ -37,12 +37,7 @@ std::vector<double> air_response(double distance, const Air& air, double sample_
     const double f = static_cast<double>(k) * sample_rate / static_cast<double>(size);
     fft.spectrum()[k] = k == 0 ? 0.0 : -std::numbers::ln10 / 20 * air_loss(f, distance, air);
   }
-  // The cepstrum of a minimum-phase response is causal: the even one is folded to the right.
-  fft.inverse();
-  for (std::size_t n = 1; n < size; ++n) {
-    fft.signal()[n] *= 2 * n < size ? 2 : 2 * n == size ? 1 : 0;
-  }
-  fft.forward();
+  to_minimum_phase(fft);
   for (std::complex<double>& value : fft.spectrum()) value = std::exp(value);
   fft.inverse();
   return {fft.signal().begin(), fft.signal().end()};

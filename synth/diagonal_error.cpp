@@ -10,6 +10,23 @@
 
 namespace carillon::synth {
 
+namespace {
+
+/// Counts a mode and keeps the largest errors.
+void compare(DiagonalError& error, std::size_t mode, double decay, double cents) {
+  ++error.matched;
+  if (error.worst_decay < 0 || decay > error.decay_rate) {
+    error.decay_rate = decay;
+    error.worst_decay = static_cast<int>(mode);
+  }
+  if (error.worst_pitch < 0 || cents > error.cents) {
+    error.cents = cents;
+    error.worst_pitch = static_cast<int>(mode);
+  }
+}
+
+}  // namespace
+
 DiagonalError diagonal_error(const CoupledModes& modes, std::span<const double> eigenvalues,
                              std::span<const double> diagonal) {
   const std::size_t n = modes.overlaps.size();
@@ -25,18 +42,9 @@ DiagonalError diagonal_error(const CoupledModes& modes, std::span<const double> 
     const double coupled = squared_frequency(modes.eigenvalues[i], modes.decay_rates[i]);
     const double alone = squared_frequency(eigenvalues[i], diagonal[i]);
     if (!(coupled > 0) || !(alone > 0) || !(modes.overlaps[i] > 0.5)) continue;
-    ++error.matched;
     const double difference = std::abs(diagonal[i] - modes.decay_rates[i]);
     const double decay = difference > 0 ? difference / modes.decay_rates[i] : 0;
-    const double cents = std::abs(600 * std::log2(alone / coupled));
-    if (error.worst_decay < 0 || decay > error.decay_rate) {
-      error.decay_rate = decay;
-      error.worst_decay = static_cast<int>(i);
-    }
-    if (error.worst_pitch < 0 || cents > error.cents) {
-      error.cents = cents;
-      error.worst_pitch = static_cast<int>(i);
-    }
+    compare(error, i, decay, std::abs(600 * std::log2(alone / coupled)));
   }
   return error;
 }
@@ -76,31 +84,11 @@ DiagonalError estimate_diagonal_error(std::span<const double> eigenvalues,
       // The smaller of the two solutions: the pole that is mode i without coupling.
       moved += 2.0 * push / (std::abs(p + root) > std::abs(p - root) ? p + root : p - root);
     }
-    ++error.matched;
     const double decay = moved == 0.0 ? 0 : std::abs(moved.real()) / diagonal[i];
     const double pitch = std::abs(s.imag() + moved.imag()) / s.imag();
-    const double cents = std::abs(1200 * std::log2(pitch));
-    if (error.worst_decay < 0 || decay > error.decay_rate) {
-      error.decay_rate = decay;
-      error.worst_decay = static_cast<int>(i);
-    }
-    if (error.worst_pitch < 0 || cents > error.cents) {
-      error.cents = cents;
-      error.worst_pitch = static_cast<int>(i);
-    }
+    compare(error, i, decay, std::abs(1200 * std::log2(pitch)));
   }
   return error;
-}
-
-std::string describe(const DiagonalError& error) {
-  if (error.matched == 0) {
-    return fmt::format("diagonal damping: none of {} modes can be compared", error.modes);
-  }
-  return fmt::format(
-      "diagonal damping is off by up to {:.3g} % in decay rate (mode {}) and {:.3g} cents in pitch "
-      "(mode {}); {} of {} modes compared",
-      100 * error.decay_rate, error.worst_decay + 1, error.cents, error.worst_pitch + 1,
-      error.matched, error.modes);
 }
 
 }  // namespace carillon::synth

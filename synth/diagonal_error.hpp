@@ -40,8 +40,4 @@ DiagonalError estimate_diagonal_error(std::span<const double> eigenvalues,
                                       std::span<const double> diagonal,
                                       const Eigen::MatrixXd& dashpots);
 
-/// One line for people: "diagonal damping is off by up to 12 % in decay rate (mode 3) and 0.4 cents
-/// in pitch (mode 1); 58 of 60 modes compared".
-std::string describe(const DiagonalError& error);
-
 }  // namespace carillon::synth

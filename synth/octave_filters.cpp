@@ -27,15 +27,17 @@ std::complex<double> exponential(double re, double im) {
 
 }  // namespace
 
+double crossing(double frequency, double edge, double half_width) {
+  if (!(frequency > 0)) return 0;
+  const double x = std::log2(frequency / edge) / (2 * half_width) + 0.5;
+  return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(x, 0.0, 1.0));
+}
+
 OctaveValues octave_shares(double frequency, std::size_t octaves, double half_width) {
   OctaveValues shares{};
   double left = 1;  // of the octaves from b on
   for (std::size_t b = 0; b + 1 < octaves; ++b) {
-    double above = 0;  // how far the edge to the next octave is crossed
-    if (frequency > 0) {
-      const double x = std::log2(frequency / upper_edge(b)) / (2 * half_width) + 0.5;
-      above = 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(x, 0.0, 1.0));
-    }
+    const double above = crossing(frequency, upper_edge(b), half_width);
     shares[b] = left * (1 - above);
     left *= above;
   }
@@ -56,13 +58,7 @@ ReflectionFilters::ReflectionFilters(double sample_rate) {
       const double f = static_cast<double>(k) * sample_rate / static_cast<double>(size_);
       fft.spectrum()[k] = octave_shares(f, octaves_, kHalfWidth)[b];
     }
-    // The cepstrum of a minimum-phase response is causal: fold the even one to the right
-    // (Oppenheim and Schafer, Discrete-Time Signal Processing, 3rd ed., section 13.5).
-    fft.inverse();
-    for (std::size_t n = 1; n < size_; ++n) {
-      fft.signal()[n] *= 2 * n < size_ ? 2 : 2 * n == size_ ? 1 : 0;
-    }
-    fft.forward();
+    to_minimum_phase(fft);
     log_spectra_[b].assign(fft.spectrum().begin(), fft.spectrum().end());
     const double low = lower_edge(b);
     const double high = std::min(upper_edge(b), sample_rate / 2);

@@ -8,6 +8,11 @@
 
 namespace carillon::synth {
 
+/// How far an edge is crossed at a frequency: 0 below it, 1 above it, between them a raised cosine
+/// in log2 f.
+/// @param half_width  of the crossing [octaves]
+double crossing(double frequency, double edge, double half_width);
+
 /// Shares of the octaves at a frequency: a partition of unity, raised cosines in log2 f across the
 /// edges between neighbours. Below the lowest edge all belongs to the lowest octave, above the
 /// highest to the highest of `octaves`.

@@ -102,6 +102,30 @@ std::vector<bool> outer_faces(const solvers::ModeSurface& surface) {
   return outer;
 }
 
+std::vector<SurfaceTriangle> outer_pieces(const solvers::ModeSurface& surface) {
+  const std::vector<FacePiece> cut = face_pieces(surface.order);
+  const std::vector<bool> outer = outer_faces(surface);
+  std::vector<SurfaceTriangle> triangles;
+  for (std::size_t f = 0; f < outer.size(); ++f) {
+    if (!outer[f]) continue;
+    const auto face = static_cast<std::int32_t>(f);
+    const auto nodes = face_nodes(surface, face);
+    for (const FacePiece& piece : cut) {
+      SurfaceTriangle triangle{face, piece.corners, {}};
+      for (std::size_t k = 0; k < 3; ++k) {
+        triangle.positions[k] = node(surface, nodes[static_cast<std::size_t>(piece.nodes[k])]);
+      }
+      triangles.push_back(triangle);
+    }
+  }
+  return triangles;
+}
+
+Vec3 area_vector(const SurfaceTriangle& triangle) {
+  const auto& [a, b, c] = triangle.positions;
+  return (b - a).cross(c - a) / 2;
+}
+
 OuterHull outer_hull(const solvers::ModeSurface& surface) {
   const std::vector<bool> outer = outer_faces(surface);
   if (std::find(outer.begin(), outer.end(), true) == outer.end()) {

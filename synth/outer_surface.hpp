@@ -19,6 +19,20 @@ struct FacePiece {
 /// The order^2 pieces of a face, oriented like it.
 std::vector<FacePiece> face_pieces(int order);
 
+/// A straight triangle of the surface.
+struct SurfaceTriangle {
+  std::int32_t face = 0;
+  std::array<Eigen::Vector3d, 3> corners;  ///< barycentric coordinates on the face
+  std::array<Vec3, 3> positions;           ///< [m]
+};
+
+/// The outer surface in straight triangles, order^2 to a face; none where there is no surface that
+/// looks outward.
+std::vector<SurfaceTriangle> outer_pieces(const solvers::ModeSurface& surface);
+
+/// Half the cross product of two sides: along the normal, as long as the area [m^2].
+Vec3 area_vector(const SurfaceTriangle& triangle);
+
 /// Nodes of a face, nodes_per_face(order) values.
 /// @throws InputError  face out of range
 std::span<const std::int32_t> face_nodes(const solvers::ModeSurface& surface, std::int32_t face);

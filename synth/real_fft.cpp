@@ -55,4 +55,15 @@ void RealFft::inverse() {
   for (double& value : signal()) value *= factor;
 }
 
+void to_minimum_phase(RealFft& fft) {
+  // The cepstrum of a minimum-phase response is causal: fold the even one to the right
+  // (Oppenheim and Schafer, Discrete-Time Signal Processing, 3rd ed., section 13.5).
+  fft.inverse();
+  const std::size_t size = fft.size();
+  for (std::size_t n = 1; n < size; ++n) {
+    fft.signal()[n] *= 2 * n < size ? 2 : 2 * n == size ? 1 : 0;
+  }
+  fft.forward();
+}
+
 }  // namespace carillon::synth

@@ -42,4 +42,8 @@ class RealFft {
   void* inverse_;
 };
 
+/// Log magnitudes in spectrum() become the log spectrum of the minimum-phase response that has
+/// them.
+void to_minimum_phase(RealFft& fft);
+
 }  // namespace carillon::synth

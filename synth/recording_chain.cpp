@@ -16,17 +16,6 @@ namespace {
 constexpr int kTaps = 128;
 constexpr double kBeta = 10;
 
-/// Modified Bessel function of order 0, by its series.
-double bessel_i0(double x) {
-  double term = 1;
-  double sum = 1;
-  for (int k = 1; term > 1e-17 * sum; ++k) {
-    term *= (x / (2 * k)) * (x / (2 * k));
-    sum += term;
-  }
-  return sum;
-}
-
 /// Taps h such that sum_j h[j] x[n + kTaps/2 - 1 - j] is x at n - fraction.
 std::vector<double> fractional_taps(double fraction) {
   std::vector<double> taps(kTaps);
@@ -34,7 +23,7 @@ std::vector<double> fractional_taps(double fraction) {
   for (int j = 0; j < kTaps; ++j) {
     const double t = j - (kTaps / 2 - 1) - fraction;
     const double edge = t / (kTaps / 2);
-    const double window = bessel_i0(kBeta * std::sqrt(std::max(0.0, 1 - edge * edge)));
+    const double window = std::cyl_bessel_i(0, kBeta * std::sqrt(std::max(0.0, 1 - edge * edge)));
     const double sinc = t == 0 ? 1 : std::sin(std::numbers::pi * t) / (std::numbers::pi * t);
     taps[static_cast<std::size_t>(j)] = window * sinc;
     sum += window * sinc;

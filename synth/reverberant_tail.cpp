@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/random.hpp"
+#include "synth/octave_filters.hpp"
 #include "synth/real_fft.hpp"
 #include "synth/reverberation_time.hpp"
 
@@ -61,12 +62,6 @@ std::vector<NoiseBand> noise_bands(std::size_t octave, std::size_t octaves, doub
   return bands;
 }
 
-/// How far an edge is crossed, 0 below to 1 above; a raised cosine in log2 f.
-double crossed(double frequency, double edge) {
-  const double x = std::log2(frequency / edge) / (2 * kHalfWidth) + 0.5;
-  return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(x, 0.0, 1.0));
-}
-
 /// Adds noise of one band, with the power that white noise of unit power has in it, to the spectrum
 /// of `count` samples.
 void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count,
@@ -81,8 +76,9 @@ void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count
   double energy = 0;
   for (std::size_t k = first; static_cast<double>(k) * step < to && 2 * k < count; ++k) {
     const double f = static_cast<double>(k) * step;
-    const double share = (band.low == kLowest ? 1 : crossed(f, band.low)) *
-                         (2 * band.high >= sample_rate ? 1 : 1 - crossed(f, band.high));
+    const double share =
+        (band.low == kLowest ? 1 : crossing(f, band.low, kHalfWidth)) *
+        (2 * band.high >= sample_rate ? 1 : 1 - crossing(f, band.high, kHalfWidth));
     amplitudes.push_back(std::sqrt(share));
     energy += share;
   }

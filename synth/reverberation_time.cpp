@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "synth/octave_filters.hpp"
 #include "synth/real_fft.hpp"
 
 namespace carillon::synth {
@@ -176,11 +177,14 @@ std::vector<double> octave_band(std::span<const double> signal, double sample_ra
   RealFft fft(good_fft_size(signal.size() + ringing));
   std::fill(std::copy(signal.begin(), signal.end(), fft.signal().begin()), fft.signal().end(), 0.0);
   fft.forward();
+  constexpr double kHalfWidth = 1.0 / 16;  // the edges are crossed within the outer eighths
+  const double low = centre / std::numbers::sqrt2, high = centre * std::numbers::sqrt2;
+  const double inward = std::exp2(kHalfWidth);
   for (std::size_t k = 0; k < fft.bins(); ++k) {
     const double f = static_cast<double>(k) * sample_rate / static_cast<double>(fft.size());
-    const double octaves = k == 0 ? 1 : std::abs(std::log2(f / centre));
-    const double edge = std::clamp(8 * (0.5 - octaves), 0.0, 1.0);  // over the outer eighths
-    fft.spectrum()[k] *= 0.5 - 0.5 * std::cos(std::numbers::pi * edge);
+    fft.spectrum()[k] *= f <= low || f >= high ? 0.0
+                                               : crossing(f, low * inward, kHalfWidth) *
+                                                     (1 - crossing(f, high / inward, kHalfWidth));
   }
   fft.inverse();
   return {fft.signal().begin(), fft.signal().begin() + static_cast<std::ptrdiff_t>(signal.size())};

@@ -10,6 +10,7 @@
 #include "solvers/modes.hpp"
 #include "synth/contact_force.hpp"
 #include "synth/material.hpp"
+#include "synth/outer_surface.hpp"
 #include "synth/readout.hpp"
 
 namespace carillon::synth {
@@ -42,12 +43,7 @@ class SurfaceSampler {
   double area() const;  ///< [m^2], outer surface
 
  private:
-  struct Piece {
-    std::int32_t face;
-    std::array<Eigen::Vector3d, 3> corners;  ///< barycentric on the face
-    std::array<Vec3, 3> positions;           ///< [m]
-  };
-  std::vector<Piece> pieces_;
+  std::vector<SurfaceTriangle> pieces_;
   std::vector<double> cumulative_;  ///< area up to and with each piece [m^2]
 };
 
@@ -85,21 +81,17 @@ RingDown ring_down(const solvers::Modes& modes, std::span<const double> decay_ra
 
 /// -160 dB: below the step of any output.
 inline constexpr double kInaudible = 1e-8;
-/// Half a step of 16 bit output whose peak is full scale.
-inline constexpr double kInaudible16 = 0x1p-17;
 
 /// Samples of each row from t = 0 on, `count` per row, rows one after the other. Exact at the
 /// sampling instants: during contact the forced response, then free decay, both in closed form;
 /// over-critical modes as two real exponentials. Modes whose damped frequency is at or above
 /// Nyquist are left out. With a duration of 0 the first sample is taken just after the impulse,
 /// and the impulse (Dirac) in accelerations is left out: it has no samples. Delays are exact
-/// fractions of a sample.
-/// @param resolution  modes end early once all that ended modes could still have added is below
-///                    this share of the row's peak so far; half a step of 16 bit output is
-///                    kInaudible16; 0: never
+/// fractions of a sample. Modes end early once all that ended modes could still have added is below
+/// kInaudible of the row's peak so far.
 /// @throws InputError  sizes that do not match, values that are negative or not finite
 std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
-                              std::size_t count, double resolution = kInaudible);
+                              std::size_t count);
 
 /// Modes that sound: struck, heard in a row, and oscillating below half the sample rate or not at
 /// all.

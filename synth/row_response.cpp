@@ -18,15 +18,14 @@ std::complex<double> carried(const Partial& partial, long double time) {
   return partial.amplitude * exponential(partial.decay_rate, partial.angular_frequency, time);
 }
 
-/// Weights of a mode's motion in a row of a readout.
+}  // namespace
+
 Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index mode, double excitation) {
   const auto at = [&](const Eigen::MatrixXd& gains) {
     return gains.size() == 0 ? 0.0 : gains(row, mode) * excitation;
   };
   return {at(readout.displacement), at(readout.velocity), at(readout.acceleration)};
 }
-
-}  // namespace
 
 Resonances make_resonances(std::span<const double> eigenvalues, std::span<const double> decay_rates,
                            double sample_rate) {

@@ -12,6 +12,9 @@
 
 namespace carillon::synth {
 
+/// Weights of a mode's motion in a row of a readout, its excitation included.
+Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index mode, double excitation);
+
 /// Modes as the kernel rings them.
 struct Resonances {
   struct Mode {

@@ -38,16 +38,12 @@ void add_values(const Resonances& resonances, const std::vector<std::complex<dou
 
 }  // namespace
 
-StreamingRenderer::StreamingRenderer(std::size_t rows, double sample_rate, double resolution)
-    : sample_rate_(sample_rate), resolution_(resolution), rows_(rows) {
+StreamingRenderer::StreamingRenderer(std::size_t rows, double sample_rate)
+    : sample_rate_(sample_rate), rows_(rows) {
   if (rows == 0) throw core::InputError("streaming renderer: no rows");
   if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
     throw core::InputError(
         fmt::format("streaming renderer: sample rate must be positive, not {} Hz", sample_rate));
-  }
-  if (!(resolution >= 0 && resolution < 1)) {
-    throw core::InputError(fmt::format(
-        "streaming renderer: resolution must be at least 0 and below 1, not {}", resolution));
   }
 }
 
@@ -185,7 +181,7 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
   if (begin >= row.next_check) {
     row.next_check = begin + kBlock;
     const std::size_t parts = body.resonances.rotations.size();
-    drop_below(parts == 0 ? 0 : resolution_ * row.peak / static_cast<double>(parts), row.voices);
+    drop_below(parts == 0 ? 0 : kInaudible * row.peak / static_cast<double>(parts), row.voices);
     drop_gone(body.resonances, row.near_critical);
   }
   // Vectors may read a little beyond what is asked for.

@@ -25,10 +25,9 @@ inline constexpr double kLongestContact = 1e7;
 /// and strike() only for a sampled force.
 class StreamingRenderer {
  public:
-  /// @param rows        outputs (listeners), the same for all bodies
-  /// @param resolution  as of synthesize(), against the peak since the body's last blow
-  /// @throws InputError  no rows, sample rate or resolution that cannot be
-  StreamingRenderer(std::size_t rows, double sample_rate, double resolution = kInaudible);
+  /// @param rows  outputs (listeners), the same for all bodies
+  /// @throws InputError  no rows, a sample rate that cannot be
+  StreamingRenderer(std::size_t rows, double sample_rate);
   // Voices point at rotations of their body, which move along but would not be copied along.
   StreamingRenderer(const StreamingRenderer&) = delete;
   StreamingRenderer& operator=(const StreamingRenderer&) = delete;
@@ -89,7 +88,6 @@ class StreamingRenderer {
                       std::size_t count);
 
   double sample_rate_;
-  double resolution_;
   std::size_t rows_;
   std::uint64_t position_ = 0;
   std::size_t left_out_ = 0;

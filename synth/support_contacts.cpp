@@ -15,10 +15,6 @@ namespace carillon::synth {
 
 namespace {
 
-Vec3 area_vector(const SurfaceTriangle& t) {
-  return (t.positions[1] - t.positions[0]).cross(t.positions[2] - t.positions[0]) / 2;
-}
-
 double longest_edge(const SurfaceTriangle& t) {
   return std::max({(t.positions[1] - t.positions[0]).norm(),
                    (t.positions[2] - t.positions[1]).norm(),
@@ -105,26 +101,6 @@ void check_length(double length, const char* name) {
 
 }  // namespace
 
-std::vector<SurfaceTriangle> contact_triangles(const solvers::ModeSurface& surface) {
-  const std::vector<FacePiece> cut = face_pieces(surface.order);
-  const std::vector<bool> outer = outer_faces(surface);
-  std::vector<SurfaceTriangle> triangles;
-  for (std::size_t f = 0; f < outer.size(); ++f) {
-    if (!outer[f]) continue;
-    const auto face = static_cast<std::int32_t>(f);
-    const auto nodes = face_nodes(surface, face);
-    for (const FacePiece& piece : cut) {
-      SurfaceTriangle triangle{face, piece.corners, {}};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto node = nodes[static_cast<std::size_t>(piece.nodes[k])];
-        triangle.positions[k] = surface.nodes[static_cast<std::size_t>(node)];
-      }
-      triangles.push_back(triangle);
-    }
-  }
-  return triangles;
-}
-
 std::vector<Contact> point_contact(const solvers::ModeSurface& surface, const SurfacePoint& point) {
   return {{point, frame_at(surface, point).normal, 1.0}};
 }
@@ -156,7 +132,7 @@ std::vector<Contact> lowest_contacts(const solvers::ModeSurface& surface, const 
   }
   // Walls that stand upright do not touch the ground.
   constexpr double kLooksDown = 0.05;
-  const std::vector<SurfaceTriangle> triangles = contact_triangles(surface);
+  const std::vector<SurfaceTriangle> triangles = outer_pieces(surface);
   double deepest = -std::numeric_limits<double>::infinity();
   Contact lowest{{0, {1, 0, 0}}, down, 1.0};
   for (const SurfaceTriangle& triangle : triangles) {

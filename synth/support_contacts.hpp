@@ -16,23 +16,13 @@ struct Contact {
   double share = 1;  ///< of the support's force; the shares of one support sum to 1
 };
 
-/// Straight part of a face.
-struct SurfaceTriangle {
-  std::int32_t face = 0;
-  std::array<Eigen::Vector3d, 3> corners;  ///< barycentric coordinates on the face
-  std::array<Vec3, 3> positions;           ///< [m]
-};
-
-/// The outer surface in straight parts, order^2 to a face; for patch_contacts(), once per body.
-std::vector<SurfaceTriangle> contact_triangles(const solvers::ModeSurface& surface);
-
 /// One point, with the surface's own normal.
 std::vector<Contact> point_contact(const solvers::ModeSurface& surface, const SurfacePoint& point);
 
 /// What lies within `radius` [m] of a point of the outer surface and faces the same side as it (a
 /// finger touches one side of a thin wall), under even pressure: force in proportion to area. The
 /// point itself when the radius is 0.
-/// @param triangles  contact_triangles(surface)
+/// @param triangles  outer_pieces(surface)
 /// @throws InputError  a radius that is negative or not finite
 std::vector<Contact> patch_contacts(const solvers::ModeSurface& surface,
                                     std::span<const SurfaceTriangle> triangles,

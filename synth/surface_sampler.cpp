@@ -50,25 +50,12 @@ Eigen::Vector3d nearest_in_triangle(const Vec3& p, const std::array<Vec3, 3>& co
 
 }  // namespace
 
-SurfaceSampler::SurfaceSampler(const solvers::ModeSurface& surface) {
-  const std::vector<FacePiece> cut = face_pieces(surface.order);
-  const std::vector<bool> outer = outer_faces(surface);
+SurfaceSampler::SurfaceSampler(const solvers::ModeSurface& surface)
+    : pieces_(outer_pieces(surface)) {
   double total = 0;
-  for (std::size_t f = 0; f < outer.size(); ++f) {
-    if (!outer[f]) continue;
-    const auto face = static_cast<std::int32_t>(f);
-    const auto nodes = face_nodes(surface, face);
-    for (const FacePiece& part : cut) {
-      Piece piece{face, part.corners, {}};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t node = nodes[static_cast<std::size_t>(part.nodes[k])];
-        piece.positions[k] = surface.nodes[static_cast<std::size_t>(node)];
-      }
-      const auto& [a, b, c] = piece.positions;
-      total += (b - a).cross(c - a).norm() / 2;
-      pieces_.push_back(piece);
-      cumulative_.push_back(total);
-    }
+  for (const SurfaceTriangle& piece : pieces_) {
+    total += area_vector(piece).norm();
+    cumulative_.push_back(total);
   }
   if (!(total > 0)) {
     throw core::InputError("the body has no outer surface: no faces, or all of them look inward");
@@ -91,7 +78,7 @@ SurfacePoint SurfaceSampler::sample(core::RandomStream& random) const {
     first = 1 - first;
     second = 1 - second;
   }
-  const Piece& piece = pieces_[index];
+  const SurfaceTriangle& piece = pieces_[index];
   return {piece.face, (1 - first - second) * piece.corners[0] + first * piece.corners[1] +
                           second * piece.corners[2]};
 }
@@ -100,7 +87,7 @@ SurfacePoint SurfaceSampler::nearest(const Vec3& position) const {
   if (!position.allFinite()) throw core::InputError("strike position is not finite");
   SurfacePoint best;
   double best_distance = std::numeric_limits<double>::infinity();
-  for (const Piece& piece : pieces_) {
+  for (const SurfaceTriangle& piece : pieces_) {
     const Eigen::Vector3d weights = nearest_in_triangle(position, piece.positions);
     Vec3 point = Vec3::Constant(0);
     Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();

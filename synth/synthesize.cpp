@@ -15,7 +15,7 @@ namespace carillon::synth {
 
 namespace {
 
-void check(const RingDown& rings, double resolution) {
+void check(const RingDown& rings) {
   const auto modes = static_cast<Eigen::Index>(rings.eigenvalues.size());
   const auto rows = static_cast<Eigen::Index>(rings.readout.delays.size());
   bool fits =
@@ -38,10 +38,6 @@ void check(const RingDown& rings, double resolution) {
       throw core::InputError(
           fmt::format("synthesize: delay must be finite and not negative, not {} s", delay));
     }
-  }
-  if (!(resolution >= 0 && resolution < 1)) {
-    throw core::InputError(
-        fmt::format("synthesize: resolution must be at least 0 and below 1, not {}", resolution));
   }
 }
 
@@ -84,7 +80,7 @@ double render_contact(const Resonances& resonances, const RowResponse& response,
 
 /// One row, from the arrival of its sound on.
 void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::Index row,
-                    const ContactForce& force, double resolution, std::span<float> samples) {
+                    const ContactForce& force, std::span<float> samples) {
   const double rate = resonances.sample_rate;
   const double delay = rings.readout.delays[static_cast<std::size_t>(row)];
   const long double contact_end = static_cast<long double>(delay) + force.duration;
@@ -109,7 +105,7 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
   std::vector<NearCritical> near_critical;
   add_motions(resonances, response.near_critical, near_critical);
   drop_below(0, voices);
-  const double share = voices.empty() ? 0 : resolution / static_cast<double>(voices.size());
+  const double share = voices.empty() ? 0 : kInaudible / static_cast<double>(voices.size());
   SampleBlock block;
   for (std::size_t begin = free; begin < samples.size(); begin += kBlock) {
     const std::size_t count = std::min(kBlock, samples.size() - begin);
@@ -126,14 +122,14 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
 }  // namespace
 
 std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
-                              std::size_t count, double resolution) {
+                              std::size_t count) {
   check(force);
-  check(rings, resolution);
+  check(rings);
   const Resonances resonances = make_resonances(rings.eigenvalues, rings.decay_rates, sample_rate);
   const std::size_t rows = rings.readout.delays.size();
   std::vector<float> result(rows * count);
   for (std::size_t row = 0; row < rows; ++row) {
-    synthesize_row(resonances, rings, static_cast<Eigen::Index>(row), force, resolution,
+    synthesize_row(resonances, rings, static_cast<Eigen::Index>(row), force,
                    std::span(result).subspan(row * count, count));
   }
   return result;

@@ -10,6 +10,7 @@
 #include "synth/heard_modes.hpp"
 #include "synth/hearing.hpp"
 #include "synth/mode_norms.hpp"
+#include "synth/row_response.hpp"
 
 namespace carillon::synth {
 
@@ -205,13 +206,9 @@ ThriftReport leave_out_inaudible(RingDown& rings, const ContactForce& force, dou
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t i = 0; i < modes.size(); ++i) {
       const auto column = static_cast<Eigen::Index>(i);
-      const auto at = [&](const Eigen::MatrixXd& gains) {
-        return gains.size() == 0
-                   ? 0.0
-                   : gains(static_cast<Eigen::Index>(r), column) * rings.excitation[column];
-      };
       heard[r].push_back(hear_mode(
-          modes[i], {at(readout.displacement), at(readout.velocity), at(readout.acceleration)},
+          modes[i],
+          weights_of(readout, static_cast<Eigen::Index>(r), column, rings.excitation[column]),
           force.duration));
     }
     const auto verdicts =

@@ -244,7 +244,7 @@ TEST(SupportsHard, CeramicPlateHeldByTwoFingers) {
   // Pinched at the middle of an edge, 5 mm from it, from both sides.
   std::vector<Contact> contacts;
   for (const double z : {0.0, 0.006}) {
-    for (const Contact& contact : patch_contacts(modes.surface, contact_triangles(modes.surface),
+    for (const Contact& contact : patch_contacts(modes.surface, outer_pieces(modes.surface),
                                                  sampler.nearest({0.005, 0.06, z}), 0.004)) {
       contacts.push_back(contact);
     }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -11,6 +13,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 #include <vector>
 
+#include "synth/diagonal_error.hpp"
 #include "synth/modal_response.hpp"
 #include "synth/ring_down.hpp"
 #include "synth/supports.hpp"
@@ -148,6 +151,18 @@ inline double worst_pole(const std::vector<std::complex<double>>& poles,
 inline std::vector<std::complex<double>> eigenvalues_of(const Eigen::MatrixXd& matrix) {
   const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues();
   return {values.begin(), values.end()};
+}
+
+/// One line for people.
+inline std::string describe(const DiagonalError& error) {
+  if (error.matched == 0) {
+    return fmt::format("diagonal damping: none of {} modes can be compared", error.modes);
+  }
+  return fmt::format(
+      "diagonal damping is off by up to {:.3g} % in decay rate (mode {}) and {:.3g} cents in pitch "
+      "(mode {}); {} of {} modes compared",
+      100 * error.decay_rate, error.worst_decay + 1, error.cents, error.worst_pitch + 1,
+      error.matched, error.modes);
 }
 
 }  // namespace carillon::synth

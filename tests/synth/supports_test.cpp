@@ -184,7 +184,7 @@ TEST(PatchContacts, AreEvenOnACapOfASphere) {
   const SurfacePoint pole = sampler.nearest({0.03, -0.02, kRadius});
   const Vec3 axis = frame_at(surface, pole).normal;
   const double reach = 0.04;
-  const auto contacts = patch_contacts(surface, contact_triangles(surface), pole, reach);
+  const auto contacts = patch_contacts(surface, outer_pieces(surface), pole, reach);
   double shares = 0, cosine = 0;
   for (const Contact& contact : contacts) {
     shares += contact.share;
@@ -202,19 +202,18 @@ TEST(PatchContacts, TouchOneSideOfAThinWall) {
   const auto surface = box({0.1, 0.1, 0.002}, Eigen::Matrix3d::Identity());
   const SurfaceSampler sampler(surface);
   const auto contacts =
-      patch_contacts(surface, contact_triangles(surface), sampler.nearest({0.01, 0.02, 0.1}), 0.01);
+      patch_contacts(surface, outer_pieces(surface), sampler.nearest({0.01, 0.02, 0.1}), 0.01);
   EXPECT_GT(contacts.size(), 20u);
   for (const Contact& contact : contacts) {
     EXPECT_GT(frame_at(surface, contact.point).position.z(), 0);
   }
   EXPECT_LT((centre_of(surface, contacts) - Vec3(0.01, 0.02, 0.001)).norm(), 0.0005);
-  EXPECT_EQ(
-      patch_contacts(surface, contact_triangles(surface), sampler.nearest({0, 0, 1}), 0).size(),
-      1u);
-  EXPECT_THROW(patch_contacts(surface, contact_triangles(surface), sampler.nearest({0, 0, 1}), -1),
+  EXPECT_EQ(patch_contacts(surface, outer_pieces(surface), sampler.nearest({0, 0, 1}), 0).size(),
+            1u);
+  EXPECT_THROW(patch_contacts(surface, outer_pieces(surface), sampler.nearest({0, 0, 1}), -1),
                core::InputError);
   EXPECT_THROW(
-      patch_contacts(surface, contact_triangles(surface), sampler.nearest({0, 0, 1}), std::nan("")),
+      patch_contacts(surface, outer_pieces(surface), sampler.nearest({0, 0, 1}), std::nan("")),
       core::InputError);
 }
 

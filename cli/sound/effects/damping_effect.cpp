@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "cli/body.hpp"
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/error.hpp"
@@ -27,14 +28,8 @@ struct Negatives {
   std::map<std::string, Body> bodies;
 };
 
-std::vector<synth::DampingModel> models_of(const RingingBody& body) {
-  std::vector<synth::DampingModel> models;
-  for (const synth::Material& material : *body.materials) models.push_back(material.damping);
-  return models;
-}
-
 void set_decay_rates(RingingBody& body, Negative choice, Negatives& negatives) {
-  const std::vector<synth::DampingModel> models = models_of(body);
+  const std::vector<synth::DampingModel> models = damping_of(*body.materials);
   const solvers::Modes& modes = *body.modes;
   try {
     if (choice == Negative::error) {

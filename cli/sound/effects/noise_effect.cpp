@@ -18,7 +18,7 @@ namespace carillon::cli {
 
 namespace {
 
-// Measured by carillon-bench-noise: the dearest kind, or a draw of recordings that stay in memory,
+// Measured by scripts/bench noise: the dearest kind, or a draw of recordings that stay in memory,
 // with the active part and the sum; 1 s at 44.1 kHz.
 constexpr double seconds_per_sample_generated = 0.85e-3 / 44100;
 constexpr double seconds_per_sample_recorded = 0.3e-3 / 44100;

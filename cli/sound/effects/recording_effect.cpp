@@ -11,7 +11,7 @@ namespace carillon::cli {
 
 namespace {
 
-// Measured by carillon-bench-noise: dithered rounding of 1 s at 44.1 kHz, and a shift by fractions.
+// Measured by scripts/bench noise: dithered rounding of 1 s at 44.1 kHz, and a shift by fractions.
 constexpr double seconds_per_sample = 0.25e-3 / 44100;
 constexpr double seconds_per_sample_shifted = 3.2e-3 / 44100;
 

@@ -112,7 +112,7 @@ class Supports {
       held.sampler.emplace(surface);
     }
     if (std::any_of(contacts.begin(), contacts.end(), [](const auto& c) { return c.radius > 0; })) {
-      held.triangles = synth::contact_triangles(surface);
+      held.triangles = synth::outer_pieces(surface);
     }
     for (const SupportConfig& config : contacts) {
       switch (config.place) {
