@@ -121,7 +121,7 @@ TEST(KernelHard, TwoModesOneBillionthApart) {
   RingDown rings = velocity_of({omega * omega, other * other}, {1, 1});
   EXPECT_LT(deviation(rings, synthesize(rings, {0}, kRate, 40000)), 1e-6);
   rings.readout.velocity(0, 1) = -1;
-  const auto beat = synthesize(rings, {0}, kRate, 441000, 0);
+  const auto beat = synthesize(rings, {0}, kRate, 441000);
   const Real first = std::sqrt(Real(rings.eigenvalues[0]) - 1);
   const Real second = std::sqrt(Real(rings.eigenvalues[1]) - 1);
   double peak = 0, worst = 0;
