@@ -268,7 +268,7 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
   const Readout& in = rings.readout;
   const auto rows = static_cast<Eigen::Index>(in.delays.size());
   bool fits = rings.excitation.size() == n;
-  for (const auto* gains : {&in.displacement, &in.velocity, &in.acceleration}) {
+  for (const Eigen::MatrixXd* gains : gains_of(in)) {
     fits = fits && (gains->size() == 0 || (gains->rows() == rows && gains->cols() == n));
   }
   if (!fits) {
@@ -289,6 +289,7 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
   out.readout.displacement = scaled(in.displacement);
   out.readout.velocity = scaled(in.velocity);
   out.readout.acceleration = scaled(in.acceleration);
+  out.readout.force_rate = scaled(in.force_rate);
   if (!modes.vectors) return out;
 
   // A unit impulse sets the coupled modes in motion with velocity e; oscillator j's share of that
@@ -326,6 +327,7 @@ RingDown coupled_ring_down(const CoupledModes& modes, const RingDown& rings) {
     out.readout.velocity.col(place) =
         read(in.displacement, q0) + read(in.velocity, v0) - lambda * read(in.acceleration, q0);
     out.readout.acceleration.col(place) = read(in.acceleration, v0);
+    out.readout.force_rate.col(place) = read(in.force_rate, v0);
   }
   return out;
 }

@@ -147,9 +147,7 @@ void leave_out(RingDown& rings, std::span<const std::size_t> modes) {
       throw InputError(fmt::format("leave out: there is no mode {}", mode));
     }
     rings.excitation[column] = 0;
-    Readout& readout = rings.readout;
-    for (Eigen::MatrixXd* gains :
-         {&readout.displacement, &readout.velocity, &readout.acceleration}) {
+    for (Eigen::MatrixXd* gains : gains_of(rings.readout)) {
       if (gains->size() != 0) gains->col(column).setZero();
     }
   }

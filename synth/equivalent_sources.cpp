@@ -115,6 +115,7 @@ EquivalentSourcesFit fit_equivalent_sources(const solvers::Modes& modes,
   fit.radiated.pressure.resize(static_cast<Eigen::Index>(listeners.size()),
                                static_cast<Eigen::Index>(modes.size()));
   fit.residuals.resize(modes.size());
+  fit.decay_rates.resize(modes.size());
   const Vec3 centroid = outer_hull(modes.surface).centroid;
   for (const Listener& listener : listeners) {
     fit.radiated.delays.push_back((listener.position - centroid).norm() / kSoundSpeed);
@@ -145,12 +146,15 @@ EquivalentSourcesFit fit_equivalent_sources(const solvers::Modes& modes,
     const Eigen::MatrixXcd tested = (tests * wanted).cast<Complex>();
     const Eigen::MatrixXcd strengths = system.partialPivLu().solve(tested);
     const Eigen::MatrixXcd left = wanted - fluxes * strengths;
+    const Eigen::VectorXd power = radiated_power(layers, k, strengths);
     for (std::size_t mode = first; mode < last; ++mode) {
       const auto column = static_cast<Eigen::Index>(mode - first);
       const auto m = static_cast<Eigen::Index>(mode);
       const double norm = motion.norm[m];
       const double rest =
           left.col(column).cwiseAbs2().cwiseQuotient(areas).sum() / (kAirDensity * kAirDensity);
+      // Of unit acceleration the energy is 1 / (2 lambda), and power is 2 d times it.
+      fit.decay_rates[mode] = power[column] * modes.eigenvalues[mode];
       fit.residuals[mode] = norm > 0 ? std::sqrt((rest + motion.unresolved[m]) / norm) : 0;
     }
     for (std::size_t row = 0; row < listeners.size(); ++row) {

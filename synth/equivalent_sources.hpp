@@ -20,6 +20,9 @@ struct EquivalentSourcesFit {
   /// L2 norm over the surface of what the fit leaves of the normal velocity, by the norm of the
   /// normal velocity; one per mode. What varies too fast for the patches counts as left.
   std::vector<double> residuals;
+  /// Decay rate that each mode has from what it radiates [1/s]: the power sent out in all
+  /// directions over twice the mode's energy.
+  std::vector<double> decay_rates;
   std::size_t sources = 0;
   std::size_t patches = 0;
 };

@@ -13,7 +13,7 @@ namespace carillon::synth {
 namespace {
 
 /// Changes with the method: older files are then never found.
-constexpr const char* kMethod = "equivalent sources 1";
+constexpr const char* kMethod = "equivalent sources 2";
 
 std::string key_of(const solvers::Modes& modes, std::span<const Listener> listeners,
                    const EquivalentSourcesOptions& options) {
@@ -44,8 +44,8 @@ std::string key_of(const solvers::Modes& modes, std::span<const Listener> listen
       .hex();
 }
 
-/// The file: method, numbers of listeners, modes, sources and patches, delays, residuals, then
-/// pressures mode by mode; and the SHA-256 of it all.
+/// The file: method, numbers of listeners, modes, sources and patches, delays, residuals,
+/// decay rates, then pressures mode by mode; and the SHA-256 of it all.
 std::string text_of(const EquivalentSourcesFit& fit) {
   std::string text = kMethod;
   const auto add = [&](const void* data, std::size_t bytes) {
@@ -56,6 +56,7 @@ std::string text_of(const EquivalentSourcesFit& fit) {
   add(counts.data(), counts.size() * sizeof counts[0]);
   add(fit.radiated.delays.data(), fit.radiated.delays.size() * sizeof(double));
   add(fit.residuals.data(), fit.residuals.size() * sizeof(double));
+  add(fit.decay_rates.data(), fit.decay_rates.size() * sizeof(double));
   add(fit.radiated.pressure.data(),
       static_cast<std::size_t>(fit.radiated.pressure.size()) * sizeof(std::complex<double>));
   return text + core::sha256(text);
@@ -66,7 +67,7 @@ std::optional<EquivalentSourcesFit> fit_of(const std::string& text, std::size_t 
   constexpr std::size_t kHash = 64;
   const std::size_t name = std::strlen(kMethod);
   const std::size_t size = name + 4 * sizeof(std::uint64_t) +
-                           (listeners + modes + 2 * listeners * modes) * sizeof(double) + kHash;
+                           (listeners + 2 * modes + 2 * listeners * modes) * sizeof(double) + kHash;
   if (text.size() != size) return {};
   if (core::sha256(text.substr(0, size - kHash)) != text.substr(size - kHash)) return {};
   std::size_t at = name;
@@ -82,10 +83,12 @@ std::optional<EquivalentSourcesFit> fit_of(const std::string& text, std::size_t 
   fit.patches = counts[3];
   fit.radiated.delays.resize(listeners);
   fit.residuals.resize(modes);
+  fit.decay_rates.resize(modes);
   fit.radiated.pressure.resize(static_cast<Eigen::Index>(listeners),
                                static_cast<Eigen::Index>(modes));
   take(fit.radiated.delays.data(), listeners * sizeof(double));
   take(fit.residuals.data(), modes * sizeof(double));
+  take(fit.decay_rates.data(), modes * sizeof(double));
   take(fit.radiated.pressure.data(), listeners * modes * sizeof(std::complex<double>));
   return fit;
 }

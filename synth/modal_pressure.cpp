@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -19,18 +20,16 @@ Readout pressure_readout(const ModalPressure& pressure, const solvers::Modes& mo
   readout.delays = pressure.delays;
   readout.acceleration = pressure.pressure.real();
   readout.velocity = Eigen::MatrixXd::Zero(pressure.pressure.rows(), pressure.pressure.cols());
-  readout.displacement = readout.velocity;
+  readout.force_rate = readout.velocity;
   for (std::size_t mode = 0; mode < modes.size(); ++mode) {
     const auto m = static_cast<Eigen::Index>(mode);
-    const double eigenvalue = modes.eigenvalues[mode], decay = decay_rates[mode];
-    const double damped = std::sqrt(std::max(0.0, eigenvalue - decay * decay));
-    if (damped == 0) continue;
-    for (Eigen::Index row = 0; row < pressure.pressure.rows(); ++row) {
-      const std::complex<double> per_velocity =
-          std::complex<double>(0, pressure.pressure(row, m).imag()) *
-          std::complex<double>(-decay, damped);
-      add_transfer(readout, row, m, per_velocity, eigenvalue, decay);
-    }
+    const double omega = std::sqrt(modes.eigenvalues[mode]);
+    if (omega == 0) continue;
+    const Eigen::VectorXd quadrature = pressure.pressure.col(m).imag();
+    // Im P q'''/ omega, with q''' from the equation of motion.
+    readout.acceleration.col(m) -= 2 * std::min(decay_rates[mode] / omega, 1.0) * quadrature;
+    readout.velocity.col(m) = -omega * quadrature;
+    readout.force_rate.col(m) = quadrature / omega;
   }
   return readout;
 }

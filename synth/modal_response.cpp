@@ -61,10 +61,15 @@ double contact_force(double contact_time, double t) {
   return 2 * sine * sine / contact_time;
 }
 
+double slow_share(double omega, double contact_time) {
+  return 1 / (1 + std::pow(2 * kPi / (omega * contact_time), 8));
+}
+
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contact_time)
     : ModalResponse(eigenvalue, decay_rate, Motion{0, 1, -2 * decay_rate}) {
   contact_time_ = contact_time;
   given_ = !(contact_time > 0);
+  slow_share_ = given_ ? 0 : slow_share(std::sqrt(eigenvalue), contact_time);
   if (given_ || near_critical_) return;
   const Complex first = first_pole() * contact_time;
   contact_splits_ = std::abs(first) >= kApart && std::abs(first - Complex(0, 2 * kPi)) >= kApart;
@@ -137,7 +142,9 @@ Motion ModalResponse::during_contact(double t) const {
     q = (first - second) / (2 * split_);
     v = (first_pole().real() * first - second_pole().real() * second) / (2 * split_);
   }
-  return {q, v, contact_force(contact_time_, t) - 2 * decay_rate_ * v - eigenvalue_ * q};
+  const double turn = 2 * kPi / contact_time_;
+  return {q, v, contact_force(contact_time_, t) - 2 * decay_rate_ * v - eigenvalue_ * q,
+          slow_share_ * turn * std::sin(turn * t) / contact_time_};
 }
 
 Motion ModalResponse::after_contact(double tau) const {
@@ -161,7 +168,7 @@ Motion ModalResponse::after_contact(double tau) const {
   const Motion end = at_end();
   const double q = end.displacement * start + end.velocity * slope;
   const double v = -eigenvalue_ * end.displacement * slope + end.velocity * slope_rate;
-  return {q, v, -2 * decay_rate_ * v - eigenvalue_ * q};
+  return {q, v, -2 * decay_rate_ * v - eigenvalue_ * q, 0};
 }
 
 std::array<Partial, 2> ModalResponse::partials_of(const Weights& weights,
@@ -214,7 +221,9 @@ ForcedMotion ModalResponse::forced_motion(const Weights& weights) const {
   const Complex response = 1.0 / ((frequency - first_pole()) * (frequency - second_pole()));
   const Complex power =
       weights.displacement + frequency * (weights.velocity + frequency * weights.acceleration);
-  return {weights.displacement / (eigenvalue_ * contact_time_), -power * response / contact_time_};
+  // The force is (1 - Re exp(i Omega t)) / T.
+  return {weights.displacement / (eigenvalue_ * contact_time_),
+          -(power * response + weights.force_rate * slow_share_ * frequency) / contact_time_};
 }
 
 double ModalResponse::bound_after_contact(double tau, const Weights& weights) const {

@@ -10,6 +10,8 @@ struct Motion {
   double displacement = 0;
   double velocity = 0;
   double acceleration = 0;
+  /// Rate of change of the force while it acts, as far as it is slow against the mode.
+  double force_rate = 0;
 };
 
 /// Weights of a motion's parts in an output.
@@ -17,11 +19,14 @@ struct Weights {
   double displacement = 0;
   double velocity = 0;
   double acceleration = 0;
+  double force_rate = 0;
   double of(const Motion& motion) const {
     return displacement * motion.displacement + velocity * motion.velocity +
-           acceleration * motion.acceleration;
+           acceleration * motion.acceleration + force_rate * motion.force_rate;
   }
-  bool any() const { return displacement != 0 || velocity != 0 || acceleration != 0; }
+  bool any() const {
+    return displacement != 0 || velocity != 0 || acceleration != 0 || force_rate != 0;
+  }
 };
 
 /// One exponential of a free decay: Re(amplitude exp((-decay_rate + i angular_frequency) tau)).
@@ -39,6 +44,10 @@ struct ForcedMotion {
 
 /// Force of a blow of unit impulse: the raised cosine (1 - cos(2 pi t / T)) / T on 0 <= t <= T [N].
 double contact_force(double contact_time, double t);
+
+/// How far the force of a contact is slow against a mode of angular frequency omega: 0 for short
+/// contacts, 1 for long ones, a half where it lasts one period.
+double slow_share(double omega, double contact_time);
 
 /// A mode at rest, q'' + 2 d q' + lambda q = F(t), struck by contact_force() of duration T, in
 /// closed form. With the poles s of s^2 + 2 d s + lambda = 0 and I(s, t) the convolution of F with
@@ -96,7 +105,8 @@ class ModalResponse {
   bool oscillates_;         ///< the poles are a complex pair
   bool near_critical_;
   bool contact_splits_;
-  Motion given_end_;  ///< of the contact, if it was given
+  double slow_share_ = 0;  ///< of the force's rate
+  Motion given_end_;       ///< of the contact, if it was given
 };
 
 }  // namespace carillon::synth

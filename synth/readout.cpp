@@ -11,21 +11,6 @@
 
 namespace carillon::synth {
 
-void add_transfer(Readout& readout, Eigen::Index row, Eigen::Index coordinate,
-                  std::complex<double> transfer, double eigenvalue, double decay_rate) {
-  // The real b0 + b1 s that equals transfer * s at the pole s.
-  const double damped =
-      std::sqrt(std::max(0.0, eigenvalue - decay_rate * decay_rate));  // Im s; 0: no oscillation
-  if (damped == 0) {
-    readout.velocity(row, coordinate) += transfer.real();
-    return;
-  }
-  const std::complex<double> value = transfer * std::complex<double>(-decay_rate, damped);
-  const double slope = value.imag() / damped;
-  readout.velocity(row, coordinate) += slope;
-  readout.displacement(row, coordinate) += value.real() + decay_rate * slope;
-}
-
 Readout point_velocity(const solvers::Modes& modes, const SurfacePoint& point) {
   Readout readout;
   const Vec3 normal = frame_at(modes.surface, point).normal;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <complex>
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,23 +23,26 @@ struct Listener {
 };
 
 /// How motion becomes an output: row r is the sum over coordinates i of displacement(r, i) q_i +
-/// velocity(r, i) q_i' + acceleration(r, i) q_i'', delays[r] later. Coordinates are those of modes,
-/// or of any other second-order oscillators. A matrix without entries is zero.
+/// velocity(r, i) q_i' + acceleration(r, i) q_i'' + force_rate(r, i) F_i', delays[r] later, where
+/// F_i' is the rate of the force on the coordinate as far as that is slow against it
+/// (slow_share()). Coordinates are those of modes, or of any other second-order oscillators. A
+/// matrix without entries is zero.
 struct Readout {
   Eigen::MatrixXd displacement;
   Eigen::MatrixXd velocity;
   Eigen::MatrixXd acceleration;
+  Eigen::MatrixXd force_rate;
   std::vector<double> delays;  ///< time of flight of each row [s]; its size is the number of rows
   std::string unit = "m/s";    ///< of every row: "m/s" (dry) or "Pa"
 };
 
-/// Adds to one coordinate of a row a transfer function of velocity, given at that coordinate's
-/// free decay q ~ exp(s t), s = -d + i omega: output = Re(transfer s q). What the row then adds for
-/// it is exact for the free decay and smooth in the forced motion.
-/// @param transfer  output per velocity, e.g. [Pa s/m]; a coordinate that does not oscillate takes
-///                  its real part
-void add_transfer(Readout& readout, Eigen::Index row, Eigen::Index coordinate,
-                  std::complex<double> transfer, double eigenvalue, double decay_rate);
+/// The four matrices, for what treats them alike.
+inline std::array<Eigen::MatrixXd*, 4> gains_of(Readout& readout) {
+  return {&readout.displacement, &readout.velocity, &readout.acceleration, &readout.force_rate};
+}
+inline std::array<const Eigen::MatrixXd*, 4> gains_of(const Readout& readout) {
+  return {&readout.displacement, &readout.velocity, &readout.acceleration, &readout.force_rate};
+}
 
 /// The dry signal: velocity of a surface point along its outward normal, one row.
 Readout point_velocity(const solvers::Modes& modes, const SurfacePoint& point);

@@ -24,7 +24,8 @@ Weights weights_of(const Readout& readout, Eigen::Index row, Eigen::Index mode, 
   const auto at = [&](const Eigen::MatrixXd& gains) {
     return gains.size() == 0 ? 0.0 : gains(row, mode) * excitation;
   };
-  return {at(readout.displacement), at(readout.velocity), at(readout.acceleration)};
+  return {at(readout.displacement), at(readout.velocity), at(readout.acceleration),
+          at(readout.force_rate)};
 }
 
 Resonances make_resonances(std::span<const double> eigenvalues, std::span<const double> decay_rates,

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "synth/point_flux.hpp"
+#include "synth/readout.hpp"
 
 namespace carillon::synth {
 
@@ -26,6 +27,8 @@ constexpr double kCore = 0.3;
 /// The mean of 1/r over pairs of points of a disc is 16 / (3 pi radius); 1 / this share of the
 /// square root of its area gives the same.
 constexpr double kSoftening = 0.333;
+/// In which power is taken.
+constexpr int kDirections = 200;
 
 double monopole_flux(const Vec3& from_source, const Vec3& area) {
   const double r = from_source.norm();
@@ -182,6 +185,32 @@ Eigen::MatrixXcd layer_fluxes(const SourceLayers& layers, double wavenumber) {
                   monopoles.real() * layers.static_monopoles;
   fluxes.imag() = wave_imag * layers.patch_strengths + monopoles.imag() * layers.static_monopoles;
   return fluxes;
+}
+
+Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
+                               const Eigen::MatrixXcd& strengths) {
+  const auto count = static_cast<Eigen::Index>(layers.patch_points.size());
+  // Far away a dipole is i k cos(angle) of a monopole.
+  const Complex monopoles(1 / layers.size, wavenumber);
+  Eigen::MatrixXcd rays(kDirections, count);
+  for (int i = 0; i < kDirections; ++i) {
+    // Points of a spiral (Saff and Kuijlaars 1997), equal in area.
+    const double z = 1 - (2 * i + 1.0) / kDirections;
+    const double turn = kPi * (3 - std::sqrt(5.0)) * i;
+    const double across = std::sqrt(1 - z * z);
+    const Vec3 way(across * std::cos(turn), across * std::sin(turn), z);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const auto patch = static_cast<std::size_t>(j);
+      const double phase = wavenumber * way.dot(layers.patch_points[patch]);
+      const Complex strength =
+          monopoles + Complex(0, wavenumber * way.dot(layers.patches.normals[patch]));
+      rays(i, j) = strength * Complex(std::cos(phase), std::sin(phase));
+    }
+  }
+  const Eigen::MatrixXcd pressures = rays * (layers.patch_strengths * strengths);
+  // |p|^2 r^2 / (2 rho c) over the sphere, p r = sum / (4 pi).
+  return pressures.colwise().squaredNorm().transpose() /
+         (8 * kPi * kAirDensity * kSoundSpeed * kDirections);
 }
 
 Eigen::VectorXcd layer_fields(const SourceLayers& layers, double wavenumber, const Vec3& point) {

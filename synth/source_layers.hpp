@@ -35,6 +35,13 @@ SourceLayers source_layers(const OuterTriangles& surface, std::size_t patches, s
 /// @param wavenumber  k >= 0 [1/m]
 Eigen::MatrixXcd layer_fluxes(const SourceLayers& layers, double wavenumber);
 
+/// Power that layers of given strengths send out, one value for each column.
+/// @param strengths   layers x cases [Pa, as p = field x strength]
+/// @param wavenumber  k >= 0 [1/m]
+/// @return [W], from 200 directions spread evenly
+Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
+                               const Eigen::MatrixXcd& strengths);
+
 /// Field of every layer at a point away from the surface.
 Eigen::VectorXcd layer_fields(const SourceLayers& layers, double wavenumber, const Vec3& point);
 

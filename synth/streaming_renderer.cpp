@@ -51,15 +51,18 @@ std::size_t StreamingRenderer::add_body(std::span<const double> eigenvalues,
                                         std::span<const double> decay_rates,
                                         const Readout& readout) {
   const std::size_t modes = eigenvalues.size();
-  if (readout.delays.size() != rows_ || !fits(readout.displacement, rows_, modes) ||
-      !fits(readout.velocity, rows_, modes) || !fits(readout.acceleration, rows_, modes)) {
+  const auto gains = gains_of(readout);
+  const bool fitting = std::all_of(gains.begin(), gains.end(), [&](const Eigen::MatrixXd* matrix) {
+    return fits(*matrix, rows_, modes);
+  });
+  if (readout.delays.size() != rows_ || !fitting) {
     throw core::InputError(
         fmt::format("streaming renderer: a readout of {} rows does not fit {} modes and {} rows",
                     readout.delays.size(), modes, rows_));
   }
-  bool finite = readout.displacement.allFinite() && readout.velocity.allFinite() &&
-                readout.acceleration.allFinite();
-  if (!finite) throw core::InputError("streaming renderer: a gain is not finite");
+  for (const Eigen::MatrixXd* matrix : gains) {
+    if (!matrix->allFinite()) throw core::InputError("streaming renderer: a gain is not finite");
+  }
   for (const double delay : readout.delays) {
     if (delay >= 0 && delay < kLongestDelay) continue;
     throw core::InputError(fmt::format(

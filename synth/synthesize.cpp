@@ -22,8 +22,7 @@ void check(const RingDown& rings) {
       rings.decay_rates.size() == rings.eigenvalues.size() && rings.excitation.size() == modes;
   if (!rings.excitation.allFinite()) throw core::InputError("synthesize: excitation not finite");
   const Readout& readout = rings.readout;
-  for (const Eigen::MatrixXd* gains :
-       {&readout.displacement, &readout.velocity, &readout.acceleration}) {
+  for (const Eigen::MatrixXd* gains : gains_of(readout)) {
     fits = fits && (gains->size() == 0 || (gains->rows() == rows && gains->cols() == modes));
     if (!gains->allFinite()) throw core::InputError("synthesize: a gain is not finite");
   }
@@ -141,8 +140,7 @@ std::size_t sounding_modes(const RingDown& rings, double sample_rate) {
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     bool heard = false;
-    for (const Eigen::MatrixXd* gains :
-         {&readout.displacement, &readout.velocity, &readout.acceleration}) {
+    for (const Eigen::MatrixXd* gains : gains_of(readout)) {
       heard = heard || (gains->size() > 0 && !gains->col(column).isZero(0));
     }
     const double omega = std::sqrt(rings.eigenvalues[i]);

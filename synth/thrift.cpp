@@ -172,9 +172,7 @@ void erase(RingDown& rings, const std::vector<bool>& left_out) {
   rings.eigenvalues.resize(kept.size());
   rings.decay_rates.resize(kept.size());
   rings.excitation = rings.excitation(kept).eval();
-  erase_columns(rings.readout.displacement, kept);
-  erase_columns(rings.readout.velocity, kept);
-  erase_columns(rings.readout.acceleration, kept);
+  for (Eigen::MatrixXd* gains : gains_of(rings.readout)) erase_columns(*gains, kept);
 }
 
 }  // namespace

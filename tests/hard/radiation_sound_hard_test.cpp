@@ -64,6 +64,7 @@ TEST(RadiationHard, FrequenciesFromNothingToFarTooHigh) {
     const auto fit =
         fit_equivalent_sources(sphere_modes(sphere(), kRadius, order, ka), listeners, coarse());
     EXPECT_TRUE(fit.radiated.pressure.allFinite());
+    for (const double d : fit.decay_rates) EXPECT_TRUE(d >= 0 && std::isfinite(d)) << d;
     for (Eigen::Index mode = 1; mode < 4; ++mode) {
       const double k = ka[std::size_t(mode)] / kRadius;
       const Complex expected = sphere_pressure(order, k, kRadius, listeners[0].position);

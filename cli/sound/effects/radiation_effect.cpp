@@ -18,12 +18,14 @@ namespace {
 struct RadiationConfig {
   std::string model;
   std::string doubtful;
+  bool damping = true;  ///< what is radiated is lost to the body
   synth::EquivalentSourcesOptions sources;
 };
 
 /// What a body's fit came to, recorded with each of its sounds.
 struct FitFindings {
   double largest_residual = 0;
+  double largest_decay_rate = 0;  ///< by radiation, of a mode [1/s]
   std::int64_t doubtful_modes = 0;
 };
 
@@ -54,6 +56,10 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
     }
     spdlog::warn("{}: {}", message, config.doubtful == "drop" ? "silenced" : "used as they are");
   }
+  for (std::size_t mode = 0; config.damping && mode < fit.decay_rates.size(); ++mode) {
+    findings.largest_decay_rate = std::max(findings.largest_decay_rate, fit.decay_rates[mode]);
+    body.decay_rates[mode] += fit.decay_rates[mode];
+  }
   body.pressure = synth::pressure_readout(fit.radiated, *body.modes, body.decay_rates);
   return findings;
 }
@@ -78,6 +84,7 @@ EffectParts start(const RadiationConfig& config, const std::filesystem::path& ca
       const FitFindings& findings = found->at(sound.body->id);
       sound.record->add("radiation_residual", findings.largest_residual, "1");
       sound.record->add("radiation_doubtful_modes", findings.doubtful_modes, "1");
+      sound.record->add("radiation_decay_rate", findings.largest_decay_rate, "1/s");
     };
   }
   return parts;
@@ -88,6 +95,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   RadiationConfig config;
   config.model = read_radiation_model(node);
   if (config.model == "equivalent_sources") {
+    config.damping = node.flag("damping", true);
     config.doubtful = node.choice("doubtful", {"keep", "drop", "stop"}, "keep");
     config.sources.per_wavelength = static_cast<double>(node.integer("per_wavelength", 1, 100, 4));
     config.sources.least = static_cast<int>(node.integer("least_sources", 10, 5000, 200));
