@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -47,14 +48,21 @@ void write_holder(int file) {
   if (ftruncate(file, 0) != 0 || pwrite(file, text.data(), text.size(), 0) < 0) return;
 }
 
-void lock(int file, int kind, const std::filesystem::path& folder) {
+/// What file systems without locks answer: Lustre without -o flock, NFS without a lock service,
+/// and some that live in user space.
+bool means_no_locks(int error) {
+  return error == ENOSYS || error == ENOLCK || error == EOPNOTSUPP;
+}
+
+/// @return false where the file system has no locks, and errno says why
+bool lock(int file, int kind, const std::filesystem::path& folder) {
   while (flock(file, kind | LOCK_NB) != 0) {
     if (errno == EINTR) continue;
+    if (means_no_locks(errno)) return false;
     if (errno != EWOULDBLOCK) {
       throw core::FileError(
           fmt::format("{}: cannot be locked: {}", folder.string(), reason(errno)),
-          "the file system does not offer flock (Lustre: mount with -o flock); choose another "
-          "output folder");
+          "choose another output folder");
     }
     const std::string holder = read_holder(file);
     throw core::FileError(
@@ -62,6 +70,16 @@ void lock(int file, int kind, const std::filesystem::path& folder) {
                     holder.empty() ? "" : fmt::format(" ({})", holder)),
         "wait for it, end it, or choose another output folder");
   }
+  return true;
+}
+
+/// Files are still renamed into place whole, and two builds of one folder write the same bytes: no
+/// reason to refuse.
+void warn_of_no_locks(const std::filesystem::path& folder, int error) {
+  spdlog::warn(
+      "{}: this file system has no locks ({}), so a second build of this folder would not be "
+      "noticed; see that there is none (Lustre: mount with -o flock)",
+      folder.string(), reason(error));
 }
 
 }  // namespace
@@ -80,7 +98,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder, MPI_Comm comm) {
       file_ = open_lock_file(path);
       // Alone for a moment proves that nobody else is there; then shared, so that others can join.
       // The change is not atomic: a second build may slip in between, and then this one gives way.
-      lock(file_, LOCK_EX, folder);
+      if (!lock(file_, LOCK_EX, folder)) warn_of_no_locks(folder, errno);
       write_holder(file_);
       lock(file_, LOCK_SH, folder);
     });

@@ -9,7 +9,7 @@ namespace carillon::mpi {
 /// Holds an output folder for one build: every process of it keeps a lock that dies with the
 /// process (flock on `.lock` in the folder), so a second build is refused while any rank of the
 /// first is alive. Child programs do not inherit it. The file stays behind; it means nothing by
-/// itself.
+/// itself. Where the file system has no locks, a warning says so and the build goes on.
 class FolderLock {
  public:
   /// Rank 0 takes it, the others join. A missing folder is made.
