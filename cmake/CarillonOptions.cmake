@@ -4,6 +4,9 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
+# Installed programs find a site's libraries where they were linked.
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+
 add_library(carillon_options INTERFACE)
 target_compile_options(carillon_options INTERFACE -Wall -Wextra -Wshadow)
 if(CARILLON_WARNINGS_AS_ERRORS)
