@@ -34,6 +34,10 @@ carillon_find(carillon_gmsh GMSH LIBRARY gmsh HEADER gmsh.h)
 # Direct solvers: CHOLMOD on one rank, MUMPS on a group and for inertia.
 carillon_find(carillon_direct CHOLMOD LIBRARY cholmod HEADER cholmod.h SUFFIXES suitesparse)
 carillon_find(carillon_direct DMUMPS LIBRARY dmumps HEADER dmumps_c.h)
+# An archive does not say what else it needs; PETSc, which was linked with the same, does.
+if("${CHOLMOD_LIBRARY};${DMUMPS_LIBRARY}" MATCHES "[.]a(;|$)")
+  target_link_libraries(carillon_direct INTERFACE ${SLEPC_STATIC_LDFLAGS})
+endif()
 
 # Only the run-time library of OpenMP: its threads are switched off there, and no code is made for it.
 find_package(OpenMP REQUIRED COMPONENTS CXX)

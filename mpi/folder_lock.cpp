@@ -60,9 +60,8 @@ bool lock(int file, int kind, const std::filesystem::path& folder) {
     if (errno == EINTR) continue;
     if (means_no_locks(errno)) return false;
     if (errno != EWOULDBLOCK) {
-      throw core::FileError(
-          fmt::format("{}: cannot be locked: {}", folder.string(), reason(errno)),
-          "choose another output folder");
+      throw core::FileError(fmt::format("{}: cannot be locked: {}", folder.string(), reason(errno)),
+                            "choose another output folder");
     }
     const std::string holder = read_holder(file);
     throw core::FileError(

@@ -72,11 +72,14 @@ pid_t spawn(const std::filesystem::path& program, const std::vector<std::string>
   posix_spawn_file_actions_addclosefrom_np(&actions.raw, 3);
 
   SpawnAttributes attributes;
-  sigset_t none;
+  // Batch systems send their requests to stop to every process of a job. They are the caller's to
+  // answer: a child that ended by one would look like a crash.
+  sigset_t ignored;
   sigset_t all;
-  sigemptyset(&none);
+  sigemptyset(&ignored);
+  for (const int request : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&ignored, request);
   sigfillset(&all);
-  posix_spawnattr_setsigmask(&attributes.raw, &none);
+  posix_spawnattr_setsigmask(&attributes.raw, &ignored);
   posix_spawnattr_setsigdefault(&attributes.raw, &all);
   posix_spawnattr_setpgroup(&attributes.raw, 0);
   posix_spawnattr_setflags(&attributes.raw,

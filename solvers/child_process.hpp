@@ -16,8 +16,9 @@ struct ChildExit {
 };
 
 /// Runs a program and waits for it. Started by posix_spawn, which is safe beside MPI's threads and
-/// pinned memory; it inherits no descriptors and has a process group of its own, so that Ctrl-C in
-/// the terminal is the caller's to answer.
+/// pinned memory; it inherits no descriptors, has a process group of its own and blocks SIGINT,
+/// SIGTERM and SIGUSR1, so that Ctrl-C in the terminal and a batch system's signals are the
+/// caller's to answer.
 ///
 /// @param seconds  wall-clock limit, then SIGKILL; 0 or less: none
 /// @throws FileError  it cannot be started

@@ -237,6 +237,14 @@ TEST_F(MeshChild, DoesNotOutliveAnotherParent) {
   EXPECT_FALSE(std::filesystem::exists(question + ".reply"));
 }
 
+// Slurm's `scancel --signal` reaches every process of a job step, the mesher's among them.
+TEST(ChildProcess, LivesOnWhenABatchSystemAsksTheWholeJobToStop) {
+  const ChildExit exit =
+      run_child("/bin/sh", {"-c", "kill -TERM $$; kill -USR1 $$; kill -INT $$; echo lives on"}, 10);
+  EXPECT_EQ(exit.signal, 0);
+  EXPECT_EQ(exit.output, "lives on\n");
+}
+
 TEST_F(MeshChild, SaysWhenTheMesherIsMissing) {
   const MesherIs missing("/nowhere/carillon-mesh");
   EXPECT_NE(message_of<FileError>([&] { mesh_in_child(request_, {}, {}); }).find("CARILLON_MESH"),
