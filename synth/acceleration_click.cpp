@@ -81,14 +81,12 @@ void check(const RigidSource& source, const Vec3& impulse, const ContactForce& f
     throw core::InputError(
         fmt::format("click: sample rate must be positive, not {} Hz", sample_rate));
   }
-  const double distance = (listener - source.centre).norm();
-  const double nearest = source.radii.maxCoeff() * (1 - 1e-12);
-  if (!(distance >= nearest)) {
+  if (!hears_click(source, listener)) {
     throw core::InputError(
         fmt::format("click: the listener is {:.4g} m from the body's centre, inside the sphere of "
                     "{:.4g} m that stands for it",
-                    distance, nearest),
-        "move the listener away from the body, or turn the click off");
+                    (listener - source.centre).norm(), source.radii.maxCoeff()),
+        "move the listener away from the body, or leave effects.click on auto or off");
   }
 }
 
@@ -150,6 +148,10 @@ RigidSource rigid_source(const solvers::ModeSurface& surface, double mass) {
   source.centre = outer_hull(surface).centroid;
   source.radii = equivalent_radii(surface_ellipsoid(surface, &source.axes));
   return source;
+}
+
+bool hears_click(const RigidSource& source, const Vec3& listener) {
+  return (listener - source.centre).norm() >= source.radii.maxCoeff() * (1 - 1e-12);
 }
 
 std::vector<float> acceleration_click(const RigidSource& source, const Vec3& impulse,

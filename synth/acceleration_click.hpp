@@ -30,6 +30,9 @@ Vec3 equivalent_radii(const Vec3& semi_axes);
 /// @throws InputError  no outer surface, a mass that is not positive and finite
 RigidSource rigid_source(const solvers::ModeSurface& surface, double mass);
 
+/// Whether a listener stands where a click is known: outside all three spheres, or on them.
+bool hears_click(const RigidSource& source, const Vec3& listener);
+
 /// Sound of the body's abrupt acceleration as a rigid whole (acceleration noise: Koss and Alfredson
 /// 1973 for spheres, Chadwick, Zheng and James 2012 for bodies of any shape).
 ///

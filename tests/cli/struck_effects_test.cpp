@@ -128,6 +128,33 @@ TEST(StruckEffects, ClickAddsTheBodysJumpToThePressure) {
   EXPECT_GT(largest, 0.0f);
 }
 
+// Nothing is known of a click inside the sphere that stands for the body.
+TEST(StruckEffects, ListenersTooNearAreWithoutTheClickUnlessItIsAskedForByHand) {
+  const std::string near = "listeners: [{position: [0, 0, 0.029]}, {position: [0, 0, 1]}]\n" +
+                           std::string("radiation: {model: monopole}\n");
+  const Struck with(scene_of(near));
+  const Struck without(scene_of(near + "effects: {click: off}\n"));
+  const std::size_t count = with.sound.audio.size() / 2;
+  for (std::size_t n = 0; n < count; ++n) {
+    ASSERT_EQ(with.sound.audio[n], without.sound.audio[n]) << n;
+  }
+  EXPECT_NE(std::vector(with.sound.audio.begin() + std::ptrdiff_t(count), with.sound.audio.end()),
+            std::vector(without.sound.audio.begin() + std::ptrdiff_t(count),
+                        without.sound.audio.end()));
+  EXPECT_EQ(with.record.last_row().at("click_left_out"), 1);
+  EXPECT_GT(with.record.last_row().at("click_peak"), 0.0);
+  const Struck alone(scene_of("listeners: [{position: [0, 0, 0.029]}]\n"
+                              "radiation: {model: monopole}\n"));
+  EXPECT_EQ(alone.record.last_row().at("click_peak"), 0.0);
+  try {
+    const Struck refused(scene_of(near + "effects: {click: on}\n"));
+    FAIL();
+  } catch (const core::InputError& error) {
+    EXPECT_NE(error.message().find("0.029 m"), std::string::npos) << error.message();
+    EXPECT_NE(error.hint().find("effects.click"), std::string::npos) << error.hint();
+  }
+}
+
 TEST(StruckEffects, ClickIsOffWhereTheBodyIsHeld) {
   const Scene held = scene_of(listener + "click: {held: true}\n");
   EXPECT_FALSE(decision(held, "click").enabled);

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/effects/radiation_model.hpp"
@@ -15,18 +17,43 @@ namespace carillon::cli {
 
 namespace {
 
-/// Sources of the bodies seen so far.
-using Sources = std::map<std::string, synth::RigidSource>;
+/// A body that jumps, and which of its listeners hear that.
+struct Jumping {
+  synth::RigidSource source;
+  std::vector<bool> heard;
+  std::int64_t left_out = 0;  ///< listeners too near for what a sphere says of a click
+};
+/// Of the bodies seen so far.
+using Bodies = std::map<std::string, Jumping>;
 
-void add_click(Sound& sound, const Sources& sources) {
+/// @param wanted  the click was asked for by hand: where it cannot be is an error, later on
+Jumping look_at(const RingingBody& body, bool wanted) {
+  Jumping jumping;
+  jumping.source = synth::rigid_source(body.modes->surface, body.modes->mass);
+  for (const synth::Listener& listener : body.listeners) {
+    const bool heard = wanted || synth::hears_click(jumping.source, listener.position);
+    jumping.heard.push_back(heard);
+    if (!heard) ++jumping.left_out;
+  }
+  if (jumping.left_out > 0) {
+    spdlog::warn(
+        "{}: no click at {} of {} listeners, less than {:.3g} m from the body's centre (inside the "
+        "sphere that stands for it)",
+        body.id, jumping.left_out, body.listeners.size(), jumping.source.radii.maxCoeff());
+  }
+  return jumping;
+}
+
+void add_click(Sound& sound, const Bodies& bodies) {
   const RingingBody& body = *sound.body;
-  const synth::RigidSource& source = sources.at(body.id);
+  const Jumping& jumping = bodies.at(body.id);
   double peak = 0;
   for (std::size_t r = 0; r < sound.rows; ++r) {
+    if (!jumping.heard[r]) continue;
     const auto row = sound.row(r);
     for (const double blow : sound.blows) {
       const std::vector<float> click = synth::acceleration_click(
-          source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
+          jumping.source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
           body.listeners[r].position, sound.sample_rate, row.size(), blow);
       for (std::size_t n = 0; n < row.size(); ++n) {
         row[n] += click[n];
@@ -34,7 +61,9 @@ void add_click(Sound& sound, const Sources& sources) {
       }
     }
   }
-  if (sound.record != nullptr) sound.record->add("click_peak", peak, "Pa");
+  if (sound.record == nullptr) return;
+  sound.record->add("click_peak", peak, "Pa");
+  sound.record->add("click_left_out", jumping.left_out);
 }
 
 SceneEffect read(core::ConfigNode& root, const Scene& scene) {
@@ -56,13 +85,13 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     effect.asked_by = fmt::format("listeners: ({})", root.where("listeners"));
   }
   effect.seconds_per_sound = 6e-5;
-  effect.start = [](const std::filesystem::path&) {
-    const auto sources = std::make_shared<Sources>();
+  effect.start = [wanted](const std::filesystem::path&) {
+    const auto bodies = std::make_shared<Bodies>();
     EffectParts parts;
-    parts.body = [sources](RingingBody& body) {
-      (*sources)[body.id] = synth::rigid_source(body.modes->surface, body.modes->mass);
+    parts.body = [wanted, bodies](RingingBody& body) {
+      (*bodies)[body.id] = look_at(body, wanted);
     };
-    parts.audio = [sources](Sound& sound) { add_click(sound, *sources); };
+    parts.audio = [bodies](Sound& sound) { add_click(sound, *bodies); };
     return parts;
   };
   return effect;
