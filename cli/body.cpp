@@ -47,7 +47,7 @@ void add_body_options(CLI::App& command, BodyOptions& options) {
   command.add_option("--min-frequency", options.min_frequency, "lowest frequency of the band")
       ->capture_default_str();
   command.add_option("--max-frequency", options.max_frequency, "highest frequency of the band")
-      ->capture_default_str();
+      ->default_str("20 kHz");
   command.add_option("--max-modes", options.max_modes, "at most so many modes")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
@@ -234,7 +234,7 @@ solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
 solvers::SolveOptions solve_options(const BodyOptions& options) {
   solvers::SolveOptions solve;
   solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
-  solve.band.max_frequency = core::parse_quantity(options.max_frequency, Dimension::frequency);
+  solve.band.max_frequency = core::parse_quantity(options.max_frequency.value_or("20 kHz"), Dimension::frequency);
   solve.band.max_modes = options.max_modes;
   if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
     throw InputError("the band is empty", "--max-frequency must be above --min-frequency");

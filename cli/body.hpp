@@ -25,7 +25,7 @@ struct BodyOptions {
   std::optional<int> order;  ///< of tetrahedra; 3 when none is given
   std::string element_size;
   std::string min_frequency = "20 Hz";
-  std::string max_frequency = "20 kHz";
+  std::optional<std::string> max_frequency;  ///< 20 kHz when none is given
   int max_modes = 300;
   // Given or not: what does not apply to a body is refused, not ignored.
   std::optional<std::string> linear_solver;  ///< automatic when none is given

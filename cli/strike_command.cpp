@@ -73,7 +73,7 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
   // A build's configuration holds a scene and more, which is not asked for here.
   root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
                     "limits", "mel", "voxels", "camera", "files", "split"});
-  Scene scene = read_scene(root, name, effects(), {.materials = materials});
+  Scene scene = read_scene(root, name, effects(), {.materials = materials, .materials_place = "--material"});
   root.finish();
   if (!scene.strikes.given.empty()) {
     throw core::InputError("strikes.csv gives the strikes of a build",
@@ -87,6 +87,15 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
                            "leave them out, or set effects.striker=off");
   }
   return scene;
+}
+
+/// The band ends at half the sample rate unless another end is asked for: modes above it would not
+/// sound.
+BodyOptions sounding_band(BodyOptions body, const Scene& scene) {
+  if (!body.max_frequency) {
+    body.max_frequency = fmt::format("{} Hz", std::min(20000.0, scene.audio.sample_rate / 2));
+  }
+  return body;
 }
 
 /// Everything that is wrong without knowing the body, before it is solved.
@@ -119,7 +128,7 @@ void draw_strike(const StrikeOptions& options, const Scene& scene, Sound& sound)
 void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
   const Scene scene = scene_of(options, named_materials(options.body.material));
-  const Body body = solve_body(options.body, context);
+  const Body body = solve_body(sounding_band(options.body, scene), context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
 
@@ -155,6 +164,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   if (context.json) {
     nlohmann::json json = {{"file", options.output},
                            {"modes", sound.modes},
+                           {"modes_above_nyquist", sound.modes_above_nyquist},
                            {"unit", unit},
                            {"peak", peak},
                            {"position_m", list(position)},
@@ -171,6 +181,9 @@ void run_strike(const StrikeOptions& options, Context& context) {
   }
   fmt::print("{}: {} modes, struck at ({:.4f}, {:.4f}, {:.4f}) m, peak {:.3g} {}\n", options.output,
              sound.modes, position.x(), position.y(), position.z(), peak, unit);
+  if (sound.modes_above_nyquist > 0) {
+    fmt::print("{} modes above half the sample rate left out\n", sound.modes_above_nyquist);
+  }
   fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", sound.strike.impulse,
              1000 * sound.strike.force.duration, fmt::join(std::views::keys(trace.effects), ", "));
   // What was asked for and cannot be: a room without a listener.
@@ -191,6 +204,7 @@ void add_strike(CLI::App& program, Context& context) {
   CLI::App* command = program.add_subcommand("strike", "one sound of one shape");
   auto options = std::make_shared<StrikeOptions>();
   add_body_options(*command, options->body);
+  command->get_option("--max-frequency")->default_str("20 kHz or half the sample rate");
   command->add_option("-o,--output", options->output, "WAV file, one channel per listener")
       ->required();
   command->add_option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");

@@ -97,6 +97,9 @@ std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, 
 /// all.
 std::size_t sounding_modes(const RingDown& rings, double sample_rate);
 
+/// Modes that a clip of this rate leaves out: oscillating at or above half of it.
+std::size_t modes_above_nyquist(const RingDown& rings, double sample_rate);
+
 /// T60 = ln(1000) / d [s].
 double t60(double decay_rate);
 

@@ -70,7 +70,6 @@ std::size_t StreamingRenderer::add_body(std::span<const double> eigenvalues,
   }
   Body body;
   body.resonances = make_resonances(eigenvalues, decay_rates, sample_rate_);
-  left_out_ += modes - body.resonances.modes.size();
   body.readout = readout;
   body.rows.resize(rows_);
   for (Row& row : body.rows) row.voices.reserve(body.resonances.rotations.size());

@@ -35,6 +35,7 @@ class StreamingRenderer {
   StreamingRenderer& operator=(StreamingRenderer&&) = default;
   ~StreamingRenderer() = default;
 
+  /// Modes at or above Nyquist are left out (modes_above_nyquist() counts them).
   /// @return the body's number
   /// @throws InputError  sizes that do not match, values that are negative or not finite
   std::size_t add_body(std::span<const double> eigenvalues, std::span<const double> decay_rates,
@@ -51,9 +52,8 @@ class StreamingRenderer {
   /// The next samples, rows one after the other; their number is a multiple of the rows.
   void render(std::span<float> samples);
 
-  std::uint64_t position() const { return position_; }      ///< samples of a row rendered so far
-  std::size_t voices() const;                               ///< partials that ring
-  std::size_t modes_left_out() const { return left_out_; }  ///< at or above Nyquist
+  std::uint64_t position() const { return position_; }  ///< samples of a row rendered so far
+  std::size_t voices() const;                           ///< partials that ring
 
  private:
   /// One blow in one row, until its contact is over.
@@ -90,7 +90,6 @@ class StreamingRenderer {
   double sample_rate_;
   std::size_t rows_;
   std::uint64_t position_ = 0;
-  std::size_t left_out_ = 0;
   std::vector<Body> bodies_;
   SampleBlock block_{};  ///< of one body
   SampleBlock sum_{};    ///< of all

@@ -134,6 +134,25 @@ std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, 
   return result;
 }
 
+namespace {
+
+bool below_nyquist(const RingDown& rings, std::size_t mode, double sample_rate) {
+  const double omega = std::sqrt(rings.eigenvalues[mode]);
+  const double d = rings.decay_rates[mode];
+  const double damped = d < omega ? std::sqrt((omega - d) * (omega + d)) : 0;
+  return damped < std::numbers::pi * sample_rate;
+}
+
+}  // namespace
+
+std::size_t modes_above_nyquist(const RingDown& rings, double sample_rate) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
+    if (!below_nyquist(rings, i, sample_rate)) ++count;
+  }
+  return count;
+}
+
 std::size_t sounding_modes(const RingDown& rings, double sample_rate) {
   const Readout& readout = rings.readout;
   std::size_t count = 0;
@@ -143,10 +162,7 @@ std::size_t sounding_modes(const RingDown& rings, double sample_rate) {
     for (const Eigen::MatrixXd* gains : gains_of(readout)) {
       heard = heard || (gains->size() > 0 && !gains->col(column).isZero(0));
     }
-    const double omega = std::sqrt(rings.eigenvalues[i]);
-    const double d = rings.decay_rates[i];
-    const double damped = d < omega ? std::sqrt((omega - d) * (omega + d)) : 0;
-    if (heard && rings.excitation[column] != 0 && damped < std::numbers::pi * sample_rate) ++count;
+    if (heard && rings.excitation[column] != 0 && below_nyquist(rings, i, sample_rate)) ++count;
   }
   return count;
 }

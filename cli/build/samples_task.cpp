@@ -66,6 +66,7 @@ void add_strike_columns(const SampleResult& result, Columns& columns) {
   columns.add("impulse", result.sound.strike.impulse, "N s");
   columns.add("contact_time", result.sound.strike.force.duration, "s");
   columns.add("modes", static_cast<std::int64_t>(result.sound.modes));
+  columns.add("modes_above_nyquist", static_cast<std::int64_t>(result.sound.modes_above_nyquist));
   columns.add("complete_to", result.complete_to_hz, "Hz");
   columns.add("pitch_error", result.pitch_error, "cent");
 }

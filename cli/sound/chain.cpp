@@ -64,6 +64,7 @@ void SoundChain::make(Sound& sound) {
   {
     const core::ScopedTimer timer(trace_.stages["ring"]);
     sound.modes = synth::sounding_modes(sound.rings, sound.sample_rate);
+    sound.modes_above_nyquist = synth::modes_above_nyquist(sound.rings, sound.sample_rate);
     sound.audio = sound.blows == std::vector<double>{0}
                       ? synth::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
                                           scene_.audio.samples())

@@ -151,7 +151,11 @@ TEST(KernelHard, FrequenciesAtNyquistAreDroppedAndSaid) {
   EXPECT_LT(deviation(velocity_of({below * below, 1e6}, {0, 0}), sound), 1e-6);
   StreamingRenderer renderer(1, kRate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
-  EXPECT_EQ(renderer.modes_left_out(), 2U);
+  EXPECT_EQ(modes_above_nyquist(rings, kRate), 2U);
+  renderer.strike(0, rings.excitation, {0});
+  std::vector<float> streamed(100);
+  renderer.render(streamed);
+  EXPECT_EQ(renderer.voices(), rings.eigenvalues.size() - 2);
 }
 
 TEST(KernelHard, TwoThousandModes) {
