@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cli/build/negative_damping.hpp"
+#include "cli/build/view_costs.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "solvers/families.hpp"
@@ -228,6 +229,16 @@ SplitConfig read_split(ConfigNode node) {
   return split;
 }
 
+/// The line that names the materials: those of all objects, or the first object's own.
+std::string materials_place(ConfigNode& root) {
+  if (root.has("materials")) return fmt::format("materials: ({})", root.where("materials"));
+  for (const ConfigNode& object : root.children("objects")) {
+    if (!object.has("materials")) continue;
+    return fmt::format("{}.materials: ({})", object.path(), object.where("materials"));
+  }
+  return "";
+}
+
 /// Told when the configuration is read: the band and the materials are known, no body need be.
 void tell_negative_damping(ConfigNode node, BuildConfig& config) {
   for (EffectDecision& decision : config.scene.effects) {
@@ -284,7 +295,9 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
 
   config.split = read_split(root.child("split"));
   config.scene = read_scene(root, file_name, registry,
-                            {.materials = named_materials(config), .parts = config.split.parts()});
+                            {.materials = named_materials(config),
+                             .materials_place = materials_place(root),
+                             .parts = config.split.parts()});
   read_modes(root.child("modes"), config);
   tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);
@@ -295,6 +308,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   if (!config.scene.runs("mel")) config.mel.reset();
   if (!config.scene.runs("voxels")) config.voxels.reset();
   if (!config.scene.runs("frames")) config.camera.reset();
+  price_views(config);
   ConfigNode files = root.child("files");
   config.wav = files.flag("wav", false);
   config.png = files.flag("png", false);

@@ -195,6 +195,7 @@ std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& con
     if (task.kind == TaskKind::modes) {
       // A pitch target takes a first solve, and as a rule a larger second one.
       entry.cost = config.pitch_cents > 0 ? 3 * modes_seconds : modes_seconds;
+      entry.cost += config.scene.seconds_per_shape();
       entry.memory = 1e9;
     } else {
       const double rows = static_cast<double>(config.scene.rows());

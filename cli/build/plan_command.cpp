@@ -27,7 +27,9 @@ nlohmann::json describe(const LoadedBuild& build) {
   nlohmann::json effects = describe_effects(build.config.scene, build.config.band.max_modes);
   for (nlohmann::json& effect : effects) {
     effect["seconds"] = effect.at("seconds_per_sound").get<double>() *
-                        static_cast<double>(build.plan.samples.size());
+                            static_cast<double>(build.plan.samples.size()) +
+                        effect.at("seconds_per_shape").get<double>() *
+                            static_cast<double>(build.plan.shapes.size());
   }
   double seconds = 0, memory = 0;
   std::size_t modes_tasks = 0, samples_tasks = 0;

@@ -100,12 +100,20 @@ std::string why_no_reflection(const RoomScene& room, const Scene& scene) {
 
 namespace {
 
+/// Rooms that a shape's sounds may draw: a shape is in one part, its strikes are in several, and
+/// parts are pairs of both.
+double rooms_of_a_shape(const RoomScene& room, const Scene& scene) {
+  if (!room.drawn) return 1;
+  return room.count * std::round(std::sqrt(static_cast<double>(scene.parts)));
+}
+
 /// Of one chain's spectra [byte]: those of every room that a shape's sounds may draw.
 double memory_of_spectra(const RoomScene& room, const Scene& scene) {
-  // A complex number for each sample of a clip that is padded to twice its length.
-  const double spectrum = 16.0 * static_cast<double>(scene.audio.samples());
+  // A complex number for each sample of a clip that is padded to twice its length, and for every
+  // other one of what air takes from the direct sound, which is short.
+  const double spectra = 24.0 * static_cast<double>(scene.audio.samples());
   return std::min(kRoomMemory,
-                  spectrum * static_cast<double>(room.count) * static_cast<double>(scene.rows()));
+                  spectra * rooms_of_a_shape(room, scene) * static_cast<double>(scene.rows()));
 }
 
 }  // namespace
@@ -138,12 +146,10 @@ double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images)
     const double longest = *std::max_element(rt60.begin(), rt60.end());
     seconds = kSecondsPerTailSecond * rate * std::min(1.5 * longest, scene.audio.seconds);
   }
-  const double strikes = scene.strikes.given.empty()
-                             ? static_cast<double>(scene.strikes.per_object)
-                             : static_cast<double>(scene.strikes.given.size());
+  const auto strikes = static_cast<double>(scene.strikes_per_body());
   const double convolution = kSecondsPerSample * static_cast<double>(scene.audio.samples());
   return convolution +
-         seconds * std::min(1.0, static_cast<double>(room.count) / std::max(1.0, strikes));
+         seconds * std::min(1.0, rooms_of_a_shape(room, scene) / std::max(1.0, strikes));
 }
 
 }  // namespace carillon::cli

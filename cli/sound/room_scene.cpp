@@ -150,10 +150,10 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
   });
   core::at_key(node, "humidity", [&] { synth::sound_speed(room.air); });
   room.order = static_cast<int>(node.integer("order", 0, synth::kHighestOrder, 3));
-  const bool drawn = !room.source || std::any_of(room.size.begin(), room.size.end(),
-                                                 [](auto side) { return side.low < side.high; });
+  room.drawn = !room.source || std::any_of(room.size.begin(), room.size.end(),
+                                           [](auto side) { return side.low < side.high; });
   room.count = static_cast<int>(node.integer("count", 1, 1000000, 20));
-  if (!drawn) room.count = 1;
+  if (!room.drawn) room.count = 1;
 
   const bool has_absorption = node.has("absorption");
   if (has_absorption == node.has("rt60")) {
@@ -191,6 +191,19 @@ Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
   check_places(room.size, room.source, listeners, scene.order);
   room.walls = walls_of(scene, room.size, audio.audio.sample_rate);
   return room;
+}
+
+std::vector<Room> rooms_at_the_edges(const RoomScene& scene, const Scene& audio, bool largest,
+                                     const std::vector<Eigen::Vector3d>& listeners) {
+  if (scene.source) return {};
+  const Room middle = typical_room(scene, audio, largest, listeners);
+  const Eigen::AlignedBox3d box = places(scene, middle.size, listeners);
+  std::vector<Room> rooms(8, middle);
+  for (int corner = 0; corner < 8; ++corner) {
+    rooms[static_cast<std::size_t>(corner)].source =
+        box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+  }
+  return rooms;
 }
 
 Room room_of(const RoomScene& scene, const Sound& sound,

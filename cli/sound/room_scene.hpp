@@ -24,7 +24,8 @@ struct RoomScene {
   std::optional<synth::OctaveValues> octave_rt60;  ///< [s]
   synth::Air air;
   int order = 3;
-  int count = 20;  ///< rooms of a part's pool; 1 where nothing is drawn
+  int count = 20;     ///< rooms of a part's pool; 1 where nothing is drawn
+  bool drawn = true;  ///< rooms differ; else all parts have the same one
 };
 
 /// One room of a pool.
@@ -45,6 +46,11 @@ RoomScene read_room(core::ConfigNode& root, const Scene& scene);
 /// @throws InputError  no place for body and listeners; names the room's size
 Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
                   const std::vector<Eigen::Vector3d>& listeners);
+
+/// The same with the body in each corner of where it may be: that is where images of any order are
+/// nearest (their distances are linear or constant in each coordinate).
+std::vector<Room> rooms_at_the_edges(const RoomScene& scene, const Scene& audio, bool largest,
+                                     const std::vector<Eigen::Vector3d>& listeners);
 
 /// The room of a sample: which of its part's pool is keyed by (seed, id, "room.choice"), and what
 /// the room is by (seed, its number), so that it is the same in every sample.
@@ -77,7 +83,8 @@ std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene
                                       SceneEffect& effect);
 
 /// Estimated cost of one sound and row: the convolution, and the response's making, shared by the
-/// samples that may draw the same room (a shape's own strikes are all that is known of them here).
+/// samples that may draw the same room (a shape's own strikes are all that is known of them here;
+/// they draw from one pool for each part that strikes are split into).
 /// @param images  of the early reflections; else of the tail
 double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images);
 

@@ -109,15 +109,37 @@ std::string Scene::unheard() const {
   return runs("radiation") ? "" : "radiation is off: the dry signal is no pressure";
 }
 
+std::size_t Scene::strikes_per_body() const {
+  return strikes.given.empty() ? static_cast<std::size_t>(strikes.per_object)
+                               : strikes.given.size();
+}
+
+namespace {
+
+/// Of one sound, with its share of what is done once for its body.
+double effect_seconds(const Scene& scene, const SceneEffect& effect, int modes) {
+  double seconds = effect.seconds_per_sound * static_cast<double>(scene.rows());
+  if (effect.seconds_by_modes) seconds += effect.seconds_by_modes(modes);
+  return seconds + effect.seconds_per_body / static_cast<double>(scene.strikes_per_body());
+}
+
+}  // namespace
+
+double Scene::seconds_per_shape() const {
+  double seconds = 0;
+  for (const EffectDecision& decision : effects) {
+    if (decision.enabled) seconds += decision.in_scene.seconds_per_shape;
+  }
+  return seconds;
+}
+
 double Scene::seconds_per_sound(int modes) const {
   // Ring-down kernel, one core of a 2.3 GHz Xeon (docs/sound/speed.md).
   constexpr double seconds_per_mode_sample = 4e-10;
   const double count = static_cast<double>(rows());
   double seconds = seconds_per_mode_sample * modes * static_cast<double>(audio.samples()) * count;
   for (const EffectDecision& decision : effects) {
-    if (!decision.enabled) continue;
-    seconds += decision.in_scene.seconds_per_sound * count;
-    if (decision.in_scene.seconds_by_modes) seconds += decision.in_scene.seconds_by_modes(modes);
+    if (decision.enabled) seconds += effect_seconds(*this, decision.in_scene, modes);
   }
   return seconds;
 }
@@ -127,6 +149,7 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
   Scene scene;
   scene.file_name = file_name;
   scene.materials = around.materials;
+  scene.materials_place = around.materials_place;
   scene.parts = around.parts;
   scene.audio = read_audio(root.child("audio"));
   scene.strikes = read_strikes(root.child("strikes"), file_name);
@@ -145,12 +168,12 @@ nlohmann::json describe_effects(const Scene& scene, int modes) {
   nlohmann::json list = nlohmann::json::array();
   for (const EffectDecision& decision : scene.effects) {
     const SceneEffect& effect = decision.in_scene;
-    double seconds = effect.seconds_per_sound * static_cast<double>(scene.rows());
-    if (effect.seconds_by_modes) seconds += effect.seconds_by_modes(modes);
+    const bool on = decision.enabled;
     list.push_back({{"name", decision.effect->name},
-                    {"enabled", decision.enabled},
+                    {"enabled", on},
                     {"reason", decision.reason},
-                    {"seconds_per_sound", decision.enabled ? seconds : 0.0}});
+                    {"seconds_per_sound", on ? effect_seconds(scene, effect, modes) : 0.0},
+                    {"seconds_per_shape", on ? effect.seconds_per_shape : 0.0}});
   }
   return list;
 }

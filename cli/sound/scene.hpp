@@ -44,6 +44,7 @@ struct Scene {
   AudioConfig audio;
   StrikeConfig strikes;
   std::vector<synth::Material> materials;  ///< every one that a body is made of; may be empty
+  std::string materials_place;             ///< as SceneSurroundings::materials_place
   std::size_t parts = 1;                   ///< as Sound::parts
   std::vector<synth::Listener> listeners;  ///< from the centre of the body's box
   std::vector<EffectDecision> effects;     ///< every effect there is, on or off, in order
@@ -54,13 +55,19 @@ struct Scene {
   /// Why nothing hears pressure in air: no listener, or radiation is off; "" where something does.
   /// For effects after radiation.
   std::string unheard() const;
-  /// Estimated seconds of one sound: modes ringing, and the effects that are on.
+  /// Of each body: drawn, or given ones.
+  std::size_t strikes_per_body() const;
+  /// Estimated seconds of one sound: modes ringing, the effects that are on, and the sound's share
+  /// of what they do once for its body.
   double seconds_per_sound(int modes) const;
+  /// Estimated seconds of what effects do once for a shape, beside its sounds.
+  double seconds_per_shape() const;
 };
 
 /// What a scene needs to know of the rest of a configuration.
 struct SceneSurroundings {
   std::vector<synth::Material> materials = {};  ///< of all bodies, where that is known already
+  std::string materials_place = {};  ///< what names them, "materials: (kitchen.yaml:6)"; may be ""
   std::size_t parts = 1;                        ///< as Sound::parts
 };
 
@@ -77,7 +84,7 @@ Scene read_scene(core::ConfigNode& root, const std::string& file_name,
 /// @throws ConfigError  another word
 std::string effect_switch(core::ConfigNode& switches, const std::string& name);
 
-/// `[].name, .enabled, .reason, .seconds_per_sound` of a scene's effects.
+/// `[].name, .enabled, .reason, .seconds_per_sound, .seconds_per_shape` of a scene's effects.
 /// @param modes  of a body, where the cost depends on them
 nlohmann::json describe_effects(const Scene& scene, int modes = 60);
 

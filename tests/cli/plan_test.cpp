@@ -138,6 +138,83 @@ TEST(Plan, EffectsAreOffUnlessAskedFor) {
   EXPECT_EQ(running("room: {size: [5, 4, 3], absorption: 0.2}\n"), (Names{"damping", "contact"}));
 }
 
+nlohmann::json effect_of(const BuildConfig& config, const std::string& name) {
+  for (nlohmann::json& effect : describe_effects(config.scene, 60)) {
+    if (effect.at("name") == name) return effect;
+  }
+  throw std::runtime_error("no such effect");
+}
+
+TEST(Plan, ViewsHaveTheirCost) {
+  const BuildConfig config = bars(1, 4, "mel: {bands: 64}\nvoxels: {}\ncamera: {}\n");
+  EXPECT_GT(effect_of(config, "mel").at("seconds_per_sound"), 0.0);
+  EXPECT_GT(effect_of(config, "voxels").at("seconds_per_shape"), 0.0);
+  EXPECT_GT(effect_of(config, "frames").at("seconds_per_shape"), 0.0);
+  EXPECT_GT(config.scene.seconds_per_shape(), 0.0);
+  EXPECT_EQ(bars(1, 4).scene.seconds_per_shape(), 0.0);
+  // Twice the bands are less than twice the cost: the transform is the same.
+  const auto mel = [](const std::string& bands) {
+    return effect_of(bars(1, 4, "mel: {bands: " + bands + "}\n"), "mel")
+        .at("seconds_per_sound")
+        .get<double>();
+  };
+  EXPECT_GT(mel("128"), 1.2 * mel("64"));
+  EXPECT_LT(mel("128"), 2 * mel("64"));
+  const BuildConfig off = bars(1, 4, "mel: {}\nvoxels: {}\neffects: {mel: off, voxels: off}\n");
+  EXPECT_EQ(effect_of(off, "mel").at("seconds_per_sound"), 0.0);
+  EXPECT_EQ(effect_of(off, "voxels").at("seconds_per_shape"), 0.0);
+}
+
+// A fit serves all sounds and listeners of its body.
+TEST(Plan, AFitCostsTheSameForAnyListeners) {
+  const auto fit = [](int strikes, const std::string& more) {
+    const std::string ear = "  - position: [0, 0, 1]\n";
+    return effect_of(bars(1, strikes, "listeners:\n" + ear + more), "radiation")
+        .at("seconds_per_sound")
+        .get<double>();
+  };
+  const double one = fit(10, "");
+  EXPECT_GT(one, 0);
+  EXPECT_DOUBLE_EQ(fit(10, "  - position: [0, 1, 1]\n  - position: [1, 0, 1]\n"), one);
+  EXPECT_DOUBLE_EQ(fit(20, ""), one / 2);
+}
+
+TEST(Plan, DampingNamesTheLineOfItsMaterials) {
+  EXPECT_NE(effect_of(bars(1, 1), "damping")
+                .at("reason")
+                .get<std::string>()
+                .find("objects[0].materials: (test.yaml:3), "),
+            std::string::npos)
+      << effect_of(bars(1, 1), "damping");
+  const BuildConfig shared = config_of("seed: 1\nmaterials: [steel]\nobjects:\n  - shape: bar\n");
+  EXPECT_EQ(effect_of(shared, "damping").at("reason"),
+            "materials: (test.yaml:2), every material has damping");
+}
+
+// A program that never registered a view, and one that has it off, read the same build.
+TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
+  const std::map<std::string, std::string> keys = {
+      {"mel", "mel: {bands: 20}\n"}, {"voxels", "voxels: {}\n"}, {"frames", "camera: {}\n"}};
+  for (const auto& [name, key] : keys) {
+    std::vector<Effect> others;
+    for (const Effect& effect : effects()) {
+      if (effect.name != name) others.push_back(effect);
+    }
+    const std::string bar = "objects:\n  - shape: bar\n    materials: [steel]\n";
+    const BuildConfig never = read_build_config(bar, "test.yaml", {}, others);
+    const std::string off = key + "effects: {" + name + ": off}\n";
+    for (const std::string& more : {std::string(), off}) {
+      const BuildConfig config = config_of(bar + more);
+      EXPECT_FALSE(config.mel || config.voxels || config.camera) << more;
+      EXPECT_EQ(fingerprint(config, make_plan(config)), fingerprint(never, make_plan(never)));
+      EXPECT_EQ(config.scene.seconds_per_shape(), never.scene.seconds_per_shape());
+      EXPECT_EQ(config.scene.seconds_per_sound(60), never.scene.seconds_per_sound(60));
+    }
+    const BuildConfig on = config_of(bar + key);
+    EXPECT_TRUE(on.mel || on.voxels || on.camera) << key;
+  }
+}
+
 TEST(Plan, SolverIsShownWithItsReasons) {
   const auto solver = [](const std::string& more) {
     std::map<std::string, nlohmann::json> by_name;

@@ -206,5 +206,53 @@ TEST(RoomEffect, ResponsesCountInThePlan) {
   EXPECT_LT(read(room_effect, shared).seconds_per_sound, cost("20") / 4);
 }
 
+// A shape's strikes draw from one pool for each part that strikes are split into.
+TEST(RoomEffect, PoolsOfPartsCountInThePlan) {
+  Scene whole = scene_with();
+  whole.strikes.per_object = 1000;
+  Scene split = whole;
+  split.parts = 9;
+  const std::string pool = "room: {size: [[4, 5], 4, 3], absorption: 0.3, count: 2}\n";
+  EXPECT_DOUBLE_EQ(read(room_effect, pool, split).memory,
+                   3 * read(room_effect, pool, whole).memory);
+  const auto making = [&](const Scene& scene, const std::string& count) {
+    const std::string sized = "room: {size: [[4, 5], 4, 3], absorption: 0.3, count: ";
+    return read(room_effect, sized + count + "}\n", scene).seconds_per_sound -
+           read(room_effect, sized + "1}\n", scene).seconds_per_sound;
+  };
+  EXPECT_NEAR(making(split, "4") / making(whole, "4"), 3, 1e-6);
+  const std::string one = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
+  EXPECT_EQ(read(room_effect, one, split).memory, read(room_effect, one, whole).memory);
+}
+
+TEST(RoomEffect, TailIsJudgedWhereItBeginsEarliest) {
+  Scene scene = scene_with();
+  scene.audio.seconds = 0.13;
+  const auto reason = [&](const std::string& source) {
+    return read(tail_effect, "room: {size: [20, 20, 20], absorption: 0.3, source: " + source + "}\n",
+                scene)
+        .reason_off;
+  };
+  EXPECT_NE(reason("[10, 10, 10]"), "");
+  EXPECT_EQ(reason("[2.5, 2.5, 2.5]"), "");
+  EXPECT_EQ(reason("random"), "");
+  // Nowhere in the room does it begin earlier than at its edges.
+  scene.audio.seconds = 0.05;
+  const std::string all = reason("random");
+  ASSERT_TRUE(all.starts_with("the tail begins ")) << all;
+  const double earliest = std::stod(all.substr(16));
+  ConfigNode root = ConfigNode::parse("room: {size: [20, 20, 20], absorption: 0.3}\n", "r.yaml");
+  const RoomScene room = read_room(root, scene);
+  for (std::uint64_t id = 0; id < 200; ++id) {
+    Sound sound;
+    sound.seed = 3;
+    sound.id = id;
+    const Eigen::Vector3d ear = scene.listeners[0].position;
+    const synth::TailPlan plan = synth::room_tail_plan(
+        room_options(room, room_of(room, sound, {ear}), ear, 44100, 22050, 0));
+    EXPECT_GT(plan.start, 0.95 * earliest);  // which is told with two digits
+  }
+}
+
 }  // namespace
 }  // namespace carillon::cli

@@ -91,6 +91,9 @@ SceneEffect read_damping(core::ConfigNode& root, const Scene& scene) {
                           ? "every material has damping"
                           : fmt::format("{} of {} materials have damping",
                                         materials.size() - std::size_t(without), materials.size());
+    if (!scene.materials_place.empty()) {
+      effect.asked_by = fmt::format("{}, {}", scene.materials_place, effect.asked_by);
+    }
   }
   // Found once for a body: nothing that counts is left to a sound.
   effect.seconds_per_sound = 0;

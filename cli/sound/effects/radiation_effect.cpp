@@ -110,10 +110,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   } else {
     effect.asked_by = "listeners: (" + root.where("listeners") + ")";
   }
-  // A fit serves all sounds of its body.
-  if (config.model == "equivalent_sources") {
-    effect.seconds_per_sound = kSecondsPerFit / std::max(1, scene.strikes.per_object);
-  }
+  // A fit serves all sounds and listeners of its body.
+  if (config.model == "equivalent_sources") effect.seconds_per_body = kSecondsPerFit;
   effect.start = [config](const std::filesystem::path& cache) { return start(config, cache); };
   return effect;
 }

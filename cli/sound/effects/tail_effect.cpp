@@ -11,19 +11,25 @@ namespace carillon::cli {
 namespace {
 
 /// Why no tail of the scene's rooms is heard; empty when one may be. Judged by the smallest and the
-/// largest room with the body in the middle of its places.
+/// largest room, with the body in the middle and at the edges of its places.
 std::string why_silent(const RoomScene& room, const Scene& scene) {
   std::vector<Eigen::Vector3d> listeners;
   for (const synth::Listener& listener : scene.listeners) listeners.push_back(listener.position);
   double loudest = -1e300;
   double first = 1e300;
   for (const bool largest : {false, true}) {
-    const Room place = typical_room(room, scene, largest, listeners);
-    for (const Eigen::Vector3d& listener : listeners) {
-      const synth::TailPlan plan = synth::room_tail_plan(
-          room_options(room, place, listener, scene.audio.sample_rate, scene.audio.samples(), 0));
-      loudest = std::max(loudest, plan.energy_db());
-      first = std::min(first, plan.start);
+    std::vector<Room> rooms = {typical_room(room, scene, largest, listeners)};
+    for (Room& edge : rooms_at_the_edges(room, scene, largest, listeners)) {
+      rooms.push_back(std::move(edge));
+    }
+    for (const Room& place : rooms) {
+      for (const Eigen::Vector3d& listener : listeners) {
+        const synth::TailPlan plan = synth::room_tail_plan(
+            room_options(room, place, listener, scene.audio.sample_rate, scene.audio.samples(), 0));
+        loudest = std::max(loudest, plan.energy_db());
+        first = std::min(first, plan.start);
+        if (loudest >= synth::kInaudibleTail && first < scene.audio.seconds) return "";
+      }
     }
   }
   if (loudest < synth::kInaudibleTail) {
@@ -32,8 +38,8 @@ std::string why_silent(const RoomScene& room, const Scene& scene) {
   }
   if (first >= scene.audio.seconds) {
     return fmt::format(
-        "the tail begins {:.2g} s after the direct sound, beyond the clip's {:.2g} s", first,
-        scene.audio.seconds);
+        "the tail begins {:.2g} s after the direct sound at the earliest, beyond the clip's {:.2g} s",
+        first, scene.audio.seconds);
   }
   return "";
 }
