@@ -90,6 +90,28 @@ TEST_P(EveryEffect, RunsAndIsRecordedInTheTraceWhereItIsOn) {
   for (const float value : all.audio) ASSERT_TRUE(std::isfinite(value));
 }
 
+// A key that stands there, switched off, is as good as none.
+TEST(Effects, SwitchedOffAreAsIfTheirKeyWereNotThere) {
+  const std::string ear = "listeners:\n  - position: [0.5, 0.3, 0.4]\n";
+  const std::string base = "audio: {seconds: 0.2, sample_rate: 16000}\n" + ear +
+                           "radiation: {least_sources: 40, most_sources: 40}\n";
+  hear(base);  // what libraries allocate once
+  const Heard without = hear(base);
+  for (const auto& [name, key] : calls()) {
+    if (name == "radiation" || name == "click") continue;  // these run with a listener alone
+    const std::string off =
+        "effects: {" + name + ": off" + (name == "room" ? ", tail: off" : "") + "}\n";
+    const Heard with = hear(base + key + off);
+    EXPECT_EQ(with.audio, without.audio) << name;
+    EXPECT_EQ(with.record, without.record) << name;
+    EXPECT_EQ(with.allocated, without.allocated) << name;
+    EXPECT_EQ(with.trace.effects.size(), without.trace.effects.size()) << name;
+    EXPECT_NE(hear(base + key).audio, without.audio) << name;
+  }
+  const std::string dry = "audio: {seconds: 0.2, sample_rate: 16000}\n";
+  EXPECT_EQ(hear(base + "effects: {radiation: off}\n").audio, hear(dry).audio);
+}
+
 /// Effects with working parts; views are made elsewhere.
 std::vector<const char*> working_effects() {
   std::vector<const char*> names;
