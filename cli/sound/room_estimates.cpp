@@ -148,8 +148,7 @@ double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images)
   }
   const auto strikes = static_cast<double>(scene.strikes_per_body());
   const double convolution = kSecondsPerSample * static_cast<double>(scene.audio.samples());
-  return convolution +
-         seconds * std::min(1.0, rooms_of_a_shape(room, scene) / std::max(1.0, strikes));
+  return convolution + seconds * std::min(1.0, room.count / std::max(1.0, strikes));
 }
 
 }  // namespace carillon::cli
