@@ -234,7 +234,8 @@ solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
 solvers::SolveOptions solve_options(const BodyOptions& options) {
   solvers::SolveOptions solve;
   solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
-  solve.band.max_frequency = core::parse_quantity(options.max_frequency.value_or("20 kHz"), Dimension::frequency);
+  solve.band.max_frequency =
+      core::parse_quantity(options.max_frequency.value_or("20 kHz"), Dimension::frequency);
   solve.band.max_modes = options.max_modes;
   if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
     throw InputError("the band is empty", "--max-frequency must be above --min-frequency");

@@ -73,7 +73,8 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
   // A build's configuration holds a scene and more, which is not asked for here.
   root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
                     "limits", "mel", "voxels", "camera", "files", "split"});
-  Scene scene = read_scene(root, name, effects(), {.materials = materials, .materials_place = "--material"});
+  Scene scene =
+      read_scene(root, name, effects(), {.materials = materials, .materials_place = "--material"});
   root.finish();
   if (!scene.strikes.given.empty()) {
     throw core::InputError("strikes.csv gives the strikes of a build",

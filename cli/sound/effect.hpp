@@ -44,7 +44,7 @@ struct Sound {
                                     ///< taken from it; empty without them
   std::size_t rows = 1;
   double sample_rate = 44100;
-  std::size_t modes = 0;      ///< that sound
+  std::size_t modes = 0;                ///< that sound
   std::size_t modes_above_nyquist = 0;  ///< left out, as they would oscillate at or above it
   Columns* record = nullptr;  ///< what was drawn and found, so that the sample can be made again
 
@@ -73,7 +73,7 @@ struct SceneEffect {
   /// need not be ("no listener is placed"). Empty: it can run, and with `auto` it does.
   std::string reason_off;
   double seconds_per_sound = 0;  ///< estimated cost of one sound, one row
-  double seconds_per_body = 0;   ///< once for a shape in a material and size, whatever its listeners
+  double seconds_per_body = 0;  ///< once for a shape in a material and size, whatever its listeners
   double seconds_per_shape = 0;  ///< once for a shape
   double memory = 0;             ///< estimated, of its working parts [byte]
   /// Further cost of one sound of a body of so many modes, whatever its rows; empty: none.

@@ -68,7 +68,7 @@ struct Scene {
 struct SceneSurroundings {
   std::vector<synth::Material> materials = {};  ///< of all bodies, where that is known already
   std::string materials_place = {};  ///< what names them, "materials: (kitchen.yaml:6)"; may be ""
-  std::size_t parts = 1;                        ///< as Sound::parts
+  std::size_t parts = 1;             ///< as Sound::parts
 };
 
 /// Reads `audio`, `strikes`, `listeners`, `effects` and the keys of every effect.

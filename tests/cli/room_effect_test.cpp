@@ -222,8 +222,8 @@ TEST(RoomEffect, TailIsJudgedWhereItBeginsEarliest) {
   Scene scene = scene_with();
   scene.audio.seconds = 0.13;
   const auto reason = [&](const std::string& source) {
-    return read(tail_effect, "room: {size: [20, 20, 20], absorption: 0.3, source: " + source + "}\n",
-                scene)
+    return read(tail_effect,
+                "room: {size: [20, 20, 20], absorption: 0.3, source: " + source + "}\n", scene)
         .reason_off;
   };
   EXPECT_NE(reason("[10, 10, 10]"), "");

@@ -38,7 +38,8 @@ std::string why_silent(const RoomScene& room, const Scene& scene) {
   }
   if (first >= scene.audio.seconds) {
     return fmt::format(
-        "the tail begins {:.2g} s after the direct sound at the earliest, beyond the clip's {:.2g} s",
+        "the tail begins {:.2g} s after the direct sound at the earliest, beyond the clip's {:.2g} "
+        "s",
         first, scene.audio.seconds);
   }
   return "";
