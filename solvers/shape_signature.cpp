@@ -62,25 +62,36 @@ std::vector<Corners> distinct_triangles(const SurfaceMesh& mesh) {
 /// point, l up to `degree`; [l][m + l]. Helgaker, Jorgensen, Olsen 2000, eq. 6.4.70-6.4.73.
 using Harmonics = std::array<std::array<double, 2 * degree + 1>, degree + 1>;
 
-void solid_harmonics(const Vec3& at, double r2, Harmonics& s) {
-  s[0][0] = 1;
-  for (int l = 0; l < degree; ++l) {
-    const auto& here = s[static_cast<std::size_t>(l)];
-    auto& next = s[static_cast<std::size_t>(l + 1)];
-    const auto value = [](const auto& row, int order, int m) {
-      return row[static_cast<std::size_t>(m + order)];
-    };
-    const double outer = std::sqrt((l == 0 ? 2.0 : 1.0) * (2 * l + 1) / (2 * l + 2));
-    const double low = l == 0 ? 0 : value(here, l, -l);
-    next[static_cast<std::size_t>(2 * l + 2)] = outer * (at.x() * value(here, l, l) - at.y() * low);
-    next[0] = outer * (at.y() * value(here, l, l) + at.x() * low);
-    for (int m = -l; m <= l; ++m) {
-      double sum = (2 * l + 1) * at.z() * value(here, l, m);
-      if (l > 0 && std::abs(m) < l) {
-        sum -=
-            std::sqrt((l + m) * (l - m)) * r2 * value(s[static_cast<std::size_t>(l - 1)], l - 1, m);
+/// Factors of the recurrence from l to l + 1.
+struct Recurrence {
+  std::array<double, degree> outer;
+  Harmonics here{}, below{};  ///< of l and of l - 1
+
+  Recurrence() {
+    for (int l = 0; l < degree; ++l) {
+      const auto i = static_cast<std::size_t>(l);
+      outer[i] = std::sqrt((l == 0 ? 2.0 : 1.0) * (2 * l + 1) / (2 * l + 2));
+      for (int m = -l; m <= l; ++m) {
+        const double scale = 1 / std::sqrt((l + m + 1) * (l - m + 1));
+        here[i][static_cast<std::size_t>(m + l)] = (2 * l + 1) * scale;
+        below[i][static_cast<std::size_t>(m + l)] = std::sqrt((l + m) * (l - m)) * scale;
       }
-      next[static_cast<std::size_t>(m + l + 1)] = sum / std::sqrt((l + m + 1) * (l - m + 1));
+    }
+  }
+};
+
+void solid_harmonics(const Vec3& at, double r2, Harmonics& s) {
+  static const Recurrence factors;
+  s[0][0] = 1;
+  for (std::size_t l = 0; l < degree; ++l) {
+    const auto& here = s[l];
+    auto& next = s[l + 1];
+    const double low = l == 0 ? 0 : here[0];
+    next[2 * l + 2] = factors.outer[l] * (at.x() * here[2 * l] - at.y() * low);
+    next[0] = factors.outer[l] * (at.y() * here[2 * l] + at.x() * low);
+    for (std::size_t i = 0; i <= 2 * l; ++i) next[i + 1] = factors.here[l][i] * at.z() * here[i];
+    for (std::size_t i = 1; i < 2 * l; ++i) {
+      next[i + 1] -= factors.below[l][i] * r2 * s[l - 1][i - 1];
     }
   }
 }
@@ -91,7 +102,7 @@ struct Moments {
   double area = 0;
 
   void add(const Vec3& at, double weight) {
-    thread_local Harmonics s;
+    Harmonics s;
     const double r2 = at.squaredNorm();
     solid_harmonics(at, r2, s);
     double factor = weight;
