@@ -243,7 +243,10 @@ std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
     if (effect.enabled && effect.in_scene.content) hash.add(effect.in_scene.content());
   }
   for (const Shape& shape : plan.shapes) {
-    hash.add(shape.id).add(shape.sha256).add(shape.identity).add(solvers::to_json(shape.request).dump());
+    hash.add(shape.id)
+        .add(shape.sha256)
+        .add(shape.identity)
+        .add(solvers::to_json(shape.request).dump());
   }
   for (const Sample& sample : plan.samples) hash.add(sample.key).add("\n");
   return hash.hex();
