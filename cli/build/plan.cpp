@@ -253,7 +253,13 @@ std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
 }
 
 std::string split_strike(const BuildConfig& config, const Shape& shape, int strike) {
-  return part_of(config, fmt::format("{}/strike-{:04}", shape.identity, strike), "split.strike");
+  // Given strikes at one point are one strike to the split: that of the first row.
+  const std::vector<GivenStrike>& given = config.scene.strikes.given;
+  const auto first = std::find_if(given.begin(), given.end(), [&](const GivenStrike& other) {
+    return other.position == given[static_cast<std::size_t>(strike)].position;
+  });
+  const auto number = given.empty() ? strike : static_cast<int>(first - given.begin());
+  return part_of(config, fmt::format("{}/strike-{:04}", shape.identity, number), "split.strike");
 }
 
 std::vector<synth::Material> variant_materials(const BuildConfig& config, const Shape& shape,

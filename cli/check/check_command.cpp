@@ -97,13 +97,20 @@ void check_dataset(const CheckOptions& options, Context& context) {
   std::string work;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    folder = open_folder(options.dataset, options.inputs);
+    try {
+      folder = open_folder(options.dataset, options.inputs);
+    } catch (const json::exception& error) {
+      throw core::InputError(fmt::format("{}: dataset.json has other fields than it should: {}",
+                                         options.dataset, error.what()),
+                             "run the build again into this folder: it writes the file anew");
+    }
     findings = folder.findings;
     findings.push_back(guarded("counts", [&] { return check_counts(folder); }));
     findings.push_back(guarded("schema", [&] { return check_schema(folder, readable); }));
     json shards = json::array();
     for (const std::size_t t : readable) shards.push_back(folder.path_of(t));
-    work = json{{"folder", options.dataset}, {"files", folder.listed}, {"shards", shards}}.dump();
+    work = json{{"folder", options.dataset}, {"files", folder.listed}, {"shards", shards}}.dump(
+        -1, ' ', false, json::error_handler_t::replace);
   });
   work = mpi::broadcast(work, 0, context.world);
   std::string own;

@@ -50,6 +50,7 @@ constexpr ColumnRule rules[] = {
     {"striker_hardness", "float64", "", "1", "striker"},
     {"striker_size", "float64", "", "1", "striker"},
     {"radiation_residual", "float64", "", "1", "may"},
+    {"radiation_decay_rate", "float64", "", "1/s", "may"},
     {"radiation_doubtful_modes", "int64", "", "1", "may"},
     {"support_force", "float64", "*", "N", "supports"},
     {"support_position", "float64", "*,3", "m", "supports"},

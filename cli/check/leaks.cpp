@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "cli/build/modes_task.hpp"
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
 #include "solvers/modes_file.hpp"

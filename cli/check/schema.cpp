@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
 
 #include "cli/check/column_rules.hpp"
@@ -145,6 +146,23 @@ void check_sources(const Hdf5Group& index, const DatasetFolder& folder,
   }
 }
 
+/// Texts are copied into the index: they must be those of the shards.
+void check_texts(const Hdf5Group& index, const DatasetFolder& folder,
+                 const std::vector<std::size_t>& tasks, const std::string& column,
+                 std::vector<std::string>& items) {
+  const auto all = index.read<std::string>(column);
+  std::vector<std::string> shards;
+  for (const std::size_t t : tasks) {
+    const auto own =
+        Hdf5Group::open_file(folder.dataset.folder / folder.path_of(t)).read<std::string>(column);
+    shards.insert(shards.end(), own.begin(), own.end());
+  }
+  const auto differ = std::mismatch(all.begin(), all.end(), shards.begin(), shards.end());
+  if (differ.first == all.end()) return;
+  items.push_back(
+      fmt::format("{}: row {} is not what the shard holds", column, differ.first - all.begin()));
+}
+
 /// What is read through the index against the shards themselves.
 void check_values(const Hdf5Group& index, const DatasetFolder& folder,
                   const std::vector<std::size_t>& tasks, std::vector<std::string>& items) {
@@ -211,7 +229,9 @@ Finding check_index(const DatasetFolder& folder, const std::vector<std::size_t>&
           items.push_back(column + ": another type, extent or unit than in the shards");
         } else if (count != rows) {
           items.push_back(fmt::format("{}: {} rows, id has {}", column, count, rows));
-        } else if (!index.is_text(column)) {
+        } else if (index.is_text(column)) {
+          check_texts(index, folder, tasks, column, items);
+        } else {
           check_sources(index, folder, tasks, column, items);
         }
       }

@@ -18,12 +18,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A JSON file; null where it is not there or is no JSON.
+/// A file with a JSON object; null where it is not there or is none.
 json read_json(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return nullptr;
   json document = json::parse(core::read_file(path), nullptr, false);
-  return document.is_discarded() ? json(nullptr) : document;
+  return document.is_object() ? document : json(nullptr);
 }
 
 std::vector<std::string> folders_to_try(const fs::path& folder, const std::string& inputs) {
