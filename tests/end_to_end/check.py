@@ -272,7 +272,6 @@ class Check(FolderTest):
         self.assertEqual(self.find("configuration")["verdict"], "note")
 
     def test_during_a_build(self):
-        (self.output / "samples" / "mesh").mkdir()
         (self.output / "samples" / "bar-002-0000.h5").unlink()
         with (self.output / ".lock").open() as lock:
             fcntl.flock(lock, fcntl.LOCK_SH)

@@ -97,8 +97,7 @@ class Regenerate(FolderTest):
         output = self.copy()
         row = 3
         with h5py.File(output / "samples" / "bar-000-0000.h5", "r+") as shard:
-            stored = shard["audio"][row] + numpy.float32(0.01) * numpy.arange(
-                self.audio.shape[1]) .astype("f4") / self.audio.shape[1]
+            stored = shard["audio"][row] * numpy.float32(1.01)
             shard["audio"][row] = stored
             shard["impulse"][row] *= 2
         sample = self.regenerate(output, row, code=3)["samples"][0]
