@@ -70,10 +70,11 @@ std::vector<VirtualSource> Hdf5Group::virtual_sources(const std::string& name) c
     source.dataset = with_single_percents(name_from([&](char* text, std::size_t size) {
       return H5Pget_virtual_dsetname(properties.get(), i, text, size);
     }));
-    const Hdf5Object space(H5Pget_virtual_srcspace(properties.get(), i), H5Sclose);
-    hsize_t extent[H5S_MAX_RANK] = {};
-    const int rank = H5Sget_simple_extent_dims(space.get(), extent, nullptr);
-    source.rows = rank > 0 ? extent[0] : 0;
+    // Where the block lies here: the extent of the source itself is not kept.
+    const Hdf5Object space(H5Pget_virtual_vspace(properties.get(), i), H5Sclose);
+    hsize_t begin[H5S_MAX_RANK] = {}, end[H5S_MAX_RANK] = {};
+    const bool chosen = H5Sget_select_bounds(space.get(), begin, end) >= 0;
+    source.rows = chosen ? end[0] - begin[0] + 1 : 0;
     sources.push_back(std::move(source));
   }
   return sources;

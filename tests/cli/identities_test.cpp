@@ -87,11 +87,11 @@ TEST(GeneratedIdentities, AreThoseOfProportions) {
   const auto shapes =
       make_plan(
           config_of("  - shape: bar\n    name: one\n    parameters: {length: 20 cm, width: 2 cm, "
-                    "thickness: 1 cm}\n"
+                    "height: 1 cm}\n"
                     "  - shape: bar\n    name: double\n    parameters: {length: 40 cm, width: 4 "
-                    "cm, thickness: 2 cm}\n"
+                    "cm, height: 2 cm}\n"
                     "  - shape: bar\n    name: other\n    parameters: {length: 40 cm, width: 4 "
-                    "cm, thickness: 1 cm}\n"
+                    "cm, height: 1 cm}\n"
                     "  - shape: bar\n    name: drawn\n    count: 3\n"))
           .shapes;
   EXPECT_EQ(shapes[0].identity, shapes[0].id);

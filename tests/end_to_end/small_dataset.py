@@ -9,12 +9,13 @@ seed: 3
 objects:
   - shape: bar
     count: 4
+    parameters: {length: [10 cm, 12 cm], width: [2 cm, 3 cm], height: [8 mm, 12 mm]}
     materials: [steel, clay]
   - mesh: meshes/*.obj
     length: 6 cm
     materials: [clay]
 materials_file: own.yaml
-modes: {max_modes: 12, max_frequency: 9 kHz, order: 2, max_elements: 3000}
+modes: {max_modes: 12, max_frequency: 9 kHz, order: 2, max_elements: 6000}
 audio: {seconds: 0.15 s, sample_rate: 22050 Hz, gain: 0.05}
 strikes: {per_object: 6}
 listeners:
