@@ -5,7 +5,7 @@ import numpy
 
 CONFIG = """
 name: small
-seed: 3
+seed: 4
 objects:
   - shape: bar
     count: 4
@@ -24,7 +24,7 @@ radiation: {model: monopole}
 room: {size: [[4, 6], [3, 5], [2.5, 3]], absorption: 0.4, count: 2, order: 1}
 noise: {folder: noise, snr: [10, 30]}
 mel: {bands: 16, frames: 5}
-split: {validation: 0.3, test: 0.3}
+split: {validation: 0.35, test: 0.35}
 """
 OWN = """
 clay: {youngs_modulus: 3 GPa, poisson_ratio: 0.3, density: 1800, alpha1: 20, alpha2: 1.0e-7}
