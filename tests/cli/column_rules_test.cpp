@@ -18,12 +18,13 @@ std::set<std::string> documented() {
   const std::size_t begin = document.find("## index.h5 and shards");
   std::istringstream lines(document.substr(begin, document.find("`shapes/` in the index") - begin));
   std::set<std::string> names;
-  const std::regex quoted("`([a-z_]+)[0-9]?`");
+  const std::regex quoted("`([a-z0-9_]+)`");
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("| `")) continue;
     const std::string cell = line.substr(0, line.find(" | "));
     for (std::sregex_iterator at(cell.begin(), cell.end(), quoted), end; at != end; ++at) {
-      names.insert((*at)[1]);
+      const std::string name = (*at)[1];
+      names.insert(name.starts_with("alpha") ? "alpha" : name);
     }
   }
   names.erase("shape_index");  // of the index alone
