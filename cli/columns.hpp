@@ -39,6 +39,20 @@ class Columns {
 
   /// Every column as a dataset [rows, inner...] with its unit as an attribute.
   void write(const core::Hdf5Group& group) const;
+  /// Calls visit(name, values, inner, unit) for every column in the order of adding; values are a
+  /// span of the column's type, of all samples.
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (const std::string& name : order_) {
+      const Column& column = columns_.at(name);
+      std::visit(
+          [&](const auto& values) {
+            using T = typename std::decay_t<decltype(values)>::value_type;
+            visit(name, std::span<const T>(values), column.inner, column.unit);
+          },
+          column.values);
+    }
+  }
   /// The last sample's values by name.
   nlohmann::json last_row() const;
 

@@ -36,11 +36,13 @@ enum ExitCode {
 using AddCommand = void (*)(CLI::App& program, Context& context);
 void add_accuracy(CLI::App& program, Context& context);
 void add_build(CLI::App& program, Context& context);
+void add_check(CLI::App& program, Context& context);
 void add_inspect(CLI::App& program, Context& context);
 void add_list(CLI::App& program, Context& context);
 void add_modes(CLI::App& program, Context& context);
 void add_plan(CLI::App& program, Context& context);
 void add_preview(CLI::App& program, Context& context);
+void add_regenerate(CLI::App& program, Context& context);
 void add_strike(CLI::App& program, Context& context);
 
 /// Runs the program: parses, calls the command, turns errors into messages and exit codes.

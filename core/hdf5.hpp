@@ -84,6 +84,11 @@ class Hdf5Group {
   Extent extent(const std::string& name) const;
   /// Whether a dataset holds texts.
   bool is_text(const std::string& name) const;
+  /// What the elements of a dataset are on disk: `float32`, `float64`, `int8` to `int64`, `uint8`
+  /// to `uint64`, `text`, or `other`.
+  std::string element_type(const std::string& name) const;
+  /// What a virtual dataset is joined from, in order; empty for one that holds its values itself.
+  std::vector<VirtualSource> virtual_sources(const std::string& name) const;
 
   /// A dataset to be filled by rows, zero until then. T is the stored type.
   template <class T>

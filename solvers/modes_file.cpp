@@ -104,17 +104,6 @@ void write_surface(const Hdf5Group& group, const ModeSurface& surface) {
   group.write_attribute("order", static_cast<std::int64_t>(surface.order));
 }
 
-ModeSurface read_surface(const Hdf5Group& group) {
-  ModeSurface surface;
-  surface.order = static_cast<int>(group.number_attribute("order"));
-  const auto nodes = group.read<double>("nodes");
-  for (std::size_t n = 0; n + 2 < nodes.size(); n += 3) {
-    surface.nodes.emplace_back(nodes[n], nodes[n + 1], nodes[n + 2]);
-  }
-  surface.faces = group.read<std::int32_t>("faces");
-  return surface;
-}
-
 std::filesystem::path file_of(const std::filesystem::path& cache, const std::string& key) {
   return cache / (key + ".h5");
 }
@@ -166,6 +155,18 @@ void write_modes(const Hdf5Group& group, const Modes& modes) {
   write_certificate(group.create_group("certificate"), modes.certificate);
 }
 
+ModeSurface read_mode_surface(const Hdf5Group& set) {
+  const Hdf5Group group = set.open_group("surface");
+  ModeSurface surface;
+  surface.order = static_cast<int>(group.number_attribute("order"));
+  const auto nodes = group.read<double>("nodes");
+  for (std::size_t n = 0; n + 2 < nodes.size(); n += 3) {
+    surface.nodes.emplace_back(nodes[n], nodes[n + 1], nodes[n + 2]);
+  }
+  surface.faces = group.read<std::int32_t>("faces");
+  return surface;
+}
+
 Modes read_modes(const Hdf5Group& group) {
   if (group.number_attribute("format_version") != static_cast<double>(format_version)) {
     throw core::FileError("the modes were written by another version of the format");
@@ -175,7 +176,7 @@ Modes read_modes(const Hdf5Group& group) {
   modes.residuals = group.read<double>("residuals");
   if (group.has("pitch_errors")) modes.pitch_errors = group.read<double>("pitch_errors");
   if (group.has("harmonics")) modes.harmonics = group.read<std::int32_t>("harmonics");
-  modes.surface = read_surface(group.open_group("surface"));
+  modes.surface = read_mode_surface(group);
   const auto shapes = group.read<float>("shapes");
   using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   modes.shapes = Eigen::Map<const Rows>(shapes.data(), static_cast<Eigen::Index>(modes.size()),

@@ -13,6 +13,8 @@ namespace carillon::solvers {
 /// Stores modes in an HDF5 group (docs/format.md names the fields), with units as attributes.
 void write_modes(const core::Hdf5Group& group, const Modes& modes);
 Modes read_modes(const core::Hdf5Group& group);
+/// The surface of a stored set alone.
+ModeSurface read_mode_surface(const core::Hdf5Group& set);
 
 /// Key of a solve: mesh bytes, regions, options, width of the group of ranks, solver version.
 std::string modes_key(const TetMesh& mesh, std::span<const Elastic> regions,

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "cli/build/inputs.hpp"
 #include "cli/build/progress_so_far.hpp"
 #include "cli/build/samples_task.hpp"
 #include "core/files.hpp"
@@ -149,6 +150,7 @@ int run_build(const BuildOptions& options, const Context& context) {
     if (!host) return;
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
     claim_folder(build, folders.output);
+    keep_inputs(build.config, folders.output);
     board = make_board(build, finished_tasks(*journal, folders.output), options.retry_failed);
   });
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
@@ -191,6 +193,7 @@ int run_build(const BuildOptions& options, const Context& context) {
                           results.failed, report.interrupted,       results.missed};
     if (tasks_run > 0) {
       json document = to_json(total_trace(finished));
+      document["configuration_folder"] = configuration_folder(build.path);
       document["missed_pitch_targets"] = results.missed.size();
       for (const std::string& one : ranks) document["ranks"].push_back(json::parse(one));
       core::write_text_durably(folders.output / "trace.json", document.dump(2) + "\n");

@@ -56,11 +56,9 @@ void read_family(ConfigNode& node, ObjectSource& source, const std::string& file
   source.count = static_cast<int>(node.integer("count", 1, 1000000, 1));
   if (source.family == "turned") {
     if (node.has("svg")) {
-      const std::string svg = node.text("svg");
+      source.svg = path_beside(file_name, node.text("svg"));
       const double height = node.quantity("height", Dimension::length);
-      at_key(node, "svg", [&] {
-        source.profile = solvers::profile_from_svg(path_beside(file_name, svg), height);
-      });
+      at_key(node, "svg", [&] { source.profile = solvers::profile_from_svg(source.svg, height); });
     } else {
       for (ConfigNode& point : node.children("profile")) {
         source.profile.push_back({point.quantity("radius", Dimension::length),
@@ -277,15 +275,16 @@ std::vector<std::string> SplitConfig::names() const {
 
 BuildConfig read_build_config(const std::string& text, const std::string& file_name,
                               const std::vector<std::string>& overrides,
-                              std::span<const Effect> registry) {
+                              std::span<const Effect> registry, bool with_files) {
   ConfigNode root = ConfigNode::parse(text, file_name, overrides);
   BuildConfig config;
   config.name = root.text("name", std::filesystem::path(file_name).stem().string());
   config.seed = static_cast<std::uint64_t>(
       root.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   if (root.has("materials_file")) {
-    const std::string path = path_beside(file_name, root.text("materials_file"));
-    at_key(root, "materials_file", [&] { config.own_materials = synth::read_materials(path); });
+    config.materials_file = path_beside(file_name, root.text("materials_file"));
+    at_key(root, "materials_file",
+           [&] { config.own_materials = synth::read_materials(config.materials_file); });
   }
   const std::vector<std::string> materials = root.texts("materials", std::vector<std::string>{});
   for (ConfigNode& node : root.children("objects")) {
@@ -297,7 +296,8 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   config.scene = read_scene(root, file_name, registry,
                             {.materials = named_materials(config),
                              .materials_place = materials_place(root),
-                             .parts = config.split.parts()});
+                             .parts = config.split.parts(),
+                             .with_files = with_files});
   read_modes(root.child("modes"), config);
   tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);

@@ -23,6 +23,7 @@ struct ObjectSource {
   int count = 1;       ///< instances of a family
   std::map<std::string, core::Range> parameters;  ///< [m], every parameter of the family
   std::vector<std::array<double, 2>> profile;     ///< of the family "turned" [m]
+  std::string svg;                                ///< path of the profile's file; "" for none
   std::string pattern;                            ///< glob of mesh files
   solvers::MeshFile file;              ///< options of those files; any_size counts for families too
   std::vector<std::string> materials;  ///< one variant each
@@ -43,6 +44,7 @@ struct SplitConfig {
 struct BuildConfig {
   std::string name;
   std::uint64_t seed = 0;
+  std::string materials_file;  ///< path; "" for none
   std::vector<synth::Material> own_materials;
   std::vector<ObjectSource> objects;
   solvers::Band band;
@@ -68,8 +70,9 @@ std::vector<synth::Material> named_materials(const BuildConfig& config);
 /// @param file_name  for messages; paths in the configuration are relative to its folder
 /// @throws ConfigError  file:line:column, what is wrong and what would be right
 /// @param registry   the effects that there are
+/// @param with_files  faults of large files (recordings of noise) are looked for, too
 BuildConfig read_build_config(const std::string& text, const std::string& file_name,
                               const std::vector<std::string>& overrides,
-                              std::span<const Effect> registry = effects());
+                              std::span<const Effect> registry = effects(), bool with_files = true);
 
 }  // namespace carillon::cli

@@ -108,9 +108,13 @@ nlohmann::json describe_shapes(const BuildPlan& plan, const nlohmann::json& pitc
   for (const Shape& shape : plan.shapes) {
     nlohmann::json entry = {{"id", shape.id},
                             {"family", shape.family},
+                            {"object", shape.source},
                             {"split_shape", shape.split_shape},
                             {"request", solvers::to_json(shape.request)}};
-    if (!shape.path.empty()) entry["sha256"] = shape.identity;
+    if (!shape.path.empty()) {
+      entry["sha256"] = shape.sha256;
+      entry["signature"] = shape.signature;
+    }
     if (pitch_targets.contains(shape.id)) {
       // The mesh that was kept, not the one that the search began with.
       const nlohmann::json& target = pitch_targets.at(shape.id);

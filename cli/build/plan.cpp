@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "cli/build/identities.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -78,27 +79,28 @@ void add_family(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
     shape.family = source.family;
     shape.source = index;
     shape.request.shape = draw_shape(config, source, shape.id);
-    shape.identity = shape.id;
     plan.shapes.push_back(std::move(shape));
   }
 }
 
-void add_files(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
+void add_files(const BuildConfig& config, std::size_t index, const FindMeshes& find,
+               BuildPlan& plan) {
   const ObjectSource& source = config.objects[index];
-  const auto paths = core::glob_files(source.pattern);
-  if (paths.empty()) {
+  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(source);
+  if (meshes.empty()) {
     throw InputError(fmt::format("objects[{}].mesh: nothing matches {}", index, source.pattern));
   }
-  for (const auto& path : paths) {
+  for (const FoundMesh& mesh : meshes) {
     Shape shape;
-    const std::string stem = path.stem().string();
+    const std::string stem = std::filesystem::path(mesh.path).stem().string();
     shape.id = file_safe(source.name.empty() ? stem : fmt::format("{}-{}", source.name, stem));
     shape.family = source.name.empty() ? "mesh" : source.name;
-    shape.path = path.string();
+    shape.path = mesh.path;
     shape.source = index;
     shape.request.file = source.file;
-    shape.request.file.path = path.string();
-    shape.identity = core::sha256_file(path);
+    shape.request.file.path = mesh.path;
+    shape.sha256 = mesh.sha256;
+    shape.signature = mesh.signature;
     plan.shapes.push_back(std::move(shape));
   }
 }
@@ -159,11 +161,13 @@ void add_samples(const BuildConfig& config, std::size_t shape_index, BuildPlan& 
 
 }  // namespace
 
-BuildPlan make_plan(const BuildConfig& config) {
+BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find) {
   BuildPlan plan;
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
-    config.objects[i].family.empty() ? add_files(config, i, plan) : add_family(config, i, plan);
+    config.objects[i].family.empty() ? add_files(config, i, find, plan)
+                                     : add_family(config, i, plan);
   }
+  decide_identities(plan.shapes);
   std::set<std::string> ids;
   for (Shape& shape : plan.shapes) {
     if (!ids.insert(shape.id).second) {
@@ -240,14 +244,23 @@ std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
     if (effect.enabled && effect.in_scene.content) hash.add(effect.in_scene.content());
   }
   for (const Shape& shape : plan.shapes) {
-    hash.add(shape.id).add(shape.identity).add(solvers::to_json(shape.request).dump());
+    hash.add(shape.id)
+        .add(shape.sha256)
+        .add(shape.identity)
+        .add(solvers::to_json(shape.request).dump());
   }
   for (const Sample& sample : plan.samples) hash.add(sample.key).add("\n");
   return hash.hex();
 }
 
 std::string split_strike(const BuildConfig& config, const Shape& shape, int strike) {
-  return part_of(config, fmt::format("{}/strike-{:04}", shape.identity, strike), "split.strike");
+  // Given strikes at one point are one strike to the split: that of the first row.
+  const std::vector<GivenStrike>& given = config.scene.strikes.given;
+  const auto first = std::find_if(given.begin(), given.end(), [&](const GivenStrike& other) {
+    return other.position == given[static_cast<std::size_t>(strike)].position;
+  });
+  const auto number = given.empty() ? strike : static_cast<int>(first - given.begin());
+  return part_of(config, fmt::format("{}/strike-{:04}", shape.identity, number), "split.strike");
 }
 
 std::vector<synth::Material> variant_materials(const BuildConfig& config, const Shape& shape,

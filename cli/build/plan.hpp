@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "cli/build/configuration.hpp"
 #include "mpi/task_board.hpp"
+#include "solvers/shape_signature.hpp"
 
 namespace carillon::cli {
 
@@ -24,7 +26,9 @@ struct Shape {
   solvers::MeshRequest request;
   std::vector<Variant> variants;
   std::string split_shape;  ///< train, validation or test
-  std::string identity;     ///< what decides the split: the id, or the file's SHA-256
+  std::string identity;     ///< what decides the split; shapes of equal surfaces have the same
+  std::string sha256;       ///< of the file; "" for generated shapes
+  solvers::ShapeSignature signature;  ///< of the file; empty where it cannot be read
 };
 
 /// One sound. Its values are a pure function of the configuration and its key.
@@ -52,9 +56,19 @@ struct BuildPlan {
   std::vector<BuildTask> tasks;
 };
 
+/// A mesh file of an entry of `objects:`, and what decides where its samples go.
+struct FoundMesh {
+  std::string path;
+  std::string sha256;
+  solvers::ShapeSignature signature;  ///< empty where it cannot be read
+};
+/// Mesh files of an entry by its index in BuildConfig::objects, in the order of their names.
+using FindMeshes = std::function<std::vector<FoundMesh>(std::size_t)>;
+
 /// Expands a configuration: files are looked up, parameters drawn, samples numbered.
+/// @param find  mesh files; empty: those that match the entries' patterns
 /// @throws InputError, FileError  a pattern matches nothing, two shapes share a name
-BuildPlan make_plan(const BuildConfig& config);
+BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find = {});
 
 /// The plan's tasks with estimated seconds and memory, and what comes after what.
 std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config);

@@ -3,11 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <cmath>
-#include <memory>
-
-#include "cli/build/damping_columns.hpp"
+#include "cli/build/sample_row.hpp"
 #include "cli/columns.hpp"
 #include "cli/sound/chain.hpp"
 #include "cli/text.hpp"
@@ -16,97 +12,6 @@
 #include "synth/recording_chain.hpp"
 
 namespace carillon::cli {
-
-namespace {
-
-constexpr double int16_full_scale = 32768;  // as in WAV files
-
-std::vector<std::int16_t> to_int16(std::span<const float> audio, std::int64_t& clipped) {
-  std::vector<std::int16_t> out;
-  out.reserve(audio.size());
-  for (const float value : audio) {
-    const double scaled = std::nearbyint(static_cast<double>(value) * int16_full_scale);
-    const double held = std::clamp(scaled, -int16_full_scale, int16_full_scale - 1);
-    if (held != scaled) ++clipped;
-    out.push_back(static_cast<std::int16_t>(held));
-  }
-  return out;
-}
-
-void add_vector(Columns& columns, const std::string& name, const solvers::Vec3& v,
-                const std::string& unit) {
-  columns.add<double>(name, std::span(v.data(), 3), {3}, unit);
-}
-
-void add_labels(const BuildConfig& config, const Shape& shape, const Sample& sample,
-                const std::vector<synth::Material>& materials,
-                const std::vector<std::string>& damping_units, Columns& columns) {
-  const Variant& variant = shape.variants[sample.variant];
-  columns.add("key", sample.key);
-  columns.add("id", sample.id);
-  columns.add("shape", shape.id);
-  columns.add("family", shape.family);
-  columns.add("material", variant.material);
-  columns.add("size", variant.size);
-  columns.add("strike", static_cast<std::int64_t>(sample.strike));
-  columns.add("split_shape", shape.split_shape);
-  columns.add("split_strike", split_strike(config, shape, sample.strike));
-  // Of the first region where a body has several; dataset.json lists them all.
-  const synth::Material& material = materials.front();
-  columns.add("youngs_modulus", material.elastic.youngs_modulus, "Pa");
-  columns.add("poisson_ratio", material.elastic.poisson_ratio);
-  columns.add("density", material.elastic.density, "kg/m^3");
-  add_damping_columns(material.damping, damping_units, columns);
-}
-
-void add_strike_columns(const SampleResult& result, Columns& columns) {
-  add_vector(columns, "position", result.frame.position, "m");
-  add_vector(columns, "normal", result.frame.normal, "1");
-  add_vector(columns, "direction", result.sound.strike.direction, "1");
-  columns.add("impulse", result.sound.strike.impulse, "N s");
-  columns.add("contact_time", result.sound.strike.force.duration, "s");
-  columns.add("modes", static_cast<std::int64_t>(result.sound.modes));
-  columns.add("modes_above_nyquist", static_cast<std::int64_t>(result.sound.modes_above_nyquist));
-  columns.add("complete_to", result.complete_to_hz, "Hz");
-  columns.add("pitch_error", result.pitch_error, "cent");
-}
-
-void add_audio(const BuildConfig& config, const SampleResult& result, Columns& columns) {
-  const auto samples = static_cast<std::uint64_t>(config.scene.audio.samples());
-  const auto listeners = static_cast<std::uint64_t>(config.scene.rows());
-  const core::Extent inner =
-      listeners > 1 ? core::Extent{listeners, samples} : core::Extent{samples};
-  std::int64_t clipped = 0;
-  if (config.scene.audio.dtype == core::SampleFormat::int16) {
-    columns.add<std::int16_t>("audio", to_int16(result.sound.audio, clipped), inner,
-                              result.sound.rings.readout.unit);
-  } else {
-    columns.add<float>("audio", result.sound.audio, inner, result.sound.rings.readout.unit);
-  }
-  columns.add("gain", config.scene.audio.gain,
-              result.sound.rings.readout.unit == "Pa" ? "1/Pa" : "s/m");
-  columns.add("peak", result.peak);
-  columns.add("clipped", clipped);
-}
-
-void add_mel(const BuildConfig& config, const synth::MelSpectrogram& mel,
-             const SampleResult& result, Columns& columns) {
-  const std::size_t samples = config.scene.audio.samples();
-  std::vector<float> all;
-  for (std::size_t from = 0; from < result.sound.audio.size(); from += samples) {
-    const std::vector<float> one = mel(std::span(result.sound.audio).subspan(from, samples));
-    all.insert(all.end(), one.begin(), one.end());
-  }
-  const auto bands = static_cast<std::uint64_t>(config.mel->bands);
-  const auto frames = static_cast<std::uint64_t>(synth::mel_frames(samples, *config.mel));
-  const auto listeners = static_cast<std::uint64_t>(config.scene.rows());
-  columns.add<float>(
-      "mel", all,
-      listeners > 1 ? core::Extent{listeners, bands, frames} : core::Extent{bands, frames},
-      "power");
-}
-
-}  // namespace
 
 void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& file) {
   file.write_attribute("scale", "slaney", "mel");
@@ -141,26 +46,16 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
                                           const BuildTask& task, const BuildFolders& folders,
                                           core::Trace& trace) {
   const Shape& shape = plan.shapes[task.shape];
-  SampleMaker maker(config, shape, folders, trace);
-  std::unique_ptr<synth::MelSpectrogram> mel;
-  if (config.mel) mel = std::make_unique<synth::MelSpectrogram>(*config.mel);
-  const std::vector<std::string> damping_units = damping_column_units(named_materials(config));
+  SampleRows rows(config, shape, folders, trace);
   Columns columns;
   std::vector<std::string> written;
   std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
-    const SampleResult result = maker.make(sample, &columns);
-    add_labels(config, shape, sample, maker.materials(sample.variant), damping_units, columns);
-    add_strike_columns(result, columns);
-    add_audio(config, result, columns);
+    const SampleResult result = rows.add(sample, columns);
     if (config.scene.audio.dtype == core::SampleFormat::int16 && result.peak > 0 &&
         synth::silent_after_rounding(result.sound.audio, 16)) {
       ++silent;
-    }
-    if (mel) {
-      const core::ScopedTimer timer(trace.effects["mel"]);
-      add_mel(config, *mel, result, columns);
     }
     if (config.wav) written.push_back(write_sound(config, shape, sample, result, folders));
   }

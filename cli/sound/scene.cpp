@@ -40,8 +40,8 @@ AudioConfig read_audio(ConfigNode node) {
 StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   StrikeConfig strikes;
   if (node.has("csv")) {
-    const std::string csv = path_beside(file_name, node.text("csv"));
-    at_key(node, "csv", [&] { strikes.given = read_given_strikes(csv); });
+    strikes.csv = path_beside(file_name, node.text("csv"));
+    at_key(node, "csv", [&] { strikes.given = read_given_strikes(strikes.csv); });
     return strikes;
   }
   strikes.per_object = static_cast<int>(node.integer("per_object", 1, 1000000, 8));
@@ -57,7 +57,8 @@ StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
 }
 
 /// What `effects: {name: ...}` and the scene's needs come to.
-EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& switches) {
+EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& switches,
+                      bool with_files) {
   EffectDecision decision{&effect, false, "", std::move(in_scene)};
   const std::string wish = effect_switch(switches, effect.name);
   const std::string place = wish == "auto" ? ""
@@ -76,7 +77,7 @@ EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& sw
     decision.reason = fmt::format("only runs with effects.{}: on", effect.name);
   } else {
     decision.enabled = true;
-    if (decision.in_scene.check) decision.in_scene.check();
+    if (with_files && decision.in_scene.check) decision.in_scene.check();
     decision.reason = wish == "on" ? place : decision.in_scene.asked_by;
   }
   return decision;
@@ -159,7 +160,7 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
   }
   ConfigNode switches = root.child("effects");
   for (const Effect& effect : registry) {
-    scene.effects.push_back(decide(effect, effect.read(root, scene), switches));
+    scene.effects.push_back(decide(effect, effect.read(root, scene), switches, around.with_files));
   }
   return scene;
 }

@@ -28,6 +28,7 @@ struct StrikeConfig {
   core::Range contact_time;        ///< [s], likewise
   double spread = 0;               ///< [rad] largest angle between force and inward normal
   std::vector<GivenStrike> given;  ///< from a CSV file; then nothing is drawn
+  std::string csv;                 ///< path of that file; "" for none
 };
 
 struct AudioConfig {
@@ -69,6 +70,7 @@ struct SceneSurroundings {
   std::vector<synth::Material> materials = {};  ///< of all bodies, where that is known already
   std::string materials_place = {};  ///< what names them, "materials: (kitchen.yaml:6)"; may be ""
   std::size_t parts = 1;             ///< as Sound::parts
+  bool with_files = true;  ///< faults of large files that effects read are looked for, too
 };
 
 /// Reads `audio`, `strikes`, `listeners`, `effects` and the keys of every effect.

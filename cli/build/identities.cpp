@@ -1,0 +1,77 @@
+#include "cli/build/identities.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "solvers/extract.hpp"
+#include "solvers/read_mesh.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// A file that cannot be read has no signature: its task will say why.
+solvers::ShapeSignature signature_of(const std::string& path) {
+  try {
+    if (solvers::mesh_extension(path) != ".msh") {
+      return solvers::shape_signature(solvers::read_surface(path));
+    }
+    std::vector<std::int32_t> nodes;
+    return solvers::shape_signature(
+        solvers::flatten(solvers::surface_of(solvers::read_msh(path), nodes)));
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+/// Family and proportions to six digits: equal for a shape at two sizes.
+std::string proportions(const solvers::GeneratedShape& shape) {
+  double largest = 0;
+  for (const auto& [name, value] : shape.parameters) largest = std::max(largest, std::abs(value));
+  for (const auto& point : shape.profile) largest = std::max({largest, point[0], point[1]});
+  std::string text = shape.family;
+  const auto add = [&](double value) {
+    // Adding zero turns a negative zero into zero.
+    text += fmt::format(" {:.6f}", std::round(value / largest * 1e6) / 1e6 + 0.0);
+  };
+  for (const auto& [name, value] : shape.parameters) add(value);
+  for (const auto& point : shape.profile) {
+    add(point[0]);
+    add(point[1]);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<FoundMesh> find_meshes(const ObjectSource& source) {
+  std::vector<FoundMesh> found;
+  for (const auto& path : core::glob_files(source.pattern)) {
+    found.push_back({path.string(), core::sha256_file(path), signature_of(path.string())});
+  }
+  return found;
+}
+
+void decide_identities(std::span<Shape> shapes) {
+  solvers::SignatureIndex signatures;
+  std::vector<std::string> names;  ///< by the order of adding to `signatures`
+  std::map<std::string, std::string> generated;
+  for (Shape& shape : shapes) {
+    if (shape.path.empty()) {
+      shape.identity = generated.emplace(proportions(shape.request.shape), shape.id).first->second;
+      continue;
+    }
+    const std::size_t first = signatures.add(shape.signature);
+    names.push_back(shape.signature.empty() ? shape.sha256
+                                            : solvers::signature_name(shape.signature));
+    shape.identity = names[first];
+  }
+}
+
+}  // namespace carillon::cli

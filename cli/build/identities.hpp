@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "cli/build/plan.hpp"
+
+namespace carillon::cli {
+
+/// Mesh files that match the pattern of an entry of `objects:`, in the order of their names, with
+/// their hashes and signatures. Empty where nothing matches.
+std::vector<FoundMesh> find_meshes(const ObjectSource& source);
+
+/// Fills Shape::identity, so that one shape under two names, turned, at another size or with its
+/// vertices numbered otherwise falls into one part of a split. Of files the signature's name (that
+/// of the first file of equal surface; the SHA-256 where there is no signature); of generated
+/// shapes the id of the first of the same proportions.
+void decide_identities(std::span<Shape> shapes);
+
+}  // namespace carillon::cli

@@ -1,0 +1,35 @@
+#include "cli/build/inputs.hpp"
+
+#include <fmt/format.h>
+
+#include "core/files.hpp"
+
+namespace carillon::cli {
+
+std::vector<InputFile> input_files(const BuildConfig& config) {
+  std::vector<InputFile> files;
+  const auto add = [&](const std::string& key, const std::string& path) {
+    if (!path.empty()) files.push_back({key, path});
+  };
+  add("materials_file", config.materials_file);
+  add("strikes.csv", config.scene.strikes.csv);
+  for (std::size_t i = 0; i < config.objects.size(); ++i) {
+    add(fmt::format("objects[{}].svg", i), config.objects[i].svg);
+  }
+  return files;
+}
+
+void keep_inputs(const BuildConfig& config, const std::filesystem::path& output) {
+  for (const InputFile& file : input_files(config)) {
+    const std::filesystem::path copy = output / "inputs" / file.key;
+    const std::string bytes = core::read_file(file.path);
+    if (std::filesystem::exists(copy) && core::read_file(copy) == bytes) continue;
+    core::write_text_durably(copy, bytes);
+  }
+}
+
+std::string configuration_folder(const std::string& config_path) {
+  return std::filesystem::absolute(config_path).lexically_normal().parent_path().string();
+}
+
+}  // namespace carillon::cli

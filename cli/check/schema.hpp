@@ -1,0 +1,16 @@
+#pragma once
+
+#include "cli/check/folder.hpp"
+
+namespace carillon::cli {
+
+/// Every shard that is there: columns as docs/format.md names them, of one type, extent and unit in
+/// all shards, of as many rows as planned.
+/// @param readable  takes the samples tasks whose shard can be opened and has all columns, for
+///                  checks that read them
+Finding check_schema(const DatasetFolder& folder, std::vector<std::size_t>& readable);
+
+/// index.h5 against the shards: the same columns, joined in the order of the plan, and bodies.
+Finding check_index(const DatasetFolder& folder, const std::vector<std::size_t>& readable);
+
+}  // namespace carillon::cli

@@ -1,0 +1,227 @@
+#include "cli/regenerate/regenerate.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+
+#include "cli/build/sample_row.hpp"
+#include "cli/regenerate/compare.hpp"
+#include "cli/sound/chain.hpp"
+#include "cli/text.hpp"
+#include "core/audio.hpp"
+#include "core/error.hpp"
+
+namespace carillon::cli {
+
+using core::Hdf5Group;
+using core::InputError;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "carillon-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw core::FileError(
+          fmt::format("no folder can be made in {}", fs::temp_directory_path().string()));
+    }
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code error;
+    fs::remove_all(path_, error);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Keys of the rows of index.h5; none while there is no index.
+std::vector<std::string> stored_keys(const fs::path& folder) {
+  if (!fs::is_regular_file(folder / "index.h5")) return {};
+  const Hdf5Group index = Hdf5Group::open_file(folder / "index.h5");
+  return index.has("key") ? index.read<std::string>("key") : std::vector<std::string>{};
+}
+
+/// Key of a sample by its row in index.h5, its key or its id.
+std::string key_of(const StoredDataset& dataset, const std::vector<std::string>& rows,
+                   const std::string& name) {
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  const bool numeric = error == std::errc() && end == name.data() + name.size();
+  if (numeric && number < rows.size()) return rows[number];
+  std::vector<std::string> keys;
+  for (const Sample& sample : dataset.build.plan.samples) {
+    if (sample.key == name || (numeric && sample.id == number)) return sample.key;
+    keys.push_back(sample.key);
+  }
+  const std::string near = numeric ? "" : core::nearest_name(name, keys);
+  throw InputError(fmt::format("{} has no sample \"{}\"", dataset.folder.string(), name),
+                   !near.empty() ? fmt::format("did you mean {}?", near)
+                   : rows.empty()
+                       ? fmt::format("it has no index.h5 (yet); keys look like {}", keys.front())
+                       : fmt::format("rows of index.h5 go from 0 to {}, keys look like {}",
+                                     rows.size() - 1, keys.front()));
+}
+
+const Sample& find_sample(const BuildPlan& plan, const std::string& key) {
+  for (const Sample& sample : plan.samples) {
+    if (sample.key == key) return sample;
+  }
+  throw InputError(
+      fmt::format("with these --set there is no sample {}", key),
+      "objects, materials and sizes are part of a sample's key; change something else");
+}
+
+/// Everything that the modes of a shape depend on: equal texts, equal modes files.
+std::string modes_identity(const BuildConfig& config, const Shape& shape) {
+  const solvers::SolveOptions& s = config.solver;
+  std::string text = fmt::format("{} {} {} {} {} {} {} {}", solvers::to_json(shape.request).dump(),
+                                 config.band.min_frequency, config.band.max_frequency,
+                                 config.band.max_modes, config.pitch_cents, s.memory_limit,
+                                 solvers::name_of(s.solver), solvers::name_of(s.linear_solver));
+  const ObjectSource& source = config.objects[shape.source];
+  for (const Variant& variant : shape.variants) {
+    text += fmt::format(" {} {}", variant.material, variant.size);
+    std::vector<std::string> names = {variant.material};
+    if (!source.groups.empty()) {
+      names.clear();
+      for (const auto& [group, name] : source.groups) names.push_back(name);
+    }
+    for (const std::string& name : names) {
+      const solvers::Elastic e = synth::parse_material(name, config.own_materials).elastic;
+      text += fmt::format(" {} {} {}", e.youngs_modulus, e.poisson_ratio, e.density);
+    }
+  }
+  return text;
+}
+
+/// Why the stored modes of a shape will not do; "" where they will.
+std::string why_solve(const StoredDataset& dataset, const LoadedBuild& build, const Shape& shape) {
+  if (!fs::is_regular_file(BuildFolders{dataset.folder, ""}.modes_file(shape))) {
+    return fmt::format("modes/{}.h5 is missing", shape.id);
+  }
+  for (const Shape& old : dataset.build.plan.shapes) {
+    if (old.id == shape.id) {
+      return modes_identity(dataset.build.config, old) == modes_identity(build.config, shape)
+                 ? ""
+                 : "--set changes its modes";
+    }
+  }
+  return "--set adds it";
+}
+
+/// A mesh file where it is now.
+Shape with_mesh(const StoredDataset& dataset, Shape shape, const BuildConfig& config) {
+  if (shape.path.empty() || fs::is_regular_file(shape.path)) return shape;
+  const fs::path found = fs::path(config.objects[shape.source].pattern).parent_path() /
+                         fs::path(shape.path).filename();
+  if (!fs::is_regular_file(found)) {
+    throw InputError(
+        fmt::format("{}: its modes must be solved again, and its mesh {} is not there", shape.id,
+                    shape.path),
+        fmt::format("looked for in {}; --inputs FOLDER names the folder that paths of the "
+                    "configuration are meant from",
+                    fmt::join(dataset.tried, ", ")));
+  }
+  shape.path = shape.request.file.path = found.string();
+  return shape;
+}
+
+/// The shard that holds a sample, and its row in it.
+struct Place {
+  std::optional<Hdf5Group> shard;
+  std::uint64_t row = 0;
+};
+
+Place find_stored(const StoredDataset& dataset, const Sample& sample) {
+  const BuildPlan& plan = dataset.build.plan;
+  Place place;
+  for (const BuildTask& task : plan.tasks) {
+    if (task.kind != TaskKind::samples ||
+        plan.shapes[task.shape].id != plan.shapes[sample.shape].id)
+      continue;
+    const fs::path path = BuildFolders{dataset.folder, ""}.shard_file(task);
+    if (!fs::is_regular_file(path)) continue;
+    Hdf5Group shard = Hdf5Group::open_file(path);
+    const auto ids = shard.read<std::uint64_t>("id");
+    const auto found = std::find(ids.begin(), ids.end(), sample.id);
+    if (found == ids.end()) continue;
+    place.row = static_cast<std::uint64_t>(found - ids.begin());
+    place.shard = std::move(shard);
+    break;
+  }
+  return place;
+}
+
+/// Where a sample's sound goes: the file itself for one, files of a folder for several.
+fs::path wav_path(const RegenerateOptions& options, const std::string& key) {
+  if (options.samples.size() == 1) return options.output;
+  return fs::path(options.output) / (file_safe(key) + ".wav");
+}
+
+}  // namespace
+
+json regenerate(const RegenerateOptions& options, const Context& context) {
+  const StoredDataset dataset = open_dataset(options.dataset, options.inputs);
+  const std::vector<std::string> rows = stored_keys(dataset.folder);
+  std::vector<std::string> keys;
+  for (const std::string& name : options.samples) keys.push_back(key_of(dataset, rows, name));
+  const LoadedBuild build =
+      options.overrides.empty() ? dataset.build : changed_build(dataset, options.overrides);
+  require_inputs(dataset, build.config);
+
+  json report = {{"dataset", options.dataset}, {"changed", options.overrides},
+                 {"samples", json::array()},   {"versions", other_versions(dataset)},
+                 {"doubts", dataset.doubts},   {"modes", json::array()}};
+  const TemporaryFolder temporary;
+  core::Trace trace;
+  std::map<std::size_t, std::pair<Shape, std::unique_ptr<SampleRows>>> makers;  // by shape
+  for (const std::string& key : keys) {
+    const Sample& sample = find_sample(build.plan, key);
+    if (!makers.contains(sample.shape)) {
+      auto& [shape, maker] = makers[sample.shape];
+      shape = build.plan.shapes[sample.shape];
+      BuildFolders folders{dataset.folder, context.cache};
+      const std::string why = why_solve(dataset, build, shape);
+      if (!why.empty()) {
+        shape = with_mesh(dataset, shape, build.config);
+        folders.output = temporary.path();
+        run_modes_task(build.config, shape, folders, MPI_COMM_SELF, trace);
+        report["modes"].push_back({{"shape", shape.id}, {"why", why}});
+      }
+      maker = std::make_unique<SampleRows>(build.config, shape, folders, trace);
+    }
+    Columns made;
+    const SampleResult result = makers[sample.shape].second->add(sample, made);
+    const Place place = find_stored(dataset, find_sample(dataset.build.plan, key));
+    json entry = {{"key", key}, {"id", sample.id}, {"stored", place.shard.has_value()}};
+    entry["identical"] = nullptr;
+    if (place.shard) {
+      entry["differences"] = differences(made, *place.shard, place.row);
+      entry["identical"] = entry["differences"].empty();
+    }
+    entry["record"] = made.last_row();
+    for (const char* array : {"audio", "mel"}) entry["record"].erase(array);
+    if (!options.output.empty()) {
+      const fs::path path = wav_path(options, key);
+      if (path.has_parent_path()) fs::create_directories(path.parent_path());
+      core::write_wav(path, clip_of(result.sound), build.config.scene.audio.dtype);
+      entry["wav"] = path.string();
+    }
+    report["samples"].push_back(std::move(entry));
+  }
+  return report;
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,83 @@
+#include <fmt/format.h>
+
+#include "core/hdf5.hpp"
+#include "core/hdf5_detail.hpp"
+
+namespace carillon::core {
+
+using namespace hdf5;
+
+namespace {
+
+Hdf5Object open_dataset(hid_t group, const std::string& file, const std::string& name) {
+  return checked(H5Dopen2(group, name.c_str(), H5P_DEFAULT), H5Dclose, file, name,
+                 "cannot be opened");
+}
+
+/// A name that `get(buffer, size)` hands out, as HDF5's functions do.
+template <class Get>
+std::string name_from(const Get& get) {
+  const ssize_t length = get(nullptr, 0);
+  if (length < 0) return "";
+  std::string name(static_cast<std::size_t>(length) + 1, '\0');
+  get(name.data(), name.size());
+  name.pop_back();
+  return name;
+}
+
+/// In the name of a virtual source, HDF5 writes % twice.
+std::string with_single_percents(const std::string& name) {
+  std::string plain;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    plain += name[i];
+    if (name[i] == '%' && i + 1 < name.size() && name[i + 1] == '%') ++i;
+  }
+  return plain;
+}
+
+}  // namespace
+
+std::string Hdf5Group::element_type(const std::string& name) const {
+  const QuietErrors quiet;
+  const Hdf5Object dataset = open_dataset(id_.get(), file_, name);
+  const Hdf5Object type(H5Dget_type(dataset.get()), H5Tclose);
+  const std::size_t bits = 8 * H5Tget_size(type.get());
+  switch (H5Tget_class(type.get())) {
+    case H5T_STRING:
+      return "text";
+    case H5T_FLOAT:
+      return bits == 32 || bits == 64 ? fmt::format("float{}", bits) : "other";
+    case H5T_INTEGER:
+      return fmt::format("{}int{}", H5Tget_sign(type.get()) == H5T_SGN_NONE ? "u" : "", bits);
+    default:
+      return "other";
+  }
+}
+
+std::vector<VirtualSource> Hdf5Group::virtual_sources(const std::string& name) const {
+  const QuietErrors quiet;
+  const Hdf5Object dataset = open_dataset(id_.get(), file_, name);
+  const Hdf5Object properties(H5Dget_create_plist(dataset.get()), H5Pclose);
+  std::vector<VirtualSource> sources;
+  if (H5Pget_layout(properties.get()) != H5D_VIRTUAL) return sources;
+  std::size_t count = 0;
+  check(H5Pget_virtual_count(properties.get(), &count), file_, name, "cannot be resolved");
+  for (std::size_t i = 0; i < count; ++i) {
+    VirtualSource source;
+    source.file = with_single_percents(name_from([&](char* text, std::size_t size) {
+      return H5Pget_virtual_filename(properties.get(), i, text, size);
+    }));
+    source.dataset = with_single_percents(name_from([&](char* text, std::size_t size) {
+      return H5Pget_virtual_dsetname(properties.get(), i, text, size);
+    }));
+    // Where the block lies here: the extent of the source itself is not kept.
+    const Hdf5Object space(H5Pget_virtual_vspace(properties.get(), i), H5Sclose);
+    hsize_t begin[H5S_MAX_RANK] = {}, end[H5S_MAX_RANK] = {};
+    const bool chosen = H5Sget_select_bounds(space.get(), begin, end) >= 0;
+    source.rows = chosen ? end[0] - begin[0] + 1 : 0;
+    sources.push_back(std::move(source));
+  }
+  return sources;
+}
+
+}  // namespace carillon::core
