@@ -40,12 +40,12 @@ Claim next_of_group(TaskService& service, MPI_Comm group) {
   return {static_cast<Claim::Kind>(claimed[0]), claimed[1]};
 }
 
-/// The same number on the leader, summed over its group.
-double sum_on_leader(double value, MPI_Comm group) {
-  double sum = value;
-  MPI_Request request = MPI_REQUEST_NULL;
+/// A group's work on its leader; each rank's own elsewhere.
+WorkClock sum_on_leader(WorkClock own, MPI_Comm group) {
+  WorkClock sum = own;
   if (size(group) > 1) {
-    MPI_Ireduce(&value, &sum, 1, MPI_DOUBLE, MPI_SUM, 0, group, &request);
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Ireduce(&own, &sum, 2, MPI_DOUBLE, MPI_SUM, 0, group, &request);
     wait_patiently(request);
   }
   return sum;
@@ -70,8 +70,8 @@ void run_group(TaskService& service, MPI_Comm group, int first, double begin, co
     report.times.cpu += spent.cpu;
     report.times.queued += spent.queued;
     ++report.tasks_run;
-    const double cpu = sum_on_leader(spent.cpu, group);
-    outcome.times = {start - begin, seconds, cpu, first, size(group)};
+    const WorkClock all = sum_on_leader(spent, group);
+    outcome.times = {start - begin, seconds, all.cpu, all.queued, first, size(group)};
     if (rank(group) == 0) service.complete(claim.task, outcome);
   }
 }

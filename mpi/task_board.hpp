@@ -28,6 +28,7 @@ struct TaskTimes {
   double start = 0;    ///< [s] since the run began
   double seconds = 0;  ///< by the clock on the wall
   double cpu = 0;      ///< [s] of processors, all ranks of the group and their child processes
+  double queued = 0;   ///< [s] likewise, ready to compute while others had the processors
   int rank = 0;        ///< the group's first
   int width = 1;       ///< ranks of the group
 };

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "cli/build/configuration.hpp"
-#include "mpi/task_board.hpp"
 
 namespace carillon::cli {
 
@@ -55,9 +54,6 @@ struct BuildPlan {
 /// Expands a configuration: files are looked up, parameters drawn, samples numbered.
 /// @throws InputError, FileError  a pattern matches nothing, two shapes share a name
 BuildPlan make_plan(const BuildConfig& config);
-
-/// The plan's tasks with estimated seconds and memory, and what comes after what.
-std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config);
 
 /// Hash of the plan and of everything that was read for it beside the configuration: mesh files,
 /// own materials, given strikes, profiles. Ranks compare it, and a folder remembers it.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/build/build.hpp"
+#include "cli/build/costs.hpp"
 #include "cli/build/solver_plan.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/progress.hpp"
