@@ -135,6 +135,7 @@ RunReport run_tasks(MPI_Comm world, TaskBoard board, ServiceHooks hooks, const W
     run_group(service, group.comm.get(), group.first, begin, work, report);
   }
   TaskService::End end = service.finish();
+  report.times.peak_memory = peak_memory();
   report.times.idle = core::monotonic_seconds() - begin - report.times.busy;
   fill_in_end(world, std::move(end), report);
   return report;

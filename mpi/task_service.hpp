@@ -56,8 +56,9 @@ class TaskService {
 struct RankTimes {
   double busy = 0;    ///< in tasks, waiting for others of its group included
   double idle = 0;    ///< asking for tasks, waiting for other groups
-  double cpu = 0;     ///< of processors in tasks, child processes included
+  double cpu = 0;     ///< computing in tasks, child processes included; spinning in MPI is not
   double queued = 0;  ///< of `busy`: ready to compute, but others had the processor
+  double peak_memory = 0;  ///< [byte] most that this process ever held
 };
 
 /// How a run ended. The counts are the same on every rank.

@@ -4,7 +4,8 @@ namespace carillon::mpi {
 
 /// What the processors have done for a thread so far.
 struct WorkClock {
-  double cpu = 0;     ///< [s] computing: this thread, and the child processes it has waited for
+  double cpu = 0;     ///< [s] computing: this thread but for what it spins in MPI (waiting.hpp),
+                      ///< and the child processes it has waited for
   double queued = 0;  ///< [s] this thread was ready and others had the processor; 0 where the
                       ///< system does not tell
 
@@ -15,5 +16,8 @@ struct WorkClock {
 
 /// Of the calling thread, now.
 WorkClock work_clock();
+
+/// Most memory that this process ever held [byte].
+double peak_memory();
 
 }  // namespace carillon::mpi

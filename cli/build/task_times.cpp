@@ -81,7 +81,8 @@ json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
     out["ranks"].push_back({{"busy_s", rank.busy},
                             {"idle_s", rank.idle},
                             {"cpu_s", rank.cpu},
-                            {"queued_s", rank.queued}});
+                            {"queued_s", rank.queued},
+                            {"peak_memory_bytes", rank.peak_memory}});
   }
   out["busy_share"] = busy_share(rows, run, static_cast<int>(ranks.size()));
   for (const auto& [kind, report] : calibration.report()) {

@@ -29,7 +29,8 @@ nlohmann::json task_rows(const std::map<std::string, nlohmann::json>& finished);
 /// @return 1 where no time passed
 double busy_share(const nlohmann::json& rows, int run, int ranks);
 
-/// The trace's entry of a run: `{run, ranks: [{busy_s, idle_s, cpu_s, queued_s}], busy_share,
+/// The trace's entry of a run: `{run, ranks: [{busy_s, idle_s, cpu_s, queued_s,
+/// peak_memory_bytes}], busy_share,
 /// estimates: {KIND: {tasks, before: {median, spread}, after: {median, spread}}}}`.
 nlohmann::json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
                             const mpi::Calibration& calibration, const nlohmann::json& rows);

@@ -273,6 +273,20 @@ TEST(RunTasks, TimesTellWorkFromRest) {
   EXPECT_EQ(report.calibration.report().at("a").tasks, 2);
 }
 
+TEST(RunTasks, SpinningInMpiIsNoWork) {
+  // The last rank of the group lets the others wait in a call of MPI.
+  Outcomes outcomes;
+  run_tasks(world, on_host({{.key = "wide", .width = size(world)}}), outcomes.hooks(),
+            [](std::int64_t, MPI_Comm group) {
+              if (rank(group) == size(group) - 1) sleep_for(0.3);
+              MPI_Barrier(group);
+              return "{}";
+            });
+  if (rank(world) == 0) {
+    EXPECT_LT(outcomes.by_key.at("wide").times.cpu, 0.1);
+  }
+}
+
 TEST(RunTasks, WorksOnAPartOfTheRanks) {
   const int half = rank(world) % 2;
   Comm part;
