@@ -68,7 +68,6 @@ void run_group(TaskService& service, MPI_Comm group, int first, double begin, co
     const double seconds = core::monotonic_seconds() - start;
     report.times.busy += seconds;
     report.times.cpu += spent.cpu;
-    report.times.queued += spent.queued;
     ++report.tasks_run;
     const WorkClock all = sum_on_leader(spent, group);
     outcome.times = {start - begin, seconds, all.cpu, all.queued, first, size(group)};
@@ -113,6 +112,7 @@ void fill_in_end(MPI_Comm world, TaskService::End end, RunReport& report) {
 RunReport run_tasks(MPI_Comm world, TaskBoard board, ServiceHooks hooks, const Work& work,
                     const Machine& machine) {
   const double begin = core::monotonic_seconds();
+  const WorkClock at_begin = work_clock();
   agreed(world, [&] {
     if (rank(world) == 0) board.set_ranks(size(world), machine);
   });
@@ -135,6 +135,7 @@ RunReport run_tasks(MPI_Comm world, TaskBoard board, ServiceHooks hooks, const W
     run_group(service, group.comm.get(), group.first, begin, work, report);
   }
   TaskService::End end = service.finish();
+  report.times.queued = (work_clock() - at_begin).queued;
   report.times.peak_memory = peak_memory();
   report.times.idle = core::monotonic_seconds() - begin - report.times.busy;
   fill_in_end(world, std::move(end), report);

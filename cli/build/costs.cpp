@@ -45,15 +45,13 @@ ExpectedSets expected_sets(const BuildConfig& config, const Shape& shape,
   return out;
 }
 
-/// Seconds of one rank of a 2.3 GHz Xeon, fitted to builds of bodies of 5,000 to 400,000 unknowns:
-/// a share that grows with the factor, one for each mode, and what every task takes.
+/// Seconds of one rank of a 2.3 GHz Xeon, within a factor of two for bodies of 600 to 400,000
+/// unknowns: the mesher's process, and solves with their counts and error estimates.
 double modes_seconds(const solvers::MeshSize& mesh, const ExpectedSets& sets) {
-  const double n = mesh.unknowns();
-  const double factor = 1.1e-7 * std::pow(n, 1.4) * std::sqrt(mesh.layers());
-  const double each_mode = 6e-9 * std::pow(n, 1.25) * std::sqrt(mesh.layers());
-  const double reused = 0.1 * (sets.sets - sets.solves);
-  return 0.15 + 2e-5 * mesh.elements +
-         (sets.solves + reused) * (factor + each_mode * (sets.modes + 15));
+  const double solve = 5e-6 * std::pow(mesh.unknowns(), 1.3) * std::pow(mesh.layers(), 0.35) *
+                       (sets.modes + 40) / 56;
+  // Sets from a basis cost a tenth of a solve.
+  return 0.12 + 2e-5 * mesh.elements + (sets.solves + 0.1 * (sets.sets - sets.solves)) * solve;
 }
 
 /// [byte] of a direct solve: factor, matrices, and vectors of the modes; what does not fit the
@@ -85,7 +83,7 @@ mpi::Task samples_task(const BuildConfig& config, const BuildTask& entry, double
   const auto count = static_cast<double>(entry.count);
   const double values = count * rows * static_cast<double>(config.scene.audio.samples());
   // Reading the modes, and writing and syncing what was made.
-  task.cost = 0.05 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
+  task.cost = 0.02 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
   task.memory = values * 4 + 1e8;
   for (const EffectDecision& effect : config.scene.effects) {
     if (effect.enabled) task.memory += effect.in_scene.memory;

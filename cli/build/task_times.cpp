@@ -49,20 +49,23 @@ json task_rows(const std::map<std::string, json>& finished) {
   return rows;
 }
 
-double busy_share(const json& rows, int run, int ranks) {
+double busy_share(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
   double last = 0;
   for (const json& row : rows) {
     if (row.at("run") == run) last = std::max(last, row.at("start_s").get<double>());
   }
-  double cpu = 0, in_tasks = 0;
+  double cpu = 0, in_tasks = 0, queued = 0;
+  for (const mpi::RankTimes& rank : ranks) queued += rank.queued;
   for (const json& row : rows) {
     const auto seconds = row.at("seconds").get<double>();
     if (row.at("run") != run || seconds <= 0) continue;
     const double until_last = std::min(seconds, last - row.at("start_s").get<double>());
     cpu += row.at("cpu_s").get<double>() * until_last / seconds;
     in_tasks += until_last * row.at("width").get<double>();
+    queued -= row.at("queued_s").get<double>();
   }
-  const double idle = std::max(0.0, ranks * last - in_tasks);
+  const double between = static_cast<double>(ranks.size()) * last - in_tasks;
+  const double idle = std::max(0.0, between - std::max(0.0, queued));
   return cpu + idle > 0 ? cpu / (cpu + idle) : 1;
 }
 
@@ -84,7 +87,7 @@ json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
                             {"queued_s", rank.queued},
                             {"peak_memory_bytes", rank.peak_memory}});
   }
-  out["busy_share"] = busy_share(rows, run, static_cast<int>(ranks.size()));
+  out["busy_share"] = busy_share(rows, run, ranks);
   for (const auto& [kind, report] : calibration.report()) {
     out["estimates"][kind] = {{"tasks", report.tasks},
                               {"before", to_json(report.before)},

@@ -22,12 +22,13 @@ int next_run(const std::vector<nlohmann::json>& journal);
 nlohmann::json task_rows(const std::map<std::string, nlohmann::json>& finished);
 
 /// How busy the ranks were until the last task began: seconds that processors computed for tasks,
-/// over these and the time that ranks had no task. After that moment ranks may well have nothing
-/// to do.
+/// over these and the time that ranks had no task and yet could have had a processor. What other
+/// programs take of the machine does not count, neither in tasks nor between them. After that
+/// moment ranks may well have nothing to do.
 /// @param rows   of task_rows()
 /// @param ranks  of this run
 /// @return 1 where no time passed
-double busy_share(const nlohmann::json& rows, int run, int ranks);
+double busy_share(const nlohmann::json& rows, int run, const std::vector<mpi::RankTimes>& ranks);
 
 /// The trace's entry of a run: `{run, ranks: [{busy_s, idle_s, cpu_s, queued_s,
 /// peak_memory_bytes}], busy_share,
