@@ -11,7 +11,7 @@ from program import FolderTest, run, run_json
 CONFIG = """
 name: groups
 materials: [steel]
-ranks: {unknowns_per_rank: 2000, widest_group: 2}
+ranks: {unknowns_per_rank: 1000, widest_group: 2}
 objects:
   - shape: tile
     name: large
