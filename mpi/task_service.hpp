@@ -54,10 +54,10 @@ class TaskService {
 
 /// What a rank did with the time of a run [s].
 struct RankTimes {
-  double busy = 0;    ///< in tasks, waiting for others of its group included
-  double idle = 0;    ///< asking for tasks, waiting for other groups
-  double cpu = 0;     ///< computing in tasks, child processes included; spinning in MPI is not
-  double queued = 0;  ///< ready to compute, in tasks or not, but others had the processor
+  double busy = 0;         ///< in tasks, waiting for others of its group included
+  double idle = 0;         ///< asking for tasks, waiting for other groups
+  double cpu = 0;          ///< computing in tasks, child processes included; spinning in MPI is not
+  double queued = 0;       ///< ready to compute, in tasks or not, but others had the processor
   double peak_memory = 0;  ///< [byte] most that this process ever held
 };
 

@@ -44,22 +44,21 @@ double seconds_in_mpi() {
     const Waiting waiting;                          \
     return PMPI_##name arguments;                   \
   }
-// Found at run time: programs without MUMPS do not link MPI's Fortran library, and never call these.
-#define CARILLON_TIMED_FORTRAN(name, parameters, arguments)                              \
-  void mpi_##name##_ parameters {                                                        \
-    using Function = void(*) parameters;                                                 \
-    static const auto real =                                                             \
-        reinterpret_cast<Function>(dlsym(RTLD_NEXT, "pmpi_" #name "_"));                 \
-    const Waiting waiting;                                                               \
-    real arguments;                                                                      \
+// Found at run time: programs without MUMPS do not link MPI's Fortran library, and never call
+// these.
+#define CARILLON_TIMED_FORTRAN(name, parameters, arguments)                                   \
+  void mpi_##name##_ parameters {                                                             \
+    using Function = void(*) parameters;                                                      \
+    static const auto real = reinterpret_cast<Function>(dlsym(RTLD_NEXT, "pmpi_" #name "_")); \
+    const Waiting waiting;                                                                    \
+    real arguments;                                                                           \
   }
 
 extern "C" {
 
 CARILLON_TIMED(Barrier, (MPI_Comm c), (c))
 CARILLON_TIMED(Bcast, (void* b, int n, MPI_Datatype t, int r, MPI_Comm c), (b, n, t, r, c))
-CARILLON_TIMED(Reduce,
-               (const void* s, void* d, int n, MPI_Datatype t, MPI_Op o, int r, MPI_Comm c),
+CARILLON_TIMED(Reduce, (const void* s, void* d, int n, MPI_Datatype t, MPI_Op o, int r, MPI_Comm c),
                (s, d, n, t, o, r, c))
 CARILLON_TIMED(Allreduce, (const void* s, void* d, int n, MPI_Datatype t, MPI_Op o, MPI_Comm c),
                (s, d, n, t, o, c))
@@ -89,8 +88,7 @@ CARILLON_TIMED(Alltoallv,
                (s, n, from, t, d, m, at, u, c))
 CARILLON_TIMED(Send, (const void* b, int n, MPI_Datatype t, int to, int tag, MPI_Comm c),
                (b, n, t, to, tag, c))
-CARILLON_TIMED(Recv,
-               (void* b, int n, MPI_Datatype t, int from, int tag, MPI_Comm c, MPI_Status* s),
+CARILLON_TIMED(Recv, (void* b, int n, MPI_Datatype t, int from, int tag, MPI_Comm c, MPI_Status* s),
                (b, n, t, from, tag, c, s))
 CARILLON_TIMED(Probe, (int from, int tag, MPI_Comm c, MPI_Status* s), (from, tag, c, s))
 CARILLON_TIMED(Wait, (MPI_Request * r, MPI_Status* s), (r, s))

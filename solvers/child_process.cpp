@@ -140,7 +140,8 @@ ChildExit run_child(const std::filesystem::path& program, const std::vector<std:
       kill(pid, SIGKILL);
     }
     pollfd waiting{pipe.ends[0], POLLIN, 0};
-    const int milliseconds = static_cast<int>(std::ceil(1000 * std::clamp(left, 0.001, streaming ? kStep : kLastStep)));
+    const int milliseconds =
+        static_cast<int>(std::ceil(1000 * std::clamp(left, 0.001, streaming ? kStep : kLastStep)));
     if (poll(&waiting, streaming ? 1 : 0, milliseconds) > 0) {
       streaming = take_output(pipe.ends[0], exit.output);
     }

@@ -162,8 +162,7 @@ int run_build(const BuildOptions& options, const Context& context) {
   std::int64_t tasks_run = 0;
 
   const double expected = board.total_cost();
-  core::Progress progress("build", expected,
-                          context.quiet || context.json || !host || idle);
+  core::Progress progress("build", expected, context.quiet || context.json || !host || idle);
   mpi::ServiceHooks hooks;
   hooks.completed = [&](const mpi::Task& task, const mpi::Outcome& outcome) {
     json entry = json::parse(outcome.record);
@@ -202,8 +201,7 @@ int run_build(const BuildOptions& options, const Context& context) {
       document["missed_pitch_targets"] = results.missed.size();
       document["tasks"] = task_rows(finished);
       document["runs"] = earlier_runs(folders.output / "trace.json");
-      document["runs"].push_back(
-          describe_run(run, ranks, report.calibration, document["tasks"]));
+      document["runs"].push_back(describe_run(run, ranks, report.calibration, document["tasks"]));
       document["ranks"] = document["runs"].back().at("ranks");
       if (!context.json) fmt::print("{}", run_text(document["runs"].back()));
       core::write_text_durably(folders.output / "trace.json", document.dump(2) + "\n");

@@ -83,7 +83,8 @@ mpi::Task samples_task(const BuildConfig& config, const BuildTask& entry, double
   const auto count = static_cast<double>(entry.count);
   const double values = count * rows * static_cast<double>(config.scene.audio.samples());
   // Reading the modes, and writing and syncing what was made.
-  task.cost = 0.02 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
+  task.cost =
+      0.02 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
   task.memory = values * 4 + 1e8;
   for (const EffectDecision& effect : config.scene.effects) {
     if (effect.enabled) task.memory += effect.in_scene.memory;

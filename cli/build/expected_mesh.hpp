@@ -7,10 +7,10 @@ namespace carillon::cli {
 
 /// A body as far as it is known before it is meshed.
 struct ExpectedBody {
-  double volume = 0;       ///< [m^3]
-  double thickness = 0;    ///< 2 volume / area [m]
-  double longest_side = 0; ///< [m]
-  solvers::MeshSize mesh;  ///< as the mesher will make it, within a factor of about 1.5
+  double volume = 0;        ///< [m^3]
+  double thickness = 0;     ///< 2 volume / area [m]
+  double longest_side = 0;  ///< [m]
+  solvers::MeshSize mesh;   ///< as the mesher will make it, within a factor of about 1.5
 };
 
 /// From the family's parameters or the file's triangles, and the order and size of the elements.

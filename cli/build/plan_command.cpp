@@ -81,9 +81,10 @@ void print_plan(const nlohmann::json& plan) {
   fmt::print("\n");
   for (const nlohmann::json& group : plan.at("groups")) {
     if (group.at("ranks") == 1) continue;
-    fmt::print("{} tasks on groups of {} ranks (ranks.unknowns_per_rank), or of all where there are "
-               "fewer\n",
-               group.at("tasks").get<std::size_t>(), group.at("ranks").get<int>());
+    fmt::print(
+        "{} tasks on groups of {} ranks (ranks.unknowns_per_rank), or of all where there are "
+        "fewer\n",
+        group.at("tasks").get<std::size_t>(), group.at("ranks").get<int>());
   }
   const nlohmann::json& estimate = plan.at("estimate");
   fmt::print("about {} of one rank, {} of memory per rank, {} on disk before compression\n",

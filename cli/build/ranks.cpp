@@ -9,9 +9,8 @@ using core::Dimension;
 
 RanksConfig read_ranks(ConfigNode node) {
   RanksConfig ranks;
-  ranks.unknowns_per_rank = static_cast<double>(
-      node.integer("unknowns_per_rank", 1000, 1000000000,
-                   static_cast<std::int64_t>(ranks.unknowns_per_rank)));
+  ranks.unknowns_per_rank = static_cast<double>(node.integer(
+      "unknowns_per_rank", 1000, 1000000000, static_cast<std::int64_t>(ranks.unknowns_per_rank)));
   ranks.widest_group = static_cast<int>(node.integer("widest_group", 1, 4096, ranks.widest_group));
   const double bytes = node.quantity("memory_per_node", Dimension::memory, 0);
   if (bytes != 0) {

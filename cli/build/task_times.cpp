@@ -110,10 +110,10 @@ std::string run_text(const json& run) {
   for (const json& rank : run.at("ranks")) {
     wall = std::max(wall, rank.at("busy_s").get<double>() + rank.at("idle_s").get<double>());
   }
-  std::string text = fmt::format("{} on {} {}, busy {:.1f} % of the time until the last task began\n",
-                                 core::human_duration(wall), run.at("ranks").size(),
-                                 run.at("ranks").size() == 1 ? "rank" : "ranks",
-                                 100 * run.at("busy_share").get<double>());
+  std::string text = fmt::format(
+      "{} on {} {}, busy {:.1f} % of the time until the last task began\n",
+      core::human_duration(wall), run.at("ranks").size(),
+      run.at("ranks").size() == 1 ? "rank" : "ranks", 100 * run.at("busy_share").get<double>());
   for (const auto& [kind, report] : run.at("estimates").items()) {
     const auto number = [&](const char* when, const char* what) {
       return report.at(when).at(what).template get<double>();

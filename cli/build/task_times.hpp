@@ -10,8 +10,9 @@
 
 namespace carillon::cli {
 
-/// What the journal keeps of a task's time: `{run, kind, estimate_s, seconds, cpu_s, queued_s, rank,
-/// width, start_s}`. `estimate_s` is what was estimated before the build began, for the group.
+/// What the journal keeps of a task's time: `{run, kind, estimate_s, seconds, cpu_s, queued_s,
+/// rank, width, start_s}`. `estimate_s` is what was estimated before the build began, for the
+/// group.
 nlohmann::json describe_times(const mpi::Task& task, const mpi::TaskTimes& times, int run);
 
 /// Number of the run that begins: 1 in a new folder, else one more than any in its journal.
