@@ -51,7 +51,7 @@ TEST(Costs, WidthsAndKinds) {
       "objects:\n  - {shape: tile, name: large, parameters: {length: 25 cm, width: 25 cm}}\n"
       "  - {shape: bar, name: small}\nmodes: {order: 2, element_size: 10 mm}\n";
   const auto alone = tasks_of(text);
-  const auto wide = tasks_of(text + "ranks: {unknowns_per_rank: 5000, widest_group: 4}\n");
+  const auto wide = tasks_of(text + "ranks: {unknowns_per_rank: 20000, widest_group: 4}\n");
   ASSERT_EQ(alone.size(), 4u);
   EXPECT_EQ(alone[0].width, 1);
   EXPECT_EQ(alone[0].kind, "modes");
