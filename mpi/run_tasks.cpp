@@ -1,16 +1,16 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
+#include <sstream>
 #include <string>
+#include <vector>
 
-#include "core/error.hpp"
 #include "core/trace.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/patience.hpp"
 #include "mpi/task_service.hpp"
+#include "mpi/work_clock.hpp"
 
 namespace carillon::mpi {
 
@@ -40,17 +40,37 @@ Claim next_of_group(TaskService& service, MPI_Comm group) {
   return {static_cast<Claim::Kind>(claimed[0]), claimed[1]};
 }
 
+/// A group's work on its leader; each rank's own elsewhere.
+WorkClock sum_on_leader(WorkClock own, MPI_Comm group) {
+  WorkClock sum = own;
+  if (size(group) > 1) {
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Ireduce(&own, &sum, 2, MPI_DOUBLE, MPI_SUM, 0, group, &request);
+    wait_patiently(request);
+  }
+  return sum;
+}
+
 /// Claims and runs tasks of the group's width until there are no more of them.
-void run_group(TaskService& service, MPI_Comm group, const Work& work, RunReport& report) {
+/// @param first  the group's leader, as a rank of world
+/// @param begin  of the run, on this rank's clock
+void run_group(TaskService& service, MPI_Comm group, int first, double begin, const Work& work,
+               RunReport& report) {
   for (;;) {
     // A signal may have reached any rank of the group, not only its leader.
     if (interrupt_requested()) service.stop();
     const Claim claim = next_of_group(service, group);
     if (claim.kind != Claim::Kind::task) return;
     const double start = core::monotonic_seconds();
-    const Outcome outcome = run_one(claim.task, group, work);
-    report.busy_seconds += core::monotonic_seconds() - start;
+    const WorkClock before = work_clock();
+    Outcome outcome = run_one(claim.task, group, work);
+    const WorkClock spent = work_clock() - before;
+    const double seconds = core::monotonic_seconds() - start;
+    report.times.busy += seconds;
+    report.times.cpu += spent.cpu;
     ++report.tasks_run;
+    const WorkClock all = sum_on_leader(spent, group);
+    outcome.times = {start - begin, seconds, all.cpu, all.queued, first, size(group)};
     if (rank(group) == 0) service.complete(claim.task, outcome);
   }
 }
@@ -59,6 +79,16 @@ Comm split(MPI_Comm world, int color) {
   Comm group;
   MPI_Comm_split(world, color, rank(world), group.put());
   return group;
+}
+
+/// Widths of groups, as rank 0's board has them.
+std::vector<int> shared_widths(MPI_Comm world, const TaskBoard& board) {
+  std::ostringstream text;
+  for (const int width : board.widths()) text << width << ' ';
+  std::istringstream in(broadcast(text.str(), 0, world));
+  std::vector<int> widths;
+  for (int width = 0; in >> width;) widths.push_back(width);
+  return widths;
 }
 
 /// Rank 0 knows how the tasks ended; the others are told.
@@ -74,30 +104,40 @@ void fill_in_end(MPI_Comm world, TaskService::End end, RunReport& report) {
   // A signal that came when the last task had begun interrupted nothing.
   report.interrupted = end.stopped && report.open > 0;
   report.board = std::move(end.board);
+  report.calibration = std::move(end.calibration);
 }
 
 }  // namespace
 
-RunReport run_tasks(MPI_Comm world, TaskBoard board, ServiceHooks hooks, int group_width,
-                    const Work& work) {
+RunReport run_tasks(MPI_Comm world, TaskBoard board, ServiceHooks hooks, const Work& work,
+                    const Machine& machine) {
+  const double begin = core::monotonic_seconds();
+  const WorkClock at_begin = work_clock();
   agreed(world, [&] {
-    if (group_width < 1) throw core::Error(fmt::format("groups of {} ranks", group_width));
-    if (rank(world) == 0) board.set_group_width(std::min(group_width, size(world)));
+    if (rank(world) == 0) board.set_ranks(size(world), machine);
   });
-  const int width = std::min(group_width, size(world));
-  const double start = core::monotonic_seconds();
-  // Both kinds of group are made at once: later, no rank has to wait for another group's end.
-  const int whole_groups = size(world) / width;
-  const int place = rank(world) / width;
-  const Comm group = split(world, width > 1 && place < whole_groups ? place : MPI_UNDEFINED);
-  const Comm single = split(world, rank(world));
+  // All groups are made at once: later, no rank has to wait for another group's end.
+  struct Group {
+    int first;
+    Comm comm;
+  };
+  std::vector<Group> groups;
+  for (const int width : shared_widths(world, board)) {
+    const int place = rank(world) / width;
+    const bool whole = place < size(world) / width;
+    groups.push_back({place * width, split(world, whole ? place : MPI_UNDEFINED)});
+  }
 
   TaskService service(world, std::move(board), std::move(hooks));
   RunReport report;
-  if (group.get() != MPI_COMM_NULL) run_group(service, group.get(), work, report);
-  run_group(service, single.get(), work, report);
+  for (const Group& group : groups) {
+    if (group.comm.get() == MPI_COMM_NULL) continue;
+    run_group(service, group.comm.get(), group.first, begin, work, report);
+  }
   TaskService::End end = service.finish();
-  report.idle_seconds = core::monotonic_seconds() - start - report.busy_seconds;
+  report.times.queued = (work_clock() - at_begin).queued;
+  report.times.peak_memory = peak_memory();
+  report.times.idle = core::monotonic_seconds() - begin - report.times.busy;
   fill_in_end(world, std::move(end), report);
   return report;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
@@ -39,10 +40,10 @@ TaskBoard::TaskBoard(std::vector<Task> tasks)
       dependents_[static_cast<std::size_t>(earlier)].push_back(i);
     }
     unmet_[i] = static_cast<std::int64_t>(tasks_[i].after.size());
-    total_cost_ += tasks_[i].cost;
   }
   check_order();
   counts_[static_cast<std::size_t>(TaskState::waiting)] = static_cast<std::int64_t>(tasks_.size());
+  number_kinds();
   fill_queues();
 }
 
@@ -103,25 +104,79 @@ void TaskBoard::check_order() const {
                   tasks_[task].key));
 }
 
+void TaskBoard::number_kinds() {
+  for (const Task& task : tasks_) {
+    const auto [at, added] = kind_numbers_.emplace(task.kind, kinds_.size());
+    if (added) kinds_.emplace_back();
+    kind_of_.push_back(at->second);
+    kinds_[at->second].total += task.cost;
+  }
+}
+
 void TaskBoard::fill_queues() {
   queues_.clear();
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     if (states_[i] != TaskState::waiting) continue;
-    Queue& queue = queues_[tasks_[i].width];
-    ++queue.waiting;
-    if (unmet_[i] == 0) queue.ready.push({tasks_[i].cost, static_cast<std::int64_t>(i)});
+    queues_[tasks_[i].width].waiting.insert(tasks_[i].memory);
+    if (unmet_[i] == 0) make_ready(i);
   }
 }
 
-void TaskBoard::set_group_width(int group_width) {
-  if (claimed_ || group_width < 1) {
-    throw core::Error(fmt::format("groups of {} ranks cannot be had{}", group_width,
-                                  claimed_ ? " after the first claim" : ""));
+void TaskBoard::make_ready(std::size_t task) {
+  queues_[tasks_[task].width].ready[kind_of_[task]].insert(
+      {tasks_[task].cost, static_cast<std::int64_t>(task)});
+}
+
+void TaskBoard::set_ranks(int ranks, const Machine& machine) {
+  if (claimed_ || ranks < 1) {
+    throw core::Error(
+        fmt::format("{} ranks cannot be had{}", ranks, claimed_ ? " after the first claim" : ""));
   }
-  for (Task& task : tasks_) {
-    if (task.width > 1) task.width = group_width;
+  if (!machine.node_of_rank.empty() &&
+      machine.node_of_rank.size() != static_cast<std::size_t>(ranks)) {
+    throw core::Error(
+        fmt::format("nodes of {} ranks for {} of them", machine.node_of_rank.size(), ranks));
   }
+  for (Task& task : tasks_) task.width = std::min(task.width, ranks);
+  ranks_ = ranks;
+  ledger_ = MemoryLedger(machine);
   fill_queues();
+}
+
+std::vector<std::int64_t> TaskBoard::fit_nowhere() const {
+  std::vector<std::int64_t> out;
+  for (std::size_t i = 0; i < tasks_.size() && ledger_.bounded(); ++i) {
+    if (states_[i] != TaskState::waiting) continue;
+    const int width = tasks_[i].width;
+    bool fits = false;
+    for (int first = 0; first + width <= ranks_ && !fits; first += width) {
+      fits = ledger_.fits_alone(tasks_[i].memory, width, first);
+    }
+    if (!fits) out.push_back(static_cast<std::int64_t>(i));
+  }
+  return out;
+}
+
+std::vector<int> TaskBoard::widths() const {
+  std::vector<int> widths;
+  for (const auto& [width, queue] : queues_) {
+    if (!queue.waiting.empty()) widths.insert(widths.begin(), width);
+  }
+  return widths;
+}
+
+void TaskBoard::set_factor(const std::string& kind, double factor) {
+  if (!(factor > 0) || !std::isfinite(factor)) {
+    throw core::Error(fmt::format("costs of kind '{}' times {}", kind, factor));
+  }
+  const auto found = kind_numbers_.find(kind);
+  if (found != kind_numbers_.end()) kinds_[found->second].factor = factor;
+}
+
+double TaskBoard::sum_of(double Kind::*part) const {
+  double sum = 0;
+  for (const Kind& kind : kinds_) sum += kind.factor * (kind.*part);
+  return sum;
 }
 
 void TaskBoard::mark_done(std::int64_t task) {
@@ -154,20 +209,36 @@ std::size_t TaskBoard::markable(std::int64_t task) const {
   return index;
 }
 
-Claim TaskBoard::claim(int width) {
+Claim TaskBoard::claim(int width, int first) {
   claimed_ = true;
   const auto found = queues_.find(width);
   if (found == queues_.end()) return {};
   Queue& queue = found->second;
-  while (!queue.ready.empty()) {
-    const std::int64_t task = queue.ready.top().task;
-    queue.ready.pop();
-    const auto index = static_cast<std::size_t>(task);
-    if (states_[index] != TaskState::waiting) continue;
-    set_state(index, TaskState::running);
-    return {Claim::Kind::task, task};
+  double dearest = -1;
+  std::int64_t task = -1;
+  for (auto& [number, ready] : queue.ready) {
+    const double factor = kinds_[number].factor;
+    for (const Ready& candidate : ready) {
+      const double cost = factor * candidate.cost;
+      if (cost < dearest || (cost == dearest && candidate.task > task)) break;
+      const auto index = static_cast<std::size_t>(candidate.task);
+      if (!ledger_.fits(tasks_[index].memory, width, first)) continue;
+      dearest = cost;
+      task = candidate.task;
+      break;
+    }
   }
-  return {queue.waiting > 0 ? Claim::Kind::wait : Claim::Kind::end, -1};
+  if (task < 0) {
+    // The least of what waits decides: what is too large here is another group's.
+    const bool any =
+        !queue.waiting.empty() && ledger_.fits_alone(*queue.waiting.begin(), width, first);
+    return {any ? Claim::Kind::wait : Claim::Kind::end, -1};
+  }
+  const auto index = static_cast<std::size_t>(task);
+  ledger_.take(tasks_[index].memory, width, first);
+  first_of_[task] = first;
+  set_state(index, TaskState::running);
+  return {Claim::Kind::task, task};
 }
 
 void TaskBoard::complete(std::int64_t task, bool ok) {
@@ -175,6 +246,9 @@ void TaskBoard::complete(std::int64_t task, bool ok) {
   if (states_[index] != TaskState::running) {
     throw core::Error(fmt::format("task '{}' is completed but was not running", tasks_[index].key));
   }
+  const auto first = first_of_.find(task);
+  ledger_.give_back(tasks_[index].memory, tasks_[index].width, first->second);
+  first_of_.erase(first);
   set_state(index, ok ? TaskState::done : TaskState::failed);
   if (ok) {
     release_dependents(index);
@@ -185,10 +259,7 @@ void TaskBoard::complete(std::int64_t task, bool ok) {
 
 void TaskBoard::release_dependents(std::size_t task) {
   for (const std::size_t later : dependents_[task]) {
-    if (--unmet_[later] == 0 && states_[later] == TaskState::waiting) {
-      queues_[tasks_[later].width].ready.push(
-          {tasks_[later].cost, static_cast<std::int64_t>(later)});
-    }
+    if (--unmet_[later] == 0 && states_[later] == TaskState::waiting) make_ready(later);
   }
 }
 
@@ -208,8 +279,12 @@ void TaskBoard::skip_dependents(std::size_t task) {
 
 void TaskBoard::set_state(std::size_t task, TaskState state) {
   const TaskState before = states_[task];
-  if (before == TaskState::waiting) --queues_[tasks_[task].width].waiting;
-  if (is_settled(state) && !is_settled(before)) settled_cost_ += tasks_[task].cost;
+  if (before == TaskState::waiting) {
+    Queue& queue = queues_[tasks_[task].width];
+    queue.waiting.erase(queue.waiting.find(tasks_[task].memory));
+    queue.ready[kind_of_[task]].erase({tasks_[task].cost, static_cast<std::int64_t>(task)});
+  }
+  if (is_settled(state) && !is_settled(before)) kinds_[kind_of_[task]].settled += tasks_[task].cost;
   --counts_[static_cast<std::size_t>(before)];
   ++counts_[static_cast<std::size_t>(state)];
   states_[task] = state;

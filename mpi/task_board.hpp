@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <queue>
+#include <set>
 #include <string>
 #include <vector>
+
+#include "mpi/machine.hpp"
 
 namespace carillon::mpi {
 
@@ -13,12 +15,23 @@ namespace carillon::mpi {
 struct Task {
   std::string key{};                  ///< stable name, unique; the journal knows the task by this
   double cost = 0;                    ///< estimated seconds on one rank
-  double memory = 0;                  ///< estimated peak [byte]
+  double memory = 0;                  ///< estimated peak, all ranks of its group together [byte]
   int width = 1;                      ///< ranks of the group it wants
   std::vector<std::int64_t> after{};  ///< indices of tasks that must be done before
+  std::string kind{};                 ///< tasks of a kind have estimates that err alike
 };
 
 enum class TaskState { waiting, running, done, failed, skipped };
+
+/// Where and when a task ran, and what it took.
+struct TaskTimes {
+  double start = 0;    ///< [s] since the run began
+  double seconds = 0;  ///< by the clock on the wall
+  double cpu = 0;      ///< [s] of processors, all ranks of the group and their child processes
+  double queued = 0;   ///< [s] likewise, ready to compute while others had the processors
+  int rank = 0;        ///< the group's first
+  int width = 1;       ///< ranks of the group
+};
 
 /// What a finished task reports.
 struct Outcome {
@@ -26,6 +39,7 @@ struct Outcome {
   /// One line of JSON for the journal. Of a failed task: {"kind", "message"} and perhaps "hint"
   /// (mpi/failure.hpp).
   std::string record{};
+  TaskTimes times{};
 };
 
 /// Answer to a claim.
@@ -34,9 +48,10 @@ struct Claim {
   std::int64_t task = -1;
 };
 
-/// Who does what: hands out the dearest ready task of a width, keeps the order of dependencies,
-/// marks everything that depends on a failure as skipped. Knows neither MPI nor files. Equal costs
-/// go in the order of the list. A claim costs O(log n), a completion that for each dependent task.
+/// Who does what: hands out the dearest ready task of a width that the memory of its nodes still
+/// holds, keeps the order of dependencies, marks everything that depends on a failure as skipped.
+/// Knows neither MPI nor files. Equal costs go in the order of the list. A claim costs O(log n) and
+/// a look at each dearer task that finds no memory, a completion O(log n) for each dependent task.
 class TaskBoard {
  public:
   /// A task may wait only for tasks of its own width or wider: groups do their tasks first and
@@ -46,18 +61,31 @@ class TaskBoard {
   ///                      is narrower, or waits for the task itself
   explicit TaskBoard(std::vector<Task> tasks = {});
 
-  /// Before any claim: tasks that want more than one rank get groups of exactly `group_width`.
-  void set_group_width(int group_width);
+  /// Before any claim: so many ranks there are, and so much memory. A task that wants more ranks
+  /// gets all of them.
+  void set_ranks(int ranks, const Machine& machine = {});
+  /// Waiting tasks whose estimated memory no group of their width has, even with its nodes to
+  /// itself. To be marked failed before any claim: they would be waited for in vain.
+  std::vector<std::int64_t> fit_nowhere() const;
+  /// Widths of tasks that are not settled, descending.
+  std::vector<int> widths() const;
+  /// From now on, estimated seconds of a kind count times a factor: in the order of claims and in
+  /// the sums of costs.
+  void set_factor(const std::string& kind, double factor);
   /// Before any claim: done by an earlier run, whatever became of what it depends on.
   void mark_done(std::int64_t task);
   /// Before any claim: given up by an earlier run (quarantine); what depends on it and is not
   /// done is skipped. Mark all done tasks first.
   void mark_failed(std::int64_t task);
 
-  /// The next task for a group of `width` ranks, which takes tasks of exactly that width: `wait`
-  /// while such tasks wait for others, `end` when all of them have been handed out or settled. A
-  /// group goes on as narrower groups, at last as single ranks of width 1, when it sees the end.
-  Claim claim(int width);
+  /// The next task for the group of ranks [first, first + width), which takes tasks of exactly that
+  /// width: `wait` while such tasks wait for others or for memory, `end` when all of them have been
+  /// handed out or settled, or are too large for the nodes of this group. A group goes on as
+  /// narrower groups, at last as single ranks of width 1, when it sees the end.
+  ///
+  /// A task that finds no memory is passed over, so that no rank waits while there is something it
+  /// can do; it comes when enough of the others have ended.
+  Claim claim(int width, int first = 0);
   /// @throws core::Error  the task is not running
   void complete(std::int64_t task, bool ok);
 
@@ -65,29 +93,37 @@ class TaskBoard {
   TaskState state(std::int64_t task) const;
   std::int64_t count(TaskState state) const;
   /// Estimated seconds of all tasks, and of those done, failed or skipped.
-  double total_cost() const { return total_cost_; }
-  double settled_cost() const { return settled_cost_; }
+  double total_cost() const { return sum_of(&Kind::total); }
+  double settled_cost() const { return sum_of(&Kind::settled); }
+  const MemoryLedger& memory() const { return ledger_; }
 
  private:
+  struct Kind {
+    double factor = 1;
+    double total = 0, settled = 0;  ///< sums of costs without the factor
+  };
   struct Ready {
     double cost;
     std::int64_t task;
-    /// Lesser means later: cheaper, or of equal cost and further down the list.
+    /// Lesser means earlier: dearer, or of equal cost and further up the list.
     bool operator<(const Ready& other) const {
-      return cost != other.cost ? cost < other.cost : task > other.task;
+      return cost != other.cost ? cost > other.cost : task < other.task;
     }
   };
   /// Tasks of one width.
   struct Queue {
-    std::priority_queue<Ready> ready;  ///< may hold tasks that were marked done since
-    std::int64_t waiting = 0;          ///< neither handed out nor settled, ready or not
+    std::map<std::size_t, std::set<Ready>> ready;  ///< by kind
+    std::multiset<double> waiting;  ///< memory of those neither handed out nor settled
   };
 
   std::size_t checked(std::int64_t task) const;
   std::size_t markable(std::int64_t task) const;
   void check_dependencies() const;
   void check_order() const;
+  void number_kinds();
   void fill_queues();
+  void make_ready(std::size_t task);
+  double sum_of(double Kind::*part) const;
   void set_state(std::size_t task, TaskState state);
   void release_dependents(std::size_t task);
   void skip_dependents(std::size_t task);
@@ -96,10 +132,14 @@ class TaskBoard {
   std::vector<TaskState> states_;
   std::vector<std::int64_t> unmet_;  ///< for each task, its dependencies that are not done
   std::vector<std::vector<std::size_t>> dependents_;
-  std::map<int, Queue> queues_;  ///< by width
+  std::vector<std::size_t> kind_of_;  ///< for each task, its place in kinds_
+  std::map<std::string, std::size_t> kind_numbers_;
+  std::vector<Kind> kinds_;
+  std::map<int, Queue> queues_;           ///< by width
+  std::map<std::int64_t, int> first_of_;  ///< of running tasks, their group's first rank
+  MemoryLedger ledger_;
+  int ranks_ = 0;  ///< 0: not told
   std::array<std::int64_t, 5> counts_{};
-  double total_cost_ = 0;
-  double settled_cost_ = 0;
   bool claimed_ = false;
 };
 

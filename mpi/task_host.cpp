@@ -1,11 +1,19 @@
 #include "mpi/task_host.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
+
+#include "core/progress.hpp"
+#include "mpi/failure.hpp"
 
 namespace carillon::mpi {
 
 TaskHost::TaskHost(TaskBoard board, ServiceHooks hooks)
-    : board_(std::move(board)), hooks_(std::move(hooks)) {}
+    : board_(std::move(board)), hooks_(std::move(hooks)) {
+  guarded([&] { refuse_what_fits_nowhere(); });
+}
 
 template <class Act>
 void TaskHost::guarded(Act&& act) {
@@ -17,12 +25,33 @@ void TaskHost::guarded(Act&& act) {
   }
 }
 
-Claim TaskHost::claim(int width) {
+void TaskHost::refuse_what_fits_nowhere() {
+  for (const std::int64_t number : board_.fit_nowhere()) {
+    // One that depends on an earlier one of these was skipped with it.
+    if (board_.state(number) != TaskState::waiting) continue;
+    board_.mark_failed(number);
+    const Task& task = board_.tasks()[static_cast<std::size_t>(number)];
+    const auto& nodes = board_.memory().machine().memory;
+    const Failure failure{
+        "LimitError",
+        fmt::format("an estimated {} on {} are more than any node has for it: the largest has {}",
+                    core::human_binary_bytes(task.memory),
+                    task.width == 1 ? "one rank" : fmt::format("{} ranks", task.width),
+                    core::human_binary_bytes(
+                        static_cast<double>(*std::max_element(nodes.begin(), nodes.end())))),
+        "run with more memory (`ranks.memory_per_node` says how much a node has), or on more nodes "
+        "for a body wide enough for several ranks; or ask for larger elements, fewer modes or a "
+        "smaller `solver.memory_limit`"};
+    if (hooks_.completed) hooks_.completed(task, {false, to_record(failure)});
+  }
+}
+
+Claim TaskHost::claim(int width, int first) {
   const std::scoped_lock lock(mutex_);
   if (stopped_) return {};
   Claim claim;
   guarded([&] {
-    claim = board_.claim(width);
+    claim = board_.claim(width, first);
     if (claim.kind != Claim::Kind::task) return;
     const Task& task = board_.tasks()[static_cast<std::size_t>(claim.task)];
     if (hooks_.started) hooks_.started(task);
@@ -36,9 +65,12 @@ void TaskHost::complete(std::int64_t task, const Outcome& outcome) {
   // After an error of another hook too: what is finished should still reach the journal.
   guarded([&] {
     board_.complete(task, outcome.ok);
-    if (hooks_.completed) {
-      hooks_.completed(board_.tasks()[static_cast<std::size_t>(task)], outcome);
+    const Task& ended = board_.tasks()[static_cast<std::size_t>(task)];
+    if (outcome.ok) {
+      calibration_.add(ended.kind, ended.cost / ended.width, outcome.times.seconds);
+      board_.set_factor(ended.kind, calibration_.factor(ended.kind));
     }
+    if (hooks_.completed) hooks_.completed(ended, outcome);
     if (hooks_.progress) hooks_.progress(board_);
   });
 }
@@ -56,6 +88,11 @@ bool TaskHost::stopped() const {
 std::exception_ptr TaskHost::error() const {
   const std::scoped_lock lock(mutex_);
   return error_;
+}
+
+Calibration TaskHost::calibration() const {
+  const std::scoped_lock lock(mutex_);
+  return calibration_;
 }
 
 TaskBoard TaskHost::board() const {

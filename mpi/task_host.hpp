@@ -4,6 +4,7 @@
 #include <functional>
 #include <mutex>
 
+#include "mpi/calibration.hpp"
 #include "mpi/task_board.hpp"
 
 namespace carillon::mpi {
@@ -21,13 +22,16 @@ struct ServiceHooks {
   std::function<void(const Task&)> started{};
 };
 
-/// The board with its hooks, for several threads. Knows no MPI.
+/// The board with its hooks, for several threads. Knows no MPI. Estimates of the board follow what
+/// tasks took, kind by kind.
 class TaskHost {
  public:
+  /// Tasks that fit nowhere (TaskBoard::fit_nowhere) end at once as failures of kind LimitError,
+  /// and the hooks are told.
   TaskHost(TaskBoard board, ServiceHooks hooks);
 
   /// As TaskBoard::claim; `end` once stopped.
-  Claim claim(int width);
+  Claim claim(int width, int first = 0);
   void complete(std::int64_t task, const Outcome& outcome);
   /// No task is handed out any more.
   void stop();
@@ -37,13 +41,16 @@ class TaskHost {
   std::exception_ptr error() const;
   /// The board as it is now.
   TaskBoard board() const;
+  Calibration calibration() const;
 
  private:
   template <class Act>
   void guarded(Act&& act);
+  void refuse_what_fits_nowhere();
 
   mutable std::mutex mutex_;
   TaskBoard board_;
+  Calibration calibration_;
   ServiceHooks hooks_;
   bool stopped_ = false;
   std::exception_ptr error_;

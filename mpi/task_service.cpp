@@ -32,8 +32,10 @@ enum class Ask : std::int32_t { claim, complete, stop };
 struct Request {
   Ask ask = Ask::claim;
   std::int32_t width = 0;
+  std::int64_t first = 0;
   std::int64_t task = -1;
   std::int64_t ok = 0;
+  TaskTimes times{};
 };
 
 struct Reply {
@@ -74,11 +76,11 @@ Reply TaskService::Impl::answer(const Request& request, std::string record) {
     case Ask::claim: {
       // The host's own thread may be deep in a task and notice its signal late.
       if (interrupt_requested()) answer({.ask = Ask::stop}, {});
-      const Claim claim = host->claim(request.width);
+      const Claim claim = host->claim(request.width, static_cast<int>(request.first));
       return {claim.kind, claim.task};
     }
     case Ask::complete:
-      host->complete(request.task, {request.ok != 0, std::move(record)});
+      host->complete(request.task, {request.ok != 0, std::move(record), request.times});
       return {};
     case Ask::stop:
       stop_called = true;
@@ -157,14 +159,16 @@ Claim TaskService::next(int width) {
   Patience patience(longest_wait, 0);
   for (;;) {
     if (interrupt_requested()) stop();
-    const Claim claim = impl_->ask({.ask = Ask::claim, .width = width});
+    const Claim claim =
+        impl_->ask({.ask = Ask::claim, .width = width, .first = rank(impl_->comm.get())});
     if (claim.kind != Claim::Kind::wait) return claim;
     patience.pause();
   }
 }
 
 void TaskService::complete(std::int64_t task, const Outcome& outcome) {
-  impl_->ask({.ask = Ask::complete, .task = task, .ok = outcome.ok ? 1 : 0}, outcome.record);
+  impl_->ask({.ask = Ask::complete, .task = task, .ok = outcome.ok ? 1 : 0, .times = outcome.times},
+             outcome.record);
 }
 
 void TaskService::stop() {
@@ -177,7 +181,10 @@ TaskService::End TaskService::finish() {
     if (impl_->host && impl_->host->error()) std::rethrow_exception(impl_->host->error());
   });
   End end;
-  if (impl_->host) end.board = impl_->host->board();
+  if (impl_->host) {
+    end.board = impl_->host->board();
+    end.calibration = impl_->host->calibration();
+  }
   int stopped = impl_->stop_called ? 1 : 0;
   MPI_Bcast(&stopped, 1, MPI_INT, host_rank, impl_->comm.get());
   end.stopped = stopped != 0;

@@ -24,8 +24,11 @@ namespace carillon::solvers {
 namespace {
 
 constexpr std::size_t kKeptOutput = 4096;
-/// How long a poll sleeps at most [s]; a child that closed its streams is looked after this often.
+/// How long a poll sleeps at most [s].
 constexpr double kStep = 0.02;
+/// How often a child is looked after that has closed its streams [s]: as a rule it is about to end,
+/// and whoever waits for it has nothing else to do.
+constexpr double kLastStep = 0.001;
 
 /// A pipe whose ends close with it.
 struct Pipe {
@@ -137,7 +140,8 @@ ChildExit run_child(const std::filesystem::path& program, const std::vector<std:
       kill(pid, SIGKILL);
     }
     pollfd waiting{pipe.ends[0], POLLIN, 0};
-    const int milliseconds = static_cast<int>(std::ceil(1000 * std::clamp(left, 0.001, kStep)));
+    const int milliseconds =
+        static_cast<int>(std::ceil(1000 * std::clamp(left, 0.001, streaming ? kStep : kLastStep)));
     if (poll(&waiting, streaming ? 1 : 0, milliseconds) > 0) {
       streaming = take_output(pipe.ends[0], exit.output);
     }

@@ -5,9 +5,11 @@
 
 #include <memory>
 
+#include "cli/build/costs.hpp"
 #include "cli/build/inputs.hpp"
 #include "cli/build/progress_so_far.hpp"
 #include "cli/build/samples_task.hpp"
+#include "cli/build/task_times.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"
@@ -146,11 +148,13 @@ int run_build(const BuildOptions& options, const Context& context) {
 
   std::unique_ptr<mpi::Journal> journal;
   mpi::TaskBoard board;
+  int run = 1;
   mpi::agreed(context.world, [&] {
     if (!host) return;
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
     claim_folder(build, folders.output);
     keep_inputs(build.config, folders.output);
+    run = next_run(journal->entries());
     board = make_board(build, finished_tasks(*journal, folders.output), options.retry_failed);
   });
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
@@ -159,30 +163,33 @@ int run_build(const BuildOptions& options, const Context& context) {
   }
   std::int64_t tasks_run = 0;
 
-  core::Progress progress("build", board.total_cost(),
-                          context.quiet || context.json || !host || idle);
+  const double expected = board.total_cost();
+  core::Progress progress("build", expected, context.quiet || context.json || !host || idle);
   mpi::ServiceHooks hooks;
   hooks.completed = [&](const mpi::Task& task, const mpi::Outcome& outcome) {
     json entry = json::parse(outcome.record);
     entry["task"] = task.key;
     entry["ok"] = outcome.ok;
+    entry["times"] = describe_times(task, outcome.times, run);
     journal->append(entry);
     ++tasks_run;
   };
   hooks.progress = [&](const mpi::TaskBoard& now) {
+    // Costs grow and shrink as tasks tell how long they take.
     progress.update(
-        now.settled_cost(),
+        expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
         fmt::format("{} of {} tasks", now.count(mpi::TaskState::done), now.tasks().size()));
   };
   const mpi::InterruptGuard guard;
   const mpi::RunReport report = mpi::run_tasks(
-      context.world, std::move(board), hooks, 1, [&](std::int64_t number, MPI_Comm group) {
+      context.world, std::move(board), hooks,
+      [&](std::int64_t number, MPI_Comm group) {
         return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)], folders, group);
-      });
+      },
+      mpi::describe_machine(context.world, build.config.ranks.memory_per_node));
   progress.finish("");
 
-  const auto ranks = mpi::all_gather(
-      json{{"busy_s", report.busy_seconds}, {"idle_s", report.idle_seconds}}.dump(), context.world);
+  const std::vector<mpi::RankTimes> ranks = gather_times(report.times, context.world);
   int exit_code = exit_done;
   mpi::agreed(context.world, [&] {
     if (!host) return;
@@ -195,7 +202,11 @@ int run_build(const BuildOptions& options, const Context& context) {
       json document = to_json(total_trace(finished));
       document["configuration_folder"] = configuration_folder(build.path);
       document["missed_pitch_targets"] = results.missed.size();
-      for (const std::string& one : ranks) document["ranks"].push_back(json::parse(one));
+      document["tasks"] = task_rows(finished);
+      document["runs"] = earlier_runs(folders.output / "trace.json");
+      document["runs"].push_back(describe_run(run, ranks, report.calibration, document["tasks"]));
+      document["ranks"] = document["runs"].back().at("ranks");
+      if (!context.json) fmt::print("{}", run_text(document["runs"].back()));
       core::write_text_durably(folders.output / "trace.json", document.dump(2) + "\n");
     }
     print(summary, context.json);

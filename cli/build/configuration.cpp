@@ -302,6 +302,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);
   read_limits(root.child("limits"), config);
+  config.ranks = read_ranks(root.child("ranks"));
   if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);
   if (root.has("voxels")) config.voxels = read_voxels(root.child("voxels"));
   if (root.has("camera")) config.camera = read_camera(root.child("camera"));
@@ -313,7 +314,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   config.wav = files.flag("wav", false);
   config.png = files.flag("png", false);
   root.finish();
-  config.resolved = root.resolved();
+  config.resolved = without_machine(root.resolved());
   return config;
 }
 

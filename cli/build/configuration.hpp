@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/build/ranks.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/config.hpp"
 #include "render/frame.hpp"
@@ -52,6 +53,7 @@ struct BuildConfig {
   solvers::MeshOptions mesh;
   double pitch_cents = 0;  ///< each shape is refined until its worst mode is within it; 0: not
   solvers::ChildLimits mesh_limits;
+  RanksConfig ranks;
   Scene scene;
   std::optional<synth::MelOptions> mel;
   std::optional<render::VoxelOptions> voxels;

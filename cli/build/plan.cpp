@@ -190,33 +190,6 @@ BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find) {
   return plan;
 }
 
-std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config) {
-  constexpr double modes_seconds = 5;  // of a few ten thousand unknowns
-  std::vector<mpi::Task> tasks;
-  for (const BuildTask& task : plan.tasks) {
-    mpi::Task entry;
-    entry.key = task.key;
-    if (task.kind == TaskKind::modes) {
-      // A pitch target takes a first solve, and as a rule a larger second one.
-      entry.cost = config.pitch_cents > 0 ? 3 * modes_seconds : modes_seconds;
-      entry.cost += config.scene.seconds_per_shape();
-      entry.memory = 1e9;
-    } else {
-      const double rows = static_cast<double>(config.scene.rows());
-      const double values = static_cast<double>(task.count * config.scene.audio.samples()) * rows;
-      entry.cost =
-          static_cast<double>(task.count) * config.scene.seconds_per_sound(config.band.max_modes);
-      entry.memory = values * 4 + 1e8;
-      for (const EffectDecision& effect : config.scene.effects) {
-        if (effect.enabled) entry.memory += effect.in_scene.memory;
-      }
-      entry.after = {static_cast<std::int64_t>(task.shape)};  // modes tasks come first, by shape
-    }
-    tasks.push_back(std::move(entry));
-  }
-  return tasks;
-}
-
 namespace {
 
 /// A damping model to the last bit. Rayleigh's parameters stand alone.

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "cli/build/configuration.hpp"
-#include "mpi/task_board.hpp"
 #include "solvers/shape_signature.hpp"
 
 namespace carillon::cli {
@@ -69,9 +68,6 @@ using FindMeshes = std::function<std::vector<FoundMesh>(std::size_t)>;
 /// @param find  mesh files; empty: those that match the entries' patterns
 /// @throws InputError, FileError  a pattern matches nothing, two shapes share a name
 BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find = {});
-
-/// The plan's tasks with estimated seconds and memory, and what comes after what.
-std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config);
 
 /// Hash of the plan and of everything that was read for it beside the configuration: mesh files,
 /// own materials, given strikes, profiles. Ranks compare it, and a folder remembers it.

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "cli/build/build.hpp"
+#include "cli/build/costs.hpp"
 #include "cli/build/solver_plan.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/progress.hpp"
@@ -32,18 +34,25 @@ nlohmann::json describe(const LoadedBuild& build) {
                             static_cast<double>(build.plan.shapes.size());
   }
   double seconds = 0, memory = 0;
+  std::map<int, std::size_t> tasks_of_width;
   std::size_t modes_tasks = 0, samples_tasks = 0;
   for (const mpi::Task& task : board_tasks(build.plan, build.config)) {
     seconds += task.cost;
-    memory = std::max(memory, task.memory);
+    memory = std::max(memory, task.memory / task.width);
+    ++tasks_of_width[task.width];
   }
   for (const BuildTask& task : build.plan.tasks) {
     ++(task.kind == TaskKind::modes ? modes_tasks : samples_tasks);
+  }
+  nlohmann::json groups = nlohmann::json::array();
+  for (const auto& [width, tasks] : tasks_of_width) {
+    groups.push_back({{"ranks", width}, {"tasks", tasks}});
   }
   return {{"name", build.config.name},
           {"shapes", build.plan.shapes.size()},
           {"samples", build.plan.samples.size()},
           {"tasks", {{"modes", modes_tasks}, {"samples", samples_tasks}}},
+          {"groups", groups},
           {"solver", plan_solver(build.config)},
           {"effects", effects},
           {"estimate",
@@ -72,6 +81,13 @@ void print_plan(const nlohmann::json& plan) {
                effect.at("reason").get<std::string>());
   }
   fmt::print("\n");
+  for (const nlohmann::json& group : plan.at("groups")) {
+    if (group.at("ranks") == 1) continue;
+    fmt::print(
+        "{} tasks on groups of {} ranks (ranks.unknowns_per_rank), or of all where there are "
+        "fewer\n",
+        group.at("tasks").get<std::size_t>(), group.at("ranks").get<int>());
+  }
   const nlohmann::json& estimate = plan.at("estimate");
   fmt::print("about {} of one rank, {} of memory per rank, {} on disk before compression\n",
              core::human_duration(estimate.at("rank_seconds").get<double>()),

@@ -66,7 +66,7 @@ json plan_solver(const BuildConfig& config) {
                        linear_solver_reason(config.solver.linear_solver)));
   list.push_back(entry("memory_limit", config.solver.memory_limit,
                        core::human_binary_bytes(static_cast<double>(config.solver.memory_limit)),
-                       "of each modes task, and so of each rank: every body is solved by one"));
+                       "of each modes task, all ranks of its group together"));
   return list;
 }
 

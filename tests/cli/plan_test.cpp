@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "cli/build/costs.hpp"
 #include "cli/build/solver_plan.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/error.hpp"

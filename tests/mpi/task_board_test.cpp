@@ -68,7 +68,7 @@ TEST(TaskBoard, AFailureSkipsAllThatDependsOnIt) {
 
 TEST(TaskBoard, GroupsTakeTheirWidthAndSinglesTheirs) {
   TaskBoard board({task("small", 9), task("huge", 1, {}, 4), task("after huge", 5, {1})});
-  board.set_group_width(2);
+  board.set_ranks(2);
   EXPECT_EQ(board.claim(4).kind, Claim::Kind::end);
   expect_task(board.claim(2), 1);
   EXPECT_EQ(board.claim(2).kind, Claim::Kind::end);
@@ -76,7 +76,65 @@ TEST(TaskBoard, GroupsTakeTheirWidthAndSinglesTheirs) {
   EXPECT_EQ(board.claim(1).kind, Claim::Kind::wait);
   board.complete(1, true);
   expect_task(board.claim(1), 2);
-  EXPECT_THROW(board.set_group_width(1), core::Error);
+  EXPECT_THROW(board.set_ranks(1), core::Error);
+}
+
+TEST(TaskBoard, WhatFindsNoMemoryIsPassedOver) {
+  std::vector<Task> tasks{task("large", 9), task("larger", 8), task("small", 1)};
+  tasks[0].memory = 60;
+  tasks[1].memory = 70;
+  tasks[2].memory = 20;
+  TaskBoard board(tasks);
+  board.set_ranks(3, {{0, 0, 0}, {100}});
+  expect_task(board.claim(1, 0), 0);
+  expect_task(board.claim(1, 1), 2);
+  EXPECT_EQ(board.claim(1, 2).kind, Claim::Kind::wait);
+  board.complete(0, true);
+  expect_task(board.claim(1, 2), 1);
+  EXPECT_EQ(board.memory().held().front(), 90);
+}
+
+TEST(TaskBoard, MemoryCountsNodeByNode) {
+  std::vector<Task> tasks{task("wide", 9, {}, 2), task("a", 5), task("b", 4), task("huge", 1)};
+  tasks[0].memory = 100;
+  tasks[1].memory = tasks[2].memory = 60;
+  tasks[3].memory = 300;
+  TaskBoard board(tasks);
+  // Ranks 0 and 1 are apart, so each node holds half of the wide task; 2 is on a third.
+  board.set_ranks(3, {{0, 1, 2}, {100, 100, 200}});
+  EXPECT_EQ(board.fit_nowhere(), std::vector<std::int64_t>{3});
+  board.mark_failed(3);
+  expect_task(board.claim(2, 0), 0);
+  expect_task(board.claim(1, 2), 1);
+  expect_task(board.claim(1, 2), 2);
+  EXPECT_EQ(board.memory().held(), (std::vector<std::int64_t>{50, 50, 120}));
+}
+
+TEST(TaskBoard, AGroupEndsWhenOnlyOthersCanHoldTheRest) {
+  std::vector<Task> tasks{task("large", 9)};
+  tasks[0].memory = 100;
+  TaskBoard board(tasks);
+  board.set_ranks(2, {{0, 1}, {50, 100}});
+  EXPECT_TRUE(board.fit_nowhere().empty());
+  EXPECT_EQ(board.claim(1, 0).kind, Claim::Kind::end);
+  expect_task(board.claim(1, 1), 0);
+}
+
+TEST(TaskBoard, FactorsOfKindsChangeTheOrderAndTheSums) {
+  std::vector<Task> tasks{task("a", 4), task("b", 3), task("c", 2), task("d", 1, {2})};
+  tasks[0].kind = tasks[1].kind = "slow";
+  tasks[2].kind = tasks[3].kind = "quick";
+  TaskBoard board(tasks);
+  expect_task(board.claim(1), 0);
+  board.set_factor("slow", 0.5);
+  EXPECT_EQ(board.total_cost(), 6.5);
+  expect_task(board.claim(1), 2);
+  board.complete(2, true);
+  EXPECT_EQ(board.settled_cost(), 2);
+  board.set_factor("quick", 2);
+  EXPECT_EQ(board.settled_cost(), 4);
+  expect_task(board.claim(1), 3);
+  expect_task(board.claim(1), 1);
 }
 
 TEST(TaskBoard, ResumesFromWhatIsDone) {
@@ -128,7 +186,9 @@ TEST(TaskBoard, RefusesCallsThatMakeNoSense) {
   TaskBoard board({task("a", 1), task("b", 1)});
   EXPECT_THROW(board.complete(0, true), core::Error);
   EXPECT_THROW(board.state(2), core::Error);
-  EXPECT_THROW(board.set_group_width(0), core::Error);
+  EXPECT_THROW(board.set_ranks(0), core::Error);
+  EXPECT_THROW(board.set_ranks(2, {{0}, {1}}), core::Error);
+  EXPECT_THROW(board.set_factor("", 0), core::Error);
   expect_task(board.claim(1), 0);
   board.complete(0, true);
   EXPECT_THROW(board.complete(0, true), core::Error);

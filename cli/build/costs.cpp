@@ -1,0 +1,117 @@
+#include "cli/build/costs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "cli/build/expected_mesh.hpp"
+#include "cli/build/modes_task.hpp"
+#include "core/error.hpp"
+#include "solvers/solve_materials.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// What the mode sets of a shape come to.
+struct ExpectedSets {
+  double solves = 1;  ///< eigensolves: of each set, or of a basis for many
+  double modes = 10;  ///< of the largest set
+  double sets = 1;
+};
+
+ExpectedSets expected_sets(const BuildConfig& config, const Shape& shape,
+                           const ExpectedBody& body) {
+  // Physical groups of a file are not known before it is read: one region stands for them.
+  const ObjectSource& source = config.objects[shape.source];
+  std::vector<std::vector<synth::Material>> materials;
+  for (const Variant& variant : shape.variants) {
+    const std::string name =
+        source.groups.empty() ? variant.material : source.groups.begin()->second;
+    materials.push_back({synth::parse_material(name, config.own_materials)});
+  }
+  const ModeSets sets = group_variants(materials, shape.variants, config.band);
+  ExpectedSets out;
+  out.sets = static_cast<double>(sets.requests.size());
+  // Up to three are solved one by one, more from a basis of three (solve_materials.hpp).
+  out.solves = std::min(out.sets, 4.0);
+  const double unknowns = body.mesh.unknowns();
+  for (const solvers::ModeRequest& request : sets.requests) {
+    const double below = solvers::expected_modes(body.volume, body.thickness, request.regions[0],
+                                                 request.band.max_frequency);
+    const double most = std::min<double>(request.band.max_modes, unknowns / 4);
+    out.modes = std::max(out.modes, std::min(below, most));
+  }
+  return out;
+}
+
+/// Seconds of one rank of a 2.3 GHz Xeon, within a factor of two for bodies of 600 to 400,000
+/// unknowns: the mesher's process, and solves with their counts and error estimates.
+double modes_seconds(const solvers::MeshSize& mesh, const ExpectedSets& sets) {
+  const double solve = 5e-6 * std::pow(mesh.unknowns(), 1.3) * std::pow(mesh.layers(), 0.35) *
+                       (sets.modes + 40) / 56;
+  // Sets from a basis cost a tenth of a solve.
+  return 0.12 + 2e-5 * mesh.elements + (sets.solves + 0.1 * (sets.sets - sets.solves)) * solve;
+}
+
+/// [byte] of a direct solve: factor, matrices, and vectors of the modes; what does not fit the
+/// memory limit is solved by other means within it.
+double modes_memory(const BuildConfig& config, const solvers::MeshSize& mesh,
+                    const ExpectedSets& sets) {
+  const double n = mesh.unknowns();
+  const double matrices = 12 * 3 * n * (20 + 25 * mesh.order);
+  const double vectors = 8 * n * (5 * sets.modes + 80);
+  const double all = 1.3 * solvers::factor_memory(mesh) + matrices + vectors;
+  return 1.5e8 + std::min(all, static_cast<double>(config.solver.memory_limit));
+}
+
+mpi::Task modes_task(const BuildConfig& config, const ExpectedBody& body,
+                     const ExpectedSets& sets) {
+  mpi::Task task;
+  task.cost = modes_seconds(body.mesh, sets);
+  // A pitch target takes a first solve, and as a rule a larger second one.
+  if (config.pitch_cents > 0) task.cost *= 3;
+  task.cost += config.scene.seconds_per_shape();
+  task.memory = modes_memory(config, body.mesh, sets);
+  task.width = group_width(config.ranks, body.mesh.unknowns());
+  task.kind = task.width > 1 ? "modes of groups" : "modes";
+  return task;
+}
+
+mpi::Task samples_task(const BuildConfig& config, const BuildTask& entry, double modes) {
+  mpi::Task task;
+  const double rows = static_cast<double>(config.scene.rows());
+  const auto count = static_cast<double>(entry.count);
+  const double values = count * rows * static_cast<double>(config.scene.audio.samples());
+  // Reading the modes, and writing and syncing what was made.
+  task.cost =
+      0.02 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
+  task.memory = values * 4 + 1e8;
+  for (const EffectDecision& effect : config.scene.effects) {
+    if (effect.enabled) task.memory += effect.in_scene.memory;
+  }
+  task.after = {static_cast<std::int64_t>(entry.shape)};  // modes tasks come first, by shape
+  task.kind = "samples";
+  return task;
+}
+
+}  // namespace
+
+std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config) {
+  std::vector<ExpectedBody> bodies;
+  std::vector<ExpectedSets> sets;
+  for (const Shape& shape : plan.shapes) {
+    bodies.push_back(expected_body(shape));
+    sets.push_back(expected_sets(config, shape, bodies.back()));
+  }
+  std::vector<mpi::Task> tasks;
+  for (const BuildTask& entry : plan.tasks) {
+    const std::size_t s = entry.shape;
+    tasks.push_back(entry.kind == TaskKind::modes ? modes_task(config, bodies[s], sets[s])
+                                                  : samples_task(config, entry, sets[s].modes));
+    tasks.back().key = entry.key;
+  }
+  return tasks;
+}
+
+}  // namespace carillon::cli

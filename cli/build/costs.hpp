@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "cli/build/plan.hpp"
+#include "mpi/task_board.hpp"
+
+namespace carillon::cli {
+
+/// The plan's tasks with estimated seconds and memory, the width of their groups, and what comes
+/// after what. Estimates are functions of the configuration and the files it names; a build
+/// corrects the seconds by what its tasks take (mpi/calibration.hpp). Kinds are "modes", "modes of
+/// groups" (wider than one rank) and "samples".
+std::vector<mpi::Task> board_tasks(const BuildPlan& plan, const BuildConfig& config);
+
+}  // namespace carillon::cli

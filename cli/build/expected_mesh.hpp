@@ -1,0 +1,21 @@
+#pragma once
+
+#include "cli/build/plan.hpp"
+#include "solvers/pitch_model.hpp"
+
+namespace carillon::cli {
+
+/// A body as far as it is known before it is meshed.
+struct ExpectedBody {
+  double volume = 0;        ///< [m^3]
+  double thickness = 0;     ///< 2 volume / area [m]
+  double longest_side = 0;  ///< [m]
+  solvers::MeshSize mesh;   ///< as the mesher will make it, within a factor of about 1.5
+};
+
+/// From the family's parameters or the file's triangles, and the order and size of the elements.
+/// Depends on these alone, not on a cache. A file that cannot be read is taken for a body of
+/// middling size: its task will say what is wrong with it.
+ExpectedBody expected_body(const Shape& shape);
+
+}  // namespace carillon::cli

@@ -1,0 +1,100 @@
+#include "cli/build/costs.hpp"
+
+#include <gtest/gtest.h>
+
+#include "cli/build/expected_mesh.hpp"
+#include "cli/build/task_times.hpp"
+
+namespace carillon::cli {
+namespace {
+
+std::vector<mpi::Task> tasks_of(const std::string& text) {
+  const BuildConfig config =
+      read_build_config("name: x\nmaterials: [steel]\n" + text, "x.yaml", {});
+  return board_tasks(make_plan(config), config);
+}
+
+TEST(GroupWidth, FollowsUnknownsAlone) {
+  RanksConfig ranks;
+  ranks.unknowns_per_rank = 1000;
+  ranks.widest_group = 12;
+  EXPECT_EQ(group_width(ranks, 10), 1);
+  EXPECT_EQ(group_width(ranks, 1000), 1);
+  EXPECT_EQ(group_width(ranks, 1001), 2);
+  EXPECT_EQ(group_width(ranks, 3999), 4);
+  EXPECT_EQ(group_width(ranks, 8001), 12);
+  EXPECT_EQ(group_width(ranks, 1e9), 12);
+}
+
+TEST(ExpectedBody, KnowsSizesBeforeMeshing) {
+  // A box of 200 x 100 x 10 mm, and unknowns that `carillon modes tile:... --order 2
+  // --element-size 20mm` has: 12 x 6 cells of a diagonal of 20 mm in one layer.
+  Shape shape;
+  shape.request.shape = {"tile", {{"length", 0.2}, {"width", 0.1}, {"thickness", 0.01}}, {}};
+  shape.request.options.order = 2;
+  shape.request.options.element_size = 0.02;
+  const ExpectedBody body = expected_body(shape);
+  EXPECT_NEAR(body.volume, 2e-4, 1e-12);
+  EXPECT_NEAR(body.longest_side, 0.2, 1e-12);
+  const double cells = std::ceil(0.2 / 0.01225) * std::ceil(0.1 / 0.01225);
+  EXPECT_NEAR(body.mesh.unknowns() / (3 * cells * 4 * 3), 1, 0.3);
+}
+
+TEST(ExpectedBody, FilesThatCannotBeReadAreOfMiddlingSize) {
+  Shape shape;
+  shape.path = shape.request.file.path = "/nowhere/cup.stl";
+  EXPECT_GT(expected_body(shape).mesh.unknowns(), 100);
+}
+
+TEST(Costs, WidthsAndKinds) {
+  const std::string text =
+      "objects:\n  - {shape: tile, name: large, parameters: {length: 25 cm, width: 25 cm}}\n"
+      "  - {shape: bar, name: small}\nmodes: {order: 2, element_size: 10 mm}\n";
+  const auto alone = tasks_of(text);
+  const auto wide = tasks_of(text + "ranks: {unknowns_per_rank: 20000, widest_group: 4}\n");
+  ASSERT_EQ(alone.size(), 4u);
+  EXPECT_EQ(alone[0].width, 1);
+  EXPECT_EQ(alone[0].kind, "modes");
+  EXPECT_EQ(wide[0].width, 4);
+  EXPECT_EQ(wide[0].kind, "modes of groups");
+  EXPECT_EQ(wide[1].width, 1);
+  EXPECT_EQ(wide[2].kind, "samples");
+  EXPECT_EQ(wide[2].width, 1);
+  EXPECT_EQ(wide[0].cost, alone[0].cost);
+  EXPECT_GT(wide[0].cost, wide[1].cost);
+  EXPECT_GT(wide[0].memory, wide[1].memory);
+}
+
+TEST(Costs, AMemoryLimitBoundsTheEstimate) {
+  const std::string text =
+      "objects: [{shape: block}]\nmodes: {element_size: 2 mm, max_elements: 1000000}\n";
+  EXPECT_LT(tasks_of(text + "solver: {memory_limit: 1 GiB}\n")[0].memory, 1.5e9);
+  EXPECT_GT(tasks_of(text + "solver: {memory_limit: 4 GiB}\n")[0].memory, 2e9);
+}
+
+TEST(Ranks, MemoryOfANodeIsNoPartOfTheDataset) {
+  const std::string text = "name: x\nmaterials: [steel]\nobjects: [{shape: bar}]\n";
+  const auto config = read_build_config(text, "x.yaml", {"ranks.memory_per_node=3 GiB"});
+  EXPECT_EQ(config.ranks.memory_per_node, 3ll << 30);
+  EXPECT_EQ(config.resolved, read_build_config(text, "x.yaml", {}).resolved);
+  EXPECT_NE(config.resolved.find("unknowns_per_rank"), std::string::npos);
+  EXPECT_EQ(config.resolved.find("memory_per_node"), std::string::npos);
+}
+
+TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
+  const auto row = [](double start, double seconds, double cpu, double queued) {
+    return nlohmann::json{{"run", 1},     {"start_s", start},   {"seconds", seconds},
+                          {"cpu_s", cpu}, {"queued_s", queued}, {"width", 1}};
+  };
+  // Two ranks until the last task begins at 10 s: one without a break, one idle for 2 s, of which
+  // it was kept from a processor for 1 s.
+  const nlohmann::json rows{row(0, 10, 10, 0), row(0, 4, 3, 1), row(6, 8, 8, 0), row(10, 5, 5, 0)};
+  std::vector<mpi::RankTimes> ranks(2);
+  EXPECT_NEAR(busy_share(rows, 1, ranks), 17.0 / 19, 1e-12);
+  ranks[1].queued = 2;
+  EXPECT_NEAR(busy_share(rows, 1, ranks), 17.0 / 18, 1e-12);
+  EXPECT_EQ(busy_share(rows, 2, ranks), 1);
+}
+
+}  // namespace
+}  // namespace carillon::cli

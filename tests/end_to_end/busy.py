@@ -1,0 +1,48 @@
+"""200 mixed bodies keep two ranks busy until the last task begins; minutes on two cores.
+
+What other programs take of the machine does not count: a rank that is ready to compute and waits
+for a processor is not idle. Where they take most of it, nothing can be said.
+"""
+import json
+import unittest
+
+from program import CONFIGS, FolderTest, run
+
+LEAST_SHARE = 0.95
+
+
+class Busy(FolderTest):
+    def test_two_ranks_are_busy(self):
+        output = self.folder / "mixed"
+        result = run("--cache", "", "build", CONFIGS / "mixed.yaml", "-o", output, ranks=2,
+                     timeout=3000)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        print(result.stdout)
+        trace = json.loads((output / "trace.json").read_text())
+        self.assertEqual(len([t for t in trace["tasks"] if t["kind"] == "modes"]), 200)
+        ranks = trace["ranks"]
+        wall = sum(rank["busy_s"] + rank["idle_s"] for rank in ranks)
+        taken = sum(rank["queued_s"] for rank in ranks) / wall
+        if taken > 0.5:
+            self.skipTest(f"other programs took {100 * taken:.0f} % of the processors")
+        # Counted here anew from the tasks, not read from the program's own sum.
+        last = max(task["start_s"] for task in trace["tasks"])
+        cpu = between = 0
+        for number in range(len(ranks)):
+            done = 0
+            for task in trace["tasks"]:
+                if task["rank"] != number:
+                    continue
+                between += max(0, task["start_s"] - done)
+                done = task["start_s"] + task["seconds"]
+                cpu += task["cpu_s"] * min(1, (last - task["start_s"]) / task["seconds"])
+            between += max(0, last - done)
+        between -= sum(rank["queued_s"] for rank in ranks) - sum(
+            task["queued_s"] for task in trace["tasks"])
+        share = cpu / (cpu + max(0, between))
+        self.assertAlmostEqual(share, trace["runs"][-1]["busy_share"], 3)
+        self.assertGreater(share, LEAST_SHARE)
+
+
+if __name__ == "__main__":
+    unittest.main()
