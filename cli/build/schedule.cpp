@@ -64,9 +64,9 @@ json describe_files(const LoadedBuild& build) {
 /// What keeps the build from being faster on so many ranks.
 std::string limit_of(const mpi::Schedule& schedule) {
   if (schedule.makespan <= 0) return "nothing";
-  if (schedule.host_busy > 0.8 * schedule.makespan) return "task service";
   if (schedule.longest_chain > 0.8 * schedule.makespan) return "longest chain";
   if (schedule.shared_work > 0.8 * schedule.makespan) return "work";
+  if (schedule.host_busy > 0.8 * schedule.makespan) return "task service";
   return "order of tasks";
 }
 
