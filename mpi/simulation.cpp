@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "mpi/calibration.hpp"
 
 namespace carillon::mpi {
 
@@ -20,7 +21,9 @@ namespace {
 struct Group {
   int first = 0;
   int width = 1;
-  double free_since = 0;  ///< the end of its last task
+  std::size_t level = 0;  ///< of its width among those of the board, the widest first
+  int missing = 0;        ///< ranks that are still in a wider group
+  double free_since = 0;  ///< the end of its last task, or when the last of its ranks came
 };
 
 /// A message of a group's leader that reaches the host.
@@ -37,9 +40,9 @@ struct Request {
 
 void check(const TaskBoard& board, std::span<const double> seconds, const SimulatedRanks& on,
            const ServiceCosts& costs) {
-  if (on.ranks < 1 || on.group_width < 1 || on.ranks_per_node < 1) {
-    throw core::Error(fmt::format("a schedule on {} ranks, groups of {}, {} on a node", on.ranks,
-                                  on.group_width, on.ranks_per_node));
+  if (on.ranks < 1 || on.ranks_per_node < 1 || on.node_memory < 0) {
+    throw core::Error(fmt::format("a schedule on {} ranks, {} on a node of {} bytes", on.ranks,
+                                  on.ranks_per_node, on.node_memory));
   }
   if (seconds.size() != board.tasks().size()) {
     throw core::Error(fmt::format("{} times for {} tasks", seconds.size(), board.tasks().size()));
@@ -90,11 +93,22 @@ class Simulation {
         costs_(costs),
         chains_(seconds.size(), 0),
         memory_(static_cast<std::size_t>((on.ranks - 1) / on.ranks_per_node + 1), 0) {
-    const int width = std::min(on.group_width, on.ranks);
-    board_.set_group_width(width);
-    int next = 0;
-    for (; width > 1 && next + width <= on.ranks; next += width) begin_group({next, width});
-    for (; next < on.ranks; ++next) begin_group({next, 1});
+    board_.set_ranks(on.ranks, machine());
+    for (const std::int64_t task : board_.fit_nowhere()) {
+      if (board_.state(task) == TaskState::waiting) board_.mark_failed(task);
+    }
+    refused_ = board_.count(TaskState::failed) + board_.count(TaskState::skipped);
+    widths_ = board_.widths();
+    if (widths_.empty()) widths_ = {1};
+    first_of_level_.resize(widths_.size());
+    for (std::size_t level = 0; level < widths_.size(); ++level) {
+      first_of_level_[level] = groups_.size();
+      const int width = widths_[level];
+      for (int first = 0; first + width <= on.ranks; first += width) {
+        groups_.push_back({first, width, level, width});
+      }
+    }
+    for (int rank = 0; rank < on.ranks; ++rank) join_from(0, rank, 0, 0);
   }
 
   Schedule run() {
@@ -114,10 +128,31 @@ class Simulation {
     requests_.push({time, ++sent_, group, completed});
   }
 
-  void begin_group(const Group& group) {
-    groups_.push_back(group);
-    const std::size_t index = groups_.size() - 1;
-    send(index, group.free_since + latency(index) / 2, -1);
+  /// The nodes, where their memory is bounded.
+  Machine machine() const {
+    Machine machine;
+    if (on_.node_memory == 0) return machine;
+    for (int rank = 0; rank < on_.ranks; ++rank) {
+      machine.node_of_rank.push_back(rank / on_.ranks_per_node);
+    }
+    machine.memory.assign(memory_.size(), on_.node_memory);
+    return machine;
+  }
+
+  /// A rank goes to its group of that level, or of the first narrower one that it is in: groups are
+  /// neighbours, and ranks that are left over go on to the next width. The last to come asks.
+  /// @param free  when its last task ended
+  void join_from(std::size_t level, int rank, double time, double free) {
+    for (; level < widths_.size(); ++level) {
+      const int place = rank / widths_[level];
+      if (place >= on_.ranks / widths_[level]) continue;
+      const std::size_t index = first_of_level_[level] + static_cast<std::size_t>(place);
+      Group& group = groups_[index];
+      group.free_since = std::max(group.free_since, time);
+      if (--group.missing == 0) send(index, group.free_since + latency(index) / 2, -1);
+      return;
+    }
+    idle_.add(1, free);
   }
 
   void serve(const Request& request) {
@@ -136,7 +171,7 @@ class Simulation {
     longest_answer_ = std::max(longest_answer_, answer);
     const double now = host_free_;
     if (question) {
-      act(board_.claim(groups_[request.group].width), request.group, now);
+      act(ask_board(request.group), request.group, now);
       return;
     }
     groups_[request.group].free_since = request.time - latency(request.group) / 2;
@@ -144,6 +179,10 @@ class Simulation {
     board_.complete(request.completed, true);
     send(request.group, now + latency(request.group), -1);
     wake_waiting(now);
+  }
+
+  Claim ask_board(std::size_t group) {
+    return board_.claim(groups_[group].width, groups_[group].first);
   }
 
   /// What a group does with the answer to its question.
@@ -159,16 +198,16 @@ class Simulation {
       }
       case Claim::Kind::wait:
         idle_.add(group.width, group.free_since);
-        waiting_by_width_[group.width].push_back(index);
+        waiting_groups_[{group.width, on_.node_memory > 0 ? group.first / on_.ranks_per_node : 0}]
+            .push_back(index);
         ++waiting_;
         return;
       case Claim::Kind::end:
-        end_ = std::max(end_, now + latency(index) / 2);
-        if (group.width == 1) {
-          idle_.add(1, group.free_since);
-          return;
+        const double heard = now + latency(index) / 2;
+        end_ = std::max(end_, heard);
+        for (int r = 0; r < group.width; ++r) {
+          join_from(group.level + 1, group.first + r, heard, group.free_since);
         }
-        for (int r = 0; r < group.width; ++r) begin_group({group.first + r, 1, now});
     }
   }
 
@@ -185,23 +224,31 @@ class Simulation {
       longest_ = task;
     }
     last_ = task;
+    correct_estimates(board_.tasks()[index], seconds_[index]);
+  }
+
+  void correct_estimates(const Task& task, double seconds) {
+    constexpr int enough = 1000;
+    if (++ended_of_kind_[task.kind] > enough) return;
+    calibration_.add(task.kind, task.cost / task.width, seconds);
+    board_.set_factor(task.kind, calibration_.factor(task.kind));
   }
 
   /// After a completion: those who wait find what it has set free, or that nothing is left.
   void wake_waiting(double now) {
-    for (auto& [width, queue] : waiting_by_width_) {
+    for (auto& [place, queue] : waiting_groups_) {
       const double interval = costs_.ask_again / static_cast<double>(queue.size() + 1);
       for (double order = 1; !queue.empty(); ++order) {
-        const Claim claim = board_.claim(width);
-        if (claim.kind == Claim::Kind::wait) break;
         const std::size_t group = queue.front();
+        const Claim claim = ask_board(group);
+        if (claim.kind == Claim::Kind::wait) break;
         queue.pop_front();
         --waiting_;
         host_free_ += costs_.claim;
         host_busy_ += costs_.claim;
         ++answered_;
         const double found = std::max(host_free_, now + order * interval);
-        idle_.add(-width, found);
+        idle_.add(-groups_[group].width, found);
         groups_[group].free_since = found;
         act(claim, group, found);
       }
@@ -232,6 +279,7 @@ class Simulation {
     out.task_time = task_time_;
     const double available = on_.ranks * end_;
     if (available > 0) out.efficiency = task_time_ / available;
+    out.refused = refused_;
     out.idle = available - task_time_;
     out.shared_work = task_time_ / on_.ranks;
     out.longest_chain = longest_chain_;
@@ -254,9 +302,16 @@ class Simulation {
   SimulatedRanks on_;
   ServiceCosts costs_;
 
+  std::vector<int> widths_;  ///< of groups, descending
   std::vector<Group> groups_;
+  std::vector<std::size_t> first_of_level_;
+  std::int64_t refused_ = 0;
+  Calibration calibration_;
+  std::map<std::string, int> ended_of_kind_;
   std::priority_queue<Request> requests_;
-  std::map<int, std::deque<std::size_t>> waiting_by_width_;  ///< groups told to wait
+  /// Groups told to wait, by width and, where memory is bounded, node: those of one place get the
+  /// same answer.
+  std::map<std::pair<int, int>, std::deque<std::size_t>> waiting_groups_;
   std::int64_t waiting_ = 0;
   std::int64_t sent_ = 0;
   double host_free_ = 0;  ///< when the host has answered what came so far

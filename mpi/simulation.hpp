@@ -20,8 +20,8 @@ struct ServiceCosts {
 /// The ranks that run a schedule.
 struct SimulatedRanks {
   int ranks = 1;
-  int group_width = 1;     ///< of groups for tasks that want more than one rank, as in run_tasks
-  int ranks_per_node = 1;  ///< neighbours that share a memory
+  int ranks_per_node = 1;        ///< neighbours that share a memory
+  std::int64_t node_memory = 0;  ///< of each node for tasks [byte]; 0: without bounds
 };
 
 /// How a schedule went. Times begin with the first question for a task.
@@ -40,6 +40,7 @@ struct Schedule {
   std::int64_t longest_task = -1;  ///< -1: there are none
   std::int64_t last_task = -1;     ///< the one that ended last
   double node_memory = 0;  ///< the most that tasks of one node's ranks held at a time [byte]
+  std::int64_t refused = 0;  ///< tasks not run: no node has their memory, or they wait for such
   double idle = 0;         ///< of all ranks, waiting for tasks or for the end [s]
 
   // The service.
@@ -50,9 +51,11 @@ struct Schedule {
   double longest_answer = 0;
 };
 
-/// Plays a run of `board` on so many ranks: the board itself says who does what, and a queue of
-/// events in the order of time says when. The host answers one request after the other. Each event
-/// costs O(log n).
+/// Plays a run_tasks() of `board` on so many ranks: the board itself says who does what, and a queue
+/// of events in the order of time says when. The host answers one request after the other. Each
+/// event costs O(log n), and where memory is bounded one look at each node that has waiting ranks.
+/// Estimates are corrected as tasks end, as in a run, but by no more than the first thousand of a
+/// kind, whose median changes little afterwards.
 ///
 /// Ranks that wait are not followed one question at a time: the questions of P waiting ranks are
 /// taken as evenly spread over `ask_again`, so the first of them finds a new task after a P + 1st
@@ -60,7 +63,7 @@ struct Schedule {
 ///
 /// @param board    tasks that are done already cost nothing
 /// @param seconds  of each task on its group; for all tasks of the board
-/// @throws core::Error  fewer than one rank, group or rank of a node; seconds or costs that are
+/// @throws core::Error  fewer than one rank, or rank of a node; memory below 0; seconds or costs that are
 ///                      missing, negative or not finite
 Schedule simulate(TaskBoard board, std::span<const double> seconds, const SimulatedRanks& on,
                   const ServiceCosts& costs = {});

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "cli/build/costs.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "cli/build/costs.hpp"
 #include "cli/build/disk.hpp"
 #include "cli/build/measured_times.hpp"
 #include "core/error.hpp"
@@ -90,6 +91,7 @@ json describe(const mpi::Schedule& schedule, const Work& work, const mpi::Simula
           {"longest_chain_s", schedule.longest_chain},
           {"last_task", last.key},
           {"idle_s", schedule.idle},
+          {"refused_tasks", schedule.refused},
           {"node_memory_bytes", schedule.node_memory},
           {"limited_by", limit_of(schedule)},
           {"service",
