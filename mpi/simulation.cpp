@@ -291,7 +291,7 @@ class Simulation {
     out.node_memory = node_memory_;
     out.requests = static_cast<double>(answered_);
     out.repeats = repeats_;
-    out.host_busy = host_busy_ + repeats_ * costs_.claim;
+    out.host_busy = std::min(end_, host_busy_ + repeats_ * costs_.claim);
     if (timed_answers_ > 0) out.mean_answer = answers_ / static_cast<double>(timed_answers_);
     out.longest_answer = longest_answer_;
     return out;

@@ -39,9 +39,9 @@ struct Schedule {
   double half_at_work_until = 0;
   std::int64_t longest_task = -1;  ///< -1: there are none
   std::int64_t last_task = -1;     ///< the one that ended last
-  double node_memory = 0;  ///< the most that tasks of one node's ranks held at a time [byte]
+  double node_memory = 0;    ///< the most that tasks of one node's ranks held at a time [byte]
   std::int64_t refused = 0;  ///< tasks not run: no node has their memory, or they wait for such
-  double idle = 0;         ///< of all ranks, waiting for tasks or for the end [s]
+  double idle = 0;           ///< of all ranks, waiting for tasks or for the end [s]
 
   // The service.
   double requests = 0;     ///< questions and completions that meant something
@@ -51,11 +51,11 @@ struct Schedule {
   double longest_answer = 0;
 };
 
-/// Plays a run_tasks() of `board` on so many ranks: the board itself says who does what, and a queue
-/// of events in the order of time says when. The host answers one request after the other. Each
-/// event costs O(log n), and where memory is bounded one look at each node that has waiting ranks.
-/// Estimates are corrected as tasks end, as in a run, but by no more than the first thousand of a
-/// kind, whose median changes little afterwards.
+/// Plays a run_tasks() of `board` on so many ranks: the board itself says who does what, and a
+/// queue of events in the order of time says when. The host answers one request after the other.
+/// Each event costs O(log n), and where memory is bounded one look at each node that has waiting
+/// ranks. Estimates are corrected as tasks end, as in a run, but by no more than the first thousand
+/// of a kind, whose median changes little afterwards.
 ///
 /// Ranks that wait are not followed one question at a time: the questions of P waiting ranks are
 /// taken as evenly spread over `ask_again`, so the first of them finds a new task after a P + 1st
@@ -63,7 +63,8 @@ struct Schedule {
 ///
 /// @param board    tasks that are done already cost nothing
 /// @param seconds  of each task on its group; for all tasks of the board
-/// @throws core::Error  fewer than one rank, or rank of a node; memory below 0; seconds or costs that are
+/// @throws core::Error  fewer than one rank, or rank of a node; memory below 0; seconds or costs
+/// that are
 ///                      missing, negative or not finite
 Schedule simulate(TaskBoard board, std::span<const double> seconds, const SimulatedRanks& on,
                   const ServiceCosts& costs = {});

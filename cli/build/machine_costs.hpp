@@ -4,8 +4,9 @@
 
 namespace carillon::cli {
 
-/// What a build costs beside its tasks, on the machine of docs/scaling.md (a virtual machine of two
-/// cores with a network disk). Each figure has the command that measures it elsewhere.
+/// What a build costs beside its tasks, whose estimates are those of board_tasks(), on the machine
+/// of docs/scaling.md (a virtual machine of two cores). Each figure has the command that measures
+/// it elsewhere.
 struct MachineCosts {
   /// `scripts/bench schedule 4`: a question takes the host 5 us, a completed task 4.2 ms, nearly
   /// all of it the sync of its line in the journal; a host at rest answers after 4.5 ms. The last
@@ -17,9 +18,6 @@ struct MachineCosts {
   double start = 1.4;
   /// What such a run takes more for each further shard: its rows of index.h5 and dataset.json [s].
   double index_shard = 7e-3;
-  /// `samples/` entries of a journal of one-sound tasks: modes read, one shard written and synced,
-  /// beside the sounds [s].
-  double samples_task = 0.02;
   /// `scripts/bench schedule`: a small file written durably, as each WAV file is [s].
   double file = 0.012;
 };

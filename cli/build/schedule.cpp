@@ -26,12 +26,11 @@ Work work_of(const LoadedBuild& build, const MeasuredTimes& measured, const Mach
   std::vector<double> estimates;
   for (const mpi::Task& task : work.tasks) estimates.push_back(task.cost / task.width);
   work.times = expected_seconds(build.plan, estimates, measured);
-  // Measured times hold these already; estimates are of the sounds alone.
+  // Measured times hold the files' already.
   for (std::size_t t = 0; t < work.tasks.size() && measured.empty(); ++t) {
     const BuildTask& task = build.plan.tasks[t];
-    if (task.kind != TaskKind::samples) continue;
-    const double files = build.config.wav ? static_cast<double>(task.count) : 0;
-    work.times.seconds[t] += costs.samples_task + files * costs.file;
+    if (task.kind != TaskKind::samples || !build.config.wav) continue;
+    work.times.seconds[t] += costs.file * static_cast<double>(task.count);
   }
   return work;
 }

@@ -10,9 +10,9 @@
 namespace carillon::cli {
 
 struct ScheduleOptions {
-  std::vector<int> ranks;  ///< one simulation each
-  int ranks_per_node = 0;  ///< 0: all ranks on one node
-  std::string trace;       ///< dataset whose task times count instead of estimates; "" for none
+  std::vector<int> ranks{};  ///< one simulation each
+  int ranks_per_node = 0;    ///< 0: all ranks on one node
+  std::string trace{};       ///< dataset whose task times count instead of estimates; "" for none
 };
 
 /// How the build would go on so many ranks, by mpi::simulate().
