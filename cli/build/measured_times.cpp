@@ -48,6 +48,30 @@ std::map<std::string, double> from_journal(const std::filesystem::path& path) {
   return seconds;
 }
 
+/// What this program estimates for the tasks of a dataset's configuration [s], by key.
+std::map<std::string, double> estimates_of(const std::filesystem::path& configuration) {
+  std::map<std::string, double> estimates;
+  const BuildConfig config =
+      read_build_config(core::read_file(configuration), configuration.string(), {});
+  for (const mpi::Task& task : board_tasks(make_plan(config), config)) {
+    estimates[task.key] = task.cost / task.width;
+  }
+  return estimates;
+}
+
+/// Another version may have estimated otherwise than this one does.
+void use_own_estimates(const std::filesystem::path& configuration, MeasuredTimes& times) {
+  try {
+    for (const auto& [key, estimate] : estimates_of(configuration)) {
+      const auto found = times.find(key);
+      if (found != times.end()) found->second.estimate = estimate;
+    }
+  } catch (const core::Error&) {
+    // Its mesh files are not beside it any more, or its keys are another version's: the trace's
+    // own estimates stand.
+  }
+}
+
 }  // namespace
 
 MeasuredTimes read_measured_times(const std::filesystem::path& path) {
@@ -61,13 +85,13 @@ MeasuredTimes read_measured_times(const std::filesystem::path& path) {
   const std::filesystem::path journal = folder / "journal.jsonl";
   const std::filesystem::path configuration = folder / "configuration.yaml";
   if (times.empty() && std::filesystem::exists(journal) && std::filesystem::exists(configuration)) {
-    const std::map<std::string, double> seconds = from_journal(journal);
-    const BuildConfig config =
-        read_build_config(core::read_file(configuration), configuration.string(), {});
-    for (const mpi::Task& task : board_tasks(make_plan(config), config)) {
-      const auto found = seconds.find(task.key);
-      if (found != seconds.end()) times[task.key] = {task.cost / task.width, found->second};
+    const std::map<std::string, double> estimates = estimates_of(configuration);
+    for (const auto& [key, seconds] : from_journal(journal)) {
+      const auto found = estimates.find(key);
+      if (found != estimates.end()) times[key] = {found->second, seconds};
     }
+  } else if (std::filesystem::exists(configuration)) {
+    use_own_estimates(configuration, times);
   }
   if (times.empty()) {
     throw core::InputError(fmt::format("{} tells of no finished task", path.string()),

@@ -16,8 +16,9 @@ struct MeasuredTime {
 };
 using MeasuredTimes = std::map<std::string, MeasuredTime>;  ///< by the task's key
 
-/// Reads a dataset's trace.json, or, where it lists no tasks, the journal beside it with the
-/// estimates of the configuration that lies there.
+/// Reads a dataset's trace.json, or, where it lists no tasks, the journal beside it. Estimates are
+/// those that this program makes for the configuration that lies there; the trace's own where it is
+/// missing, or cannot be read.
 /// @param path  the dataset's folder, or its trace.json
 /// @throws FileError, InputError  there is no such folder, or nothing in it tells of a task
 MeasuredTimes read_measured_times(const std::filesystem::path& path);
