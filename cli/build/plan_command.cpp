@@ -6,6 +6,8 @@
 
 #include "cli/build/build.hpp"
 #include "cli/build/costs.hpp"
+#include "cli/build/disk.hpp"
+#include "cli/build/schedule.hpp"
 #include "cli/build/solver_plan.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/progress.hpp"
@@ -13,17 +15,6 @@
 namespace carillon::cli {
 
 namespace {
-
-/// Bytes of the sample columns that weigh: audio and spectrograms.
-double sample_bytes(const BuildConfig& config) {
-  const double rows = static_cast<double>(config.scene.rows());
-  const double audio = static_cast<double>(config.scene.audio.samples()) *
-                       (config.scene.audio.dtype == core::SampleFormat::int16 ? 2 : 4);
-  const double mel = config.mel ? 4.0 * config.mel->bands *
-                                      synth::mel_frames(config.scene.audio.samples(), *config.mel)
-                                : 0;
-  return rows * (audio * (config.wav ? 2 : 1) + mel);
-}
 
 nlohmann::json describe(const LoadedBuild& build) {
   nlohmann::json effects = describe_effects(build.config.scene, build.config.band.max_modes);
@@ -104,15 +95,30 @@ void add_plan(CLI::App& program, Context& context) {
   command->add_option("config", options->config, "YAML configuration")->required();
   command->add_option("--set", options->overrides, "key=value instead of the configuration's")
       ->allow_extra_args(false);
-  command->footer("Example:\n  carillon plan configs/smoke.yaml");
-  command->callback([&context, options] {
+  auto schedule = std::make_shared<ScheduleOptions>();
+  CLI::Option* ranks = command->add_option(
+      "--ranks", schedule->ranks, "also simulate the schedule on so many ranks: 1,2,64,4096");
+  ranks->delimiter(',')->check(CLI::Range(1, 10000000))->allow_extra_args(false);
+  command->add_option("--ranks-per-node", schedule->ranks_per_node, "ranks that share a memory")
+      ->check(CLI::Range(1, 10000000))
+      ->needs(ranks);
+  command
+      ->add_option("--trace", schedule->trace,
+                   "a dataset's folder or trace.json: its task times instead of estimates")
+      ->needs(ranks);
+  command->footer(
+      "Examples:\n  carillon plan configs/smoke.yaml\n"
+      "  carillon plan configs/rsaudio.yaml --ranks 64,4096 --ranks-per-node 64 --trace rsaudio");
+  command->callback([&context, options, schedule] {
     const LoadedBuild build = load_build(*options, context.world);
     if (!context.speaks()) return;
-    const nlohmann::json plan = describe(build);
+    nlohmann::json plan = describe(build);
+    if (!schedule->ranks.empty()) plan["simulated"] = simulate_build(build, *schedule);
     if (context.json) {
       fmt::print("{}\n", plan.dump(2));
     } else {
       print_plan(plan);
+      if (plan.contains("simulated")) fmt::print("{}", schedule_text(plan.at("simulated")));
     }
   });
 }
