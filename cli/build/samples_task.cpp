@@ -140,6 +140,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
                                           const BuildTask& task, const BuildFolders& folders,
                                           core::Trace& trace) {
   const Shape& shape = plan.shapes[task.shape];
+  trace.enter("sound", plan.samples[task.first].key);
   SampleMaker maker(config, shape, folders, trace);
   std::unique_ptr<synth::MelSpectrogram> mel;
   if (config.mel) mel = std::make_unique<synth::MelSpectrogram>(*config.mel);
@@ -149,6 +150,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
+    trace.enter("sound", sample.key);
     const SampleResult result = maker.make(sample, &columns);
     add_labels(config, shape, sample, maker.materials(sample.variant), damping_units, columns);
     add_strike_columns(result, columns);
@@ -161,12 +163,16 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
       const core::ScopedTimer timer(trace.effects["mel"]);
       add_mel(config, *mel, result, columns);
     }
-    if (config.wav) written.push_back(write_sound(config, shape, sample, result, folders));
+    if (config.wav) {
+      trace.enter("write", sample.key);
+      written.push_back(write_sound(config, shape, sample, result, folders));
+    }
   }
   if (silent > 0) {
     spdlog::warn("{}: {} of {} sounds are nothing but zeros in 16 bits; raise audio.gain", task.key,
                  silent, task.count);
   }
+  trace.enter("write");
   const core::ScopedTimer timer(trace.stages["write shard"]);
   core::write_durably(folders.shard_file(task), [&](const std::filesystem::path& path) {
     const core::Hdf5Group file = core::Hdf5Group::create_file(path);

@@ -1,0 +1,22 @@
+#include "core/time_limit.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/progress.hpp"
+
+namespace carillon::core {
+
+std::string TimeLimit::message() const {
+  return fmt::format("{} takes longer than the limit of {}", work, human_duration(seconds));
+}
+
+std::string TimeLimit::hint() const {
+  return fmt::format("raise {}", key);
+}
+
+void TimeLimit::refuse() const {
+  throw TimeError(message(), hint());
+}
+
+}  // namespace carillon::core
