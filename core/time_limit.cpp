@@ -8,7 +8,8 @@
 namespace carillon::core {
 
 std::string TimeLimit::message() const {
-  return fmt::format("{} takes longer than the limit of {}", work, human_duration(seconds));
+  return fmt::format("{} takes longer than the limit of {}", work,
+                     seconds < 1 ? fmt::format("{:.3g} s", seconds) : human_duration(seconds));
 }
 
 std::string TimeLimit::hint() const {

@@ -42,6 +42,18 @@ std::multiset<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+/// A configuration without its block `limits:`, which decides what fails and no value.
+std::string without_limits(const std::string& text) {
+  std::string kept;
+  std::istringstream in(text);
+  bool inside = false;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(' ')) inside = line.starts_with("limits:");
+    if (!inside) kept += line + "\n";
+  }
+  return kept;
+}
+
 }  // namespace
 
 void claim_folder(const LoadedBuild& build, const std::filesystem::path& output) {
@@ -54,6 +66,10 @@ void claim_folder(const LoadedBuild& build, const std::filesystem::path& output)
   }
   const std::string old = core::read_file(path);
   if (old == text) return;
+  if (without_limits(old) == without_limits(text)) {
+    core::write_text_durably(path, text);
+    return;
+  }
   if (old.starts_with(build.config.resolved)) {
     throw core::ConfigError(
         fmt::format("{} was built from other files: a mesh, the materials, the strikes or a "
