@@ -19,9 +19,11 @@ struct Noted {
   int signal;
   const char* name;
 };
-constexpr std::array<Noted, 5> noted{
-    {{SIGSEGV, "SIGSEGV"}, {SIGBUS, "SIGBUS"}, {SIGFPE, "SIGFPE"}, {SIGILL, "SIGILL"},
-     {SIGABRT, "SIGABRT"}}};
+constexpr std::array<Noted, 5> noted{{{SIGSEGV, "SIGSEGV"},
+                                      {SIGBUS, "SIGBUS"},
+                                      {SIGFPE, "SIGFPE"},
+                                      {SIGILL, "SIGILL"},
+                                      {SIGABRT, "SIGABRT"}}};
 
 // What a signal handler can reach. The handlers themselves belong to the process, so this does too.
 std::atomic<int> note_file{-1};

@@ -38,8 +38,9 @@ Failure describe(const std::exception_ptr& error);
 /// with a stage as TaskError.
 [[noreturn]] void raise(const Failure& failure);
 
-/// One line of JSON: `{"kind":"SolverError","message":"...","hint":"...","stage":"...","item":"..."}`,
-/// the last three only where there is one. Bytes that are not UTF-8 are replaced.
+/// One line of JSON:
+/// `{"kind":"SolverError","message":"...","hint":"...","stage":"...","item":"..."}`, the last three
+/// only where there is one. Bytes that are not UTF-8 are replaced.
 std::string to_record(const Failure& failure);
 
 /// @throws core::Error  the text is not such a record

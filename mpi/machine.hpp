@@ -18,7 +18,8 @@ struct Machine {
 Machine this_machine();
 
 /// How many processes the machine has ended for lack of memory between two looks at it; -1 where
-/// that cannot be known (another machine, started anew in between, or a kernel that does not count).
+/// that cannot be known (another machine, started anew in between, or a kernel that does not
+/// count).
 std::int64_t oom_kills_between(const Machine& before, const Machine& after);
 
 /// Memory of this process that lies in RAM [byte]; 0 where it cannot be read.

@@ -87,14 +87,10 @@ void Witness::Impl::write_task() {
   if (file < 0) return;
   json record = json::object();
   if (!task.empty()) {
-    record = {{"process", process},
-              {"ranks", ranks},
-              {"task", task},
-              {"stage", stage},
-              {"item", item},
-              {"host", machine.host},
-              {"boot", machine.boot},
-              {"oom_kills", machine.oom_kills}};
+    record = {{"process", process},   {"ranks", ranks},
+              {"task", task},         {"stage", stage},
+              {"item", item},         {"host", machine.host},
+              {"boot", machine.boot}, {"oom_kills", machine.oom_kills}};
   }
   std::string line = record.dump(-1, ' ', false, json::error_handler_t::replace);
   if (line.size() >= static_cast<std::size_t>(resident_at)) {

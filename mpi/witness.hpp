@@ -15,9 +15,9 @@ struct Testimony {
   std::string process;  ///< unique: host, process number and start
   int ranks = 1;        ///< of the run
   std::string task;
-  std::string stage;  ///< part of the task; may be empty
-  std::string item;   ///< what that part was busy with; may be empty
-  Machine machine;    ///< as it was when the task began
+  std::string stage;          ///< part of the task; may be empty
+  std::string item;           ///< what that part was busy with; may be empty
+  Machine machine;            ///< as it was when the task began
   std::int64_t resident = 0;  ///< [byte] in RAM, half a second before the end at the latest
 
   enum class End {

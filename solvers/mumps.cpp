@@ -54,9 +54,9 @@ struct Mumps::Inside {
   void refuse_failure() const {
     if (result(1) >= 0) return;
     const bool memory = result(1) == -13 || result(1) == -8 || result(1) == -9;
-    const std::string message = fmt::format(
-        "the matrix could not be factored (MUMPS INFOG(1) = {}, INFOG(2) = {})", result(1),
-        result(2));
+    const std::string message =
+        fmt::format("the matrix could not be factored (MUMPS INFOG(1) = {}, INFOG(2) = {})",
+                    result(1), result(2));
     if (memory) {
       throw core::MemoryError(
           "out of memory: " + message,

@@ -93,18 +93,18 @@ json verdict(const std::string& task, const Tally& tally) {
   if (tally.overdue) {
     entry["kind"] = "TimeError";
     entry["message"] = tally.last.at("words");
-    entry["hint"] = "it did not heed its limit, so that the run was ended; raise the limit, or "
-                    "look at it alone with the command in `reproduce`";
+    entry["hint"] =
+        "it did not heed its limit, so that the run was ended; raise the limit, or "
+        "look at it alone with the command in `reproduce`";
     return entry;
   }
   if (tally.crashes >= most_crashes) {
-    const bool memory =
-        tally.last.at("evidence") == name_of(mpi::Blame::Evidence::memory);
+    const bool memory = tally.last.at("evidence") == name_of(mpi::Blame::Evidence::memory);
     entry["kind"] = memory ? "MemoryError" : "CrashError";
-    entry["message"] = fmt::format("the run ended while this task ran, {}: {}",
-                                   tally.crashes == 2 ? "twice"
-                                                      : fmt::format("{} times", tally.crashes),
-                                   fmt::join(tally.words, ", then "));
+    entry["message"] =
+        fmt::format("the run ended while this task ran, {}: {}",
+                    tally.crashes == 2 ? "twice" : fmt::format("{} times", tally.crashes),
+                    fmt::join(tally.words, ", then "));
     entry["hint"] = memory ? "fewer ranks on a machine, a lower solver.memory_limit or a coarser "
                              "mesh need less"
                            : "the command in `reproduce` runs it alone";
@@ -126,8 +126,8 @@ std::filesystem::path witness_file(const std::filesystem::path& output, int rank
   return witness_folder(output) / fmt::format("rank-{:05}", rank);
 }
 
-void settle_attempts(const std::filesystem::path& journal_path,
-                     const std::filesystem::path& output, MPI_Comm world) {
+void settle_attempts(const std::filesystem::path& journal_path, const std::filesystem::path& output,
+                     MPI_Comm world) {
   const std::vector<mpi::Machine> machines = gather_machines(world);
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;

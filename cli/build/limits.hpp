@@ -12,9 +12,9 @@
 
 namespace carillon::cli {
 
-/// What a task may take before it counts as failed: `limits:` of a configuration. Limits fail tasks;
-/// they choose nothing, so that no value depends on them (solver.memory_limit does choose, and is
-/// judged by the matrix alone).
+/// What a task may take before it counts as failed: `limits:` of a configuration. Limits fail
+/// tasks; they choose nothing, so that no value depends on them (solver.memory_limit does choose,
+/// and is judged by the matrix alone).
 struct TaskLimits {
   solvers::ChildLimits mesh;      ///< of the mesher's process
   double solve_time = 0;          ///< of one solve of a body in all its materials [s]; 0: none

@@ -30,10 +30,9 @@ const std::vector<Machine> calm = {{"a", "boot-1", 4}};
 const std::vector<Machine> starved = {{"a", "boot-1", 5}};
 
 TEST(Blame, ACrashSpeaksForItself) {
-  const auto blamed =
-      blamed_tasks({told("one", End::stopped), told("two", End::crashed, "SIGSEGV"),
-                    told("three", End::silent)},
-                   calm);
+  const auto blamed = blamed_tasks(
+      {told("one", End::stopped), told("two", End::crashed, "SIGSEGV"), told("three", End::silent)},
+      calm);
   ASSERT_EQ(blamed.size(), 1U);
   EXPECT_EQ(blamed[0].task, "two");
   EXPECT_EQ(blamed[0].evidence, Evidence::crash);

@@ -111,8 +111,8 @@ TEST(RunTasks, AFailureOnOneRankOfAGroupIsTheGroupsAndTheNextTaskRuns) {
   for (int i = 0; i < 6; ++i) tasks.push_back({.key = std::to_string(i), .width = 2});
   Outcomes outcomes;
   std::vector<int> ran(6, 0);
-  const RunReport report = run_tasks(
-      world, on_host(tasks), outcomes.hooks(), 2, [&](std::int64_t task, MPI_Comm group) {
+  const RunReport report =
+      run_tasks(world, on_host(tasks), outcomes.hooks(), 2, [&](std::int64_t task, MPI_Comm group) {
         ran[static_cast<std::size_t>(task)] = 1;
         if (task % 2 == 1 && rank(group) == size(group) - 1) {
           throw TaskError({"SolverError", "no convergence", "finer", "solve", "bar/steel/1"});

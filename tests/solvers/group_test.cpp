@@ -162,8 +162,8 @@ TEST(Group, AFailureOfOneRankReachesAll) {
   EXPECT_GT(solve(block(), MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
 }
 
-/// The first rank's clock passes the limit when the eigensolver begins: all stop in its first steps,
-/// inside SLEPc too, and the group goes on.
+/// The first rank's clock passes the limit when the eigensolver begins: all stop in its first
+/// steps, inside SLEPc too, and the group goes on.
 TEST(Group, ATimeLimitReachesAllInTheMiddleOfASolve) {
   SolveOptions options;
   options.band = {20, 120000, 20};

@@ -222,7 +222,8 @@ TEST_F(MeshChild, IsStoppedAtTheMemoryLimit) {
   request_.file.path = folder_.file("ball.obj", obj(test::sphere_surface(0.05, 150)));
   ChildLimits limits;
   limits.memory = 1;  // already exceeded: the first allocation that needs new pages fails
-  const std::string message = message_of<core::MemoryError>([&] { mesh_in_child(request_, limits, {}); });
+  const std::string message =
+      message_of<core::MemoryError>([&] { mesh_in_child(request_, limits, {}); });
   EXPECT_NE(message.find("limit of 1 B"), std::string::npos) << message;
 }
 
