@@ -14,31 +14,29 @@ Blame blame(const Testimony& told, Evidence evidence, const std::string& words) 
   return {evidence, told.process, told.task, told.stage, told.item, words};
 }
 
-/// Whether the machine of a testimony ran out of memory since its task began.
-bool ran_out_of_memory(const Testimony& told, const std::vector<Machine>& now) {
-  return std::any_of(now.begin(), now.end(), [&](const Machine& machine) {
-    return oom_kills_between(told.machine, machine) > 0;
-  });
+/// Whether the host of a testimony ran out of memory since its task began.
+bool ran_out_of_memory(const Testimony& told, const std::vector<Host>& now) {
+  return std::any_of(now.begin(), now.end(),
+                     [&](const Host& host) { return oom_kills_between(told.host, host) > 0; });
 }
 
-/// The silent one of each machine without memory that held most.
+/// The silent one of each host without memory that held most.
 std::vector<const Testimony*> largest_where_memory_ran_out(const std::vector<Testimony>& told,
-                                                           const std::vector<Machine>& now) {
+                                                           const std::vector<Host>& now) {
   std::map<std::string, const Testimony*> by_host;
   for (const Testimony& one : told) {
     if (one.end != Testimony::End::silent || !ran_out_of_memory(one, now)) continue;
-    const Testimony*& most = by_host[one.machine.host];
+    const Testimony*& most = by_host[one.host.name];
     if (most == nullptr || one.resident > most->resident) most = &one;
   }
   std::vector<const Testimony*> largest;
-  for (const auto& [host, one] : by_host) largest.push_back(one);
+  for (const auto& [name, one] : by_host) largest.push_back(one);
   return largest;
 }
 
 }  // namespace
 
-std::vector<Blame> blamed_tasks(const std::vector<Testimony>& told,
-                                const std::vector<Machine>& now) {
+std::vector<Blame> blamed_tasks(const std::vector<Testimony>& told, const std::vector<Host>& now) {
   std::vector<Blame> all;
   for (const Testimony& one : told) {
     if (one.end == Testimony::End::overdue) all.push_back(blame(one, Evidence::overdue, one.words));

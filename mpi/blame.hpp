@@ -32,9 +32,8 @@ struct Blame {
 /// blamed.
 ///
 /// @param told  of one run
-/// @param now   the machines that can be asked whether they ran out of memory
-std::vector<Blame> blamed_tasks(const std::vector<Testimony>& told,
-                                const std::vector<Machine>& now);
+/// @param now   the hosts that can be asked whether they ran out of memory
+std::vector<Blame> blamed_tasks(const std::vector<Testimony>& told, const std::vector<Host>& now);
 
 /// "crash", "memory", "overdue" or "silence".
 std::string name_of(Blame::Evidence evidence);

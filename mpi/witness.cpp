@@ -37,9 +37,9 @@ constexpr off_t task_at = 0, resident_at = 4096, stopped_at = 4160, crashed_at =
 constexpr std::chrono::milliseconds look{50};
 constexpr int looks_per_note = 10;
 
-std::string unique_name(const Machine& machine) {
+std::string unique_name(const Host& host) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return fmt::format("{}:{}:{}", machine.host, getpid(),
+  return fmt::format("{}:{}:{}", host.name, getpid(),
                      std::chrono::duration_cast<std::chrono::microseconds>(now).count());
 }
 
@@ -69,7 +69,7 @@ struct Witness::Impl {
   std::condition_variable wake;
   bool closing = false;
   std::string task, stage, item;
-  Machine machine;
+  Host host;
   double deadline = 0;  ///< on the monotonic clock; 0: none
   std::string words;
   bool stop_noted = false;
@@ -87,10 +87,10 @@ void Witness::Impl::write_task() {
   if (file < 0) return;
   json record = json::object();
   if (!task.empty()) {
-    record = {{"process", process},   {"ranks", ranks},
-              {"task", task},         {"stage", stage},
-              {"item", item},         {"host", machine.host},
-              {"boot", machine.boot}, {"oom_kills", machine.oom_kills}};
+    record = {{"process", process}, {"ranks", ranks},
+              {"task", task},       {"stage", stage},
+              {"item", item},       {"host", host.name},
+              {"boot", host.boot},  {"oom_kills", host.oom_kills}};
   }
   std::string line = record.dump(-1, ' ', false, json::error_handler_t::replace);
   if (line.size() >= static_cast<std::size_t>(resident_at)) {
@@ -135,7 +135,7 @@ Witness::Witness(std::filesystem::path file, int ranks, int exit_code)
                                         std::generic_category().message(error)),
                             "the output folder must be writable");
     }
-    impl_->process = unique_name(this_machine());
+    impl_->process = unique_name(this_host());
     impl_->crash_note.emplace(impl_->file, crashed_at);
   }
   impl_->thread = std::thread([this] { impl_->watch(); });
@@ -162,7 +162,7 @@ void Witness::begin(const std::string& task) {
   impl_->stage.clear();
   impl_->item.clear();
   impl_->deadline = 0;
-  if (impl_->file >= 0) impl_->machine = this_machine();
+  if (impl_->file >= 0) impl_->host = this_host();
   impl_->write_task();
 }
 
@@ -193,7 +193,7 @@ std::optional<Testimony> read_testimony(const std::filesystem::path& path) {
     told.task = record.at("task");
     told.stage = record.at("stage");
     told.item = record.at("item");
-    told.machine = {record.at("host"), record.at("boot"), record.at("oom_kills")};
+    told.host = {record.at("host"), record.at("boot"), record.at("oom_kills")};
     const std::string resident = line_at(text, resident_at);
     if (!resident.empty()) told.resident = std::stoll(resident);
     const std::string overdue = line_at(text, overdue_at), crashed = line_at(text, crashed_at);

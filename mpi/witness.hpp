@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "mpi/machine.hpp"
+#include "mpi/host.hpp"
 
 namespace carillon::mpi {
 
@@ -17,7 +17,7 @@ struct Testimony {
   std::string task;
   std::string stage;          ///< part of the task; may be empty
   std::string item;           ///< what that part was busy with; may be empty
-  Machine machine;            ///< as it was when the task began
+  Host host;                  ///< as it was when the task began
   std::int64_t resident = 0;  ///< [byte] in RAM, half a second before the end at the latest
 
   enum class End {

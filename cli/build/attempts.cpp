@@ -29,16 +29,16 @@ std::filesystem::path witness_folder(const std::filesystem::path& output) {
   return output / "running";
 }
 
-/// Machines of this run, to be asked about the one before.
-std::vector<mpi::Machine> gather_machines(MPI_Comm world) {
-  const mpi::Machine own = mpi::this_machine();
-  const json record = {{"host", own.host}, {"boot", own.boot}, {"oom_kills", own.oom_kills}};
-  std::vector<mpi::Machine> machines;
+/// Hosts of this run, to be asked about the one before.
+std::vector<mpi::Host> gather_hosts(MPI_Comm world) {
+  const mpi::Host own = mpi::this_host();
+  const json record = {{"host", own.name}, {"boot", own.boot}, {"oom_kills", own.oom_kills}};
+  std::vector<mpi::Host> hosts;
   for (const std::string& text : mpi::all_gather(record.dump(), world)) {
     const json one = json::parse(text);
-    machines.push_back({one.at("host"), one.at("boot"), one.at("oom_kills")});
+    hosts.push_back({one.at("host"), one.at("boot"), one.at("oom_kills")});
   }
-  return machines;
+  return hosts;
 }
 
 /// What the journal holds against a task since its last outcome.
@@ -128,7 +128,7 @@ std::filesystem::path witness_file(const std::filesystem::path& output, int rank
 
 void settle_attempts(const std::filesystem::path& journal_path, const std::filesystem::path& output,
                      MPI_Comm world) {
-  const std::vector<mpi::Machine> machines = gather_machines(world);
+  const std::vector<mpi::Host> hosts = gather_hosts(world);
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;
     const auto told = mpi::read_testimonies(witness_folder(output));
@@ -136,7 +136,7 @@ void settle_attempts(const std::filesystem::path& journal_path, const std::files
     Tallies tallies;
     for (const json& entry : journal.entries()) count(entry, tallies);
     const std::set<std::string> counted = tallies.processes;
-    for (const mpi::Blame& blame : mpi::blamed_tasks(told, machines)) {
+    for (const mpi::Blame& blame : mpi::blamed_tasks(told, hosts)) {
       // A run that was killed right here has counted it already.
       if (counted.contains(blame.process)) continue;
       const json entry = to_entry(blame);

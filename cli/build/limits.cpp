@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/progress.hpp"
 #include "mpi/failure.hpp"
+#include "mpi/witness.hpp"
 
 namespace carillon::cli {
 

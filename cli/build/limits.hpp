@@ -7,8 +7,11 @@
 #include "core/config.hpp"
 #include "core/time_limit.hpp"
 #include "core/trace.hpp"
-#include "mpi/witness.hpp"
 #include "solvers/mesh_child.hpp"
+
+namespace carillon::mpi {
+class Witness;
+}
 
 namespace carillon::cli {
 

@@ -14,20 +14,20 @@ using End = Testimony::End;
 using Evidence = Blame::Evidence;
 
 Testimony told(const std::string& task, End end, const std::string& words = "",
-               const Machine& machine = {"a", "boot-1", 4}) {
+               const Host& host = {"a", "boot-1", 4}) {
   Testimony one;
   one.process = "process of " + task;
   one.ranks = 3;
   one.task = task;
   one.stage = "solve";
-  one.machine = machine;
+  one.host = host;
   one.end = end;
   one.words = words;
   return one;
 }
 
-const std::vector<Machine> calm = {{"a", "boot-1", 4}};
-const std::vector<Machine> starved = {{"a", "boot-1", 5}};
+const std::vector<Host> calm = {{"a", "boot-1", 4}};
+const std::vector<Host> starved = {{"a", "boot-1", 5}};
 
 TEST(Blame, ACrashSpeaksForItself) {
   const auto blamed = blamed_tasks(
@@ -77,16 +77,16 @@ TEST(Blame, OneSilentEndAmongStoppedOnesIsNoted) {
   EXPECT_EQ(blamed_tasks({told("two", End::silent), told("two", End::silent)}, calm).size(), 1U);
 }
 
-TEST(Blame, MachinesAreToldApart) {
+TEST(Blame, HostsAreToldApart) {
   EXPECT_EQ(oom_kills_between({"a", "boot", 3}, {"a", "boot", 5}), 2);
   EXPECT_EQ(oom_kills_between({"a", "boot", 3}, {"b", "boot", 5}), -1);
   EXPECT_EQ(oom_kills_between({"a", "boot", 3}, {"a", "other", 5}), -1);
   EXPECT_EQ(oom_kills_between({"a", "", 3}, {"a", "", 5}), -1);
   EXPECT_EQ(oom_kills_between({"a", "boot", -1}, {"a", "boot", 5}), -1);
   EXPECT_EQ(oom_kills_between({"a", "boot", 5}, {"a", "boot", -1}), -1);
-  const Machine here = this_machine();
-  EXPECT_FALSE(here.host.empty());
-  EXPECT_EQ(oom_kills_between(here, this_machine()), here.oom_kills < 0 ? -1 : 0);
+  const Host here = this_host();
+  EXPECT_FALSE(here.name.empty());
+  EXPECT_EQ(oom_kills_between(here, this_host()), here.oom_kills < 0 ? -1 : 0);
   EXPECT_GT(resident_bytes(), 1 << 20);
 }
 

@@ -86,7 +86,7 @@ TEST_F(WitnessTest, EverySignalOfACrashIsNoted) {
     EXPECT_EQ(told.task, "modes/bowl");
     EXPECT_EQ(told.stage, "solve");
     EXPECT_EQ(told.ranks, 2);
-    EXPECT_EQ(told.machine.host, this_machine().host);
+    EXPECT_EQ(told.host.name, this_host().name);
   }
 }
 
