@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <new>
 
 #include "cli/text.hpp"
@@ -23,6 +25,14 @@ double limit_or_none(ConfigNode& node, const std::string& key) {
   const double seconds = node.quantity(key, Dimension::time, 0);
   if (!(seconds >= 0)) node.fail(key, "must not be negative; 0 is no limit");
   return seconds;
+}
+
+/// Data and stack of this process [byte]; 0 where it cannot be read.
+std::int64_t data_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::int64_t size = 0, resident = 0, shared = 0, text = 0, libraries = 0, data = 0;
+  if (!(file >> size >> resident >> shared >> text >> libraries >> data)) return 0;
+  return data * sysconf(_SC_PAGESIZE);
 }
 
 /// A soft limit on the data of this process, for one scope.
@@ -84,6 +94,8 @@ core::TimeLimit sample_clock(const TaskLimits& limits) {
 }
 
 void within_memory(std::int64_t limit, const std::function<void()>& solve) {
+  // Libraries that cannot even begin tend to crash.
+  if (limit > 0 && data_bytes() >= limit) refuse_memory(limit);
   try {
     const DataLimit data(limit);
     solve();

@@ -6,6 +6,7 @@ import shlex
 import shutil
 import stat
 import subprocess
+import tempfile
 import unittest
 
 from program import CARILLON, FolderTest, run, run_json
@@ -69,7 +70,9 @@ class Quarantine(FolderTest):
         """The recorded command, typed into a shell, says the same."""
         command = shlex.split(failure["reproduce"])
         self.assertEqual(command[0], "carillon")
-        os_environment = dict(os.environ, CARILLON_CACHE="", **(environment or {}))
+        # What other tests solved must not spare it the trouble.
+        cache = tempfile.mkdtemp(dir=self.folder)
+        os_environment = dict(os.environ, CARILLON_CACHE=cache, **(environment or {}))
         result = subprocess.run([CARILLON, *command[1:], "-o", str(self.folder / "shown")],
                                 capture_output=True, text=True, timeout=120, env=os_environment)
         self.assertEqual(result.returncode, 2, result.stderr)
@@ -129,8 +132,18 @@ class Quarantine(FolderTest):
         self.assertEqual(failures, [])
         self.check_is_whole(output)
 
+    def test_a_solve_that_grows_too_large(self):
+        # The bad body has 130,000 unknowns now, whose factor alone takes 1 GB.
+        _, failures = self.build("grown", "--set", "modes.order=3", "--set",
+                                 "modes.element_size=12 mm", "--set",
+                                 "objects[1].parameters.height=40 mm", "--set",
+                                 "limits.solve_memory=400 MiB", ranks=2)
+        self.check_only_bad_failed(failures, "solve", "MemoryError",
+                                   "the solve needs more than the limit of 400.0 MiB")
+        self.check_reproduces(failures[0])
+
     def test_a_solve_without_memory(self):
-        # What the process holds already is more than that: the first large allocation fails.
+        # Less than the process holds already: nothing is begun.
         _, failures = self.build("small", "--set", "limits.solve_memory=1 MiB", ranks=2)
         self.assertEqual({f["task"] for f in failures}, {GOOD[0], BAD[0]})
         for failure in failures:

@@ -160,6 +160,7 @@ class Crash(FolderTest):
         run_json("build", self.config, "-o", output)
         # As nine runs leave it; the tenth is real.
         (output / "modes" / "bad-000.h5").unlink()
+        (output / "samples" / "bad-000-0000.h5").unlink()
         with open(output / "journal.jsonl", "a") as journal:
             for number in range(9):
                 journal.write(json.dumps({"attempt": BAD, "evidence": "silence", "words": "killed",
