@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <fstream>
 #include <new>
@@ -33,6 +34,15 @@ std::int64_t data_bytes() {
   std::int64_t size = 0, resident = 0, shared = 0, text = 0, libraries = 0, data = 0;
   if (!(file >> size >> resident >> shared >> text >> libraries >> data)) return 0;
   return data * sysconf(_SC_PAGESIZE);
+}
+
+/// OpenBLAS takes its work space at the first product and tries for ever where it gets none: before
+/// any limit, then. It keeps what it has.
+void wake_blas() {
+  const Eigen::MatrixXd a = Eigen::MatrixXd::Constant(128, 128, 1);
+  Eigen::MatrixXd product(128, 128);
+  product.noalias() = a * a;
+  if (product(0, 0) != 128) throw core::Error("BLAS cannot multiply");
 }
 
 /// A soft limit on the data of this process, for one scope.
@@ -94,6 +104,7 @@ core::TimeLimit sample_clock(const TaskLimits& limits) {
 }
 
 void within_memory(std::int64_t limit, const std::function<void()>& solve) {
+  if (limit > 0) wake_blas();
   // Libraries that cannot even begin tend to crash.
   if (limit > 0 && data_bytes() >= limit) refuse_memory(limit);
   try {

@@ -133,7 +133,7 @@ class Quarantine(FolderTest):
         self.check_is_whole(output)
 
     def test_a_solve_that_grows_too_large(self):
-        # The bad body has 130,000 unknowns now, whose factor alone takes 1 GB.
+        # The bad body has 186,000 unknowns now, and its solve takes 1.2 GB.
         _, failures = self.build("grown", "--set", "modes.order=3", "--set",
                                  "modes.element_size=12 mm", "--set",
                                  "objects[1].parameters.height=40 mm", "--set",
