@@ -12,6 +12,7 @@
 #include "core/files.hpp"
 #include "core/trace.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/failure.hpp"
 
 namespace carillon::cli {
 
@@ -101,6 +102,9 @@ int run(int argc, char** argv, MPI_Comm world) {
   } catch (const core::SolverError& error) {
     // A body that cannot be solved, or not within the limits that were asked for.
     return fail(context, exit_input, error.what());
+  } catch (const mpi::TaskError& error) {
+    return fail(context, error.failure().kind == "Error" ? exit_internal : exit_input,
+                error.what());
   } catch (const std::exception& error) {
     return fail(context, exit_internal, error.what());
   }

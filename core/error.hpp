@@ -39,6 +39,17 @@ struct SolverError : Error {
 struct LimitError : SolverError {
   using SolverError::SolverError;
 };
+/// Time or memory ran out, by a limit or by the machine's own. What it says depends on the machine:
+/// a result may fail by it, but nothing may be chosen by it.
+struct ResourceError : SolverError {
+  using SolverError::SolverError;
+};
+struct TimeError : ResourceError {
+  using ResourceError::ResourceError;
+};
+struct MemoryError : ResourceError {
+  using ResourceError::ResourceError;
+};
 /// A file cannot be read or written.
 struct FileError : Error {
   using Error::Error;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -16,6 +17,13 @@ struct Trace {
   };
   std::map<std::string, Entry> stages;
   std::map<std::string, Entry> effects;
+  /// Told when another part of a task begins, and what it is busy with ("" for all of it); may be
+  /// empty. Parts: mesh, solve, sound, write.
+  std::function<void(const std::string& part, const std::string& item)> on_enter{};
+
+  void enter(const std::string& part, const std::string& item = {}) const {
+    if (on_enter) on_enter(part, item);
+  }
 
   void merge(const Trace& other);
 };

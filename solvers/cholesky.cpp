@@ -38,11 +38,14 @@ class Common {
           "the matrix could not be factored (CHOLMOD: it is not positive definite)",
           "the mesh may have elements that are nearly flat");
     }
-    throw core::SolverError(
-        fmt::format("the matrix could not be factored (CHOLMOD status {})", common_.status),
-        common_.status == CHOLMOD_OUT_OF_MEMORY || common_.status == CHOLMOD_TOO_LARGE
-            ? "the body needs more memory: use a coarser mesh, more ranks or the iterative solver"
-            : "");
+    const std::string message =
+        fmt::format("the matrix could not be factored (CHOLMOD status {})", common_.status);
+    if (common_.status == CHOLMOD_OUT_OF_MEMORY || common_.status == CHOLMOD_TOO_LARGE) {
+      throw core::MemoryError(
+          "out of memory: " + message,
+          "the body needs more memory: use a coarser mesh, more ranks or the iterative solver");
+    }
+    throw core::SolverError(message);
   }
 
  private:

@@ -12,7 +12,7 @@
 namespace carillon::solvers {
 namespace {
 
-enum Kind : int { input, solver, limit, file, other };
+enum Kind : int { input, solver, limit, time, memory, file, other };
 
 struct Failure {
   int kind = other;
@@ -29,12 +29,16 @@ Failure describe(const std::exception_ptr& error) {
     return {file, e.message(), e.hint()};
   } catch (const core::LimitError& e) {
     return {limit, e.message(), e.hint()};
+  } catch (const core::TimeError& e) {
+    return {time, e.message(), e.hint()};
+  } catch (const core::MemoryError& e) {
+    return {memory, e.message(), e.hint()};
   } catch (const core::SolverError& e) {
     return {solver, e.message(), e.hint()};
   } catch (const core::Error& e) {
     return {other, e.message(), e.hint()};
   } catch (const std::bad_alloc&) {
-    return {solver, "out of memory", ""};
+    return {memory, "out of memory", ""};
   } catch (const std::exception& e) {
     return {other, e.what(), ""};
   }
@@ -96,6 +100,10 @@ void agreed(MPI_Comm comm, const std::function<void()>& work) {
       throw core::SolverError(failure.message, failure.hint);
     case limit:
       throw core::LimitError(failure.message, failure.hint);
+    case time:
+      throw core::TimeError(failure.message, failure.hint);
+    case memory:
+      throw core::MemoryError(failure.message, failure.hint);
     case file:
       throw core::FileError(failure.message, failure.hint);
     default:

@@ -63,6 +63,7 @@ void check(int code) {
     PetscErrorMessage(static_cast<PetscErrorCode>(code), &general, nullptr);
     text = fmt::format("error {}{}{}", code, general ? ": " : "", general ? general : "");
   }
+  if (code == PETSC_ERR_MEM) throw core::MemoryError("out of memory: PETSc: " + text);
   throw core::SolverError("PETSc: " + text);
 }
 

@@ -91,10 +91,10 @@ std::string quoted_tail(const std::string& output) {
   if (kind == "file") throw core::FileError(message, hint);
   if (kind == "limit") throw core::LimitError(message, hint);
   if (kind == "memory") {
-    throw core::SolverError(
+    throw core::MemoryError(
         fmt::format("{}: meshing needs more than the limit of {}", what,
                     core::human_bytes(static_cast<double>(limits.memory))),
-        "a larger element size or a simpler surface needs less; or raise the memory limit");
+        "a larger element size or a simpler surface needs less; or raise limits.mesh_memory");
   }
   throw core::SolverError(message, hint);
 }
@@ -104,9 +104,9 @@ std::string quoted_tail(const std::string& output) {
                               const ChildLimits& limits) {
   const std::string tail = quoted_tail(exit.output);
   if (exit.timed_out) {
-    throw core::SolverError(fmt::format("{}: meshing was stopped at the time limit of {}{}", what,
-                                        core::human_duration(limits.seconds), tail),
-                            "a larger element size is faster; or raise the time limit");
+    throw core::TimeError(fmt::format("{}: meshing was stopped at the time limit of {}{}", what,
+                                      core::human_duration(limits.seconds), tail),
+                          "a larger element size is faster; or raise limits.mesh_time");
   }
   if (exit.signal != 0) {
     const char* name = sigabbrev_np(exit.signal);

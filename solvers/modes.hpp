@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/time_limit.hpp"
 #include "core/trace.hpp"
 #include "solvers/tet_mesh.hpp"
 
@@ -60,6 +61,9 @@ struct SolveOptions {
   /// would let results depend on it.
   std::int64_t memory_limit = 16ll << 30;
   bool estimate_errors = true;  ///< fill Modes::pitch_errors
+  /// Looked at between factorisations and in every step of an eigensolver; the first rank's clock
+  /// counts. One factorisation cannot be stopped.
+  core::TimeLimit time;
 };
 
 /// What is known of a mode set's completeness and accuracy.
@@ -134,6 +138,7 @@ struct Modes {
 /// @return the same on every rank
 /// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density, an empty band, no
 ///                      elements, or element nodes and regions that do not exist
+/// @throws TimeError    options.time passed; MemoryError: an allocation failed
 /// @throws SolverError  more memory than the limit, an element turned inside out, elements that
 ///                      overlap, no convergence,
 ///                      residual above 1e-6 (and above 1e-2 in the energy norm), wrong number of

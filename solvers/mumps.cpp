@@ -54,12 +54,15 @@ struct Mumps::Inside {
   void refuse_failure() const {
     if (result(1) >= 0) return;
     const bool memory = result(1) == -13 || result(1) == -8 || result(1) == -9;
-    throw core::SolverError(
+    const std::string message =
         fmt::format("the matrix could not be factored (MUMPS INFOG(1) = {}, INFOG(2) = {})",
-                    result(1), result(2)),
-        memory
-            ? "the body needs more memory: use a coarser mesh, more ranks or the iterative solver"
-            : "the mesh may have elements that are nearly flat");
+                    result(1), result(2));
+    if (memory) {
+      throw core::MemoryError(
+          "out of memory: " + message,
+          "the body needs more memory: use a coarser mesh, more ranks or the iterative solver");
+    }
+    throw core::SolverError(message, "the mesh may have elements that are nearly flat");
   }
 
   /// Calls add(row, column, index in stiffness, index in mass or -1) for this rank's entries of

@@ -80,6 +80,8 @@ class Search {
     MeshResult mesh;
     try {
       mesh = make_mesh_(options);
+    } catch (const core::ResourceError&) {
+      throw;  // another machine might go on: what comes out must not hang on that
     } catch (const core::LimitError& error) {
       if (first) throw;
       // This costs little, and fewer elements will do.
@@ -93,6 +95,8 @@ class Search {
     std::vector<Modes> sets;
     try {
       sets = solve_(mesh);
+    } catch (const core::ResourceError&) {
+      throw;
     } catch (const core::SolverError& error) {
       if (first) throw;
       stop("solver", error.message());

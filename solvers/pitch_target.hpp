@@ -43,7 +43,7 @@ struct PitchReport {
   std::size_t chosen = 0;        ///< that step
   std::vector<PitchStep> steps;  ///< in the order in which they were tried
   /// Empty when the target is met. Else what ended the search: max_elements, memory_limit, order (4
-  /// is the highest, and the mesh cannot be refined), mesher (it failed or ran into its limits),
+  /// is the highest, and the mesh cannot be refined), mesher (it failed),
   /// solver, no_progress or steps.
   std::string stopped_by;
   std::string reason;  ///< the same for a person
@@ -74,13 +74,15 @@ Modes without_margin(const Modes& modes);
 /// better than asked is kept: a coarser one would come on top of it. When the target is out of
 /// reach, the best that the bounds allow is tried before it gives up.
 ///
-/// The choice follows from counts and estimates alone, never from the clock, so it is the same
-/// everywhere; but for a mesh that ran into a limit of time.
+/// The choice follows from counts and estimates alone, never from the clock or from what a machine
+/// has free, so it is the same everywhere: a step that runs out of time or memory ends the search
+/// with its error.
 ///
 /// @throws InputError   the target is below least_pitch_target or no number, or modes come without
 /// pitch_errors; and
 ///                      what make_mesh and solve throw
 /// @throws SolverError  the first setting failed
+/// @throws ResourceError  any setting ran out of time or memory
 /// @note Collective where make_mesh and solve are.
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
                         const ModeSolver& solve);

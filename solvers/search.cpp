@@ -110,7 +110,28 @@ class Search {
     return std::min(wanted + rigid_ + spare_modes + more_, system_.unknowns());
   }
 
+  /// Ends the search on every rank once the first one's clock has passed the limit.
+  void heed_time() const {
+    if (options_.time.seconds <= 0) return;
+    int passed = options_.time.passed() ? 1 : 0;
+    MPI_Bcast(&passed, 1, MPI_INT, 0, comm_);
+    if (passed != 0) options_.time.refuse();
+  }
+
+  /// The same operator, which looks at the clock before each use.
+  Inverse timed(Inverse inverse) const {
+    if (options_.time.seconds <= 0 || !inverse) return inverse;
+    return [comm = comm_, limit = options_.time, inner = std::move(inverse)](const auto& right,
+                                                                             auto solution) {
+      int passed = limit.passed() ? 1 : 0;
+      MPI_Bcast(&passed, 1, MPI_INT, 0, comm);
+      if (passed != 0) limit.refuse();
+      inner(right, solution);
+    };
+  }
+
   std::int64_t count(double value) {
+    heed_time();
     const core::ScopedTimer timer(trace_.stages["count"]);
     if (!memory_.both_fit) result_.shifted = ShiftedSystem();
     return count_below(system_, value, plan_, comm_);
@@ -250,8 +271,13 @@ class Search {
     solved_seed_ = seed_;
     result_.pairs = EigenPairs();
     prepare();
-    agreed(comm_,
-           [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
+    try {
+      agreed(comm_,
+             [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
+    } catch (const core::SolverError&) {
+      heed_time();  // SLEPc hands on no more than that something went wrong
+      throw;
+    }
     result_.eigen_solver = result_.pairs.solver;
     judge();
   }
@@ -267,12 +293,15 @@ class Search {
   void prepare() {
     if (result_.shifted.inverse && result_.shifted.shift == shift_) return;
     result_.shifted = ShiftedSystem();  // two factors at once need not fit
+    heed_time();
     if (memory_.linear_solver == LinearSolver::direct) {
       result_.shifted = factor_shifted(system_, shift_, plan_, comm_);
-      return;
+    } else {
+      const IterativeOptions options{shift_, inner_share * tolerance(), memory_.coarse_factor};
+      result_.shifted = iterative_shifted(mesh_, regions_, system_, component_, options, comm_);
     }
-    const IterativeOptions options{shift_, inner_share * tolerance(), memory_.coarse_factor};
-    result_.shifted = iterative_shifted(mesh_, regions_, system_, component_, options, comm_);
+    result_.shifted.inverse = timed(std::move(result_.shifted.inverse));
+    result_.shifted.preconditioner = timed(std::move(result_.shifted.preconditioner));
   }
 
   /// Tells vibrations from rigid motions among the pairs.
@@ -334,6 +363,7 @@ class Search {
     result_.shifted = ShiftedSystem();
     std::vector<EigenPairs> slices;
     for (const auto& lack : lacks) {
+      heed_time();
       slices.push_back(methods_.slice(system_, lack.low, lack.high, options_.tolerance, comm_));
     }
     result_.pairs = with_slices(result_, lacks, slices);

@@ -4,7 +4,9 @@
 #include <spdlog/spdlog.h>
 
 #include <memory>
+#include <optional>
 
+#include "cli/build/attempts.hpp"
 #include "cli/build/costs.hpp"
 #include "cli/build/inputs.hpp"
 #include "cli/build/progress_so_far.hpp"
@@ -16,6 +18,7 @@
 #include "mpi/folder_lock.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/task_service.hpp"
+#include "mpi/witness.hpp"
 
 namespace carillon::cli {
 
@@ -78,15 +81,17 @@ mpi::TaskBoard make_board(const LoadedBuild& build, const std::map<std::string, 
 
 /// One task on the ranks of a group; returns its journal record.
 std::string run_task(const LoadedBuild& build, const BuildTask& task, const BuildFolders& folders,
-                     MPI_Comm group) {
+                     MPI_Comm group, mpi::Witness& witness) {
   const double start = core::monotonic_seconds();
   ModesTaskResult result;
   core::Trace own;
-  if (task.kind == TaskKind::modes) {
-    result = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
-  } else {
-    result.written = run_samples_task(build.config, build.plan, task, folders, own);
-  }
+  watch_task(witness, build.config.limits, task.key, own, [&] {
+    if (task.kind == TaskKind::modes) {
+      result = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
+    } else {
+      result.written = run_samples_task(build.config, build.plan, task, folders, own);
+    }
+  });
   json record = {{"files", describe_files(result.written, folders.output)},
                  {"seconds", core::monotonic_seconds() - start},
                  {"trace", to_json(own)}};
@@ -146,6 +151,7 @@ int run_build(const BuildOptions& options, const Context& context) {
   const bool host = context.speaks();
   const mpi::FolderLock lock(folders.output, context.world);
 
+  settle_attempts(folders.output / "journal.jsonl", folders.output, context.world);
   std::unique_ptr<mpi::Journal> journal;
   mpi::TaskBoard board;
   int run = 1;
@@ -181,12 +187,19 @@ int run_build(const BuildOptions& options, const Context& context) {
         fmt::format("{} of {} tasks", now.count(mpi::TaskState::done), now.tasks().size()));
   };
   const mpi::InterruptGuard guard;
+  std::optional<mpi::Witness> witness;
+  mpi::agreed(context.world, [&] {
+    witness.emplace(idle ? "" : witness_file(folders.output, mpi::rank(context.world)),
+                    mpi::size(context.world), exit_interrupted);
+  });
   const mpi::RunReport report = mpi::run_tasks(
       context.world, std::move(board), hooks,
       [&](std::int64_t number, MPI_Comm group) {
-        return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)], folders, group);
+        return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)], folders, group,
+                        *witness);
       },
       mpi::describe_machine(context.world, build.config.ranks.memory_per_node));
+  witness.reset();
   progress.finish("");
 
   const std::vector<mpi::RankTimes> ranks = gather_times(report.times, context.world);

@@ -42,12 +42,6 @@ std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t
   return limit;
 }
 
-double above_zero(ConfigNode& node, const std::string& key, Dimension dimension, double fallback) {
-  const double value = node.quantity(key, dimension, fallback);
-  if (!(value > 0)) node.fail(key, "must be positive");
-  return value;
-}
-
 void read_family(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
   source.family = node.text("shape");
   at_key(node, "shape", [&] { solvers::find_family(source.family); });
@@ -159,11 +153,6 @@ void read_solver(ConfigNode node, BuildConfig& config) {
   config.solver.solver = solvers::parse_eigen_solver(
       node.choice("eigen_solver", {"block_lanczos", "krylov_schur"}, "block_lanczos"));
   config.solver.memory_limit = memory_limit(node, "memory_limit", config.solver.memory_limit);
-}
-
-void read_limits(ConfigNode node, BuildConfig& config) {
-  config.mesh_limits.seconds = above_zero(node, "mesh_time", Dimension::time, 300);
-  config.mesh_limits.memory = memory_limit(node, "mesh_memory", 8ll << 30);
 }
 
 synth::MelOptions read_mel(ConfigNode node, const AudioConfig& audio) {
@@ -301,7 +290,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   read_modes(root.child("modes"), config);
   tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);
-  read_limits(root.child("limits"), config);
+  config.limits = read_limits(root.child("limits"));
   config.ranks = read_ranks(root.child("ranks"));
   if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);
   if (root.has("voxels")) config.voxels = read_voxels(root.child("voxels"));

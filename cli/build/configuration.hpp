@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "cli/build/limits.hpp"
 #include "cli/build/ranks.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/config.hpp"
 #include "render/frame.hpp"
 #include "render/voxels.hpp"
-#include "solvers/mesh_child.hpp"
 #include "solvers/modes.hpp"
 #include "synth/material.hpp"
 #include "synth/mel.hpp"
@@ -52,8 +52,8 @@ struct BuildConfig {
   solvers::SolveOptions solver;  ///< all but the band
   solvers::MeshOptions mesh;
   double pitch_cents = 0;  ///< each shape is refined until its worst mode is within it; 0: not
-  solvers::ChildLimits mesh_limits;
   RanksConfig ranks;
+  TaskLimits limits;
   Scene scene;
   std::optional<synth::MelOptions> mel;
   std::optional<render::VoxelOptions> voxels;

@@ -163,14 +163,24 @@ std::vector<solvers::Modes> solve_sets(const BuildConfig& config, const Shape& s
   if (config.pitch_cents > 0) {
     for (auto& request : sets.requests) request.band = solvers::judged_band(request.band);
   }
-  return solvers::solve_materials(mesh.mesh, sets.requests, options, comm, folders.cache, trace);
+  options.time = solve_clock(config.limits);
+  std::vector<solvers::Modes> solved;
+  within_memory(config.limits.solve_memory, [&] {
+    solved =
+        solvers::solve_materials(mesh.mesh, sets.requests, options, comm, folders.cache, trace);
+  });
+  return solved;
 }
 
 /// Mesh and mode sets as the configuration asks: as they come, or refined to a pitch target.
 solvers::PitchResult make_sets(const BuildConfig& config, const Shape& shape,
                                const BuildFolders& folders, MPI_Comm comm, core::Trace& trace) {
+  trace.enter("mesh");
   const auto solve = [&](const solvers::MeshResult& mesh) {
-    return solve_sets(config, shape, mesh, folders, comm, trace);
+    trace.enter("solve");
+    std::vector<solvers::Modes> sets = solve_sets(config, shape, mesh, folders, comm, trace);
+    trace.enter("mesh");  // a finer one, unless this was the last
+    return sets;
   };
   if (config.pitch_cents > 0) {
     PitchSearch search;
@@ -178,7 +188,7 @@ solvers::PitchResult make_sets(const BuildConfig& config, const Shape& shape,
     search.cents = config.pitch_cents;
     search.linear_solver = config.solver.linear_solver;
     search.memory_limit = config.solver.memory_limit;
-    search.limits = config.mesh_limits;
+    search.limits = config.limits.mesh;
     search.cache = folders.cache;
     solvers::PitchResult result = refine_to_pitch(search, solve, comm, trace);
     if (!result.report.met() && mpi::rank(comm) == 0) {
@@ -190,7 +200,7 @@ solvers::PitchResult make_sets(const BuildConfig& config, const Shape& shape,
   solvers::PitchResult result;
   {
     const core::ScopedTimer timer(trace.stages["mesh"]);
-    result.mesh = shared_mesh(shape.request, config.mesh_limits, folders.cache, comm);
+    result.mesh = shared_mesh(shape.request, config.limits.mesh, folders.cache, comm);
   }
   result.sets = solve(result.mesh);
   return result;
@@ -211,6 +221,7 @@ ModesTaskResult run_modes_task(const BuildConfig& config, const Shape& shape,
                            {"order", request.options.order},
                            {"element_size_m", request.options.element_size}};
   }
+  trace.enter("write");
   mpi::agreed(comm, [&] {
     if (mpi::rank(comm) != 0) return;
     core::write_durably(folders.modes_file(shape), [&](const std::filesystem::path& path) {

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/image.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/witness.hpp"
 
 namespace carillon::cli {
 
@@ -89,12 +90,18 @@ void add_preview(CLI::App& program, Context& context) {
     const Shape& shape = build.plan.shapes[sample.shape];
     const BuildFolders folders{options->output, context.cache};
     core::Trace trace;
-    run_modes_task(build.config, shape, folders, context.world, trace);
+    // Nobody reads what it would write, but it ends what hangs, as in a build.
+    mpi::Witness witness("", mpi::size(context.world), exit_input);
+    watch_task(witness, build.config.limits, sample.key, trace,
+               [&] { run_modes_task(build.config, shape, folders, context.world, trace); });
     if (!context.speaks()) return;
 
     Columns record;
-    const SampleResult result =
-        SampleMaker(build.config, shape, folders, trace).make(sample, &record);
+    SampleResult result;
+    watch_task(witness, build.config.limits, sample.key, trace, [&] {
+      trace.enter("sound", sample.key);
+      result = SampleMaker(build.config, shape, folders, trace).make(sample, &record);
+    });
     const std::size_t count = build.config.scene.audio.samples();
     core::write_wav(folders.output / "sound.wav", clip_of(result.sound),
                     core::SampleFormat::float32);

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "cli/build/dataset.hpp"
+#include "cli/build/failures.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
@@ -17,7 +18,9 @@ using nlohmann::json;
 std::map<std::string, json> finished_tasks(const mpi::Journal& journal,
                                            const std::filesystem::path& output) {
   std::map<std::string, json> finished;
-  for (const json& entry : journal.entries()) finished[entry.at("task")] = entry;
+  for (const json& entry : journal.entries()) {
+    if (entry.contains("task")) finished[entry.at("task")] = entry;  // else not an outcome
+  }
   std::erase_if(finished, [&](const auto& item) {
     for (const json& file : item.second.value("files", json::array())) {
       std::error_code error;
@@ -39,6 +42,18 @@ std::multiset<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+/// A configuration without its block `limits:`, which decides what fails and no value.
+std::string without_limits(const std::string& text) {
+  std::string kept;
+  std::istringstream in(text);
+  bool inside = false;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(' ')) inside = line.starts_with("limits:");
+    if (!inside) kept += line + "\n";
+  }
+  return kept;
+}
+
 }  // namespace
 
 void claim_folder(const LoadedBuild& build, const std::filesystem::path& output) {
@@ -51,6 +66,10 @@ void claim_folder(const LoadedBuild& build, const std::filesystem::path& output)
   }
   const std::string old = core::read_file(path);
   if (old == text) return;
+  if (without_limits(old) == without_limits(text)) {
+    core::write_text_durably(path, text);
+    return;
+  }
   if (old.starts_with(build.config.resolved)) {
     throw core::ConfigError(
         fmt::format("{} was built from other files: a mesh, the materials, the strikes or a "
@@ -81,44 +100,11 @@ json describe_files(const std::vector<std::string>& written, const std::filesyst
   return files;
 }
 
-namespace {
-
-/// As one word of a shell.
-std::string quoted(const std::string& word) {
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-/// The command that meets a failed task's reason again: a sample of the same body.
-std::string reproduce(const LoadedBuild& build, const BuildTask& task) {
-  std::string command = "carillon preview " + quoted(build.path);
-  for (const std::string& assignment : build.overrides) command += " --set " + quoted(assignment);
-  for (const Sample& sample : build.plan.samples) {
-    if (sample.shape == task.shape) return command + " --sample " + quoted(sample.key);
-  }
-  return command;
-}
-
-/// Samples tasks that are left out because the modes of their body failed.
-json skipped_with(const LoadedBuild& build, const BuildTask& failed,
-                  const std::map<std::string, json>& finished) {
-  json skipped = json::array();
-  if (failed.kind != TaskKind::modes) return skipped;
-  for (const BuildTask& task : build.plan.tasks) {
-    const bool waits = task.kind == TaskKind::samples && task.shape == failed.shape;
-    if (waits && !finished.contains(task.key)) skipped.push_back(task.key);
-  }
-  return skipped;
-}
-
-}  // namespace
-
 Results write_results(const LoadedBuild& build, const BuildFolders& folders,
                       const std::map<std::string, json>& finished) {
   Results results;
   std::vector<std::size_t> done;
-  json files = json::array(), failures = json::array(), pitch_targets = json::object();
+  json files = json::array(), pitch_targets = json::object();
   for (std::size_t t = 0; t < build.plan.tasks.size(); ++t) {
     const BuildTask& task = build.plan.tasks[t];
     const auto found = finished.find(task.key);
@@ -135,15 +121,9 @@ Results write_results(const LoadedBuild& build, const BuildFolders& folders,
         if (!entry.at("pitch_target").at("met").get<bool>()) results.missed.push_back(shape);
       }
       for (const json& file : entry.at("files")) files.push_back(file);
-    } else {
-      failures.push_back({{"task", task.key},
-                          {"kind", entry.value("kind", "Error")},
-                          {"message", entry.value("message", "")},
-                          {"hint", entry.value("hint", "")},
-                          {"skipped", skipped_with(build, task, finished)},
-                          {"reproduce", reproduce(build, task)}});
     }
   }
+  const json failures = describe_failures(build, folders.output.string(), finished);
   write_index(build.config, build.plan, done, folders);
   write_descriptions(build.config, build.plan, results.samples, pitch_targets, files, failures,
                      folders);

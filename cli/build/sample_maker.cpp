@@ -113,6 +113,7 @@ const std::vector<synth::Material>& SampleMaker::materials(std::size_t variant) 
 }
 
 SampleResult SampleMaker::make(const Sample& sample, Columns* record) {
+  const core::TimeLimit clock = sample_clock(impl_->config.limits);
   const Impl::Ready& variant = impl_->variant(sample.variant);
   SampleResult result;
   Sound& sound = result.sound;
@@ -123,6 +124,7 @@ SampleResult SampleMaker::make(const Sample& sample, Columns* record) {
   impl_->set_part(sample, sound);
   impl_->draw_strike(sample, sound);
   impl_->chain.make(sound);
+  if (clock.passed()) clock.refuse();
   result.frame = synth::frame_at(variant.modes.surface, sound.strike.point);
   result.complete_to_hz = variant.modes.certificate.complete_to_hz;
   for (const double cents : variant.modes.pitch_errors) {

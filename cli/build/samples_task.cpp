@@ -46,23 +46,29 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
                                           const BuildTask& task, const BuildFolders& folders,
                                           core::Trace& trace) {
   const Shape& shape = plan.shapes[task.shape];
+  trace.enter("sound", plan.samples[task.first].key);
   SampleRows rows(config, shape, folders, trace);
   Columns columns;
   std::vector<std::string> written;
   std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
+    trace.enter("sound", sample.key);
     const SampleResult result = rows.add(sample, columns);
     if (config.scene.audio.dtype == core::SampleFormat::int16 && result.peak > 0 &&
         synth::silent_after_rounding(result.sound.audio, 16)) {
       ++silent;
     }
-    if (config.wav) written.push_back(write_sound(config, shape, sample, result, folders));
+    if (config.wav) {
+      trace.enter("write", sample.key);
+      written.push_back(write_sound(config, shape, sample, result, folders));
+    }
   }
   if (silent > 0) {
     spdlog::warn("{}: {} of {} sounds are nothing but zeros in 16 bits; raise audio.gain", task.key,
                  silent, task.count);
   }
+  trace.enter("write");
   const core::ScopedTimer timer(trace.stages["write shard"]);
   core::write_durably(folders.shard_file(task), [&](const std::filesystem::path& path) {
     const core::Hdf5Group file = core::Hdf5Group::create_file(path);

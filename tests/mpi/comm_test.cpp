@@ -88,7 +88,9 @@ TEST(Agree, KeepsTheKindOfTheError) {
   expect_kept_on_all_ranks<FileError, FileError>(FileError("disk full"), "disk full");
   expect_kept_on_all_ranks<Error, Error>(Error("plain \xff"), "plain \xef\xbf\xbd");
   expect_kept_on_all_ranks<std::out_of_range, Error>(std::out_of_range("range"), "range");
-  expect_kept_on_all_ranks<std::bad_alloc, Error>(std::bad_alloc(), "out of memory");
+  expect_kept_on_all_ranks<TimeError, TimeError>(TimeError("late"), "late");
+  expect_kept_on_all_ranks<MemoryError, MemoryError>(MemoryError("full"), "full");
+  expect_kept_on_all_ranks<std::bad_alloc, MemoryError>(std::bad_alloc(), "out of memory");
   expect_kept_on_all_ranks<int, Error>(7, "an unknown exception");
 }
 
@@ -112,6 +114,13 @@ TEST(Failure, RecordIsOneLineOfJson) {
   EXPECT_EQ(nlohmann::json::parse(record).at("kind"), "SolverError");
   EXPECT_EQ(from_record(record), failure);
   EXPECT_EQ(to_record({"Error", "m", ""}), R"({"kind":"Error","message":"m"})");
+  const Failure staged{"FileError", "disk full", "", "write", "bar/steel/1/strike-0001"};
+  EXPECT_EQ(from_record(to_record(staged)), staged);
+  try {
+    raise(staged);
+  } catch (const TaskError&) {
+    EXPECT_EQ(describe(std::current_exception()), staged);
+  }
   EXPECT_THROW(from_record("{}"), core::Error);
   EXPECT_THROW(from_record("no json"), core::Error);
 }

@@ -99,9 +99,36 @@ TEST(RunTasks, AFailureIsRecordedAndSkipsWhatDependsOnIt) {
   EXPECT_FALSE(outcomes.by_key.at("1").ok);
   EXPECT_EQ(from_record(outcomes.by_key.at("1").record),
             (Failure{"SolverError", "no convergence", "more iterations"}));
-  EXPECT_EQ(from_record(outcomes.by_key.at("2").record), (Failure{"Error", "out of memory", ""}));
+  EXPECT_EQ(from_record(outcomes.by_key.at("2").record), (Failure{"MemoryError", "out of memory"}));
   EXPECT_EQ(outcomes.by_key.count("after 1"), 0U);
   EXPECT_EQ(report.board.state(3), TaskState::skipped);
+}
+
+/// One rank of a group falls: both know, and the next task runs on both.
+TEST(RunTasks, AFailureOnOneRankOfAGroupIsTheGroupsAndTheNextTaskRuns) {
+  const int width = std::min(2, size(world));
+  std::vector<Task> tasks;
+  for (int i = 0; i < 6; ++i) tasks.push_back({.key = std::to_string(i), .width = 2});
+  Outcomes outcomes;
+  std::vector<int> ran(6, 0);
+  const RunReport report =
+      run_tasks(world, on_host(tasks), outcomes.hooks(), 2, [&](std::int64_t task, MPI_Comm group) {
+        ran[static_cast<std::size_t>(task)] = 1;
+        if (task % 2 == 1 && rank(group) == size(group) - 1) {
+          throw TaskError({"SolverError", "no convergence", "finer", "solve", "bar/steel/1"});
+        }
+        return std::string("{}");
+      });
+  EXPECT_EQ(report.done, 3);
+  EXPECT_EQ(report.failed, 3);
+  MPI_Allreduce(MPI_IN_PLACE, ran.data(), 6, MPI_INT, MPI_SUM, world);
+  EXPECT_EQ(ran, std::vector<int>(6, width));
+  if (rank(world) != 0) return;
+  for (const char* key : {"1", "3", "5"}) {
+    EXPECT_EQ(from_record(outcomes.by_key.at(key).record),
+              (Failure{"SolverError", "no convergence", "finer", "solve", "bar/steel/1"}));
+  }
+  EXPECT_EQ(outcomes.by_key.at("4").record, "{}");
 }
 
 class GroupWidth : public testing::TestWithParam<int> {};

@@ -162,6 +162,43 @@ TEST(Group, AFailureOfOneRankReachesAll) {
   EXPECT_GT(solve(block(), MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
 }
 
+/// The first rank's clock passes the limit when the eigensolver begins: all stop in its first
+/// steps, inside SLEPc too, and the group goes on.
+TEST(Group, ATimeLimitReachesAllInTheMiddleOfASolve) {
+  SolveOptions options;
+  options.band = {20, 120000, 20};
+  options.estimate_errors = false;
+  const auto mesh = block();
+  const std::vector<Elastic> regions(mesh.region_names.size(), test::steel);
+  for (const auto solver : {EigenSolver::block_lanczos, EigenSolver::krylov_schur}) {
+    for (const auto linear : {LinearSolver::direct, LinearSolver::iterative}) {
+      options.solver = solver;
+      options.linear_solver = linear;
+      options.time = {1.5, "the solve", "limits.solve_time"};
+      bool began = false, ended = false;
+      SearchMethods methods;
+      methods.lowest = [&](const System& system, const EigenRequest& request,
+                           const ShiftedSystem& shifted, MPI_Comm comm) {
+        began = true;
+        int rank = 0;
+        MPI_Comm_rank(comm, &rank);
+        while (rank == 0 && !options.time.passed()) {
+        }
+        auto pairs = lowest_pairs(system, request, shifted, comm);
+        ended = true;
+        return pairs;
+      };
+      core::Trace trace;
+      const auto message = error_of<core::TimeError>(
+          [&] { solve_modes(mesh, regions, options, MPI_COMM_WORLD, trace, methods); });
+      EXPECT_TRUE(on_all_ranks(message == "the solve takes longer than the limit of 1.5 s"))
+          << message;
+      EXPECT_TRUE(on_all_ranks(began && !ended));
+    }
+  }
+  EXPECT_GT(solve(mesh, MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
+}
+
 /// One rank runs out of memory in earnest: its address space is limited to little more than it has.
 TEST(Group, OneRankOutOfMemoryReachesAll) {
   const auto mesh = box_mesh({0.1, 0.1, 0.1}, {10, 10, 10}, 3);
@@ -176,7 +213,7 @@ TEST(Group, OneRankOutOfMemoryReachesAll) {
     ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);
   }
   const auto message =
-      error_of<core::SolverError>([&] { solve(mesh, MPI_COMM_WORLD, LinearSolver::direct); });
+      error_of<core::MemoryError>([&] { solve(mesh, MPI_COMM_WORLD, LinearSolver::direct); });
   if (on_last_rank()) {
     ASSERT_EQ(setrlimit(RLIMIT_AS, &before), 0);
   }

@@ -1,0 +1,158 @@
+#include "cli/build/attempts.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "core/progress.hpp"
+#include "mpi/blame.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/journal.hpp"
+#include "mpi/witness.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr int most_crashes = 2;
+constexpr int most_silent_ends = 10;
+
+std::filesystem::path witness_folder(const std::filesystem::path& output) {
+  return output / "running";
+}
+
+/// Hosts of this run, to be asked about the one before.
+std::vector<mpi::Host> gather_hosts(MPI_Comm world) {
+  const mpi::Host own = mpi::this_host();
+  const json record = {{"host", own.name}, {"boot", own.boot}, {"oom_kills", own.oom_kills}};
+  std::vector<mpi::Host> hosts;
+  for (const std::string& text : mpi::all_gather(record.dump(), world)) {
+    const json one = json::parse(text);
+    hosts.push_back({one.at("host"), one.at("boot"), one.at("oom_kills")});
+  }
+  return hosts;
+}
+
+/// What the journal holds against a task since its last outcome.
+struct Tally {
+  int crashes = 0;  ///< and ends for lack of memory
+  int silent = 0;
+  bool overdue = false;
+  json last;  ///< its last attempt
+  std::vector<std::string> words;
+};
+
+struct Tallies {
+  std::map<std::string, Tally> by_task;
+  std::set<std::string> processes;  ///< whose end was counted
+};
+
+void count(const json& entry, Tallies& tallies) {
+  if (entry.contains("task")) {
+    tallies.by_task.erase(entry.at("task").get<std::string>());
+    return;
+  }
+  if (!entry.contains("attempt")) return;
+  Tally& tally = tallies.by_task[entry.at("attempt").get<std::string>()];
+  const std::string evidence = entry.at("evidence");
+  if (evidence == name_of(mpi::Blame::Evidence::overdue)) tally.overdue = true;
+  if (evidence == name_of(mpi::Blame::Evidence::silence)) {
+    ++tally.silent;
+  } else {
+    ++tally.crashes;
+    tally.words.push_back(entry.at("words"));
+  }
+  tally.last = entry;
+  tallies.processes.insert(entry.at("process").get<std::string>());
+}
+
+json to_entry(const mpi::Blame& blame) {
+  json entry = {{"attempt", blame.task},
+                {"evidence", name_of(blame.evidence)},
+                {"words", blame.words},
+                {"process", blame.process}};
+  if (!blame.stage.empty()) entry["stage"] = blame.stage;
+  if (!blame.item.empty()) entry["item"] = blame.item;
+  return entry;
+}
+
+/// The outcome of a task that is given up; null while it may still be tried.
+json verdict(const std::string& task, const Tally& tally) {
+  json entry = {{"task", task}, {"ok", false}};
+  for (const char* key : {"stage", "item"}) {
+    if (tally.last.contains(key)) entry[key] = tally.last.at(key);
+  }
+  if (tally.overdue) {
+    entry["kind"] = "TimeError";
+    entry["message"] = tally.last.at("words");
+    entry["hint"] =
+        "it did not heed its limit, so that the run was ended; raise the limit, or "
+        "look at it alone with the command in `reproduce`";
+    return entry;
+  }
+  if (tally.crashes >= most_crashes) {
+    const bool memory = tally.last.at("evidence") == name_of(mpi::Blame::Evidence::memory);
+    entry["kind"] = memory ? "MemoryError" : "CrashError";
+    entry["message"] =
+        fmt::format("the run ended while this task ran, {}: {}",
+                    tally.crashes == 2 ? "twice" : fmt::format("{} times", tally.crashes),
+                    fmt::join(tally.words, ", then "));
+    entry["hint"] = memory ? "fewer ranks on a machine, a lower solver.memory_limit or a coarser "
+                             "mesh need less"
+                           : "the command in `reproduce` runs it alone";
+    return entry;
+  }
+  if (tally.silent >= most_silent_ends) {
+    entry["kind"] = "CrashError";
+    entry["message"] = fmt::format(
+        "the run ended {} times while this task ran, each time without a sign why", tally.silent);
+    entry["hint"] = "if somebody else ended these runs, --retry-failed tries it again";
+    return entry;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::filesystem::path witness_file(const std::filesystem::path& output, int rank) {
+  return witness_folder(output) / fmt::format("rank-{:05}", rank);
+}
+
+void settle_attempts(const std::filesystem::path& journal_path, const std::filesystem::path& output,
+                     MPI_Comm world) {
+  const std::vector<mpi::Host> hosts = gather_hosts(world);
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
+    const auto told = mpi::read_testimonies(witness_folder(output));
+    mpi::Journal journal(journal_path);
+    Tallies tallies;
+    for (const json& entry : journal.entries()) count(entry, tallies);
+    const std::set<std::string> counted = tallies.processes;
+    for (const mpi::Blame& blame : mpi::blamed_tasks(told, hosts)) {
+      // A run that was killed right here has counted it already.
+      if (counted.contains(blame.process)) continue;
+      const json entry = to_entry(blame);
+      journal.append(entry);
+      count(entry, tallies);
+      spdlog::warn("the last run ended while {} ran: {}", blame.task, blame.words);
+    }
+    for (const auto& [task, tally] : tallies.by_task) {
+      const json entry = verdict(task, tally);
+      if (entry.is_null()) continue;
+      journal.append(entry);
+      spdlog::warn("{} is given up: {}", task, entry.at("message").get<std::string>());
+    }
+    std::error_code ignored;  // what is left behind is read again, and counted once
+    std::filesystem::remove_all(witness_folder(output), ignored);
+  });
+}
+
+}  // namespace carillon::cli

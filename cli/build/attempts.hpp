@@ -1,0 +1,25 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <filesystem>
+
+namespace carillon::cli {
+
+/// File in which a rank tells what it runs (mpi/witness.hpp), in a folder that is there while a
+/// build runs and stays behind when it is killed.
+std::filesystem::path witness_file(const std::filesystem::path& output, int rank);
+
+/// Before the board is made: reads what the ranks of an earlier run left behind, writes into the
+/// journal whom it speaks against, and gives up the tasks that have ended too many runs:
+///
+/// - two by a crash or for lack of memory,
+/// - one by going on after its time limit,
+/// - ten in which its process alone ended without a word.
+///
+/// Counted from a task's last outcome in the journal on. Giving up is an ordinary failed outcome.
+/// @note Collective on world; rank 0 reads and writes.
+void settle_attempts(const std::filesystem::path& journal, const std::filesystem::path& output,
+                     MPI_Comm world);
+
+}  // namespace carillon::cli

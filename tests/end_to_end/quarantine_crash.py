@@ -1,0 +1,179 @@
+"""Solves that take the whole run with them: who is to blame is given up, who merely ran is not."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import time
+import unittest
+
+from program import CARILLON, FolderTest, run, run_json
+from same import hashes
+
+CONFIG = """
+seed: 3
+materials: [steel]
+objects:
+  - {shape: block, name: bad, parameters: {length: 200 mm, width: 80 mm, height: 20 mm}}
+  - {shape: tile, name: good, count: 3, parameters: {length: 60 mm, width: 50 mm, thickness: 6 mm}}
+modes: {max_modes: 8, order: 2, element_size: 20 mm}
+strikes: {per_object: 2}
+audio: {seconds: 0.1 s}
+"""
+BAD = "modes/bad-000"
+# Unknowns of the bad body, and of no good one, are at least so many.
+FROM = "1500"
+
+
+def wait_for(what, seconds=60):
+    """The first true answer of a question."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        answer = what()
+        if answer:
+            return answer
+        time.sleep(0.02)
+    raise AssertionError("waited in vain")
+
+
+class Crash(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.config = cls.folder / "four.yaml"
+        cls.config.write_text(CONFIG)
+        cls.shim = cls.folder / "fault.so"
+        source = pathlib.Path(__file__).with_name("fault.c")
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", cls.shim, source, "-ldl"], check=True)
+        cls.whole = cls.folder / "whole"
+        run_json("build", cls.config, "-o", cls.whole)
+
+    def command(self, output, *arguments, ranks=None):
+        command = [CARILLON, "--cache", "", "build", str(self.config), "-o", str(output),
+                   "--quiet", *arguments]
+        if ranks:
+            command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
+        return command
+
+    def ill(self, fault):
+        return dict(os.environ, LD_PRELOAD=str(self.shim), FAULT=fault, FAULT_FROM=FROM)
+
+    def run_ill(self, output, fault, *arguments, ranks=None):
+        return subprocess.run(self.command(output, *arguments, ranks=ranks), text=True,
+                              capture_output=True, timeout=120, env=self.ill(fault))
+
+    def attempts(self, output):
+        lines = (output / "journal.jsonl").read_text().splitlines()
+        return [(e["attempt"], e["evidence"]) for e in map(json.loads, lines) if "attempt" in e]
+
+    def failures(self, output):
+        return json.loads((output / "failures.json").read_text())
+
+    def test_a_crash_costs_the_run_twice(self):
+        for fault, name, ranks in (("segv", "SIGSEGV", 2), ("abort", "SIGABRT", None)):
+            output = self.folder / fault
+            for _ in range(2):
+                result = self.run_ill(output, fault, ranks=ranks)
+                self.assertNotIn(result.returncode, (0, 1, 2, 3, 130), result.stderr)
+            result = self.run_ill(output, fault, ranks=ranks)
+            self.assertEqual(result.returncode, 3, result.stderr)
+            # Whoever ran beside it is innocent.
+            self.assertEqual(self.attempts(output), [(BAD, "crash")] * 2)
+            failure, = self.failures(output)
+            self.assertEqual((failure["task"], failure["stage"], failure["kind"]),
+                             (BAD, "solve", "CrashError"))
+            self.assertEqual(failure["message"], "the run ended while this task ran, twice: "
+                             f"{name}, then {name}")
+            self.assertEqual(run_json("build", self.config, "-o", output, "--retry-failed",
+                                      )["failed_tasks"], 0)
+            self.assertEqual(hashes(output), hashes(self.whole))
+
+    def test_the_recorded_command_crashes_too(self):
+        command = ["preview", str(self.config), "--sample", "bad-000/steel/1/strike-0000"]
+        result = subprocess.run([CARILLON, "--cache", "", *command, "-o", self.folder / "shown"],
+                                capture_output=True, timeout=120, env=self.ill("segv"))
+        self.assertEqual(result.returncode, -signal.SIGSEGV)
+
+    def test_a_hang_costs_the_run_once(self):
+        output = self.folder / "hang"
+        limit = ("--set", "limits.solve_time=2 s")
+        result = self.run_ill(output, "hang", *limit, ranks=2)
+        self.assertEqual(result.returncode, 130, result.stderr)
+        self.assertIn("the solve takes longer than the limit of 2 s", result.stderr)
+        result = self.run_ill(output, "hang", *limit, ranks=2)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertEqual(self.attempts(output), [(BAD, "overdue")])
+        failure, = self.failures(output)
+        self.assertEqual((failure["stage"], failure["kind"], failure["message"]),
+                         ("solve", "TimeError", "the solve takes longer than the limit of 2 s"))
+
+    def start(self, output, ranks):
+        """A build whose solve of the bad body takes a while; returns once that has begun, with the
+        numbers of its processes by task."""
+        process = subprocess.Popen(self.command(output, ranks=ranks), env=self.ill("20"),
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   start_new_session=True)
+
+        def solving():
+            told = {}
+            for path in (output / "running").glob("*"):
+                try:
+                    record = json.loads(path.read_bytes().split(b"\n")[0] or b"{}")
+                except (FileNotFoundError, json.JSONDecodeError):
+                    continue
+                pid = int(record["process"].split(":")[1]) if record else 0
+                if pid and pathlib.Path(f"/proc/{pid}").exists():
+                    told[record["task"], record["stage"]] = pid
+            return told if (BAD, "solve") in told else None
+        return process, wait_for(solving)
+
+    def test_kills_of_everything_blame_nobody(self):
+        output = self.folder / "killed"
+        for _ in range(4):
+            process, told = self.start(output, ranks=2)
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            for pid in told.values():  # in groups of their own
+                try:
+                    os.kill(pid, signal.SIGKILL)
+                except ProcessLookupError:
+                    pass
+            wait_for(lambda: not any(pathlib.Path(f"/proc/{pid}").exists()
+                                     for pid in told.values()))
+        summary = run_json("build", self.config, "-o", output)
+        self.assertEqual(summary["failed_tasks"], 0)
+        self.assertEqual(hashes(output), hashes(self.whole))
+
+    def test_a_kill_of_one_rank_proves_little(self):
+        output = self.folder / "rank"
+        for _ in range(3):
+            process, told = self.start(output, ranks=2)
+            os.kill(told[BAD, "solve"], signal.SIGKILL)
+            self.assertNotEqual(process.wait(timeout=60), 0)
+        summary = run_json("build", self.config, "-o", output)
+        self.assertEqual(summary["failed_tasks"], 0)
+        self.assertEqual(self.attempts(output), [(BAD, "silence")] * 3)
+        self.assertEqual(hashes(output), hashes(self.whole))
+
+    def test_ten_silent_ends_are_enough(self):
+        output = self.folder / "ten"
+        run_json("build", self.config, "-o", output)
+        # As nine runs leave it; the tenth is real.
+        (output / "modes" / "bad-000.h5").unlink()
+        (output / "samples" / "bad-000-0000.h5").unlink()
+        with open(output / "journal.jsonl", "a") as journal:
+            for number in range(9):
+                journal.write(json.dumps({"attempt": BAD, "evidence": "silence", "words": "killed",
+                                          "process": f"host:{number}:0", "stage": "solve"}) + "\n")
+        process, told = self.start(output, ranks=None)
+        os.kill(told[BAD, "solve"], signal.SIGKILL)
+        process.wait()
+        result = run("build", self.config, "-o", output)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        failure, = self.failures(output)
+        self.assertIn("ended 10 times while this task ran", failure["message"])
+        self.assertIn("--retry-failed", failure["hint"])
+
+
+if __name__ == "__main__":
+    unittest.main()
