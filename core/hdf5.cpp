@@ -11,6 +11,11 @@ namespace carillon::core {
 
 namespace hdf5 {
 
+std::recursive_mutex& turn() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
 QuietErrors::QuietErrors() {
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -114,6 +119,12 @@ void replace_attribute(hid_t group, const std::string& file, const std::string& 
 
 using namespace hdf5;
 
+Hdf5Object::~Hdf5Object() {
+  if (id_ < 0) return;
+  const QuietErrors quiet;
+  close_(id_);
+}
+
 Hdf5Group Hdf5Group::create_file(const std::filesystem::path& path) {
   const QuietErrors quiet;
   const Hdf5Object access = file_access();
@@ -186,6 +197,7 @@ std::vector<std::string> Hdf5Group::names() const {
 
 void Hdf5Group::write_attribute(const std::string& name, const std::string& value,
                                 const std::string& object) const {
+  const QuietErrors quiet;
   if (value.find('\0') != std::string::npos) refuse(file_, name, "a text with a zero byte");
   const Hdf5Object type = text_type();
   const char* text = value.c_str();
@@ -194,11 +206,13 @@ void Hdf5Group::write_attribute(const std::string& name, const std::string& valu
 
 void Hdf5Group::write_attribute(const std::string& name, double value,
                                 const std::string& object) const {
+  const QuietErrors quiet;
   replace_attribute(id_.get(), file_, object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
 }
 
 void Hdf5Group::write_attribute(const std::string& name, std::int64_t value,
                                 const std::string& object) const {
+  const QuietErrors quiet;
   replace_attribute(id_.get(), file_, object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
 }
 

@@ -26,6 +26,8 @@ Failure describe(const std::exception_ptr& error) {
     return of_kind("LimitError", e);
   } catch (const core::SolverError& e) {
     return of_kind("SolverError", e);
+  } catch (const core::StorageError& e) {
+    return of_kind("StorageError", e);
   } catch (const core::FileError& e) {
     return of_kind("FileError", e);
   } catch (const core::Error& e) {
@@ -44,6 +46,7 @@ void raise(const Failure& failure) {
   if (failure.kind == "InputError") throw core::InputError(failure.message, failure.hint);
   if (failure.kind == "LimitError") throw core::LimitError(failure.message, failure.hint);
   if (failure.kind == "SolverError") throw core::SolverError(failure.message, failure.hint);
+  if (failure.kind == "StorageError") throw core::StorageError(failure.message, failure.hint);
   if (failure.kind == "FileError") throw core::FileError(failure.message, failure.hint);
   throw core::Error(failure.message, failure.hint);
 }

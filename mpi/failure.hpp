@@ -7,8 +7,8 @@ namespace carillon::mpi {
 
 /// An exception as plain text, so that it can travel to another rank and into the journal.
 struct Failure {
-  /// Class of the error: ConfigError, InputError, LimitError, SolverError, FileError, or Error for
-  /// all others.
+  /// Class of the error: ConfigError, InputError, LimitError, SolverError, StorageError, FileError,
+  /// or Error for all others.
   std::string kind;
   std::string message;
   std::string hint;  ///< how to mend it; may be empty
