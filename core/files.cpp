@@ -15,7 +15,7 @@
 #include <regex>
 #include <system_error>
 
-#include "core/error.hpp"
+#include "core/storage_error.hpp"
 #include "core/handle.hpp"
 
 namespace carillon::core {

@@ -119,18 +119,23 @@ void replace_attribute(hid_t group, const std::string& file, const std::string& 
 
 using namespace hdf5;
 
-Hdf5Object::~Hdf5Object() {
-  if (id_ < 0) return;
+namespace {
+
+/// For objects that outlive the call that made them, which has the library's turn.
+template <herr_t (*close)(hid_t)>
+herr_t close_in_turn(hid_t id) {
   const QuietErrors quiet;
-  close_(id_);
+  return close(id);
 }
+
+}  // namespace
 
 Hdf5Group Hdf5Group::create_file(const std::filesystem::path& path) {
   const QuietErrors quiet;
   const Hdf5Object access = file_access();
   const Hdf5Object creation = untimed_properties(H5P_FILE_CREATE);
   const std::string file = path.string();
-  return {checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose,
+  return {checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), close_in_turn<H5Fclose>,
                   file, "", "cannot be made"),
           file};
 }
@@ -139,7 +144,7 @@ Hdf5Group Hdf5Group::open_file(const std::filesystem::path& path) {
   const QuietErrors quiet;
   const Hdf5Object access = file_access();
   const std::string file = path.string();
-  return {checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose, file, "",
+  return {checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), close_in_turn<H5Fclose>, file, "",
                   "cannot be opened"),
           file};
 }
@@ -155,13 +160,13 @@ Hdf5Group Hdf5Group::create_group(const std::string& name) const {
   const Hdf5Object links = link_properties();
   const Hdf5Object creation = untimed_properties(H5P_GROUP_CREATE);
   return {checked(H5Gcreate2(id_.get(), name.c_str(), links.get(), creation.get(), H5P_DEFAULT),
-                  H5Gclose, file_, name, "group cannot be made"),
+                  close_in_turn<H5Gclose>, file_, name, "group cannot be made"),
           file_};
 }
 
 Hdf5Group Hdf5Group::open_group(const std::string& name) const {
   const QuietErrors quiet;
-  return {checked(H5Gopen2(id_.get(), name.c_str(), H5P_DEFAULT), H5Gclose, file_, name,
+  return {checked(H5Gopen2(id_.get(), name.c_str(), H5P_DEFAULT), close_in_turn<H5Gclose>, file_, name,
                   "group cannot be opened"),
           file_};
 }

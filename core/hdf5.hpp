@@ -12,8 +12,7 @@
 namespace carillon::core {
 
 /// Thin owners of HDF5 identifiers (C API). Object times are switched off, so equal contents give
-/// equal bytes. Errors throw FileError with the file, the object and HDF5's reason. Debian's HDF5
-/// is not for several threads: here they take turns by themselves, call by call.
+/// equal bytes. Errors throw FileError with the file, the object and HDF5's reason.
 class Hdf5Object {
  public:
   Hdf5Object() = default;
@@ -23,7 +22,9 @@ class Hdf5Object {
     swap(other);
     return *this;
   }
-  ~Hdf5Object();
+  ~Hdf5Object() {
+    if (id_ >= 0) close_(id_);
+  }
   hid_t get() const { return id_; }
 
  private:

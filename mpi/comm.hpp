@@ -45,8 +45,7 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm);
 
 /// Ends a collective stage that may have failed on some ranks: when any rank brings an error, all
 /// throw an error of the same kind with the message and hint of the lowest failing rank. Kinds
-/// are ConfigError, InputError, LimitError, SolverError, StorageError, FileError and, for everything
-/// else, Error.
+/// are ConfigError, InputError, LimitError, SolverError, FileError and, for everything else, Error.
 /// @param error  what this rank's part threw, or null
 /// @note Collective.
 void agree(MPI_Comm comm, const std::exception_ptr& error);

@@ -3,7 +3,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
+#include "core/storage_error.hpp"
 
 namespace carillon::mpi {
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/error.hpp"
+#include "core/storage_error.hpp"
 #include "core/files.hpp"
 
 namespace carillon::mpi {

@@ -212,6 +212,7 @@ int run_build(const BuildOptions& options, const Context& context) {
     if (summary.tasks_run > 0) {
       json document = to_json(total_trace(finished));
       document["missed_pitch_targets"] = results.missed.size();
+      document["index"] = {{"calls", index->cost().calls}, {"seconds", index->cost().seconds}};
       for (const std::string& one : ranks) document["ranks"].push_back(json::parse(one));
       core::write_text_durably(folders.output / "trace.json", document.dump(2) + "\n");
     }

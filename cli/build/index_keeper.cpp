@@ -5,8 +5,6 @@
 #include <chrono>
 #include <utility>
 
-#include "core/trace.hpp"
-
 namespace carillon::cli {
 
 using nlohmann::json;
@@ -82,6 +80,7 @@ Results IndexKeeper::write_now() {
   }
   last_ = core::monotonic_seconds() - start;
   spent_ = spent_ + last_;
+  ++calls_;
   return results_;
 }
 

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 #include "cli/build/build.hpp"
 #include "cli/build/modes_task.hpp"
 #include "cli/build/progress_so_far.hpp"
+#include "core/trace.hpp"
 
 namespace carillon::cli {
 
@@ -38,6 +40,8 @@ class IndexKeeper {
   Results write_now();
   /// Nothing is written any more.
   void end();
+  /// Times that all three were written, and what that took together [s].
+  core::Trace::Entry cost() const { return {calls_, spent_}; }
 
  private:
   void run();
@@ -60,6 +64,7 @@ class IndexKeeper {
   bool ended_ = false;
 
   const double begin_;
+  std::atomic<std::int64_t> calls_ = 0;
   std::atomic<double> spent_ = 0;
   std::atomic<double> last_ = 0;  ///< what the last writing took [s]
 };
