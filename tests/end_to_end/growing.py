@@ -136,7 +136,7 @@ class Growing(FolderTest):
                 (OBJECTS[:1], 3, [], "-   - shape: tile"),
                 (OBJECTS, 4, ["audio.seconds=0.2"], "+   seconds: 0.2  # s"),
                 ([OBJECTS[0].replace("15 cm", "16 cm"), OBJECTS[1]], 3, [],
-                 "-       length: [0.15, 0.15]  # m"),
+                 "-       length: 0.15  # m"),
                 ([OBJECTS[0], OBJECTS[1].replace("1, 1.5", "1.5, 2")], 3, [], "-     sizes: [1, 1.5]")):
             with self.subTest(told):
                 before = checksums(self.small)
