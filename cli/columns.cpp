@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "core/error.hpp"
+
 namespace carillon::cli {
 
 void Columns::check(const std::string& name, const Column& column, const core::Extent& inner,
@@ -14,6 +16,24 @@ void Columns::check(const std::string& name, const Column& column, const core::E
       std::accumulate(inner.begin(), inner.end(), std::uint64_t{1}, std::multiplies<>());
   if (values != row || (column.rows > 0 && column.inner != inner)) {
     throw std::logic_error(fmt::format("column {}: a sample of another extent", name));
+  }
+}
+
+void Columns::put_before(const core::Hdf5Group& shard, std::uint64_t rows) {
+  for (auto& [name, column] : columns_) {
+    core::Extent extent = shard.extent(name);
+    if (extent.empty() || extent.front() < rows ||
+        !std::equal(extent.begin() + 1, extent.end(), column.inner.begin(), column.inner.end())) {
+      throw core::FileError(fmt::format("column {}: another extent than this build's", name));
+    }
+    std::visit(
+        [&, &name = name](auto& values) {
+          using T = typename std::decay_t<decltype(values)>::value_type;
+          const std::vector<T> before = shard.read_rows<T>(name, 0, rows);
+          values.insert(values.begin(), before.begin(), before.end());
+        },
+        column.values);
+    column.rows += rows;
   }
 }
 

@@ -37,6 +37,9 @@ class Columns {
     add(name, std::span<const T>(&value, 1), {}, unit);
   }
 
+  /// Puts the first `rows` rows of a shard with the same columns before those that were added.
+  /// @throws FileError  a column is missing or has another extent
+  void put_before(const core::Hdf5Group& shard, std::uint64_t rows);
   /// Every column as a dataset [rows, inner...] with its unit as an attribute.
   void write(const core::Hdf5Group& group) const;
   /// Calls visit(name, values, inner, unit) for every column in the order of adding; values are a

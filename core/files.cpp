@@ -4,22 +4,29 @@
 #include <fmt/format.h>
 #include <glob.h>
 #include <pwd.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
+#include <regex>
 #include <system_error>
 
-#include "core/error.hpp"
 #include "core/handle.hpp"
+#include "core/storage_error.hpp"
 
 namespace carillon::core {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr const char* storage_hint =
+    "make room or give the right to write there, and run the same command again: what is finished "
+    "is kept";
 
 void close_descriptor(int* descriptor) {
   ::close(*descriptor);
@@ -61,15 +68,48 @@ void make_folder(const fs::path& folder) {
   sync(above, O_DIRECTORY);
 }
 
+std::string host_name() {
+  char host[65] = "";
+  ::gethostname(host, sizeof host - 1);
+  return host;
+}
+
 /// A name beside `path` that no other process, thread or host writes to. The ending stays, as
 /// writers choose the format by it.
 fs::path temporary_beside(const fs::path& path) {
   static std::atomic<unsigned> count = 0;
-  char host[65] = "";
-  ::gethostname(host, sizeof host - 1);
   const std::string name = fmt::format(".{}.{}.{}.{}.tmp{}", path.stem().string().substr(0, 100),
-                                       host, ::getpid(), count++, path.extension().string());
+                                       host_name(), ::getpid(), count++, path.extension().string());
   return folder_of(path) / name;
+}
+
+/// Whether a name is one that temporary_beside makes; `process` gets whose, where it is of this
+/// host, else 0.
+bool is_temporary(const std::string& name, pid_t& process) {
+  static const std::regex form(R"((\..*)\.([0-9]{1,9})\.[0-9]+\.tmp(\.[^.]*)?)");
+  std::smatch parts;
+  if (!std::regex_match(name, parts, form)) return false;
+  process = parts[1].str().ends_with(fmt::format(".{}", host_name())) ? std::stoi(parts[2]) : 0;
+  return true;
+}
+
+/// Old enough that no process of another container under the same host name is at it.
+bool is_old(const fs::path& file) {
+  std::error_code error;
+  const auto written = fs::last_write_time(file, error);
+  return !error && fs::file_time_type::clock::now() - written > std::chrono::minutes(10);
+}
+
+/// Why writing failed, in the system's words. HDF5 hides the number in its own.
+std::string storage_reason(const FileError& error, const fs::path& path) {
+  const std::string& text = error.message();
+  static const std::regex number("errno = ([0-9]+)");
+  std::smatch found;
+  if (std::regex_search(text, found, number)) {
+    return fmt::format("{}: cannot be written: {}", path.string(),
+                       std::generic_category().message(std::stoi(found[1])));
+  }
+  return text.starts_with(path.string()) ? text : fmt::format("{}: {}", path.string(), text);
 }
 
 struct Removal {
@@ -99,8 +139,14 @@ void write_durably(const fs::path& path, const std::function<void(const fs::path
     if (::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "cannot be written", errno);
     removal.armed = false;
     sync(folder_of(path), O_DIRECTORY);
+  } catch (const StorageError&) {
+    throw;
+  } catch (const FileError& error) {
+    throw StorageError(storage_reason(error, path), storage_hint);
   } catch (const fs::filesystem_error& error) {
-    fail(path, "cannot be written", error.code().value());
+    throw StorageError(
+        fmt::format("{}: cannot be written: {}", path.string(), error.code().message()),
+        storage_hint);
   }
 }
 
@@ -114,6 +160,24 @@ void write_text_durably(const fs::path& path, std::string_view text) {
       if (written > 0) rest.remove_prefix(static_cast<std::size_t>(written));
     }
   });
+}
+
+int remove_leftovers(const fs::path& folder, bool alone) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator at(folder, options, error), end; !error && at != end;
+       at.increment(error)) {
+    pid_t process = 0;
+    if (!is_temporary(at->path().filename().string(), process)) continue;
+    const auto ended = [&] {
+      return process > 0 && ::kill(process, 0) != 0 && errno == ESRCH && is_old(at->path());
+    };
+    if (alone || ended()) found.push_back(at->path());
+  }
+  int removed = 0;
+  for (const fs::path& file : found) removed += fs::remove(file, error) ? 1 : 0;
+  return removed;
 }
 
 void read_blocks(const fs::path& path, const std::function<void(std::string_view)>& take) {

@@ -10,12 +10,19 @@ namespace carillon::core {
 
 /// Writes through `write(temporary_path)`, syncs the file, renames it to `path` and syncs the
 /// folder: after a crash the file is there whole or not at all. Missing folders are made.
-/// @throws FileError  naming the path and the system's reason; nothing is left behind
+/// @throws StorageError  naming the path and the system's reason; nothing is left behind
 void write_durably(const std::filesystem::path& path,
                    const std::function<void(const std::filesystem::path&)>& write);
 
 /// The same for a text or any bytes that are at hand.
 void write_text_durably(const std::filesystem::path& path, std::string_view text);
+
+/// Removes what writers that were killed left in a folder and the folders in it: the temporary
+/// files of write_durably.
+/// @param alone  nobody else writes there: all of them go; else those of processes of this host
+///               that have ended, ten minutes after the last write
+/// @return how many
+int remove_leftovers(const std::filesystem::path& folder, bool alone);
 
 /// @throws FileError
 std::string read_file(const std::filesystem::path& path);

@@ -11,6 +11,11 @@ namespace carillon::core {
 
 namespace hdf5 {
 
+std::recursive_mutex& turn() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
 QuietErrors::QuietErrors() {
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -115,13 +120,24 @@ void replace_attribute(hid_t group, const std::string& file, const std::string& 
 
 using namespace hdf5;
 
+namespace {
+
+/// For objects that outlive the call that made them, which has the library's turn.
+template <herr_t (*close)(hid_t)>
+herr_t close_in_turn(hid_t id) {
+  const QuietErrors quiet;
+  return close(id);
+}
+
+}  // namespace
+
 Hdf5Group Hdf5Group::create_file(const std::filesystem::path& path) {
   const QuietErrors quiet;
   const Hdf5Object access = file_access();
   const Hdf5Object creation = untimed_properties(H5P_FILE_CREATE);
   const std::string file = path.string();
-  return {checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose,
-                  file, "", "cannot be made"),
+  return {checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
+                  close_in_turn<H5Fclose>, file, "", "cannot be made"),
           file};
 }
 
@@ -129,8 +145,8 @@ Hdf5Group Hdf5Group::open_file(const std::filesystem::path& path) {
   const QuietErrors quiet;
   const Hdf5Object access = file_access();
   const std::string file = path.string();
-  return {checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose, file, "",
-                  "cannot be opened"),
+  return {checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), close_in_turn<H5Fclose>,
+                  file, "", "cannot be opened"),
           file};
 }
 
@@ -145,14 +161,14 @@ Hdf5Group Hdf5Group::create_group(const std::string& name) const {
   const Hdf5Object links = link_properties();
   const Hdf5Object creation = untimed_properties(H5P_GROUP_CREATE);
   return {checked(H5Gcreate2(id_.get(), name.c_str(), links.get(), creation.get(), H5P_DEFAULT),
-                  H5Gclose, file_, name, "group cannot be made"),
+                  close_in_turn<H5Gclose>, file_, name, "group cannot be made"),
           file_};
 }
 
 Hdf5Group Hdf5Group::open_group(const std::string& name) const {
   const QuietErrors quiet;
-  return {checked(H5Gopen2(id_.get(), name.c_str(), H5P_DEFAULT), H5Gclose, file_, name,
-                  "group cannot be opened"),
+  return {checked(H5Gopen2(id_.get(), name.c_str(), H5P_DEFAULT), close_in_turn<H5Gclose>, file_,
+                  name, "group cannot be opened"),
           file_};
 }
 
@@ -187,6 +203,7 @@ std::vector<std::string> Hdf5Group::names() const {
 
 void Hdf5Group::write_attribute(const std::string& name, const std::string& value,
                                 const std::string& object) const {
+  const QuietErrors quiet;
   if (value.find('\0') != std::string::npos) refuse(file_, name, "a text with a zero byte");
   const Hdf5Object type = text_type();
   const char* text = value.c_str();
@@ -195,11 +212,13 @@ void Hdf5Group::write_attribute(const std::string& name, const std::string& valu
 
 void Hdf5Group::write_attribute(const std::string& name, double value,
                                 const std::string& object) const {
+  const QuietErrors quiet;
   replace_attribute(id_.get(), file_, object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
 }
 
 void Hdf5Group::write_attribute(const std::string& name, std::int64_t value,
                                 const std::string& object) const {
+  const QuietErrors quiet;
   replace_attribute(id_.get(), file_, object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -9,7 +10,11 @@
 /// What the HDF5 sources share; no part of the door.
 namespace carillon::core::hdf5 {
 
-/// Keeps HDF5 from printing its errors while it lives; they are thrown instead.
+/// Who holds it may call HDF5, which has one state for all threads.
+std::recursive_mutex& turn();
+
+/// Keeps HDF5 from printing its errors while it lives, and other threads from calling it; errors
+/// are thrown instead.
 class QuietErrors {
  public:
   QuietErrors();
@@ -18,6 +23,7 @@ class QuietErrors {
   QuietErrors& operator=(const QuietErrors&) = delete;
 
  private:
+  std::scoped_lock<std::recursive_mutex> turn_{turn()};
   H5E_auto2_t function_ = nullptr;
   void* data_ = nullptr;
 };

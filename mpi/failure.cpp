@@ -3,7 +3,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
+#include "core/storage_error.hpp"
 
 namespace carillon::mpi {
 
@@ -32,6 +32,8 @@ Failure describe(const std::exception_ptr& error) {
     return of_kind("MemoryError", e);
   } catch (const core::SolverError& e) {
     return of_kind("SolverError", e);
+  } catch (const core::StorageError& e) {
+    return of_kind("StorageError", e);
   } catch (const core::FileError& e) {
     return of_kind("FileError", e);
   } catch (const core::Error& e) {
@@ -53,6 +55,7 @@ void raise(const Failure& failure) {
   if (failure.kind == "TimeError") throw core::TimeError(failure.message, failure.hint);
   if (failure.kind == "MemoryError") throw core::MemoryError(failure.message, failure.hint);
   if (failure.kind == "SolverError") throw core::SolverError(failure.message, failure.hint);
+  if (failure.kind == "StorageError") throw core::StorageError(failure.message, failure.hint);
   if (failure.kind == "FileError") throw core::FileError(failure.message, failure.hint);
   throw core::Error(failure.message, failure.hint);
 }

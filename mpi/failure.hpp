@@ -10,7 +10,7 @@ namespace carillon::mpi {
 /// An exception as plain text, so that it can travel to another rank and into the journal.
 struct Failure {
   /// Class of the error: ConfigError, InputError, LimitError, TimeError, MemoryError, SolverError,
-  /// FileError, or Error for all others. std::bad_alloc is a MemoryError.
+  /// StorageError, FileError, or Error for all others. std::bad_alloc is a MemoryError.
   std::string kind;
   std::string message;
   std::string hint{};   ///< how to mend it; may be empty

@@ -1,23 +1,61 @@
 #include "mpi/interrupt.hpp"
 
-#include <atomic>
+#include <unistd.h>
+
+#include <cerrno>
 
 namespace carillon::mpi {
 
 namespace {
 
-// The one variable of the process that a signal handler can reach.
+// What a signal handler can reach of the process, and all that it touches.
 std::atomic<bool> requested{false};
+std::atomic<bool> leave_now{false};
+sem_t wake;
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch nothing else");
 
-extern "C" void request_interrupt(int) {
+extern "C" void request_interrupt(int signal) {
+  const int error = errno;
   requested.store(true);
+  if (signal != SIGUSR1) {
+    leave_now.store(true);
+    sem_post(&wake);
+  }
+  errno = error;
+}
+
+extern "C" void leave(int) {
+  _exit(interrupted_code);
 }
 
 }  // namespace
 
+void leave_on_interrupt() {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    struct sigaction former {};
+    sigaction(signal, nullptr, &former);
+    if (former.sa_handler == SIG_IGN) continue;
+    struct sigaction action {};
+    action.sa_handler = leave;
+    sigemptyset(&action.sa_mask);
+    sigaction(signal, &action, nullptr);
+  }
+  ::signal(SIGXFSZ, SIG_IGN);
+}
+
 InterruptGuard::InterruptGuard() {
+  install();
+}
+
+InterruptGuard::InterruptGuard(Leaving leaving) : leaving_(std::move(leaving)) {
+  install();
+  watcher_ = std::thread([this] { watch(); });
+}
+
+void InterruptGuard::install() {
   requested.store(false);
+  leave_now.store(false);
+  sem_init(&wake, 0, 0);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     struct sigaction action {};
     action.sa_handler = request_interrupt;
@@ -30,9 +68,29 @@ InterruptGuard::InterruptGuard() {
   }
 }
 
+/// Sleeps until a signal or the guard's end; after a signal the process is gone within the grace.
+void InterruptGuard::watch() {
+  while (!leave_now.load() && !ending_.load()) sem_wait(&wake);
+  if (ending_.load()) return;
+  const auto deadline = std::chrono::steady_clock::now() + leaving_.grace;
+  if (leaving_.last_words) last_words_ = std::thread(leaving_.last_words);
+  while (std::chrono::steady_clock::now() < deadline) {
+    if (ending_.load()) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  // Whatever runs here holds nothing that a kill would spoil: files appear whole, and the
+  // journal's lines are on the disk. MPI_Finalize would wait for ranks that are deep in their work.
+  _exit(interrupted_code);
+}
+
 InterruptGuard::~InterruptGuard() {
   for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &former_[i], nullptr);
+  ending_.store(true);
+  sem_post(&wake);
+  if (watcher_.joinable()) watcher_.join();
+  if (last_words_.joinable()) last_words_.join();
   requested.store(false);
+  leave_now.store(false);
 }
 
 bool interrupt_requested() {

@@ -10,7 +10,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/storage_error.hpp"
 
 namespace carillon::mpi {
 
@@ -46,8 +47,7 @@ Journal::Journal(std::filesystem::path path) : path_(std::move(path)) {
   std::error_code ignored;  // open() says it better
   std::filesystem::create_directories(folder, ignored);
   const bool is_new = !std::filesystem::exists(path_, ignored);
-  file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (file_ < 0) fail("cannot be opened");
+  open_file();
   try {
     if (is_new && !sync_folder(folder)) fail("cannot be synced");
     read_entries();
@@ -57,12 +57,19 @@ Journal::Journal(std::filesystem::path path) : path_(std::move(path)) {
   }
 }
 
+void Journal::open_file() {
+  file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (file_ < 0) fail("cannot be opened");
+}
+
 Journal::~Journal() {
   close(file_);
 }
 
 void Journal::fail(const char* what) const {
-  throw core::FileError(fmt::format("{}: {}: {}", path_.string(), what, system_reason()));
+  throw core::StorageError(fmt::format("{}: {}: {}", path_.string(), what, system_reason()),
+                           "make room or give the right to write there, and run the same command "
+                           "again: what is finished is kept");
 }
 
 void Journal::read_entries() {
@@ -75,6 +82,7 @@ void Journal::read_entries() {
     if (length == 0) break;
     text.append(block.data(), static_cast<std::size_t>(length));
   }
+  std::string whole;  // lines that are as they were written
   std::size_t begin = 0;
   for (std::size_t number = 1; begin < text.size(); ++number) {
     const std::size_t end = text.find('\n', begin);
@@ -83,20 +91,23 @@ void Journal::read_entries() {
       if (ftruncate(file_, static_cast<off_t>(begin)) != 0 || fdatasync(file_) != 0) {
         fail("its cut last line cannot be removed");
       }
-      return;
+      break;
     }
     nlohmann::json entry =
         nlohmann::json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
                               text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
-    if (!entry.is_object()) {
-      throw core::FileError(
-          fmt::format("{}:{}: the journal is damaged: this line is not a JSON object",
-                      path_.string(), number),
-          "remove the line: the task that it records runs again");
+    if (entry.is_object()) {
+      entries_.push_back(std::move(entry));
+      whole.append(text, begin, end + 1 - begin);
+    } else {
+      damaged_lines_.push_back(number);
     }
-    entries_.push_back(std::move(entry));
     begin = end + 1;
   }
+  if (damaged_lines_.empty()) return;
+  core::write_text_durably(path_, whole);
+  close(file_);
+  open_file();
 }
 
 void Journal::append(const nlohmann::json& entry) {

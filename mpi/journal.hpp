@@ -13,8 +13,9 @@ namespace carillon::mpi {
 /// themselves (the service's hooks do).
 class Journal {
  public:
-  /// Opens the file, or makes it and its folder.
-  /// @throws core::FileError  with the system's reason; or naming the line that is no JSON object
+  /// Opens the file, or makes it and its folder. Lines that are no JSON object are taken out of the
+  /// file: what they recorded counts as not done.
+  /// @throws core::FileError  with the system's reason
   explicit Journal(std::filesystem::path path);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -23,18 +24,23 @@ class Journal {
   /// Lines of earlier runs; a last line cut short by a crash is ignored and removed.
   const std::vector<nlohmann::json>& entries() const { return entries_; }
 
+  /// Numbers of the lines that were damaged and taken out, from 1.
+  const std::vector<std::size_t>& damaged_lines() const { return damaged_lines_; }
+
   /// The entry is on the disk when this returns. Text that is not UTF-8 is replaced.
-  /// @throws core::Error      the entry is not an object
-  /// @throws core::FileError  it could not be written (disk full); then no part of it stays
+  /// @throws core::Error         the entry is not an object
+  /// @throws core::StorageError  it could not be written (disk full); then no part of it stays
   void append(const nlohmann::json& entry);
 
  private:
+  void open_file();
   void read_entries();
   [[noreturn]] void fail(const char* what) const;
 
   std::filesystem::path path_;
   int file_ = -1;
   std::vector<nlohmann::json> entries_;
+  std::vector<std::size_t> damaged_lines_;
 };
 
 }  // namespace carillon::mpi

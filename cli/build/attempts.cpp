@@ -127,6 +127,7 @@ std::filesystem::path witness_file(const std::filesystem::path& output, int rank
 }
 
 void settle_attempts(const std::filesystem::path& journal_path, const std::filesystem::path& output,
+                     const std::function<std::string(const std::string&)>& inputs_of,
                      MPI_Comm world) {
   const std::vector<mpi::Host> hosts = gather_hosts(world);
   mpi::agreed(world, [&] {
@@ -145,8 +146,9 @@ void settle_attempts(const std::filesystem::path& journal_path, const std::files
       spdlog::warn("the last run ended while {} ran: {}", blame.task, blame.words);
     }
     for (const auto& [task, tally] : tallies.by_task) {
-      const json entry = verdict(task, tally);
+      json entry = verdict(task, tally);
       if (entry.is_null()) continue;
+      entry["inputs"] = inputs_of(task);
       journal.append(entry);
       spdlog::warn("{} is given up: {}", task, entry.at("message").get<std::string>());
     }

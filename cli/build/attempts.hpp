@@ -3,6 +3,8 @@
 #include <mpi.h>
 
 #include <filesystem>
+#include <functional>
+#include <string>
 
 namespace carillon::cli {
 
@@ -18,8 +20,10 @@ std::filesystem::path witness_file(const std::filesystem::path& output, int rank
 /// - ten in which its process alone ended without a word.
 ///
 /// Counted from a task's last outcome in the journal on. Giving up is an ordinary failed outcome.
+/// @param inputs_of  hash of what decides a task (TaskInputs), by its key; "" for tasks of no plan
 /// @note Collective on world; rank 0 reads and writes.
 void settle_attempts(const std::filesystem::path& journal, const std::filesystem::path& output,
+                     const std::function<std::string(const std::string&)>& inputs_of,
                      MPI_Comm world);
 
 }  // namespace carillon::cli

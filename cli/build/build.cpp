@@ -7,14 +7,20 @@
 #include <optional>
 
 #include "cli/build/attempts.hpp"
+#include "cli/build/check_files.hpp"
+#include "cli/build/claim_folder.hpp"
 #include "cli/build/costs.hpp"
+#include "cli/build/index_keeper.hpp"
 #include "cli/build/inputs.hpp"
+#include "cli/build/last_words.hpp"
 #include "cli/build/progress_so_far.hpp"
 #include "cli/build/samples_task.hpp"
+#include "cli/build/task_inputs.hpp"
 #include "cli/build/task_times.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/failure.hpp"
 #include "mpi/folder_lock.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/task_service.hpp"
@@ -51,13 +57,37 @@ core::Trace trace_from_json(const json& document) {
   return trace;
 }
 
+/// What a task ran, for the samples that it kept from an earlier run too.
+core::Trace trace_of(const json& entry) {
+  core::Trace sum;
+  if (entry.contains("trace")) sum.merge(trace_from_json(entry.at("trace")));
+  if (entry.contains("kept")) sum.merge(trace_from_json(entry.at("kept")));
+  return sum;
+}
+
 /// What all finished tasks ran, in this run and in those before it.
 core::Trace total_trace(const std::map<std::string, json>& finished) {
   core::Trace sum;
   for (const auto& [task, entry] : finished) {
-    if (entry.contains("trace")) sum.merge(trace_from_json(entry.at("trace")));
+    sum.merge(trace_of(entry));
   }
   return sum;
+}
+
+/// What earlier runs left: the folder is this build's from here on, without their leftovers.
+Standing take_over(const LoadedBuild& build, const BuildFolders& folders,
+                   const mpi::Journal& journal) {
+  core::remove_leftovers(folders.output, true);
+  if (!folders.cache.empty()) core::remove_leftovers(folders.cache, false);
+  for (const std::size_t line : journal.damaged_lines()) {
+    spdlog::warn("{}:{} was damaged: the task that it recorded runs again",
+                 (folders.output / "journal.jsonl").string(), line);
+  }
+  std::map<std::string, json> entries = finished_tasks(journal);
+  claim_folder(build, folders.output, entries);
+  keep_inputs(build.config, folders.output);
+  drop_damaged(entries, folders.output);
+  return sort_entries(build.config, build.plan, entries);
 }
 
 /// The board of all tasks, with those that an earlier run settled marked.
@@ -80,8 +110,9 @@ mpi::TaskBoard make_board(const LoadedBuild& build, const std::map<std::string, 
 }
 
 /// One task on the ranks of a group; returns its journal record.
-std::string run_task(const LoadedBuild& build, const BuildTask& task, const BuildFolders& folders,
-                     MPI_Comm group, mpi::Witness& witness) {
+std::string run_task(const LoadedBuild& build, const TaskInputs& inputs, const BuildTask& task,
+                     const std::map<std::string, std::size_t>& kept_samples,
+                     const BuildFolders& folders, MPI_Comm group, mpi::Witness& witness) {
   const double start = core::monotonic_seconds();
   ModesTaskResult result;
   core::Trace own;
@@ -89,58 +120,26 @@ std::string run_task(const LoadedBuild& build, const BuildTask& task, const Buil
     if (task.kind == TaskKind::modes) {
       result = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
     } else {
-      result.written = run_samples_task(build.config, build.plan, task, folders, own);
+      const auto kept = kept_samples.find(task.key);
+      result.written = run_samples_task(build.config, build.plan, task, folders, own,
+                                        kept == kept_samples.end() ? 0 : kept->second);
     }
   });
-  json record = {{"files", describe_files(result.written, folders.output)},
+  json times = json::array();
+  for (const std::string& file : result.written)
+    times.push_back(modified_ns(folders.output / file));
+  json record = {{"inputs", inputs.of(task)},
+                 {"samples", task.count},
+                 {"files", describe_files(result.written, folders.output)},
+                 {"modified_ns", times},
                  {"seconds", core::monotonic_seconds() - start},
                  {"trace", to_json(own)}};
   if (!result.pitch_target.is_null()) record["pitch_target"] = result.pitch_target;
   return record.dump();
 }
 
-/// What a finished or interrupted build says.
-struct Summary {
-  std::string output;
-  std::size_t shapes = 0, samples = 0;
-  std::int64_t tasks_run = 0;
-  std::size_t failed = 0;
-  bool interrupted = false;
-  std::vector<std::string> missed;  ///< shapes that did not meet the pitch target
-
-  int exit_code() const {
-    return interrupted ? exit_interrupted : failed > 0 ? exit_failures : exit_done;
-  }
-};
-
-void print(const Summary& summary, bool as_json) {
-  if (as_json) {
-    fmt::print("{}\n", json{{"output", summary.output},
-                            {"shapes", summary.shapes},
-                            {"samples", summary.samples},
-                            {"tasks_run", summary.tasks_run},
-                            {"failed_tasks", summary.failed},
-                            {"missed_pitch_targets", summary.missed},
-                            {"interrupted", summary.interrupted}}
-                           .dump(2));
-    return;
-  }
-  if (summary.tasks_run == 0 && !summary.interrupted) {
-    fmt::print("nothing to do: {} {} {} samples of {} shapes\n", summary.output,
-               summary.failed > 0 ? "holds" : "is complete with", summary.samples, summary.shapes);
-  } else {
-    fmt::print("{}: {} samples of {} shapes, {} tasks run\n", summary.output, summary.samples,
-               summary.shapes, summary.tasks_run);
-  }
-  if (summary.interrupted) fmt::print("interrupted: run the same command to go on\n");
-  if (!summary.missed.empty()) {
-    fmt::print("{} of {} shapes missed the pitch target: dataset.json says by how much\n",
-               summary.missed.size(), summary.shapes);
-  }
-  if (summary.failed > 0) {
-    fmt::print("{} failed tasks: {}/failures.json says why\n", summary.failed, summary.output);
-  }
-}
+/// Ranks of a build that was killed take a few seconds to go.
+constexpr double lock_patience_s = 10;
 
 }  // namespace
 
@@ -149,36 +148,57 @@ int run_build(const BuildOptions& options, const Context& context) {
   const std::string output = options.output.empty() ? build.config.name : options.output;
   const BuildFolders folders{output, context.cache};
   const bool host = context.speaks();
-  const mpi::FolderLock lock(folders.output, context.world);
+  const mpi::FolderLock lock(folders.output, context.world, lock_patience_s);
 
-  settle_attempts(folders.output / "journal.jsonl", folders.output, context.world);
+  const TaskInputs inputs(build.config, build.plan);
+  std::map<std::string, std::size_t> numbers;
+  for (std::size_t t = 0; t < build.plan.tasks.size(); ++t) numbers[build.plan.tasks[t].key] = t;
+  const auto inputs_of = [&](const std::string& task) {
+    const auto found = numbers.find(task);
+    return found == numbers.end() ? "" : inputs.of(build.plan.tasks[found->second]);
+  };
+  settle_attempts(folders.output / "journal.jsonl", folders.output, inputs_of, context.world);
   std::unique_ptr<mpi::Journal> journal;
+  Standing standing;
   mpi::TaskBoard board;
   int run = 1;
   mpi::agreed(context.world, [&] {
     if (!host) return;
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
-    claim_folder(build, folders.output);
-    keep_inputs(build.config, folders.output);
+    standing = take_over(build, folders, *journal);
     run = next_run(journal->entries());
-    board = make_board(build, finished_tasks(*journal, folders.output), options.retry_failed);
+    board = make_board(build, standing.finished, options.retry_failed);
   });
+  std::map<std::string, std::size_t> kept_samples;
+  for (const auto& [task, entry] : standing.grown) kept_samples[task] = entry.at("samples");
+  kept_samples = json::parse(mpi::broadcast(json(kept_samples).dump(), 0, context.world))
+                     .get<std::map<std::string, std::size_t>>();
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
   if (host && !idle) {
     for (const std::string& warning : build.config.warnings) spdlog::warn("{}", warning);
   }
-  std::int64_t tasks_run = 0;
 
   const double expected = board.total_cost();
   core::Progress progress("build", expected, context.quiet || context.json || !host || idle);
+  std::unique_ptr<IndexKeeper> index;
+  if (host && !idle) index = std::make_unique<IndexKeeper>(build, folders, standing.finished);
+  LastWords last_words(index.get(), {output, build.plan.shapes.size()}, context.json);
   mpi::ServiceHooks hooks;
   hooks.completed = [&](const mpi::Task& task, const mpi::Outcome& outcome) {
     json entry = json::parse(outcome.record);
+    // A full disk is nobody's failure: nothing is recorded, and the run ends.
+    if (entry.value("kind", "") == "StorageError") mpi::raise(mpi::from_record(outcome.record));
     entry["task"] = task.key;
     entry["ok"] = outcome.ok;
     entry["times"] = describe_times(task, outcome.times, run);
-    journal->append(entry);
-    ++tasks_run;
+    if (!outcome.ok) entry["inputs"] = inputs_of(task.key);
+    if (const auto old = standing.grown.find(task.key); outcome.ok && old != standing.grown.end()) {
+      entry["kept"] = to_json(trace_of(old->second));
+    }
+    last_words.count([&] {
+      journal->append(entry);
+      index->add(entry);
+    });
   };
   hooks.progress = [&](const mpi::TaskBoard& now) {
     // Costs grow and shrink as tasks tell how long they take.
@@ -186,7 +206,7 @@ int run_build(const BuildOptions& options, const Context& context) {
         expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
         fmt::format("{} of {} tasks", now.count(mpi::TaskState::done), now.tasks().size()));
   };
-  const mpi::InterruptGuard guard;
+  const mpi::InterruptGuard guard(last_words.leaving());
   std::optional<mpi::Witness> witness;
   mpi::agreed(context.world, [&] {
     witness.emplace(idle ? "" : witness_file(folders.output, mpi::rank(context.world)),
@@ -195,11 +215,13 @@ int run_build(const BuildOptions& options, const Context& context) {
   const mpi::RunReport report = mpi::run_tasks(
       context.world, std::move(board), hooks,
       [&](std::int64_t number, MPI_Comm group) {
-        return run_task(build, build.plan.tasks[static_cast<std::size_t>(number)], folders, group,
-                        *witness);
+        return run_task(build, inputs, build.plan.tasks[static_cast<std::size_t>(number)],
+                        kept_samples, folders, group, *witness);
       },
       mpi::describe_machine(context.world, build.config.ranks.memory_per_node));
   witness.reset();
+  last_words.keep();
+  if (index) index->end();
   progress.finish("");
 
   const std::vector<mpi::RankTimes> ranks = gather_times(report.times, context.world);
@@ -207,15 +229,17 @@ int run_build(const BuildOptions& options, const Context& context) {
   mpi::agreed(context.world, [&] {
     if (!host) return;
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
-    const auto finished = finished_tasks(*journal, folders.output);
+    const auto finished = sort_entries(build.config, build.plan, finished_tasks(*journal)).finished;
     const Results results = write_results(build, folders, finished);
-    const Summary summary{output,         build.plan.shapes.size(), results.samples, tasks_run,
-                          results.failed, report.interrupted,       results.missed};
-    if (tasks_run > 0) {
+    const Summary summary{
+        output,         build.plan.shapes.size(), results.samples, last_words.tasks_run(),
+        results.failed, report.interrupted,       results.missed};
+    if (summary.tasks_run > 0) {
       json document = to_json(total_trace(finished));
       document["configuration_folder"] = configuration_folder(build.path);
       document["missed_pitch_targets"] = results.missed.size();
       document["tasks"] = task_rows(finished);
+      document["index"] = {{"calls", index->cost().calls}, {"seconds", index->cost().seconds}};
       document["runs"] = earlier_runs(folders.output / "trace.json");
       document["runs"].push_back(describe_run(run, ranks, report.calibration, document["tasks"]));
       document["ranks"] = document["runs"].back().at("ranks");

@@ -92,6 +92,7 @@ void write_index(const BuildConfig& config, const BuildPlan& plan,
     }
     index.write<std::int64_t>("shape_index", shape_index, {shape_index.size()});
     index.write_attribute("unit", "1", "shape_index");
+    index.flush();
   });
 }
 

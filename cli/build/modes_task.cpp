@@ -234,6 +234,7 @@ ModesTaskResult run_modes_task(const BuildConfig& config, const Shape& shape,
         solvers::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
       }
       write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
+      file.flush();
     });
     result.written.push_back(
         std::filesystem::relative(folders.modes_file(shape), folders.output).string());

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <set>
-#include <sstream>
-
 #include "cli/build/dataset.hpp"
 #include "cli/build/failures.hpp"
 #include "core/error.hpp"
@@ -15,79 +12,12 @@ namespace carillon::cli {
 
 using nlohmann::json;
 
-std::map<std::string, json> finished_tasks(const mpi::Journal& journal,
-                                           const std::filesystem::path& output) {
+std::map<std::string, json> finished_tasks(const mpi::Journal& journal) {
   std::map<std::string, json> finished;
   for (const json& entry : journal.entries()) {
     if (entry.contains("task")) finished[entry.at("task")] = entry;  // else not an outcome
   }
-  std::erase_if(finished, [&](const auto& item) {
-    for (const json& file : item.second.value("files", json::array())) {
-      std::error_code error;
-      const auto bytes =
-          std::filesystem::file_size(output / file.at("path").get<std::string>(), error);
-      if (error || bytes != file.at("bytes").get<std::uintmax_t>()) return true;
-    }
-    return false;
-  });
   return finished;
-}
-
-namespace {
-
-std::multiset<std::string> lines_of(const std::string& text) {
-  std::multiset<std::string> lines;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) lines.insert(line);
-  return lines;
-}
-
-/// A configuration without its block `limits:`, which decides what fails and no value.
-std::string without_limits(const std::string& text) {
-  std::string kept;
-  std::istringstream in(text);
-  bool inside = false;
-  for (std::string line; std::getline(in, line);) {
-    if (!line.starts_with(' ')) inside = line.starts_with("limits:");
-    if (!inside) kept += line + "\n";
-  }
-  return kept;
-}
-
-}  // namespace
-
-void claim_folder(const LoadedBuild& build, const std::filesystem::path& output) {
-  const std::filesystem::path path = output / "configuration.yaml";
-  const std::string text =
-      build.config.resolved + fmt::format("# inputs: {}\n", fingerprint(build.config, build.plan));
-  if (!std::filesystem::exists(path)) {
-    core::write_text_durably(path, text);
-    return;
-  }
-  const std::string old = core::read_file(path);
-  if (old == text) return;
-  if (without_limits(old) == without_limits(text)) {
-    core::write_text_durably(path, text);
-    return;
-  }
-  if (old.starts_with(build.config.resolved)) {
-    throw core::ConfigError(
-        fmt::format("{} was built from other files: a mesh, the materials, the strikes or a "
-                    "profile that the configuration names has changed",
-                    output.string()),
-        "choose another folder with --output, or remove this one");
-  }
-  const auto before = lines_of(old), now = lines_of(text);
-  std::string difference;
-  for (const std::string& line : before) {
-    if (!now.contains(line) && !line.starts_with("# inputs")) difference += "\n  - " + line;
-  }
-  for (const std::string& line : now) {
-    if (!before.contains(line) && !line.starts_with("# inputs")) difference += "\n  + " + line;
-  }
-  throw core::ConfigError(
-      fmt::format("{} was built with another configuration:{}", output.string(), difference),
-      "choose another folder with --output, or remove this one");
 }
 
 json describe_files(const std::vector<std::string>& written, const std::filesystem::path& output) {

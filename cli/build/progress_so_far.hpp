@@ -12,14 +12,8 @@
 namespace carillon::cli {
 
 /// Journal entry of each task that ended, by its key; a later entry counts more than an earlier
-/// one. A task whose files are not there any more, whole, is not among them.
-std::map<std::string, nlohmann::json> finished_tasks(const mpi::Journal& journal,
-                                                     const std::filesystem::path& output);
-
-/// Writes the resolved configuration, and the fingerprint of what was read with it, into a new
-/// folder; refuses a folder that another configuration or other files made.
-/// @throws ConfigError  with the lines that differ
-void claim_folder(const LoadedBuild& build, const std::filesystem::path& output);
+/// one. Whether its files are still there is check_files.hpp's matter.
+std::map<std::string, nlohmann::json> finished_tasks(const mpi::Journal& journal);
 
 /// `path, sha256, bytes` of files, for journal and dataset.json.
 nlohmann::json describe_files(const std::vector<std::string>& written,

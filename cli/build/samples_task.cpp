@@ -27,24 +27,27 @@ void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& f
 
 namespace {
 
-/// sounds/cup-001/glass-1-strike-0003.wav, one channel per listener.
-std::string write_sound(const BuildConfig& config, const Shape& shape, const Sample& sample,
-                        const SampleResult& result, const BuildFolders& folders) {
+/// sounds/cup-001/glass-1-strike-0003.wav
+std::filesystem::path sound_path(const Shape& shape, const Sample& sample) {
   const Variant& variant = shape.variants[sample.variant];
-  const auto path = std::filesystem::path("sounds") / shape.id /
-                    fmt::format("{}-{}-strike-{:04}.wav", file_safe(variant.material), variant.size,
-                                sample.strike);
+  return std::filesystem::path("sounds") / shape.id /
+         fmt::format("{}-{}-strike-{:04}.wav", file_safe(variant.material), variant.size,
+                     sample.strike);
+}
+
+/// One channel per listener.
+void write_sound(const BuildConfig& config, const std::filesystem::path& path,
+                 const SampleResult& result, const BuildFolders& folders) {
   core::write_durably(folders.output / path, [&](const std::filesystem::path& temporary) {
     core::write_wav(temporary, clip_of(result.sound), config.scene.audio.dtype);
   });
-  return path.string();
 }
 
 }  // namespace
 
 std::vector<std::string> run_samples_task(const BuildConfig& config, const BuildPlan& plan,
                                           const BuildTask& task, const BuildFolders& folders,
-                                          core::Trace& trace) {
+                                          core::Trace& trace, std::size_t kept) {
   const Shape& shape = plan.shapes[task.shape];
   trace.enter("sound", plan.samples[task.first].key);
   SampleRows rows(config, shape, folders, trace);
@@ -53,6 +56,8 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
+    if (config.wav) written.push_back(sound_path(shape, sample).string());
+    if (i < task.first + kept) continue;
     trace.enter("sound", sample.key);
     const SampleResult result = rows.add(sample, columns);
     if (config.scene.audio.dtype == core::SampleFormat::int16 && result.peak > 0 &&
@@ -61,7 +66,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
     }
     if (config.wav) {
       trace.enter("write", sample.key);
-      written.push_back(write_sound(config, shape, sample, result, folders));
+      write_sound(config, written.back(), result, folders);
     }
   }
   if (silent > 0) {
@@ -70,11 +75,15 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   }
   trace.enter("write");
   const core::ScopedTimer timer(trace.stages["write shard"]);
+  if (kept > 0) {
+    columns.put_before(core::Hdf5Group::open_file(folders.shard_file(task)), kept);
+  }
   core::write_durably(folders.shard_file(task), [&](const std::filesystem::path& path) {
     const core::Hdf5Group file = core::Hdf5Group::create_file(path);
     file.write_attribute("sample_rate_hz", config.scene.audio.sample_rate);
     columns.write(file);
     if (config.mel) write_mel_attributes(*config.mel, file);
+    file.flush();
   });
   written.push_back(std::filesystem::relative(folders.shard_file(task), folders.output).string());
   return written;

@@ -41,9 +41,11 @@ class SampleMaker {
 void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& file);
 
 /// Synthesizes the samples of a task and writes their shard, and WAV files when asked for.
-/// Returns paths of the files written, relative to the output folder.
+/// @param kept  so many of its first samples are in the shard of an earlier run, from the same
+///              inputs: they are copied
+/// @return paths of the task's files, relative to the output folder
 std::vector<std::string> run_samples_task(const BuildConfig& config, const BuildPlan& plan,
                                           const BuildTask& task, const BuildFolders& folders,
-                                          core::Trace& trace);
+                                          core::Trace& trace, std::size_t kept = 0);
 
 }  // namespace carillon::cli

@@ -1,8 +1,10 @@
 #include "core/files.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -114,6 +116,40 @@ TEST(WriteDurably, TakesARelativeNameWithoutAFolder) {
   const std::string text = read_file("plain.txt");
   fs::current_path(before);
   EXPECT_EQ(text, "here");
+}
+
+// What writers leave that are killed: the names are those of write_durably.
+TEST(RemoveLeftovers, TakesTemporariesOfTheDeadAndNothingElse) {
+  const TemporaryFolder folder;
+  const auto make = [&](const std::string& name) {
+    std::filesystem::create_directories((folder.path() / name).parent_path());
+    std::ofstream(folder.path() / name) << "half";
+    std::filesystem::last_write_time(
+        folder.path() / name,
+        std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  };
+  char host[65] = "";
+  gethostname(host, sizeof host - 1);
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  waitpid(gone, nullptr, 0);
+  const std::string dead = fmt::format("a/.x.{}.{}.7.tmp.h5", host, gone);
+  const std::string alive = fmt::format(".index.{}.{}.0.tmp.h5", host, getpid());
+  const std::string other = ".x.y.another-host.1.1.tmp";
+  const std::vector<std::string> kept = {".lock", "x.tmp.h5", ".x.tmp", "a/x.h5", ".hidden.1.2.h5"};
+  for (const std::string& name : kept) make(name);
+  for (const std::string& name : {dead, alive, other}) make(name);
+  EXPECT_EQ(remove_leftovers(folder.path(), false), 1);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / dead));
+  EXPECT_EQ(remove_leftovers(folder.path(), true), 2);
+  for (const std::string& name : kept) EXPECT_TRUE(std::filesystem::exists(folder.path() / name));
+  EXPECT_EQ(remove_leftovers(folder.path() / "missing", true), 0);
+  // And those that write_durably makes are among them.
+  write_durably(folder.path() / "b.h5", [&](const std::filesystem::path& temporary) {
+    make(temporary.filename());
+    EXPECT_EQ(remove_leftovers(folder.path(), true), 1);
+    make(temporary.filename());
+  });
 }
 
 TEST(ReadFile, GivesBackEveryByte) {

@@ -98,15 +98,20 @@ TEST(Journal, ATailOfZerosIsACutLine) {
   EXPECT_EQ(read(path), "{\"key\":\"a\"}\n");
 }
 
-TEST(Journal, ADamagedLineIsRefusedWithItsNumberAndLeftAlone) {
+TEST(Journal, ADamagedLineIsNamedAndTakenOut) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "journal.jsonl";
   for (const std::string bad : {"{\"key\": oops}", "17", "", "[1]", "{} {}"}) {
-    const std::string text = "{\"key\":\"a\"}\n" + bad + "\n{\"key\":\"b\"}\n";
-    write(path, text);
-    EXPECT_EQ(message_of_opening(path),
-              path.string() + ":2: the journal is damaged: this line is not a JSON object");
-    EXPECT_EQ(read(path), text);
+    write(path, "{\"key\":\"a\"}\n" + bad + "\n{\"key\":\"b\"}\n" + bad + "\n");
+    {
+      Journal journal(path);
+      EXPECT_EQ(journal.damaged_lines(), (std::vector<std::size_t>{2, 4}));
+      ASSERT_EQ(journal.entries().size(), 2U);
+      EXPECT_EQ(journal.entries()[1].at("key"), "b");
+      journal.append({{"key", "c"}});
+    }
+    EXPECT_EQ(read(path), "{\"key\":\"a\"}\n{\"key\":\"b\"}\n{\"key\":\"c\"}\n");
+    EXPECT_TRUE(Journal(path).damaged_lines().empty());
   }
 }
 

@@ -1,0 +1,228 @@
+"""Builds that are killed: the same command carries on, and the end is that of a build left alone.
+
+Kill moments, victims and ranks are drawn with a seed that is printed: CARILLON_KILL_SEED=N repeats
+them. CARILLON_KILLS=50 is what the label `slow` runs; without it there are five.
+"""
+import collections
+import hashlib
+import json
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+import h5py
+
+from program import CARILLON, FolderTest, run_json
+
+KILLS = int(os.environ.get("CARILLON_KILLS", "5"))
+SEED = int(os.environ.get("CARILLON_KILL_SEED", str(random.SystemRandom().randrange(10**6))))
+
+CONFIG = """
+name: killed
+seed: 4
+materials: [steel, glass]
+objects:
+  - {shape: bar, count: 2, parameters: {length: [15 cm, 20 cm]}}
+  - {shape: tile, count: 2}
+  - {shape: block, count: 2}
+modes: {max_modes: 10, max_frequency: 20 kHz, order: 2, element_size: 3 cm}
+strikes: {per_object: 8}
+audio: {seconds: 0.5 s, sample_rate: 22050 Hz}
+listeners: [{position: [0.5, 0.3, 0.4]}]
+room: {size: [4 m, 3 m, 2.5 m], rt60: 0.4 s, count: 2}
+noise: {kind: [white, pink], snr: [15 dB, 40 dB]}
+mel: {bands: 16, frames: 9}
+voxels: {resolution: 12}
+files: {wav: true}
+"""
+TASKS = 12
+SAMPLES = 6 * 2 * 8
+
+
+def checksums(folder):
+    """SHA-256 of every file that is the same for equal builds."""
+    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest()
+            for p in sorted(folder.rglob("*")) if p.is_file()
+            and p.name not in ("trace.json", "journal.jsonl", ".lock")}
+
+
+def recorded(folder):
+    """How often the journal says of each task that it is done; none where there is no journal."""
+    path = folder / "journal.jsonl"
+    text = path.read_text() if path.exists() else ""
+    entries = [json.loads(line) for line in text[:text.rfind("\n") + 1].splitlines()]
+    return collections.Counter(e["task"] for e in entries if e.get("ok"))
+
+
+def descendants(pid):
+    """Processes below `pid`, itself included, as far as they live."""
+    children = collections.defaultdict(list)
+    for status in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = status.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if fields[0] != "Z":
+            children[int(fields[1])].append(int(status.parent.name))
+    found, rest = [], [pid]
+    while rest:
+        one = rest.pop()
+        found.append(one)
+        rest += children[one]
+    return found
+
+
+def alive(pid):
+    try:
+        return pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_for(condition, seconds):
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()
+
+
+class Killed(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.config = cls.folder / "killed.yaml"
+        cls.config.write_text(CONFIG)
+        cls.whole = cls.folder / "whole"
+        begin = time.monotonic()
+        summary = run_json("--cache", "", "build", cls.config, "-o", cls.whole, ranks=2)
+        cls.seconds = time.monotonic() - begin
+        assert summary["samples"] == SAMPLES and summary["tasks_run"] == TASKS, summary
+        cls.expected = checksums(cls.whole)
+        cls.random = random.Random(SEED)
+        print(f"seed {SEED} (CARILLON_KILL_SEED), {KILLS} kills of a build of {cls.seconds:.1f} s")
+
+    def command(self, output, ranks):
+        command = [CARILLON, "--cache", "", "build", str(self.config), "-o", str(output)]
+        if ranks:
+            command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
+        return command
+
+    def finish_and_compare(self, output, done_before):
+        summary = run_json("--cache", "", "build", self.config, "-o", output, ranks=2)
+        self.assertEqual(summary["tasks_run"], TASKS - len(done_before))
+        self.assertEqual(checksums(output), self.expected)
+        # No task was done again that the journal knew of.
+        self.assertEqual(set(recorded(output).values()), {1})
+        self.assertEqual(len(recorded(output)), TASKS)
+        trace = json.loads((output / "trace.json").read_text())
+        self.assertEqual(trace["effects"]["noise"]["calls"], SAMPLES)
+        self.assertEqual(trace["effects"]["voxels"]["calls"], 6)
+
+    def test_killed_at_random_moments(self):
+        victims = []
+        for number in range(KILLS):
+            ranks = self.random.choice([None, 2, 2, 3])
+            victim = self.random.choice(["mpirun", "rank", "tree"]) if ranks else "tree"
+            moment = self.random.uniform(0, 1.1 * self.seconds)
+            victims.append(victim)
+            with self.subTest(number=number, seed=SEED, ranks=ranks, victim=victim,
+                              moment=round(moment, 3)):
+                output = self.folder / f"kill-{number}"
+                process = subprocess.Popen(self.command(output, ranks), stdout=subprocess.DEVNULL,
+                                           stderr=subprocess.DEVNULL)
+                time.sleep(moment)
+                family = descendants(process.pid)
+                below = [p for p in family if p != process.pid]
+                targets = {"mpirun": [process.pid], "tree": family,
+                           "rank": [self.random.choice(below)] if below else family}[victim]
+                for pid in targets:
+                    try:
+                        os.kill(pid, signal.SIGKILL)
+                    except ProcessLookupError:
+                        pass
+                process.wait(timeout=30)
+                # The others notice by themselves.
+                self.assertTrue(wait_for(lambda: not any(map(alive, family)), 10),
+                                [p for p in family if alive(p)])
+                self.finish_and_compare(output, recorded(output))
+                shutil.rmtree(output)
+
+    def interrupted_in(self, name, done):
+        """A folder as a build leaves it that is killed when `done` tasks are in the journal."""
+        output = self.folder / name
+        process = subprocess.Popen(self.command(output, None), stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        journal = output / "journal.jsonl"
+        wait_for(lambda: journal.exists() and journal.read_text().count("\n") >= done, 60)
+        process.kill()
+        process.wait()
+        return output
+
+    def test_killed_between_a_shard_and_its_line(self):
+        for name, cut in (("no-line", lambda text: text[:text.rindex("\n", 0, -1) + 1]),
+                          ("half-a-line", lambda text: text[:-20])):
+            with self.subTest(name):
+                output = self.folder / name
+                shutil.copytree(self.whole, output)
+                journal = output / "journal.jsonl"
+                journal.write_text(cut(journal.read_text()))
+                self.finish_and_compare(output, recorded(output))
+
+    def test_leftovers_are_cleaned_up(self):
+        output = self.interrupted_in("leftovers", 7)
+        for name in (".index.host.123.0.tmp.h5", "samples/.bar-000-0000.vm.99.12.tmp.h5",
+                     ".dataset.a.b.1.1.tmp.json"):
+            (output / name).write_bytes(b"half")
+        self.finish_and_compare(output, recorded(output))
+
+    def test_the_index_opens_while_a_build_runs(self):
+        output = self.folder / "watched"
+        process = subprocess.Popen(self.command(output, 2), stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        seen = [0]
+        while process.poll() is None:
+            if (output / "index.h5").exists():
+                done = recorded(output)
+                try:
+                    with h5py.File(output / "index.h5") as index:
+                        keys = index["key"].asstr()[()] if "key" in index else []
+                        if len(keys):
+                            self.assertEqual(len(index["audio"][-1]), 11025)
+                        self.assertEqual(len(set(keys)), len(keys))
+                except FileNotFoundError:
+                    continue  # between exists() and open there may be a rename
+                shards = {key.split("/")[0] for key in keys}
+                self.assertLessEqual({f"samples/{s}-0000" for s in shards}, set(recorded(output)))
+                self.assertGreaterEqual(len(keys), seen[-1])
+                if len(keys) != seen[-1]:
+                    seen.append(len(keys))
+                del done
+            time.sleep(0.02)
+        self.assertEqual(process.returncode, 0)
+        self.assertGreater(len(seen), 2)  # something, before all of it
+        self.assertEqual(checksums(output), self.expected)
+
+    def test_a_second_build_says_who_holds_the_folder(self):
+        output = self.folder / "held"
+        output.mkdir()
+        with open(output / ".lock", "w") as lock:
+            holder = subprocess.Popen(["flock", "-x", "-F", str(lock.name), "sleep", "60"])
+            time.sleep(0.3)
+            begin = time.monotonic()
+            result = subprocess.run(self.command(output, None), capture_output=True, text=True,
+                                    timeout=60)
+            waited = time.monotonic() - begin
+            holder.kill()
+            holder.wait()
+        self.assertEqual(result.returncode, 2)
+        self.assertLess(waited, 20)
+        self.assertIn(f"process {holder.pid} on ", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
