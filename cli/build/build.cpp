@@ -209,7 +209,7 @@ int run_build(const BuildOptions& options, const Context& context) {
   const mpi::InterruptGuard guard(last_words.leaving());
   std::optional<mpi::Witness> witness;
   mpi::agreed(context.world, [&] {
-    witness.emplace(idle ? "" : witness_file(folders.output, mpi::rank(context.world)),
+    witness.emplace(witness_file(folders.output, mpi::rank(context.world)),
                     mpi::size(context.world), exit_interrupted);
   });
   const mpi::RunReport report = mpi::run_tasks(
