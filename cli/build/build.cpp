@@ -19,6 +19,7 @@
 #include "cli/build/task_times.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
+#include "core/storage_error.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/folder_lock.hpp"
@@ -187,7 +188,9 @@ int run_build(const BuildOptions& options, const Context& context) {
   hooks.completed = [&](const mpi::Task& task, const mpi::Outcome& outcome) {
     json entry = json::parse(outcome.record);
     // A full disk is nobody's failure: nothing is recorded, and the run ends.
-    if (entry.value("kind", "") == "StorageError") mpi::raise(mpi::from_record(outcome.record));
+    if (entry.value("kind", "") == "StorageError") {
+      throw core::StorageError(entry.at("message"), entry.value("hint", ""));
+    }
     entry["task"] = task.key;
     entry["ok"] = outcome.ok;
     entry["times"] = describe_times(task, outcome.times, run);
