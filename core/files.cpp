@@ -15,8 +15,8 @@
 #include <regex>
 #include <system_error>
 
-#include "core/storage_error.hpp"
 #include "core/handle.hpp"
+#include "core/storage_error.hpp"
 
 namespace carillon::core {
 
@@ -78,9 +78,8 @@ std::string host_name() {
 /// writers choose the format by it.
 fs::path temporary_beside(const fs::path& path) {
   static std::atomic<unsigned> count = 0;
-  const std::string name =
-      fmt::format(".{}.{}.{}.{}.tmp{}", path.stem().string().substr(0, 100), host_name(),
-                  ::getpid(), count++, path.extension().string());
+  const std::string name = fmt::format(".{}.{}.{}.{}.tmp{}", path.stem().string().substr(0, 100),
+                                       host_name(), ::getpid(), count++, path.extension().string());
   return folder_of(path) / name;
 }
 
@@ -145,9 +144,9 @@ void write_durably(const fs::path& path, const std::function<void(const fs::path
   } catch (const FileError& error) {
     throw StorageError(storage_reason(error, path), storage_hint);
   } catch (const fs::filesystem_error& error) {
-    throw StorageError(fmt::format("{}: cannot be written: {}", path.string(),
-                                   error.code().message()),
-                       storage_hint);
+    throw StorageError(
+        fmt::format("{}: cannot be written: {}", path.string(), error.code().message()),
+        storage_hint);
   }
 }
 

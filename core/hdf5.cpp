@@ -135,8 +135,8 @@ Hdf5Group Hdf5Group::create_file(const std::filesystem::path& path) {
   const Hdf5Object access = file_access();
   const Hdf5Object creation = untimed_properties(H5P_FILE_CREATE);
   const std::string file = path.string();
-  return {checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), close_in_turn<H5Fclose>,
-                  file, "", "cannot be made"),
+  return {checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
+                  close_in_turn<H5Fclose>, file, "", "cannot be made"),
           file};
 }
 
@@ -144,8 +144,8 @@ Hdf5Group Hdf5Group::open_file(const std::filesystem::path& path) {
   const QuietErrors quiet;
   const Hdf5Object access = file_access();
   const std::string file = path.string();
-  return {checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), close_in_turn<H5Fclose>, file, "",
-                  "cannot be opened"),
+  return {checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), close_in_turn<H5Fclose>,
+                  file, "", "cannot be opened"),
           file};
 }
 
@@ -166,8 +166,8 @@ Hdf5Group Hdf5Group::create_group(const std::string& name) const {
 
 Hdf5Group Hdf5Group::open_group(const std::string& name) const {
   const QuietErrors quiet;
-  return {checked(H5Gopen2(id_.get(), name.c_str(), H5P_DEFAULT), close_in_turn<H5Gclose>, file_, name,
-                  "group cannot be opened"),
+  return {checked(H5Gopen2(id_.get(), name.c_str(), H5P_DEFAULT), close_in_turn<H5Gclose>, file_,
+                  name, "group cannot be opened"),
           file_};
 }
 

@@ -51,8 +51,8 @@ std::vector<pid_t> holders_here(int file) {
   struct stat status {};
   std::vector<pid_t> found;
   if (fstat(file, &status) != 0) return found;
-  const std::string wanted = fmt::format("{:02x}:{:02x}:{}", major(status.st_dev),
-                                         minor(status.st_dev), status.st_ino);
+  const std::string wanted =
+      fmt::format("{:02x}:{:02x}:{}", major(status.st_dev), minor(status.st_dev), status.st_ino);
   std::ifstream locks("/proc/locks");
   for (std::string line; std::getline(locks, line);) {
     // 1: FLOCK  ADVISORY  READ 2207 08:01:1310731 0 EOF; who waits has "->" after the number.
@@ -115,8 +115,7 @@ void lock(int file, int kind, const std::filesystem::path& folder, double patien
 
 }  // namespace
 
-FolderLock::FolderLock(const std::filesystem::path& folder, MPI_Comm comm,
-                       double patience_s) {
+FolderLock::FolderLock(const std::filesystem::path& folder, MPI_Comm comm, double patience_s) {
   const std::filesystem::path path = folder / ".lock";
   try {
     agreed(comm, [&] {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/storage_error.hpp"
 #include "core/files.hpp"
+#include "core/storage_error.hpp"
 
 namespace carillon::mpi {
 

@@ -117,7 +117,8 @@ std::string run_task(const LoadedBuild& build, const TaskInputs& inputs, const B
                                       kept == kept_samples.end() ? 0 : kept->second);
   }
   json times = json::array();
-  for (const std::string& file : result.written) times.push_back(modified_ns(folders.output / file));
+  for (const std::string& file : result.written)
+    times.push_back(modified_ns(folders.output / file));
   json record = {{"inputs", inputs.of(task)},
                  {"samples", task.count},
                  {"files", describe_files(result.written, folders.output)},
@@ -203,12 +204,11 @@ int run_build(const BuildOptions& options, const Context& context) {
   mpi::agreed(context.world, [&] {
     if (!host) return;
     journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
-    const auto finished =
-        sort_entries(build.config, build.plan, finished_tasks(*journal)).finished;
+    const auto finished = sort_entries(build.config, build.plan, finished_tasks(*journal)).finished;
     const Results results = write_results(build, folders, finished);
-    const Summary summary{output,         build.plan.shapes.size(), results.samples,
-                          last_words.tasks_run(),
-                          results.failed, report.interrupted,       results.missed};
+    const Summary summary{
+        output,         build.plan.shapes.size(), results.samples, last_words.tasks_run(),
+        results.failed, report.interrupted,       results.missed};
     if (summary.tasks_run > 0) {
       json document = to_json(total_trace(finished));
       document["missed_pitch_targets"] = results.missed.size();

@@ -53,7 +53,8 @@ std::string lost(const BuildPlan& old, const BuildPlan& now) {
     const auto found = shapes.find(shape.id);
     if (found == shapes.end()) return fmt::format("the body {} would go", shape.id);
     if (!same_body(shape, *found->second)) return fmt::format("{} would be another body", shape.id);
-    if (shape.split_shape != found->second->split_shape || shape.identity != found->second->identity) {
+    if (shape.split_shape != found->second->split_shape ||
+        shape.identity != found->second->identity) {
       return fmt::format("{} would move to another part of the split", shape.id);
     }
   }
@@ -95,9 +96,9 @@ void claim_folder(const LoadedBuild& build, const std::filesystem::path& output,
   if (old_text == text) return;
   const std::string lines = difference(old_text, text);
   const auto refuse = [&](const std::string& reason) {
-    throw core::ConfigError(fmt::format("{} was built with another configuration{}:{}",
-                                        output.string(), reason, lines),
-                            remedy);
+    throw core::ConfigError(
+        fmt::format("{} was built with another configuration{}:{}", output.string(), reason, lines),
+        remedy);
   };
   BuildConfig old;
   BuildPlan old_plan;

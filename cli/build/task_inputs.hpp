@@ -9,8 +9,9 @@
 
 namespace carillon::cli {
 
-/// What decides a task's results, as hashes. The journal keeps them, so that a later run knows which
-/// results are still those of its configuration: a body or a strike more leaves all others alone.
+/// What decides a task's results, as hashes. The journal keeps them, so that a later run knows
+/// which results are still those of its configuration: a body or a strike more leaves all others
+/// alone.
 class TaskInputs {
  public:
   /// Both must outlive it.

@@ -125,7 +125,8 @@ TEST(RemoveLeftovers, TakesTemporariesOfTheDeadAndNothingElse) {
     std::filesystem::create_directories((folder.path() / name).parent_path());
     std::ofstream(folder.path() / name) << "half";
     std::filesystem::last_write_time(
-        folder.path() / name, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+        folder.path() / name,
+        std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
   };
   char host[65] = "";
   gethostname(host, sizeof host - 1);

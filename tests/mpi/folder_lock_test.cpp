@@ -78,7 +78,8 @@ TEST_F(FolderLockTest, ASecondBuildIsRefusedOnEveryRankAndNamesTheFirst) {
     gethostname(host.data(), host.size() - 1);
     const std::string pid = broadcast(std::to_string(getpid()), 0, world);
     const std::string message = message_of_locking(folder);
-    EXPECT_TRUE(message.starts_with(folder.string() + ": another build is writing to this folder (" +
+    EXPECT_TRUE(message.starts_with(folder.string() +
+                                    ": another build is writing to this folder (" +
                                     (size(world) > 1 ? "processes " : "process ")))
         << message;
     EXPECT_NE(message.find(" " + pid), std::string::npos) << message;
@@ -127,8 +128,8 @@ TEST_F(FolderLockTest, DiesWithTheProcessThatHeldIt) {
     for (int i = 0; i < 500 && another_could_lock(folder); ++i) sleep_for(0.02);
   }
   MPI_Barrier(world);
-  EXPECT_TRUE(message_of_locking(folder).starts_with(
-      folder.string() + ": another build is writing to this folder"));
+  EXPECT_TRUE(message_of_locking(folder).starts_with(folder.string() +
+                                                     ": another build is writing to this folder"));
   if (rank(world) == 0) {
     kill(holder, SIGKILL);
     waitpid(holder, nullptr, 0);

@@ -52,8 +52,8 @@ TEST(Interrupt, ASecondSigintEndsTheProgramAtOnce) {
   EXPECT_TRUE(WIFEXITED(terminated) && WEXITSTATUS(terminated) == 42);
 }
 
-/// How a child ends that is deep in its work when the signal comes, after how many seconds, and what
-/// it said on its way out.
+/// How a child ends that is deep in its work when the signal comes, after how many seconds, and
+/// what it said on its way out.
 struct End {
   int status = 0;
   double seconds = 0;
@@ -64,8 +64,8 @@ End end_of_busy_child(int signal, std::function<void(int pipe)> words) {
   EXPECT_EQ(pipe(ends.data()), 0);
   const pid_t child = fork();
   if (child == 0) {
-    const InterruptGuard guard({.last_words = [&] { words(ends[1]); },
-                                .grace = std::chrono::milliseconds(200)});
+    const InterruptGuard guard(
+        {.last_words = [&] { words(ends[1]); }, .grace = std::chrono::milliseconds(200)});
     raise(signal);
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(3);
     while (std::chrono::steady_clock::now() < end) continue;
