@@ -1,5 +1,6 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -10,6 +11,7 @@
 #include "cli/context.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/storage_error.hpp"
 #include "core/trace.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
@@ -97,6 +99,11 @@ int run(int argc, char** argv, MPI_Comm world) {
     return fail(context, exit_input, error.what());
   } catch (const core::InputError& error) {
     return fail(context, exit_input, error.what());
+  } catch (const core::StorageError& error) {
+    const int code = fail(context, exit_input, error.what());
+    // HDF5 cannot close a file that the disk had no room for, and crashes over it in MPI_Finalize.
+    std::fflush(nullptr);
+    _exit(code);
   } catch (const core::FileError& error) {
     return fail(context, exit_input, error.what());
   } catch (const core::SolverError& error) {
