@@ -61,7 +61,14 @@ double busy_share(const json& rows, int run, const std::vector<mpi::RankTimes>& 
     if (row.at("run") != run || seconds <= 0) continue;
     const double until_last = std::min(seconds, last - row.at("start_s").get<double>());
     cpu += row.at("cpu_s").get<double>() * until_last / seconds;
-    in_tasks += until_last * row.at("width").get<double>();
+    const auto width = row.at("width").get<double>();
+    in_tasks += until_last * width;
+    // What a group's ranks neither compute nor queue for, they wait for each other.
+    if (width > 1) {
+      const double waiting =
+          seconds * width - row.at("cpu_s").get<double>() - row.at("queued_s").get<double>();
+      in_tasks -= std::max(0.0, waiting) * until_last / seconds;
+    }
     queued -= row.at("queued_s").get<double>();
   }
   const double between = static_cast<double>(ranks.size()) * last - in_tasks;

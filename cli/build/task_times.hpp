@@ -23,7 +23,8 @@ int next_run(const std::vector<nlohmann::json>& journal);
 nlohmann::json task_rows(const std::map<std::string, nlohmann::json>& finished);
 
 /// How busy the ranks were until the last task began: seconds that processors computed for tasks,
-/// over these and the time that ranks had no task and yet could have had a processor. What other
+/// over these and the time that ranks had no task, or waited for others of their group, and yet
+/// could have had a processor. What other
 /// programs take of the machine does not count, neither in tasks nor between them. After that
 /// moment ranks may well have nothing to do.
 /// @param rows   of task_rows()

@@ -94,6 +94,12 @@ TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
   ranks[1].queued = 2;
   EXPECT_NEAR(busy_share(rows, 1, ranks), 17.0 / 18, 1e-12);
   EXPECT_EQ(busy_share(rows, 2, ranks), 1);
+
+  // A group of two computes 12 s in 10, is kept from processors for 2 s, and waits for itself 6 s.
+  nlohmann::json wide = row(0, 10, 12, 2);
+  wide["width"] = 2;
+  EXPECT_NEAR(busy_share({wide, row(10, 1, 1, 0)}, 1, std::vector<mpi::RankTimes>(2)), 12.0 / 18,
+              1e-12);
 }
 
 }  // namespace
