@@ -112,7 +112,7 @@ TEST(RunTasks, AFailureOnOneRankOfAGroupIsTheGroupsAndTheNextTaskRuns) {
   Outcomes outcomes;
   std::vector<int> ran(6, 0);
   const RunReport report =
-      run_tasks(world, on_host(tasks), outcomes.hooks(), 2, [&](std::int64_t task, MPI_Comm group) {
+      run_tasks(world, on_host(tasks), outcomes.hooks(), [&](std::int64_t task, MPI_Comm group) {
         ran[static_cast<std::size_t>(task)] = 1;
         if (task % 2 == 1 && rank(group) == size(group) - 1) {
           throw TaskError({"SolverError", "no convergence", "finer", "solve", "bar/steel/1"});

@@ -48,10 +48,12 @@ void expect_equal(const Modes& a, const Modes& b) {
 
 class ModesFile : public testing::Test {
  protected:
+  ModesFile() { options.band = {20, 90000, 300}; }
+
   TetMesh mesh =
       box_mesh({0.02, 0.03, 0.05}, {1, 2, 3}, 2, [](const Vec3& x) { return x[2] < 0.02 ? 0 : 1; });
   std::vector<Elastic> regions = {test::steel, test::aluminium};
-  SolveOptions options{{20, 90000, 300}, 1e-12};
+  SolveOptions options;
   TemporaryFolder folder;
 
   Modes solve(core::Trace& trace) {
