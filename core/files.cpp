@@ -130,6 +130,7 @@ std::string environment(const char* name) {
 }  // namespace
 
 void write_durably(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  if (fs::is_directory(path)) fail(path, "cannot be written", EISDIR);  // no want of room
   try {
     make_folder(folder_of(path));
     const fs::path temporary = temporary_beside(path);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <array>
@@ -83,6 +84,7 @@ void Journal::read_entries() {
     text.append(block.data(), static_cast<std::size_t>(length));
   }
   std::string whole;  // lines that are as they were written
+  bool damaged = false;
   std::size_t begin = 0;
   for (std::size_t number = 1; begin < text.size(); ++number) {
     const std::size_t end = text.find('\n', begin);
@@ -100,11 +102,13 @@ void Journal::read_entries() {
       entries_.push_back(std::move(entry));
       whole.append(text, begin, end + 1 - begin);
     } else {
-      damaged_lines_.push_back(number);
+      spdlog::warn("{}:{} was damaged: the task that it recorded runs again", path_.string(),
+                   number);
+      damaged = true;
     }
     begin = end + 1;
   }
-  if (damaged_lines_.empty()) return;
+  if (!damaged) return;
   core::write_text_durably(path_, whole);
   close(file_);
   open_file();

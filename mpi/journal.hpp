@@ -14,7 +14,7 @@ namespace carillon::mpi {
 class Journal {
  public:
   /// Opens the file, or makes it and its folder. Lines that are no JSON object are taken out of the
-  /// file: what they recorded counts as not done.
+  /// file, with a warning: what they recorded counts as not done.
   /// @throws core::FileError  with the system's reason
   explicit Journal(std::filesystem::path path);
   ~Journal();
@@ -23,9 +23,6 @@ class Journal {
 
   /// Lines of earlier runs; a last line cut short by a crash is ignored and removed.
   const std::vector<nlohmann::json>& entries() const { return entries_; }
-
-  /// Numbers of the lines that were damaged and taken out, from 1.
-  const std::vector<std::size_t>& damaged_lines() const { return damaged_lines_; }
 
   /// The entry is on the disk when this returns. Text that is not UTF-8 is replaced.
   /// @throws core::Error         the entry is not an object
@@ -40,7 +37,6 @@ class Journal {
   std::filesystem::path path_;
   int file_ = -1;
   std::vector<nlohmann::json> entries_;
-  std::vector<std::size_t> damaged_lines_;
 };
 
 }  // namespace carillon::mpi

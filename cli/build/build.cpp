@@ -80,10 +80,6 @@ Standing take_over(const LoadedBuild& build, const BuildFolders& folders,
                    const mpi::Journal& journal) {
   core::remove_leftovers(folders.output, true);
   if (!folders.cache.empty()) core::remove_leftovers(folders.cache, false);
-  for (const std::size_t line : journal.damaged_lines()) {
-    spdlog::warn("{}:{} was damaged: the task that it recorded runs again",
-                 (folders.output / "journal.jsonl").string(), line);
-  }
   std::map<std::string, json> entries = finished_tasks(journal);
   claim_folder(build, folders.output, entries);
   keep_inputs(build.config, folders.output);

@@ -70,14 +70,14 @@ class Signals(FolderTest):
                 self.go_on(output, done)
 
     def test_before_the_first_task(self):
-        for delay in (0, 0.05, 0.2):
+        for delay in (0, 0.05, 0.2, 1):
             output = self.folder / f"early-{delay}"
             process = self.start(output)
             time.sleep(delay)
             process.send_signal(signal.SIGTERM)
             process.communicate(timeout=60)
-            # Before main() begins nobody can answer but the system.
-            self.assertIn(process.returncode, (130, -signal.SIGTERM) if delay == 0 else (130,))
+            # Before main() begins, which a busy machine puts off, nobody can answer but the system.
+            self.assertIn(process.returncode, (130, -signal.SIGTERM) if delay < 1 else (130,))
 
     def test_every_rank_leaves_when_mpirun_is_told_to(self):
         output = self.folder / "told"
