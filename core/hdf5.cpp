@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <limits>
 
 #include "core/error.hpp"
@@ -13,6 +14,11 @@ namespace hdf5 {
 
 std::recursive_mutex& turn() {
   static std::recursive_mutex mutex;
+  // File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None
+  // are needed: a file has one writer, and its name only when it is whole. HDF5 looks at this when
+  // it is first called; a file's own property does not reach the sources of a virtual dataset.
+  static const int without_locks = setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
+  static_cast<void>(without_locks);
   return mutex;
 }
 
@@ -87,9 +93,6 @@ Hdf5Object file_access() {
   // Newer object headers are smaller and hold no times of their own; every HDF5 since 1.8 reads
   // them, virtual datasets need 1.10.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST);
-  // File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None
-  // are needed: a file has one writer, and its name only when it is whole.
-  H5Pset_file_locking(access.get(), false, true);
   return access;
 }
 

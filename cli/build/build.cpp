@@ -198,6 +198,7 @@ int run_build(const BuildOptions& options, const Context& context) {
       journal->append(entry);
       index->add(entry);
     });
+    standing.finished[task.key] = std::move(entry);
   };
   hooks.progress = [&](const mpi::TaskBoard& now) {
     // Costs grow and shrink as tasks tell how long they take.
@@ -227,8 +228,7 @@ int run_build(const BuildOptions& options, const Context& context) {
   int exit_code = exit_done;
   mpi::agreed(context.world, [&] {
     if (!host) return;
-    journal = std::make_unique<mpi::Journal>(folders.output / "journal.jsonl");
-    const auto finished = sort_entries(build.config, build.plan, finished_tasks(*journal)).finished;
+    const auto& finished = standing.finished;
     const Results results = write_results(build, folders, finished);
     const Summary summary{
         output,         build.plan.shapes.size(), results.samples, last_words.tasks_run(),
