@@ -4,8 +4,9 @@ import shutil
 import subprocess
 import unittest
 
-from killed import CONFIG, TASKS, checksums, recorded
-from program import CARILLON, FolderTest, run_json
+from interrupted import TASKS, InterruptedTest, recorded
+from program import CARILLON
+from same import hashes
 
 SHARD = "samples/tile-000-0000.h5"
 MODES = "modes/tile-000.h5"
@@ -20,15 +21,11 @@ def flip(path, keep_time):
         os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
 
 
-class Faults(FolderTest):
+class Faults(InterruptedTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.config = cls.folder / "killed.yaml"
-        cls.config.write_text(CONFIG)
-        cls.whole = cls.folder / "whole"
-        run_json("build", cls.config, "-o", cls.whole, ranks=2)
-        cls.expected = checksums(cls.whole)
+        cls.expected = hashes(cls.whole)
 
     def build(self, output, ranks=None, settings=()):
         command = [CARILLON, "build", str(self.config), "-o", str(output)]
@@ -50,7 +47,7 @@ class Faults(FolderTest):
             self.assertEqual(len(lines), 1, result.stderr)
             if tasks:
                 self.assertIn(f"{tasks} tasks run", result.stdout)
-            self.assertEqual(checksums(output), self.expected)
+            self.assertEqual(hashes(output), self.expected)
             again = self.build(output)
             self.assertNotIn("runs again", again.stderr)
             self.assertIn("nothing to do", again.stdout)
@@ -76,7 +73,7 @@ class Faults(FolderTest):
                 shutil.copytree(self.whole, output)
                 damage(output / name)
                 self.assertEqual(self.build(output).returncode, 0)
-                self.assertEqual(checksums(output), self.expected)
+                self.assertEqual(hashes(output), self.expected)
                 shutil.rmtree(output)
 
     def test_a_damaged_journal_costs_the_task_of_its_line(self):
@@ -107,7 +104,7 @@ class Faults(FolderTest):
         self.assertNotIn("terminate called", result.stderr)
         # A full disk is no failure of a task, and what was done before it is kept.
         self.assertEqual(self.build(output).returncode, 0)
-        self.assertEqual(checksums(output), self.expected)
+        self.assertEqual(hashes(output), self.expected)
         self.assertEqual(set(recorded(output).values()), {1})
         self.assertGreaterEqual(len(recorded(output)), len(done))
 

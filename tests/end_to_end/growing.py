@@ -8,8 +8,9 @@ import unittest
 import h5py
 import numpy
 
-from killed import checksums, recorded, wait_for
+from interrupted import recorded, wait_for
 from program import CARILLON, FolderTest, run, run_json
+from same import hashes
 
 OBJECTS = ["{shape: bar, materials: [steel], parameters: {length: 15 cm}}",
            "{shape: tile, materials: [glass], sizes: [1, 1.5]}"]
@@ -64,7 +65,7 @@ class Growing(FolderTest):
             summary = run_json("build", self.config, "-o", output, ranks=2)
             expected = run_json("build", self.config, "-o", fresh, ranks=2)
             self.assertEqual(summary["tasks_run"], tasks)
-            self.assertEqual(checksums(output), checksums(fresh))
+            self.assertEqual(hashes(output), hashes(fresh))
             lines = (output / "journal.jsonl").read_text().splitlines()[sum(before.values()):]
             noise = [json.loads(line)["trace"]["effects"].get("noise") for line in lines]
             self.assertEqual(sum(n["calls"] for n in noise if n), made)
@@ -109,7 +110,7 @@ class Growing(FolderTest):
         process.wait()
         run_json("build", self.config, "-o", output)
         run_json("build", self.config, "-o", fresh)
-        self.assertEqual(checksums(output), checksums(fresh))
+        self.assertEqual(hashes(output), hashes(fresh))
 
     def test_more_files_that_match(self):
         folder = self.folder / "meshes"
@@ -124,7 +125,7 @@ class Growing(FolderTest):
         (folder / "a.off").write_text(cube % (("2.3",) * 4))
         self.assertEqual(run_json("build", self.config, "-o", output)["tasks_run"], 2)
         run_json("build", self.config, "-o", fresh)
-        self.assertEqual(checksums(output), checksums(fresh))
+        self.assertEqual(hashes(output), hashes(fresh))
         (folder / "b.off").write_text(cube % (("1.8",) * 4))
         result = run("build", self.config, "-o", output)
         self.assertEqual(result.returncode, 2)
@@ -139,13 +140,13 @@ class Growing(FolderTest):
                  "-       length: 0.15  # m"),
                 ([OBJECTS[0], OBJECTS[1].replace("1, 1.5", "1.5, 2")], 3, [], "-     sizes: [1, 1.5]")):
             with self.subTest(told):
-                before = checksums(self.small)
+                before = hashes(self.small)
                 self.write_config(objects, strikes)
                 overrides = [word for setting in settings for word in ("--set", setting)]
                 result = run("build", self.config, "-o", self.small, *overrides)
                 self.assertEqual(result.returncode, 2, result.stdout)
                 self.assertIn(told, result.stderr)
-                self.assertEqual(checksums(self.small), before)
+                self.assertEqual(hashes(self.small), before)
 
 
 if __name__ == "__main__":

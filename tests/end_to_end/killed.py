@@ -3,11 +3,8 @@
 Kill moments, victims and ranks are drawn with a seed that is printed: CARILLON_KILL_SEED=N repeats
 them. CARILLON_KILLS=50 is what the label `slow` runs; without it there are five.
 """
-import collections
-import hashlib
 import json
 import os
-import pathlib
 import random
 import shutil
 import signal
@@ -17,92 +14,23 @@ import unittest
 
 import h5py
 
-from program import CARILLON, FolderTest, run_json
+from interrupted import SAMPLES, TASKS, InterruptedTest, alive, descendants, recorded, wait_for
+from program import CARILLON, run_json
+from same import hashes
 
 KILLS = int(os.environ.get("CARILLON_KILLS", "5"))
 SEED = int(os.environ.get("CARILLON_KILL_SEED", str(random.SystemRandom().randrange(10**6))))
 
-CONFIG = """
-name: killed
-seed: 4
-materials: [steel, glass]
-objects:
-  - {shape: bar, count: 2, parameters: {length: [15 cm, 20 cm]}}
-  - {shape: tile, count: 2}
-  - {shape: block, count: 2}
-modes: {max_modes: 10, max_frequency: 20 kHz, order: 2, element_size: 3 cm}
-strikes: {per_object: 8}
-audio: {seconds: 0.5 s, sample_rate: 22050 Hz}
-listeners: [{position: [0.5, 0.3, 0.4]}]
-room: {size: [4 m, 3 m, 2.5 m], rt60: 0.4 s, count: 2}
-noise: {kind: [white, pink], snr: [15 dB, 40 dB]}
-mel: {bands: 16, frames: 9}
-voxels: {resolution: 12}
-files: {wav: true}
-"""
-TASKS = 12
-SAMPLES = 6 * 2 * 8
 
-
-def checksums(folder):
-    """SHA-256 of every file that is the same for equal builds."""
-    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest()
-            for p in sorted(folder.rglob("*")) if p.is_file()
-            and p.name not in ("trace.json", "journal.jsonl", ".lock")}
-
-
-def recorded(folder):
-    """How often the journal says of each task that it is done; none where there is no journal."""
-    path = folder / "journal.jsonl"
-    text = path.read_text() if path.exists() else ""
-    entries = [json.loads(line) for line in text[:text.rfind("\n") + 1].splitlines()]
-    return collections.Counter(e["task"] for e in entries if e.get("ok"))
-
-
-def descendants(pid):
-    """Processes below `pid`, itself included, as far as they live."""
-    children = collections.defaultdict(list)
-    for status in pathlib.Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = status.read_text().rsplit(")", 1)[1].split()
-        except OSError:
-            continue
-        if fields[0] != "Z":
-            children[int(fields[1])].append(int(status.parent.name))
-    found, rest = [], [pid]
-    while rest:
-        one = rest.pop()
-        found.append(one)
-        rest += children[one]
-    return found
-
-
-def alive(pid):
-    try:
-        return pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except OSError:
-        return False
-
-
-def wait_for(condition, seconds):
-    end = time.monotonic() + seconds
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.02)
-    return condition()
-
-
-class Killed(FolderTest):
+class Killed(InterruptedTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.config = cls.folder / "killed.yaml"
-        cls.config.write_text(CONFIG)
-        cls.whole = cls.folder / "whole"
+        assert cls.summary["samples"] == SAMPLES and cls.summary["tasks_run"] == TASKS, cls.summary
         begin = time.monotonic()
-        summary = run_json("--cache", "", "build", cls.config, "-o", cls.whole, ranks=2)
+        run_json("--cache", "", "build", cls.config, "-o", cls.folder / "timed", ranks=2)
         cls.seconds = time.monotonic() - begin
-        assert summary["samples"] == SAMPLES and summary["tasks_run"] == TASKS, summary
-        cls.expected = checksums(cls.whole)
+        cls.expected = hashes(cls.whole)
         cls.random = random.Random(SEED)
         print(f"seed {SEED} (CARILLON_KILL_SEED), {KILLS} kills of a build of {cls.seconds:.1f} s")
 
@@ -115,7 +43,7 @@ class Killed(FolderTest):
     def finish_and_compare(self, output, done_before):
         summary = run_json("--cache", "", "build", self.config, "-o", output, ranks=2)
         self.assertEqual(summary["tasks_run"], TASKS - len(done_before))
-        self.assertEqual(checksums(output), self.expected)
+        self.assertEqual(hashes(output), self.expected)
         # No task was done again that the journal knew of.
         self.assertEqual(set(recorded(output).values()), {1})
         self.assertEqual(len(recorded(output)), TASKS)
@@ -187,7 +115,6 @@ class Killed(FolderTest):
         seen = [0]
         while process.poll() is None:
             if (output / "index.h5").exists():
-                done = recorded(output)
                 try:
                     with h5py.File(output / "index.h5") as index:
                         keys = index["key"].asstr()[()] if "key" in index else []
@@ -201,11 +128,10 @@ class Killed(FolderTest):
                 self.assertGreaterEqual(len(keys), seen[-1])
                 if len(keys) != seen[-1]:
                     seen.append(len(keys))
-                del done
             time.sleep(0.02)
         self.assertEqual(process.returncode, 0)
         self.assertGreater(len(seen), 2)  # something, before all of it
-        self.assertEqual(checksums(output), self.expected)
+        self.assertEqual(hashes(output), self.expected)
 
     def test_a_second_build_says_who_holds_the_folder(self):
         output = self.folder / "held"

@@ -8,23 +8,17 @@ import unittest
 
 import h5py
 
-from killed import CONFIG, SAMPLES, TASKS, checksums, descendants, recorded, wait_for
+from interrupted import (CONFIG, SAMPLES, TASKS, InterruptedTest, descendants, recorded,
+                         wait_for)
 from program import CARILLON, FolderTest, run_json
+from same import hashes
 
 # Half a second is promised; a busy machine may take longer to let a process run at all.
 PROMISED_S = 0.5
 ALLOWED_S = 1.5
 
 
-class Signals(FolderTest):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.config = cls.folder / "killed.yaml"
-        cls.config.write_text(CONFIG)
-        cls.whole = cls.folder / "whole"
-        run_json("--cache", "", "build", cls.config, "-o", cls.whole, ranks=2)
-
+class Signals(InterruptedTest):
     def start(self, output, ranks=None, json_output=True):
         command = [CARILLON, "--cache", "", "build", str(self.config), "-o", str(output)]
         command += ["--json"] if json_output else []
@@ -38,7 +32,7 @@ class Signals(FolderTest):
     def go_on(self, output, done):
         summary = run_json("--cache", "", "build", self.config, "-o", output)
         self.assertEqual(summary["tasks_run"], TASKS - len(done))
-        self.assertEqual(checksums(output), checksums(self.whole))
+        self.assertEqual(hashes(output), hashes(self.whole))
         self.assertEqual(set(recorded(output).values()), {1})
 
     def test_a_build_is_out_at_once_with_130(self):
