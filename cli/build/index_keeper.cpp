@@ -42,7 +42,7 @@ void IndexKeeper::add(const json& entry) {
 bool IndexKeeper::due() const {
   if (news_.empty()) return false;
   const double elapsed = core::monotonic_seconds() - begin_;
-  return spent_ + last_ <= share * elapsed;
+  return spent_ + last_ <= grace + share * elapsed;
 }
 
 void IndexKeeper::run() {

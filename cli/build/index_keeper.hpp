@@ -19,11 +19,12 @@ namespace carillon::cli {
 
 /// Keeps index.h5, dataset.json and failures.json at what is done while a build runs, in a thread
 /// of the host. Each is replaced as a whole, so that a reader finds either the old or the new one.
-/// All writing together takes at most `share` of the time since the beginning, so that an index
-/// that grows is written less often.
+/// All writing together takes at most `share` of the time since the beginning and `grace` more, so
+/// that an index that grows is written less often.
 class IndexKeeper {
  public:
   static constexpr double share = 0.01;
+  static constexpr double grace = 0.3;  ///< [s], so that short builds have one too
 
   /// Writes what is done already at once. `build` and `folders` must outlive it.
   /// @param finished  as in write_results

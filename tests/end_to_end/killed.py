@@ -130,7 +130,7 @@ class Killed(InterruptedTest):
                     seen.append(len(keys))
             time.sleep(0.02)
         self.assertEqual(process.returncode, 0)
-        self.assertGreater(len(seen), 2)  # something, before all of it
+        self.assertTrue([n for n in seen if 0 < n < SAMPLES], seen)  # something, before all of it
         self.assertEqual(hashes(output), self.expected)
 
     def test_a_second_build_says_who_holds_the_folder(self):
