@@ -231,6 +231,11 @@ solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
   return result;
 }
 
+core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::MeshRequest& request,
+                               const std::filesystem::path& cache) {
+  return trace.stages[solvers::mesh_is_cached(request, cache) ? "mesh from cache" : "mesh"];
+}
+
 solvers::SolveOptions solve_options(const BodyOptions& options) {
   solvers::SolveOptions solve;
   solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
@@ -278,7 +283,7 @@ Body solve_body(const BodyOptions& options, const Context& context) {
     body.pitch_target = std::move(result.report);
   } else {
     {
-      const core::ScopedTimer timer(body.trace.stages["mesh"]);
+      const core::ScopedTimer timer(mesh_entry(body.trace, request, context.cache));
       body.mesh = shared_mesh(request, {}, context.cache, context.world);
     }
     body.modes = std::move(solve_mesh(body.mesh).front());

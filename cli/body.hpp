@@ -70,6 +70,11 @@ solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
                                 const solvers::ChildLimits& limits,
                                 const std::filesystem::path& cache, MPI_Comm comm);
 
+/// The entry of a trace that making this mesh belongs to: "mesh", or "mesh from cache" where it is
+/// there already.
+core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::MeshRequest& request,
+                               const std::filesystem::path& cache);
+
 /// Everything that the options ask for.
 struct Body {
   solvers::MeshResult mesh;

@@ -27,9 +27,9 @@ solvers::PitchTarget pitch_target(const PitchSearch& search) {
 solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver& solve,
                                      MPI_Comm comm, core::Trace& trace) {
   const auto make_mesh = [&](const solvers::MeshOptions& options) {
-    const core::ScopedTimer timer(trace.stages["mesh"]);
     solvers::MeshRequest request = search.request;
     request.options = options;
+    const core::ScopedTimer timer(mesh_entry(trace, request, search.cache));
     return shared_mesh(request, search.limits, search.cache, comm);
   };
   auto result = solvers::reach_pitch(pitch_target(search), make_mesh, solve);

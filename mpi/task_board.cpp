@@ -23,6 +23,12 @@ void check_values(const Task& task) {
   }
 }
 
+std::vector<std::int64_t> waited_for(const Task& task) {
+  std::vector<std::int64_t> all = task.after;
+  all.insert(all.end(), task.behind.begin(), task.behind.end());
+  return all;
+}
+
 bool is_settled(TaskState state) {
   return state == TaskState::done || state == TaskState::failed || state == TaskState::skipped;
 }
@@ -33,13 +39,17 @@ TaskBoard::TaskBoard(std::vector<Task> tasks)
     : tasks_(std::move(tasks)),
       states_(tasks_.size(), TaskState::waiting),
       unmet_(tasks_.size(), 0),
-      dependents_(tasks_.size()) {
+      dependents_(tasks_.size()),
+      followers_(tasks_.size()) {
   check_dependencies();
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     for (const std::int64_t earlier : tasks_[i].after) {
       dependents_[static_cast<std::size_t>(earlier)].push_back(i);
     }
-    unmet_[i] = static_cast<std::int64_t>(tasks_[i].after.size());
+    for (const std::int64_t earlier : tasks_[i].behind) {
+      followers_[static_cast<std::size_t>(earlier)].push_back(i);
+    }
+    unmet_[i] = static_cast<std::int64_t>(tasks_[i].after.size() + tasks_[i].behind.size());
   }
   check_order();
   counts_[static_cast<std::size_t>(TaskState::waiting)] = static_cast<std::int64_t>(tasks_.size());
@@ -54,7 +64,7 @@ void TaskBoard::check_dependencies() const {
     if (!keys.insert(task.key).second) {
       throw core::Error(fmt::format("two tasks have the key '{}'", task.key));
     }
-    for (const std::int64_t earlier : task.after) {
+    for (const std::int64_t earlier : waited_for(task)) {
       if (earlier < 0 || earlier >= static_cast<std::int64_t>(tasks_.size())) {
         throw core::Error(fmt::format("task '{}' waits for task {}, but there are {} tasks",
                                       task.key, earlier, tasks_.size()));
@@ -81,8 +91,10 @@ void TaskBoard::check_order() const {
     const std::size_t task = free.back();
     free.pop_back();
     ++ordered;
-    for (const std::size_t later : dependents_[task]) {
-      if (--unmet[later] == 0) free.push_back(later);
+    for (const auto* later_ones : {&dependents_[task], &followers_[task]}) {
+      for (const std::size_t later : *later_ones) {
+        if (--unmet[later] == 0) free.push_back(later);
+      }
     }
   }
   if (ordered == tasks_.size()) return;
@@ -91,7 +103,7 @@ void TaskBoard::check_order() const {
   std::size_t task = 0;
   while (unmet[task] == 0) ++task;
   for (std::size_t steps = 0; steps < tasks_.size(); ++steps) {
-    for (const std::int64_t earlier : tasks_[task].after) {
+    for (const std::int64_t earlier : waited_for(tasks_[task])) {
       if (unmet[static_cast<std::size_t>(earlier)] > 0) {
         task = static_cast<std::size_t>(earlier);
         break;
@@ -180,7 +192,10 @@ double TaskBoard::sum_of(double Kind::*part) const {
 }
 
 void TaskBoard::mark_done(std::int64_t task) {
-  const std::size_t index = markable(task);
+  const std::size_t index = checked(task);
+  if (claimed_) {
+    throw core::Error(fmt::format("task '{}' is marked after the first claim", tasks_[index].key));
+  }
   if (states_[index] == TaskState::done) return;
   if (states_[index] != TaskState::waiting) {
     // Going back over what was skipped by mistake is spared by marking in the right order.
@@ -192,21 +207,14 @@ void TaskBoard::mark_done(std::int64_t task) {
 }
 
 void TaskBoard::mark_failed(std::int64_t task) {
-  const std::size_t index = markable(task);
-  if (states_[index] == TaskState::done) {
-    throw core::Error(fmt::format("task '{}' is marked done and failed", tasks_[index].key));
+  const std::size_t index = checked(task);
+  if (states_[index] == TaskState::done || states_[index] == TaskState::running) {
+    throw core::Error(fmt::format("task '{}' is marked failed, but is {}", tasks_[index].key,
+                                  states_[index] == TaskState::done ? "done" : "running"));
   }
   if (states_[index] == TaskState::failed) return;
   set_state(index, TaskState::failed);
   skip_dependents(index);
-}
-
-std::size_t TaskBoard::markable(std::int64_t task) const {
-  const std::size_t index = checked(task);
-  if (claimed_) {
-    throw core::Error(fmt::format("task '{}' is marked after the first claim", tasks_[index].key));
-  }
-  return index;
 }
 
 Claim TaskBoard::claim(int width, int first) {
@@ -257,10 +265,12 @@ void TaskBoard::complete(std::int64_t task, bool ok) {
   }
 }
 
+void TaskBoard::release(std::size_t task) {
+  if (--unmet_[task] == 0 && states_[task] == TaskState::waiting) make_ready(task);
+}
+
 void TaskBoard::release_dependents(std::size_t task) {
-  for (const std::size_t later : dependents_[task]) {
-    if (--unmet_[later] == 0 && states_[later] == TaskState::waiting) make_ready(later);
-  }
+  for (const std::size_t later : dependents_[task]) release(later);
 }
 
 void TaskBoard::skip_dependents(std::size_t task) {
@@ -288,6 +298,8 @@ void TaskBoard::set_state(std::size_t task, TaskState state) {
   --counts_[static_cast<std::size_t>(before)];
   ++counts_[static_cast<std::size_t>(state)];
   states_[task] = state;
+  if (!is_settled(state) || is_settled(before)) return;
+  for (const std::size_t later : followers_[task]) release(later);
 }
 
 std::size_t TaskBoard::checked(std::int64_t task) const {

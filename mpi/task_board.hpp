@@ -13,12 +13,13 @@ namespace carillon::mpi {
 
 /// A piece of work that a group of ranks does alone.
 struct Task {
-  std::string key{};                  ///< stable name, unique; the journal knows the task by this
-  double cost = 0;                    ///< estimated seconds on one rank
-  double memory = 0;                  ///< estimated peak, all ranks of its group together [byte]
-  int width = 1;                      ///< ranks of the group it wants
-  std::vector<std::int64_t> after{};  ///< indices of tasks that must be done before
-  std::string kind{};                 ///< tasks of a kind have estimates that err alike
+  std::string key{};                   ///< stable name, unique; the journal knows the task by this
+  double cost = 0;                     ///< estimated seconds on one rank
+  double memory = 0;                   ///< estimated peak, all ranks of its group together [byte]
+  int width = 1;                       ///< ranks of the group it wants
+  std::vector<std::int64_t> after{};   ///< indices of tasks that must be done before
+  std::string kind{};                  ///< tasks of a kind have estimates that err alike
+  std::vector<std::int64_t> behind{};  ///< tasks that must have ended before, well or not
 };
 
 enum class TaskState { waiting, running, done, failed, skipped };
@@ -74,8 +75,9 @@ class TaskBoard {
   void set_factor(const std::string& kind, double factor);
   /// Before any claim: done by an earlier run, whatever became of what it depends on.
   void mark_done(std::int64_t task);
-  /// Before any claim: given up by an earlier run (quarantine); what depends on it and is not
-  /// done is skipped. Mark all done tasks first.
+  /// Given up before it began, by an earlier run (quarantine) or with another task; what depends on
+  /// it and is not done is skipped. Before any claim, mark all done tasks first.
+  /// @throws core::Error  it is done or running
   void mark_failed(std::int64_t task);
 
   /// The next task for the group of ranks [first, first + width), which takes tasks of exactly that
@@ -117,7 +119,6 @@ class TaskBoard {
   };
 
   std::size_t checked(std::int64_t task) const;
-  std::size_t markable(std::int64_t task) const;
   void check_dependencies() const;
   void check_order() const;
   void number_kinds();
@@ -125,14 +126,16 @@ class TaskBoard {
   void make_ready(std::size_t task);
   double sum_of(double Kind::*part) const;
   void set_state(std::size_t task, TaskState state);
+  void release(std::size_t task);
   void release_dependents(std::size_t task);
   void skip_dependents(std::size_t task);
 
   std::vector<Task> tasks_;
   std::vector<TaskState> states_;
-  std::vector<std::int64_t> unmet_;  ///< for each task, its dependencies that are not done
+  std::vector<std::int64_t> unmet_;  ///< for each task, what it waits for
   std::vector<std::vector<std::size_t>> dependents_;
-  std::vector<std::size_t> kind_of_;  ///< for each task, its place in kinds_
+  std::vector<std::vector<std::size_t>> followers_;  ///< those behind each task
+  std::vector<std::size_t> kind_of_;                 ///< for each task, its place in kinds_
   std::map<std::string, std::size_t> kind_numbers_;
   std::vector<Kind> kinds_;
   std::map<int, Queue> queues_;           ///< by width

@@ -71,8 +71,19 @@ void TaskHost::complete(std::int64_t task, const Outcome& outcome) {
       board_.set_factor(ended.kind, calibration_.factor(ended.kind));
     }
     if (hooks_.completed) hooks_.completed(ended, outcome);
+    if (!outcome.ok && hooks_.lost_with) end_with(ended, outcome);
     if (hooks_.progress) hooks_.progress(board_);
   });
+}
+
+/// Ends what a failure concerns beside the task that met it.
+void TaskHost::end_with(const Task& failed, const Outcome& outcome) {
+  for (const std::int64_t number : hooks_.lost_with(failed)) {
+    if (board_.state(number) != TaskState::waiting) continue;
+    board_.mark_failed(number);
+    const Task& task = board_.tasks()[static_cast<std::size_t>(number)];
+    if (hooks_.completed) hooks_.completed(task, {false, outcome.record});
+  }
 }
 
 void TaskHost::stop() {

@@ -16,6 +16,9 @@ struct ServiceHooks {
   /// A task ended; `outcome.record` goes to the journal here. The task counts as done (others may
   /// begin what depends on it) only after this has returned.
   std::function<void(const Task&, const Outcome&)> completed{};
+  /// Other tasks that a failure concerns as much: those of them that have not begun end with the
+  /// same outcome, `completed` is told.
+  std::function<std::vector<std::int64_t>(const Task&)> lost_with{};
   /// After every claim that handed out a task, and every completion.
   std::function<void(const TaskBoard&)> progress{};
   /// A task is about to begin: a journal that notes it knows later what a crash interrupted.
@@ -47,6 +50,7 @@ class TaskHost {
   template <class Act>
   void guarded(Act&& act);
   void refuse_what_fits_nowhere();
+  void end_with(const Task& failed, const Outcome& outcome);
 
   mutable std::mutex mutex_;
   TaskBoard board_;

@@ -146,6 +146,10 @@ json ask_child(const char* task, const MeshRequest& request, const ChildLimits& 
   return std::move(answer.at("result"));
 }
 
+fs::path cached_file(const fs::path& cache, const MeshRequest& request) {
+  return cache / (mesh_key(request) + ".mesh.cbor");
+}
+
 /// A cached mesh; nothing when there is none or it is damaged.
 std::optional<MeshResult> from_cache(const fs::path& file) {
   try {
@@ -187,12 +191,20 @@ std::string mesh_key(const MeshRequest& request) {
 MeshResult mesh_in_child(const MeshRequest& request, const ChildLimits& limits,
                          const fs::path& cache) {
   if (cache.empty()) return mesh_result_from_json(ask_child("mesh", request, limits));
-  const fs::path file = cache / (mesh_key(request) + ".mesh.cbor");
+  const fs::path file = cached_file(cache, request);
   if (auto cached = from_cache(file)) return std::move(*cached);
   const json result = ask_child("mesh", request, limits);
   MeshResult mesh = mesh_result_from_json(result);
   to_cache(file, result);
   return mesh;
+}
+
+bool mesh_is_cached(const MeshRequest& request, const fs::path& cache) {
+  try {
+    return !cache.empty() && fs::exists(cached_file(cache, request));
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 Diagnosis diagnose_in_child(const MeshFile& file, const ChildLimits& limits) {

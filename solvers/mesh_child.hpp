@@ -26,6 +26,9 @@ std::string mesh_key(const MeshRequest& request);
 MeshResult mesh_in_child(const MeshRequest& request, const ChildLimits& limits,
                          const std::filesystem::path& cache);
 
+/// Whether `cache` holds the mesh of a request; false as well where the mesh file cannot be read.
+bool mesh_is_cached(const MeshRequest& request, const std::filesystem::path& cache);
+
 /// Diagnosis alone, in the same child (no repair, no tetrahedra).
 Diagnosis diagnose_in_child(const MeshFile& file, const ChildLimits& limits);
 

@@ -74,8 +74,8 @@ void count(const json& entry, Tallies& tallies) {
   tallies.processes.insert(entry.at("process").get<std::string>());
 }
 
-json to_entry(const mpi::Blame& blame) {
-  json entry = {{"attempt", blame.task},
+json to_entry(const mpi::Blame& blame, const std::string& task) {
+  json entry = {{"attempt", task},
                 {"evidence", name_of(blame.evidence)},
                 {"words", blame.words},
                 {"process", blame.process}};
@@ -126,32 +126,41 @@ std::filesystem::path witness_file(const std::filesystem::path& output, int rank
   return witness_folder(output) / fmt::format("rank-{:05}", rank);
 }
 
-void settle_attempts(const std::filesystem::path& journal_path, const std::filesystem::path& output,
-                     const std::function<std::string(const std::string&)>& inputs_of,
+namespace {
+
+/// Adds what a run's witnesses say against a build's tasks to its journal.
+void settle(const AttemptedBuild& build, const std::vector<mpi::Blame>& blames) {
+  mpi::Journal journal(build.journal);
+  Tallies tallies;
+  for (const json& entry : journal.entries()) count(entry, tallies);
+  const std::set<std::string> counted = tallies.processes;
+  for (const mpi::Blame& blame : blames) {
+    // A run that was killed right here has counted it already.
+    if (!blame.task.starts_with(build.name) || counted.contains(blame.process)) continue;
+    const json entry = to_entry(blame, blame.task.substr(build.name.size()));
+    journal.append(entry);
+    count(entry, tallies);
+    spdlog::warn("the last run ended while {} ran: {}", blame.task, blame.words);
+  }
+  for (const auto& [task, tally] : tallies.by_task) {
+    json entry = verdict(task, tally);
+    if (entry.is_null()) continue;
+    entry["inputs"] = build.inputs_of(task);
+    journal.append(entry);
+    spdlog::warn("{}{} is given up: {}", build.name, task, entry.at("message").get<std::string>());
+  }
+}
+
+}  // namespace
+
+void settle_attempts(const std::filesystem::path& output, const std::vector<AttemptedBuild>& builds,
                      MPI_Comm world) {
   const std::vector<mpi::Host> hosts = gather_hosts(world);
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;
-    const auto told = mpi::read_testimonies(witness_folder(output));
-    mpi::Journal journal(journal_path);
-    Tallies tallies;
-    for (const json& entry : journal.entries()) count(entry, tallies);
-    const std::set<std::string> counted = tallies.processes;
-    for (const mpi::Blame& blame : mpi::blamed_tasks(told, hosts)) {
-      // A run that was killed right here has counted it already.
-      if (counted.contains(blame.process)) continue;
-      const json entry = to_entry(blame);
-      journal.append(entry);
-      count(entry, tallies);
-      spdlog::warn("the last run ended while {} ran: {}", blame.task, blame.words);
-    }
-    for (const auto& [task, tally] : tallies.by_task) {
-      json entry = verdict(task, tally);
-      if (entry.is_null()) continue;
-      entry["inputs"] = inputs_of(task);
-      journal.append(entry);
-      spdlog::warn("{} is given up: {}", task, entry.at("message").get<std::string>());
-    }
+    const std::vector<mpi::Blame> blames =
+        mpi::blamed_tasks(mpi::read_testimonies(witness_folder(output)), hosts);
+    for (const AttemptedBuild& build : builds) settle(build, blames);
     std::error_code ignored;  // what is left behind is read again, and counted once
     std::filesystem::remove_all(witness_folder(output), ignored);
   });

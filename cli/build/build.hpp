@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,27 @@ struct LoadedBuild {
   BuildPlan plan;
 };
 
+/// The text of a configuration, read on rank 0.
+/// @throws FileError  on every rank alike
+/// @note Collective on world.
+std::string shared_text(const std::string& path, MPI_Comm world);
+
+/// What a configuration's text expands to with these overrides.
+/// @throws ConfigError, InputError, FileError
+LoadedBuild expand(const std::string& text, const BuildOptions& options);
+
+/// Refuses to go on where ranks do not see the same files.
+/// @throws InputError  on every rank alike
+/// @note Collective on world.
+void check_alike(const std::string& fingerprint, MPI_Comm world);
+
 /// Reads on rank 0, broadcasts the text, expands on every rank and compares.
 /// @throws ConfigError, InputError, FileError  on every rank alike
 /// @note Collective on world.
 LoadedBuild load_build(const BuildOptions& options, MPI_Comm world);
+
+/// What `carillon plan` tells of a build; docs/guide.md names the fields.
+nlohmann::json describe_plan(const LoadedBuild& build);
 
 /// Builds the dataset, or carries on where an earlier run of the same configuration stopped.
 /// @return exit code

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/build/build.hpp"
+#include "cli/sweep/run_sweep.hpp"
 
 namespace carillon::cli {
 
@@ -19,8 +20,14 @@ void add_build(CLI::App& program, Context& context) {
   command->footer(
       "Examples:\n"
       "  mpirun -n 4 carillon build configs/smoke.yaml\n"
-      "  carillon build configs/smoke.yaml --set strikes.per_object=1 --output small");
-  command->callback([&context, options] { context.exit_code = run_build(*options, context); });
+      "  carillon build configs/smoke.yaml --set strikes.per_object=1 --output small\n"
+      "  mpirun -n 4 carillon build configs/sweep-damping.yaml    every variant of its `sweep`, "
+      "and "
+      "a table");
+  command->callback([&context, options] {
+    const auto sweep = load_sweep(*options, context.world);
+    context.exit_code = sweep ? run_sweep(*sweep, *options, context) : run_build(*options, context);
+  });
 }
 
 }  // namespace carillon::cli

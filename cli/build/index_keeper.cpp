@@ -9,12 +9,9 @@ namespace carillon::cli {
 
 using nlohmann::json;
 
-IndexKeeper::IndexKeeper(const LoadedBuild& build, const BuildFolders& folders,
-                         std::map<std::string, json> finished)
-    : build_(build),
-      folders_(folders),
-      finished_(std::move(finished)),
-      begin_(core::monotonic_seconds()) {
+IndexKeeper::IndexKeeper(std::vector<KeptIndex> builds)
+    : builds_(std::move(builds)), results_(builds_.size()), begin_(core::monotonic_seconds()) {
+  for (std::size_t b = 0; b < builds_.size(); ++b) behind_.insert(b);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -33,47 +30,54 @@ void IndexKeeper::end() {
   ended_ = true;
 }
 
-void IndexKeeper::add(const json& entry) {
+void IndexKeeper::add(std::size_t build, const json& entry) {
   const std::scoped_lock lock(news_mutex_);
-  news_.push_back(entry);
+  news_.push_back({build, entry});
 }
 
-/// There is something new, and time for it.
+/// There is time for another writing.
 bool IndexKeeper::due() const {
-  if (news_.empty()) return false;
   const double elapsed = core::monotonic_seconds() - begin_;
   return spent_ + last_ <= grace + share * elapsed;
 }
 
 void IndexKeeper::run() {
-  write_now();
   for (;;) {
     {
       std::unique_lock lock(news_mutex_);
-      if (woken_.wait_for(lock, std::chrono::milliseconds(100), [this] { return ending_; })) return;
-      if (!due()) continue;
+      const auto pause = std::chrono::milliseconds(calls_ == 0 ? 0 : 100);
+      if (woken_.wait_for(lock, pause, [this] { return ending_; })) return;
     }
-    write_now();
+    const std::scoped_lock writing(write_mutex_);
+    take_news();
+    while (!behind_.empty() && due() && !ended_ && !is_ending()) write_next();
   }
 }
 
-Results IndexKeeper::write_now() {
-  const std::scoped_lock writing(write_mutex_);
-  if (ended_) return results_;
-  std::vector<json> news;
+bool IndexKeeper::is_ending() const {
+  const std::scoped_lock lock(news_mutex_);
+  return ending_;
+}
+
+void IndexKeeper::take_news() {
+  std::vector<News> news;
   {
     const std::scoped_lock lock(news_mutex_);
     news = std::exchange(news_, {});
   }
-  if (news.empty() && written_) return results_;
-  for (json& entry : news) {
+  for (auto& [build, entry] : news) {
     const std::string task = entry.at("task");
-    finished_[task] = std::move(entry);
+    builds_[build].finished[task] = std::move(entry);
+    behind_.insert(build);
   }
+}
+
+void IndexKeeper::write_next() {
+  const std::size_t b = *behind_.begin();
+  behind_.erase(behind_.begin());
   const double start = core::monotonic_seconds();
   try {
-    results_ = write_results(build_, folders_, finished_);
-    written_ = true;
+    results_[b] = write_results(*builds_[b].build, *builds_[b].folders, builds_[b].finished);
   } catch (const std::exception& error) {
     if (!told_) spdlog::warn("the index could not be brought up to date: {}", error.what());
     told_ = true;
@@ -81,6 +85,12 @@ Results IndexKeeper::write_now() {
   last_ = core::monotonic_seconds() - start;
   spent_ = spent_ + last_;
   ++calls_;
+}
+
+std::vector<Results> IndexKeeper::write_now() {
+  const std::scoped_lock writing(write_mutex_);
+  take_news();
+  while (!behind_.empty() && !ended_) write_next();
   return results_;
 }
 

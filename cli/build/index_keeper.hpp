@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -17,7 +18,14 @@
 
 namespace carillon::cli {
 
-/// Keeps index.h5, dataset.json and failures.json at what is done while a build runs, in a thread
+/// A build whose files are kept at what is done; both must outlive the keeper.
+struct KeptIndex {
+  const LoadedBuild* build = nullptr;
+  const BuildFolders* folders = nullptr;
+  std::map<std::string, nlohmann::json> finished{};  ///< as in write_results
+};
+
+/// Keeps index.h5, dataset.json and failures.json at what is done while builds run, in a thread
 /// of the host. Each is replaced as a whole, so that a reader finds either the old or the new one.
 /// All writing together takes at most `share` of the time since the beginning and `grace` more, so
 /// that an index that grows is written less often.
@@ -26,41 +34,45 @@ class IndexKeeper {
   static constexpr double share = 0.01;
   static constexpr double grace = 0.3;  ///< [s], so that short builds have one too
 
-  /// Writes what is done already at once. `build` and `folders` must outlive it.
-  /// @param finished  as in write_results
-  IndexKeeper(const LoadedBuild& build, const BuildFolders& folders,
-              std::map<std::string, nlohmann::json> finished);
+  /// Begins with what is done already.
+  explicit IndexKeeper(std::vector<KeptIndex> builds);
   ~IndexKeeper();
   IndexKeeper(const IndexKeeper&) = delete;
   IndexKeeper& operator=(const IndexKeeper&) = delete;
 
-  /// A task ended; `entry` is its journal entry. Returns at once.
-  void add(const nlohmann::json& entry);
-  /// Writes what is not written yet, whatever it takes. An error is warned of, once: the build
-  /// itself will meet it where it matters.
-  Results write_now();
+  /// A task of a build ended; `entry` is its journal entry. Returns at once.
+  void add(std::size_t build, const nlohmann::json& entry);
+  /// Writes what is not written yet, whatever it takes. An error is warned of, once: the builds
+  /// themselves will meet it where it matters.
+  /// @return what each folder holds
+  std::vector<Results> write_now();
   /// Nothing is written any more.
   void end();
-  /// Times that all three were written, and what that took together [s].
+  /// Times that the three of a build were written, and what that took together [s].
   core::Trace::Entry cost() const { return {calls_, spent_}; }
 
  private:
+  struct News {
+    std::size_t build;
+    nlohmann::json entry;
+  };
   void run();
   bool due() const;
+  bool is_ending() const;
+  void take_news();
+  void write_next();
 
-  const LoadedBuild& build_;
-  const BuildFolders& folders_;
   std::thread thread_;
 
   mutable std::mutex news_mutex_;
   std::condition_variable woken_;
-  std::vector<nlohmann::json> news_;  ///< not in finished_ yet
+  std::vector<News> news_;  ///< not in `finished` yet
   bool ending_ = false;
 
-  std::mutex write_mutex_;  ///< of all below
-  std::map<std::string, nlohmann::json> finished_;
-  Results results_;
-  bool written_ = false;
+  mutable std::mutex write_mutex_;  ///< of all below
+  std::vector<KeptIndex> builds_;
+  std::set<std::size_t> behind_;  ///< builds whose files do not hold all that is finished
+  std::vector<Results> results_;
   bool told_ = false;
   bool ended_ = false;
 

@@ -48,7 +48,7 @@ void print(const Summary& summary, bool as_json) {
 void LastWords::count(const std::function<void()>& record) {
   const std::scoped_lock lock(mutex_);
   record();
-  ++summary_.tasks_run;
+  ++tasks_run_;
 }
 
 void LastWords::keep() {
@@ -79,12 +79,8 @@ void LastWords::say() {
     return;
   }
   // Never unlocked: the process ends within the grace.
-  const Results results = index_->write_now();
-  summary_.samples = results.samples;
-  summary_.failed = results.failed;
-  summary_.missed = results.missed;
-  summary_.interrupted = true;
-  print(summary_, as_json_);
+  const std::vector<Results> results = index_->write_now();
+  if (tell_) tell_(results, tasks_run_);
   std::fflush(stdout);
 }
 

@@ -30,24 +30,25 @@ void print(const Summary& summary, bool as_json);
 /// index gets everything that is done, and the summary is printed. Nothing is recorded after that.
 class LastWords {
  public:
-  /// @param index    null on other ranks, which say nothing, and where nothing is left to do
-  /// @param summary  output and shapes; the rest is filled in
-  LastWords(IndexKeeper* index, Summary summary, bool as_json)
-      : index_(index), summary_(std::move(summary)), as_json_(as_json) {}
+  /// What is done, by build, and how many tasks of this run are among it.
+  using Tell = std::function<void(const std::vector<Results>&, std::int64_t tasks_run)>;
+
+  /// @param index  null on other ranks, which say nothing, and where nothing is left to do
+  /// @param tell   says so on standard output
+  LastWords(IndexKeeper* index, Tell tell) : index_(index), tell_(std::move(tell)) {}
 
   /// Records that a task has ended, by `record`.
   void count(const std::function<void()>& record);
   /// The run came to its end by itself: nothing is said any more.
   void keep();
-  std::int64_t tasks_run() const { return summary_.tasks_run; }
   mpi::InterruptGuard::Leaving leaving();
 
  private:
   void say();
 
   IndexKeeper* index_;
-  Summary summary_;
-  bool as_json_;
+  Tell tell_;
+  std::int64_t tasks_run_ = 0;
   bool kept_ = false;
   std::mutex mutex_;
 };

@@ -4,26 +4,38 @@
 
 namespace carillon::cli {
 
-LoadedBuild load_build(const BuildOptions& options, MPI_Comm world) {
+std::string shared_text(const std::string& path, MPI_Comm world) {
   std::string text;
   mpi::agreed(world, [&] {
-    if (mpi::rank(world) == 0) text = core::read_text_file(options.config);
+    if (mpi::rank(world) == 0) text = core::read_text_file(path);
   });
-  text = mpi::broadcast(text, 0, world);
-  LoadedBuild build;
-  build.path = options.config;
-  build.overrides = options.overrides;
-  mpi::agreed(world, [&] {
-    build.config = read_build_config(text, options.config, options.overrides);
-    build.plan = make_plan(build.config);
-  });
-  const auto plans = mpi::all_gather(fingerprint(build.config, build.plan), world);
+  return mpi::broadcast(text, 0, world);
+}
+
+void check_alike(const std::string& fingerprint, MPI_Comm world) {
+  const auto plans = mpi::all_gather(fingerprint, world);
   for (const std::string& plan : plans) {
     if (plan != plans.front()) {
       throw core::InputError("the ranks do not see the same files",
                              "the folders of the configuration must be on a shared file system");
     }
   }
+}
+
+LoadedBuild expand(const std::string& text, const BuildOptions& options) {
+  LoadedBuild build;
+  build.path = options.config;
+  build.overrides = options.overrides;
+  build.config = read_build_config(text, options.config, options.overrides);
+  build.plan = make_plan(build.config);
+  return build;
+}
+
+LoadedBuild load_build(const BuildOptions& options, MPI_Comm world) {
+  const std::string text = shared_text(options.config, world);
+  LoadedBuild build;
+  mpi::agreed(world, [&] { build = expand(text, options); });
+  check_alike(fingerprint(build.config, build.plan), world);
   return build;
 }
 

@@ -199,7 +199,7 @@ solvers::PitchResult make_sets(const BuildConfig& config, const Shape& shape,
   }
   solvers::PitchResult result;
   {
-    const core::ScopedTimer timer(trace.stages["mesh"]);
+    const core::ScopedTimer timer(mesh_entry(trace, shape.request, folders.cache));
     result.mesh = shared_mesh(shape.request, config.limits.mesh, folders.cache, comm);
   }
   result.sets = solve(result.mesh);

@@ -10,13 +10,13 @@
 #include "cli/build/schedule.hpp"
 #include "cli/build/solver_plan.hpp"
 #include "cli/sound/scene.hpp"
+#include "cli/sweep/run_sweep.hpp"
+#include "core/error.hpp"
 #include "core/progress.hpp"
 
 namespace carillon::cli {
 
-namespace {
-
-nlohmann::json describe(const LoadedBuild& build) {
+nlohmann::json describe_plan(const LoadedBuild& build) {
   nlohmann::json effects = describe_effects(build.config.scene, build.config.band.max_modes);
   for (nlohmann::json& effect : effects) {
     effect["seconds"] = effect.at("seconds_per_sound").get<double>() *
@@ -52,6 +52,8 @@ nlohmann::json describe(const LoadedBuild& build) {
             {"disk_bytes",
              sample_bytes(build.config) * static_cast<double>(build.plan.samples.size())}}}};
 }
+
+namespace {
 
 void print_plan(const nlohmann::json& plan) {
   fmt::print("{}: {} samples of {} shapes in {} + {} tasks\n\n", plan.at("name").get<std::string>(),
@@ -110,9 +112,17 @@ void add_plan(CLI::App& program, Context& context) {
       "Examples:\n  carillon plan configs/smoke.yaml\n"
       "  carillon plan configs/rsaudio.yaml --ranks 64,4096 --ranks-per-node 64 --trace rsaudio");
   command->callback([&context, options, schedule] {
+    if (const auto sweep = load_sweep(*options, context.world)) {
+      if (!schedule->ranks.empty()) {
+        throw core::InputError("--ranks simulates one build, and this is a sweep of many",
+                               "--set sweep= takes the sweep away; --set of a variant's values");
+      }
+      if (context.speaks()) tell_sweep_plan(*sweep, context.json);
+      return;
+    }
     const LoadedBuild build = load_build(*options, context.world);
     if (!context.speaks()) return;
-    nlohmann::json plan = describe(build);
+    nlohmann::json plan = describe_plan(build);
     if (!schedule->ranks.empty()) plan["simulated"] = simulate_build(build, *schedule);
     if (context.json) {
       fmt::print("{}\n", plan.dump(2));

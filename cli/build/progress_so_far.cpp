@@ -12,9 +12,9 @@ namespace carillon::cli {
 
 using nlohmann::json;
 
-std::map<std::string, json> finished_tasks(const mpi::Journal& journal) {
+std::map<std::string, json> finished_tasks(const std::vector<json>& journal) {
   std::map<std::string, json> finished;
-  for (const json& entry : journal.entries()) {
+  for (const json& entry : journal) {
     if (entry.contains("task")) finished[entry.at("task")] = entry;  // else not an outcome
   }
   return finished;

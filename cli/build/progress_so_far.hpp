@@ -7,13 +7,12 @@
 
 #include "cli/build/build.hpp"
 #include "cli/build/modes_task.hpp"
-#include "mpi/journal.hpp"
 
 namespace carillon::cli {
 
 /// Journal entry of each task that ended, by its key; a later entry counts more than an earlier
 /// one. Whether its files are still there is check_files.hpp's matter.
-std::map<std::string, nlohmann::json> finished_tasks(const mpi::Journal& journal);
+std::map<std::string, nlohmann::json> finished_tasks(const std::vector<nlohmann::json>& journal);
 
 /// `path, sha256, bytes` of files, for journal and dataset.json.
 nlohmann::json describe_files(const std::vector<std::string>& written,

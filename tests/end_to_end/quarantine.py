@@ -179,6 +179,32 @@ class Quarantine(FolderTest):
     def test_nothing_that_runs_is_left_behind(self):
         self.assertFalse((self.whole / "running").exists())
 
+    def test_a_sweep_tries_what_its_variants_share_once(self):
+        tries = self.folder / "tries"
+        config = self.write("swept.yaml", CONFIG + "sweep: {keys: {strikes.per_object: [2, 3]}}\n")
+        output = self.folder / "swept"
+        os.environ["CARILLON_MESH"] = str(self.mesher(f"echo once >> '{tries}'; kill -SEGV $$"))
+        try:
+            for arguments, runs in ((), 2), ((), 0), (("--retry-failed",), 2):
+                result = run("--cache", "", "build", config, "-o", output, "--json", *arguments,
+                             ranks=2)
+                self.assertEqual(result.returncode, 3, result.stderr)
+                summary = json.loads(result.stdout)
+                self.assertEqual(summary["failed_tasks"], 2)
+                self.assertEqual([v["samples"] for v in summary["variants"]], [2, 3])
+                if arguments:
+                    self.assertEqual(summary["tasks_run"], runs)
+        finally:
+            del os.environ["CARILLON_MESH"]
+        self.assertEqual(tries.read_text().split(), ["once"] * 2)  # one for each run that tried
+        for count in (2, 3):
+            failure, = json.loads((output / f"per_object={count}" / "failures.json").read_text())
+            self.assertEqual((failure["task"], failure["stage"]), (BAD[0], "mesh"))
+            self.assertIn("--set sweep=", failure["reproduce"].replace("'", ""))
+            self.assertIn(f"strikes.per_object={count}", failure["reproduce"])
+        mended = run_json("--cache", "", "build", config, "-o", output, "--retry-failed")
+        self.assertEqual([v["samples"] for v in mended["variants"]], [4, 6])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -88,6 +88,24 @@ class Crash(FolderTest):
                                       )["failed_tasks"], 0)
             self.assertEqual(hashes(output), hashes(self.whole))
 
+    def test_a_sweep_dies_of_a_shared_solve_no_more_than_twice(self):
+        config = self.write("swept.yaml", CONFIG + "sweep: {keys: {strikes.per_object: [2, 1]}}\n")
+        output = self.folder / "swept"
+        command = [CARILLON, "--cache", "", "build", str(config), "-o", str(output), "--quiet"]
+        codes = [subprocess.run(command, capture_output=True, timeout=120,
+                                env=self.ill("segv")).returncode for _ in range(3)]
+        self.assertNotIn(3, codes[:2])
+        self.assertEqual(codes[2], 3)
+        for count, samples in ((2, 6), (1, 3)):
+            failure, = self.failures(output / f"per_object={count}")
+            self.assertEqual((failure["task"], failure["kind"]), (BAD, "CrashError"))
+            self.assertEqual(len(failure["skipped"]), 1)
+        self.assertFalse((output / "running").exists())
+        # Whole again where the fault is mended.
+        result = subprocess.run([*command, "--retry-failed"], capture_output=True, timeout=120)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(hashes(output / "per_object=2"), hashes(self.whole))
+
     def test_the_recorded_command_crashes_too(self):
         command = ["preview", str(self.config), "--sample", "bad-000/steel/1/strike-0000"]
         result = subprocess.run([CARILLON, "--cache", "", *command, "-o", self.folder / "shown"],

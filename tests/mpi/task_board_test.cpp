@@ -66,6 +66,40 @@ TEST(TaskBoard, AFailureSkipsAllThatDependsOnIt) {
   EXPECT_EQ(board.settled_cost(), board.total_cost());
 }
 
+TEST(TaskBoard, WhoIsBehindWaitsForAnEndWellOrNot) {
+  for (const bool ok : {true, false}) {
+    TaskBoard board({task("first", 1), task("behind", 5)});
+    std::vector<Task> tasks = board.tasks();
+    tasks[1].behind = {0};
+    board = TaskBoard(tasks);
+    expect_task(board.claim(1), 0);
+    EXPECT_EQ(board.claim(1).kind, Claim::Kind::wait);
+    board.complete(0, ok);
+    expect_task(board.claim(1), 1);
+  }
+}
+
+TEST(TaskBoard, WhoIsBehindASkippedOrSettledTaskGoesOn) {
+  std::vector<Task> tasks = {task("lost", 1), task("skipped", 5, {0}), task("behind", 9)};
+  tasks[2].behind = {1};
+  TaskBoard board(tasks);
+  expect_task(board.claim(1), 0);
+  board.complete(0, false);
+  EXPECT_EQ(board.state(1), TaskState::skipped);
+  expect_task(board.claim(1), 2);
+  TaskBoard again(tasks);
+  again.mark_failed(0);
+  expect_task(again.claim(1), 2);
+}
+
+TEST(TaskBoard, CirclesThroughBehindAreRefused) {
+  std::vector<Task> tasks = {task("a", 1), task("b", 1, {0})};
+  tasks[0].behind = {1};
+  EXPECT_NE(message_of(tasks).find("waits for itself"), std::string::npos);
+  tasks[0].behind = {7};
+  EXPECT_NE(message_of(tasks).find("there are 2 tasks"), std::string::npos);
+}
+
 TEST(TaskBoard, GroupsTakeTheirWidthAndSinglesTheirs) {
   TaskBoard board({task("small", 9), task("huge", 1, {}, 4), task("after huge", 5, {1})});
   board.set_ranks(2);

@@ -95,5 +95,34 @@ TEST(TaskHost, ATaskWhoseBeginningCannotBeNotedIsNotHandedOut) {
   EXPECT_TRUE(host.error());
 }
 
+TEST(TaskHost, AFailureTakesWhatItConcernsWithIt) {
+  std::vector<Task> list = tasks(5);  // 1 does the same as 0, 2 waits for 1, 3 runs already
+  list[2].after = {1};
+  list[3].cost = 10;
+  list[0].cost = 9;
+  std::vector<std::pair<std::string, std::string>> ended;
+  TaskHost host(TaskBoard(list), {.completed =
+                                      [&](const Task& task, const Outcome& outcome) {
+                                        ended.emplace_back(task.key, outcome.record);
+                                      },
+                                  .lost_with = [&](const Task& task) -> std::vector<std::int64_t> {
+                                    if (task.key == list[0].key) return {1, 3};
+                                    return {};
+                                  }});
+  EXPECT_EQ(host.claim(1).task, 3);
+  EXPECT_EQ(host.claim(1).task, 0);
+  host.complete(0, {false, "why"});
+  EXPECT_EQ(ended, (std::vector<std::pair<std::string, std::string>>{{list[0].key, "why"},
+                                                                     {list[1].key, "why"}}));
+  EXPECT_EQ(host.board().state(1), TaskState::failed);
+  EXPECT_EQ(host.board().state(2), TaskState::skipped);
+  EXPECT_EQ(host.board().state(3), TaskState::running);
+  EXPECT_EQ(host.claim(1).task, 4);
+  // What is done takes nothing with it.
+  host.complete(3, {true, "well"});
+  host.complete(4, {false, "alone"});
+  EXPECT_EQ(ended.size(), 4u);
+}
+
 }  // namespace
 }  // namespace carillon::mpi

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/build/build.hpp"
+#include "cli/build/modes_task.hpp"
+#include "cli/build/progress_so_far.hpp"
+#include "core/trace.hpp"
+#include "mpi/task_service.hpp"
+
+namespace carillon::cli {
+
+/// One of the datasets that a run works on.
+struct BuildRun {
+  LoadedBuild build;
+  BuildFolders folders;
+  std::string name{};  ///< before its tasks' keys on the common board; "" for a build alone
+};
+
+/// Tasks that do the same work, by their numbers on the board: where the key fails in this work,
+/// the others would fail likewise, and are given up with it.
+using SameWork = std::map<std::int64_t, std::vector<std::int64_t>>;
+
+/// May make tasks of different builds wait for each other, and says which of them do the same.
+/// @param first  where each build's tasks begin on the board, and the number of all
+using OrderTasks =
+    std::function<SameWork(std::vector<mpi::Task>& tasks, const std::vector<std::size_t>& first)>;
+
+/// What the host says last when a signal cuts the run off.
+/// @param results  of each build
+using TellInterrupted =
+    std::function<void(const std::vector<Results>& results, std::int64_t tasks_run)>;
+
+/// Datasets that are built in one run.
+struct RunRequest {
+  const std::vector<BuildRun>& builds;
+  std::filesystem::path output;  ///< where the run as a whole keeps what it keeps
+  bool retry_failed = false;
+  OrderTasks order{};
+  TellInterrupted tell_interrupted{};
+};
+
+/// A build as a run leaves it; empty but on the host.
+struct EndedBuild {
+  std::map<std::string, nlohmann::json> finished{};  ///< journal entries by task
+  std::int64_t tasks_run = 0;
+};
+
+/// How a run ended. What is not `interrupted` is the host's.
+struct RunOutcome {
+  bool interrupted = false;
+  std::vector<EndedBuild> builds;
+  int run = 1;  ///< 1, 2, ...: as the trace counts
+  std::vector<mpi::RankTimes> ranks{};
+  mpi::Calibration calibration{};
+  core::Trace::Entry index{};  ///< keeping index.h5 up to date
+  std::int64_t tasks_run() const;
+};
+
+/// Ranks of a build that was killed take a few seconds to go: how long to wait for its lock [s].
+constexpr double lock_patience_s = 10;
+
+/// Runs what is left to do of all builds on one board, so that no rank is idle while another has
+/// tasks; claims their folders and writes their journals. Then calls `finish` on every rank, while
+/// signals are still those of the run.
+///
+/// The folders are locked by the caller.
+/// @return what `finish` returned on the host
+/// @throws ConfigError, FileError, StorageError  a folder was built from something else, or cannot
+///         be written; on every rank alike
+/// @note Collective on the context's world.
+int run_builds(const RunRequest& request, const Context& context,
+               const std::function<int(RunOutcome&)>& finish);
+
+/// A dataset's trace.json but for what the run as a whole has to say.
+nlohmann::json describe_trace(const LoadedBuild& build,
+                              const std::map<std::string, nlohmann::json>& finished,
+                              const Results& results);
+
+/// Adds what a run says of itself: `runs` (with those before it), `ranks`, `index`. `document` has
+/// `tasks`.
+void add_run(nlohmann::json& document, const RunOutcome& outcome,
+             const std::filesystem::path& folder);
+
+/// trace.json of a folder.
+void write_trace(const std::filesystem::path& folder, const nlohmann::json& document);
+
+}  // namespace carillon::cli

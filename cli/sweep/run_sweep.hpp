@@ -1,0 +1,17 @@
+#pragma once
+
+#include "cli/sweep/load_sweep.hpp"
+
+namespace carillon::cli {
+
+/// Builds every variant into a folder of its own below the sweep's, all on one board, or carries on
+/// where an earlier run stopped; then writes sweep.csv, sweep.json, sweep-timing.csv and
+/// trace.json.
+/// @return exit code
+/// @note Collective on the context's world.
+int run_sweep(const LoadedSweep& loaded, const BuildOptions& options, const Context& context);
+
+/// What `carillon plan` tells of a sweep: its variants, what they share and what all of it costs.
+void tell_sweep_plan(const LoadedSweep& loaded, bool as_json);
+
+}  // namespace carillon::cli

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/build/run_builds.hpp"
+
+namespace carillon::cli {
+
+/// What a modes task computes and keeps in the cache. Tasks with an equal `mesh` begin with the
+/// same mesh; those with equal `modes` solve the same.
+struct SharedKeys {
+  std::string mesh, modes;
+};
+
+/// Names what modes tasks have in common; mesh files are read once.
+class SharedWork {
+ public:
+  /// @throws FileError, InputError
+  SharedKeys keys(const BuildConfig& config, const Shape& shape);
+
+ private:
+  std::map<std::string, std::string> mesh_keys_;  ///< by request
+};
+
+/// Lets one modes task of each mesh and of each solve go first; the others wait until it has ended,
+/// well or not, and find its work in the cache. What only reads the cache is cheap on the board,
+/// and of a kind of its own, "modes from cache".
+/// @param first  where each build's tasks begin, as OrderTasks has it
+/// @return by the task that solves, those that would solve the same under the same limits
+SameWork order_shared_work(const std::vector<BuildRun>& builds, std::vector<mpi::Task>& tasks,
+                           const std::vector<std::size_t>& first);
+
+/// Counts for the plan.
+struct SharingCounts {
+  std::size_t bodies = 0;              ///< modes tasks of all variants
+  std::size_t meshes = 0, solves = 0;  ///< that are different from each other
+  double seconds_saved = 0;            ///< estimated, of modes tasks that read the cache instead
+};
+SharingCounts count_shared_work(const std::vector<LoadedBuild>& builds);
+
+}  // namespace carillon::cli
