@@ -89,7 +89,8 @@ class Crash(FolderTest):
             self.assertEqual(hashes(output), hashes(self.whole))
 
     def test_a_sweep_dies_of_a_shared_solve_no_more_than_twice(self):
-        config = self.write("swept.yaml", CONFIG + "sweep: {keys: {strikes.per_object: [2, 1]}}\n")
+        config = self.write("swept.yaml", "name: four\n" + CONFIG +
+                            "sweep: {keys: {strikes.per_object: [2, 1]}}\n")
         output = self.folder / "swept"
         command = [CARILLON, "--cache", "", "build", str(config), "-o", str(output), "--quiet"]
         codes = [subprocess.run(command, capture_output=True, timeout=120,
