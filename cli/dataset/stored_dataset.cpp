@@ -160,7 +160,8 @@ StoredDataset open_dataset(const fs::path& folder, const std::string& inputs,
     if (!fs::is_regular_file(folder / "configuration.yaml")) {
       throw InputError(
           fmt::format("{} is no dataset: it has no configuration.yaml", folder.string()),
-          "name the folder that `carillon build` made");
+          fs::exists(folder / "sweep.json") ? "it holds a sweep: name the folder of a variant in it"
+                                            : "name the folder that `carillon build` made");
     }
     dataset.configuration = core::read_file(folder / "configuration.yaml");
   }

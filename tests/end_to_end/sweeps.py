@@ -211,6 +211,14 @@ class Sweeps(FolderTest):
         self.assertIn("holds a dataset", refused.stderr)
         refused = run("build", self.config, "-o", self.output, "--set", "sweep=")
         self.assertIn("holds a sweep", refused.stderr)
+        refused = run("check", self.output)
+        self.assertIn("name the folder of a variant", refused.stderr)
+
+    def test_a_variant_is_a_dataset_like_any_other(self):
+        variant = self.output / VARIANTS[1]
+        self.assertEqual(run("check", variant).returncode, 0)
+        again = run_json("regenerate", variant, "--sample", "3", "-o", self.folder / "again.wav")
+        self.assertTrue(again["samples"][0]["identical"])
 
     def test_examples_are_planned(self):
         for name, variants in (("sweep-damping", 8), ("sweep-accuracy", 7)):
