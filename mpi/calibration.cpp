@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 namespace carillon::mpi {
 
@@ -17,11 +19,8 @@ double quantile(const std::vector<double>& ascending, double share) {
   return ascending[low] + (place - static_cast<double>(low)) * (ascending[high] - ascending[low]);
 }
 
-void insert(std::vector<double>& ascending, double value) {
-  ascending.insert(std::upper_bound(ascending.begin(), ascending.end(), value), value);
-}
-
-EstimateError error_of(const std::vector<double>& ascending) {
+EstimateError error_of(std::vector<double> ascending) {
+  std::sort(ascending.begin(), ascending.end());
   constexpr double tail = 1.0 / 6;
   return {std::exp(quantile(ascending, 0.5)),
           std::exp(0.5 * (quantile(ascending, 1 - tail) - quantile(ascending, tail)))};
@@ -29,24 +28,37 @@ EstimateError error_of(const std::vector<double>& ascending) {
 
 }  // namespace
 
+double Calibration::Kind::median() const {
+  return low.size() > high.size() ? *low.rbegin() : 0.5 * (*low.rbegin() + *high.begin());
+}
+
+void Calibration::Kind::add(double before) {
+  const bool lower = low.empty() || before <= *low.rbegin();
+  (lower ? low : high).insert(before);
+  if (low.size() > high.size() + 1) high.insert(low.extract(std::prev(low.end())));
+  if (high.size() > low.size()) low.insert(high.extract(high.begin()));
+}
+
 void Calibration::add(const std::string& kind, double estimate, double seconds) {
   if (!(estimate > 0) || !(seconds > 0)) return;
   const double ratio = std::log(seconds / estimate);
   const double corrected = ratio - std::log(factor(kind));
-  insert(kinds_[kind].before, ratio);
-  insert(kinds_[kind].after, corrected);
+  kinds_[kind].add(ratio);
+  kinds_[kind].after.push_back(corrected);
 }
 
 double Calibration::factor(const std::string& kind) const {
   const auto found = kinds_.find(kind);
-  if (found == kinds_.end() || found->second.before.size() < least_tasks) return 1;
-  return std::exp(quantile(found->second.before, 0.5));
+  if (found == kinds_.end() || found->second.tasks() < least_tasks) return 1;
+  return std::exp(found->second.median());
 }
 
 std::map<std::string, Calibration::Report> Calibration::report() const {
   std::map<std::string, Report> reports;
   for (const auto& [name, kind] : kinds_) {
-    reports[name] = {static_cast<std::int64_t>(kind.before.size()), error_of(kind.before),
+    std::vector<double> before(kind.low.begin(), kind.low.end());
+    before.insert(before.end(), kind.high.begin(), kind.high.end());
+    reports[name] = {static_cast<std::int64_t>(kind.tasks()), error_of(std::move(before)),
                      error_of(kind.after)};
   }
   return reports;

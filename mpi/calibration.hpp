@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ struct EstimateError {
 };
 
 /// Estimated seconds against measured ones, kind by kind. The median of the logarithms is robust:
-/// a task that hung, or was found done in a cache, moves it little.
+/// a task that hung, or was found done in a cache, moves it little. A task costs O(log n).
 class Calibration {
  public:
   /// @param estimate  [s] as estimated before the run; ignored unless it and `seconds` are positive
@@ -32,9 +33,13 @@ class Calibration {
   std::map<std::string, Report> report() const;
 
  private:
+  /// Logarithms of ratios.
   struct Kind {
-    std::vector<double> before;  ///< logarithms of ratios, ascending
+    std::multiset<double> low, high;  ///< before correction: the lower half, perhaps one more
     std::vector<double> after;
+    std::size_t tasks() const { return low.size() + high.size(); }
+    double median() const;
+    void add(double before);
   };
   std::map<std::string, Kind> kinds_;
 };

@@ -6,12 +6,14 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -30,11 +32,37 @@ using nlohmann::json;
 /// Raised whenever the mesher or the repair would give another mesh for the same request.
 constexpr int kMesherVersion = 3;
 
+constexpr std::string_view work_prefix = "carillon-mesh-";
+
+/// Removes the work folders of processes that were killed more than a day ago: nobody else will.
+void remove_dead_work() {
+  constexpr std::chrono::hours patience(24);
+  std::error_code error;
+  std::vector<fs::path> dead;
+  for (fs::directory_iterator at(fs::temp_directory_path(error), error), end; !error && at != end;
+       at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (!name.starts_with(work_prefix)) continue;
+    const pid_t process = std::atoi(name.c_str() + work_prefix.size());
+    const bool ended = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+    std::error_code ignored;
+    if (ended &&
+        fs::last_write_time(at->path(), ignored) < fs::file_time_type::clock::now() - patience &&
+        !ignored) {
+      dead.push_back(at->path());
+    }
+  }
+  for (const fs::path& folder : dead) fs::remove_all(folder, error);
+}
+
 /// A folder for one request; gone with its object.
 class WorkFolder {
  public:
   WorkFolder() {
-    std::string name = (fs::temp_directory_path() / "carillon-mesh-XXXXXX").string();
+    static const bool cleaned = (remove_dead_work(), true);
+    static_cast<void>(cleaned);
+    std::string name =
+        (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", work_prefix, getpid())).string();
     if (mkdtemp(name.data()) == nullptr) {
       throw core::FileError(fmt::format("{}: {}", name, std::strerror(errno)));
     }

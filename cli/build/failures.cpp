@@ -1,5 +1,7 @@
 #include "cli/build/failures.hpp"
 
+#include <fmt/format.h>
+
 namespace carillon::cli {
 
 using nlohmann::json;
@@ -29,7 +31,9 @@ std::string reproduce(const LoadedBuild& build, const std::string& output, const
                       const json& entry) {
   const std::string sample = sample_of(build, task, entry.value("item", ""));
   const bool again = entry.value("stage", "") == "write" || sample.empty();
-  std::string command = again ? "carillon build " : "carillon preview ";
+  const int ranks = entry.contains("times") ? entry.at("times").at("width").get<int>() : 1;
+  std::string command = ranks > 1 ? fmt::format("mpirun -n {} ", ranks) : "";
+  command += again ? "carillon build " : "carillon preview ";
   command += quoted(build.path);
   for (const std::string& assignment : build.overrides) command += " --set " + quoted(assignment);
   if (again) return command + " --output " + quoted(output) + " --retry-failed";

@@ -47,12 +47,11 @@ std::vector<std::size_t> first_tasks(const std::vector<BuildRun>& builds) {
   return first;
 }
 
-/// What earlier runs left: the folder is this build's from here on, without their leftovers.
+/// What earlier runs left in a folder that is this build's now, without their leftovers.
 Standing take_over(const BuildRun& run, const std::vector<json>& journal) {
   const auto& [build, folders, name] = run;
   core::remove_leftovers(folders.output, true);
   std::map<std::string, json> entries = finished_tasks(journal);
-  claim_folder(build, folders.output, entries);
   keep_inputs(build.config, folders.output);
   drop_damaged(entries, folders.output);
   return sort_entries(build.config, build.plan, entries);
@@ -75,11 +74,13 @@ class Journals {
 
   mpi::Journal& of(std::size_t build) {
     constexpr std::size_t most_open = 200;
-    if (!open_.contains(build) && open_.size() >= most_open) open_.clear();
+    if (!open_.contains(build) && open_.size() >= most_open) close();
     auto& journal = open_[build];
     if (!journal) journal = std::make_unique<mpi::Journal>(journal_file(builds_[build]));
     return *journal;
   }
+
+  void close() { open_.clear(); }
 
  private:
   const std::vector<BuildRun>& builds_;
@@ -98,6 +99,7 @@ class Runner {
     std::size_t build;
     const BuildTask& task;
   };
+  void claim_folders();
   Place place_of(std::int64_t number) const;
   std::string inputs_of(std::size_t build, const std::string& task) const;
 
@@ -163,6 +165,18 @@ std::string Runner::inputs_of(std::size_t build, const std::string& task) const 
   return found == places_[build].end()
              ? ""
              : inputs_[build].of(builds_[build].build.plan.tasks[found->second]);
+}
+
+/// A folder of another configuration is refused before anything is written into any.
+void Runner::claim_folders() {
+  mpi::agreed(context_.world, [&] {
+    if (!context_.speaks()) return;
+    for (std::size_t b = 0; b < builds_.size(); ++b) {
+      claim_folder(builds_[b].build, builds_[b].folders.output,
+                   finished_tasks(journals_.of(b).entries()));
+    }
+    journals_.close();  // others write into them next
+  });
 }
 
 void Runner::settle_earlier_attempts() {
@@ -324,6 +338,7 @@ mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress,
 
 int Runner::run(const std::function<int(RunOutcome&)>& finish) {
   const bool host = context_.speaks();
+  claim_folders();
   settle_earlier_attempts();
   mpi::TaskBoard board;
   mpi::agreed(context_.world, [&] {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
+#include <vector>
 
 namespace carillon::mpi {
 namespace {
@@ -16,6 +19,24 @@ TEST(Calibration, TakesTheMedianRatioOfAKind) {
   calibration.add("modes", 1, 500);           // one that hung
   EXPECT_NEAR(calibration.factor("modes"), 3, 1e-12);
   EXPECT_EQ(calibration.factor("samples"), 1);
+}
+
+TEST(Calibration, TheMedianOfManyIsThatOfTheSortedList) {
+  std::mt19937 random(5);
+  std::lognormal_distribution<double> draw(0.3, 1);
+  Calibration calibration;
+  std::vector<double> ratios;
+  for (int i = 0; i < 501; ++i) {
+    ratios.push_back(i % 7 == 0 ? 2.5 : draw(random));  // some alike
+    calibration.add("samples", 4, 4 * ratios.back());
+    if (ratios.size() < 3) continue;
+    std::vector<double> sorted = ratios;
+    std::sort(sorted.begin(), sorted.end());
+    const std::size_t half = sorted.size() / 2;
+    const double median =
+        sorted.size() % 2 == 1 ? sorted[half] : std::sqrt(sorted[half - 1] * sorted[half]);
+    ASSERT_NEAR(calibration.factor("samples"), median, 1e-12 * median);
+  }
 }
 
 TEST(Calibration, ErrorsBeforeAndAfter) {
