@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "cli/build/last_words.hpp"
 #include "cli/build/run_builds.hpp"
 #include "cli/build/task_times.hpp"
@@ -13,11 +15,28 @@ namespace carillon::cli {
 
 namespace {
 
+namespace fs = std::filesystem;
+
+bool is_sweep(const fs::path& folder) {
+  return fs::exists(folder / "sweep.json");
+}
+
 /// A folder is a dataset's or a sweep's.
-void refuse_sweep(const std::filesystem::path& output) {
-  if (!std::filesystem::exists(output / "sweep.json")) return;
+void refuse_sweep(const fs::path& output) {
+  if (!is_sweep(output)) return;
   throw core::ConfigError(fmt::format("{} holds a sweep, not a dataset", output.string()),
                           "choose another folder with --output");
+}
+
+/// The sweep that a folder is a variant of; "" where it is none. The same on every rank.
+fs::path sweep_around(const fs::path& output, const Context& context) {
+  std::string found;
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    const fs::path inside = fs::absolute(output / "x").lexically_normal().parent_path();
+    if (is_sweep(inside.parent_path())) found = inside.parent_path().string();
+  });
+  return mpi::broadcast(found, 0, context.world);
 }
 
 }  // namespace
@@ -28,10 +47,14 @@ int run_build(const BuildOptions& options, const Context& context) {
   run.build = load_build(options, context.world);
   const std::string output = options.output.empty() ? run.build.config.name : options.output;
   run.folders = {output, context.cache};
+  std::optional<mpi::FolderLock> sweep_lock;
+  if (const fs::path sweep = sweep_around(output, context); !sweep.empty()) {
+    sweep_lock.emplace(sweep, context.world, lock_patience_s);
+  }
+  const mpi::FolderLock lock(run.folders.output, context.world, lock_patience_s);
   mpi::agreed(context.world, [&] {
     if (context.speaks()) refuse_sweep(output);
   });
-  const mpi::FolderLock lock(run.folders.output, context.world, lock_patience_s);
 
   const auto summary_of = [&](const Results& results, std::int64_t tasks_run, bool interrupted) {
     return Summary{output,          run.build.plan.shapes.size(),

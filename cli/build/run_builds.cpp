@@ -105,6 +105,7 @@ class Runner {
 
   void settle_earlier_attempts();
   mpi::TaskBoard make_board();
+  bool is_settled(std::size_t build, const std::string& task, bool ok) const;
   void mark_settled(mpi::TaskBoard& board, std::size_t build) const;
   void give_up_alike(mpi::TaskBoard& board);
   std::vector<std::int64_t> lost_with(std::int64_t number) const;
@@ -195,7 +196,7 @@ mpi::TaskBoard Runner::make_board() {
   for (const std::filesystem::path& cache : caches) {
     if (!cache.empty()) core::remove_leftovers(cache, false);
   }
-  std::vector<mpi::Task> tasks;
+  CommonTasks common{{}, first_, {}};
   for (std::size_t b = 0; b < builds_.size(); ++b) {
     const std::vector<json> journal = journals_.of(b).entries();
     standings_[b] = take_over(builds_[b], journal);
@@ -203,37 +204,45 @@ mpi::TaskBoard Runner::make_board() {
     for (mpi::Task& task : board_tasks(builds_[b].build.plan, builds_[b].build.config)) {
       task.key = builds_[b].name + task.key;
       for (std::int64_t& earlier : task.after) earlier += static_cast<std::int64_t>(first_[b]);
-      numbers_.emplace(task.key, static_cast<std::int64_t>(tasks.size()));
-      tasks.push_back(std::move(task));
+      numbers_.emplace(task.key, static_cast<std::int64_t>(common.tasks.size()));
+      common.tasks.push_back(std::move(task));
+    }
+    for (const BuildTask& task : builds_[b].build.plan.tasks) {
+      common.done.push_back(is_settled(b, task.key, true));
     }
   }
-  if (request_.order) same_work_ = request_.order(tasks, first_);
-  mpi::TaskBoard board(std::move(tasks));
+  if (request_.order) same_work_ = request_.order(common);
+  mpi::TaskBoard board(std::move(common.tasks));
   for (std::size_t b = 0; b < builds_.size(); ++b) mark_settled(board, b);
   if (!request_.retry_failed) give_up_alike(board);
   return board;
 }
 
+/// An earlier run did a task, or gave it up.
+bool Runner::is_settled(std::size_t build, const std::string& task, bool ok) const {
+  const auto& finished = standings_[build].finished;
+  const auto found = finished.find(task);
+  return found != finished.end() && found->second.at("ok").get<bool>() == ok;
+}
+
 /// Marks what an earlier run settled.
 void Runner::mark_settled(mpi::TaskBoard& board, std::size_t build) const {
-  const auto& finished = standings_[build].finished;
   const auto& tasks = builds_[build].build.plan.tasks;
-  const auto settled = [&](std::size_t task, bool ok) {
-    const auto found = finished.find(tasks[task].key);
-    return found != finished.end() && found->second.at("ok").get<bool>() == ok;
-  };
   // What is done comes first: it stays done whatever became of what it needed.
   for (std::size_t t = 0; t < tasks.size(); ++t) {
-    if (settled(t, true)) board.mark_done(static_cast<std::int64_t>(first_[build] + t));
+    if (is_settled(build, tasks[t].key, true))
+      board.mark_done(static_cast<std::int64_t>(first_[build] + t));
   }
   for (std::size_t t = 0; t < tasks.size() && !request_.retry_failed; ++t) {
-    if (settled(t, false)) board.mark_failed(static_cast<std::int64_t>(first_[build] + t));
+    if (!is_settled(build, tasks[t].key, false)) continue;
+    board.mark_failed(static_cast<std::int64_t>(first_[build] + t));
   }
 }
 
 /// What does the same as a task that an earlier run gave up is given up too.
 void Runner::give_up_alike(mpi::TaskBoard& board) {
-  for (const auto& [leader, others] : same_work_) {
+  for (const auto& [work, others] : same_work_) {
+    const std::int64_t leader = work.first;
     if (board.state(leader) != mpi::TaskState::failed) continue;
     const auto [build, task] = place_of(leader);
     for (const std::int64_t number : lost_with(leader)) {
@@ -248,13 +257,10 @@ void Runner::give_up_alike(mpi::TaskBoard& board) {
 
 /// Tasks that a failure concerns beside the one that met it.
 std::vector<std::int64_t> Runner::lost_with(std::int64_t number) const {
-  const auto found = same_work_.find(number);
-  if (found == same_work_.end()) return {};
   const auto [build, task] = place_of(number);
   const std::string stage = standings_[build].finished.at(task.key).value("stage", "");
-  // The same files are written elsewhere, and other views.
-  if (stage != "mesh" && stage != "solve") return {};
-  return found->second;
+  const auto found = same_work_.find({number, stage});
+  return found == same_work_.end() ? std::vector<std::int64_t>{} : found->second;
 }
 
 void Runner::share_kept_samples() {

@@ -22,14 +22,19 @@ struct BuildRun {
   std::string name{};  ///< before its tasks' keys on the common board; "" for a build alone
 };
 
-/// Tasks that do the same work, by their numbers on the board: where the key fails in this work,
-/// the others would fail likewise, and are given up with it.
-using SameWork = std::map<std::int64_t, std::vector<std::int64_t>>;
+/// Tasks that do the same work, by their numbers on the board: where one task fails in a stage
+/// ("mesh", "solve"), the others would fail likewise, and are given up with it.
+using SameWork = std::map<std::pair<std::int64_t, std::string>, std::vector<std::int64_t>>;
+
+/// The tasks of a run's builds on its board, one build after the other.
+struct CommonTasks {
+  std::vector<mpi::Task> tasks{};
+  std::vector<std::size_t> first{};  ///< where each build's tasks begin, and the number of all
+  std::vector<bool> done{};          ///< by an earlier run
+};
 
 /// May make tasks of different builds wait for each other, and says which of them do the same.
-/// @param first  where each build's tasks begin on the board, and the number of all
-using OrderTasks =
-    std::function<SameWork(std::vector<mpi::Task>& tasks, const std::vector<std::size_t>& first)>;
+using OrderTasks = std::function<SameWork(CommonTasks&)>;
 
 /// What the host says last when a signal cuts the run off.
 /// @param results  of each build

@@ -170,15 +170,24 @@ std::vector<Results> finish_folders(const std::vector<BuildRun>& runs, const Run
   return held;
 }
 
+/// sweep.json, from the beginning on: it says what the folder is.
+void write_table(const LoadedSweep& loaded, const std::vector<ordered_json>& rows,
+                 const std::filesystem::path& output) {
+  core::write_text_durably(output / "sweep.json",
+                           json_table(loaded.name, loaded.sweep, rows).dump(2) + "\n");
+}
+
 }  // namespace
 
 int run_sweep(const LoadedSweep& loaded, const BuildOptions& options, const Context& context) {
   const std::filesystem::path output(options.output.empty() ? loaded.name : options.output);
   const bool host = context.speaks();
-  mpi::agreed(context.world, [&] {
-    if (host) refuse_dataset(output);
-  });
   const mpi::FolderLock lock(output, context.world, lock_patience_s);
+  mpi::agreed(context.world, [&] {
+    if (!host) return;
+    refuse_dataset(output);
+    write_table(loaded, std::vector(loaded.builds.size(), ordered_json::object()), output);
+  });
   // Without a cache of the user's the variants still share what they have in common.
   const std::filesystem::path cache =
       context.cache.empty() ? output / "cache" : std::filesystem::path(context.cache);
@@ -188,9 +197,7 @@ int run_sweep(const LoadedSweep& loaded, const BuildOptions& options, const Cont
     runs.push_back({loaded.builds[v], {output / folder, cache}, folder + "/"});
   }
   RunRequest request{runs, output, options.retry_failed};
-  request.order = [&](std::vector<mpi::Task>& tasks, const std::vector<std::size_t>& first) {
-    return order_shared_work(runs, tasks, first);
-  };
+  request.order = [&](CommonTasks& common) { return order_shared_work(runs, common); };
   request.tell_interrupted = [&](const std::vector<Results>& held, std::int64_t tasks_run) {
     print_interrupted(output.string(), held, tasks_run, context.json);
   };
@@ -211,8 +218,7 @@ int run_sweep(const LoadedSweep& loaded, const BuildOptions& options, const Cont
       }
       core::write_text_durably(output / "sweep.csv", csv_table(loaded.sweep, ended.results));
       core::write_text_durably(output / "sweep-timing.csv", csv_table(loaded.sweep, ended.timing));
-      core::write_text_durably(output / "sweep.json",
-                               json_table(loaded.name, loaded.sweep, ended.results).dump(2) + "\n");
+      write_table(loaded, ended.results, output);
       print(output.string(), loaded, ended, outcome.tasks_run(), context.json);
     });
     return sum_of<std::size_t>(ended.results, "failed_tasks") > 0 ? exit_failures : exit_done;

@@ -14,6 +14,8 @@ namespace carillon::cli {
 namespace {
 
 constexpr double cached_modes_seconds = 0.1;
+/// A mesh and modes at its surface against what solving holds: the factor above all.
+constexpr double cached_memory_share = 0.2;
 
 void add_elastic(core::Sha256& hash, const synth::Material& material) {
   hash.add(fmt::format("{} {} {};", material.elastic.youngs_modulus, material.elastic.poisson_ratio,
@@ -50,38 +52,63 @@ std::string solve_key(const BuildConfig& config, const Shape& shape, const std::
 SharedKeys SharedWork::keys(const BuildConfig& config, const Shape& shape) {
   std::string& mesh = mesh_keys_[solvers::to_json(shape.request).dump()];
   if (mesh.empty()) mesh = solvers::mesh_key(shape.request);
-  return {mesh, solve_key(config, shape, mesh)};
+  const solvers::ChildLimits& limits = config.limits.mesh;
+  return {mesh, solve_key(config, shape, mesh),
+          fmt::format(" within {} {}", limits.seconds, limits.memory)};
 }
 
-SameWork order_shared_work(const std::vector<BuildRun>& builds, std::vector<mpi::Task>& tasks,
-                           const std::vector<std::size_t>& first) {
+namespace {
+
+struct ModesTask {
+  std::size_t number;
+  SharedKeys keys;
+};
+
+/// Modes tasks that are not done, the widest first: a task may only wait for one of its own width
+/// or wider.
+std::vector<ModesTask> open_modes_tasks(const std::vector<BuildRun>& builds,
+                                        const CommonTasks& common) {
   SharedWork work;
-  std::vector<std::pair<std::size_t, SharedKeys>> modes_tasks;
+  std::vector<ModesTask> open;
   for (std::size_t b = 0; b < builds.size(); ++b) {
     const LoadedBuild& build = builds[b].build;
     for (std::size_t t = 0; t < build.plan.tasks.size(); ++t) {
       const BuildTask& task = build.plan.tasks[t];
-      if (task.kind != TaskKind::modes) continue;
-      modes_tasks.emplace_back(first[b] + t,
-                               work.keys(build.config, build.plan.shapes[task.shape]));
+      const std::size_t number = common.first[b] + t;
+      if (task.kind != TaskKind::modes || common.done[number]) continue;
+      open.push_back({number, work.keys(build.config, build.plan.shapes[task.shape])});
     }
   }
-  // A task may only wait for one of its own width or wider.
-  std::stable_sort(modes_tasks.begin(), modes_tasks.end(), [&](const auto& a, const auto& b) {
-    return tasks[a.first].width > tasks[b.first].width;
+  std::stable_sort(open.begin(), open.end(), [&](const auto& a, const auto& b) {
+    return common.tasks[a.number].width > common.tasks[b.number].width;
   });
+  return open;
+}
+
+}  // namespace
+
+SameWork order_shared_work(const std::vector<BuildRun>& builds, CommonTasks& common) {
   SameWork same;
-  std::map<std::string, std::size_t> meshed, solved;
-  for (const auto& [number, keys] : modes_tasks) {
-    const std::size_t mesh = meshed.emplace(keys.mesh, number).first->second;
-    const std::size_t solve = solved.emplace(keys.modes, number).first->second;
-    for (const std::size_t leader : std::set<std::size_t>{mesh, solve}) {
-      if (leader != number) tasks[number].behind.push_back(static_cast<std::int64_t>(leader));
+  std::map<std::string, std::size_t> first;  // task by what it does
+  for (const auto& [number, keys] : open_modes_tasks(builds, common)) {
+    const std::size_t mesh = first.emplace(keys.mesh, number).first->second;
+    const std::size_t limited = first.emplace(keys.mesh + keys.mesh_limits, number).first->second;
+    const std::size_t solve = first.emplace(keys.modes, number).first->second;
+    mpi::Task& task = common.tasks[number];
+    for (const std::size_t leader : std::set<std::size_t>{mesh, limited, solve}) {
+      if (leader != number) task.behind.push_back(static_cast<std::int64_t>(leader));
     }
+    const auto fails_with = [&](std::size_t leader, const char* stage) {
+      if (leader == number) return;
+      const auto key = std::pair(static_cast<std::int64_t>(leader), std::string(stage));
+      same[key].push_back(static_cast<std::int64_t>(number));
+    };
+    fails_with(limited, "mesh");
+    fails_with(solve, "solve");
     if (solve == number) continue;
-    same[static_cast<std::int64_t>(solve)].push_back(static_cast<std::int64_t>(number));
-    tasks[number].cost = std::min(tasks[number].cost, cached_modes_seconds);
-    tasks[number].kind = "modes from cache";
+    task.cost = std::min(task.cost, cached_modes_seconds);
+    task.memory *= cached_memory_share;
+    task.kind = "modes from cache";
   }
   return same;
 }

@@ -12,6 +12,7 @@ namespace carillon::cli {
 /// same mesh; those with equal `modes` solve the same.
 struct SharedKeys {
   std::string mesh, modes;
+  std::string mesh_limits;  ///< of its child process: who would fail by them
 };
 
 /// Names what modes tasks have in common; mesh files are read once.
@@ -24,13 +25,11 @@ class SharedWork {
   std::map<std::string, std::string> mesh_keys_;  ///< by request
 };
 
-/// Lets one modes task of each mesh and of each solve go first; the others wait until it has ended,
-/// well or not, and find its work in the cache. What only reads the cache is cheap on the board,
-/// and of a kind of its own, "modes from cache".
-/// @param first  where each build's tasks begin, as OrderTasks has it
-/// @return by the task that solves, those that would solve the same under the same limits
-SameWork order_shared_work(const std::vector<BuildRun>& builds, std::vector<mpi::Task>& tasks,
-                           const std::vector<std::size_t>& first);
+/// Lets one modes task of each mesh and of each solve go first, of those that are not done; the
+/// others wait until it has ended, well or not, and find its work in the cache. What only reads the
+/// cache is cheap on the board, and of a kind of its own, "modes from cache".
+/// @return those that would mesh or solve the same under the same limits as the first of them
+SameWork order_shared_work(const std::vector<BuildRun>& builds, CommonTasks& common);
 
 /// Counts for the plan.
 struct SharingCounts {

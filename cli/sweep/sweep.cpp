@@ -92,6 +92,9 @@ void refuse_lost(const std::vector<SweptKey>& keys, const std::vector<std::strin
   for (std::size_t k = 0; k < keys.size(); ++k) {
     const SweptKey& key = keys[k];
     if (lies_within(key.name, "sweep")) refuse(key, "a sweep cannot sweep itself");
+    if (lies_within("ranks.memory_per_node", key.name)) {
+      refuse(key, "belongs to the run, which is one for all variants");
+    }
     for (const std::string& override_text : overrides) {
       if (!lies_within(override_text.substr(0, override_text.find('=')), key.name)) continue;
       refuse(

@@ -1,8 +1,8 @@
 #include "cli/sweep/shared_work.hpp"
 
-#include "cli/build/costs.hpp"
-
 #include <gtest/gtest.h>
+
+#include "cli/build/costs.hpp"
 
 namespace carillon::cli {
 namespace {
@@ -16,17 +16,26 @@ LoadedBuild build_of(const std::vector<std::string>& overrides) {
       options);
 }
 
-std::vector<std::int64_t> behind(const std::vector<LoadedBuild>& builds, std::size_t task) {
+std::vector<BuildRun> runs_of(const std::vector<LoadedBuild>& builds) {
   std::vector<BuildRun> runs;
-  std::vector<mpi::Task> tasks;
-  std::vector<std::size_t> first = {0};
+  for (const LoadedBuild& build : builds) runs.push_back({build, {}, ""});
+  return runs;
+}
+
+CommonTasks tasks_of(const std::vector<LoadedBuild>& builds) {
+  CommonTasks common{{}, {0}, {}};
   for (const LoadedBuild& build : builds) {
-    runs.push_back({build, {}, ""});
-    for (const mpi::Task& one : board_tasks(build.plan, build.config)) tasks.push_back(one);
-    first.push_back(tasks.size());
+    for (const mpi::Task& one : board_tasks(build.plan, build.config)) common.tasks.push_back(one);
+    common.first.push_back(common.tasks.size());
   }
-  order_shared_work(runs, tasks, first);
-  return tasks[task].behind;
+  common.done.assign(common.tasks.size(), false);
+  return common;
+}
+
+std::vector<std::int64_t> behind(const std::vector<LoadedBuild>& builds, std::size_t task) {
+  CommonTasks common = tasks_of(builds);
+  order_shared_work(runs_of(builds), common);
+  return common.tasks[task].behind;
 }
 
 // Tasks of each build: modes of bar-000 and bar-001, then their samples.
@@ -69,13 +78,40 @@ TEST(SharedWork, AnotherOrderOrSeedSharesNothing) {
 }
 
 TEST(SharedWork, WiderGroupsGoFirst) {
-  const std::vector<BuildRun> runs = {{build_of({}), {}, ""},
-                                      {build_of({"audio.seconds=2"}), {}, ""}};
-  std::vector<mpi::Task> tasks(8);
-  tasks[4].width = 2;
-  order_shared_work(runs, tasks, {0, 4, 8});
-  EXPECT_TRUE(tasks[4].behind.empty());
-  EXPECT_EQ(tasks[0].behind, (std::vector<std::int64_t>{4}));
+  const std::vector<LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=2"})};
+  CommonTasks common = tasks_of(builds);
+  common.tasks[4].width = 2;
+  order_shared_work(runs_of(builds), common);
+  EXPECT_TRUE(common.tasks[4].behind.empty());
+  EXPECT_EQ(common.tasks[0].behind, (std::vector<std::int64_t>{4}));
+}
+
+TEST(SharedWork, WhatIsDoneLeadsNobody) {
+  // Its cache may be gone: the first of the others makes anew what they share.
+  const std::vector<LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=2"}),
+                                           build_of({"audio.seconds=3"})};
+  CommonTasks common = tasks_of(builds);
+  common.done[0] = true;
+  order_shared_work(runs_of(builds), common);
+  EXPECT_TRUE(common.tasks[4].behind.empty());
+  EXPECT_EQ(common.tasks[8].behind, (std::vector<std::int64_t>{4}));
+  EXPECT_EQ(common.tasks[4].kind, "modes");
+  EXPECT_EQ(common.tasks[8].kind, "modes from cache");
+}
+
+TEST(SharedWork, TasksFailTogetherWhereTheyDoTheSameUnderTheSameLimits) {
+  const std::vector<LoadedBuild> builds = {
+      build_of({}), build_of({"modes.max_modes=9"}), build_of({"audio.seconds=2"}),
+      build_of({"limits.mesh_time=9 s"}), build_of({"limits.mesh_time=9 s", "audio.seconds=2"})};
+  CommonTasks common = tasks_of(builds);
+  SameWork same = order_shared_work(runs_of(builds), common);
+  // Modes of the first body: tasks 0, 4, 8, 12, 16.
+  using Numbers = std::vector<std::int64_t>;
+  EXPECT_EQ((same[{0, "mesh"}]), (Numbers{4, 8}));
+  EXPECT_EQ((same[{0, "solve"}]), (Numbers{8}));
+  EXPECT_EQ((same[{12, "mesh"}]), (Numbers{16})) << "another limit is another try";
+  EXPECT_EQ((same[{12, "solve"}]), (Numbers{16}));
+  EXPECT_EQ(common.tasks[16].behind, (Numbers{0, 12}));
 }
 
 }  // namespace

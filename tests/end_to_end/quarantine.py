@@ -181,7 +181,8 @@ class Quarantine(FolderTest):
 
     def test_a_sweep_tries_what_its_variants_share_once(self):
         tries = self.folder / "tries"
-        config = self.write("swept.yaml", CONFIG + "sweep: {keys: {strikes.per_object: [2, 3]}}\n")
+        # The mesh is one for all of them, the solves are two.
+        config = self.write("swept.yaml", CONFIG + "sweep: {keys: {modes.max_modes: [8, 7]}}\n")
         output = self.folder / "swept"
         os.environ["CARILLON_MESH"] = str(self.mesher(f"echo once >> '{tries}'; kill -SEGV $$"))
         try:
@@ -191,19 +192,19 @@ class Quarantine(FolderTest):
                 self.assertEqual(result.returncode, 3, result.stderr)
                 summary = json.loads(result.stdout)
                 self.assertEqual(summary["failed_tasks"], 2)
-                self.assertEqual([v["samples"] for v in summary["variants"]], [2, 3])
+                self.assertEqual([v["samples"] for v in summary["variants"]], [2, 2])
                 if arguments:
                     self.assertEqual(summary["tasks_run"], runs)
         finally:
             del os.environ["CARILLON_MESH"]
         self.assertEqual(tries.read_text().split(), ["once"] * 2)  # one for each run that tried
-        for count in (2, 3):
-            failure, = json.loads((output / f"per_object={count}" / "failures.json").read_text())
+        for count in (8, 7):
+            failure, = json.loads((output / f"max_modes={count}" / "failures.json").read_text())
             self.assertEqual((failure["task"], failure["stage"]), (BAD[0], "mesh"))
             self.assertIn("--set sweep=", failure["reproduce"].replace("'", ""))
-            self.assertIn(f"strikes.per_object={count}", failure["reproduce"])
+            self.assertIn(f"modes.max_modes={count}", failure["reproduce"])
         mended = run_json("--cache", "", "build", config, "-o", output, "--retry-failed")
-        self.assertEqual([v["samples"] for v in mended["variants"]], [4, 6])
+        self.assertEqual([v["samples"] for v in mended["variants"]], [4, 4])
 
 
 if __name__ == "__main__":

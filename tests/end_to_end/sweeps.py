@@ -1,8 +1,10 @@
 """A sweep as h5py and csv see it: every variant is the dataset that --set gives."""
 import csv
+import fcntl
 import hashlib
 import json
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -175,6 +177,8 @@ class Sweeps(FolderTest):
         self.assertEqual((told["interrupted"], told["failed_tasks"]), (True, 0))
         self.assertGreaterEqual(told["tasks_run"], 3)
         self.assertFalse((output / "sweep.csv").exists(), "the table is that of a whole sweep")
+        refused = run("build", self.config, "-o", output, "--set", "sweep=")
+        self.assertEqual((refused.returncode, "holds a sweep" in refused.stderr), (2, True))
         rest = run_json("--cache", cache, "build", self.config, "-o", output)
         self.assertEqual(rest["tasks_run"], 16 - told["tasks_run"])
         skip = {"sweep-timing.csv"}
@@ -198,7 +202,8 @@ class Sweeps(FolderTest):
     def test_mistakes_are_found_before_anything_runs(self):
         for line, *texts in (("modes.ordr: [2]", "s.yaml:17:18", 'did you mean "order"'),
                              ("modes.order: [2, 7]", "s.yaml:17:22", "7 is out of range"),
-                             ("room.rt60: [1 m]", "s.yaml:17:17", "units of a time")):
+                             ("room.rt60: [1 m]", "s.yaml:17:17", "units of a time"),
+                             ("ranks.memory_per_node: [1 GB]", "s.yaml:17:5", "one for all")):
             config = self.write("s.yaml", BASE + "sweep:\n  keys:\n    " + line + "\n")
             for command in ("plan", "build"):
                 result = run(command, config, "-o", self.folder / "none") \
@@ -213,6 +218,16 @@ class Sweeps(FolderTest):
         self.assertIn("holds a sweep", refused.stderr)
         refused = run("check", self.output)
         self.assertIn("name the folder of a variant", refused.stderr)
+
+    def test_a_variant_is_not_built_while_its_sweep_is(self):
+        output = self.folder / "held"
+        shutil.copytree(self.output, output)
+        with open(output / ".lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            refused = run("build", self.config, "-o", output / VARIANTS[0], "--set", "sweep=",
+                          "--set", "modes.order=1", "--set", "noise.snr=20 dB")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("another build is writing", refused.stderr)
 
     def test_a_variant_is_a_dataset_like_any_other(self):
         variant = self.output / VARIANTS[1]
