@@ -54,15 +54,39 @@ double modes_seconds(const solvers::MeshSize& mesh, const ExpectedSets& sets) {
   return 0.12 + 2e-5 * mesh.elements + (sets.solves + 0.1 * (sets.sets - sets.solves)) * solve;
 }
 
-/// [byte] of a direct solve: factor, matrices, and vectors of the modes; what does not fit the
-/// memory limit is solved by other means within it.
+/// [byte] of K and M.
+double matrix_bytes(const solvers::MeshSize& mesh) {
+  return 12 * 3 * mesh.unknowns() * (20 + 25 * mesh.order);
+}
+
+/// [byte] of judging the modes by elements of the next order: its element matrices, fields of as
+/// many modes as are judged at a time, and local solves, or, where elements are wide against a thin
+/// wall, a factor of that order (solvers/finer_factor.hpp). Every rank of a group has whole fields.
+double judging_bytes(const solvers::MeshSize& mesh, double modes, int ranks) {
+  constexpr double wide = 3.5, most_at_once = 128, fields_each = 9;
+  const solvers::MeshSize finer = solvers::resized(mesh, mesh.order + 1, 1);
+  const double nodes = (finer.order + 1) * (finer.order + 2) * (finer.order + 3) / 6.0;
+  const double kept = 80 * nodes * nodes * mesh.elements;
+  const double fields = ranks * fields_each * 8 * finer.unknowns() * std::min(modes, most_at_once);
+  const double local = 4 * 9 * nodes * nodes * mesh.elements;
+  const bool factored = mesh.element_size > wide * mesh.thickness;
+  return 1.15 * (kept + fields) +
+         (factored ? 1.3 * solvers::factor_memory(finer) + matrix_bytes(finer) : local);
+}
+
+/// [byte] at the peak of a modes task on all its ranks, within a quarter of what most bodies of 600
+/// to 100,000 unknowns were seen to hold: the program, matrices, and either a direct solve's factor
+/// and vectors or the judging of its modes; what does not fit the memory limit is solved by other
+/// means within it.
 double modes_memory(const BuildConfig& config, const solvers::MeshSize& mesh,
-                    const ExpectedSets& sets) {
+                    const ExpectedSets& sets, int ranks) {
+  constexpr double program = 1.9e8;
   const double n = mesh.unknowns();
-  const double matrices = 12 * 3 * n * (20 + 25 * mesh.order);
-  const double vectors = 8 * n * (5 * sets.modes + 80);
-  const double all = 1.3 * solvers::factor_memory(mesh) + matrices + vectors;
-  return 1.5e8 + std::min(all, static_cast<double>(config.solver.memory_limit));
+  const double solving = 1.3 * solvers::factor_memory(mesh) + 8 * n * (5 * sets.modes + 80);
+  const double others = 12 * n * sets.modes * (sets.sets - 1);
+  const double all =
+      matrix_bytes(mesh) + std::max(solving, judging_bytes(mesh, sets.modes, ranks)) + others;
+  return ranks * program + std::min(all, static_cast<double>(config.solver.memory_limit));
 }
 
 mpi::Task modes_task(const BuildConfig& config, const ExpectedBody& body,
@@ -72,8 +96,8 @@ mpi::Task modes_task(const BuildConfig& config, const ExpectedBody& body,
   // A pitch target takes a first solve, and as a rule a larger second one.
   if (config.pitch_cents > 0) task.cost *= 3;
   task.cost += config.scene.seconds_per_shape();
-  task.memory = modes_memory(config, body.mesh, sets);
   task.width = group_width(config.ranks, body.mesh.unknowns());
+  task.memory = modes_memory(config, body.mesh, sets, task.width);
   task.kind = task.width > 1 ? "modes of groups" : "modes";
   return task;
 }

@@ -67,7 +67,8 @@ TEST(Costs, WidthsAndKinds) {
 
 TEST(Costs, AMemoryLimitBoundsTheEstimate) {
   const std::string text =
-      "objects: [{shape: block}]\nmodes: {element_size: 2 mm, max_elements: 1000000}\n";
+      "objects: [{shape: block}]\nmodes: {element_size: 2 mm, max_elements: 1000000}\n"
+      "ranks: {widest_group: 1}\n";
   EXPECT_LT(tasks_of(text + "solver: {memory_limit: 1 GiB}\n")[0].memory, 1.5e9);
   EXPECT_GT(tasks_of(text + "solver: {memory_limit: 4 GiB}\n")[0].memory, 2e9);
 }

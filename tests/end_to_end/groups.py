@@ -50,6 +50,23 @@ class Groups(FolderTest):
         for ranks in (2, 3, 4):
             self.assertEqual(sums(self.outputs[ranks][0], names), expected)
 
+    def test_estimated_memory_is_what_a_body_takes(self):
+        # A solid body and a thin-walled one, whose modes are judged by other means.
+        for shape in ("block", "bowl"):
+            config = self.write(f"{shape}.yaml", f"""
+materials: [iron]
+objects: [{{shape: {shape}}}]
+modes: {{max_modes: 60}}
+strikes: {{per_object: 1}}
+audio: {{seconds: 0.1 s}}
+""")
+            plan = run_json("plan", config)
+            run_json("--cache", "", "build", config, "-o", self.folder / shape)
+            trace = json.loads((self.folder / shape / "trace.json").read_text())
+            ratio = (trace["ranks"][0]["peak_memory_bytes"] /
+                     plan["estimate"]["memory_bytes_per_rank"])
+            self.assertTrue(0.6 < ratio < 1.5, f"{shape}: {ratio:.2f} times the estimate")
+
     def test_large_bodies_agree(self):
         def read(ranks):
             with h5py.File(self.outputs[ranks][0] / "modes" / "large-000.h5") as file:
