@@ -16,7 +16,7 @@ constexpr std::uint64_t read_always_bytes = std::uint64_t{1} << 30;
 ///
 /// Sizes are compared always. Contents (SHA-256) are compared where the time of the last change is
 /// not the journal's, and of all files while they are at most read_always_bytes together, which
-/// takes about a second. (`carillon check` reads everything.)
+/// takes some seconds. (`carillon check` reads everything.)
 void drop_damaged(std::map<std::string, nlohmann::json>& entries,
                   const std::filesystem::path& output);
 

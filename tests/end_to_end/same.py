@@ -1,9 +1,9 @@
-"""Whether two datasets are the same."""
+"""Whether two datasets, or sweeps of them, are the same."""
 import hashlib
 import pathlib
 
 # Dates, hosts and timings, and a lock that holds nothing but its holder.
-OWN = {"trace.json", "journal.jsonl", ".lock"}
+OWN = {"trace.json", "journal.jsonl", "sweep-timing.csv", ".lock"}
 
 
 def hashes(output):
