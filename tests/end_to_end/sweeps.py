@@ -141,7 +141,8 @@ class Sweeps(FolderTest):
         before = ended_tasks(output)
         rest = run_json("build", self.config, "-o", output, "--cache",
                         self.folder / "cache-killed", ranks=2)
-        self.assertEqual(rest["tasks_run"], TASKS - before)
+        # A rank that was left behind may still have ended a task.
+        self.assertIn(rest["tasks_run"], (TASKS - before, TASKS - before - 1, TASKS - before - 2))
         self.assertEqual(hashes(output), hashes(self.output))
 
     def test_stopped_and_resumed(self):
