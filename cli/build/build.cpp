@@ -73,11 +73,10 @@ int run_build(const BuildOptions& options, const Context& context) {
       const auto& finished = outcome.builds.front().finished;
       const Results results = write_results(run.build, run.folders, finished);
       const Summary summary = summary_of(results, outcome.tasks_run(), outcome.interrupted);
-      if (summary.tasks_run > 0) {
-        nlohmann::json document = describe_trace(run.build, finished, results);
-        add_run(document, outcome, output);
-        if (!context.json) fmt::print("{}", run_text(document.at("runs").back()));
-        write_trace(output, document);
+      nlohmann::json trace = describe_trace(run.build, finished, results);
+      keep_trace(output, trace, &outcome);
+      if (summary.tasks_run > 0 && !context.json) {
+        fmt::print("{}", run_text(trace.at("runs").back()));
       }
       print(summary, context.json);
       exit_code = summary.exit_code();

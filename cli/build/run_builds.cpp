@@ -411,16 +411,26 @@ json describe_trace(const LoadedBuild& build, const std::map<std::string, json>&
   return document;
 }
 
-void add_run(json& document, const RunOutcome& outcome, const std::filesystem::path& folder) {
-  document["index"] = {{"calls", outcome.index.calls}, {"seconds", outcome.index.seconds}};
-  document["runs"] = earlier_runs(folder / "trace.json");
-  document["runs"].push_back(
-      describe_run(outcome.run, outcome.ranks, outcome.calibration, document.at("tasks")));
-  document["ranks"] = document["runs"].back().at("ranks");
-}
-
-void write_trace(const std::filesystem::path& folder, const json& document) {
-  core::write_text_durably(folder / "trace.json", document.dump(2) + "\n");
+void keep_trace(const std::filesystem::path& folder, json& document, const RunOutcome* outcome) {
+  const std::filesystem::path path = folder / "trace.json";
+  json old = json::object();
+  try {
+    if (std::filesystem::exists(path)) old = json::parse(core::read_file(path));
+  } catch (const std::exception&) {
+    // Only times are lost.
+  }
+  const bool ran = outcome != nullptr && outcome->tasks_run() > 0;
+  if (!ran && old.value("tasks", json()) == document.at("tasks")) return;
+  for (const char* key : {"runs", "ranks", "index"}) {
+    if (old.contains(key)) document[key] = old.at(key);
+  }
+  if (ran) {
+    document["index"] = {{"calls", outcome->index.calls}, {"seconds", outcome->index.seconds}};
+    document["runs"].push_back(
+        describe_run(outcome->run, outcome->ranks, outcome->calibration, document.at("tasks")));
+    document["ranks"] = document["runs"].back().at("ranks");
+  }
+  core::write_text_durably(path, document.dump(2) + "\n");
 }
 
 }  // namespace carillon::cli

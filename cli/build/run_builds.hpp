@@ -87,12 +87,12 @@ nlohmann::json describe_trace(const LoadedBuild& build,
                               const std::map<std::string, nlohmann::json>& finished,
                               const Results& results);
 
-/// Adds what a run says of itself: `runs` (with those before it), `ranks`, `index`. `document` has
-/// `tasks`.
-void add_run(nlohmann::json& document, const RunOutcome& outcome,
-             const std::filesystem::path& folder);
-
-/// trace.json of a folder.
-void write_trace(const std::filesystem::path& folder, const nlohmann::json& document);
+/// Writes a folder's trace.json where it does not say so yet: a run that was killed may have ended
+/// all tasks and not have come to it.
+/// @param document  of describe_trace(); `runs` of the folder's old one are kept
+/// @param outcome   where ranks worked on this folder alone: what the run says of itself is added
+///                  (`runs`, `ranks`, `index`) if it ran tasks. Null for one of several builds
+void keep_trace(const std::filesystem::path& folder, nlohmann::json& document,
+                const RunOutcome* outcome);
 
 }  // namespace carillon::cli

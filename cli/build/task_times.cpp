@@ -103,15 +103,6 @@ json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
   return out;
 }
 
-json earlier_runs(const std::filesystem::path& trace) {
-  if (!std::filesystem::exists(trace)) return json::array();
-  try {
-    return json::parse(core::read_file(trace)).value("runs", json::array());
-  } catch (const std::exception&) {
-    return json::array();  // only times are lost
-  }
-}
-
 std::string run_text(const json& run) {
   double wall = 0;
   for (const json& rank : run.at("ranks")) {

@@ -38,9 +38,6 @@ double busy_share(const nlohmann::json& rows, int run, const std::vector<mpi::Ra
 nlohmann::json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
                             const mpi::Calibration& calibration, const nlohmann::json& rows);
 
-/// `runs` of the trace that an earlier run left; empty where there is none, or it cannot be read.
-nlohmann::json earlier_runs(const std::filesystem::path& trace);
-
 /// A run's entry for a person, a line for the ranks and one for each kind of task.
 std::string run_text(const nlohmann::json& run);
 

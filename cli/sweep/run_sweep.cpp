@@ -159,14 +159,11 @@ std::vector<Results> finish_folders(const std::vector<BuildRun>& runs, const Run
     const EndedBuild& ended = outcome.builds[v];
     held.push_back(write_results(runs[v].build, runs[v].folders, ended.finished));
     traces.push_back(describe_trace(runs[v].build, ended.finished, held.back()));
-    if (ended.tasks_run > 0) write_trace(runs[v].folders.output, traces.back());
+    keep_trace(runs[v].folders.output, traces.back(), nullptr);
   }
-  if (outcome.tasks_run() > 0) {
-    json total = total_of(runs, traces, outcome);
-    add_run(total, outcome, output);
-    if (!quiet) fmt::print("{}", run_text(total.at("runs").back()));
-    write_trace(output, total);
-  }
+  json total = total_of(runs, traces, outcome);
+  keep_trace(output, total, &outcome);
+  if (outcome.tasks_run() > 0 && !quiet) fmt::print("{}", run_text(total.at("runs").back()));
   return held;
 }
 

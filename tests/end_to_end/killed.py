@@ -101,6 +101,16 @@ class Killed(InterruptedTest):
                 journal.write_text(cut(journal.read_text()))
                 self.finish_and_compare(output, recorded(output))
 
+    def test_killed_before_the_trace(self):
+        output = self.folder / "no-trace"
+        shutil.copytree(self.whole, output)
+        old = json.loads((output / "trace.json").read_text())
+        (output / "trace.json").unlink()
+        self.finish_and_compare(output, recorded(output))
+        trace = json.loads((output / "trace.json").read_text())
+        for key in ("stages", "effects", "tasks"):
+            self.assertEqual(trace[key], old[key])
+
     def test_leftovers_are_cleaned_up(self):
         output = self.interrupted_in("leftovers", 7)
         for name in (".index.host.123.0.tmp.h5", "samples/.bar-000-0000.vm.99.12.tmp.h5",
