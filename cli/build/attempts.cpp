@@ -31,12 +31,9 @@ std::filesystem::path witness_folder(const std::filesystem::path& output) {
 
 /// Hosts of this run, to be asked about the one before.
 std::vector<mpi::Host> gather_hosts(MPI_Comm world) {
-  const mpi::Host own = mpi::this_host();
-  const json record = {{"host", own.name}, {"boot", own.boot}, {"oom_kills", own.oom_kills}};
   std::vector<mpi::Host> hosts;
-  for (const std::string& text : mpi::all_gather(record.dump(), world)) {
-    const json one = json::parse(text);
-    hosts.push_back({one.at("host"), one.at("boot"), one.at("oom_kills")});
+  for (const std::string& text : mpi::all_gather(mpi::to_json(mpi::this_host()).dump(), world)) {
+    hosts.push_back(mpi::host_from_json(json::parse(text)));
   }
   return hosts;
 }

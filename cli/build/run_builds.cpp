@@ -274,7 +274,7 @@ std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::Witness& 
   const double start = core::monotonic_seconds();
   ModesTaskResult result;
   core::Trace own;
-  watch_task(witness, build.config.limits, name + task.key, own, [&] {
+  watch_task(witness, build.config.limits, name + task.key, own, group, [&] {
     if (task.kind == TaskKind::modes) {
       result = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
     } else {

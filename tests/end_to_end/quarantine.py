@@ -135,6 +135,21 @@ class Quarantine(FolderTest):
         finally:
             subprocess.run(["umount", str(disk)], check=True)
 
+    def test_a_failure_of_the_moment_is_tried_again(self):
+        output, _ = self.build("moment", code=0)
+        for name in (GOOD[0], GOOD[1]):
+            (output / f"{name}.h5").unlink()
+        journal = output / "journal.jsonl"
+        done = next(e for e in map(json.loads, journal.read_text().splitlines())
+                    if e["task"] == GOOD[0])
+        failed = {"task": GOOD[0], "ok": False, "kind": "LimitError", "message": "no room",
+                  "inputs": done["inputs"]}
+        for entry, code in ((failed, 3), (dict(failed, lasting=False), 0)):
+            with journal.open("a") as file:
+                file.write(json.dumps(entry) + "\n")
+            self.build("moment", code=code)
+        self.check_is_whole(output)
+
     def test_a_mesher_that_crashes(self):
         output = self.check_mesher("crashed", "kill -SEGV $$", "SolverError",
                                    "the mesher crashed")
