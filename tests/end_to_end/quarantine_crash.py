@@ -136,6 +136,16 @@ class Crash(FolderTest):
         self.assertEqual((failure["stage"], failure["kind"], failure["message"]),
                          ("solve", "TimeError", "the solve takes longer than the limit of 2 s"))
 
+    def test_a_limit_that_one_rank_of_a_group_meets_reaches_the_other(self):
+        output = self.folder / "fat"
+        settings = ("limits.solve_memory=1 GiB", "ranks.unknowns_per_rank=1000",
+                    "ranks.widest_group=2")
+        result = self.run_ill(output, "fat", *(w for s in settings for w in ("--set", s)), ranks=2)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        failure = next(f for f in self.failures(output) if f["task"] == BAD)
+        self.assertEqual((failure["stage"], failure["kind"]), ("solve", "MemoryError"))
+        self.assertIn("needs more than the limit of 1.0 GiB", failure["message"])
+
     def start(self, output, ranks):
         """A build whose solve of the bad body takes a while; returns once that has begun, with the
         numbers of its processes by task."""
