@@ -226,7 +226,9 @@ solvers::MeshResult shared_mesh(const solvers::MeshRequest& request,
   });
   if (mpi::size(comm) > 1) {
     packed = mpi::broadcast(packed, 0, comm);
-    if (!leader) result = solvers::mesh_result_from_json(nlohmann::json::from_cbor(packed));
+    mpi::agreed(comm, [&] {
+      if (!leader) result = solvers::mesh_result_from_json(nlohmann::json::from_cbor(packed));
+    });
   }
   return result;
 }

@@ -28,7 +28,8 @@ enum ExitCode {
   exit_internal = 1,
   exit_input = 2,     ///< usage, configuration, input, or a body that cannot be solved as asked
   exit_failures = 3,  ///< finished, but tasks failed or a pitch target was not met
-  exit_interrupted = 130
+  exit_interrupted = 130,
+  exit_overdue = 152  ///< a task went on after its limit of time; as a shell tells SIGXCPU
 };
 
 /// Each adds one command to the program. A new command is one file, a line here and one in the list

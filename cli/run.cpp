@@ -85,7 +85,10 @@ int run(int argc, char** argv, MPI_Comm world) {
       "that\n"
       "cannot be solved within the limits asked for, 3 finished but some tasks failed "
       "(failures.json)\n"
-      "or a pitch target was not met, 130 interrupted (run again to go on).\n"
+      "or a pitch target was not met, 130 interrupted (run again to go on), 152 a task did not "
+      "heed "
+      "its\n"
+      "limit of time (run again to go on without it).\n"
       "Guide: docs/guide.md");
 
   try {

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <climits>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <numeric>
+#include <utility>
 
 #include "core/error.hpp"
 #include "mpi/failure.hpp"
@@ -98,16 +102,47 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm) {
   return texts;
 }
 
-void agree(MPI_Comm comm, const std::exception_ptr& error) {
+namespace {
+
+/// The part of a task that a rank agrees on, also in solvers/collective.cpp.
+enum Level : int { stage, end };
+
+[[noreturn]] void leave_the_others(int rank, const std::exception_ptr& error) {
+  std::fprintf(stderr, "carillon: rank %d: %s; the other ranks cannot go on without it\n", rank,
+               describe(error).message.c_str());
+  // A crash: the witness notes the task, and a job script runs the build again.
+  std::abort();
+}
+
+/// @return the record of the lowest failing rank ("": none), and the least level of all ranks
+std::pair<std::string, int> agree_once(MPI_Comm comm, const std::exception_ptr& error, Level level,
+                                       double patience) {
   const int ranks = size(comm);
-  const int here = error ? rank(comm) : ranks;
-  int lowest = ranks;
+  const std::array<int, 2> here{error ? rank(comm) : ranks, level};
+  std::array<int, 2> least{};
   MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(&here, &lowest, 1, MPI_INT, MPI_MIN, comm, &request);
-  wait_patiently(request);
-  if (lowest == ranks) return;
-  const std::string record = here == lowest ? to_record(describe(error)) : std::string();
-  raise(from_record(broadcast(record, lowest, comm)));
+  MPI_Iallreduce(here.data(), least.data(), 2, MPI_INT, MPI_MIN, comm, &request);
+  if (!wait_patiently(request, patience)) leave_the_others(rank(comm), error);
+  if (least[0] == ranks) return {"", least[1]};
+  const std::string record = here[0] == least[0] ? to_record(describe(error)) : std::string();
+  return {broadcast(record, least[0], comm), least[1]};
+}
+
+}  // namespace
+
+void agree(MPI_Comm comm, const std::exception_ptr& error) {
+  const auto [record, level] = agree_once(comm, error, stage, endless);
+  if (!record.empty()) raise(from_record(record));
+}
+
+void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience) {
+  std::string first;
+  for (;;) {
+    const auto [record, level] = agree_once(comm, error, end, error ? patience : endless);
+    if (first.empty()) first = record;
+    if (level == end) break;
+  }
+  if (!first.empty()) raise(from_record(first));
 }
 
 }  // namespace carillon::mpi

@@ -45,23 +45,42 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm);
 
 /// Ends a collective stage that may have failed on some ranks: when any rank brings an error, all
 /// throw an error of the same kind with the message and hint of the lowest failing rank. Kinds
-/// are ConfigError, InputError, LimitError, TimeError, MemoryError, SolverError, FileError and, for
-/// everything else, Error; a TaskError (mpi/failure.hpp) keeps its stage.
+/// are those of core/failure.hpp; a TaskError keeps its stage.
+///
+/// A rank that fails waits for the others without end: those of a world may have long work of their
+/// own before they come.
 /// @param error  what this rank's part threw, or null
 /// @note Collective.
 void agree(MPI_Comm comm, const std::exception_ptr& error);
+
+/// How long a failed rank waits for the others of its group, who work at the same task and cannot
+/// get far without it.
+constexpr double group_patience = 60;  // [s]
+
+/// Ends a task of a group, as `agree` ends a stage of it, for errors that came between the stages
+/// too: a rank that is here early, with an error, takes part in the stages (`agree`, and
+/// solvers::agreed) where the others are until they have failed as well and come here. Where they
+/// are stuck in a call that it will never make, it ends the process by SIGABRT, with a message.
+/// @param patience  [s] until then
+/// @note Collective.
+void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience = group_patience);
+
+/// What `work` threw, or null.
+template <class Work>
+std::exception_ptr error_of(Work&& work) {
+  try {
+    work();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
 
 /// Runs `work` and agrees on its outcome.
 /// @note Collective.
 template <class Work>
 void agreed(MPI_Comm comm, Work&& work) {
-  std::exception_ptr error;
-  try {
-    work();
-  } catch (...) {
-    error = std::current_exception();
-  }
-  agree(comm, error);
+  agree(comm, error_of(work));
 }
 
 }  // namespace carillon::mpi

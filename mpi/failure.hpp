@@ -1,49 +1,14 @@
 #pragma once
 
-#include <exception>
-#include <string>
-
-#include "core/error.hpp"
+#include "core/failure.hpp"
 
 namespace carillon::mpi {
 
-/// An exception as plain text, so that it can travel to another rank and into the journal.
-struct Failure {
-  /// Class of the error: ConfigError, InputError, LimitError, TimeError, MemoryError, SolverError,
-  /// StorageError, FileError, or Error for all others. std::bad_alloc is a MemoryError.
-  std::string kind;
-  std::string message;
-  std::string hint{};   ///< how to mend it; may be empty
-  std::string stage{};  ///< part of the task that failed; may be empty
-  std::string item{};   ///< what that part was busy with; may be empty
-
-  bool operator==(const Failure&) const = default;
-};
-
-/// The error of a task that knows which part of it failed.
-class TaskError : public core::Error {
- public:
-  explicit TaskError(Failure failure)
-      : core::Error(failure.message, failure.hint), failure_(std::move(failure)) {}
-  const Failure& failure() const { return failure_; }
-
- private:
-  Failure failure_;
-};
-
-/// @param error  any exception, not null; what does not come from core::Error has kind Error
-Failure describe(const std::exception_ptr& error);
-
-/// Throws the error of that kind again; a kind that is not known is thrown as core::Error, and one
-/// with a stage as TaskError.
-[[noreturn]] void raise(const Failure& failure);
-
-/// One line of JSON:
-/// `{"kind":"SolverError","message":"...","hint":"...","stage":"...","item":"..."}`, the last three
-/// only where there is one. Bytes that are not UTF-8 are replaced.
-std::string to_record(const Failure& failure);
-
-/// @throws core::Error  the text is not such a record
-Failure from_record(const std::string& record);
+using core::describe;
+using core::Failure;
+using core::from_record;
+using core::raise;
+using core::TaskError;
+using core::to_record;
 
 }  // namespace carillon::mpi

@@ -1,7 +1,5 @@
 #include "mpi/machine.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -10,19 +8,14 @@
 #include <string>
 
 #include "mpi/comm.hpp"
+#include "mpi/control_group.hpp"
+#include "mpi/host.hpp"
 
 namespace carillon::mpi {
 
 namespace {
 
 constexpr std::int64_t unbounded = std::numeric_limits<std::int64_t>::max();
-
-/// The number in a file of one line; unbounded where there is none ("max").
-std::int64_t number_in(const std::string& path) {
-  std::ifstream file(path);
-  std::int64_t number = 0;
-  return file >> number ? number : unbounded;
-}
 
 std::int64_t available() {
   std::ifstream file("/proc/meminfo");
@@ -31,24 +24,6 @@ std::int64_t available() {
     return std::stoll(line.substr(line.find(':') + 1)) * 1024;
   }
   return unbounded;
-}
-
-/// What the control groups of this process leave, version 2.
-std::int64_t left_in_group() {
-  std::ifstream file("/proc/self/cgroup");
-  std::int64_t left = unbounded;
-  for (std::string line; std::getline(file, line);) {
-    if (!line.starts_with("0::")) continue;
-    for (std::string path = line.substr(3); !path.empty();
-         path.resize(std::min(path.rfind('/'), path.size()))) {
-      const std::string folder = "/sys/fs/cgroup" + (path == "/" ? "" : path);
-      const std::int64_t most = number_in(folder + "/memory.max");
-      const std::int64_t used = number_in(folder + "/memory.current");
-      if (most != unbounded && used != unbounded) left = std::min(left, most - used);
-      if (path.find('/') == std::string::npos) break;
-    }
-  }
-  return left;
 }
 
 /// A number of an environment variable; 0 where it is not set.
@@ -66,14 +41,6 @@ std::int64_t given_by_slurm() {
   return each > 0 && processors > 0 ? each * processors * mib : unbounded;
 }
 
-/// Resident memory of this process [byte].
-std::int64_t resident() {
-  std::ifstream file("/proc/self/statm");
-  std::int64_t total = 0, pages = 0;
-  file >> total >> pages;
-  return pages * sysconf(_SC_PAGESIZE);
-}
-
 }  // namespace
 
 Machine describe_machine(MPI_Comm world, std::int64_t memory_per_node) {
@@ -82,28 +49,32 @@ Machine describe_machine(MPI_Comm world, std::int64_t memory_per_node) {
   // A node is known by its first rank; its bounds are what that one sees.
   int first = rank(world);
   MPI_Bcast(&first, 1, MPI_INT, 0, node.get());
-  std::int64_t held = resident();
+  std::int64_t held = process_memory().resident;
   MPI_Allreduce(MPI_IN_PLACE, &held, 1, MPI_INT64_T, MPI_SUM, node.get());
   std::int64_t memory = 0;
+  bool measured = false;
   if (memory_per_node > 0) {
     memory = memory_per_node - held;
   } else {
     const std::int64_t given = given_by_slurm();
-    memory = std::min({available(), left_in_group(), given == unbounded ? given : given - held});
+    const std::int64_t free = std::min(available(), memory_left_in_groups());
+    memory = given == unbounded ? free : std::min(free, given - held);
+    measured = memory == free;
   }
   std::ostringstream mine;
-  mine << first << ' ' << std::max<std::int64_t>(memory, 0);
+  mine << first << ' ' << std::max<std::int64_t>(memory, 0) << ' ' << measured;
 
   Machine machine;
   std::vector<int> first_of_node;
   for (const std::string& text : all_gather(mine.str(), world)) {
     std::istringstream in(text);
-    in >> first >> memory;
+    in >> first >> memory >> measured;
     const auto found = std::find(first_of_node.begin(), first_of_node.end(), first);
     machine.node_of_rank.push_back(static_cast<int>(found - first_of_node.begin()));
     if (found != first_of_node.end()) continue;
     first_of_node.push_back(first);
     machine.memory.push_back(memory);
+    machine.measured = machine.measured || measured;
   }
   return machine;
 }

@@ -12,13 +12,15 @@ namespace carillon::mpi {
 struct Machine {
   std::vector<int> node_of_rank{};     ///< for each rank; empty: one node without bounds
   std::vector<std::int64_t> memory{};  ///< [byte] for the tasks of each node together
+  bool measured = false;  ///< that is what happened to be free on some node, nobody's word
 };
 
 /// Ranks that share memory are a node's (MPI_Comm_split_type).
 ///
 /// @param memory_per_node  [byte] for all that the ranks of a node take; 0: what is free now, by
-///                         /proc/meminfo, the control group and Slurm's SLURM_MEM_PER_NODE or
-///                         SLURM_MEM_PER_CPU, whichever leaves least
+///                         /proc/meminfo, the control groups (files that are kept in memory count
+///                         as free) and Slurm's SLURM_MEM_PER_NODE or SLURM_MEM_PER_CPU, whichever
+///                         leaves least
 /// @return the same on every rank; what the ranks hold already is taken off
 /// @note Collective on world.
 Machine describe_machine(MPI_Comm world, std::int64_t memory_per_node);

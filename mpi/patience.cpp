@@ -20,12 +20,15 @@ void Patience::reset() {
   rest_ = shortest;
 }
 
-void wait_patiently(MPI_Request& request) {
+bool wait_patiently(MPI_Request& request, double seconds) {
+  const auto begin = std::chrono::steady_clock::now();
   Patience patience;
   int finished = 0;
   for (;;) {
     MPI_Test(&request, &finished, MPI_STATUS_IGNORE);
-    if (finished != 0) return;
+    if (finished != 0) return true;
+    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - begin;
+    if (waited.count() > seconds) return false;
     patience.pause();
   }
 }

@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <chrono>
+#include <limits>
 
 namespace carillon::mpi {
 
@@ -28,7 +29,11 @@ class Patience {
   Duration rest_ = shortest;
 };
 
+constexpr double endless = std::numeric_limits<double>::infinity();
+
 /// Completes a request without holding a core meanwhile, unlike MPI_Wait.
-void wait_patiently(MPI_Request& request);
+/// @param seconds  after which it gives up
+/// @return whether the request is complete
+bool wait_patiently(MPI_Request& request, double seconds = endless);
 
 }  // namespace carillon::mpi

@@ -20,7 +20,7 @@ namespace {
 Outcome run_one(std::int64_t task, MPI_Comm group, const Work& work) {
   Outcome outcome;
   try {
-    agreed(group, [&] { outcome.record = work(task, group); });
+    agree_at_end(group, error_of([&] { outcome.record = work(task, group); }));
   } catch (...) {
     outcome = {false, to_record(describe(std::current_exception()))};
   }

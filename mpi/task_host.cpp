@@ -31,8 +31,9 @@ void TaskHost::refuse_what_fits_nowhere() {
     if (board_.state(number) != TaskState::waiting) continue;
     board_.mark_failed(number);
     const Task& task = board_.tasks()[static_cast<std::size_t>(number)];
-    const auto& nodes = board_.memory().machine().memory;
-    const Failure failure{
+    const Machine& machine = board_.memory().machine();
+    const auto& nodes = machine.memory;
+    Failure failure{
         "LimitError",
         fmt::format("an estimated {} on {} are more than any node has for it: the largest has {}",
                     core::human_binary_bytes(task.memory),
@@ -42,6 +43,11 @@ void TaskHost::refuse_what_fits_nowhere() {
         "run with more memory (`ranks.memory_per_node` says how much a node has), or on more nodes "
         "for a body wide enough for several ranks; or ask for larger elements, fewer modes or a "
         "smaller `solver.memory_limit`"};
+    if (machine.measured) {
+      failure.hint = "that is what was free when the run began, so the same command tries again; " +
+                     failure.hint;
+      failure.lasting = false;
+    }
     if (hooks_.completed) hooks_.completed(task, {false, to_record(failure)});
   }
 }

@@ -3,10 +3,13 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <new>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
+#include "core/data_limit.hpp"
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
@@ -102,15 +105,24 @@ void TaskService::Impl::serve() {
       patience.pause();
       continue;
     }
-    patience.reset();
+    // What this rank's own task may take is no limit for the answers to all others.
+    const core::DataLimitRests rests;
     int bytes = 0;
     MPI_Get_count(&status, MPI_BYTE, &bytes);
-    message.resize(static_cast<std::size_t>(bytes));
+    try {
+      message.resize(static_cast<std::size_t>(bytes));
+    } catch (const std::bad_alloc&) {
+      patience.pause();  // the message waits where it is until there is room for it
+      continue;
+    }
+    patience.reset();
     MPI_Recv(message.data(), bytes, MPI_BYTE, status.MPI_SOURCE, request_tag, comm.get(),
              MPI_STATUS_IGNORE);
     Request request;
     std::memcpy(&request, message.data(), sizeof(request));
-    const Reply reply = answer(request, message.substr(sizeof(request)));
+    message.erase(0, sizeof(request));
+    const Reply reply = answer(request, std::move(message));
+    message.clear();
     // Small enough to leave at once, whatever the receiver is doing.
     MPI_Send(&reply, sizeof(reply), MPI_BYTE, status.MPI_SOURCE, reply_tag, comm.get());
   }

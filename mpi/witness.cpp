@@ -2,10 +2,13 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
@@ -56,6 +59,7 @@ std::string line_at(std::string_view text, off_t place) {
 struct Witness::Impl {
   void write(off_t place, std::string_view line);
   void write_task();
+  void note_memory();
   void watch();
 
   std::filesystem::path path;
@@ -76,21 +80,22 @@ struct Witness::Impl {
   std::thread thread;
 };
 
-/// News that cannot be written are lost: the task matters more.
+/// News that cannot be written are lost: the task matters more. Allocates nothing, as the task may
+/// have taken all there is.
 void Witness::Impl::write(off_t place, std::string_view line) {
   if (file < 0) return;
-  const std::string text = std::string(line) + "\n";
-  if (pwrite(file, text.data(), text.size(), place) < 0) return;
+  char newline = '\n';
+  const std::array<iovec, 2> parts{{{const_cast<char*>(line.data()), line.size()}, {&newline, 1}}};
+  if (pwritev(file, parts.data(), parts.size(), place) < 0) return;
 }
 
 void Witness::Impl::write_task() {
   if (file < 0) return;
   json record = json::object();
   if (!task.empty()) {
-    record = {{"process", process}, {"ranks", ranks},
-              {"task", task},       {"stage", stage},
-              {"item", item},       {"host", host.name},
-              {"boot", host.boot},  {"oom_kills", host.oom_kills}};
+    record = to_json(host);
+    record.update(
+        {{"process", process}, {"ranks", ranks}, {"task", task}, {"stage", stage}, {"item", item}});
   }
   std::string line = record.dump(-1, ' ', false, json::error_handler_t::replace);
   if (line.size() >= static_cast<std::size_t>(resident_at)) {
@@ -98,6 +103,12 @@ void Witness::Impl::write_task() {
     line = record.dump(-1, ' ', false, json::error_handler_t::replace);
   }
   if (line.size() < static_cast<std::size_t>(resident_at)) write(task_at, line);
+}
+
+void Witness::Impl::note_memory() {
+  std::array<char, 24> text{};
+  const auto end = std::to_chars(text.begin(), text.end(), process_memory().resident).ptr;
+  write(resident_at, {text.data(), static_cast<std::size_t>(end - text.data())});
 }
 
 void Witness::Impl::watch() {
@@ -108,7 +119,7 @@ void Witness::Impl::watch() {
       write(stopped_at, "stopped");
       stop_noted = true;
     }
-    if (looks % looks_per_note == 0) write(resident_at, std::to_string(resident_bytes()));
+    if (looks % looks_per_note == 0) note_memory();
     if (deadline > 0 && core::monotonic_seconds() > deadline) {
       write(overdue_at, words);
       std::fprintf(stderr, "carillon: %s: %s; it cannot be stopped, so the run ends here\n",
@@ -193,7 +204,7 @@ std::optional<Testimony> read_testimony(const std::filesystem::path& path) {
     told.task = record.at("task");
     told.stage = record.at("stage");
     told.item = record.at("item");
-    told.host = {record.at("host"), record.at("boot"), record.at("oom_kills")};
+    told.host = host_from_json(record);
     const std::string resident = line_at(text, resident_at);
     if (!resident.empty()) told.resident = std::stoll(resident);
     const std::string overdue = line_at(text, overdue_at), crashed = line_at(text, crashed_at);

@@ -15,7 +15,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/error.hpp"
+#include "core/storage_error.hpp"
 #include "core/trace.hpp"
 
 extern char** environ;
@@ -35,7 +35,8 @@ struct Pipe {
   std::array<int, 2> ends{-1, -1};
   Pipe() {
     if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-      throw core::FileError(fmt::format("no pipe to a child process: {}", std::strerror(errno)));
+      throw core::StorageError(fmt::format("no pipe to a child process: {}", std::strerror(errno)),
+                               "more files are open than the system lets be: see ulimit -n");
     }
   }
   Pipe(const Pipe&) = delete;
@@ -97,8 +98,9 @@ pid_t spawn(const std::filesystem::path& program, const std::vector<std::string>
   const int error =
       posix_spawn(&pid, program.c_str(), &actions.raw, &attributes.raw, raw_words.data(), environ);
   if (error != 0) {
-    throw core::FileError(
-        fmt::format("{}: cannot be started: {}", program.string(), std::strerror(error)));
+    throw core::StorageError(
+        fmt::format("{}: cannot be started: {}", program.string(), std::strerror(error)),
+        "see to it that the machine can, then run the same command again");
   }
   return pid;
 }

@@ -21,7 +21,7 @@ struct ChildExit {
 /// caller's to answer.
 ///
 /// @param seconds  wall-clock limit, then SIGKILL; 0 or less: none
-/// @throws FileError  it cannot be started
+/// @throws StorageError  it cannot be started
 ChildExit run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                     double seconds);
 

@@ -1,54 +1,29 @@
 #include "solvers/collective.hpp"
 
+#include <array>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
-#include <new>
+#include <cstdlib>
 #include <string>
 #include <thread>
-#include <vector>
+#include <utility>
 
-#include "core/error.hpp"
+#include "core/failure.hpp"
 
 namespace carillon::solvers {
 namespace {
 
-enum Kind : int { input, solver, limit, time, memory, file, other };
-
-struct Failure {
-  int kind = other;
-  std::string message;
-  std::string hint;
-};
-
-Failure describe(const std::exception_ptr& error) {
-  try {
-    std::rethrow_exception(error);
-  } catch (const core::InputError& e) {
-    return {input, e.message(), e.hint()};
-  } catch (const core::FileError& e) {
-    return {file, e.message(), e.hint()};
-  } catch (const core::LimitError& e) {
-    return {limit, e.message(), e.hint()};
-  } catch (const core::TimeError& e) {
-    return {time, e.message(), e.hint()};
-  } catch (const core::MemoryError& e) {
-    return {memory, e.message(), e.hint()};
-  } catch (const core::SolverError& e) {
-    return {solver, e.message(), e.hint()};
-  } catch (const core::Error& e) {
-    return {other, e.message(), e.hint()};
-  } catch (const std::bad_alloc&) {
-    return {memory, "out of memory", ""};
-  } catch (const std::exception& e) {
-    return {other, e.what(), ""};
-  }
-}
-
-void broadcast(std::string& text, int root, MPI_Comm comm) {
-  auto length = static_cast<unsigned long>(text.size());
-  MPI_Bcast(&length, 1, MPI_UNSIGNED_LONG, root, comm);
+/// As mpi::broadcast has it, so that a rank in mpi::agree_at_end understands.
+std::string broadcast(std::string text, int root, MPI_Comm comm) {
+  std::uint64_t length = text.size();
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ibcast(&length, 1, MPI_UINT64_T, root, comm, &request);
+  MPI_Wait(&request, MPI_STATUS_IGNORE);
   text.resize(length);
-  MPI_Bcast(text.data(), static_cast<int>(length), MPI_CHAR, root, comm);
+  MPI_Ibcast(text.data(), static_cast<int>(length), MPI_CHAR, root, comm, &request);
+  MPI_Wait(&request, MPI_STATUS_IGNORE);
+  return text;
 }
 
 /// Completes a request, unless the other ranks are stuck where this one failed.
@@ -64,8 +39,9 @@ void wait_or_abort(MPI_Request& request, const std::exception_ptr& error, int ra
        MPI_Test(&request, &done, MPI_STATUS_IGNORE)) {
     if (std::chrono::steady_clock::now() - start > patience) {
       std::fprintf(stderr, "carillon: rank %d: %s; the other ranks cannot go on without it\n", rank,
-                   describe(error).message.c_str());
-      MPI_Abort(MPI_COMM_WORLD, 1);
+                   core::describe(error).message.c_str());
+      // A crash: whoever watches over the task counts it as one.
+      std::abort();
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -83,32 +59,15 @@ void agreed(MPI_Comm comm, const std::function<void()>& work) {
   int rank = 0, size = 1;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &size);
-  int failing = error ? rank : size;
+  // The second number tells a stage of a task (0) from its end (mpi/comm.cpp).
+  std::array<int, 2> failing{error ? rank : size, 0};
   MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(MPI_IN_PLACE, &failing, 1, MPI_INT, MPI_MIN, comm, &request);
+  MPI_Iallreduce(MPI_IN_PLACE, failing.data(), 2, MPI_INT, MPI_MIN, comm, &request);
   wait_or_abort(request, error, rank);
-  if (failing == size) return;
-  Failure failure;
-  if (rank == failing) failure = describe(error);
-  MPI_Bcast(&failure.kind, 1, MPI_INT, failing, comm);
-  broadcast(failure.message, failing, comm);
-  broadcast(failure.hint, failing, comm);
-  switch (failure.kind) {
-    case input:
-      throw core::InputError(failure.message, failure.hint);
-    case solver:
-      throw core::SolverError(failure.message, failure.hint);
-    case limit:
-      throw core::LimitError(failure.message, failure.hint);
-    case time:
-      throw core::TimeError(failure.message, failure.hint);
-    case memory:
-      throw core::MemoryError(failure.message, failure.hint);
-    case file:
-      throw core::FileError(failure.message, failure.hint);
-    default:
-      throw core::Error(failure.message, failure.hint);
-  }
+  if (failing[0] == size) return;
+  std::string record;
+  if (rank == failing[0]) record = core::to_record(core::describe(error));
+  core::raise(core::from_record(broadcast(std::move(record), failing[0], comm)));
 }
 
 }  // namespace carillon::solvers

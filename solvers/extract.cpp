@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/collective.hpp"
 #include "solvers/fields.hpp"
 
 namespace carillon::solvers {
@@ -93,22 +94,29 @@ ModeFields extract_fields(const TetMesh& mesh, std::span<const Elastic> regions,
                           std::span<const std::int32_t> surface_nodes, MPI_Comm comm) {
   const auto modes = static_cast<Eigen::Index>(chosen.size());
   const auto region_count = static_cast<Eigen::Index>(regions.size());
-  Eigen::ArrayXXd strain = Eigen::ArrayXXd::Zero(modes, region_count), kinetic = strain;
+  Eigen::ArrayXXd strain, kinetic;
   ModeFields out;
-  out.shapes.resize(modes, 3 * static_cast<Eigen::Index>(surface_nodes.size()));
+  agreed(comm, [&] {
+    kinetic = strain = Eigen::ArrayXXd::Zero(modes, region_count);
+    out.shapes.resize(modes, 3 * static_cast<Eigen::Index>(surface_nodes.size()));
+  });
   const auto& scales = system.scales;
   // Dimensionless shapes are normalised by the mass in units of density length^3.
   const double to_si = 1 / std::sqrt(scales.density * std::pow(scales.length, 3));
   for (std::size_t first = 0; first < chosen.size(); first += batch_size) {
     const auto batch = chosen.subspan(first, std::min(batch_size, chosen.size() - first));
-    const auto fields = gather_fields(system, columns_of(pairs, batch), comm);
+    Eigen::MatrixXd columns;
+    agreed(comm, [&] { columns = columns_of(pairs, batch); });
+    const auto fields = gather_fields(system, columns, comm);
     const auto row = static_cast<Eigen::Index>(first);
     const auto count = static_cast<Eigen::Index>(batch.size());
-    add_energies(mesh, regions, system, fields, strain.middleRows(row, count),
-                 kinetic.middleRows(row, count));
-    for (Eigen::Index f = 0; f < count; ++f) {
-      keep_surface(system, fields, f, surface_nodes, to_si, out.shapes.row(row + f).data());
-    }
+    agreed(comm, [&] {
+      add_energies(mesh, regions, system, fields, strain.middleRows(row, count),
+                   kinetic.middleRows(row, count));
+      for (Eigen::Index f = 0; f < count; ++f) {
+        keep_surface(system, fields, f, surface_nodes, to_si, out.shapes.row(row + f).data());
+      }
+    });
   }
   for (auto* energies : {&strain, &kinetic}) {
     MPI_Allreduce(MPI_IN_PLACE, energies->data(), static_cast<int>(energies->size()), MPI_DOUBLE,

@@ -63,25 +63,30 @@ NodeFields gather_fields(const System& system, const Eigen::Ref<const Eigen::Mat
                          MPI_Comm comm) {
   const auto rows = system.graph.rows();
   const auto columns = 3 * fields.cols();
-  NodeFields own(rows, columns);
-  for (Eigen::Index f = 0; f < fields.cols(); ++f) {
-    for (Eigen::Index row = 0; row < rows; ++row) {
-      own.row(row).segment<3>(3 * f) = fields.col(f).segment<3>(3 * row).transpose();
-    }
-  }
   int size = 1;
   MPI_Comm_size(comm, &size);
+  NodeFields own, all;
+  std::vector<int> counts, starts;
+  agreed(comm, [&] {
+    own.resize(rows, columns);
+    for (Eigen::Index f = 0; f < fields.cols(); ++f) {
+      for (Eigen::Index row = 0; row < rows; ++row) {
+        own.row(row).segment<3>(3 * f) = fields.col(f).segment<3>(3 * row).transpose();
+      }
+    }
+    if (size == 1) return;
+    // Memory for everything before anybody waits in the gathering.
+    all.resize(system.partition.node_count(), columns);
+    for (int r = 0; r < size; ++r) {
+      counts.push_back(system.partition.owned(r));
+      starts.push_back(system.partition.first[static_cast<std::size_t>(r)]);
+    }
+  });
   if (size == 1) return own;
   // Counted in rows, so that the counts stay far from 2^31.
   MPI_Datatype row_type;
   MPI_Type_contiguous(static_cast<int>(columns), MPI_DOUBLE, &row_type);
   MPI_Type_commit(&row_type);
-  std::vector<int> counts, starts;
-  for (int r = 0; r < size; ++r) {
-    counts.push_back(system.partition.owned(r));
-    starts.push_back(system.partition.first[static_cast<std::size_t>(r)]);
-  }
-  NodeFields all(system.partition.node_count(), columns);
   MPI_Allgatherv(own.data(), rows, row_type, all.data(), counts.data(), starts.data(), row_type,
                  comm);
   MPI_Type_free(&row_type);
@@ -92,8 +97,10 @@ std::vector<Eigen::MatrixXd> apply_stiffness(const TetMesh& mesh, const System& 
                                              std::span<const std::vector<LameConstants>> materials,
                                              const Eigen::Ref<const Eigen::MatrixXd>& fields,
                                              MPI_Comm comm) {
-  std::vector<Eigen::MatrixXd> out(materials.size(),
-                                   Eigen::MatrixXd(system.owned_unknowns(), fields.cols()));
+  std::vector<Eigen::MatrixXd> out;
+  agreed(comm, [&] {
+    out.assign(materials.size(), Eigen::MatrixXd(system.owned_unknowns(), fields.cols()));
+  });
   const auto fitting = most_values / std::max<Eigen::Index>(1, system.unknowns());
   const auto batch = std::clamp(fitting, narrowest_batch, widest_batch);
   for (Eigen::Index first = 0; first < fields.cols(); first += batch) {

@@ -21,6 +21,7 @@
 #include "core/files.hpp"
 #include "core/hash.hpp"
 #include "core/progress.hpp"
+#include "core/storage_error.hpp"
 #include "solvers/child_process.hpp"
 
 namespace carillon::solvers {
@@ -33,6 +34,10 @@ using nlohmann::json;
 constexpr int kMesherVersion = 3;
 
 constexpr std::string_view work_prefix = "carillon-mesh-";
+
+constexpr const char* folder_hint =
+    "make room, or set TMPDIR to a folder that may be written to, on every node; then run the same "
+    "command again";
 
 /// Removes the work folders of processes that were killed more than a day ago: nobody else will.
 void remove_dead_work() {
@@ -61,10 +66,19 @@ class WorkFolder {
   WorkFolder() {
     static const bool cleaned = (remove_dead_work(), true);
     static_cast<void>(cleaned);
-    std::string name =
-        (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", work_prefix, getpid())).string();
+    std::error_code error;
+    const fs::path folder = fs::temp_directory_path(error);
+    if (error) {
+      const char* named = std::getenv("TMPDIR");
+      throw core::StorageError(
+          fmt::format("{} is no folder for temporary files", named ? named : "/tmp"), folder_hint);
+    }
+    std::string name = (folder / fmt::format("{}{}-XXXXXX", work_prefix, getpid())).string();
     if (mkdtemp(name.data()) == nullptr) {
-      throw core::FileError(fmt::format("{}: {}", name, std::strerror(errno)));
+      throw core::StorageError(
+          fmt::format("{}: no folder can be made there for temporary files: {}", folder.string(),
+                      std::strerror(errno)),
+          folder_hint);
     }
     path_ = name;
   }
@@ -83,15 +97,16 @@ class WorkFolder {
 fs::path worker_program() {
   if (const char* named = std::getenv("CARILLON_MESH"); named != nullptr && *named != '\0') {
     if (fs::exists(named)) return named;
-    throw core::FileError(fmt::format("CARILLON_MESH names {}, which does not exist", named));
+    throw core::StorageError(fmt::format("CARILLON_MESH names {}, which does not exist", named),
+                             "name carillon-mesh, or nothing where it lies beside carillon");
   }
   // Beside this program, or one folder up: tests lie in a folder of their own.
   const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
   for (const fs::path& folder : {here, here.parent_path()}) {
     if (fs::exists(folder / "carillon-mesh")) return folder / "carillon-mesh";
   }
-  throw core::FileError(fmt::format("{}: carillon-mesh is missing", here.string()),
-                        "install it beside carillon, or name it in CARILLON_MESH");
+  throw core::StorageError(fmt::format("{}: carillon-mesh is missing", here.string()),
+                           "install it beside carillon, or name it in CARILLON_MESH");
 }
 
 std::string subject(const MeshRequest& request) {
@@ -143,6 +158,10 @@ std::string quoted_tail(const std::string& output) {
                     core::human_duration(exit.seconds), exit.signal, name ? name : "?", tail),
         exit.signal == SIGKILL ? "the system may have run out of memory" : "");
   }
+  if (exit.code == mesher_without_storage) {
+    throw core::StorageError(
+        fmt::format("{}: the mesher cannot read or write its files{}", what, tail), folder_hint);
+  }
   throw core::SolverError(
       fmt::format("{}: the mesher ended with code {} and no answer{}", what, exit.code, tail));
 }
@@ -160,7 +179,9 @@ json ask_child(const char* task, const MeshRequest& request, const ChildLimits& 
   out.write(reinterpret_cast<const char*>(bytes.data()),
             static_cast<std::streamsize>(bytes.size()));
   out.close();
-  if (!out) throw core::FileError(fmt::format("{}: cannot be written", question.string()));
+  if (!out) {
+    throw core::StorageError(fmt::format("{}: cannot be written", question.string()), folder_hint);
+  }
 
   const ChildExit exit =
       run_child(worker_program(), {question.string(), reply.string()}, limits.seconds);

@@ -14,6 +14,9 @@ struct ChildLimits {
   std::int64_t memory = 8ll << 30;  ///< address space [byte]
 };
 
+/// Exit code of a mesher that cannot read its request or write its reply.
+constexpr int mesher_without_storage = 74;
+
 /// Key of a mesh: SHA-256 of the request, of the file's bytes and of the mesher's version.
 /// @throws FileError  the mesh file cannot be read
 std::string mesh_key(const MeshRequest& request);
@@ -23,6 +26,7 @@ std::string mesh_key(const MeshRequest& request);
 /// `cache` under its key (empty path: no cache).
 /// @throws InputError, SolverError  as make_tet_mesh does, and SolverError for a crash, the time
 ///         limit or the memory limit, each named
+/// @throws StorageError  there is no mesher, no process for it or no folder for its request
 MeshResult mesh_in_child(const MeshRequest& request, const ChildLimits& limits,
                          const std::filesystem::path& cache);
 

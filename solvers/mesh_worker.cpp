@@ -16,6 +16,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "solvers/mesh_child.hpp"
 #include "solvers/shape_source.hpp"
 
 namespace {
@@ -90,6 +91,9 @@ int main(int count, char** arguments) {
                 static_cast<std::streamsize>(bytes.size()));
     reply.close();
     if (!reply) throw core::FileError(fmt::format("{}: cannot be written", arguments[2]));
+  } catch (const core::FileError& e) {  // one that is no part of the request
+    fmt::print(stderr, "carillon-mesh: {}\n", e.what());
+    return solvers::mesher_without_storage;
   } catch (const std::exception& e) {
     fmt::print(stderr, "carillon-mesh: {}\n", e.what());
     return 1;

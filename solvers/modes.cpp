@@ -91,7 +91,7 @@ Modes select_modes(const TetMesh& mesh, std::span<const Elastic> regions, const 
                    std::vector<std::size_t>* chosen) {
   Modes modes;
   std::vector<std::int32_t> surface_nodes;
-  modes.surface = surface_of(mesh, surface_nodes);
+  agreed(comm, [&] { modes.surface = surface_of(mesh, surface_nodes); });
   modes.mass = total_mass(system, comm);
 
   // Eigenvalues are recomputed from element energies, which may exchange neighbours.

@@ -206,12 +206,15 @@ void Mumps::solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
   const auto columns = right.cols();
   const auto& first = inside.system.partition.first;
   // MUMPS takes whole columns on rank 0 and returns them there.
-  Eigen::MatrixXd whole(inside.rank == 0 ? inside.system.unknowns() : 0, columns);
+  Eigen::MatrixXd whole;
   std::vector<int> counts, starts;
-  for (int r = 0; r < inside.ranks; ++r) {
-    counts.push_back(3 * inside.system.partition.owned(r));
-    starts.push_back(3 * first[static_cast<std::size_t>(r)]);
-  }
+  agreed(inside.comm, [&] {
+    whole.resize(inside.rank == 0 ? inside.system.unknowns() : 0, columns);
+    for (int r = 0; r < inside.ranks; ++r) {
+      counts.push_back(3 * inside.system.partition.owned(r));
+      starts.push_back(3 * first[static_cast<std::size_t>(r)]);
+    }
+  });
   const auto own = static_cast<int>(right.rows());
   for (Eigen::Index k = 0; k < columns; ++k) {
     MPI_Gatherv(right.col(k).data(), own, MPI_DOUBLE,

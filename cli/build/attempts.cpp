@@ -31,12 +31,9 @@ std::filesystem::path witness_folder(const std::filesystem::path& output) {
 
 /// Hosts of this run, to be asked about the one before.
 std::vector<mpi::Host> gather_hosts(MPI_Comm world) {
-  const mpi::Host own = mpi::this_host();
-  const json record = {{"host", own.name}, {"boot", own.boot}, {"oom_kills", own.oom_kills}};
   std::vector<mpi::Host> hosts;
-  for (const std::string& text : mpi::all_gather(record.dump(), world)) {
-    const json one = json::parse(text);
-    hosts.push_back({one.at("host"), one.at("boot"), one.at("oom_kills")});
+  for (const std::string& text : mpi::all_gather(mpi::to_json(mpi::this_host()).dump(), world)) {
+    hosts.push_back(mpi::host_from_json(json::parse(text)));
   }
   return hosts;
 }
@@ -129,7 +126,9 @@ std::filesystem::path witness_file(const std::filesystem::path& output, int rank
 namespace {
 
 /// Adds what a run's witnesses say against a build's tasks to its journal.
-void settle(const AttemptedBuild& build, const std::vector<mpi::Blame>& blames) {
+/// @return tasks that are given up
+std::vector<std::string> settle(const AttemptedBuild& build,
+                                const std::vector<mpi::Blame>& blames) {
   mpi::Journal journal(build.journal);
   Tallies tallies;
   for (const json& entry : journal.entries()) count(entry, tallies);
@@ -142,28 +141,34 @@ void settle(const AttemptedBuild& build, const std::vector<mpi::Blame>& blames) 
     count(entry, tallies);
     spdlog::warn("the last run ended while {} ran: {}", blame.task, blame.words);
   }
+  std::vector<std::string> given_up;
   for (const auto& [task, tally] : tallies.by_task) {
     json entry = verdict(task, tally);
     if (entry.is_null()) continue;
     entry["inputs"] = build.inputs_of(task);
     journal.append(entry);
     spdlog::warn("{}{} is given up: {}", build.name, task, entry.at("message").get<std::string>());
+    given_up.push_back(task);
   }
+  return given_up;
 }
 
 }  // namespace
 
-void settle_attempts(const std::filesystem::path& output, const std::vector<AttemptedBuild>& builds,
-                     MPI_Comm world) {
+std::vector<std::vector<std::string>> settle_attempts(const std::filesystem::path& output,
+                                                      const std::vector<AttemptedBuild>& builds,
+                                                      MPI_Comm world) {
   const std::vector<mpi::Host> hosts = gather_hosts(world);
+  std::vector<std::vector<std::string>> given_up(builds.size());
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;
     const std::vector<mpi::Blame> blames =
         mpi::blamed_tasks(mpi::read_testimonies(witness_folder(output)), hosts);
-    for (const AttemptedBuild& build : builds) settle(build, blames);
+    for (std::size_t b = 0; b < builds.size(); ++b) given_up[b] = settle(builds[b], blames);
     std::error_code ignored;  // what is left behind is read again, and counted once
     std::filesystem::remove_all(witness_folder(output), ignored);
   });
+  return given_up;
 }
 
 }  // namespace carillon::cli

@@ -29,8 +29,11 @@ struct AttemptedBuild {
 /// - ten in which its process alone ended without a word.
 ///
 /// Counted from a task's last outcome in the journal on. Giving up is an ordinary failed outcome.
+/// @return by build, the tasks given up just now, on rank 0: not even this run should try them
+/// again
 /// @note Collective on world; rank 0 reads and writes.
-void settle_attempts(const std::filesystem::path& output, const std::vector<AttemptedBuild>& builds,
-                     MPI_Comm world);
+std::vector<std::vector<std::string>> settle_attempts(const std::filesystem::path& output,
+                                                      const std::vector<AttemptedBuild>& builds,
+                                                      MPI_Comm world);
 
 }  // namespace carillon::cli

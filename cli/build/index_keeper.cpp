@@ -5,6 +5,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/data_limit.hpp"
+
 namespace carillon::cli {
 
 using nlohmann::json;
@@ -41,17 +43,22 @@ bool IndexKeeper::due() const {
   return spent_ + last_ <= grace + share * elapsed;
 }
 
-void IndexKeeper::run() {
+void IndexKeeper::run() try {
   for (;;) {
     {
       std::unique_lock lock(news_mutex_);
       const auto pause = std::chrono::milliseconds(calls_ == 0 ? 0 : 100);
       if (woken_.wait_for(lock, pause, [this] { return ending_; })) return;
     }
+    // The host's own task may be one that is bounded in memory.
+    const core::DataLimitRests rests;
     const std::scoped_lock writing(write_mutex_);
     take_news();
     while (!behind_.empty() && due() && !ended_ && !is_ending()) write_next();
   }
+} catch (const std::exception& error) {
+  // The builds go on, and write it at their end.
+  spdlog::warn("the index is not brought up to date any more: {}", error.what());
 }
 
 bool IndexKeeper::is_ending() const {
@@ -88,6 +95,7 @@ void IndexKeeper::write_next() {
 }
 
 std::vector<Results> IndexKeeper::write_now() {
+  const core::DataLimitRests rests;
   const std::scoped_lock writing(write_mutex_);
   take_news();
   while (!behind_.empty() && !ended_) write_next();

@@ -1,18 +1,18 @@
 #include "cli/build/limits.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <fstream>
 #include <new>
 
 #include "cli/text.hpp"
+#include "core/data_limit.hpp"
 #include "core/error.hpp"
+#include "core/failure.hpp"
 #include "core/progress.hpp"
-#include "mpi/failure.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/host.hpp"
 #include "mpi/witness.hpp"
 
 namespace carillon::cli {
@@ -28,14 +28,6 @@ double limit_or_none(ConfigNode& node, const std::string& key) {
   return seconds;
 }
 
-/// Data and stack of this process [byte]; 0 where it cannot be read.
-std::int64_t data_bytes() {
-  std::ifstream file("/proc/self/statm");
-  std::int64_t size = 0, resident = 0, shared = 0, text = 0, libraries = 0, data = 0;
-  if (!(file >> size >> resident >> shared >> text >> libraries >> data)) return 0;
-  return data * sysconf(_SC_PAGESIZE);
-}
-
 /// OpenBLAS takes its work space at the first product and tries for ever where it gets none: before
 /// any limit, then. It keeps what it has.
 void wake_blas() {
@@ -44,25 +36,6 @@ void wake_blas() {
   product.noalias() = a * a;
   if (product(0, 0) != 128) throw core::Error("BLAS cannot multiply");
 }
-
-/// A soft limit on the data of this process, for one scope.
-class DataLimit {
- public:
-  explicit DataLimit(std::int64_t bytes) {
-    if (bytes <= 0 || getrlimit(RLIMIT_DATA, &former_) != 0) return;
-    const rlimit limit{std::min(static_cast<rlim_t>(bytes), former_.rlim_max), former_.rlim_max};
-    set_ = setrlimit(RLIMIT_DATA, &limit) == 0;
-  }
-  ~DataLimit() {
-    if (set_) setrlimit(RLIMIT_DATA, &former_);
-  }
-  DataLimit(const DataLimit&) = delete;
-  DataLimit& operator=(const DataLimit&) = delete;
-
- private:
-  rlimit former_{};
-  bool set_ = false;
-};
 
 [[noreturn]] void refuse_memory(std::int64_t limit) {
   throw core::MemoryError(
@@ -106,9 +79,9 @@ core::TimeLimit sample_clock(const TaskLimits& limits) {
 void within_memory(std::int64_t limit, const std::function<void()>& solve) {
   if (limit > 0) wake_blas();
   // Libraries that cannot even begin tend to crash.
-  if (limit > 0 && data_bytes() >= limit) refuse_memory(limit);
+  if (limit > 0 && mpi::process_memory().data >= limit) refuse_memory(limit);
   try {
-    const DataLimit data(limit);
+    const core::DataLimit data(limit);
     solve();
   } catch (const std::bad_alloc&) {
     if (limit > 0) refuse_memory(limit);
@@ -120,7 +93,7 @@ void within_memory(std::int64_t limit, const std::function<void()>& solve) {
 }
 
 void watch_task(mpi::Witness& witness, const TaskLimits& limits, const std::string& task,
-                core::Trace& trace, const std::function<void()>& work) {
+                core::Trace& trace, MPI_Comm group, const std::function<void()>& work) {
   std::string part, item;
   trace.on_enter = [&](const std::string& now, const std::string& of) {
     part = now;
@@ -131,20 +104,25 @@ void watch_task(mpi::Witness& witness, const TaskLimits& limits, const std::stri
                   limited ? clock.message() : "");
   };
   witness.begin(task);
-  try {
-    work();
-  } catch (...) {
-    witness.end();
-    trace.on_enter = nullptr;
-    mpi::Failure failure = mpi::describe(std::current_exception());
-    if (failure.stage.empty()) {
-      failure.stage = part;
-      failure.item = item;
-    }
-    throw mpi::TaskError(std::move(failure));
-  }
+  // The witness stays until all of the group are here: who waits in vain ends as a crash of the
+  // task.
+  const std::exception_ptr ended = mpi::error_of([&] {
+    mpi::agree_at_end(group, mpi::error_of([&] {
+                        try {
+                          work();
+                        } catch (...) {
+                          core::Failure failure = core::describe(std::current_exception());
+                          if (failure.stage.empty()) {
+                            failure.stage = part;
+                            failure.item = item;
+                          }
+                          throw core::TaskError(std::move(failure));
+                        }
+                      }));
+  });
   witness.end();
   trace.on_enter = nullptr;
+  if (ended) std::rethrow_exception(ended);
 }
 
 }  // namespace carillon::cli

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -39,8 +41,10 @@ void within_memory(std::int64_t limit, const std::function<void()>& solve);
 /// Runs a task under the eyes of a witness, who ends the process where a part of it goes on for
 /// half as long again as its limit (two seconds longer at least): then it did not heed its clock.
 /// @param trace  through which the task tells its parts
-/// @throws mpi::TaskError  for any error of the task, with part and item
+/// @param group  the task's ranks; what any of them throws, all do (mpi::agree_at_end)
+/// @throws core::TaskError  for any error of the task, with part and item
+/// @note Collective on group.
 void watch_task(mpi::Witness& witness, const TaskLimits& limits, const std::string& task,
-                core::Trace& trace, const std::function<void()>& work);
+                core::Trace& trace, MPI_Comm group, const std::function<void()>& work);
 
 }  // namespace carillon::cli

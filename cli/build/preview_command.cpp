@@ -92,13 +92,13 @@ void add_preview(CLI::App& program, Context& context) {
     core::Trace trace;
     // Nobody reads what it would write, but it ends what hangs, as in a build.
     mpi::Witness witness("", mpi::size(context.world), exit_input);
-    watch_task(witness, build.config.limits, sample.key, trace,
+    watch_task(witness, build.config.limits, sample.key, trace, context.world,
                [&] { run_modes_task(build.config, shape, folders, context.world, trace); });
     if (!context.speaks()) return;
 
     Columns record;
     SampleResult result;
-    watch_task(witness, build.config.limits, sample.key, trace, [&] {
+    watch_task(witness, build.config.limits, sample.key, trace, MPI_COMM_SELF, [&] {
       trace.enter("sound", sample.key);
       result = SampleMaker(build.config, shape, folders, trace).make(sample, &record);
     });

@@ -15,7 +15,12 @@ using nlohmann::json;
 std::map<std::string, json> finished_tasks(const std::vector<json>& journal) {
   std::map<std::string, json> finished;
   for (const json& entry : journal) {
-    if (entry.contains("task")) finished[entry.at("task")] = entry;  // else not an outcome
+    if (!entry.contains("task")) continue;  // not an outcome
+    if (entry.value("lasting", true)) {
+      finished[entry.at("task")] = entry;
+    } else {
+      finished.erase(entry.at("task").get<std::string>());
+    }
   }
   return finished;
 }

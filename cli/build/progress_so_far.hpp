@@ -11,7 +11,8 @@
 namespace carillon::cli {
 
 /// Journal entry of each task that ended, by its key; a later entry counts more than an earlier
-/// one. Whether its files are still there is check_files.hpp's matter.
+/// one, and a failure that hung on the moment leaves its task open. Whether its files are still
+/// there is check_files.hpp's matter.
 std::map<std::string, nlohmann::json> finished_tasks(const std::vector<nlohmann::json>& journal);
 
 /// `path, sha256, bytes` of files, for journal and dataset.json.

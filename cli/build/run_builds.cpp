@@ -108,6 +108,7 @@ class Runner {
   bool is_settled(std::size_t build, const std::string& task, bool ok) const;
   void mark_settled(mpi::TaskBoard& board, std::size_t build) const;
   void give_up_alike(mpi::TaskBoard& board);
+  void mark_given_up(mpi::TaskBoard& board) const;
   std::vector<std::int64_t> lost_with(std::int64_t number) const;
   void share_kept_samples();
 
@@ -128,6 +129,7 @@ class Runner {
   // The host's.
   std::unordered_map<std::string, std::int64_t> numbers_;  ///< on the board, by key there
   SameWork same_work_;
+  std::vector<std::vector<std::string>> given_up_;  ///< just now, by build
   std::vector<Standing> standings_;
   Journals journals_;
   std::unique_ptr<IndexKeeper> index_;
@@ -186,7 +188,7 @@ void Runner::settle_earlier_attempts() {
     attempted.push_back({builds_[b].name, journal_file(builds_[b]),
                          [this, b](const std::string& task) { return inputs_of(b, task); }});
   }
-  settle_attempts(request_.output, attempted, context_.world);
+  given_up_ = settle_attempts(request_.output, attempted, context_.world);
 }
 
 /// What is left to do of all builds, one after the other on one board.
@@ -214,7 +216,8 @@ mpi::TaskBoard Runner::make_board() {
   if (request_.order) same_work_ = request_.order(common);
   mpi::TaskBoard board(std::move(common.tasks));
   for (std::size_t b = 0; b < builds_.size(); ++b) mark_settled(board, b);
-  if (!request_.retry_failed) give_up_alike(board);
+  mark_given_up(board);
+  give_up_alike(board);
   return board;
 }
 
@@ -223,6 +226,18 @@ bool Runner::is_settled(std::size_t build, const std::string& task, bool ok) con
   const auto& finished = standings_[build].finished;
   const auto found = finished.find(task);
   return found != finished.end() && found->second.at("ok").get<bool>() == ok;
+}
+
+/// What ended the run before this one too often is not tried by this one, even to retry what
+/// failed: a command that is repeated after each crash would never end.
+void Runner::mark_given_up(mpi::TaskBoard& board) const {
+  for (std::size_t b = 0; b < given_up_.size(); ++b) {
+    for (const std::string& task : given_up_[b]) {
+      const auto number = numbers_.find(builds_[b].name + task);
+      if (number == numbers_.end()) continue;
+      if (board.state(number->second) == mpi::TaskState::waiting) board.mark_failed(number->second);
+    }
+  }
 }
 
 /// Marks what an earlier run settled.
@@ -280,7 +295,7 @@ std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::Witness& 
   const double start = core::monotonic_seconds();
   ModesTaskResult result;
   core::Trace own;
-  watch_task(witness, build.config.limits, name + task.key, own, [&] {
+  watch_task(witness, build.config.limits, name + task.key, own, group, [&] {
     if (task.kind == TaskKind::modes) {
       result = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
     } else {
@@ -367,7 +382,7 @@ int Runner::run(const std::function<int(RunOutcome&)>& finish) {
   std::optional<mpi::Witness> witness;
   mpi::agreed(context_.world, [&] {
     witness.emplace(witness_file(request_.output, mpi::rank(context_.world)),
-                    mpi::size(context_.world), exit_interrupted);
+                    mpi::size(context_.world), exit_overdue);
   });
   mpi::RunReport report = mpi::run_tasks(
       context_.world, std::move(board), hooks(last_words, progress, expected),

@@ -1,12 +1,22 @@
 /* A fault in the middle of a solve, for tests: preloaded, it stands before CHOLMOD's factorisation
  * and, for bodies of at least FAULT_FROM unknowns, does what FAULT says first: segv, abort, hang,
- * or a number of seconds to wait before all goes on as usual. */
+ * or a number of seconds to wait before all goes on as usual. With "fat", mpirun's first rank holds
+ * 2 GiB more than it needs from its start. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+static void *held;
+
+__attribute__((constructor)) static void grow_fat(void) {
+  const char *fault = getenv("FAULT");
+  const char *rank = getenv("OMPI_COMM_WORLD_RANK");
+  if (fault && rank && strcmp(fault, "fat") == 0 && strcmp(rank, "0") == 0)
+    held = malloc((size_t)2 << 30);
+}
 
 int cholmod_l_factorize(void *matrix, void *factor, void *common) {
   int (*real)(void *, void *, void *) =

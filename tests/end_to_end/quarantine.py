@@ -95,6 +95,61 @@ class Quarantine(FolderTest):
         self.assertEqual(mended, [])
         return output
 
+    def expect_nobody_blamed(self, name, told, environment):
+        """A node without something ends the run; whole by the same command once it is mended."""
+        with self.subTest(name):
+            output = self.folder / name
+            command = [CARILLON, "--cache", "", "build", str(self.config), "-o", str(output)]
+            for ranks in (["mpirun", "--oversubscribe", "--bind-to", "none", "-n", "2"], []):
+                result = subprocess.run([*ranks, *command], capture_output=True, text=True,
+                                        timeout=120, env=dict(os.environ, **environment))
+                self.assertEqual(result.returncode, 2, result.stderr)
+                self.assertIn(told, result.stderr)
+                self.assertIn("hint:", result.stderr)
+                self.assertNotIn('"ok":false', (output / "journal.jsonl").read_text())
+            result = subprocess.run(command, capture_output=True, text=True, timeout=120)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.check_is_whole(output)
+
+    def test_a_node_without_a_mesher_or_temporary_files(self):
+        nowhere = str(self.folder / "nowhere")
+        self.expect_nobody_blamed("no temporary folder", f"{nowhere} is no folder",
+                                  {"TMPDIR": nowhere, "OMPI_MCA_orte_tmpdir_base": "/tmp"})
+        self.expect_nobody_blamed("no mesher", f"CARILLON_MESH names {nowhere}",
+                                  {"CARILLON_MESH": nowhere})
+        text = self.folder / "text"
+        text.write_text("no program")
+        self.expect_nobody_blamed("no program", f"{text}: cannot be started",
+                                  {"CARILLON_MESH": str(text)})
+
+    def test_a_full_temporary_folder(self):
+        disk = self.folder / "small"
+        disk.mkdir()
+        # Room for a request, not for a mesh.
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=8k", "none", str(disk)],
+                          capture_output=True).returncode != 0:
+            self.skipTest("mounting a small disk takes root")
+        try:
+            self.expect_nobody_blamed("full", "the mesher cannot read or write its files",
+                                      {"TMPDIR": str(disk), "OMPI_MCA_orte_tmpdir_base": "/tmp"})
+        finally:
+            subprocess.run(["umount", str(disk)], check=True)
+
+    def test_a_failure_of_the_moment_is_tried_again(self):
+        output, _ = self.build("moment", code=0)
+        for name in (GOOD[0], GOOD[1]):
+            (output / f"{name}.h5").unlink()
+        journal = output / "journal.jsonl"
+        done = next(e for e in map(json.loads, journal.read_text().splitlines())
+                    if e["task"] == GOOD[0])
+        failed = {"task": GOOD[0], "ok": False, "kind": "LimitError", "message": "no room",
+                  "inputs": done["inputs"]}
+        for entry, code in ((failed, 3), (dict(failed, lasting=False), 0)):
+            with journal.open("a") as file:
+                file.write(json.dumps(entry) + "\n")
+            self.build("moment", code=code)
+        self.check_is_whole(output)
+
     def test_a_mesher_that_crashes(self):
         output = self.check_mesher("crashed", "kill -SEGV $$", "SolverError",
                                    "the mesher crashed")

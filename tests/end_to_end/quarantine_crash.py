@@ -107,6 +107,15 @@ class Crash(FolderTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(hashes(output / "per_object=2"), hashes(self.whole))
 
+    def test_repeating_retry_failed_comes_to_an_end(self):
+        output = self.folder / "repeated"
+        codes = [self.run_ill(output, "segv", "--retry-failed").returncode for _ in range(3)]
+        self.assertEqual(codes, [-signal.SIGSEGV, -signal.SIGSEGV, 3])
+        self.assertEqual(self.attempts(output), [(BAD, "crash")] * 2)
+        result = run("build", self.config, "-o", output, "--retry-failed")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(hashes(output), hashes(self.whole))
+
     def test_the_recorded_command_crashes_too(self):
         command = ["preview", str(self.config), "--sample", "bad-000/steel/1/strike-0000"]
         result = subprocess.run([CARILLON, "--cache", "", *command, "-o", self.folder / "shown"],
@@ -117,7 +126,8 @@ class Crash(FolderTest):
         output = self.folder / "hang"
         limit = ("--set", "limits.solve_time=2 s")
         result = self.run_ill(output, "hang", *limit, ranks=2)
-        self.assertEqual(result.returncode, 130, result.stderr)
+        # As after a crash, job scripts run it again.
+        self.assertEqual(result.returncode, 152, result.stderr)
         self.assertIn("the solve takes longer than the limit of 2 s", result.stderr)
         result = self.run_ill(output, "hang", *limit, ranks=2)
         self.assertEqual(result.returncode, 3, result.stderr)
@@ -125,6 +135,16 @@ class Crash(FolderTest):
         failure, = self.failures(output)
         self.assertEqual((failure["stage"], failure["kind"], failure["message"]),
                          ("solve", "TimeError", "the solve takes longer than the limit of 2 s"))
+
+    def test_a_limit_that_one_rank_of_a_group_meets_reaches_the_other(self):
+        output = self.folder / "fat"
+        settings = ("limits.solve_memory=1 GiB", "ranks.unknowns_per_rank=1000",
+                    "ranks.widest_group=2")
+        result = self.run_ill(output, "fat", *(w for s in settings for w in ("--set", s)), ranks=2)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        failure = next(f for f in self.failures(output) if f["task"] == BAD)
+        self.assertEqual((failure["stage"], failure["kind"]), ("solve", "MemoryError"))
+        self.assertIn("needs more than the limit of 1.0 GiB", failure["message"])
 
     def start(self, output, ranks):
         """A build whose solve of the bad body takes a while; returns once that has begun, with the

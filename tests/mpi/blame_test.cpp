@@ -3,6 +3,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "mpi/blame.hpp"
@@ -84,10 +85,22 @@ TEST(Blame, HostsAreToldApart) {
   EXPECT_EQ(oom_kills_between({"a", "", 3}, {"a", "", 5}), -1);
   EXPECT_EQ(oom_kills_between({"a", "boot", -1}, {"a", "boot", 5}), -1);
   EXPECT_EQ(oom_kills_between({"a", "boot", 5}, {"a", "boot", -1}), -1);
+  // A neighbour's loss on the same machine is not the group's; another group cannot tell.
+  EXPECT_EQ(oom_kills_between({"a", "boot", 3, "job 1", 0}, {"a", "boot", 5, "job 1", 0}), 0);
+  EXPECT_EQ(oom_kills_between({"a", "boot", 3, "job 1", 0}, {"a", "boot", 5, "job 1", 1}), 1);
+  EXPECT_EQ(oom_kills_between({"a", "boot", 3, "job 1", 0}, {"a", "boot", 5, "job 2", 0}), 2);
+  EXPECT_EQ(oom_kills_between({"a", "boot", 3}, {"a", "boot", 5, "job 1", 0}), 2);
+  EXPECT_EQ(oom_kills_between({"a", "boot", 3, "job 1", 0}, {"b", "boot", 5, "job 1", 1}), -1);
   const Host here = this_host();
+  EXPECT_EQ(host_from_json(to_json(here)), here);
   EXPECT_FALSE(here.name.empty());
-  EXPECT_EQ(oom_kills_between(here, this_host()), here.oom_kills < 0 ? -1 : 0);
-  EXPECT_GT(resident_bytes(), 1 << 20);
+  EXPECT_EQ(oom_kills_between(here, this_host()),
+            here.oom_kills < 0 && here.group.empty() ? -1 : 0);
+  const ProcessMemory before = process_memory();
+  EXPECT_GT(before.resident, 1 << 20);
+  const std::vector<char> more(64 << 20, 1);
+  EXPECT_NEAR(static_cast<double>(process_memory().resident - before.resident), 64 << 20, 4 << 20);
+  EXPECT_NEAR(static_cast<double>(process_memory().data - before.data), 64 << 20, 4 << 20);
 }
 
 /// Whatever they say: each task is blamed once, nobody who was asked to stop is, and whoever

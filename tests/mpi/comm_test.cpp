@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <ctime>
+#include <functional>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -94,6 +95,39 @@ TEST(Agree, KeepsTheKindOfTheError) {
   expect_kept_on_all_ranks<int, Error>(7, "an unknown exception");
 }
 
+std::string message_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const core::Error& e) {
+    return e.message();
+  }
+  return "";
+}
+
+/// The last rank fails where nobody asks it, the others are on their way through three stages.
+TEST(Agree, AnErrorBetweenStagesReachesAllAtTheEnd) {
+  const bool failing = rank(world) == size(world) - 1;
+  for (int again = 0; again < 3; ++again) {
+    int passed = 0;
+    const auto task = [&] {
+      if (failing) throw core::InputError("fell over");
+      agreed(world, [&] {
+        for (; passed < 3; ++passed) agreed(world, [] {});
+      });
+    };
+    EXPECT_EQ(message_of([&] { agree_at_end(world, error_of(task)); }), "fell over");
+    EXPECT_EQ(passed, 0);
+    EXPECT_EQ(message_of([&] { agree_at_end(world, nullptr); }), "");
+  }
+}
+
+/// Run alone, as it ends the process (CMakeLists.txt).
+TEST(Agree, DISABLED_WhoWaitsInVainCrashes) {
+  if (rank(world) > 0) MPI_Barrier(world);
+  const auto fall = error_of([] { throw core::InputError("fell over"); });
+  agree_at_end(world, fall, 0.5);
+}
+
 TEST(Agree, WaitingForALateRankCostsNoCore) {
   timespec before{};
   timespec after{};
@@ -116,6 +150,9 @@ TEST(Failure, RecordIsOneLineOfJson) {
   EXPECT_EQ(to_record({"Error", "m", ""}), R"({"kind":"Error","message":"m"})");
   const Failure staged{"FileError", "disk full", "", "write", "bar/steel/1/strike-0001"};
   EXPECT_EQ(from_record(to_record(staged)), staged);
+  const Failure passing{"LimitError", "no room now", "", "", "", false};
+  EXPECT_EQ(from_record(to_record(passing)), passing);
+  EXPECT_EQ(to_record(staged).find("lasting"), std::string::npos);
   try {
     raise(staged);
   } catch (const TaskError&) {

@@ -276,6 +276,21 @@ TEST(RunTasks, ATaskThatFitsNowhereFailsWithItsReason) {
   const Failure failure = from_record(outcomes.by_key.at("1").record);
   EXPECT_EQ(failure.kind, "LimitError");
   EXPECT_NE(failure.message.find("the largest has 1.0 GiB"), std::string::npos) << failure.message;
+  EXPECT_TRUE(failure.lasting);
+}
+
+TEST(RunTasks, WhatIsMeasuredIsTheFailureOfThisRunAlone) {
+  Machine machine{std::vector<int>(static_cast<std::size_t>(size(world)), 0), {1 << 30}, true};
+  std::vector<Task> tasks = singles(1);
+  tasks[0].memory = 3e9;
+  Outcomes outcomes;
+  run_tasks(
+      world, on_host(tasks), outcomes.hooks(), [](std::int64_t, MPI_Comm) { return "{}"; },
+      machine);
+  if (rank(world) != 0) return;
+  const Failure failure = from_record(outcomes.by_key.at("0").record);
+  EXPECT_FALSE(failure.lasting);
+  EXPECT_NE(failure.hint.find("the same command tries again"), std::string::npos) << failure.hint;
 }
 
 TEST(RunTasks, TimesTellWorkFromRest) {

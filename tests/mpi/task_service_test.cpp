@@ -3,12 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <new>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
 
+#include "core/data_limit.hpp"
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/host.hpp"
 #include "tests/mpi/busy.hpp"
 
 namespace carillon::mpi {
@@ -65,6 +69,32 @@ TEST(TaskService, AnEmptyBoardEndsAtOnce) {
 TEST(TaskService, EndsWithoutBeingFinished) {
   TaskService service(world, board_of(10), {});
   if (rank(world) == 0) work_off(service);
+}
+
+/// The host computes under a limit of its own while the others report.
+TEST(TaskService, TheHostsLimitOfMemoryIsNoneForTheService) {
+  std::size_t length = 0;
+  const ServiceHooks hooks{
+      .completed = [&](const Task&, const Outcome& outcome) { length += outcome.record.size(); }};
+  TaskService service(world, board_of(1), hooks);
+  const std::size_t wanted = 40'000'000;
+  int all_done = 0;
+  std::optional<core::DataLimit> limit;
+  if (rank(world) == 0) limit.emplace(process_memory().data + (1 << 20));
+  MPI_Barrier(world);
+  if (rank(world) == size(world) - 1 && rank(world) > 0) {
+    const Claim claim = service.next(1);
+    service.complete(claim.task, {true, std::string(wanted, 'x')});
+    all_done = 1;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &all_done, 1, MPI_INT, MPI_MAX, world);
+  if (rank(world) == 0) {
+    EXPECT_THROW(::operator delete(::operator new(wanted)), std::bad_alloc)
+        << "the limit holds for the host";
+  }
+  limit.reset();
+  service.finish();
+  EXPECT_EQ(length, rank(world) == 0 && size(world) > 1 ? wanted : 0);
 }
 
 TEST(TaskService, RecordsOfAnyLengthReachTheHook) {

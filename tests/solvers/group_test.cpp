@@ -5,9 +5,18 @@
 
 #include <cmath>
 #include <fstream>
+#include <memory>
+#include <new>
+#include <numeric>
+#include <optional>
 
+#include "core/data_limit.hpp"
 #include "core/error.hpp"
+#include "mpi/comm.hpp"
 #include "solve.hpp"
+#include "solvers/extract.hpp"
+#include "solvers/factor.hpp"
+#include "solvers/fields.hpp"
 #include "solvers/search.hpp"
 #include "test_meshes.hpp"
 
@@ -219,6 +228,109 @@ TEST(Group, OneRankOutOfMemoryReachesAll) {
   }
   EXPECT_TRUE(on_all_ranks(message.find("out of memory") != std::string::npos)) << message;
   EXPECT_GT(solve(block(), MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
+}
+
+/// Leaves rank 0 alone without memory for more than the smallest things.
+class NoMemoryOnTheFirst {
+ public:
+  NoMemoryOnTheFirst() {
+    int rank = 0;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (rank != 0) return;
+    taken_.reserve(1 << 16);
+    limit_.emplace(data() + (1 << 20));
+    try {  // what was freed, but not given back
+      for (;;) taken_.push_back(std::make_unique<char[]>(256 << 10));
+    } catch (const std::bad_alloc&) {
+    }
+  }
+
+ private:
+  static std::int64_t data() {
+    std::ifstream statm("/proc/self/statm");
+    std::int64_t pages = 0;
+    for (int field = 0; field < 6; ++field) statm >> pages;
+    return pages * 4096;
+  }
+  std::vector<std::unique_ptr<char[]>> taken_;
+  std::optional<core::DataLimit> limit_;
+};
+
+struct Assembled {
+  TetMesh mesh = box_mesh({0.1, 0.1, 0.1}, {5, 5, 5}, 3);
+  std::vector<Elastic> regions{test::steel};
+  System system = assemble(mesh, regions, partition(mesh, world_size()), MPI_COMM_WORLD);
+};
+
+void expect_all_hear(const std::string& message) {
+  EXPECT_TRUE(on_all_ranks(message == "out of memory")) << message;
+}
+
+/// Between the guarded stages of a solve: shapes are gathered on every rank.
+TEST(Group, TheFirstRankOutOfMemoryWhereModesAreExtractedReachesAll) {
+  const Assembled body;
+  EigenPairs pairs;
+  pairs.vectors = Eigen::MatrixXd::Random(body.system.owned_unknowns(), 32);
+  std::vector<std::size_t> chosen(32);
+  std::iota(chosen.begin(), chosen.end(), 0U);
+  std::vector<std::int32_t> surface_nodes;
+  surface_of(body.mesh, surface_nodes);
+  for (int again = 0; again < 2; ++again) {
+    std::string message;
+    {
+      const NoMemoryOnTheFirst none;
+      message = error_of<core::MemoryError>([&] {
+        extract_fields(body.mesh, body.regions, body.system, pairs, chosen, surface_nodes,
+                       MPI_COMM_WORLD);
+      });
+    }
+    expect_all_hear(message);
+  }
+  EXPECT_EQ(extract_fields(body.mesh, body.regions, body.system, pairs, chosen, surface_nodes,
+                           MPI_COMM_WORLD)
+                .eigenvalues.size(),
+            32u);
+}
+
+TEST(Group, TheFirstRankOutOfMemoryWhereFieldsAreGatheredReachesAll) {
+  const Assembled body;
+  const Eigen::MatrixXd fields = Eigen::MatrixXd::Random(body.system.owned_unknowns(), 32);
+  std::string message;
+  {
+    const NoMemoryOnTheFirst none;
+    message =
+        error_of<core::MemoryError>([&] { gather_fields(body.system, fields, MPI_COMM_WORLD); });
+  }
+  expect_all_hear(message);
+}
+
+/// Whole columns are gathered on rank 0 alone.
+TEST(Group, TheFirstRankOutOfMemoryWhereAFactorIsAppliedReachesAll) {
+  const Assembled body;
+  const auto plan = plan_factors(body.system, MPI_COMM_WORLD);
+  const auto inverse = factored_inverse(body.system, -1e-3, plan, MPI_COMM_WORLD);
+  const Eigen::MatrixXd right = Eigen::MatrixXd::Random(body.system.owned_unknowns(), 64);
+  Eigen::MatrixXd solution(right.rows(), right.cols());
+  std::string message;
+  {
+    const NoMemoryOnTheFirst none;
+    message = error_of<core::MemoryError>([&] { inverse(right, solution); });
+  }
+  if (world_size() > 1) expect_all_hear(message);
+  EXPECT_NO_THROW(inverse(right, solution));
+}
+
+/// One rank fails outside every stage while the others solve: they hear of it in their next stage.
+TEST(Group, AnErrorOutsideOfStagesMeetsTheOthersInTheirs) {
+  for (int again = 0; again < 2; ++again) {
+    const auto task = [&] {
+      if (on_last_rank()) throw core::InputError("fell over");
+      solve(block(), MPI_COMM_WORLD, LinearSolver::direct);
+    };
+    const auto message =
+        error_of<core::InputError>([&] { mpi::agree_at_end(MPI_COMM_WORLD, mpi::error_of(task)); });
+    EXPECT_TRUE(on_all_ranks(message == "fell over")) << message;
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/storage_error.hpp"
 #include "core/trace.hpp"
 #include "solvers/child_process.hpp"
 #include "solvers/mesh_child.hpp"
@@ -24,6 +25,7 @@ namespace {
 using core::FileError;
 using core::InputError;
 using core::SolverError;
+using core::StorageError;
 using test::message_of;
 using test::TemporaryFolder;
 
@@ -250,8 +252,29 @@ TEST(ChildProcess, LivesOnWhenABatchSystemAsksTheWholeJobToStop) {
 
 TEST_F(MeshChild, SaysWhenTheMesherIsMissing) {
   const MesherIs missing("/nowhere/carillon-mesh");
-  EXPECT_NE(message_of<FileError>([&] { mesh_in_child(request_, {}, {}); }).find("CARILLON_MESH"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of<StorageError>([&] { mesh_in_child(request_, {}, {}); }).find("CARILLON_MESH"),
+      std::string::npos);
+}
+
+/// The body has no part in it, however its task ends.
+TEST_F(MeshChild, TellsTheMachinesFaultsFromTheBodys) {
+  const auto fault = [&] {
+    return message_of<StorageError>([&] { mesh_in_child(request_, {}, {}); });
+  };
+  {
+    const MesherIs no_program(folder_.file("text", "no program"));
+    EXPECT_NE(fault().find("cannot be started"), std::string::npos);
+  }
+  {
+    const MesherIs cannot_write(script("echo the disk is full; exit 74"));
+    EXPECT_NE(fault().find("the disk is full"), std::string::npos);
+  }
+  const char* before = std::getenv("TMPDIR");
+  const std::string kept = before == nullptr ? "" : before;
+  setenv("TMPDIR", (folder_.path() / "nowhere").c_str(), 1);
+  EXPECT_NE(fault().find("nowhere is no folder"), std::string::npos);
+  before == nullptr ? unsetenv("TMPDIR") : setenv("TMPDIR", kept.c_str(), 1);
 }
 
 TEST(MeshJson, GoesThereAndBack) {

@@ -1,15 +1,15 @@
-#include "mpi/failure.hpp"
+#include "core/failure.hpp"
 
 #include <new>
 #include <nlohmann/json.hpp>
 
 #include "core/storage_error.hpp"
 
-namespace carillon::mpi {
+namespace carillon::core {
 
 namespace {
 
-Failure of_kind(const char* kind, const core::Error& error) {
+Failure of_kind(const char* kind, const Error& error) {
   return {kind, error.message(), error.hint(), "", ""};
 }
 
@@ -20,23 +20,23 @@ Failure describe(const std::exception_ptr& error) {
     std::rethrow_exception(error);
   } catch (const TaskError& e) {
     return e.failure();
-  } catch (const core::ConfigError& e) {
+  } catch (const ConfigError& e) {
     return of_kind("ConfigError", e);
-  } catch (const core::InputError& e) {
+  } catch (const InputError& e) {
     return of_kind("InputError", e);
-  } catch (const core::LimitError& e) {
+  } catch (const LimitError& e) {
     return of_kind("LimitError", e);
-  } catch (const core::TimeError& e) {
+  } catch (const TimeError& e) {
     return of_kind("TimeError", e);
-  } catch (const core::MemoryError& e) {
+  } catch (const MemoryError& e) {
     return of_kind("MemoryError", e);
-  } catch (const core::SolverError& e) {
+  } catch (const SolverError& e) {
     return of_kind("SolverError", e);
-  } catch (const core::StorageError& e) {
+  } catch (const StorageError& e) {
     return of_kind("StorageError", e);
-  } catch (const core::FileError& e) {
+  } catch (const FileError& e) {
     return of_kind("FileError", e);
-  } catch (const core::Error& e) {
+  } catch (const Error& e) {
     return of_kind("Error", e);
   } catch (const std::bad_alloc&) {
     return {"MemoryError", "out of memory", ""};
@@ -49,15 +49,15 @@ Failure describe(const std::exception_ptr& error) {
 
 void raise(const Failure& failure) {
   if (!failure.stage.empty()) throw TaskError(failure);
-  if (failure.kind == "ConfigError") throw core::ConfigError(failure.message, failure.hint);
-  if (failure.kind == "InputError") throw core::InputError(failure.message, failure.hint);
-  if (failure.kind == "LimitError") throw core::LimitError(failure.message, failure.hint);
-  if (failure.kind == "TimeError") throw core::TimeError(failure.message, failure.hint);
-  if (failure.kind == "MemoryError") throw core::MemoryError(failure.message, failure.hint);
-  if (failure.kind == "SolverError") throw core::SolverError(failure.message, failure.hint);
-  if (failure.kind == "StorageError") throw core::StorageError(failure.message, failure.hint);
-  if (failure.kind == "FileError") throw core::FileError(failure.message, failure.hint);
-  throw core::Error(failure.message, failure.hint);
+  if (failure.kind == "ConfigError") throw ConfigError(failure.message, failure.hint);
+  if (failure.kind == "InputError") throw InputError(failure.message, failure.hint);
+  if (failure.kind == "LimitError") throw LimitError(failure.message, failure.hint);
+  if (failure.kind == "TimeError") throw TimeError(failure.message, failure.hint);
+  if (failure.kind == "MemoryError") throw MemoryError(failure.message, failure.hint);
+  if (failure.kind == "SolverError") throw SolverError(failure.message, failure.hint);
+  if (failure.kind == "StorageError") throw StorageError(failure.message, failure.hint);
+  if (failure.kind == "FileError") throw FileError(failure.message, failure.hint);
+  throw Error(failure.message, failure.hint);
 }
 
 std::string to_record(const Failure& failure) {
@@ -65,17 +65,18 @@ std::string to_record(const Failure& failure) {
   if (!failure.hint.empty()) record["hint"] = failure.hint;
   if (!failure.stage.empty()) record["stage"] = failure.stage;
   if (!failure.item.empty()) record["item"] = failure.item;
+  if (!failure.lasting) record["lasting"] = false;
   return record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 Failure from_record(const std::string& record) {
   try {
     const nlohmann::json json = nlohmann::json::parse(record);
-    return {json.at("kind"), json.at("message"), json.value("hint", ""), json.value("stage", ""),
-            json.value("item", "")};
+    return {json.at("kind"),         json.at("message"),     json.value("hint", ""),
+            json.value("stage", ""), json.value("item", ""), json.value("lasting", true)};
   } catch (const nlohmann::json::exception& e) {
-    throw core::Error("not the record of a failure: " + record);
+    throw Error("not the record of a failure: " + record);
   }
 }
 
-}  // namespace carillon::mpi
+}  // namespace carillon::core
