@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <limits>
+#include <map>
 
 #include "core/error.hpp"
 #include "core/hdf5_detail.hpp"
@@ -185,6 +186,11 @@ bool Hdf5Group::has(const std::string& name) const {
   return H5Lexists(id_.get(), name.c_str(), H5P_DEFAULT) > 0;
 }
 
+bool Hdf5Group::is_group(const std::string& name) const {
+  const QuietErrors quiet;
+  return H5Iget_type(open_object(id_.get(), file_, name).get()) == H5I_GROUP;
+}
+
 std::vector<std::string> Hdf5Group::names() const {
   const QuietErrors quiet;
   H5G_info_t info{};
@@ -268,6 +274,32 @@ double Hdf5Group::number_attribute(const std::string& name, const std::string& o
   check(H5Aread(attribute.id.get(), H5T_NATIVE_DOUBLE, &value), file_, name,
         "attribute cannot be read as a number");
   return value;
+}
+
+namespace {
+
+/// Called through C frames: nothing may be thrown.
+herr_t take_name(hid_t, const char* name, const H5A_info_t*, void* names) noexcept {
+  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+  return 0;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> Hdf5Group::attributes(const std::string& object) const {
+  const QuietErrors quiet;
+  const Hdf5Object owner = open_object(id_.get(), file_, object);
+  std::vector<std::string> names;
+  check(H5Aiterate2(owner.get(), H5_INDEX_NAME, H5_ITER_INC, nullptr, take_name, &names), file_,
+        object, "attributes cannot be listed");
+  std::map<std::string, std::string> values;
+  for (const std::string& name : names) {
+    const Attribute attribute = open_attribute(id_.get(), file_, object, name);
+    const bool is_text = H5Tget_class(attribute.type.get()) == H5T_STRING;
+    values[name] = is_text ? fmt::format("\"{}\"", text_attribute(name, object))
+                           : fmt::format("{}", number_attribute(name, object));
+  }
+  return values;
 }
 
 }  // namespace carillon::core

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <utility>
@@ -49,6 +50,7 @@ struct VirtualSource {
   std::string file;     ///< relative to the folder of the file that joins
   std::string dataset;  ///< path inside it
   std::uint64_t rows;
+  bool operator==(const VirtualSource&) const = default;
 };
 
 /// A file, or a group in it, that arrays and attributes are written to and read from.
@@ -69,6 +71,8 @@ class Hdf5Group {
   Hdf5Group create_group(const std::string& name) const;
   Hdf5Group open_group(const std::string& name) const;
   bool has(const std::string& name) const;
+  /// Whether a member is a group, not an array.
+  bool is_group(const std::string& name) const;
   /// Members of this group in byte order.
   std::vector<std::string> names() const;
 
@@ -113,6 +117,8 @@ class Hdf5Group {
                        const std::string& object = ".") const;
   std::string text_attribute(const std::string& name, const std::string& object = ".") const;
   double number_attribute(const std::string& name, const std::string& object = ".") const;
+  /// All attributes, texts as they are, numbers written out.
+  std::map<std::string, std::string> attributes(const std::string& object = ".") const;
 
  private:
   Hdf5Group(Hdf5Object id, std::string file) : id_(std::move(id)), file_(std::move(file)) {}

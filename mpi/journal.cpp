@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <string>
 #include <string_view>
@@ -43,6 +42,28 @@ bool write_all(int file, std::string_view text) {
 
 }  // namespace
 
+JournalLines read_journal(const std::filesystem::path& path) {
+  const std::string text = core::read_file(path);
+  JournalLines lines;
+  std::size_t begin = 0;
+  for (std::size_t number = 1; begin < text.size(); ++number) {
+    const std::size_t end = text.find('\n', begin);
+    // The newline is written last: a line without one was never finished, nor its task recorded.
+    if (end == std::string::npos) break;
+    nlohmann::json entry =
+        nlohmann::json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
+                              text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+    if (entry.is_object()) {
+      lines.entries.push_back(std::move(entry));
+      lines.text.append(text, begin, end + 1 - begin);
+    } else {
+      lines.damaged.push_back(number);
+    }
+    begin = end + 1;
+  }
+  return lines;
+}
+
 Journal::Journal(std::filesystem::path path) : path_(std::move(path)) {
   const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
   std::error_code ignored;  // open() says it better
@@ -51,7 +72,9 @@ Journal::Journal(std::filesystem::path path) : path_(std::move(path)) {
   open_file();
   try {
     if (is_new && !sync_folder(folder)) fail("cannot be synced");
-    read_entries();
+    JournalLines lines = read_journal(path_);
+    repair(lines);
+    entries_ = std::move(lines.entries);
   } catch (...) {
     close(file_);
     throw;
@@ -73,45 +96,21 @@ void Journal::fail(const char* what) const {
                            "again: what is finished is kept");
 }
 
-void Journal::read_entries() {
-  std::string text;
-  std::array<char, 1 << 16> block{};
-  for (;;) {
-    const ssize_t length = read(file_, block.data(), block.size());
-    if (length < 0 && errno == EINTR) continue;
-    if (length < 0) fail("cannot be read");
-    if (length == 0) break;
-    text.append(block.data(), static_cast<std::size_t>(length));
+void Journal::repair(const JournalLines& lines) {
+  for (const std::size_t number : lines.damaged) {
+    spdlog::warn("{}:{} was damaged: the task that it recorded runs again", path_.string(), number);
   }
-  std::string whole;  // lines that are as they were written
-  bool damaged = false;
-  std::size_t begin = 0;
-  for (std::size_t number = 1; begin < text.size(); ++number) {
-    const std::size_t end = text.find('\n', begin);
-    // The newline is written last: a line without one was never finished, nor its task recorded.
-    if (end == std::string::npos) {
-      if (ftruncate(file_, static_cast<off_t>(begin)) != 0 || fdatasync(file_) != 0) {
-        fail("its cut last line cannot be removed");
-      }
-      break;
-    }
-    nlohmann::json entry =
-        nlohmann::json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
-                              text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
-    if (entry.is_object()) {
-      entries_.push_back(std::move(entry));
-      whole.append(text, begin, end + 1 - begin);
-    } else {
-      spdlog::warn("{}:{} was damaged: the task that it recorded runs again", path_.string(),
-                   number);
-      damaged = true;
-    }
-    begin = end + 1;
+  if (!lines.damaged.empty()) {
+    core::write_text_durably(path_, lines.text);
+    close(file_);
+    open_file();
+    return;
   }
-  if (!damaged) return;
-  core::write_text_durably(path_, whole);
-  close(file_);
-  open_file();
+  const auto whole = static_cast<off_t>(lines.text.size());
+  const off_t end = lseek(file_, 0, SEEK_END);
+  if (end < 0 || (end > whole && (ftruncate(file_, whole) != 0 || fdatasync(file_) != 0))) {
+    fail("its cut last line cannot be removed");
+  }
 }
 
 void Journal::append(const nlohmann::json& entry) {

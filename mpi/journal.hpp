@@ -2,11 +2,24 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "mpi/folder_lock.hpp"
 
 namespace carillon::mpi {
+
+/// The finished lines of a journal; a last line without its end is still being written, or was cut
+/// by a crash, and is no part of it.
+struct JournalLines {
+  std::vector<nlohmann::json> entries;  ///< of the lines that are JSON objects
+  std::string text;                     ///< of these lines
+  std::vector<std::size_t> damaged;     ///< numbers of the other lines, from 1
+};
+
+/// Reads only: another process may be writing to the file.
+/// @throws core::FileError  it cannot be read
+JournalLines read_journal(const std::filesystem::path& path);
 
 /// What is done, one JSON object a line, appended and synced after the task's files are in place.
 /// Written by one process only, which holds the folder's lock; several threads take turns by
@@ -31,7 +44,7 @@ class Journal {
 
  private:
   void open_file();
-  void read_entries();
+  void repair(const JournalLines& lines);
   [[noreturn]] void fail(const char* what) const;
 
   std::filesystem::path path_;

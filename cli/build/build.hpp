@@ -29,16 +29,17 @@ struct LoadedBuild {
 /// @note Collective on world.
 std::string shared_text(const std::string& path, MPI_Comm world);
 
-/// What a configuration's text expands to with these overrides.
+/// What a configuration's text says with these overrides; the plan is still empty.
 /// @throws ConfigError, InputError, FileError
-LoadedBuild expand(const std::string& text, const BuildOptions& options);
+LoadedBuild read_build(const std::string& text, const BuildOptions& options);
 
 /// Refuses to go on where ranks do not see the same files.
 /// @throws InputError  on every rank alike
 /// @note Collective on world.
 void check_alike(const std::string& fingerprint, MPI_Comm world);
 
-/// Reads on rank 0, broadcasts the text, expands on every rank and compares.
+/// Reads on rank 0, broadcasts the text, shares the reading of mesh files, plans on every rank and
+/// compares.
 /// @throws ConfigError, InputError, FileError  on every rank alike
 /// @note Collective on world.
 LoadedBuild load_build(const BuildOptions& options, MPI_Comm world);

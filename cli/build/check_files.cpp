@@ -11,31 +11,23 @@ namespace carillon::cli {
 
 using nlohmann::json;
 
-namespace {
-
-/// What is wrong with a file, or nothing.
-/// @param modified  when the journal saw it last [ns]; 0: not known
-std::string damage(const std::filesystem::path& path, const json& file, std::int64_t modified,
-                   bool read_all) {
+std::string damage_of(const std::filesystem::path& path, const json& listed, bool read_it) {
   std::error_code error;
   const auto bytes = std::filesystem::file_size(path, error);
   if (error) {
     return error == std::errc::no_such_file_or_directory ? "is missing"
                                                          : "cannot be read: " + error.message();
   }
-  if (bytes != file.at("bytes").get<std::uintmax_t>()) {
-    return fmt::format("has {} bytes instead of {}", bytes, file.at("bytes").get<std::uintmax_t>());
-  }
-  if (!read_all && modified == modified_ns(path)) return {};
+  const auto expected = listed.at("bytes").get<std::uintmax_t>();
+  if (bytes != expected) return fmt::format("has {} bytes instead of {}", bytes, expected);
+  if (!read_it) return {};
   try {
-    if (core::sha256_file(path) == file.at("sha256").get<std::string>()) return {};
-    return "has changed (its SHA-256 is not the journal's)";
+    if (core::sha256_file(path) == listed.at("sha256").get<std::string>()) return {};
+    return "has changed (its SHA-256 is not the listed one)";
   } catch (const core::FileError& failure) {
     return "cannot be read: " + failure.message();
   }
 }
-
-}  // namespace
 
 std::int64_t modified_ns(const std::filesystem::path& file) {
   struct stat status {};
@@ -60,8 +52,8 @@ void drop_damaged(std::map<std::string, json>& entries, const std::filesystem::p
     for (std::size_t i = 0; i < files.size(); ++i) {
       const std::string name = files[i].at("path");
       const std::int64_t modified = i < times.size() ? times[i].template get<std::int64_t>() : 0;
-      const std::string what =
-          damage(output / name, files[i], modified, total <= read_always_bytes);
+      const bool read_it = total <= read_always_bytes || modified != modified_ns(output / name);
+      const std::string what = damage_of(output / name, files[i], read_it);
       if (what.empty()) continue;
       whole = false;
       if (++damaged <= most_lines) {

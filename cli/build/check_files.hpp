@@ -11,6 +11,13 @@ namespace carillon::cli {
 /// Up to this many bytes, every file of a folder is read again when a build goes on.
 constexpr std::uint64_t read_always_bytes = std::uint64_t{1} << 30;
 
+/// What is wrong with a file: "is missing", "has 3 bytes instead of 4", "cannot be read: ..."; ""
+/// for nothing.
+/// @param listed   its `sha256` and `bytes`
+/// @param read_it  compares its contents too
+std::string damage_of(const std::filesystem::path& path, const nlohmann::json& listed,
+                      bool read_it = true);
+
 /// Takes out the entries whose files are missing, of another size or of other contents, so that
 /// their tasks run again; one line on standard error for each such file says what and why.
 ///

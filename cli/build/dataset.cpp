@@ -72,8 +72,9 @@ std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index, const B
 }  // namespace
 
 void write_index(const BuildConfig& config, const BuildPlan& plan,
-                 const std::vector<std::size_t>& done, const BuildFolders& folders) {
-  core::write_durably(folders.output / "index.h5", [&](const std::filesystem::path& path) {
+                 const std::vector<std::size_t>& done, const BuildFolders& folders,
+                 const std::filesystem::path& target) {
+  core::write_durably(target, [&](const std::filesystem::path& path) {
     const Hdf5Group index = Hdf5Group::create_file(path);
     if (done.empty()) return;
     std::vector<std::string> files;
@@ -135,26 +136,24 @@ nlohmann::json describe_shapes(const BuildPlan& plan, const nlohmann::json& pitc
 
 }  // namespace
 
-void write_descriptions(const BuildConfig& config, const BuildPlan& plan, std::size_t samples,
-                        const nlohmann::json& pitch_targets, const nlohmann::json& files,
-                        const nlohmann::json& failures, const BuildFolders& folders) {
+nlohmann::json describe_dataset(const BuildConfig& config, const BuildPlan& plan,
+                                std::size_t samples, const nlohmann::json& pitch_targets,
+                                const nlohmann::json& files) {
   nlohmann::json missed = nlohmann::json::array();
   for (const Shape& shape : plan.shapes) {
     if (pitch_targets.contains(shape.id) && !pitch_targets.at(shape.id).at("met").get<bool>()) {
       missed.push_back(shape.id);
     }
   }
-  const nlohmann::json dataset = {{"name", config.name},
-                                  {"seed", config.seed},
-                                  {"samples", samples},
-                                  {"configuration", config.resolved},
-                                  {"versions", library_versions()},
-                                  {"materials", describe_materials(config)},
-                                  {"shapes", describe_shapes(plan, pitch_targets)},
-                                  {"missed_pitch_targets", missed},
-                                  {"files", files}};
-  core::write_text_durably(folders.output / "dataset.json", dataset.dump(2) + "\n");
-  core::write_text_durably(folders.output / "failures.json", failures.dump(2) + "\n");
+  return {{"name", config.name},
+          {"seed", config.seed},
+          {"samples", samples},
+          {"configuration", config.resolved},
+          {"versions", library_versions()},
+          {"materials", describe_materials(config)},
+          {"shapes", describe_shapes(plan, pitch_targets)},
+          {"missed_pitch_targets", missed},
+          {"files", files}};
 }
 
 }  // namespace carillon::cli

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -10,18 +11,19 @@ namespace carillon::cli {
 /// Writes index.h5: every sample of the given tasks in plan order, arrays joined as virtual
 /// datasets, texts copied; `shapes/` holds what belongs to bodies, and `shape_index` points there.
 /// @param done  indices of finished samples tasks, ascending
+/// @param target  the file; what it joins it names from folders.output
 void write_index(const BuildConfig& config, const BuildPlan& plan,
-                 const std::vector<std::size_t>& done, const BuildFolders& folders);
+                 const std::vector<std::size_t>& done, const BuildFolders& folders,
+                 const std::filesystem::path& target);
 
-/// Writes dataset.json (configuration, versions, materials, files with checksums) and
-/// failures.json. Neither holds a date, a host or a timing.
+/// dataset.json: configuration, versions, materials, shapes, files with checksums. It holds no
+/// date, host or timing.
 /// @param samples   number of samples in the index
 /// @param pitch_targets  by a shape's id, as ModesTaskResult::pitch_target
 /// @param files     `path, sha256, bytes` of every file of the dataset
-/// @param failures  `task, kind, message, hint, skipped, reproduce` of every failed task
-void write_descriptions(const BuildConfig& config, const BuildPlan& plan, std::size_t samples,
-                        const nlohmann::json& pitch_targets, const nlohmann::json& files,
-                        const nlohmann::json& failures, const BuildFolders& folders);
+nlohmann::json describe_dataset(const BuildConfig& config, const BuildPlan& plan,
+                                std::size_t samples, const nlohmann::json& pitch_targets,
+                                const nlohmann::json& files);
 
 /// Versions of this program and of the libraries that results depend on.
 nlohmann::json library_versions();

@@ -35,14 +35,12 @@ ExpectedBody generated(const solvers::GeneratedShape& shape) {
 }
 
 /// Closed or open triangles; those of tetrahedra count by the size of their file below.
-ExpectedBody of_file(const solvers::MeshFile& file) {
-  const solvers::SurfaceMesh surface = solvers::read_surface(file.path);
-  const solvers::Box bounds = solvers::bounding_box(surface.vertices);
-  const double scale = solvers::scale_to_metres(bounds, file);
-  const double area = solvers::area(surface) * scale * scale;
+ExpectedBody of_file(const FileSurface& surface, const solvers::MeshFile& file) {
+  const double scale = solvers::scale_to_metres(surface.bounds, file);
+  const double area = surface.area * scale * scale;
   ExpectedBody body;
-  body.longest_side = bounds.longest_side() * scale;
-  body.volume = std::abs(solvers::signed_volume(surface)) * std::pow(scale, 3);
+  body.longest_side = surface.bounds.longest_side() * scale;
+  body.volume = surface.volume * std::pow(scale, 3);
   if (file.thickness > 0) body.volume = area / 2 * file.thickness;
   body.volume = std::max(body.volume, 1e-4 * area * body.longest_side);
   body.thickness = file.thickness > 0 ? file.thickness : 2 * body.volume / area;
@@ -147,7 +145,8 @@ ExpectedBody expected_body(const Shape& shape) {
     return body;
   }
   try {
-    body = file ? of_file(shape.request.file) : generated(shape.request.shape);
+    if (!file) body = generated(shape.request.shape);
+    if (shape.surface) body = of_file(*shape.surface, shape.request.file);
   } catch (const core::Error&) {
     // What is wrong is for the task to say.
   }

@@ -13,9 +13,9 @@ struct ExpectedBody {
   solvers::MeshSize mesh;   ///< as the mesher will make it, within a factor of about 1.5
 };
 
-/// From the family's parameters or the file's triangles, and the order and size of the elements.
-/// Depends on these alone, not on a cache. A file that cannot be read is taken for a body of
-/// middling size: its task will say what is wrong with it.
+/// From the family's parameters or what the plan found of the file's triangles, and the order and
+/// size of the elements. Depends on these alone, not on a cache. A file that could not be read is
+/// taken for a body of middling size: its task will say what is wrong with it.
 ExpectedBody expected_body(const Shape& shape);
 
 }  // namespace carillon::cli

@@ -16,20 +16,6 @@ namespace carillon::cli {
 
 namespace {
 
-/// A file that cannot be read has no signature: its task will say why.
-solvers::ShapeSignature signature_of(const std::string& path) {
-  try {
-    if (solvers::mesh_extension(path) != ".msh") {
-      return solvers::shape_signature(solvers::read_surface(path));
-    }
-    std::vector<std::int32_t> nodes;
-    return solvers::shape_signature(
-        solvers::flatten(solvers::surface_of(solvers::read_msh(path), nodes)));
-  } catch (const std::exception&) {
-    return {};
-  }
-}
-
 /// Family and proportions to six digits: equal for a shape at two sizes.
 std::string proportions(const solvers::GeneratedShape& shape) {
   double largest = 0;
@@ -50,11 +36,28 @@ std::string proportions(const solvers::GeneratedShape& shape) {
 
 }  // namespace
 
-std::vector<FoundMesh> find_meshes(const ObjectSource& source) {
-  std::vector<FoundMesh> found;
-  for (const auto& path : core::glob_files(source.pattern)) {
-    found.push_back({path.string(), core::sha256_file(path), signature_of(path.string())});
+FoundMesh find_mesh(const std::string& path) {
+  FoundMesh found{path, core::sha256_file(path), {}, {}};
+  try {
+    if (solvers::mesh_extension(path) == ".msh") {
+      std::vector<std::int32_t> nodes;
+      found.signature = solvers::shape_signature(
+          solvers::flatten(solvers::surface_of(solvers::read_msh(path), nodes)));
+    } else {
+      const solvers::SurfaceMesh surface = solvers::read_surface(path);
+      found.signature = solvers::shape_signature(surface);
+      found.surface = {solvers::bounding_box(surface.vertices), solvers::area(surface),
+                       std::abs(solvers::signed_volume(surface))};
+    }
+  } catch (const std::exception&) {
+    // No mesh: its task will say why.
   }
+  return found;
+}
+
+std::vector<FoundMesh> find_meshes(const std::string& pattern) {
+  std::vector<FoundMesh> found;
+  for (const auto& path : core::glob_files(pattern)) found.push_back(find_mesh(path.string()));
   return found;
 }
 

@@ -1,15 +1,21 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "cli/build/plan.hpp"
 
 namespace carillon::cli {
 
-/// Mesh files that match the pattern of an entry of `objects:`, in the order of their names, with
-/// their hashes and signatures. Empty where nothing matches.
-std::vector<FoundMesh> find_meshes(const ObjectSource& source);
+/// Reads a mesh file once for all that a plan needs of it.
+/// @throws FileError  it cannot be read; what is no mesh has a hash and no more: its task will say
+/// why
+FoundMesh find_mesh(const std::string& path);
+
+/// Mesh files that match the pattern of an entry of `objects:`, in the order of their names. Empty
+/// where nothing matches.
+std::vector<FoundMesh> find_meshes(const std::string& pattern);
 
 /// Fills Shape::identity, so that one shape under two names, turned, at another size or with its
 /// vertices numbered otherwise falls into one part of a split. Of files the signature's name (that

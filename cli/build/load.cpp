@@ -1,4 +1,5 @@
 #include "cli/build/build.hpp"
+#include "cli/build/shared_meshes.hpp"
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
 
@@ -22,19 +23,20 @@ void check_alike(const std::string& fingerprint, MPI_Comm world) {
   }
 }
 
-LoadedBuild expand(const std::string& text, const BuildOptions& options) {
+LoadedBuild read_build(const std::string& text, const BuildOptions& options) {
   LoadedBuild build;
   build.path = options.config;
   build.overrides = options.overrides;
   build.config = read_build_config(text, options.config, options.overrides);
-  build.plan = make_plan(build.config);
   return build;
 }
 
 LoadedBuild load_build(const BuildOptions& options, MPI_Comm world) {
   const std::string text = shared_text(options.config, world);
   LoadedBuild build;
-  mpi::agreed(world, [&] { build = expand(text, options); });
+  mpi::agreed(world, [&] { build = read_build(text, options); });
+  const SharedMeshes meshes({&build, 1}, world);
+  mpi::agreed(world, [&] { build.plan = make_plan(build.config, meshes.of(build.config)); });
   check_alike(fingerprint(build.config, build.plan), world);
   return build;
 }

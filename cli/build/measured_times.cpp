@@ -4,11 +4,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "cli/build/costs.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "mpi/journal.hpp"
 
 namespace carillon::cli {
 
@@ -35,13 +35,11 @@ MeasuredTimes from_trace(const std::filesystem::path& path) {
   return times;
 }
 
-/// Seconds by key. A line that is being written, or was cut by a crash, is passed over.
+/// Seconds by key.
 std::map<std::string, double> from_journal(const std::filesystem::path& path) {
   std::map<std::string, double> seconds;
-  std::istringstream in(core::read_file(path));
-  for (std::string line; std::getline(in, line);) {
-    const json entry = json::parse(line, nullptr, false);
-    if (entry.is_object() && entry.value("ok", false) && entry.contains("seconds")) {
+  for (const json& entry : mpi::read_journal(path).entries) {
+    if (entry.value("ok", false) && entry.contains("seconds")) {
       seconds[entry.at("task")] = entry.at("seconds");
     }
   }

@@ -86,7 +86,7 @@ void add_family(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
 void add_files(const BuildConfig& config, std::size_t index, const FindMeshes& find,
                BuildPlan& plan) {
   const ObjectSource& source = config.objects[index];
-  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(source);
+  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(source.pattern);
   if (meshes.empty()) {
     throw InputError(fmt::format("objects[{}].mesh: nothing matches {}", index, source.pattern));
   }
@@ -101,6 +101,7 @@ void add_files(const BuildConfig& config, std::size_t index, const FindMeshes& f
     shape.request.file.path = mesh.path;
     shape.sha256 = mesh.sha256;
     shape.signature = mesh.signature;
+    shape.surface = mesh.surface;
     plan.shapes.push_back(std::move(shape));
   }
 }

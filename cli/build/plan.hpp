@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,12 @@
 #include "solvers/shape_signature.hpp"
 
 namespace carillon::cli {
+
+/// The surface of a mesh file, in the file's own unit of length.
+struct FileSurface {
+  solvers::Box bounds;
+  double area = 0, volume = 0;  ///< the volume that it encloses
+};
 
 /// A shape made of a material at a size.
 struct Variant {
@@ -27,7 +34,9 @@ struct Shape {
   std::string split_shape;  ///< train, validation or test
   std::string identity;     ///< what decides the split; shapes of equal surfaces have the same
   std::string sha256;       ///< of the file; "" for generated shapes
-  solvers::ShapeSignature signature;  ///< of the file; empty where it cannot be read
+  solvers::ShapeSignature signature;   ///< of the file; empty where it cannot be read
+  std::optional<FileSurface> surface;  ///< of the file; nothing where it cannot be read, or holds
+                                       ///< tetrahedra
 };
 
 /// One sound. Its values are a pure function of the configuration and its key.
@@ -55,11 +64,12 @@ struct BuildPlan {
   std::vector<BuildTask> tasks;
 };
 
-/// A mesh file of an entry of `objects:`, and what decides where its samples go.
+/// A mesh file of an entry of `objects:`, what decides where its samples go and what it will cost.
 struct FoundMesh {
   std::string path;
   std::string sha256;
-  solvers::ShapeSignature signature;  ///< empty where it cannot be read
+  solvers::ShapeSignature signature;   ///< empty where it cannot be read
+  std::optional<FileSurface> surface;  ///< as Shape::surface
 };
 /// Mesh files of an entry by its index in BuildConfig::objects, in the order of their names.
 using FindMeshes = std::function<std::vector<FoundMesh>(std::size_t)>;

@@ -35,35 +35,35 @@ json describe_files(const std::vector<std::string>& written, const std::filesyst
   return files;
 }
 
+Gathered gather(const BuildPlan& plan, const std::map<std::string, json>& finished) {
+  Gathered all;
+  for (std::size_t t = 0; t < plan.tasks.size(); ++t) {
+    const BuildTask& task = plan.tasks[t];
+    const auto found = finished.find(task.key);
+    if (found == finished.end() || !found->second.at("ok").get<bool>()) continue;
+    const json& entry = found->second;
+    if (task.kind == TaskKind::samples) {
+      all.done.push_back(t);
+      all.samples += task.count;
+    }
+    if (entry.contains("pitch_target")) {
+      all.pitch_targets[plan.shapes[task.shape].id] = entry.at("pitch_target");
+    }
+    for (const json& file : entry.at("files")) all.files.push_back(file);
+  }
+  return all;
+}
+
 Results write_results(const LoadedBuild& build, const BuildFolders& folders,
                       const std::map<std::string, json>& finished) {
-  Results results;
-  std::vector<std::size_t> done;
-  json files = json::array(), pitch_targets = json::object();
-  for (std::size_t t = 0; t < build.plan.tasks.size(); ++t) {
-    const BuildTask& task = build.plan.tasks[t];
-    const auto found = finished.find(task.key);
-    if (found == finished.end()) continue;
-    const json& entry = found->second;
-    if (entry.at("ok").get<bool>()) {
-      if (task.kind == TaskKind::samples) {
-        done.push_back(t);
-        results.samples += task.count;
-      }
-      if (entry.contains("pitch_target")) {
-        const std::string& shape = build.plan.shapes[task.shape].id;
-        pitch_targets[shape] = entry.at("pitch_target");
-        if (!entry.at("pitch_target").at("met").get<bool>()) results.missed.push_back(shape);
-      }
-      for (const json& file : entry.at("files")) files.push_back(file);
-    }
-  }
+  const Gathered all = gather(build.plan, finished);
   const json failures = describe_failures(build, folders.output.string(), finished);
-  write_index(build.config, build.plan, done, folders);
-  write_descriptions(build.config, build.plan, results.samples, pitch_targets, files, failures,
-                     folders);
-  results.failed = failures.size();
-  return results;
+  const json dataset =
+      describe_dataset(build.config, build.plan, all.samples, all.pitch_targets, all.files);
+  write_index(build.config, build.plan, all.done, folders, folders.output / "index.h5");
+  core::write_text_durably(folders.output / "dataset.json", dataset.dump(2) + "\n");
+  core::write_text_durably(folders.output / "failures.json", failures.dump(2) + "\n");
+  return {all.samples, failures.size(), dataset.at("missed_pitch_targets")};
 }
 
 }  // namespace carillon::cli

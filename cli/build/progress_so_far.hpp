@@ -19,6 +19,15 @@ std::map<std::string, nlohmann::json> finished_tasks(const std::vector<nlohmann:
 nlohmann::json describe_files(const std::vector<std::string>& written,
                               const std::filesystem::path& output);
 
+/// What finished tasks add up to.
+struct Gathered {
+  std::vector<std::size_t> done;                   ///< samples tasks of the plan, ascending
+  std::size_t samples = 0;                         ///< of these tasks
+  nlohmann::json files = nlohmann::json::array();  ///< as describe_files has them
+  nlohmann::json pitch_targets = nlohmann::json::object();  ///< by a shape's id
+};
+Gathered gather(const BuildPlan& plan, const std::map<std::string, nlohmann::json>& finished);
+
 /// What a folder holds.
 struct Results {
   std::size_t samples = 0;          ///< in the index

@@ -3,9 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <functional>
+#include <unordered_set>
 
+#include "cli/build/check_files.hpp"
 #include "cli/check/folder.hpp"
 #include "cli/check/leaks.hpp"
+#include "cli/check/remade.hpp"
 #include "cli/check/schema.hpp"
 #include "cli/check/values.hpp"
 #include "cli/context.hpp"
@@ -28,10 +31,10 @@ struct CheckOptions {
 Finding guarded(const std::string& name, const std::function<Finding()>& check) {
   try {
     return check();
-  } catch (const core::Error& error) {
-    return judged(name, {error.what()}, "", "could not be checked", "");
   } catch (const json::exception& error) {
     return judged(name, {error.what()}, "", "a JSON file has other fields than it should", "");
+  } catch (const std::exception& error) {
+    return judged(name, {error.what()}, "", "could not be checked", "");
   }
 }
 
@@ -46,15 +49,16 @@ json share_of(const json& work, int rank, int size) {
   const json &files = work.at("files"), &shards = work.at("shards");
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!mine(i)) continue;
-    const std::string wrong = check_file(folder, files[i]);
-    if (!wrong.empty()) result["files"].push_back(wrong);
+    const std::string name = files[i].at("path");
+    const std::string wrong = damage_of(folder / name, files[i]);
+    if (!wrong.empty()) result["files"].push_back(name + " " + wrong);
   }
   for (std::size_t i = 0; i < shards.size(); ++i) {
     if (!mine(i)) continue;
     try {
       result["scans"].push_back(scan_values(folder / shards[i].get<std::string>()));
-    } catch (const core::Error& error) {
-      result["broken"].push_back(error.message());
+    } catch (const std::exception& error) {
+      result["broken"].push_back(error.what());
     }
   }
   return result;
@@ -63,12 +67,14 @@ json share_of(const json& work, int rank, int size) {
 Finding checksums(const DatasetFolder& folder, std::vector<std::string> wrong) {
   if (folder.listed.empty() && !folder.building) wrong.push_back("no file is listed");
   double bytes = 0;
-  for (const json& file : folder.listed) bytes += file.at("bytes").get<double>();
+  std::unordered_set<std::string> listed;
+  for (const json& file : folder.listed) {
+    bytes += file.at("bytes").get<double>();
+    listed.insert(file.at("path").get<std::string>());
+  }
   for (const std::size_t t : folder.present) {
     const std::string path = folder.path_of(t);
-    const bool listed = std::any_of(folder.listed.begin(), folder.listed.end(),
-                                    [&](const json& file) { return file.at("path") == path; });
-    if (!listed && !folder.building) wrong.push_back(path + " is not listed");
+    if (!listed.contains(path) && !folder.building) wrong.push_back(path + " is not listed");
   }
   return judged("checksums", std::move(wrong),
                 fmt::format("{} files, {}, as they were written", folder.listed.size(),
@@ -132,6 +138,7 @@ void check_dataset(const CheckOptions& options, Context& context) {
     }
     std::sort(wrong.begin(), wrong.end());
     findings.push_back(checksums(folder, std::move(wrong)));
+    findings.push_back(guarded("description", [&] { return check_description(folder); }));
     findings.push_back(guarded("index", [&] { return check_index(folder, readable); }));
     std::vector<Row> rows;
     findings.push_back(guarded("ids", [&] {

@@ -6,12 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <sstream>
 
 #include "cli/build/inputs.hpp"
+#include "cli/build/progress_so_far.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
+#include "mpi/journal.hpp"
 
 namespace carillon::cli {
 
@@ -29,21 +30,33 @@ bool is_locked(const fs::path& folder) {
   return held;
 }
 
-/// Files of finished tasks by the journal, which is only read here: a build may be writing to it.
-json files_of_journal(const fs::path& folder) {
-  std::map<std::string, json> tasks;
-  if (fs::is_regular_file(folder / "journal.jsonl")) {
-    std::istringstream lines(core::read_file(folder / "journal.jsonl"));
-    for (std::string line; std::getline(lines, line);) {
-      const json entry = json::parse(line, nullptr, false);
-      if (entry.is_object() && entry.contains("task")) tasks[entry.at("task")] = entry;
-    }
+/// By the journal, which is only read here: a build may be writing to it.
+std::map<std::string, json> finished_by_journal(const fs::path& folder) {
+  const fs::path path = folder / "journal.jsonl";
+  if (!fs::is_regular_file(path)) return {};
+  try {
+    return finished_tasks(mpi::read_journal(path).entries);
+  } catch (const core::FileError&) {
+    return {};  // It is no part of what a dataset promises.
   }
+}
+
+json files_of(const std::map<std::string, json>& finished) {
   json files = json::array();
-  for (const auto& [task, entry] : tasks) {
+  for (const auto& [task, entry] : finished) {
     for (const json& file : entry.value("files", json::array())) files.push_back(file);
   }
   return files;
+}
+
+/// failures.json, where it can be read and is JSON.
+json read_failures(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return nullptr;
+  try {
+    return json::parse(core::read_file(path), nullptr, false);
+  } catch (const core::FileError&) {
+    return nullptr;
+  }
 }
 
 bool is_list_of_files(const json& files) {
@@ -97,16 +110,17 @@ DatasetFolder open_folder(const fs::path& path, const std::string& inputs) {
   folder.dataset = open_somehow(path, inputs, finding);
   folder.building = is_locked(path);
   compare_configuration(folder, finding);
+  folder.finished = finished_by_journal(path);
   const json& description = folder.dataset.description;
   if (description.is_object() && is_list_of_files(description.value("files", json()))) {
     folder.listed = description.at("files");
   } else {
-    folder.listed = files_of_journal(path);
+    folder.listed = files_of(folder.finished);
     if (!is_list_of_files(folder.listed)) folder.listed = json::array();
   }
   // While a build goes on, the journal is ahead of dataset.json.
   if (folder.building) {
-    const json ahead = files_of_journal(path);
+    const json ahead = files_of(folder.finished);
     if (is_list_of_files(ahead) && ahead.size() > folder.listed.size()) folder.listed = ahead;
   }
   if (finding.verdict == Verdict::fail) {
@@ -120,9 +134,7 @@ DatasetFolder open_folder(const fs::path& path, const std::string& inputs) {
     finding.text = "configuration.yaml, dataset.json and the inputs agree";
   }
   folder.findings.push_back(std::move(finding));
-  if (fs::is_regular_file(path / "failures.json")) {
-    folder.failures = json::parse(core::read_file(path / "failures.json"), nullptr, false);
-  }
+  folder.failures = read_failures(path / "failures.json");
   const BuildPlan& plan = folder.dataset.build.plan;
   for (std::size_t t = 0; t < plan.tasks.size(); ++t) {
     if (plan.tasks[t].kind != TaskKind::samples) continue;
@@ -255,21 +267,6 @@ Finding check_foreign_files(const DatasetFolder& folder) {
              fmt::format("{} files are no part of the dataset", count), "move them elsewhere");
   if (folder.building && finding.verdict == Verdict::fail) finding.verdict = Verdict::note;
   return finding;
-}
-
-std::string check_file(const fs::path& folder, const json& listed) {
-  const std::string name = listed.at("path").get<std::string>();
-  std::error_code error;
-  const auto bytes = fs::file_size(folder / name, error);
-  if (error) return name + " is not there";
-  if (bytes != listed.at("bytes").get<std::uintmax_t>()) {
-    return fmt::format("{} has {} bytes, not {}", name, bytes,
-                       listed.at("bytes").get<std::uintmax_t>());
-  }
-  if (core::sha256_file(folder / name) != listed.at("sha256").get<std::string>()) {
-    return name + " has other bytes than were written";
-  }
-  return "";
 }
 
 }  // namespace carillon::cli

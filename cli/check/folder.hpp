@@ -18,6 +18,8 @@ struct DatasetFolder {
   bool building = false;  ///< a build is writing to it now
   /// Files that dataset.json lists (without it: the journal), `path, sha256, bytes`.
   nlohmann::json listed = nlohmann::json::array();
+  /// Tasks that ended, by the journal; none where it is not there or cannot be read.
+  std::map<std::string, nlohmann::json> finished;
   nlohmann::json failures;                      ///< failures.json; null where there is none
   std::vector<std::size_t> present;             ///< samples tasks of the plan whose shard is there
   std::vector<std::size_t> absent;              ///< and those whose shard is not
@@ -34,8 +36,5 @@ Finding check_counts(const DatasetFolder& folder);
 Finding check_failures(const DatasetFolder& folder);
 /// Files that are no part of a dataset.
 Finding check_foreign_files(const DatasetFolder& folder);
-
-/// What is wrong with one file of the list ("": nothing).
-std::string check_file(const std::filesystem::path& folder, const nlohmann::json& listed);
 
 }  // namespace carillon::cli

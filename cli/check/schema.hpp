@@ -10,7 +10,4 @@ namespace carillon::cli {
 ///                  checks that read them
 Finding check_schema(const DatasetFolder& folder, std::vector<std::size_t>& readable);
 
-/// index.h5 against the shards: the same columns, joined in the order of the plan, and bodies.
-Finding check_index(const DatasetFolder& folder, const std::vector<std::size_t>& readable);
-
 }  // namespace carillon::cli

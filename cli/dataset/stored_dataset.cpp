@@ -90,7 +90,8 @@ FindMeshes meshes_of(const json& description) {
       if (!shape.contains("sha256") || shape.at("object").get<std::size_t>() != object) continue;
       found.push_back({shape.at("request").at("file").at("path").get<std::string>(),
                        shape.at("sha256").get<std::string>(),
-                       shape.at("signature").get<solvers::ShapeSignature>()});
+                       shape.at("signature").get<solvers::ShapeSignature>(),
+                       {}});
     }
     return found;
   };

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <charconv>
@@ -11,6 +10,7 @@
 #include "cli/build/sample_row.hpp"
 #include "cli/regenerate/compare.hpp"
 #include "cli/sound/chain.hpp"
+#include "cli/temporary_folder.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -23,28 +23,6 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "carillon-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw core::FileError(
-          fmt::format("no folder can be made in {}", fs::temp_directory_path().string()));
-    }
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code error;
-    fs::remove_all(path_, error);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// Keys of the rows of index.h5; none while there is no index.
 std::vector<std::string> stored_keys(const fs::path& folder) {

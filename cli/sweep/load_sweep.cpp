@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/build/shared_meshes.hpp"
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "mpi/comm.hpp"
@@ -23,14 +24,11 @@ namespace {
                           error.hint());
 }
 
-LoadedBuild expand_variant(const std::string& text, const BuildOptions& options, const Sweep& sweep,
-                           const SweepVariant& variant) {
-  BuildOptions own = options;
-  // So that commands that are told to reproduce a failure speak of this variant alone.
-  own.overrides.push_back("sweep=");
-  own.overrides.insert(own.overrides.end(), variant.overrides.begin(), variant.overrides.end());
+/// Runs a step of loading a variant.
+template <class Step>
+auto in_variant(const Sweep& sweep, const SweepVariant& variant, const Step& step) {
   try {
-    return expand(text, own);
+    return step();
   } catch (const core::ConfigError& error) {
     refuse(sweep, variant, error);
   } catch (const core::InputError& error) {
@@ -38,25 +36,43 @@ LoadedBuild expand_variant(const std::string& text, const BuildOptions& options,
   }
 }
 
+LoadedBuild read_variant(const std::string& text, const BuildOptions& options,
+                         const SweepVariant& variant) {
+  BuildOptions own = options;
+  // So that commands that are told to reproduce a failure speak of this variant alone.
+  own.overrides.push_back("sweep=");
+  own.overrides.insert(own.overrides.end(), variant.overrides.begin(), variant.overrides.end());
+  return read_build(text, own);
+}
+
 }  // namespace
 
 std::optional<LoadedSweep> load_sweep(const BuildOptions& options, MPI_Comm world) {
   const std::string text = shared_text(options.config, world);
   std::optional<LoadedSweep> loaded;
-  core::Sha256 fingerprints;
   mpi::agreed(world, [&] {
     std::optional<Sweep> sweep = read_sweep(text, options.config, options.overrides);
     if (!sweep) return;
     loaded.emplace();
     loaded->sweep = std::move(*sweep);
     for (const SweepVariant& variant : loaded->sweep.variants) {
-      loaded->builds.push_back(expand_variant(text, options, loaded->sweep, variant));
-      const LoadedBuild& build = loaded->builds.back();
-      fingerprints.add(fingerprint(build.config, build.plan));
+      loaded->builds.push_back(
+          in_variant(loaded->sweep, variant, [&] { return read_variant(text, options, variant); }));
     }
     loaded->name = loaded->builds.front().config.name;
   });
-  if (loaded) check_alike(fingerprints.hex(), world);
+  if (!loaded) return loaded;
+  const SharedMeshes meshes(loaded->builds, world);
+  core::Sha256 fingerprints;
+  mpi::agreed(world, [&] {
+    for (std::size_t v = 0; v < loaded->builds.size(); ++v) {
+      LoadedBuild& build = loaded->builds[v];
+      build.plan = in_variant(loaded->sweep, loaded->sweep.variants[v],
+                              [&] { return make_plan(build.config, meshes.of(build.config)); });
+      fingerprints.add(fingerprint(build.config, build.plan));
+    }
+  });
+  check_alike(fingerprints.hex(), world);
   return loaded;
 }
 

@@ -11,9 +11,11 @@ LoadedBuild build_of(const std::vector<std::string>& overrides) {
   BuildOptions options;
   options.config = "s.yaml";
   options.overrides = overrides;
-  return expand(
+  LoadedBuild build = read_build(
       "objects:\n  - shape: bar\n    count: 2\nmaterials: [steel]\nstrikes: {per_object: 1}\n",
       options);
+  build.plan = make_plan(build.config);
+  return build;
 }
 
 std::vector<BuildRun> runs_of(const std::vector<LoadedBuild>& builds) {

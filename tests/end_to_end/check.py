@@ -17,6 +17,7 @@ class Check(FolderTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.config = write_inputs(cls.folder)
+        cls.config.write_text(cls.config.read_text() + "voxels: {resolution: 12}\n")
         cls.intact = cls.folder / "intact"
         run_json("build", cls.config, "-o", cls.intact)
         with h5py.File(cls.intact / "index.h5") as index:
@@ -73,7 +74,7 @@ class Check(FolderTest):
         self.assertEqual({c["verdict"] for c in report["checks"]}, {"pass"}, report)
         self.assertEqual(report["samples"], 60)
         self.assertEqual({c["name"] for c in report["checks"]}, {
-            "configuration", "counts", "schema", "checksums", "index", "ids", "values", "clipping",
+            "configuration", "counts", "schema", "checksums", "description", "index", "ids", "values", "clipping",
             "silence", "split_shape", "split_strike", "rooms", "noise", "failures", "files"})
         self.assertIn("5 of them distinct", self.find("split_shape", report)["text"])
         self.assertEqual(report, self.check(ranks=2))
@@ -109,6 +110,33 @@ class Check(FolderTest):
         path = self.output / "samples" / "bar-002-0000.h5"
         path.write_bytes(path.read_bytes()[:-2000])
         self.assertIn("bar-002-0000.h5", self.expect("checksums", "schema", "index", listed=False))
+
+    def test_unreadable_files(self):
+        shard, modes = "samples/bar-002-0000.h5", "modes/bar-001.h5"
+        # A file of no bytes whose reading fails (EIO), for root too.
+        for name in (shard, modes, "failures.json", "journal.jsonl"):
+            (self.output / name).unlink()
+            (self.output / name).symlink_to("/proc/self/mem")
+        path = self.output / "dataset.json"
+        data = json.loads(path.read_text())
+        for file in data["files"]:
+            if file["path"] in (shard, modes):
+                file["bytes"] = 0
+        path.write_text(json.dumps(data))
+        for ranks in (None, 2):
+            report = self.check(ranks=ranks)
+            items = self.find("checksums", report)["items"]
+            for name in (shard, modes):
+                self.assertTrue([i for i in items if i.startswith(f"{name} cannot be read")], items)
+            failed = {c["name"] for c in report["checks"] if c["verdict"] == "fail"}
+            self.assertEqual(failed, {"checksums", "schema", "index", "failures"})
+
+    def test_a_folder_for_a_shard(self):
+        path = self.output / "samples" / "bar-002-0000.h5"
+        path.unlink()
+        path.mkdir()
+        items = self.expect("checksums", "counts", "index", listed=False)
+        self.assertIn("bar-002-0000.h5 cannot be read: Is a directory", items)
 
     def test_lost_column(self):
         with self.shard() as shard:
@@ -163,6 +191,123 @@ class Check(FolderTest):
             index.create_virtual_dataset("room", layout)
             index["room"].attrs["unit"] = "1"
         self.assertIn("room: block 0", self.expect("index"))
+
+    def test_index_of_other_bodies(self):
+        def body_split(index):
+            splits = index["shapes/split_shape"]
+            splits[1] = "test" if splits.asstr()[1] != "test" else "train"
+            return "shapes/split_shape: row 1"
+
+        def family(index):
+            index["shapes/family"][0] = "bell"
+            return 'shapes/family: row 0 is bell, not bar'
+
+        def modes_file(index):
+            index["shapes/modes_file"][2] = "modes/bar-001.h5"
+            return "shapes/modes_file: row 2"
+
+        def voxels(index):
+            values = index["shapes/voxels"][()]
+            del index["shapes/voxels"]
+            values[0, 3, 3, 3] ^= 1
+            index["shapes/voxels"] = values
+            return "shapes/voxels: joins 0 files"
+
+        def pitch(index):
+            values = index["shapes/voxel_pitch"][()]
+            layout = h5py.VirtualLayout(values.shape, values.dtype)
+            for row in range(len(values)):
+                layout[row:row + 1] = h5py.VirtualSource("modes/bar-000.h5", "voxel_pitch", (1,))
+            del index["shapes/voxel_pitch"]
+            index.create_virtual_dataset("shapes/voxel_pitch", layout)
+            return "shapes/voxel_pitch: block 1 is 1 rows of modes/bar-000.h5"
+
+        def mel(index):
+            index["mel"].attrs["unit"] = "dB"
+            return 'mel@unit: is "dB"'
+
+        def mel_definition(index):
+            hop = index["mel"].attrs["hop"]
+            index["mel"].attrs["hop"] = hop + 1
+            return f"mel@hop: is {hop + 1}, not {hop}"
+
+        def rate(index):
+            del index.attrs["sample_rate_hz"]
+            return "@sample_rate_hz: is missing"
+
+        def foreign(index):
+            index["shapes/colour"] = [1, 2]
+            return "shapes/colour: does not belong there"
+
+        for damage in (body_split, family, modes_file, voxels, pitch, mel, mel_definition, rate,
+                       foreign):
+            with self.subTest(damage.__name__):
+                shutil.copy(self.intact / "index.h5", self.output / "index.h5")
+                with h5py.File(self.output / "index.h5", "r+") as index:
+                    item = damage(index)
+                self.assertIn(item, self.expect("index"))
+        run_json("build", self.config, "-o", self.output)  # the remedy that it names
+        self.assertTrue(self.check()["passed"])
+
+    def test_index_laid_out_otherwise(self):
+        path = self.output / "index.h5"
+        with h5py.File(path, "r+") as index:
+            index["shapes/family"][0] = "bar"  # what stands there
+        self.assertNotEqual(path.read_bytes(), (self.intact / "index.h5").read_bytes())
+        self.assertTrue(self.check()["passed"])
+
+    def test_description(self):
+        def density(data):
+            data["materials"][0]["density_kg_m3"] *= 1.01
+            return "materials/0/density_kg_m3: is "
+
+        def split(data):
+            data["shapes"][2]["split_shape"] = "nowhere"
+            return 'shapes/2/split_shape: is "nowhere", not "'
+
+        def request(data):
+            data["shapes"][0]["request"]["options"]["order"] = 4
+            return "shapes/0/request/options/order: is 4, not 2"
+
+        def variant(data):
+            data["shapes"][1]["variants"].pop()
+            return "shapes/1/variants/-: is missing"
+
+        def seed(data):
+            data["seed"] = 5
+            return "seed: is 5, not 4"
+
+        def versions(data):
+            del data["versions"]
+            return "versions: is missing"
+
+        def unlisted(data):
+            path = next(f["path"] for f in data["files"] if f["path"].startswith("modes/"))
+            data["files"] = [f for f in data["files"] if f["path"] != path]
+            return f"files: {path} is missing"
+
+        for damage in (density, split, request, variant, seed, versions, unlisted):
+            with self.subTest(damage.__name__):
+                data = json.loads((self.intact / "dataset.json").read_text())
+                item = damage(data)
+                (self.output / "dataset.json").write_text(json.dumps(data))
+                self.assertIn(item, self.expect("description", may=("files",)))
+        run_json("build", self.config, "-o", self.output)  # the remedy that it names
+        self.assertTrue(self.check()["passed"])
+
+    def test_other_versions_are_noted(self):
+        path = self.output / "dataset.json"
+        data = json.loads(path.read_text())
+        data["versions"]["fftw"] = "older"
+        path.write_text(json.dumps(data))
+        finding = self.find("description")
+        self.assertEqual(finding["verdict"], "note", finding)
+        self.assertIn('fftw: "older", here "', finding["items"][0])
+
+    def test_published_without_a_journal(self):
+        (self.output / "journal.jsonl").unlink()
+        (self.output / "trace.json").unlink()
+        self.assertTrue(self.check()["passed"])
 
     def test_doubled_id(self):
         with self.shard() as shard:

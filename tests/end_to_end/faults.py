@@ -60,9 +60,9 @@ class Faults(InterruptedTest):
                     f"{SHARD} has 1000 bytes instead of", 1)
         for keep_time in (False, True):
             self.mended(f"byte-{keep_time}", lambda o: flip(o / SHARD, keep_time),
-                        f"{SHARD} has changed (its SHA-256 is not the journal's): {again}", 1)
+                        f"{SHARD} has changed (its SHA-256 is not the listed one): {again}", 1)
         self.mended("modes", lambda o: flip(o / MODES, False),
-                    f"{MODES} has changed (its SHA-256 is not the journal's): modes/tile-000 runs", 1)
+                    f"{MODES} has changed (its SHA-256 is not the listed one): modes/tile-000 runs", 1)
         sound = next((self.whole / "sounds").rglob("*.wav")).relative_to(self.whole)
         self.mended("wav", lambda o: (o / sound).unlink(), f"{sound} is missing: samples/", 1)
 

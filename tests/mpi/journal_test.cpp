@@ -119,6 +119,19 @@ TEST(Journal, ADamagedLineIsNamedAndTakenOut) {
   }
 }
 
+TEST(Journal, ReadingAloneChangesNothing) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "journal.jsonl";
+  const std::string text = "{\"key\":\"a\"}\n[1]\n{\"key\":\"b\"}\n{\"key\":\"being written";
+  write(path, text);
+  const JournalLines lines = read_journal(path);
+  EXPECT_EQ(lines.entries, (std::vector<json>{{{"key", "a"}}, {{"key", "b"}}}));
+  EXPECT_EQ(lines.text, "{\"key\":\"a\"}\n{\"key\":\"b\"}\n");
+  EXPECT_EQ(lines.damaged, (std::vector<std::size_t>{2}));
+  EXPECT_EQ(read(path), text);
+  EXPECT_THROW(read_journal(folder.path() / "none"), core::FileError);
+}
+
 TEST(Journal, OnlyObjectsAreEntriesAndBadTextIsMended) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "journal.jsonl";

@@ -1,0 +1,116 @@
+#include "cli/build/shared_meshes.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli/build/identities.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::json;
+
+namespace {
+
+// Between ranks as CBOR, which keeps every number to the last bit, infinite ones too.
+
+std::string to_message(const json& value) {
+  std::string message;
+  json::to_cbor(value, message);
+  return message;
+}
+
+json to_json(const FoundMesh& mesh) {
+  json found = {{"path", mesh.path}, {"sha256", mesh.sha256}, {"signature", mesh.signature}};
+  if (mesh.surface) {
+    const solvers::Box& box = mesh.surface->bounds;
+    found["surface"] = {box.low.x(),  box.low.y(),  box.low.z(),        box.high.x(),
+                        box.high.y(), box.high.z(), mesh.surface->area, mesh.surface->volume};
+  }
+  return found;
+}
+
+FoundMesh from_json(const json& found) {
+  FoundMesh mesh{found.at("path"),
+                 found.at("sha256"),
+                 found.at("signature").get<solvers::ShapeSignature>(),
+                 {}};
+  if (found.contains("surface")) {
+    const auto v = found.at("surface").get<std::vector<double>>();
+    mesh.surface = {{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, v[6], v[7]};
+  }
+  return mesh;
+}
+
+/// Paths by pattern, as rank 0 sees them.
+std::map<std::string, std::vector<std::string>> look_up(std::span<const LoadedBuild> builds,
+                                                        MPI_Comm world) {
+  std::map<std::string, std::vector<std::string>> paths;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
+    for (const LoadedBuild& build : builds) {
+      for (const ObjectSource& object : build.config.objects) {
+        if (!object.family.empty() || paths.contains(object.pattern)) continue;
+        std::vector<std::string>& found = paths[object.pattern];
+        for (const auto& path : core::glob_files(object.pattern)) found.push_back(path.string());
+      }
+    }
+  });
+  return json::from_cbor(mpi::broadcast(to_message(paths), 0, world));
+}
+
+/// Every rank reads its share of the files; all have what was found.
+std::map<std::string, FoundMesh> read_together(const std::set<std::string>& paths, MPI_Comm world) {
+  json own = json::array();
+  mpi::agreed(world, [&] {
+    int turn = 0;
+    for (const std::string& path : paths) {
+      if (turn++ % mpi::size(world) == mpi::rank(world)) own.push_back(to_json(find_mesh(path)));
+    }
+  });
+  std::map<std::string, FoundMesh> meshes;
+  for (const std::string& message : mpi::all_gather(to_message(own), world)) {
+    for (const json& found : json::from_cbor(message)) {
+      FoundMesh mesh = from_json(found);
+      meshes.emplace(mesh.path, std::move(mesh));
+    }
+  }
+  return meshes;
+}
+
+/// The files that a rank did not read are there for it too.
+void check_sizes(const std::set<std::string>& paths, MPI_Comm world) {
+  core::Sha256 seen;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    seen.add(fmt::format("{};", std::filesystem::file_size(path, error)));
+  }
+  check_alike(seen.hex(), world);
+}
+
+}  // namespace
+
+SharedMeshes::SharedMeshes(std::span<const LoadedBuild> builds, MPI_Comm world) {
+  const auto by_pattern = look_up(builds, world);
+  std::set<std::string> paths;
+  for (const auto& [pattern, found] : by_pattern) paths.insert(found.begin(), found.end());
+  const std::map<std::string, FoundMesh> meshes = read_together(paths, world);
+  check_sizes(paths, world);
+  for (const auto& [pattern, found] : by_pattern) {
+    std::vector<FoundMesh>& list = by_pattern_[pattern];
+    for (const std::string& path : found) list.push_back(meshes.at(path));
+  }
+}
+
+FindMeshes SharedMeshes::of(const BuildConfig& config) const {
+  return [this, &config](std::size_t object) {
+    return by_pattern_.at(config.objects[object].pattern);
+  };
+}
+
+}  // namespace carillon::cli
