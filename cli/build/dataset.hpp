@@ -3,15 +3,19 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "cli/build/joined_files.hpp"
 #include "cli/build/modes_task.hpp"
 
 namespace carillon::cli {
 
 /// Writes index.h5: every sample of the given tasks in plan order, arrays joined as virtual
 /// datasets, texts copied; `shapes/` holds what belongs to bodies, and `shape_index` points there.
-/// @param done  indices of finished samples tasks, ascending
+/// @param done    indices of finished samples tasks, ascending
+/// @param joined  of folders.output: files that it knows are not read again, but for the first
+///                ones, whose types the index takes
 void write_index(const BuildConfig& config, const BuildPlan& plan,
-                 const std::vector<std::size_t>& done, const BuildFolders& folders);
+                 const std::vector<std::size_t>& done, const BuildFolders& folders,
+                 JoinedFiles& joined);
 
 /// Writes dataset.json (configuration, versions, materials, files with checksums) and
 /// failures.json. Neither holds a date, a host or a timing.

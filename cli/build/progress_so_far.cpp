@@ -31,7 +31,7 @@ json describe_files(const std::vector<std::string>& written, const std::filesyst
 }
 
 Results write_results(const LoadedBuild& build, const BuildFolders& folders,
-                      const std::map<std::string, json>& finished) {
+                      const std::map<std::string, json>& finished, JoinedFiles& joined) {
   Results results;
   std::vector<std::size_t> done;
   json files = json::array(), pitch_targets = json::object();
@@ -54,11 +54,17 @@ Results write_results(const LoadedBuild& build, const BuildFolders& folders,
     }
   }
   const json failures = describe_failures(build, folders.output.string(), finished);
-  write_index(build.config, build.plan, done, folders);
+  write_index(build.config, build.plan, done, folders, joined);
   write_descriptions(build.config, build.plan, results.samples, pitch_targets, files, failures,
                      folders);
   results.failed = failures.size();
   return results;
+}
+
+Results write_results(const LoadedBuild& build, const BuildFolders& folders,
+                      const std::map<std::string, json>& finished) {
+  JoinedFiles joined(folders.output);
+  return write_results(build, folders, finished, joined);
 }
 
 }  // namespace carillon::cli
