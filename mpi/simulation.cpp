@@ -22,9 +22,10 @@ namespace {
 struct Group {
   int first = 0;
   int width = 1;
-  std::size_t level = 0;  ///< of its width among those of the board, the widest first
-  int missing = 0;        ///< ranks that are still in a wider group
-  double free_since = 0;  ///< the end of its last task, or when the last of its ranks came
+  std::size_t level = 0;    ///< of its width among those of the board, the widest first
+  int missing = 0;          ///< ranks that are still in a wider group
+  double free_since = 0;    ///< the end of its last task, or when the last of its ranks came
+  bool for_memory = false;  ///< why it waits
 };
 
 /// A message of a group's leader that reaches the host.
@@ -170,6 +171,7 @@ class Simulation {
       }
       case Claim::Kind::wait:
         idle_.add(group.width, group.free_since);
+        groups_[index].for_memory = claim.for_memory;
         waiting_groups_[{group.width, on_.node_memory > 0 ? group.first / on_.ranks_per_node : 0}]
             .push_back(index);
         ++waiting_;
@@ -187,8 +189,11 @@ class Simulation {
     add_memory(groups_[group], task, -1);
     const auto index = static_cast<std::size_t>(task);
     double before = 0;
-    for (const std::int64_t earlier : board_.tasks()[index].after) {
-      before = std::max(before, chains_[static_cast<std::size_t>(earlier)]);
+    const Task& ended = board_.tasks()[index];
+    for (const auto* earlier_ones : {&ended.after, &ended.behind}) {
+      for (const std::int64_t earlier : *earlier_ones) {
+        before = std::max(before, chains_[static_cast<std::size_t>(earlier)]);
+      }
     }
     chains_[index] = before + seconds_[index];
     longest_chain_ = std::max(longest_chain_, chains_[index]);
@@ -196,7 +201,7 @@ class Simulation {
       longest_ = task;
     }
     last_ = task;
-    correct_estimates(board_.tasks()[index], seconds_[index]);
+    correct_estimates(ended, seconds_[index]);
   }
 
   void correct_estimates(const Task& task, double seconds) {
@@ -221,6 +226,9 @@ class Simulation {
         ++answered_;
         const double found = std::max(host_free_, now + order * interval);
         idle_.add(-groups_[group].width, found);
+        if (groups_[group].for_memory) {
+          memory_wait_ += groups_[group].width * (found - groups_[group].free_since);
+        }
         groups_[group].free_since = found;
         act(claim, group, found);
       }
@@ -253,6 +261,7 @@ class Simulation {
     if (available > 0) out.efficiency = task_time_ / available;
     out.refused = refused_;
     out.idle = available - task_time_;
+    out.memory_wait = memory_wait_;
     out.shared_work = task_time_ / on_.ranks;
     out.longest_chain = longest_chain_;
     const IdleRanks::Moments moments = idle_.moments(on_.ranks);
@@ -294,6 +303,7 @@ class Simulation {
   double node_memory_ = 0;
   double end_ = 0;
   double task_time_ = 0;
+  double memory_wait_ = 0;
   double longest_chain_ = 0;
   std::int64_t longest_ = -1, last_ = -1;
 

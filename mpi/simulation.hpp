@@ -42,6 +42,8 @@ struct Schedule {
   double node_memory = 0;    ///< the most that tasks of one node's ranks held at a time [byte]
   std::int64_t refused = 0;  ///< tasks not run: no node has their memory, or they wait for such
   double idle = 0;           ///< of all ranks, waiting for tasks or for the end [s]
+  /// Of it, waits that began while a task of the rank's width was ready and found no memory [s].
+  double memory_wait = 0;
 
   // The service.
   double requests = 0;     ///< questions and completions that meant something

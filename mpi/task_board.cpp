@@ -127,16 +127,29 @@ void TaskBoard::number_kinds() {
 
 void TaskBoard::fill_queues() {
   queues_.clear();
+  places_.assign(tasks_.size(), 0);
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     if (states_[i] != TaskState::waiting) continue;
     queues_[tasks_[i].width].waiting.insert(tasks_[i].memory);
-    if (unmet_[i] == 0) make_ready(i);
+    line_of(i).order.push_back(i);
+  }
+  for (auto& [width, queue] : queues_) {
+    for (auto& [kind, line] : queue.lines) {
+      std::stable_sort(line.order.begin(), line.order.end(), [&](std::size_t a, std::size_t b) {
+        return tasks_[a].cost > tasks_[b].cost;
+      });
+      line.ready = ReadyTasks(line.order.size());
+      for (std::size_t place = 0; place < line.order.size(); ++place) {
+        const std::size_t task = line.order[place];
+        places_[task] = place;
+        if (unmet_[task] == 0) make_ready(task);
+      }
+    }
   }
 }
 
 void TaskBoard::make_ready(std::size_t task) {
-  queues_[tasks_[task].width].ready[kind_of_[task]].insert(
-      {tasks_[task].cost, static_cast<std::int64_t>(task)});
+  line_of(task).ready.put(places_[task], tasks_[task].memory);
 }
 
 void TaskBoard::set_ranks(int ranks, const Machine& machine) {
@@ -224,23 +237,24 @@ Claim TaskBoard::claim(int width, int first) {
   Queue& queue = found->second;
   double dearest = -1;
   std::int64_t task = -1;
-  for (auto& [number, ready] : queue.ready) {
-    const double factor = kinds_[number].factor;
-    for (const Ready& candidate : ready) {
-      const double cost = factor * candidate.cost;
-      if (cost < dearest || (cost == dearest && candidate.task > task)) break;
-      const auto index = static_cast<std::size_t>(candidate.task);
-      if (!ledger_.fits(tasks_[index].memory, width, first)) continue;
-      dearest = cost;
-      task = candidate.task;
-      break;
-    }
+  for (const auto& [number, line] : queue.lines) {
+    const std::size_t place =
+        line.ready.first([&](double memory) { return ledger_.fits(memory, width, first); });
+    if (place == ReadyTasks::none) continue;
+    const auto candidate = static_cast<std::int64_t>(line.order[place]);
+    const double cost = kinds_[number].factor * tasks_[line.order[place]].cost;
+    if (cost < dearest || (cost == dearest && candidate > task)) continue;
+    dearest = cost;
+    task = candidate;
   }
   if (task < 0) {
     // The least of what waits decides: what is too large here is another group's.
     const bool any =
         !queue.waiting.empty() && ledger_.fits_alone(*queue.waiting.begin(), width, first);
-    return {any ? Claim::Kind::wait : Claim::Kind::end, -1};
+    const bool ready = std::any_of(queue.lines.begin(), queue.lines.end(), [](const auto& line) {
+      return line.second.ready.first([](double) { return true; }) != ReadyTasks::none;
+    });
+    return {any ? Claim::Kind::wait : Claim::Kind::end, -1, any && ready};
   }
   const auto index = static_cast<std::size_t>(task);
   ledger_.take(tasks_[index].memory, width, first);
@@ -292,7 +306,7 @@ void TaskBoard::set_state(std::size_t task, TaskState state) {
   if (before == TaskState::waiting) {
     Queue& queue = queues_[tasks_[task].width];
     queue.waiting.erase(queue.waiting.find(tasks_[task].memory));
-    queue.ready[kind_of_[task]].erase({tasks_[task].cost, static_cast<std::int64_t>(task)});
+    line_of(task).ready.take(places_[task]);
   }
   if (is_settled(state) && !is_settled(before)) kinds_[kind_of_[task]].settled += tasks_[task].cost;
   --counts_[static_cast<std::size_t>(before)];

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mpi/machine.hpp"
+#include "mpi/ready_tasks.hpp"
 
 namespace carillon::mpi {
 
@@ -47,12 +48,13 @@ struct Outcome {
 struct Claim {
   enum class Kind { task, wait, end } kind = Kind::end;
   std::int64_t task = -1;
+  bool for_memory = false;  ///< it has to wait though a task of its width is ready
 };
 
 /// Who does what: hands out the dearest ready task of a width that the memory of its nodes still
 /// holds, keeps the order of dependencies, marks everything that depends on a failure as skipped.
-/// Knows neither MPI nor files. Equal costs go in the order of the list. A claim costs O(log n) and
-/// a look at each dearer task that finds no memory, a completion O(log n) for each dependent task.
+/// Knows neither MPI nor files. Equal costs go in the order of the list. A claim costs O(log n),
+/// whether its task is found or memory is short, a completion O(log n) for each dependent task.
 class TaskBoard {
  public:
   /// A task may wait only for tasks of its own width or wider: groups do their tasks first and
@@ -104,18 +106,15 @@ class TaskBoard {
     double factor = 1;
     double total = 0, settled = 0;  ///< sums of costs without the factor
   };
-  struct Ready {
-    double cost;
-    std::int64_t task;
-    /// Lesser means earlier: dearer, or of equal cost and further up the list.
-    bool operator<(const Ready& other) const {
-      return cost != other.cost ? cost > other.cost : task < other.task;
-    }
+  /// Tasks of one width and kind.
+  struct Line {
+    std::vector<std::size_t> order;  ///< the dearest first, of equal cost as in the list
+    ReadyTasks ready;                ///< by their places in `order`
   };
   /// Tasks of one width.
   struct Queue {
-    std::map<std::size_t, std::set<Ready>> ready;  ///< by kind
-    std::multiset<double> waiting;  ///< memory of those neither handed out nor settled
+    std::map<std::size_t, Line> lines;  ///< by kind
+    std::multiset<double> waiting;      ///< memory of those neither handed out nor settled
   };
 
   std::size_t checked(std::int64_t task) const;
@@ -124,6 +123,7 @@ class TaskBoard {
   void number_kinds();
   void fill_queues();
   void make_ready(std::size_t task);
+  Line& line_of(std::size_t task) { return queues_[tasks_[task].width].lines[kind_of_[task]]; }
   double sum_of(double Kind::*part) const;
   void set_state(std::size_t task, TaskState state);
   void release(std::size_t task);
@@ -139,6 +139,7 @@ class TaskBoard {
   std::map<std::string, std::size_t> kind_numbers_;
   std::vector<Kind> kinds_;
   std::map<int, Queue> queues_;           ///< by width
+  std::vector<std::size_t> places_;       ///< for each task, in its line
   std::map<std::int64_t, int> first_of_;  ///< of running tasks, their group's first rank
   MemoryLedger ledger_;
   int ranks_ = 0;  ///< 0: not told

@@ -58,10 +58,7 @@ Claim TaskHost::claim(int width, int first) {
   Claim claim;
   guarded([&] {
     claim = board_.claim(width, first);
-    if (claim.kind != Claim::Kind::task) return;
-    const Task& task = board_.tasks()[static_cast<std::size_t>(claim.task)];
-    if (hooks_.started) hooks_.started(task);
-    if (hooks_.progress) hooks_.progress(board_);
+    if (claim.kind == Claim::Kind::task && hooks_.progress) hooks_.progress(board_);
   });
   return stopped_ ? Claim{} : claim;
 }

@@ -21,8 +21,6 @@ struct ServiceHooks {
   std::function<std::vector<std::int64_t>(const Task&)> lost_with{};
   /// After every claim that handed out a task, and every completion.
   std::function<void(const TaskBoard&)> progress{};
-  /// A task is about to begin: a journal that notes it knows later what a crash interrupted.
-  std::function<void(const Task&)> started{};
 };
 
 /// The board with its hooks, for several threads. Knows no MPI. Estimates of the board follow what

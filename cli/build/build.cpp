@@ -70,9 +70,8 @@ int run_build(const BuildOptions& options, const Context& context) {
     int exit_code = exit_done;
     mpi::agreed(context.world, [&] {
       if (!context.speaks()) return;
-      const auto& finished = outcome.builds.front().finished;
-      const Results results = write_results(run.build, run.folders, finished);
-      const Summary summary = summary_of(results, outcome.tasks_run(), outcome.interrupted);
+      const auto& [finished, tasks_run, results] = outcome.builds.front();
+      const Summary summary = summary_of(results, tasks_run, outcome.interrupted);
       nlohmann::json trace = describe_trace(run.build, finished, results);
       keep_trace(output, trace, &outcome);
       if (summary.tasks_run > 0 && !context.json) {

@@ -19,22 +19,15 @@ namespace {
 
 /// Joins the rows of one dataset of several files: texts are copied, arrays become virtual.
 void join(const Hdf5Group& into, const std::string& name, const BuildFolders& folders,
-          const std::vector<std::string>& files) {
-  const Hdf5Group first = Hdf5Group::open_file(folders.output / files.front());
-  if (first.is_text(name)) {
+          const std::vector<std::string>& files, JoinedFiles& joined) {
+  if (joined.of(files.front()).texts.contains(name)) {
     std::vector<std::string> all;
-    for (const std::string& file : files) {
-      const auto part = Hdf5Group::open_file(folders.output / file).read<std::string>(name);
-      all.insert(all.end(), part.begin(), part.end());
-    }
+    for (const std::string& file : files) joined.append_texts(file, name, all);
     into.write<std::string>(name, all, {all.size()});
     return;
   }
   std::vector<VirtualSource> sources;
-  for (const std::string& file : files) {
-    const core::Extent extent = Hdf5Group::open_file(folders.output / file).extent(name);
-    sources.push_back({file, name, extent.front()});
-  }
+  for (const std::string& file : files) sources.push_back({file, name, joined.rows(file, name)});
   into.write_virtual(name, folders.output, sources);
 }
 
@@ -46,7 +39,7 @@ void copy_text_attribute(const Hdf5Group& from, const Hdf5Group& to, const std::
 /// Arrays of bodies: one row per shape that has samples. Returns the row of each shape.
 std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index, const BuildPlan& plan,
                                                  const std::vector<std::size_t>& done,
-                                                 const BuildFolders& folders) {
+                                                 const BuildFolders& folders, JoinedFiles& joined) {
   std::map<std::size_t, std::int64_t> rows;
   std::vector<std::string> names, families, splits, files;
   for (const std::size_t t : done) {
@@ -63,8 +56,8 @@ std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index, const B
   group.write<std::string>("split_shape", splits, {splits.size()});
   group.write<std::string>("modes_file", files, {files.size()});
   const Hdf5Group first = Hdf5Group::open_file(folders.output / files.front());
-  for (const char* name : {"voxels", "voxel_pitch", "voxel_origin", "frame"}) {
-    if (first.has(name)) join(group, name, folders, files);
+  for (const std::string& name : body_arrays()) {
+    if (first.has(name)) join(group, name, folders, files, joined);
   }
   return rows;
 }
@@ -73,7 +66,7 @@ std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index, const B
 
 void write_index(const BuildConfig& config, const BuildPlan& plan,
                  const std::vector<std::size_t>& done, const BuildFolders& folders,
-                 const std::filesystem::path& target) {
+                 const std::filesystem::path& target, JoinedFiles& joined) {
   core::write_durably(target, [&](const std::filesystem::path& path) {
     const Hdf5Group index = Hdf5Group::create_file(path);
     if (done.empty()) return;
@@ -82,11 +75,11 @@ void write_index(const BuildConfig& config, const BuildPlan& plan,
     const Hdf5Group first = Hdf5Group::open_file(folders.output / files.front());
     index.write_attribute("sample_rate_hz", first.number_attribute("sample_rate_hz"));
     for (const std::string& name : first.names()) {
-      join(index, name, folders, files);
+      join(index, name, folders, files, joined);
       copy_text_attribute(first, index, "unit", name);
     }
     if (config.mel) write_mel_attributes(*config.mel, index);
-    const auto rows = write_shapes(index, plan, done, folders);
+    const auto rows = write_shapes(index, plan, done, folders, joined);
     std::vector<std::int64_t> shape_index;
     for (const std::size_t t : done) {
       shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));

@@ -4,17 +4,20 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "cli/build/joined_files.hpp"
 #include "cli/build/modes_task.hpp"
 
 namespace carillon::cli {
 
 /// Writes index.h5: every sample of the given tasks in plan order, arrays joined as virtual
 /// datasets, texts copied; `shapes/` holds what belongs to bodies, and `shape_index` points there.
-/// @param done  indices of finished samples tasks, ascending
+/// @param done    indices of finished samples tasks, ascending
 /// @param target  the file; what it joins it names from folders.output
+/// @param joined  of folders.output: files that it knows are not read again, but for the first
+///                ones, whose types the index takes
 void write_index(const BuildConfig& config, const BuildPlan& plan,
                  const std::vector<std::size_t>& done, const BuildFolders& folders,
-                 const std::filesystem::path& target);
+                 const std::filesystem::path& target, JoinedFiles& joined);
 
 /// dataset.json: configuration, versions, materials, shapes, files with checksums. It holds no
 /// date, host or timing.

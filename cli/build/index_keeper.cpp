@@ -13,7 +13,10 @@ using nlohmann::json;
 
 IndexKeeper::IndexKeeper(std::vector<KeptIndex> builds)
     : builds_(std::move(builds)), results_(builds_.size()), begin_(core::monotonic_seconds()) {
-  for (std::size_t b = 0; b < builds_.size(); ++b) behind_.insert(b);
+  for (std::size_t b = 0; b < builds_.size(); ++b) {
+    joined_.emplace_back(builds_[b].folders->output);
+    behind_.insert(b);
+  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -54,6 +57,7 @@ void IndexKeeper::run() try {
     const core::DataLimitRests rests;
     const std::scoped_lock writing(write_mutex_);
     take_news();
+    read_files();
     while (!behind_.empty() && due() && !ended_ && !is_ending()) write_next();
   }
 } catch (const std::exception& error) {
@@ -74,9 +78,34 @@ void IndexKeeper::take_news() {
   }
   for (auto& [build, entry] : news) {
     const std::string task = entry.at("task");
+    for (const json& file : entry.value("files", json::array())) {
+      const std::string path = file.at("path");
+      if (!path.ends_with(".h5")) continue;
+      joined_[build].forget(path);  // a shard that grew is another file now
+      unread_.emplace_back(build, path);
+    }
     builds_[build].finished[task] = std::move(entry);
     behind_.insert(build);
   }
+}
+
+void IndexKeeper::read_files() {
+  const double start = core::monotonic_seconds();
+  while (!unread_.empty() && !ended_ && !is_ending()) {
+    const auto [build, file] = unread_.back();
+    unread_.pop_back();
+    try {
+      joined_[build].of(file);
+    } catch (const std::exception&) {
+      // The writing reads it again, and says so.
+    }
+  }
+  spent_ = spent_ + (core::monotonic_seconds() - start);
+}
+
+void IndexKeeper::write(std::size_t build) {
+  const KeptIndex& kept = builds_[build];
+  results_[build] = write_results(*kept.build, *kept.folders, kept.finished, joined_[build]);
 }
 
 void IndexKeeper::write_next() {
@@ -84,14 +113,26 @@ void IndexKeeper::write_next() {
   behind_.erase(behind_.begin());
   const double start = core::monotonic_seconds();
   try {
-    results_[b] = write_results(*builds_[b].build, *builds_[b].folders, builds_[b].finished);
+    write(b);
+    failed_.erase(b);
   } catch (const std::exception& error) {
+    failed_.insert(b);
     if (!told_) spdlog::warn("the index could not be brought up to date: {}", error.what());
     told_ = true;
   }
   last_ = core::monotonic_seconds() - start;
   spent_ = spent_ + last_;
   ++calls_;
+}
+
+std::vector<Results> IndexKeeper::finish() {
+  end();
+  const std::scoped_lock writing(write_mutex_);
+  take_news();
+  behind_.merge(failed_);
+  for (const std::size_t b : behind_) write(b);
+  behind_.clear();
+  return results_;
 }
 
 std::vector<Results> IndexKeeper::write_now() {

@@ -28,7 +28,8 @@ struct KeptIndex {
 /// Keeps index.h5, dataset.json and failures.json at what is done while builds run, in a thread
 /// of the host. Each is replaced as a whole, so that a reader finds either the old or the new one.
 /// All writing together takes at most `share` of the time since the beginning and `grace` more, so
-/// that an index that grows is written less often.
+/// that an index that grows is written less often. Each file that is joined is read once, soon
+/// after its task has ended: a writing that cannot wait reads hardly any.
 class IndexKeeper {
  public:
   static constexpr double share = 0.01;
@@ -48,6 +49,10 @@ class IndexKeeper {
   std::vector<Results> write_now();
   /// Nothing is written any more.
   void end();
+  /// Ends, and writes what is not written yet.
+  /// @return what each folder holds
+  /// @throws StorageError, FileError  it cannot be written, or a shard not be read
+  std::vector<Results> finish();
   /// Times that the three of a build were written, and what that took together [s].
   core::Trace::Entry cost() const { return {calls_, spent_}; }
 
@@ -60,6 +65,8 @@ class IndexKeeper {
   bool due() const;
   bool is_ending() const;
   void take_news();
+  void read_files();
+  void write(std::size_t build);
   void write_next();
 
   std::thread thread_;
@@ -71,7 +78,11 @@ class IndexKeeper {
 
   mutable std::mutex write_mutex_;  ///< of all below
   std::vector<KeptIndex> builds_;
+  std::vector<JoinedFiles> joined_;  ///< of each build
+  /// Files that have not been looked at, by build.
+  std::vector<std::pair<std::size_t, std::string>> unread_;
   std::set<std::size_t> behind_;  ///< builds whose files do not hold all that is finished
+  std::set<std::size_t> failed_;  ///< builds whose last writing did not go well
   std::vector<Results> results_;
   bool told_ = false;
   bool ended_ = false;

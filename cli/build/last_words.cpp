@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <thread>
@@ -65,10 +66,14 @@ mpi::InterruptGuard::Leaving LastWords::leaving() {
 void LastWords::say() {
   // Most of the index while the program may still get out by itself, the rest and the summary when
   // that has become unlikely.
-  constexpr std::chrono::milliseconds hope(200);
-  const auto begin = std::chrono::steady_clock::now();
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds hope(200), to_spare(50);
+  const auto begin = Clock::now();
   index_->write_now();
-  while (std::chrono::steady_clock::now() - begin < hope) {
+  // The second writing takes as long as the first, and must end within the grace as well.
+  const Clock::duration latest =
+      mpi::InterruptGuard::Leaving{}.grace - to_spare - (Clock::now() - begin);
+  while (Clock::now() - begin < std::min<Clock::duration>(hope, latest)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const std::scoped_lock lock(mutex_);
     if (kept_) return;

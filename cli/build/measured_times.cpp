@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cli/build/build.hpp"
 #include "cli/build/costs.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -16,8 +18,15 @@ using nlohmann::json;
 
 namespace {
 
-std::string kind_of(const std::string& key) {
-  return key.substr(0, key.find('/'));
+/// Kinds whose estimates are held against what tasks took: groups and single ranks together.
+std::string ratio_of(const std::string& kind) {
+  return kind == "modes of groups" ? "modes" : kind;
+}
+
+/// Without what others took of the processors, which all ranks of a group share evenly.
+double own_seconds(const json& times) {
+  const double queued = times.value("queued_s", 0.0) / std::max(1.0, times.value("width", 1.0));
+  return std::max(0.0, times.at("seconds").get<double>() - queued);
 }
 
 MeasuredTimes from_trace(const std::filesystem::path& path) {
@@ -26,7 +35,9 @@ MeasuredTimes from_trace(const std::filesystem::path& path) {
   try {
     const json document = json::parse(core::read_file(path));
     for (const json& task : document.value("tasks", json::array())) {
-      times[task.at("task")] = {task.at("estimate_s"), task.at("seconds")};
+      const std::string key = task.at("task");
+      times[key] = {task.at("estimate_s"), own_seconds(task),
+                    task.value("kind", key.substr(0, key.find('/')))};
     }
   } catch (const json::exception& error) {
     throw core::InputError(
@@ -40,19 +51,20 @@ std::map<std::string, double> from_journal(const std::filesystem::path& path) {
   std::map<std::string, double> seconds;
   for (const json& entry : mpi::read_journal(path).entries) {
     if (entry.value("ok", false) && entry.contains("seconds")) {
-      seconds[entry.at("task")] = entry.at("seconds");
+      // Earlier versions kept no other times.
+      seconds[entry.at("task")] = own_seconds(entry.contains("times") ? entry.at("times") : entry);
     }
   }
   return seconds;
 }
 
 /// What this program estimates for the tasks of a dataset's configuration [s], by key.
-std::map<std::string, double> estimates_of(const std::filesystem::path& configuration) {
-  std::map<std::string, double> estimates;
+MeasuredTimes estimates_of(const std::filesystem::path& configuration) {
+  MeasuredTimes estimates;
   const BuildConfig config =
       read_build_config(core::read_file(configuration), configuration.string(), {});
   for (const mpi::Task& task : board_tasks(make_plan(config), config)) {
-    estimates[task.key] = task.cost / task.width;
+    estimates[task.key] = {task.cost / task.width, 0, task.kind};
   }
   return estimates;
 }
@@ -60,9 +72,9 @@ std::map<std::string, double> estimates_of(const std::filesystem::path& configur
 /// Another version may have estimated otherwise than this one does.
 void use_own_estimates(const std::filesystem::path& configuration, MeasuredTimes& times) {
   try {
-    for (const auto& [key, estimate] : estimates_of(configuration)) {
+    for (const auto& [key, own] : estimates_of(configuration)) {
       const auto found = times.find(key);
-      if (found != times.end()) found->second.estimate = estimate;
+      if (found != times.end()) found->second.estimate = own.estimate;
     }
   } catch (const core::Error&) {
     // Its mesh files are not beside it any more, or its keys are another version's: the trace's
@@ -77,49 +89,52 @@ MeasuredTimes read_measured_times(const std::filesystem::path& path) {
   const std::filesystem::path folder = is_folder ? path : path.parent_path();
   if (!std::filesystem::exists(path)) {
     throw core::FileError(fmt::format("{}: there is no such folder or file", path.string()),
-                          "--trace takes the folder of a dataset, or its trace.json");
+                          "--trace takes the folder of a dataset or sweep, or its trace.json");
   }
   MeasuredTimes times = from_trace(is_folder ? folder / "trace.json" : path);
   const std::filesystem::path journal = folder / "journal.jsonl";
   const std::filesystem::path configuration = folder / "configuration.yaml";
   if (times.empty() && std::filesystem::exists(journal) && std::filesystem::exists(configuration)) {
-    const std::map<std::string, double> estimates = estimates_of(configuration);
+    const MeasuredTimes estimates = estimates_of(configuration);
     for (const auto& [key, seconds] : from_journal(journal)) {
       const auto found = estimates.find(key);
-      if (found != estimates.end()) times[key] = {found->second, seconds};
+      if (found == estimates.end()) continue;
+      times[key] = {found->second.estimate, seconds, found->second.kind};
     }
   } else if (std::filesystem::exists(configuration)) {
     use_own_estimates(configuration, times);
   }
   if (times.empty()) {
     throw core::InputError(fmt::format("{} tells of no finished task", path.string()),
-                           "--trace takes the folder of a dataset, or its trace.json");
+                           "--trace takes the folder of a dataset or sweep, or its trace.json");
   }
   return times;
 }
 
-TaskSeconds expected_seconds(const BuildPlan& plan, const std::vector<double>& estimates,
-                             const MeasuredTimes& measured) {
+TaskSeconds expected_seconds(const std::vector<mpi::Task>& tasks, const MeasuredTimes& measured) {
   struct Sums {
     double estimate = 0, seconds = 0;
   };
-  std::map<std::string, Sums> sums;
+  std::map<std::string, Sums> sums{{"modes", {}}, {"samples", {}}};
+  for (const mpi::Task& task : tasks) sums[ratio_of(task.kind)];
   for (const auto& [key, time] : measured) {
-    sums[kind_of(key)].estimate += time.estimate;
-    sums[kind_of(key)].seconds += time.seconds;
+    const auto sum = sums.find(ratio_of(time.kind));
+    if (sum == sums.end()) continue;
+    sum->second.estimate += time.estimate;
+    sum->second.seconds += time.seconds;
   }
   TaskSeconds out;
-  for (const char* kind : {"modes", "samples"}) {
-    const Sums& sum = sums[kind];
+  for (const auto& [kind, sum] : sums) {
     out.ratio[kind] = sum.estimate > 0 ? sum.seconds / sum.estimate : 1;
   }
-  for (std::size_t t = 0; t < plan.tasks.size(); ++t) {
-    const std::string& key = plan.tasks[t].key;
-    const auto found = measured.find(key);
-    const bool same = found != measured.end() &&
-                      std::abs(found->second.estimate - estimates[t]) <= 1e-6 * estimates[t];
+  for (const mpi::Task& task : tasks) {
+    const double estimate = task.cost / task.width;
+    const auto found = measured.find(task.key);
+    const bool same =
+        found != measured.end() && std::abs(found->second.estimate - estimate) <= 1e-6 * estimate;
     out.measured += same ? 1 : 0;
-    out.seconds.push_back(same ? found->second.seconds : estimates[t] * out.ratio.at(kind_of(key)));
+    out.seconds.push_back(same ? found->second.seconds
+                               : estimate * out.ratio.at(ratio_of(task.kind)));
   }
   return out;
 }

@@ -106,18 +106,15 @@ void add_plan(CLI::App& program, Context& context) {
       ->needs(ranks);
   command
       ->add_option("--trace", schedule->trace,
-                   "a dataset's folder or trace.json: its task times instead of estimates")
+                   "folder or trace.json of a dataset or sweep: its task times instead of "
+                   "estimates")
       ->needs(ranks);
   command->footer(
       "Examples:\n  carillon plan configs/smoke.yaml\n"
       "  carillon plan configs/rsaudio.yaml --ranks 64,4096 --ranks-per-node 64 --trace rsaudio");
   command->callback([&context, options, schedule] {
     if (const auto sweep = load_sweep(*options, context.world)) {
-      if (!schedule->ranks.empty()) {
-        throw core::InputError("--ranks simulates one build, and this is a sweep of many",
-                               "--set sweep= takes the sweep away; --set of a variant's values");
-      }
-      if (context.speaks()) tell_sweep_plan(*sweep, context.json);
+      if (context.speaks()) tell_sweep_plan(*sweep, *schedule, context.json);
       return;
     }
     const LoadedBuild build = load_build(*options, context.world);

@@ -55,15 +55,21 @@ Gathered gather(const BuildPlan& plan, const std::map<std::string, json>& finish
 }
 
 Results write_results(const LoadedBuild& build, const BuildFolders& folders,
-                      const std::map<std::string, json>& finished) {
+                      const std::map<std::string, json>& finished, JoinedFiles& joined) {
   const Gathered all = gather(build.plan, finished);
   const json failures = describe_failures(build, folders.output.string(), finished);
   const json dataset =
       describe_dataset(build.config, build.plan, all.samples, all.pitch_targets, all.files);
-  write_index(build.config, build.plan, all.done, folders, folders.output / "index.h5");
+  write_index(build.config, build.plan, all.done, folders, folders.output / "index.h5", joined);
   core::write_text_durably(folders.output / "dataset.json", dataset.dump(2) + "\n");
   core::write_text_durably(folders.output / "failures.json", failures.dump(2) + "\n");
   return {all.samples, failures.size(), dataset.at("missed_pitch_targets")};
+}
+
+Results write_results(const LoadedBuild& build, const BuildFolders& folders,
+                      const std::map<std::string, json>& finished) {
+  JoinedFiles joined(folders.output);
+  return write_results(build, folders, finished, joined);
 }
 
 }  // namespace carillon::cli

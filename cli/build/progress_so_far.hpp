@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/build/build.hpp"
+#include "cli/build/joined_files.hpp"
 #include "cli/build/modes_task.hpp"
 
 namespace carillon::cli {
@@ -36,6 +37,9 @@ struct Results {
 };
 
 /// Writes index.h5, dataset.json and failures.json from all that is finished.
+/// @param joined  as in write_index; none: every file is read
+Results write_results(const LoadedBuild& build, const BuildFolders& folders,
+                      const std::map<std::string, nlohmann::json>& finished, JoinedFiles& joined);
 Results write_results(const LoadedBuild& build, const BuildFolders& folders,
                       const std::map<std::string, nlohmann::json>& finished);
 

@@ -40,7 +40,7 @@ std::filesystem::path journal_file(const BuildRun& run) {
   return run.folders.output / "journal.jsonl";
 }
 
-/// Where each build's tasks begin, and the number of all; the same on every rank.
+/// As CommonTasks::first.
 std::vector<std::size_t> first_tasks(const std::vector<BuildRun>& builds) {
   std::vector<std::size_t> first = {0};
   for (const BuildRun& run : builds) first.push_back(first.back() + run.build.plan.tasks.size());
@@ -111,6 +111,7 @@ class Runner {
   void mark_given_up(mpi::TaskBoard& board) const;
   std::vector<std::int64_t> lost_with(std::int64_t number) const;
   void share_kept_samples();
+  void write_results();
 
   std::string run_task(std::int64_t number, MPI_Comm group, mpi::Witness& witness) const;
   void record(std::int64_t number, json entry);
@@ -198,19 +199,15 @@ mpi::TaskBoard Runner::make_board() {
   for (const std::filesystem::path& cache : caches) {
     if (!cache.empty()) core::remove_leftovers(cache, false);
   }
-  CommonTasks common{{}, first_, {}};
+  CommonTasks common = common_tasks(builds_);
   for (std::size_t b = 0; b < builds_.size(); ++b) {
     const std::vector<json> journal = journals_.of(b).entries();
     standings_[b] = take_over(builds_[b], journal);
     outcome_.run = std::max(outcome_.run, next_run(journal));
-    for (mpi::Task& task : board_tasks(builds_[b].build.plan, builds_[b].build.config)) {
-      task.key = builds_[b].name + task.key;
-      for (std::int64_t& earlier : task.after) earlier += static_cast<std::int64_t>(first_[b]);
-      numbers_.emplace(task.key, static_cast<std::int64_t>(common.tasks.size()));
-      common.tasks.push_back(std::move(task));
-    }
-    for (const BuildTask& task : builds_[b].build.plan.tasks) {
-      common.done.push_back(is_settled(b, task.key, true));
+    for (std::size_t t = first_[b]; t < first_[b + 1]; ++t) {
+      const auto number = static_cast<std::int64_t>(t);
+      numbers_.emplace(common.tasks[t].key, number);
+      common.done[t] = is_settled(b, place_of(number).task.key, true);
     }
   }
   if (request_.order) same_work_ = request_.order(common);
@@ -357,6 +354,23 @@ mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress,
   return hooks;
 }
 
+/// What the folders hold now, on the host.
+void Runner::write_results() {
+  mpi::agreed(context_.world, [&] {
+    if (!context_.speaks()) return;
+    std::vector<Results> results;
+    if (index_) results = index_->finish();
+    for (std::size_t b = 0; b < builds_.size(); ++b) {
+      EndedBuild& ended = outcome_.builds[b];
+      ended.finished = std::move(standings_[b].finished);
+      ended.results =
+          index_ ? std::move(results[b])
+                 : cli::write_results(builds_[b].build, builds_[b].folders, ended.finished);
+    }
+    if (index_) outcome_.index = index_->cost();
+  });
+}
+
 int Runner::run(const std::function<int(RunOutcome&)>& finish) {
   const bool host = context_.speaks();
   claim_folders();
@@ -390,21 +404,32 @@ int Runner::run(const std::function<int(RunOutcome&)>& finish) {
       mpi::describe_machine(context_.world, builds_.front().build.config.ranks.memory_per_node));
   witness.reset();
   last_words.keep();
-  if (index_) index_->end();
   progress.finish("");
 
   outcome_.interrupted = report.interrupted;
   outcome_.ranks = gather_times(report.times, context_.world);
   outcome_.calibration = std::move(report.calibration);
-  if (index_) outcome_.index = index_->cost();
-  for (std::size_t b = 0; b < builds_.size(); ++b) {
-    outcome_.builds[b].finished = std::move(standings_[b].finished);
-  }
+  write_results();
   const int code = finish(outcome_);
   return std::stoi(mpi::broadcast(std::to_string(code), 0, context_.world));
 }
 
 }  // namespace
+
+CommonTasks common_tasks(const std::vector<BuildRun>& builds) {
+  CommonTasks common{{}, first_tasks(builds), {}};
+  for (std::size_t b = 0; b < builds.size(); ++b) {
+    for (mpi::Task& task : board_tasks(builds[b].build.plan, builds[b].build.config)) {
+      task.key = builds[b].name + task.key;
+      for (std::int64_t& earlier : task.after) {
+        earlier += static_cast<std::int64_t>(common.first[b]);
+      }
+      common.tasks.push_back(std::move(task));
+    }
+  }
+  common.done.assign(common.tasks.size(), false);
+  return common;
+}
 
 std::int64_t RunOutcome::tasks_run() const {
   std::int64_t sum = 0;

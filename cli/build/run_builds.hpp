@@ -33,6 +33,9 @@ struct CommonTasks {
   std::vector<bool> done{};          ///< by an earlier run
 };
 
+/// @return with keys that begin with the builds' names, as if nothing were done
+CommonTasks common_tasks(const std::vector<BuildRun>& builds);
+
 /// May make tasks of different builds wait for each other, and says which of them do the same.
 using OrderTasks = std::function<SameWork(CommonTasks&)>;
 
@@ -54,6 +57,7 @@ struct RunRequest {
 struct EndedBuild {
   std::map<std::string, nlohmann::json> finished{};  ///< journal entries by task
   std::int64_t tasks_run = 0;
+  Results results{};  ///< what the folder holds, as index.h5, dataset.json and failures.json say
 };
 
 /// How a run ended. What is not `interrupted` is the host's.
@@ -71,8 +75,8 @@ struct RunOutcome {
 constexpr double lock_patience_s = 10;
 
 /// Runs what is left to do of all builds on one board, so that no rank is idle while another has
-/// tasks; claims their folders and writes their journals. Then calls `finish` on every rank, while
-/// signals are still those of the run.
+/// tasks; claims their folders and writes their journals and indices. Then calls `finish` on every
+/// rank, while signals are still those of the run.
 ///
 /// The folders are locked by the caller.
 /// @return what `finish` returned on the host

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "cli/build/schedule.hpp"
+#include "cli/build/task_times.hpp"
 #include "core/progress.hpp"
 
 namespace carillon::cli {
@@ -28,18 +30,40 @@ std::string line_of(const json& one) {
       core::human_bytes(number(one, "node_memory_bytes")), one.at("limited_by").get<std::string>());
 }
 
+std::string refused_text(const json& one, std::size_t tasks) {
+  const auto refused = one.at("refused_tasks").get<std::size_t>();
+  if (refused == 0) return "";
+  return fmt::format(
+      "on {} ranks {} of {} tasks are refused: no node has their memory (ranks.memory_per_node), "
+      "or "
+      "they wait for such\n",
+      one.at("ranks").get<int>(), refused, tasks);
+}
+
+/// Measured over estimated, kind by kind.
+std::string ratio_text(const json& ratio) {
+  std::vector<std::string> parts;
+  for (const auto& [kind, value] : ratio.items()) {
+    parts.push_back(fmt::format("{:.2f} times for {}", value.get<double>(), kind));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 }  // namespace
 
 std::string schedule_text(const json& simulated) {
   const json& tasks = simulated.at("tasks");
   const json& files = simulated.at("files");
   std::string text = fmt::format(
-      "\nsimulated with {} of {} tasks' times measured, the others estimated ({:.2f} times for "
-      "modes, "
-      "{:.2f} for samples)\nlongest task: {}, {}\n",
+      "\nsimulated with {} of {} tasks' times measured, the others estimated ({})\nlongest task: "
+      "{}, "
+      "{}\n",
       tasks.at("measured").get<std::size_t>(), tasks.at("count").get<std::size_t>(),
-      number(tasks.at("ratio"), "modes"), number(tasks.at("ratio"), "samples"),
-      tasks.at("longest").get<std::string>(), core::human_duration(number(tasks, "longest_s")));
+      ratio_text(tasks.at("ratio")), tasks.at("longest").get<std::string>(),
+      core::human_duration(number(tasks, "longest_s")));
+  if (simulated.contains("last_run")) {
+    text += fmt::format("the trace's last run: {}", run_text(simulated.at("last_run")));
+  }
   text += fmt::format(
       "{} files: {} of modes, {} shards of up to {}, {} WAV, {} PNG; up to {} in a "
       "folder\n\n",
@@ -52,6 +76,7 @@ std::string schedule_text(const json& simulated) {
                   "ranks", "nodes", "tasks", "in all", "effic.", "all work to", "half to", "asks/s",
                   "host", "answer", "node mem.", "limited by");
   for (const json& one : simulated.at("schedules")) text += line_of(one);
+  for (const json& one : simulated.at("schedules")) text += refused_text(one, tasks.at("count"));
   return text;
 }
 

@@ -1,6 +1,7 @@
 #include "cli/build/task_times.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -49,11 +50,21 @@ json task_rows(const std::map<std::string, json>& finished) {
   return rows;
 }
 
-double busy_share(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
+namespace {
+
+/// When the last task of a run began [s].
+double last_start(const json& rows, int run) {
   double last = 0;
   for (const json& row : rows) {
     if (row.at("run") == run) last = std::max(last, row.at("start_s").get<double>());
   }
+  return last;
+}
+
+}  // namespace
+
+double busy_share(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
+  const double last = last_start(rows, run);
   double cpu = 0, in_tasks = 0, queued = 0;
   for (const mpi::RankTimes& rank : ranks) queued += rank.queued;
   for (const json& row : rows) {
@@ -76,6 +87,22 @@ double busy_share(const json& rows, int run, const std::vector<mpi::RankTimes>& 
   return cpu + idle > 0 ? cpu / (cpu + idle) : 1;
 }
 
+double computing_share(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
+  const double last = last_start(rows, run);
+  double cpu = 0, queued = 0;
+  for (const mpi::RankTimes& rank : ranks) queued += rank.queued;
+  for (const json& row : rows) {
+    const auto seconds = row.at("seconds").get<double>();
+    if (row.at("run") != run || seconds <= 0) continue;
+    const double part = std::min(1.0, (last - row.at("start_s").get<double>()) / seconds);
+    cpu += row.at("cpu_s").get<double>() * part;
+    // Of what other programs took, the part after the last task's beginning.
+    queued -= row.at("queued_s").get<double>() * (1 - part);
+  }
+  const double available = static_cast<double>(ranks.size()) * last - std::max(0.0, queued);
+  return available > 0 ? std::min(1.0, cpu / available) : 1;
+}
+
 namespace {
 
 json to_json(const mpi::EstimateError& error) {
@@ -95,6 +122,7 @@ json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
                             {"peak_memory_bytes", rank.peak_memory}});
   }
   out["busy_share"] = busy_share(rows, run, ranks);
+  out["computing_share"] = computing_share(rows, run, ranks);
   for (const auto& [kind, report] : calibration.report()) {
     out["estimates"][kind] = {{"tasks", report.tasks},
                               {"before", to_json(report.before)},
@@ -103,15 +131,57 @@ json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
   return out;
 }
 
+json earlier_runs(const std::filesystem::path& trace) {
+  if (!std::filesystem::exists(trace)) return json::array();
+  try {
+    return json::parse(core::read_file(trace)).value("runs", json::array());
+  } catch (const std::exception&) {
+    return json::array();  // only times are lost
+  }
+}
+
+namespace {
+
+/// What each rank was idle, or, of many, the least, the middle and the most idle one.
+std::string idle_text(const json& ranks) {
+  constexpr std::size_t all_named = 8;
+  std::vector<std::pair<double, std::size_t>> idle;
+  for (std::size_t r = 0; r < ranks.size(); ++r) {
+    idle.emplace_back(ranks[r].at("idle_s").get<double>(), r);
+  }
+  if (idle.empty()) return "";
+  std::vector<std::string> parts;
+  const auto name = [&](const char* what, const std::pair<double, std::size_t>& one) {
+    parts.push_back(fmt::format("{}rank {} {}", what, one.second, core::human_duration(one.first)));
+  };
+  if (idle.size() <= all_named) {
+    for (const auto& one : idle) name("", one);
+  } else {
+    std::sort(idle.begin(), idle.end());
+    name("least ", idle.front());
+    name("median ", idle[idle.size() / 2]);
+    name("most ", idle.back());
+  }
+  return fmt::format("idle: {}\n", fmt::join(parts, ", "));
+}
+
+}  // namespace
+
 std::string run_text(const json& run) {
   double wall = 0;
   for (const json& rank : run.at("ranks")) {
     wall = std::max(wall, rank.at("busy_s").get<double>() + rank.at("idle_s").get<double>());
   }
-  std::string text = fmt::format(
-      "{} on {} {}, busy {:.1f} % of the time until the last task began\n",
-      core::human_duration(wall), run.at("ranks").size(),
-      run.at("ranks").size() == 1 ? "rank" : "ranks", 100 * run.at("busy_share").get<double>());
+  std::string text = fmt::format("{} on {} {}, busy {:.1f} % of the time until the last task began",
+                                 core::human_duration(wall), run.at("ranks").size(),
+                                 run.at("ranks").size() == 1 ? "rank" : "ranks",
+                                 100 * run.at("busy_share").get<double>());
+  // Runs of earlier versions do not tell.
+  if (run.contains("computing_share")) {
+    text += fmt::format(", computing {:.1f} %", 100 * run.at("computing_share").get<double>());
+  }
+  text += "\n";
+  text += idle_text(run.at("ranks"));
   for (const auto& [kind, report] : run.at("estimates").items()) {
     const auto number = [&](const char* when, const char* what) {
       return report.at(when).at(what).template get<double>();

@@ -32,13 +32,24 @@ nlohmann::json task_rows(const std::map<std::string, nlohmann::json>& finished);
 /// @return 1 where no time passed
 double busy_share(const nlohmann::json& rows, int run, const std::vector<mpi::RankTimes>& ranks);
 
+/// The stricter share: seconds that processors computed for tasks until the last one began, over
+/// all the time that the ranks had until then, but for what other programs took of it. Whatever a
+/// task waits for (the disk, another thread) counts as not busy, in it or between tasks.
+/// @return 1 where no time passed
+double computing_share(const nlohmann::json& rows, int run,
+                       const std::vector<mpi::RankTimes>& ranks);
+
 /// The trace's entry of a run: `{run, ranks: [{busy_s, idle_s, cpu_s, queued_s,
-/// peak_memory_bytes}], busy_share,
+/// peak_memory_bytes}], busy_share, computing_share,
 /// estimates: {KIND: {tasks, before: {median, spread}, after: {median, spread}}}}`.
 nlohmann::json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
                             const mpi::Calibration& calibration, const nlohmann::json& rows);
 
-/// A run's entry for a person, a line for the ranks and one for each kind of task.
+/// `runs` of the trace that an earlier run left; empty where there is none, or it cannot be read.
+nlohmann::json earlier_runs(const std::filesystem::path& trace);
+
+/// A run's entry for a person: a line for the ranks, one for what each of them was idle, and one
+/// for each kind of task.
 std::string run_text(const nlohmann::json& run);
 
 /// Every rank's times, in rank order, on rank 0; empty on others.

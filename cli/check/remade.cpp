@@ -24,7 +24,8 @@ std::vector<std::string> compare_index(const DatasetFolder& folder,
   const LoadedBuild& build = folder.dataset.build;
   const TemporaryFolder temporary;
   const std::filesystem::path again = temporary.path() / "index.h5";
-  write_index(build.config, build.plan, folder.present, {folder.dataset.folder, ""}, again);
+  JoinedFiles joined(folder.dataset.folder);
+  write_index(build.config, build.plan, folder.present, {folder.dataset.folder, ""}, again, joined);
   if (core::sha256_file(path) == core::sha256_file(again)) return {};
   // Another HDF5 may lay out the same contents in another way.
   return core::compare_hdf5(path, again);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "cli/build/costs.hpp"
+#include "cli/build/schedule.hpp"
 #include "cli/sweep/run_sweep.hpp"
 #include "cli/sweep/shared_work.hpp"
 #include "cli/sweep/table.hpp"
@@ -80,15 +82,33 @@ void print_sweep_plan(const ordered_json& plan) {
   fmt::print("effects and solver of one variant: plan with --set sweep= and --set of its values\n");
 }
 
+/// The tasks of all variants as one board takes them: what others have meshed or solved before is
+/// read from the cache.
+std::vector<mpi::Task> sweep_tasks(const LoadedSweep& loaded) {
+  std::vector<BuildRun> runs;
+  for (std::size_t v = 0; v < loaded.builds.size(); ++v) {
+    runs.push_back({loaded.builds[v], {}, loaded.sweep.variants[v].folder + "/"});
+  }
+  CommonTasks common = common_tasks(runs);
+  order_shared_work(runs, common);
+  return std::move(common.tasks);
+}
+
 }  // namespace
 
-void tell_sweep_plan(const LoadedSweep& loaded, bool as_json) {
-  const ordered_json plan = describe_sweep(loaded);
+void tell_sweep_plan(const LoadedSweep& loaded, const ScheduleOptions& schedule, bool as_json) {
+  ordered_json plan = describe_sweep(loaded);
+  nlohmann::json simulated;
+  if (!schedule.ranks.empty()) {
+    simulated = simulate_builds(loaded.builds, sweep_tasks(loaded), schedule);
+    plan["simulated"] = simulated;
+  }
   if (as_json) {
     fmt::print("{}\n", plan.dump(2));
-  } else {
-    print_sweep_plan(plan);
+    return;
   }
+  print_sweep_plan(plan);
+  if (!simulated.is_null()) fmt::print("{}", schedule_text(simulated));
 }
 
 }  // namespace carillon::cli

@@ -157,7 +157,7 @@ std::vector<Results> finish_folders(const std::vector<BuildRun>& runs, const Run
   std::vector<json> traces;
   for (std::size_t v = 0; v < runs.size(); ++v) {
     const EndedBuild& ended = outcome.builds[v];
-    held.push_back(write_results(runs[v].build, runs[v].folders, ended.finished));
+    held.push_back(ended.results);
     traces.push_back(describe_trace(runs[v].build, ended.finished, held.back()));
     keep_trace(runs[v].folders.output, traces.back(), nullptr);
   }

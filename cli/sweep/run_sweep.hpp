@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/build/schedule.hpp"
 #include "cli/sweep/load_sweep.hpp"
 
 namespace carillon::cli {
@@ -11,7 +12,8 @@ namespace carillon::cli {
 /// @note Collective on the context's world.
 int run_sweep(const LoadedSweep& loaded, const BuildOptions& options, const Context& context);
 
-/// What `carillon plan` tells of a sweep: its variants, what they share and what all of it costs.
-void tell_sweep_plan(const LoadedSweep& loaded, bool as_json);
+/// What `carillon plan` tells of a sweep: its variants, what they share, what all of it costs, and
+/// how it would go on ranks that are asked for.
+void tell_sweep_plan(const LoadedSweep& loaded, const ScheduleOptions& schedule, bool as_json);
 
 }  // namespace carillon::cli

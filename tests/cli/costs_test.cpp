@@ -95,12 +95,44 @@ TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
   ranks[1].queued = 2;
   EXPECT_NEAR(busy_share(rows, 1, ranks), 17.0 / 18, 1e-12);
   EXPECT_EQ(busy_share(rows, 2, ranks), 1);
+  // Strictly: 17 of 20 s, of which others took 2.
+  EXPECT_NEAR(computing_share(rows, 1, ranks), 17.0 / 18, 1e-12);
+  ranks[1].queued = 0;
+  EXPECT_NEAR(computing_share(rows, 1, ranks), 17.0 / 20, 1e-12);
+  EXPECT_EQ(computing_share(rows, 2, ranks), 1);
+  // What a task waits for within itself shows there alone.
+  const nlohmann::json waits{row(0, 10, 5, 0), row(10, 1, 1, 0)};
+  EXPECT_EQ(busy_share(waits, 1, std::vector<mpi::RankTimes>(1)), 1);
+  EXPECT_NEAR(computing_share(waits, 1, std::vector<mpi::RankTimes>(1)), 0.5, 1e-12);
+  // Others took 4 s of a task of which a half lies before the last one's beginning.
+  const nlohmann::json taken{row(0, 20, 16, 4), row(10, 1, 1, 0)};
+  std::vector<mpi::RankTimes> two(2);
+  two[0].queued = 4;
+  EXPECT_NEAR(computing_share(taken, 1, two), 8.0 / 18, 1e-12);
 
   // A group of two computes 12 s in 10, is kept from processors for 2 s, and waits for itself 6 s.
   nlohmann::json wide = row(0, 10, 12, 2);
   wide["width"] = 2;
   EXPECT_NEAR(busy_share({wide, row(10, 1, 1, 0)}, 1, std::vector<mpi::RankTimes>(2)), 12.0 / 18,
               1e-12);
+}
+
+TEST(RunText, TellsWhatEachRankWasIdle) {
+  const auto text_of = [](std::size_t ranks) {
+    nlohmann::json run = {
+        {"busy_share", 0.75}, {"computing_share", 0.5}, {"estimates", nlohmann::json::object()}};
+    for (std::size_t r = 0; r < ranks; ++r) {
+      run["ranks"].push_back({{"busy_s", 20}, {"idle_s", 0.4 + double((r * 7) % ranks)}});
+    }
+    return run_text(run);
+  };
+  EXPECT_EQ(text_of(2),
+            "21 s on 2 ranks, busy 75.0 % of the time until the last task began, computing 50.0 %\n"
+            "idle: rank 0 0.4 s, rank 1 1.4 s\n");
+  // Rank r is idle for (7 r mod 9) s and 0.4: 4 s make rank 7, 8 s rank 5.
+  EXPECT_NE(text_of(9).find("idle: least rank 0 0.4 s, median rank 7 4.4 s, most rank 5 8.4 s\n"),
+            std::string::npos)
+      << text_of(9);
 }
 
 }  // namespace

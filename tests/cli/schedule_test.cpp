@@ -37,14 +37,18 @@ class ScheduleTest : public testing::Test {
 };
 
 TEST_F(ScheduleTest, SameTasksTakeWhatTheyTookAndOthersTheRatioOfTheirKind) {
-  const LoadedBuild build = bars(300);  // shards of 256 and 44
-  const std::vector<double> estimates{10, 20, 4, 1, 4, 1};
-  ASSERT_EQ(build.plan.tasks.size(), estimates.size());
-  const MeasuredTimes measured{{"modes/bar-000", {10, 30}},
-                               {"modes/gone", {10, 10}},
-                               {"samples/bar-000-0000", {2, 1}},  // another piece of work
-                               {"samples/bar-000-0001", {1, 2}}};
-  const TaskSeconds times = expected_seconds(build.plan, estimates, measured);
+  const std::vector<mpi::Task> tasks{
+      {.key = "a", .cost = 10, .kind = "modes"},
+      {.key = "b", .cost = 40, .width = 2, .kind = "modes of groups"},
+      {.key = "c", .cost = 4, .kind = "samples"},
+      {.key = "d", .cost = 1, .kind = "samples"},
+      {.key = "e", .cost = 4, .kind = "samples"},
+      {.key = "f", .cost = 1, .kind = "samples"}};
+  const MeasuredTimes measured{{"a", {10, 30, "modes"}},
+                               {"gone", {10, 10, "modes"}},
+                               {"c", {2, 1, "samples"}},  // another piece of work
+                               {"d", {1, 2, "samples"}}};
+  const TaskSeconds times = expected_seconds(tasks, measured);
   EXPECT_EQ(times.measured, 2u);
   EXPECT_DOUBLE_EQ(times.ratio.at("modes"), 2);
   EXPECT_DOUBLE_EQ(times.ratio.at("samples"), 1);
@@ -52,9 +56,13 @@ TEST_F(ScheduleTest, SameTasksTakeWhatTheyTookAndOthersTheRatioOfTheirKind) {
 }
 
 TEST_F(ScheduleTest, WithoutMeasuredTimesEstimatesCount) {
-  const TaskSeconds times = expected_seconds(bars(1).plan, {5, 6, 1, 2}, {});
+  const TaskSeconds times = expected_seconds({{.key = "a", .cost = 5, .kind = "modes"},
+                                              {.key = "b", .cost = 2, .kind = "modes from cache"}},
+                                             {});
   EXPECT_EQ(times.measured, 0u);
-  EXPECT_EQ(times.seconds, (std::vector<double>{5, 6, 1, 2}));
+  EXPECT_EQ(times.seconds, (std::vector<double>{5, 2}));
+  EXPECT_EQ(times.ratio.at("samples"), 1);
+  EXPECT_EQ(times.ratio.at("modes from cache"), 1);
 }
 
 TEST_F(ScheduleTest, ReadsTheTasksOfATrace) {
@@ -65,6 +73,24 @@ TEST_F(ScheduleTest, ReadsTheTasksOfATrace) {
     EXPECT_EQ(times.at("modes/bar-000").estimate, 2);
     EXPECT_EQ(times.at("modes/bar-000").seconds, 3);
   }
+}
+
+TEST_F(ScheduleTest, WhatOthersTookOfTheProcessorsIsTakenOff) {
+  write("trace.json", R"({"tasks": [
+    {"task": "x=1/modes/a", "kind": "modes from cache", "estimate_s": 2, "seconds": 3, "queued_s": 1},
+    {"task": "modes/b", "estimate_s": 2, "seconds": 3, "queued_s": 2, "width": 2}]})");
+  const MeasuredTimes times = read_measured_times(folder_);
+  EXPECT_EQ(times.at("x=1/modes/a").seconds, 2);
+  EXPECT_EQ(times.at("x=1/modes/a").kind, "modes from cache");
+  EXPECT_EQ(times.at("modes/b").seconds, 2);
+  EXPECT_EQ(times.at("modes/b").kind, "modes");
+  std::filesystem::remove(folder_ / "trace.json");
+  // A build that was cut off has its journal alone.
+  write("configuration.yaml", bars(3).config.resolved);
+  const std::string line = R"({"task": "modes/bar-000", "ok": true, "seconds": 3, )"
+                           R"("times": {"seconds": 3.5, "queued_s": 1, "width": 1}})";
+  write("journal.jsonl", line + "\n");
+  EXPECT_EQ(read_measured_times(folder_).at("modes/bar-000").seconds, 2.5);
 }
 
 TEST_F(ScheduleTest, ReadsTheJournalOfAnOlderBuild) {
@@ -107,6 +133,40 @@ TEST_F(ScheduleTest, CountsFilesAndTellsWhatLimits) {
   EXPECT_EQ(many.at("nodes"), 100);
   EXPECT_EQ(many.at("limited_by"), "longest chain");
   EXPECT_DOUBLE_EQ(many.at("makespan_s"), many.at("longest_chain_s"));
+}
+
+TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
+  MachineCosts costs;
+  costs.service = {};
+  LoadedBuild build = bars(1);
+  const std::vector<mpi::Task> tasks = board_tasks(build.plan, build.config);
+  ASSERT_EQ(tasks.size(), 4u);
+  for (const mpi::Task& task : tasks) ASSERT_LT(task.memory, 1 << 30);
+  // Both bodies at a time, one after the other, none.
+  const auto on_two = [&](double memory) {
+    build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory);
+    const nlohmann::json out = simulate_build(build, {.ranks = {2}}, costs);
+    const std::string text = schedule_text(out);
+    EXPECT_EQ(text.find("are refused") != std::string::npos,
+              out.at("schedules").at(0).at("refused_tasks") > 0);
+    return out.at("schedules").at(0);
+  };
+  const nlohmann::json free = on_two(0);
+  EXPECT_EQ(free.at("refused_tasks"), 0);
+  EXPECT_EQ(free.at("memory_wait_s"), 0);
+  EXPECT_EQ(on_two(1e12).at("makespan_s"), free.at("makespan_s"));
+  double most = 0;
+  for (const mpi::Task& task : tasks) most = std::max(most, task.memory);
+  const nlohmann::json tight = on_two(most + 1);
+  EXPECT_EQ(tight.at("refused_tasks"), 0);
+  EXPECT_EQ(tight.at("limited_by"), "memory of nodes");
+  EXPECT_NEAR(tight.at("makespan_s"), 2 * free.at("shared_work_s").get<double>(), 0.1);
+  EXPECT_GT(tight.at("memory_wait_s"), 0);
+  EXPECT_LE(tight.at("node_memory_bytes"), most + 1);
+  const nlohmann::json none = on_two(1);
+  EXPECT_EQ(none.at("refused_tasks"), 4);
+  EXPECT_EQ(none.at("last_task"), "");
+  EXPECT_EQ(none.at("limited_by"), "nothing");
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/build/costs.hpp"
-
 namespace carillon::cli {
 namespace {
 
@@ -24,19 +22,10 @@ std::vector<BuildRun> runs_of(const std::vector<LoadedBuild>& builds) {
   return runs;
 }
 
-CommonTasks tasks_of(const std::vector<LoadedBuild>& builds) {
-  CommonTasks common{{}, {0}, {}};
-  for (const LoadedBuild& build : builds) {
-    for (const mpi::Task& one : board_tasks(build.plan, build.config)) common.tasks.push_back(one);
-    common.first.push_back(common.tasks.size());
-  }
-  common.done.assign(common.tasks.size(), false);
-  return common;
-}
-
 std::vector<std::int64_t> behind(const std::vector<LoadedBuild>& builds, std::size_t task) {
-  CommonTasks common = tasks_of(builds);
-  order_shared_work(runs_of(builds), common);
+  const std::vector<BuildRun> runs = runs_of(builds);
+  CommonTasks common = common_tasks(runs);
+  order_shared_work(runs, common);
   return common.tasks[task].behind;
 }
 
@@ -81,7 +70,7 @@ TEST(SharedWork, AnotherOrderOrSeedSharesNothing) {
 
 TEST(SharedWork, WiderGroupsGoFirst) {
   const std::vector<LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=2"})};
-  CommonTasks common = tasks_of(builds);
+  CommonTasks common = common_tasks(runs_of(builds));
   common.tasks[4].width = 2;
   order_shared_work(runs_of(builds), common);
   EXPECT_TRUE(common.tasks[4].behind.empty());
@@ -92,7 +81,7 @@ TEST(SharedWork, WhatIsDoneLeadsNobody) {
   // Its cache may be gone: the first of the others makes anew what they share.
   const std::vector<LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=2"}),
                                            build_of({"audio.seconds=3"})};
-  CommonTasks common = tasks_of(builds);
+  CommonTasks common = common_tasks(runs_of(builds));
   common.done[0] = true;
   order_shared_work(runs_of(builds), common);
   EXPECT_TRUE(common.tasks[4].behind.empty());
@@ -105,7 +94,7 @@ TEST(SharedWork, TasksFailTogetherWhereTheyDoTheSameUnderTheSameLimits) {
   const std::vector<LoadedBuild> builds = {
       build_of({}), build_of({"modes.max_modes=9"}), build_of({"audio.seconds=2"}),
       build_of({"limits.mesh_time=9 s"}), build_of({"limits.mesh_time=9 s", "audio.seconds=2"})};
-  CommonTasks common = tasks_of(builds);
+  CommonTasks common = common_tasks(runs_of(builds));
   SameWork same = order_shared_work(runs_of(builds), common);
   // Modes of the first body: tasks 0, 4, 8, 12, 16.
   using Numbers = std::vector<std::int64_t>;

@@ -13,8 +13,7 @@ from interrupted import (CONFIG, SAMPLES, TASKS, InterruptedTest, descendants, r
 from program import CARILLON, FolderTest, run_json
 from same import hashes
 
-# Half a second is promised; a busy machine may take longer to let a process run at all.
-PROMISED_S = 0.5
+# Half a second is promised (docs/guide.md); a busy machine may take longer to let a process run.
 ALLOWED_S = 1.5
 
 

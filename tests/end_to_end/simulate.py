@@ -30,7 +30,9 @@ class Simulate(FolderTest):
             run_json("--cache", "", "build", cls.config, "-o", cls.folder / f"on-{ranks}",
                      ranks=ranks)
             trace = json.loads((cls.folder / f"on-{ranks}" / "trace.json").read_text())
-            cls.walls[ranks] = max(one["busy_s"] + one["idle_s"] for one in trace["ranks"])
+            # What other programs, or more ranks than cores, took is in no simulated time.
+            cls.walls[ranks] = sum(one["busy_s"] + one["idle_s"] - one["queued_s"]
+                                   for one in trace["ranks"]) / ranks
 
     def plan(self, *options, config=None):
         return run_json("plan", config or self.config, *options)["simulated"]
@@ -38,6 +40,8 @@ class Simulate(FolderTest):
     def replayed(self, ranks):
         plan = self.plan("--ranks", ranks, "--trace", self.folder / f"on-{ranks}")
         self.assertEqual(plan["tasks"]["measured"], plan["tasks"]["count"])
+        trace = json.loads((self.folder / f"on-{ranks}" / "trace.json").read_text())
+        self.assertEqual(plan["last_run"], trace["runs"][-1])
         return plan["schedules"][0]
 
     def test_replayed_times_make_the_real_wall_time(self):
@@ -50,7 +54,7 @@ class Simulate(FolderTest):
         # More ranks than cores: what it shows is the order of tasks, not the machine.
         made = self.replayed(4)
         print(f"4 ranks: {self.walls[4]:.2f} s, simulated {made['makespan_s']:.2f} s")
-        self.assertAlmostEqual(made["makespan_s"] / self.walls[4], 1, delta=0.3)
+        self.assertAlmostEqual(made["makespan_s"] / self.walls[4], 1, delta=0.4)
 
     def test_more_ranks_take_no_longer_down_to_the_longest_chain(self):
         plan = self.plan("--ranks", "1,2,4,64,4096", "--ranks-per-node", 64, "--trace",
@@ -90,7 +94,8 @@ class Simulate(FolderTest):
         self.assertEqual(larger["tasks"]["count"], 4 * SHAPES)
         same = self.replayed(1)["shared_work_s"]
         journal = (self.folder / "on-1" / "journal.jsonl").read_text().splitlines()
-        seconds = {entry["task"]: entry["seconds"] for entry in map(json.loads, journal)}
+        seconds = {entry["task"]: entry["seconds"] - entry["times"]["queued_s"]
+                   for entry in map(json.loads, journal)}
         sounds = sum(s for task, s in seconds.items() if task.startswith("samples/"))
         self.assertAlmostEqual(larger["schedules"][0]["shared_work_s"], same + sounds,
                                delta=0.35 * sounds)
@@ -103,6 +108,24 @@ class Simulate(FolderTest):
             result = run("plan", self.config, *options)
             self.assertEqual(result.returncode, 2, result.stdout)
             self.assertIn(words, result.stderr)
+
+    def test_nodes_have_the_memory_that_is_given(self):
+        estimate = run_json("plan", self.config)["estimate"]["memory_bytes_per_rank"]
+        memory = f"ranks.memory_per_node={int(estimate) + 1} B"
+        free, tight = (self.plan("--ranks", 4, "--trace", self.folder / "on-1", *more)
+                       ["schedules"][0] for more in ((), ("--set", memory)))
+        self.assertEqual((free["refused_tasks"], free["memory_wait_s"]), (0, 0))
+        self.assertEqual(tight["refused_tasks"], 0)
+        self.assertEqual(tight["limited_by"], "memory of nodes")
+        self.assertGreater(tight["makespan_s"], 1.5 * free["makespan_s"])
+        self.assertLessEqual(tight["node_memory_bytes"], estimate + 1)
+        text = run("plan", self.config, "--ranks", "4", "--set", "ranks.memory_per_node=1 MiB")
+        self.assertIn("on 4 ranks 12 of 12 tasks are refused", text.stdout)
+
+    def test_the_last_run_of_a_trace_is_told(self):
+        text = run("plan", self.config, "--ranks", "2", "--trace", self.folder / "on-2").stdout
+        self.assertRegex(text, r"the trace's last run: .* on 2 ranks, busy .* %.*, computing .* %")
+        self.assertRegex(text, r"\nidle: rank 0 .* s, rank 1 .* s\n")
 
     def test_the_table_has_a_line_for_each_number_of_ranks(self):
         text = run("plan", self.config, "--ranks", "1,4096", "--ranks-per-node", "64").stdout

@@ -89,6 +89,30 @@ class Sweeps(FolderTest):
         plan = run_json("plan", self.config)
         self.assertEqual(plan["shared"], {"bodies": 8, "meshes": 4, "solves": 4})
 
+    def test_its_schedule_is_simulated(self):
+        plan = run_json("plan", self.config, "--ranks", "1,2")["simulated"]
+        alone = run_json("plan", self.config, "--set", "sweep=", "--ranks", 1)["simulated"]
+        self.assertEqual(plan["tasks"]["count"], 4 * alone["tasks"]["count"])
+        one, two = plan["schedules"]
+        # Half of the eight bodies are read from the cache, in 0.1 s at most.
+        bodies = run_json("plan", self.config)["estimate"]
+        self.assertAlmostEqual(one["shared_work_s"], bodies["rank_seconds"], 6)
+        self.assertLess(two["makespan_s"], one["makespan_s"])
+        real = [path for path in self.output.rglob("*") if path.is_file()
+                and path.name not in (".lock", ".gitignore")
+                and path.relative_to(self.output).parts[0] != "cache"]
+        self.assertEqual(plan["files"]["count"], len(real), sorted(map(str, real)))
+        # Replayed, all tasks are measured, and two ranks take what they took.
+        traced = run_json("plan", self.config, "--ranks", 2, "--trace", self.output)["simulated"]
+        self.assertEqual(traced["tasks"]["measured"], traced["tasks"]["count"])
+        trace = json.loads((self.output / "trace.json").read_text())
+        self.assertEqual(traced["last_run"], trace["runs"][-1])
+        wall = sum(r["busy_s"] + r["idle_s"] - r["queued_s"] for r in trace["ranks"]) / 2
+        print(f"{wall:.2f} s, simulated {traced['schedules'][0]['makespan_s']:.2f} s", flush=True)
+        self.assertAlmostEqual(traced["schedules"][0]["makespan_s"] / wall, 1, delta=0.25)
+        text = run("plan", self.config, "--ranks", "1,64").stdout
+        self.assertIn("times for modes from cache", text)
+
     def test_the_table_says_what_is_in_the_datasets(self):
         table = rows(self.output / "sweep.csv")
         document = json.loads((self.output / "sweep.json").read_text())

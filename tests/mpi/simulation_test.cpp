@@ -122,8 +122,12 @@ TEST(Simulation, TasksWaitForTheMemoryOfTheirNode) {
   const Schedule bounded = simulate(TaskBoard(tasks), seconds, on);
   EXPECT_DOUBLE_EQ(bounded.makespan, 3);
   EXPECT_DOUBLE_EQ(bounded.node_memory, 6);
+  // Two ranks wait for 2 s, then the last two tasks are under way and there is nothing to wait for.
+  EXPECT_DOUBLE_EQ(bounded.memory_wait, 4);
+  EXPECT_DOUBLE_EQ(bounded.idle, 6);
   on.node_memory = 12;
   EXPECT_DOUBLE_EQ(simulate(TaskBoard(tasks), seconds, on).makespan, 2);
+  EXPECT_EQ(simulate(TaskBoard(tasks), seconds, on).memory_wait, 0);
   // Nobody has 5 bytes for a task of 6; what waits for it is not run either.
   tasks[5].after = {0};
   on.node_memory = 5;

@@ -24,7 +24,6 @@ TEST(TaskHost, HooksSeeEveryTaskOneCallAtATime) {
     std::this_thread::yield();
     --inside;
   };
-  int started = 0;
   int completed = 0;
   double progress = 0;
   TaskHost host(TaskBoard(tasks(400)), {.completed =
@@ -36,11 +35,6 @@ TEST(TaskHost, HooksSeeEveryTaskOneCallAtATime) {
                                             [&](const TaskBoard& board) {
                                               alone();
                                               progress = board.settled_cost();
-                                            },
-                                        .started =
-                                            [&](const Task&) {
-                                              alone();
-                                              ++started;
                                             }});
   std::vector<std::thread> workers;
   for (int w = 0; w < 4; ++w) {
@@ -52,7 +46,6 @@ TEST(TaskHost, HooksSeeEveryTaskOneCallAtATime) {
   }
   for (std::thread& worker : workers) worker.join();
   EXPECT_FALSE(overlapped);
-  EXPECT_EQ(started, 400);
   EXPECT_EQ(completed, 400);
   EXPECT_EQ(progress, 400);
   EXPECT_EQ(host.board().count(TaskState::done), 400);
@@ -87,12 +80,6 @@ TEST(TaskHost, AHookThatThrowsStopsTheRunAndIsKept) {
   } catch (const std::runtime_error& e) {
     EXPECT_STREQ(e.what(), "disk full at 0");
   }
-}
-
-TEST(TaskHost, ATaskWhoseBeginningCannotBeNotedIsNotHandedOut) {
-  TaskHost host(TaskBoard(tasks(1)), {.started = [](const Task&) { throw 1; }});
-  EXPECT_EQ(host.claim(1).kind, Claim::Kind::end);
-  EXPECT_TRUE(host.error());
 }
 
 TEST(TaskHost, AFailureTakesWhatItConcernsWithIt) {
