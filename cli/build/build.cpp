@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "cli/build/keep_trace.hpp"
 #include "cli/build/last_words.hpp"
 #include "cli/build/run_builds.hpp"
 #include "cli/build/task_times.hpp"

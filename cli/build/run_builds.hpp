@@ -7,37 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "cli/build/build.hpp"
-#include "cli/build/modes_task.hpp"
+#include "cli/build/common_tasks.hpp"
 #include "cli/build/progress_so_far.hpp"
 #include "core/trace.hpp"
 #include "mpi/task_service.hpp"
 
 namespace carillon::cli {
-
-/// One of the datasets that a run works on.
-struct BuildRun {
-  LoadedBuild build;
-  BuildFolders folders;
-  std::string name{};  ///< before its tasks' keys on the common board; "" for a build alone
-};
-
-/// Tasks that do the same work, by their numbers on the board: where one task fails in a stage
-/// ("mesh", "solve"), the others would fail likewise, and are given up with it.
-using SameWork = std::map<std::pair<std::int64_t, std::string>, std::vector<std::int64_t>>;
-
-/// The tasks of a run's builds on its board, one build after the other.
-struct CommonTasks {
-  std::vector<mpi::Task> tasks{};
-  std::vector<std::size_t> first{};  ///< where each build's tasks begin, and the number of all
-  std::vector<bool> done{};          ///< by an earlier run
-};
-
-/// @return with keys that begin with the builds' names, as if nothing were done
-CommonTasks common_tasks(const std::vector<BuildRun>& builds);
-
-/// May make tasks of different builds wait for each other, and says which of them do the same.
-using OrderTasks = std::function<SameWork(CommonTasks&)>;
 
 /// What the host says last when a signal cuts the run off.
 /// @param results  of each build
@@ -85,18 +60,5 @@ constexpr double lock_patience_s = 10;
 /// @note Collective on the context's world.
 int run_builds(const RunRequest& request, const Context& context,
                const std::function<int(RunOutcome&)>& finish);
-
-/// A dataset's trace.json but for what the run as a whole has to say.
-nlohmann::json describe_trace(const LoadedBuild& build,
-                              const std::map<std::string, nlohmann::json>& finished,
-                              const Results& results);
-
-/// Writes a folder's trace.json where it does not say so yet: a run that was killed may have ended
-/// all tasks and not have come to it.
-/// @param document  of describe_trace(); `runs` of the folder's old one are kept
-/// @param outcome   where ranks worked on this folder alone: what the run says of itself is added
-///                  (`runs`, `ranks`, `index`) if it ran tasks. Null for one of several builds
-void keep_trace(const std::filesystem::path& folder, nlohmann::json& document,
-                const RunOutcome* outcome);
 
 }  // namespace carillon::cli

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/build/keep_trace.hpp"
 #include "cli/build/run_builds.hpp"
 #include "cli/build/task_times.hpp"
 #include "cli/build/trace_json.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/build/run_builds.hpp"
+#include "cli/build/common_tasks.hpp"
 
 namespace carillon::cli {
 
