@@ -9,6 +9,8 @@
 #include <fstream>
 #include <set>
 
+#include "cli/temporary_folder.hpp"
+
 namespace carillon::cli {
 namespace {
 
@@ -31,18 +33,14 @@ std::string tetrahedron(double x, double y, double z, double angle, double scale
 
 class Identities : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) / "identities";
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
   }
   BuildConfig meshes() const {
     return config_of("  - mesh: " + (folder_ / "*.off").string() + "\n");
   }
-  std::filesystem::path folder_;
+  TemporaryFolder own_;  // tests run side by side
+  std::filesystem::path folder_ = own_.path();
 };
 
 TEST_F(Identities, TurnedAndScaledCopiesOfAMeshAreOneShape) {
