@@ -75,18 +75,18 @@ double judging_bytes(const solvers::MeshSize& mesh, double modes, int ranks) {
 }
 
 /// [byte] at the peak of a modes task on all its ranks, within a quarter of what most bodies of 600
-/// to 100,000 unknowns were seen to hold: the program, matrices, and either a direct solve's factor
-/// and vectors or the judging of its modes; what does not fit the memory limit is solved by other
-/// means within it.
+/// to 100,000 unknowns were seen to hold beside idle ranks: matrices, and either a direct solve's
+/// factor and vectors or the judging of its modes; what does not fit the memory limit is solved by
+/// other means within it.
 double modes_memory(const BuildConfig& config, const solvers::MeshSize& mesh,
                     const ExpectedSets& sets, int ranks) {
-  constexpr double program = 1.9e8;
+  constexpr double libraries = 6e7;  // that the first task wakes
   const double n = mesh.unknowns();
   const double solving = 1.3 * solvers::factor_memory(mesh) + 8 * n * (5 * sets.modes + 80);
   const double others = 12 * n * sets.modes * (sets.sets - 1);
   const double all =
       matrix_bytes(mesh) + std::max(solving, judging_bytes(mesh, sets.modes, ranks)) + others;
-  return ranks * program + std::min(all, static_cast<double>(config.solver.memory_limit));
+  return ranks * libraries + std::min(all, static_cast<double>(config.solver.memory_limit));
 }
 
 mpi::Task modes_task(const BuildConfig& config, const ExpectedBody& body,
@@ -110,7 +110,7 @@ mpi::Task samples_task(const BuildConfig& config, const BuildTask& entry, double
   // Reading the modes, and writing and syncing what was made.
   task.cost =
       0.02 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
-  task.memory = values * 4 + 1e8;
+  task.memory = values * 4 + 6e7;
   for (const EffectDecision& effect : config.scene.effects) {
     if (effect.enabled) task.memory += effect.in_scene.memory;
   }

@@ -29,7 +29,7 @@ nlohmann::json describe_plan(const LoadedBuild& build) {
   std::size_t modes_tasks = 0, samples_tasks = 0;
   for (const mpi::Task& task : board_tasks(build.plan, build.config)) {
     seconds += task.cost;
-    memory = std::max(memory, task.memory / task.width);
+    memory = std::max(memory, task.memory / task.width + idle_rank_bytes);
     ++tasks_of_width[task.width];
   }
   for (const BuildTask& task : build.plan.tasks) {

@@ -157,11 +157,14 @@ json simulate_builds(std::span<const LoadedBuild> builds, std::vector<mpi::Task>
     if (!runs.empty()) out["last_run"] = runs.back();
   }
   const auto shards = out.at("files").at("shards").get<std::size_t>();
+  const std::int64_t given = builds.front().config.ranks.memory_per_node;
   for (const int ranks : options.ranks) {
+    const int on_node = options.ranks_per_node > 0 ? options.ranks_per_node : ranks;
+    const auto idle = static_cast<std::int64_t>(idle_rank_bytes) * std::min(on_node, ranks);
     const mpi::SimulatedRanks on{
         .ranks = ranks,
-        .ranks_per_node = options.ranks_per_node > 0 ? options.ranks_per_node : ranks,
-        .node_memory = builds.front().config.ranks.memory_per_node};
+        .ranks_per_node = on_node,
+        .node_memory = given > 0 ? std::max<std::int64_t>(1, given - idle) : 0};
     const mpi::Schedule schedule =
         mpi::simulate(mpi::TaskBoard(work.tasks), work.times.seconds, on, costs.service);
     out["schedules"].push_back(describe(schedule, work, on, costs, shards));

@@ -144,7 +144,8 @@ TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
   for (const mpi::Task& task : tasks) ASSERT_LT(task.memory, 1 << 30);
   // Both bodies at a time, one after the other, none.
   const auto on_two = [&](double memory) {
-    build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory);
+    const double idle = memory > 1 ? 2 * idle_rank_bytes : 0;
+    build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory + idle);
     const nlohmann::json out = simulate_build(build, {.ranks = {2}}, costs);
     const std::string text = schedule_text(out);
     EXPECT_EQ(text.find("are refused") != std::string::npos,
