@@ -47,10 +47,10 @@ bool IndexKeeper::due() const {
 }
 
 void IndexKeeper::run() try {
-  for (;;) {
+  // What is done already is written at once.
+  for (std::chrono::milliseconds pause(0);; pause = std::chrono::milliseconds(100)) {
     {
       std::unique_lock lock(news_mutex_);
-      const auto pause = std::chrono::milliseconds(calls_ == 0 ? 0 : 100);
       if (woken_.wait_for(lock, pause, [this] { return ending_; })) return;
     }
     // The host's own task may be one that is bounded in memory.

@@ -11,7 +11,6 @@
 #include "cli/build/solver_plan.hpp"
 #include "cli/sound/scene.hpp"
 #include "cli/sweep/run_sweep.hpp"
-#include "core/error.hpp"
 #include "core/progress.hpp"
 
 namespace carillon::cli {
