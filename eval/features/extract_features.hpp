@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "eval/features/feature.hpp"
+
+namespace carillon::eval {
+
+enum class FeatureMethod {
+  esprit,  ///< ESPRIT in decimated bands
+  peaks    ///< the papers': peaks of spectrograms of several resolutions, fitted one by one
+};
+
+struct FeatureOptions {
+  FeatureMethod method = FeatureMethod::esprit;
+  std::optional<double> onset;   ///< [s] where the strike begins; none: it is found
+  double contact_time = 0.003;   ///< after the onset, left out: the modes are still driven [s]
+  double min_frequency = 20;     ///< [Hz]
+  double max_frequency = 20000;  ///< [Hz]; never above 0.95 of half the sample rate
+  double min_decay_rate = 0.2;   ///< what decays slower is a hum [1/s]
+  /// Reverberation time of the room [s]; modes with d above 6.9 / rt60 are marked.
+  std::optional<double> rt60;
+  std::size_t max_features = 500;
+};
+
+/// A tone that does not decay with the sound: not a mode.
+struct Hum {
+  double frequency = 0;   ///< [Hz]
+  double decay_rate = 0;  ///< [1/s], may be negative
+  double amplitude = 0;
+};
+
+/// What a recording holds.
+struct FeatureSet {
+  std::vector<Feature> features;  ///< by frequency, ascending
+  std::vector<Hum> hums;
+  double sample_rate = 0;   ///< [Hz]
+  double onset = 0;         ///< [s] from the beginning of the recording
+  double begin = 0;         ///< what was analysed [s]: after contact and after what was clipped,
+  double end = 0;           ///< and before the next strike or the end
+  double explained = 0;     ///< share of the energy from begin to end, without the hums, that the
+                            ///< features make up
+  std::size_t clipped = 0;  ///< samples at full scale
+  std::vector<double> residual;      ///< from begin to end: what neither features nor hums are
+  std::vector<std::string> remarks;  ///< what was left out and why, for people
+  /// Why there are no features ("silent", "no decaying tone above the noise"); "" where there are.
+  std::string nothing;
+};
+
+/// Modes of a struck object from a recording of one channel, at any rate and of any length.
+/// @param samples  full scale 1
+/// @throws InputError  a sample that is not finite (names its place), a rate that is not positive,
+///                     options out of range
+FeatureSet extract_features(std::span<const double> samples, double sample_rate,
+                            const FeatureOptions& options = {});
+
+}  // namespace carillon::eval
