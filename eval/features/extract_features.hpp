@@ -24,7 +24,8 @@ struct FeatureOptions {
   double min_decay_rate = 0.2;   ///< what decays slower is a hum [1/s]
   /// Reverberation time of the room [s]; modes with d above 6.9 / rt60 are marked.
   std::optional<double> rt60;
-  std::size_t max_features = 500;
+  double min_level = -60;  ///< energy of a mode against the strongest's [dB]
+  std::size_t max_features = 300;
 };
 
 /// A tone that does not decay with the sound: not a mode.

@@ -1,0 +1,104 @@
+#include "cli/feature_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// A number where there is one: JSON has no NaN.
+nlohmann::json number(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+}  // namespace
+
+void add_feature_arguments(CLI::App& command, FeatureArguments& arguments) {
+  command
+      .add_option("--method", arguments.method,
+                  "esprit: subspace and likelihood in bands; peaks: of spectrograms, as the papers")
+      ->check(CLI::IsMember({"esprit", "peaks"}))
+      ->capture_default_str();
+  command.add_option("--onset", arguments.onset, "where the strike begins; found by itself");
+  command
+      .add_option("--contact-time", arguments.contact_time,
+                  "left out after the onset: the body is still driven")
+      ->default_str("3 ms");
+  command.add_option("--min-frequency", arguments.min_frequency, "of modes")->default_str("20 Hz");
+  command
+      .add_option("--max-frequency", arguments.max_frequency,
+                  "of modes; at most 0.95 of half the sample rate")
+      ->default_str("20 kHz");
+  command
+      .add_option("--min-decay-rate", arguments.min_decay_rate,
+                  "what decays slower is taken for a hum [1/s]")
+      ->default_str("0.2");
+  command.add_option("--rt60", arguments.rt60,
+                     "reverberation time of the room: modes that decay faster are marked");
+  command.add_option("--max-features", arguments.max_features, "modes at most")
+      ->check(CLI::Range(1, 5000))
+      ->capture_default_str();
+}
+
+eval::FeatureOptions feature_options(const FeatureArguments& arguments) {
+  using core::Dimension;
+  eval::FeatureOptions options;
+  options.method =
+      arguments.method == "peaks" ? eval::FeatureMethod::peaks : eval::FeatureMethod::esprit;
+  const auto read = [](const std::string& text, Dimension dimension, const char* name,
+                       auto& value) {
+    if (text.empty()) return;
+    try {
+      value = core::parse_quantity(text, dimension);
+    } catch (const core::Error& error) {
+      throw core::InputError(std::string(name) + ": " + error.message(), error.hint());
+    }
+  };
+  read(arguments.onset, Dimension::time, "--onset", options.onset);
+  read(arguments.contact_time, Dimension::time, "--contact-time", options.contact_time);
+  read(arguments.min_frequency, Dimension::frequency, "--min-frequency", options.min_frequency);
+  read(arguments.max_frequency, Dimension::frequency, "--max-frequency", options.max_frequency);
+  read(arguments.min_decay_rate, Dimension::none, "--min-decay-rate", options.min_decay_rate);
+  read(arguments.rt60, Dimension::time, "--rt60", options.rt60);
+  options.max_features = arguments.max_features;
+  return options;
+}
+
+nlohmann::json features_json(const std::string& file, const eval::FeatureSet& set) {
+  nlohmann::json features = nlohmann::json::array(), hums = nlohmann::json::array();
+  for (const eval::Feature& f : set.features) {
+    features.push_back({{"frequency_hz", f.frequency},
+                        {"decay_rate_per_s", f.decay_rate},
+                        {"amplitude", f.amplitude},
+                        {"phase_rad", number(f.phase)},
+                        {"frequency_error_hz", number(f.frequency_error)},
+                        {"decay_rate_error_per_s", number(f.decay_rate_error)},
+                        {"amplitude_error", number(f.amplitude_error)},
+                        {"snr_db", number(f.snr)},
+                        {"reverberant", f.reverberant},
+                        {"channel", f.channel + 1}});
+  }
+  for (const eval::Hum& hum : set.hums) {
+    hums.push_back({{"frequency_hz", hum.frequency},
+                    {"decay_rate_per_s", hum.decay_rate},
+                    {"amplitude", hum.amplitude}});
+  }
+  return {{"file", file},
+          {"sample_rate_hz", set.sample_rate},
+          {"onset_s", set.onset},
+          {"begin_s", set.begin},
+          {"end_s", set.end},
+          {"clipped_samples", set.clipped},
+          {"energy_explained", set.explained},
+          {"features", features},
+          {"hums", hums},
+          {"remarks", set.remarks},
+          {"nothing", set.nothing}};
+}
+
+}  // namespace carillon::cli

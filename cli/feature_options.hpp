@@ -1,0 +1,29 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "eval/features/read_clip.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace carillon::cli {
+
+/// What commands that analyse recordings take, as it was typed.
+struct FeatureArguments {
+  std::string method = "esprit";
+  std::string onset, contact_time, min_frequency, max_frequency, min_decay_rate, rt60;
+  std::size_t max_features = 300;
+};
+
+void add_feature_arguments(CLI::App& command, FeatureArguments& arguments);
+
+/// @throws InputError  a value that cannot be read; names the option
+eval::FeatureOptions feature_options(const FeatureArguments& arguments);
+
+/// A recording's features as --json prints them; docs/features.md names the fields.
+nlohmann::json features_json(const std::string& file, const eval::FeatureSet& set);
+
+}  // namespace carillon::cli

@@ -1,0 +1,119 @@
+#include "eval/features/read_clip.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/audio.hpp"
+#include "core/error.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+constexpr double kSameMode = 3;  ///< standard errors
+
+/// Distance of two features in standard errors of their difference; without errors, in half widths
+/// of their lines.
+double distance(const Feature& a, const Feature& b) {
+  const auto apart = [](double x, double y, double ex, double ey, double width) {
+    const double error = std::hypot(ex, ey);
+    return std::abs(x - y) / (std::isfinite(error) && error > 0 ? error : width);
+  };
+  const double width = 0.5 * (a.decay_rate + b.decay_rate);
+  return std::max(
+      apart(a.frequency, b.frequency, a.frequency_error, b.frequency_error, width / 6.28),
+      apart(a.decay_rate, b.decay_rate, a.decay_rate_error, b.decay_rate_error, width));
+}
+
+/// Mean of two values weighted by their errors, and its error.
+void join(double& value, double& error, double other, double other_error) {
+  if (!std::isfinite(error) || !std::isfinite(other_error) || !(error > 0) || !(other_error > 0)) {
+    return;
+  }
+  const double own = 1 / (error * error), its = 1 / (other_error * other_error);
+  value = (own * value + its * other) / (own + its);
+  error = 1 / std::sqrt(own + its);
+}
+
+Feature joined(const Feature& a, const Feature& b) {
+  Feature feature = a.amplitude >= b.amplitude ? a : b;
+  const Feature& other = a.amplitude >= b.amplitude ? b : a;
+  join(feature.frequency, feature.frequency_error, other.frequency, other.frequency_error);
+  join(feature.decay_rate, feature.decay_rate_error, other.decay_rate, other.decay_rate_error);
+  feature.snr = std::max(a.snr, b.snr);
+  return feature;
+}
+
+double energy(std::span<const double> samples) {
+  double sum = 0;
+  for (const double sample : samples) sum += sample * sample;
+  return sum;
+}
+
+}  // namespace
+
+FeatureSet merge_channels(std::vector<FeatureSet> channels) {
+  FeatureSet set = std::move(channels.front());
+  for (std::size_t c = 1; c < channels.size(); ++c) {
+    std::vector<Feature> rest = channels[c].features;
+    for (Feature& feature : set.features) {
+      const auto near =
+          std::min_element(rest.begin(), rest.end(), [&](const Feature& a, const Feature& b) {
+            return distance(feature, a) < distance(feature, b);
+          });
+      if (near == rest.end() || distance(feature, *near) > kSameMode) continue;
+      feature = joined(feature, *near);
+      rest.erase(near);
+    }
+    set.features.insert(set.features.end(), rest.begin(), rest.end());
+  }
+  if (!set.features.empty()) set.nothing.clear();
+  std::sort(set.features.begin(), set.features.end(),
+            [](const Feature& a, const Feature& b) { return a.frequency < b.frequency; });
+  return set;
+}
+
+FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions& options) {
+  const core::AudioClip clip = core::read_audio(path);
+  const auto width = static_cast<std::size_t>(clip.channels);
+  std::vector<std::vector<double>> channels;
+  for (std::size_t c = 0; c < width; ++c) {
+    std::vector<double> samples;
+    samples.reserve(clip.samples.size() / width);
+    for (std::size_t n = c; n < clip.samples.size(); n += width) samples.push_back(clip.samples[n]);
+    // The same sound on two channels has the same noise, and is no second look at it.
+    if (std::find(channels.begin(), channels.end(), samples) == channels.end()) {
+      channels.push_back(std::move(samples));
+    }
+  }
+  // The loudest first: where it begins and ends counts for all.
+  std::vector<std::size_t> order(channels.size());
+  for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return energy(channels[a]) > energy(channels[b]);
+  });
+  std::vector<FeatureSet> sets;
+  for (const std::size_t c : order) {
+    FeatureOptions own = options;
+    if (!sets.empty() && !own.onset && sets.front().nothing.empty()) own.onset = sets.front().onset;
+    try {
+      sets.push_back(extract_features(channels[c], clip.sample_rate, own));
+    } catch (const core::InputError& error) {
+      const std::string place =
+          width > 1 ? fmt::format("{}: channel {}", path.string(), c + 1) : path.string();
+      throw core::InputError(fmt::format("{}: {}", place, error.message()), error.hint());
+    }
+    for (Feature& feature : sets.back().features) feature.channel = static_cast<int>(c);
+  }
+  if (sets.empty()) {
+    FeatureSet empty;
+    empty.sample_rate = clip.sample_rate;
+    empty.nothing = "no samples";
+    return empty;
+  }
+  return merge_channels(std::move(sets));
+}
+
+}  // namespace carillon::eval
