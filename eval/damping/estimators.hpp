@@ -22,7 +22,7 @@ Estimate least_squares(const ScaledLaw& law, const Eigen::VectorXd& target,
 Objective misfit_objective(const ScaledLaw& law, const Eigen::VectorXd& target, double unit);
 
 /// A law whose parameters have no size of their own (an expression that is not linear): in units of
-/// the best of its least-squares fits, and with that as its only candidate.
+/// the best of its least-squares fits, and with candidates around it.
 /// @param near  makes the law in units of given alphas
 ScaledLaw settled_law(const ScaledLaw& law, const Eigen::VectorXd& target,
                       const std::function<ScaledLaw(const std::vector<double>& alphas)>& near);

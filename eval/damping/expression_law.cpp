@@ -179,7 +179,15 @@ ScaledLaw expression_law(const std::string& expression, const DampingData& data,
     return VectorXd(Eigen::Map<const VectorXd>(alphas.data(), n).cwiseQuotient(units));
   };
   if (!near.empty()) {
-    law.candidates = {law.parameters(near)};
+    const VectorXd middle = law.parameters(near);
+    law.candidates = {middle};
+    for (Index k = 0; k < n; ++k) {
+      if (std::find(linear.begin(), linear.end(), k) != linear.end()) continue;
+      for (const double factor : {0.5, 0.8, 0.9, 0.95, 1.05, 1.1, 1.25, 2.0}) {
+        law.candidates.push_back(middle);
+        law.candidates.back()[k] *= factor;
+      }
+    }
     return law;
   }
   core::RandomStream random(0, 0, "fit.candidates");

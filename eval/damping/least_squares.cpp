@@ -104,8 +104,8 @@ Estimate least_squares(const ScaledLaw& law, const VectorXd& target, const Watch
     if (watch) watch(best, least / points, 0);
     return {best, std::isfinite(least), 1};
   }
-  // In units of the best candidate's misfit; that of perfect data is rounding.
-  const double unit = points * std::max(least / points, 1e-24);
+  // In units of the best candidate's misfit, but not of rounding's where the data are perfect.
+  const double unit = points * std::max(least / points, 1e-7);
   NewtonOptions options;
   options.watch = [&](const VectorXd& x, double value, double gradient) {
     if (watch) watch(x, 2 * unit * value / points, gradient);

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/error.hpp"
 #include "eval/damping/estimators.hpp"
@@ -52,8 +53,8 @@ VectorXd best_step(const ScaledLaw& law, const Curve& curve, const VectorXd& x,
 struct Merit {
   double excess = kInfinity;
   double above = kInfinity;
-  /// Being above costs more than any gain: excess is a mean, above a maximum.
-  double cost(double points) const { return excess + 2 * points * above; }
+  /// Lifting a whole curve gains as much excess as it is lifted: being above costs more than that.
+  double cost() const { return excess + 10 * above; }
 };
 
 Merit merit_of(const VectorXd& values, const VectorXd& target) {
@@ -73,28 +74,32 @@ VectorXd without(const VectorXd& candidate, const std::vector<Index>& linear) {
   return x;
 }
 
+/// The same curve's shape with its linear parameters found; nothing where no such curve lies below
+/// all points, or the shape is not defined.
+std::optional<VectorXd> with_linear_part(const ScaledLaw& law, const VectorXd& shape,
+                                         const VectorXd& target) {
+  const VectorXd x = without(shape, law.linear);
+  const Curve curve = law.curve(x);
+  if (!curve.values.allFinite() || !curve.slopes.allFinite()) return {};
+  if (law.linear.empty()) return x;
+  try {
+    return stepped(law, x, best_step(law, curve, x, target, law.linear, kInfinity));
+  } catch (const core::SolverError&) {
+    return {};
+  }
+}
+
 /// The best of the candidates, each with its linear parameters found.
 VectorXd best_candidate(const ScaledLaw& law, const VectorXd& target) {
-  const double points = static_cast<double>(target.size());
   VectorXd best = law.candidates.front();
   double least = kInfinity;
   for (const VectorXd& candidate : law.candidates) {
-    VectorXd x = without(candidate, law.linear);
-    Curve curve = law.curve(x);
-    if (!curve.values.allFinite() || !curve.slopes.allFinite()) continue;
-    if (!law.linear.empty()) {
-      try {
-        const VectorXd step = best_step(law, curve, x, target, law.linear, kInfinity);
-        curve.values += curve.slopes * step;
-        x = stepped(law, x, step);
-      } catch (const core::SolverError&) {
-        continue;  // no curve of this shape lies below all points
-      }
-    }
-    const double cost = merit_of(curve.values, target).cost(points);
+    const auto x = with_linear_part(law, candidate, target);
+    if (!x) continue;
+    const double cost = merit_of(law.curve(*x).values, target).cost();
     if (cost < least) {
       least = cost;
-      best = x;
+      best = *x;
     }
   }
   return best;
@@ -104,12 +109,11 @@ VectorXd best_candidate(const ScaledLaw& law, const VectorXd& target) {
 
 Estimate lower_bound(const ScaledLaw& law, const VectorXd& target, const VectorXd* start,
                      const Watch& watch) {
-  const double points = static_cast<double>(target.size());
   Estimate found;
   found.x = start != nullptr && !law.is_linear() ? *start : best_candidate(law, target);
   found.iterations = 1;
   Curve curve = law.curve(found.x);
-  double cost = merit_of(curve.values, target).cost(points);
+  double cost = merit_of(curve.values, target).cost();
   if (watch) watch(found.x, merit_of(curve.values, target).excess, 0);
   if (law.is_linear()) {
     found.converged = std::isfinite(cost);
@@ -130,16 +134,18 @@ Estimate lower_bound(const ScaledLaw& law, const VectorXd& target, const VectorX
       continue;
     }
     ++found.iterations;
-    const VectorXd to = stepped(law, found.x, step);
+    VectorXd to = stepped(law, found.x, step);
+    // Where the curve bends away from its tangent the linear parameters bring it back.
+    if (const auto x = with_linear_part(law, to, target)) to = *x;
     const Curve next = law.curve(to);
     const Merit merit = merit_of(next.values, target);
-    const bool good = next.slopes.allFinite() && merit.cost(points) < cost;
-    const double gain = cost - merit.cost(points);
+    const bool good = next.slopes.allFinite() && merit.cost() < cost;
+    const double gain = cost - merit.cost();
     const double length = step.cwiseAbs().maxCoeff();
     if (good) {
       found.x = to;
       curve = next;
-      cost = merit.cost(points);
+      cost = merit.cost();
       if (watch) watch(found.x, merit.excess, length);
       radius *= 2;
     } else {

@@ -79,5 +79,197 @@ TEST(FitDamping, HasTheBiasOfSciPysEstimators) {
   expect_bias({30, 2, 0}, emg, {-10, -6, -1}, 4);
 }
 
+/// Sums that textbooks give of a straight line's least squares.
+struct StraightLine {
+  double intercept = 0, slope = 0;
+  double intercept_error = 0, slope_error = 0;
+};
+
+StraightLine straight_line(const DampingData& data) {
+  const double n = static_cast<double>(data.size());
+  double x = 0, y = 0, xx = 0, xy = 0;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    x += data.eigenvalues[i] / n;
+    y += data.coefficients[i] / n;
+  }
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    xx += std::pow(data.eigenvalues[i] - x, 2);
+    xy += (data.eigenvalues[i] - x) * (data.coefficients[i] - y);
+  }
+  StraightLine line;
+  line.slope = xy / xx;
+  line.intercept = y - line.slope * x;
+  double rest = 0;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    rest += std::pow(data.coefficients[i] - line.intercept - line.slope * data.eigenvalues[i], 2);
+  }
+  const double variance = rest / (n - 2);
+  line.slope_error = std::sqrt(variance / xx);
+  line.intercept_error = std::sqrt(variance * (1 / n + x * x / xx));
+  return line;
+}
+
+TEST(FitDamping, ByLeastSquaresIsTheTextbooksLineWithItsIntervals) {
+  const DampingData data = drawn_features({22, 2, 10}, 5);
+  const DampingFit fit = fit_damping(data, {}, {Estimator::least_squares, true, false});
+  const StraightLine line = straight_line(data);
+  const double t = 2.0859634472658364;  // of 20 degrees of freedom, 97.5 %
+  EXPECT_NEAR(fit.model.parameters[0] / line.intercept, 1, 1e-10);
+  EXPECT_NEAR(fit.model.parameters[1] / line.slope, 1, 1e-10);
+  EXPECT_NEAR(fit.confidence95[0].low, line.intercept - t * line.intercept_error,
+              2e-3 * t * line.intercept_error);
+  EXPECT_NEAR(fit.confidence95[0].high, line.intercept + t * line.intercept_error,
+              2e-3 * t * line.intercept_error);
+  EXPECT_NEAR(fit.confidence95[1].low, line.slope - t * line.slope_error,
+              2e-3 * t * line.slope_error);
+  EXPECT_NEAR(fit.confidence95[1].high, line.slope + t * line.slope_error,
+              2e-3 * t * line.slope_error);
+}
+
+/// Corners of the lower convex hull of the points, by lambda.
+std::vector<std::pair<double, double>> lower_hull(const DampingData& data) {
+  std::vector<std::pair<double, double>> points, hull;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    points.emplace_back(data.eigenvalues[i], data.coefficients[i]);
+  }
+  std::sort(points.begin(), points.end());
+  const auto turns_down = [&](const auto& p) {
+    const auto& a = hull[hull.size() - 2];
+    const auto& b = hull.back();
+    return (b.second - a.second) * (p.first - a.first) >=
+           (p.second - a.second) * (b.first - a.first);
+  };
+  for (const auto& point : points) {
+    while (hull.size() >= 2 && turns_down(point)) hull.pop_back();
+    hull.push_back(point);
+  }
+  return hull;
+}
+
+TEST(FitDamping, ByLowerBoundIsTheHullsEdgeAtTheMeanEigenvalue) {
+  int edges = 0;
+  for (std::uint64_t repetition = 0; repetition < 50; ++repetition) {
+    const DampingData data = drawn_features({40, 1, 10}, repetition);
+    double mean = 0;
+    for (const double lambda : data.eigenvalues) mean += lambda / 40;
+    const auto hull = lower_hull(data);
+    std::size_t right = 1;
+    while (hull[right].first < mean) ++right;
+    const auto [x0, y0] = hull[right - 1];
+    const auto [x1, y1] = hull[right];
+    const double slope = (y1 - y0) / (x1 - x0);
+    const double intercept = y0 - slope * x0;
+    if (slope < 0 || intercept < 0) continue;  // held by zero
+    ++edges;
+    const DampingFit fit = fit_damping(data, {}, {Estimator::lower_bound, false, false});
+    EXPECT_NEAR(fit.model.parameters[0] / intercept, 1, 1e-9) << repetition;
+    EXPECT_NEAR(fit.model.parameters[1] / slope, 1, 1e-9) << repetition;
+  }
+  EXPECT_GT(edges, 40);
+}
+
+// No other curve of the law below all points is closer.
+TEST(FitDamping, ByLowerBoundIsTheClosestCurveBelow) {
+  const DampingData data = drawn_features({60, 1, 10}, 2);
+  const DampingFit fit = fit_damping(data, {synth::DampingKind::hybrid, 3, ""},
+                                     {Estimator::lower_bound, false, false});
+  const auto found = synth::damping_coefficients(fit.model, data.eigenvalues);
+  double least = 0;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    EXPECT_LE(found[i], data.coefficients[i] * (1 + 1e-9));
+    least += data.coefficients[i] - found[i];
+  }
+  core::RandomStream random(1, 0, "test.below");
+  for (int trial = 0; trial < 3000; ++trial) {
+    synth::DampingModel model = fit.model;
+    const double spread = random.log_uniform(1e-6, 1);
+    for (double& alpha : model.parameters) alpha *= std::exp(spread * random.normal());
+    const auto c = synth::damping_coefficients(model, data.eigenvalues);
+    // Pressed under the points.
+    double factor = 1e300, sum = 0;
+    for (std::size_t i = 0; i < c.size(); ++i) {
+      factor = std::min(factor, data.coefficients[i] / c[i]);
+    }
+    for (std::size_t i = 0; i < c.size(); ++i) sum += data.coefficients[i] - factor * c[i];
+    EXPECT_GE(sum, least * (1 - 1e-9));
+  }
+}
+
+// The papers' formula of the log-likelihood as it stands.
+double log_likelihood(const DampingData& data, double alpha1, double alpha2, double sigma,
+                      double eta) {
+  double sum = 0;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const double c = alpha1 + alpha2 * data.eigenvalues[i];
+    const double s = (c + eta * sigma * sigma - data.coefficients[i]) / (std::sqrt(2) * sigma);
+    sum += std::log(eta / 2) + eta * c + eta * eta * sigma * sigma / 2 -
+           eta * data.coefficients[i] + std::log(std::erfc(s));
+  }
+  return sum;
+}
+
+TEST(FitDamping, ByEmgIsAMaximumOfThePapersLikelihood) {
+  for (std::uint64_t repetition = 0; repetition < 10; ++repetition) {
+    const DampingData data = drawn_features({100, 2, 10}, repetition);
+    const DampingFit fit = fit_damping(data, {}, {Estimator::emg, false, false});
+    const auto& alpha = fit.model.parameters;
+    const double best = log_likelihood(data, alpha[0], alpha[1], fit.sigma, fit.eta);
+    EXPECT_NEAR(best, fit.log_likelihood, 1e-8);
+    core::RandomStream random(2, repetition, "test.maximum");
+    for (int trial = 0; trial < 300; ++trial) {
+      const double spread = random.log_uniform(1e-5, 0.3);
+      const auto off = [&](double value) { return value * std::exp(spread * random.normal()); };
+      EXPECT_LE(log_likelihood(data, off(alpha[0]), off(alpha[1]), off(fit.sigma), off(fit.eta)),
+                best + 1e-9);
+    }
+  }
+}
+
+// The ends of an interval are where the likelihood, with all else fitted anew, is 1.92 lower.
+TEST(FitDamping, IntervalsHoldTheTruthAboutNineteenTimesInTwenty) {
+  int inside[3][2] = {};
+  constexpr int repetitions = 200;
+  constexpr Estimator estimators[] = {Estimator::emg, Estimator::least_squares,
+                                      Estimator::lower_bound};
+  const double truth[] = {10, 4e-8};
+  for (int repetition = 0; repetition < repetitions; ++repetition) {
+    // Each estimator under its own assumption.
+    const Draw draws[] = {{100, 2, 10}, {100, 2, 0}, {100, 0, 10}};
+    for (int e = 0; e < 3; ++e) {
+      const DampingFit fit = fit_damping(drawn_features(draws[e], std::uint64_t(repetition)), {},
+                                         {estimators[e], true, false});
+      for (std::size_t k = 0; k < 2; ++k) {
+        const Interval& interval = fit.confidence95[k];
+        EXPECT_LE(interval.low, interval.high);
+        inside[e][k] += interval.low <= truth[k] && truth[k] <= interval.high ? 1 : 0;
+      }
+    }
+  }
+  // 190 expected; three standard deviations are 9. The bound's are from a bootstrap.
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_NEAR(inside[0][k], 190, 10);
+    EXPECT_NEAR(inside[1][k], 190, 10);
+    EXPECT_NEAR(inside[2][k], 190, 16);
+  }
+}
+
+TEST(FitDamping, KeepsItsStepsWhenAsked) {
+  const DampingData data = drawn_features({50, 1, 10}, 0);
+  const DampingFit quiet = fit_damping(data, {}, {Estimator::emg, false, false});
+  const DampingFit fit = fit_damping(data, {}, {Estimator::emg, false, true});
+  EXPECT_TRUE(quiet.history.empty());
+  EXPECT_EQ(fit.model, quiet.model);
+  ASSERT_FALSE(fit.history.empty());
+  double best = -1e300;
+  for (std::size_t i = 0; i < fit.history.size(); ++i) {
+    const FitStep& step = fit.history[i];
+    EXPECT_EQ(step.parameters.size(), 4u);
+    best = std::max(best, step.log_likelihood);
+    if (i == 0 || fit.history[i - 1].start != step.start) continue;
+    EXPECT_GE(step.log_likelihood, fit.history[i - 1].log_likelihood - 1e-9);
+  }
+  EXPECT_NEAR(best, fit.log_likelihood, 1e-9);
+}
+
 }  // namespace
 }  // namespace carillon::eval

@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/context.hpp"
+#include "cli/fit/fit_inputs.hpp"
+#include "cli/fit/fit_report.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/trace.hpp"
+#include "eval/damping/law_text.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+using eval::Estimator;
+
+struct FitCommandOptions {
+  std::vector<std::string> tables;
+  std::string model = "rayleigh";
+  std::string estimator = "emg";
+  std::string history;
+};
+
+const std::vector<Estimator>& all_estimators() {
+  static const std::vector<Estimator> all = {Estimator::emg, Estimator::least_squares,
+                                             Estimator::lower_bound};
+  return all;
+}
+
+std::vector<Estimator> estimators_of(const std::string& word) {
+  if (word == "all") return all_estimators();
+  for (const Estimator estimator : all_estimators()) {
+    if (word == eval::name_of(estimator)) return {estimator};
+  }
+  throw core::InputError(fmt::format("there is no estimator \"{}\"", word),
+                         "emg, least_squares, lower_bound or all");
+}
+
+std::vector<FitSource> read_sources(const FitCommandOptions& options) {
+  std::vector<FitSource> sources;
+  for (const std::string& path : options.tables) sources.push_back(fit_source_of_table(path));
+  return sources;
+}
+
+/// Names the files that gave nothing.
+/// @throws InputError  none gave a feature that can be used
+void judge_sources(const std::vector<FitSource>& sources, std::size_t usable, bool speaks) {
+  if (sources.empty()) {
+    throw core::InputError("nothing to fit", "name tables with --features FILE.csv");
+  }
+  std::string reasons;
+  for (const FitSource& source : sources) {
+    if (!source.nothing.empty()) reasons += fmt::format("\n  {}: {}", source.name, source.nothing);
+  }
+  if (usable == 0) throw core::InputError("no usable feature" + reasons);
+  if (!reasons.empty() && speaks) fmt::print(stderr, "carillon: without features:{}\n", reasons);
+}
+
+void run_fit(const FitCommandOptions& options, const Context& context) {
+  FitReport report;
+  report.law = eval::damping_law(options.model);
+  const std::vector<Estimator> estimators = estimators_of(options.estimator);
+  const double begin = core::monotonic_seconds();
+  report.sources = read_sources(options);
+  const eval::DampingData data = eval::damping_data(joined_features(report.sources));
+  judge_sources(report.sources, data.size(), context.speaks());
+  const double read = core::monotonic_seconds();
+  for (const Estimator estimator : estimators) {
+    const eval::FitOptions fit_options{estimator, true, !options.history.empty()};
+    report.fits.push_back(eval::fit_damping(data, report.law, fit_options));
+  }
+  report.least_squares =
+      eval::fit_damping(data, report.law, {Estimator::least_squares, false, false});
+  report.features_seconds = read - begin;
+  report.fit_seconds = core::monotonic_seconds() - read;
+  if (!context.speaks()) return;
+  if (!options.history.empty()) {
+    core::write_text_durably(options.history, history_table(report.fits));
+  }
+  if (context.json) {
+    fmt::print("{}\n", to_json(report).dump(2));
+  } else {
+    print_report(report);
+  }
+}
+
+}  // namespace
+
+void add_fit(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand(
+      "fit", "a material's damping from features of its sounds, whatever held the object");
+  auto options = std::make_shared<FitCommandOptions>();
+  command
+      ->add_option("--features", options->tables,
+                   "table of features: columns frequency_hz,decay_rate_per_s and, where known, "
+                   "decay_rate_error_per_s")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--model", options->model,
+                   "rayleigh, caughey (three terms), caughey:N, power, hybrid, or a formula of "
+                   "lambda, omega, f and alpha1, alpha2, ...")
+      ->capture_default_str();
+  command
+      ->add_option("--estimator", options->estimator,
+                   "emg (excess damping and errors), least_squares (errors alone), lower_bound "
+                   "(excess alone) or all")
+      ->capture_default_str();
+  command->add_option("--history", options->history, "CSV file for every step of the optimisers");
+  command->footer(
+      "Examples:\n"
+      "  carillon fit --features mug.csv\n"
+      "  carillon fit --features mug.csv --features bowl.csv --model hybrid --estimator all\n"
+      "  carillon fit --features mug.csv --model \"alpha1 + alpha2*sqrt(f)\" --json\n"
+      "docs/damping-fits.md says when which estimator fits.");
+  command->callback([&context, options] { run_fit(*options, context); });
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "eval/features/feature.hpp"
+
+namespace carillon::cli {
+
+/// What a fit is made of: files in the order given.
+struct FitSource {
+  std::string name;
+  std::vector<eval::Feature> features;
+  std::string nothing;               ///< why there are no features; "" where there are
+  std::vector<std::string> remarks;  ///< of what was left out
+};
+
+/// One table of features; one without lines says so.
+/// @throws FileError, InputError  as read_feature_table()
+FitSource fit_source_of_table(const std::string& path);
+
+/// Features of all sources together; their errors only where all are known.
+std::vector<eval::Feature> joined_features(const std::vector<FitSource>& sources);
+
+}  // namespace carillon::cli

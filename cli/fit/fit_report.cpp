@@ -1,0 +1,163 @@
+#include "cli/fit/fit_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "eval/damping/information.hpp"
+#include "eval/damping/law_text.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+using eval::DampingFit;
+using nlohmann::json;
+
+/// JSON has no infinity.
+json finite(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
+
+json alphas_of(const DampingFit& fit) {
+  json alphas = json::object();
+  json confidence = json::object();
+  for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
+    const std::string name = synth::parameter_name(k);
+    alphas[name] = fit.model.parameters[k];
+    if (fit.confidence95.empty()) continue;
+    confidence[name] = {finite(fit.confidence95[k].low), finite(fit.confidence95[k].high)};
+  }
+  if (!confidence.empty()) alphas["confidence95"] = confidence;
+  return alphas;
+}
+
+json to_json(const DampingFit& fit) {
+  return {{"estimator", eval::name_of(fit.estimator)},
+          {"parameters", alphas_of(fit)},
+          {"formula", synth::formula_of(fit.model)},
+          {"sigma_per_s", fit.sigma},
+          {"eta_s", finite(fit.eta)},
+          {"log_likelihood", finite(fit.log_likelihood)},
+          {"aic", finite(eval::akaike(fit))},
+          {"bic", finite(eval::bayesian(fit))},
+          {"points", fit.points},
+          {"iterations", fit.iterations},
+          {"converged", fit.converged},
+          {"remarks", fit.remarks}};
+}
+
+json to_json(const FitSource& source) {
+  json entry = {{"name", source.name}, {"features", source.features.size()}};
+  if (!source.nothing.empty()) entry["nothing"] = source.nothing;
+  if (!source.remarks.empty()) entry["remarks"] = source.remarks;
+  return entry;
+}
+
+std::string interval_text(const eval::Interval& interval) {
+  const auto end = [](double value) {
+    return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("any");
+  };
+  return fmt::format("95 %: {} to {}", end(interval.low), end(interval.high));
+}
+
+void print_fit(const DampingFit& fit) {
+  fmt::print("\n{}: {}\n", eval::name_of(fit.estimator), synth::formula_of(fit.model));
+  for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
+    fmt::print("  {:<8} {:>12.5g} {:<16} {}\n", synth::parameter_name(k), fit.model.parameters[k],
+               synth::parameter_unit(fit.model.kind, k),
+               fit.confidence95.empty() ? "" : interval_text(fit.confidence95[k]));
+  }
+  if (fit.sigma > 0) fmt::print("  {:<8} {:>12.5g} 1/s\n", "sigma", fit.sigma);
+  if (std::isfinite(fit.eta)) {
+    fmt::print("  {:<8} {:>12.5g} s{:16}mean excess {:.5g} 1/s\n", "eta", fit.eta, "", 1 / fit.eta);
+  }
+  fmt::print("  log-likelihood {:.2f}, AIC {:.1f}, BIC {:.1f}, {} iterations\n", fit.log_likelihood,
+             eval::akaike(fit), eval::bayesian(fit), fit.iterations);
+  for (const std::string& remark : fit.remarks) fmt::print("  - {}\n", remark);
+}
+
+}  // namespace
+
+json to_json(const FitReport& report) {
+  const DampingFit& first = report.fits.front();
+  json document = to_json(first);
+  document["model"] = synth::form_of(report.law.kind).name;
+  document["model_formula"] = eval::formula_of(report.law);
+  json units = json::object();
+  for (std::size_t k = 0; k < first.model.parameters.size(); ++k) {
+    units[synth::parameter_name(k)] = synth::parameter_unit(report.law.kind, k);
+  }
+  document["units"] = units;
+  json fits = json::object();
+  for (const DampingFit& fit : report.fits) fits[eval::name_of(fit.estimator)] = to_json(fit);
+  document["fits"] = fits;
+  const auto criteria = [](const DampingFit& fit) {
+    return json{{"aic", finite(eval::akaike(fit))}, {"bic", finite(eval::bayesian(fit))}};
+  };
+  document["information"] = {{"least_squares", criteria(report.least_squares)}};
+  if (first.estimator == eval::Estimator::emg) {
+    document["information"]["emg"] = criteria(first);
+    const bool enough = eval::akaike(report.least_squares) <= eval::akaike(first);
+    document["information"]["lowest_aic"] = enough ? "least_squares" : "emg";
+  }
+  document["sources"] = json::array();
+  document["features"] = json::array();
+  for (const FitSource& source : report.sources) {
+    document["sources"].push_back(to_json(source));
+    for (const eval::Feature& feature : source.features) {
+      document["features"].push_back({{"frequency_hz", feature.frequency},
+                                      {"decay_rate_per_s", feature.decay_rate},
+                                      {"decay_rate_error_per_s", finite(feature.decay_rate_error)},
+                                      {"reverberant", feature.reverberant},
+                                      {"source", document["sources"].size() - 1}});
+    }
+  }
+  document["timing"] = {{"features_s", report.features_seconds}, {"fit_s", report.fit_seconds}};
+  return document;
+}
+
+void print_report(const FitReport& report) {
+  double low = std::numeric_limits<double>::infinity(), high = 0;
+  std::size_t features = 0, reverberant = 0;
+  for (const FitSource& source : report.sources) {
+    for (const eval::Feature& feature : source.features) {
+      low = std::min(low, feature.frequency);
+      high = std::max(high, feature.frequency);
+      reverberant += feature.reverberant ? 1 : 0;
+      ++features;
+    }
+    for (const std::string& remark : source.remarks) fmt::print("{}: {}\n", source.name, remark);
+  }
+  fmt::print("{} features of {} file{}, {:.1f} to {:.1f} Hz", features, report.sources.size(),
+             report.sources.size() == 1 ? "" : "s", low, high);
+  if (reverberant > 0) fmt::print("; {} decay faster than the room and are left out", reverberant);
+  fmt::print("\n{}, c = 2 d [1/s], lambda = omega^2 [rad^2/s^2]\n", eval::formula_of(report.law));
+  for (const DampingFit& fit : report.fits) print_fit(fit);
+  fmt::print("\nfeatures {:.3f} s, fit {:.4f} s\n", report.features_seconds, report.fit_seconds);
+}
+
+std::string history_table(const std::vector<DampingFit>& fits) {
+  std::string text = "estimator,start,step,log_likelihood,gradient";
+  const std::size_t alphas = fits.front().model.parameters.size();
+  for (std::size_t k = 0; k < alphas; ++k) text += "," + synth::parameter_name(k);
+  text += ",sigma,eta\n";
+  for (const DampingFit& fit : fits) {
+    int start = -1, number = 0;
+    for (const eval::FitStep& step : fit.history) {
+      number = step.start == start ? number + 1 : 0;
+      start = step.start;
+      text += fmt::format("{},{},{},{},{}", eval::name_of(fit.estimator), start, number,
+                          step.log_likelihood, step.gradient);
+      for (std::size_t k = 0; k < alphas + 2; ++k) {
+        text += k < step.parameters.size() ? fmt::format(",{}", step.parameters[k]) : ",";
+      }
+      text += '\n';
+    }
+  }
+  return text;
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,61 @@
+#include "eval/damping/law_text.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "core/error.hpp"
+#include "eval/damping/scaled_law.hpp"
+
+namespace carillon::eval {
+
+using synth::DampingKind;
+
+DampingLaw damping_law(const std::string& word) {
+  constexpr std::size_t usual_terms = 3;  // as in Sterling 2019, Table 3.1
+  constexpr std::size_t most_terms = 20;
+  const std::string series = synth::form_of(DampingKind::caughey).name;
+  if (word == series) return {DampingKind::caughey, usual_terms, ""};
+  if (word.starts_with(series + ":")) {
+    std::size_t terms = 0;
+    const char* end = word.data() + word.size();
+    const auto read = std::from_chars(word.data() + series.size() + 1, end, terms);
+    if (read.ec != std::errc() || read.ptr != end || terms < 1 || terms > most_terms) {
+      throw core::InputError(fmt::format("\"{}\" is no Caughey series", word),
+                             fmt::format("caughey:3 for three terms; 1 to {}", most_terms));
+    }
+    return {DampingKind::caughey, terms, ""};
+  }
+  for (const synth::DampingForm& form : synth::damping_forms()) {
+    if (form.kind != DampingKind::expression && word == form.name) {
+      return {form.kind, form.least, ""};
+    }
+  }
+  DampingLaw law{DampingKind::expression, 0, word};
+  law.parameters = parameter_count(law);
+  return law;
+}
+
+std::string formula_of(const DampingLaw& law) {
+  if (law.kind == DampingKind::expression) return "c = " + law.expression;
+  if (law.kind != DampingKind::caughey) return synth::form_of(law.kind).formula;
+  std::string text = "c = alpha1";
+  for (std::size_t k = 1; k < law.parameters; ++k) {
+    text += fmt::format(" + {} lambda", synth::parameter_name(k));
+    if (k > 1) text += fmt::format("^{}", k);
+  }
+  return text;
+}
+
+const char* name_of(Estimator estimator) {
+  switch (estimator) {
+    case Estimator::emg:
+      return "emg";
+    case Estimator::least_squares:
+      return "least_squares";
+    default:
+      return "lower_bound";
+  }
+}
+
+}  // namespace carillon::eval

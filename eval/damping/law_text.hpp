@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "eval/damping/fit_damping.hpp"
+
+namespace carillon::eval {
+
+/// "rayleigh", "caughey" (three terms), "caughey:5" (five), "power", "hybrid", or a formula whose
+/// alphas are sought.
+/// @throws InputError  neither a law's name nor a formula with alphas; a number of terms that is
+/// not
+///                     one
+DampingLaw damping_law(const std::string& word);
+
+/// "c = alpha1 + alpha2 lambda", with as many terms as the law has.
+std::string formula_of(const DampingLaw& law);
+
+/// "emg", "least_squares", "lower_bound".
+const char* name_of(Estimator estimator);
+
+}  // namespace carillon::eval
