@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "eval/damping/information.hpp"
 #include "eval/damping/law_text.hpp"
@@ -47,6 +48,30 @@ json to_json(const DampingFit& fit) {
           {"iterations", fit.iterations},
           {"converged", fit.converged},
           {"remarks", fit.remarks}};
+}
+
+/// The law between two frequencies of its data, for pictures.
+json curve_of(const DampingFit& fit, double low, double high) {
+  constexpr int points = 200;
+  const auto c = synth::damping_function(fit.model);
+  json frequencies = json::array();
+  json rates = json::array();
+  for (int i = 0; i < points; ++i) {
+    const double f = low * std::pow(high / low, i / (points - 1.0));
+    frequencies.push_back(f);
+    rates.push_back(finite(c(std::pow(2 * std::numbers::pi * f, 2)) / 2));
+  }
+  return {{"frequency_hz", frequencies}, {"decay_rate_per_s", rates}};
+}
+
+/// The least and the greatest frequency of all features.
+std::pair<double, double> band_of(const std::vector<FitSource>& sources) {
+  double low = std::numeric_limits<double>::infinity(), high = 0;
+  for (const eval::Feature& feature : joined_features(sources)) {
+    low = std::min(low, feature.frequency);
+    high = std::max(high, feature.frequency);
+  }
+  return {low, high};
 }
 
 json to_json(const FitSource& source) {
@@ -92,7 +117,12 @@ json to_json(const FitReport& report) {
   }
   document["units"] = units;
   json fits = json::object();
-  for (const DampingFit& fit : report.fits) fits[eval::name_of(fit.estimator)] = to_json(fit);
+  const auto [low, high] = band_of(report.sources);
+  for (const DampingFit& fit : report.fits) {
+    json entry = to_json(fit);
+    entry["curve"] = curve_of(fit, low, high);
+    fits[eval::name_of(fit.estimator)] = entry;
+  }
   document["fits"] = fits;
   const auto criteria = [](const DampingFit& fit) {
     return json{{"aic", finite(eval::akaike(fit))}, {"bic", finite(eval::bayesian(fit))}};
@@ -120,15 +150,11 @@ json to_json(const FitReport& report) {
 }
 
 void print_report(const FitReport& report) {
-  double low = std::numeric_limits<double>::infinity(), high = 0;
+  const auto [low, high] = band_of(report.sources);
   std::size_t features = 0, reverberant = 0;
   for (const FitSource& source : report.sources) {
-    for (const eval::Feature& feature : source.features) {
-      low = std::min(low, feature.frequency);
-      high = std::max(high, feature.frequency);
-      reverberant += feature.reverberant ? 1 : 0;
-      ++features;
-    }
+    features += source.features.size();
+    for (const eval::Feature& feature : source.features) reverberant += feature.reverberant ? 1 : 0;
     for (const std::string& remark : source.remarks) fmt::print("{}: {}\n", source.name, remark);
   }
   fmt::print("{} features of {} file{}, {:.1f} to {:.1f} Hz", features, report.sources.size(),
@@ -142,7 +168,7 @@ void print_report(const FitReport& report) {
 std::string history_table(const std::vector<DampingFit>& fits) {
   std::string text = "estimator,start,step,log_likelihood,gradient";
   const std::size_t alphas = fits.front().model.parameters.size();
-  for (std::size_t k = 0; k < alphas; ++k) text += "," + synth::parameter_name(k);
+  for (std::size_t k = 0; k < alphas; ++k) text += fmt::format(",{}", synth::parameter_name(k));
   text += ",sigma,eta\n";
   for (const DampingFit& fit : fits) {
     int start = -1, number = 0;

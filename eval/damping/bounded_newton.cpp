@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace carillon::eval {
 
@@ -39,70 +40,75 @@ bool is_finite(const LocalModel& model) {
   return std::isfinite(model.value) && model.gradient.allFinite() && model.hessian.allFinite();
 }
 
-/// Where the damped Newton step leads; the place itself where the damped Hessian is not positive
-/// definite.
-VectorXd stepped(const VectorXd& x, const LocalModel& at, const Indices& free, double damping,
-                 const Box& box) {
+/// A damped Newton step.
+struct Step {
+  VectorXd to;
+  double foretold = 0;  ///< gain of the step if no bound cut it short
+};
+
+/// @return nothing where the damped Hessian is not positive definite
+std::optional<Step> newton_step(const VectorXd& x, const LocalModel& at, const Indices& free,
+                                double damping, const Box& box) {
   MatrixXd hessian = at.hessian(free, free);
   const double least = 1e-12 * std::max(hessian.diagonal().cwiseAbs().maxCoeff(),
                                         std::numeric_limits<double>::min());
   hessian.diagonal() += damping * hessian.diagonal().cwiseAbs().cwiseMax(least);
   const Eigen::LLT<MatrixXd> factor(hessian);
-  if (factor.info() != Eigen::Success) return x;
+  if (factor.info() != Eigen::Success) return {};
   const VectorXd step = factor.solve(-at.gradient(free));
-  if (!step.allFinite()) return x;
+  if (!step.allFinite()) return {};
   VectorXd to = x;
   to(free) += step;
-  return into_box(to, box);
+  return Step{into_box(to, box), -0.5 * at.gradient(free).dot(step)};
 }
 
 }  // namespace
 
 Minimum minimise(const Objective& objective, const VectorXd& start, const Box& box,
                  const NewtonOptions& options) {
-  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
   constexpr double most_damping = 1e16;
   Minimum found;
   found.x = into_box(start, box);
   found.at = objective(found.x);
   if (!is_finite(found.at)) return found;
+  const auto tell = [&] {
+    if (options.watch) options.watch(found.x, found.at.value, found.gradient);
+  };
   double damping = 0;
   Indices free = free_ones(found.x, found.at.gradient, box);
   found.gradient = largest(found.at.gradient, free);
-  if (options.watch) options.watch(found.x, found.at.value, found.gradient);
-  while (found.gradient > options.tolerance && found.iterations < options.max_iterations) {
-    const VectorXd to = stepped(found.x, found.at, free, damping, box);
-    const VectorXd step = to - found.x;
-    const double expected = -found.at.gradient.dot(step) - 0.5 * step.dot(found.at.hessian * step);
+  tell();
+  found.converged = found.gradient == 0;
+  while (!found.converged && found.iterations < options.max_iterations) {
+    const auto step = newton_step(found.x, found.at, free, damping, box);
+    const VectorXd to = step ? step->to : found.x;
+    const VectorXd by = to - found.x;
+    const double expected = -found.at.gradient.dot(by) - 0.5 * by.dot(found.at.hessian * by);
+    const double size = 1 + std::abs(found.at.value);
+    // What a Newton step would gain does not depend on the parameters' units.
+    const bool last = step && damping <= 1 && step->foretold <= options.tolerance * size;
     bool good = false;
     if (expected > 0) {
       LocalModel next = objective(to);
-      if (is_finite(next)) {
-        const double gain = found.at.value - next.value;
-        const Indices next_free = free_ones(to, next.gradient, box);
-        const double next_gradient = largest(next.gradient, next_free);
-        // Where gains drown in rounding, the gradient still tells which way is down.
-        const bool drowned = expected < rounding * (1 + std::abs(found.at.value));
-        good = gain >= 0.01 * expected || (drowned && next_gradient < found.gradient &&
-                                           gain > -rounding * (1 + std::abs(found.at.value)));
-        if (good) {
-          if (gain > 0.75 * expected) damping = damping < 1e-6 ? 0 : damping / 10;
-          found.x = to;
-          found.at = std::move(next);
-          found.gradient = next_gradient;
-          free = next_free;
-          ++found.iterations;
-          if (options.watch) options.watch(found.x, found.at.value, found.gradient);
-        }
+      const double gain = found.at.value - next.value;
+      // The last step is one more than needed, and its gain may drown in rounding.
+      good = is_finite(next) && (gain >= 0.01 * expected || (last && gain > -1e-14 * size));
+      if (good) {
+        if (gain > 0.75 * expected) damping = damping < 1e-6 ? 0 : damping / 10;
+        found.x = to;
+        found.at = std::move(next);
+        free = free_ones(found.x, found.at.gradient, box);
+        found.gradient = largest(found.at.gradient, free);
+        ++found.iterations;
+        tell();
       }
     }
+    found.converged = last || found.gradient == 0;
     if (!good) {
       damping = std::max(1e-4, 10 * damping);
       if (damping > most_damping) break;
     }
   }
-  // A hundred times the tolerance is where rounding in the sum over the data may stop it.
-  found.converged = found.gradient <= 100 * options.tolerance;
   return found;
 }
 

@@ -21,9 +21,9 @@ struct Box {
 };
 
 struct NewtonOptions {
-  /// Largest component of the gradient that may be left, bounds aside: parameters and values are
-  /// expected to be of size one.
-  double tolerance = 1e-9;
+  /// What may be left to gain, as Newton's step foretells it, relative to 1 + |value|; that step is
+  /// still taken, so that far less is left.
+  double tolerance = 1e-12;
   int max_iterations = 200;
   /// Told of the start and of each step; may be empty.
   std::function<void(const Eigen::VectorXd& x, double value, double gradient)> watch;

@@ -110,7 +110,7 @@ class Side {
         valley_of(near_at_.gradient.size() ? near_at_ : at_, near_, likelihood_.box, held_);
     start += (value - near_[held_]) * valley.direction;
     NewtonOptions options;
-    options.tolerance = 1e-7;
+    options.tolerance = 1e-9;
     Minimum found = minimise(likelihood_.objective, start, box, options);
     if (!found.converged) {
       VectorXd plain = near_;

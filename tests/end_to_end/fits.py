@@ -1,0 +1,148 @@
+"""fit: damping parameters from tables of features, and what it says when something is wrong."""
+import csv
+import math
+import pathlib
+import subprocess
+import sys
+import unittest
+
+import numpy
+
+from program import FolderTest, run, run_json
+
+PLOT = pathlib.Path(__file__).resolve().parents[2] / "scripts" / "plot_fit"
+HEAD = "frequency_hz,decay_rate_per_s\n"
+
+
+def drawn(count, seed=0):
+    """Features of c = 10 + 4e-8 lambda [1/s] with errors and excess."""
+    numbers = numpy.random.default_rng(seed)
+    f = numbers.uniform(300, 10000, count)
+    omega = 2 * math.pi * f
+    d = (5 + 2e-8 * omega**2 + numbers.normal(0, 1, count) + numbers.exponential(10, count))
+    return numpy.sqrt(omega**2 - d**2) / (2 * math.pi), d
+
+
+def table(frequencies, rates):
+    return HEAD + "".join(f"{f:.17g},{d:.17g}\n" for f, d in zip(frequencies, rates))
+
+
+class Fits(FolderTest):
+    def test_every_estimator_by_its_names(self):
+        f, d = drawn(300)
+        path = self.write("mug.csv", table(f, d))
+        result = run_json("fit", "--features", path, "--estimator", "all")
+        self.assertEqual(list(result["fits"]), ["emg", "least_squares", "lower_bound"])
+        self.assertEqual(result["estimator"], "emg")
+        self.assertEqual(result["model_formula"], "c = alpha1 + alpha2 lambda")
+        self.assertEqual(result["points"], 300)
+        self.assertEqual(len(result["features"]), 300)
+        self.assertTrue(result["converged"])
+        alpha = result["parameters"]
+        for name, truth in (("alpha1", 10), ("alpha2", 4e-8)):
+            low, high = alpha["confidence95"][name]
+            self.assertTrue(low < alpha[name] < high)
+            self.assertTrue(low < truth < high, name)
+        self.assertAlmostEqual(result["sigma_per_s"], 2, delta=0.6)
+        self.assertAlmostEqual(1 / result["eta_s"], 20, delta=3)
+        self.assertEqual(result["information"]["lowest_aic"], "emg")
+        self.assertLess(result["timing"]["fit_s"], 5)
+        # Least squares as NumPy has it.
+        x = (2 * math.pi * f)**2 + d**2
+        slope, intercept = numpy.polyfit(x, 2 * d, 1)
+        squares = result["fits"]["least_squares"]["parameters"]
+        self.assertAlmostEqual(squares["alpha1"] / intercept, 1, 6)
+        self.assertAlmostEqual(squares["alpha2"] / slope, 1, 6)
+
+    def test_tables_add_up_and_other_columns_do_not_count(self):
+        f, d = drawn(60)
+        whole = self.write("whole.csv", table(f, d))
+        first = self.write("first.csv", table(f[:20], d[:20]))
+        rows = "".join(f"x,{b:.17g},{a:.17g},\n" for a, b in zip(f[20:], d[20:]))
+        other = self.write("other.csv", "# a mug\n\nlabel, decay_rate_per_s, frequency_hz,note\n" +
+                           rows)
+        one = run_json("fit", "--features", whole)
+        two = run_json("fit", "--features", first, "--features", other)
+        self.assertEqual(one["parameters"], two["parameters"])
+        self.assertEqual([s["features"] for s in two["sources"]], [20, 40])
+
+    def test_errors_of_features_bound_sigma(self):
+        f, d = drawn(100)
+        d = 5 + 2e-8 * (2 * math.pi * f)**2  # on the curve
+        rows = "".join(f"{a:.17g},{b:.17g},0.5\n" for a, b in zip(f, d))
+        path = self.write("exact.csv", HEAD.strip() + ",decay_rate_error_per_s\n" + rows)
+        result = run_json("fit", "--features", path)
+        self.assertAlmostEqual(result["sigma_per_s"], 1, 6)  # of c
+        self.assertIsNone(result["eta_s"])
+        self.assertIn("the median error of the features", " ".join(result["remarks"]))
+
+    def test_models(self):
+        f, d = drawn(120)
+        path = self.write("models.csv", table(f, d))
+        for model, count in (("caughey", 3), ("caughey:4", 4), ("power", 2), ("hybrid", 3),
+                             ("alpha1 + alpha2*sqrt(f)", 2)):
+            result = run_json("fit", "--features", path, "--model", model, "--estimator", "all")
+            for fit in result["fits"].values():
+                alphas = [key for key in fit["parameters"] if key.startswith("alpha")]
+                self.assertEqual(len(alphas), count)
+                self.assertTrue(fit["converged"], model)
+
+    def test_text_is_for_people(self):
+        f, d = drawn(50)
+        answer = run("fit", "--features", self.write("text.csv", table(f, d)))
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        for part in ("50 features of 1 file", "emg: c = ", "95 %", "mean excess", "AIC"):
+            self.assertIn(part, answer.stdout)
+
+    def test_pictures_and_steps(self):
+        f, d = drawn(80)
+        path = self.write("picture.csv", table(f, d))
+        steps = self.folder / "steps.csv"
+        answer = run("fit", "--features", path, "--estimator", "all", "--history", steps, "--json")
+        document = self.write("fit.json", answer.stdout)
+        with open(steps, newline="", encoding="utf-8") as text:
+            rows = list(csv.DictReader(text))
+        emg = [row for row in rows if row["estimator"] == "emg"]
+        self.assertEqual({row["start"] for row in emg}, {"0", "1", "2", "3"})
+        for name in ("log_likelihood", "gradient", "alpha1", "alpha2", "sigma", "eta"):
+            self.assertTrue(math.isfinite(float(emg[-1][name])))
+        picture = self.folder / "fit.png"
+        subprocess.run([sys.executable, PLOT, document, picture, "--history", steps], check=True)
+        self.assertGreater(picture.stat().st_size, 10000)
+
+    def test_what_cannot_be_fitted_is_named(self):
+        f, d = drawn(10)
+        good = table(f, d)
+        cases = [
+            (HEAD + "440,6\nabc,7\n", [], ":3: frequency_hz is \"abc\""),
+            (HEAD + "440,-6\n", [], ":2: decay_rate_per_s must be positive and finite, not -6"),
+            (HEAD + "440,0\n", [], "must be positive"),
+            (HEAD + "440,nan\n", [], "must be positive and finite, not nan"),
+            (HEAD + "440\n", [], ":2: 1 values, but decay_rate_per_s"),
+            ("f,d\n440,6\n", [], ":1: no column \"frequency_hz\""),
+            (HEAD, [], "no usable feature"),
+            (HEAD + "440,6\n", [], "1 feature, but rayleigh damping has 2 parameters"),
+            (good, ["--model", "raleigh"], "did you mean \"rayleigh\""),
+            (good, ["--model", "caughey:0"], "no Caughey series"),
+            (good, ["--model", "6 + lambda"], "no number that could be fitted"),
+            (good, ["--estimator", "mle"], "there is no estimator \"mle\""),
+        ]
+        for text, more, part in cases:
+            answer = run("fit", "--features", self.write("bad.csv", text), *more)
+            self.assertEqual(answer.returncode, 2, text)
+            self.assertIn(part, answer.stderr)
+        answer = run("fit", "--features", self.folder / "none.csv")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("none.csv", answer.stderr)
+        self.assertEqual(run("fit").returncode, 2)
+
+    def test_a_table_without_lines_does_not_stop_the_others(self):
+        empty = self.write("empty.csv", HEAD)
+        f, d = drawn(30)
+        answer = run("fit", "--features", empty, "--features", self.write("full.csv", table(f, d)))
+        self.assertEqual(answer.returncode, 0)
+        self.assertIn("empty.csv: the table has no lines", answer.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
