@@ -88,8 +88,14 @@ std::string interval_text(const eval::Interval& interval) {
   return fmt::format("95 %: {} to {}", end(interval.low), end(interval.high));
 }
 
+/// The formula with as many digits as a reader wants.
+std::string short_formula(synth::DampingModel model) {
+  for (double& alpha : model.parameters) alpha = std::stod(fmt::format("{:.5g}", alpha));
+  return synth::formula_of(model);
+}
+
 void print_fit(const DampingFit& fit) {
-  fmt::print("\n{}: {}\n", eval::name_of(fit.estimator), synth::formula_of(fit.model));
+  fmt::print("\n{}: {}\n", eval::name_of(fit.estimator), short_formula(fit.model));
   for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
     fmt::print("  {:<8} {:>12.5g} {:<16} {}\n", synth::parameter_name(k), fit.model.parameters[k],
                synth::parameter_unit(fit.model.kind, k),

@@ -43,7 +43,7 @@ class Fits(FolderTest):
             low, high = alpha["confidence95"][name]
             self.assertTrue(low < alpha[name] < high)
             self.assertTrue(low < truth < high, name)
-        self.assertAlmostEqual(result["sigma_per_s"], 2, delta=0.6)
+        self.assertAlmostEqual(result["sigma_per_s"], 2, delta=1)
         self.assertAlmostEqual(1 / result["eta_s"], 20, delta=3)
         self.assertEqual(result["information"]["lowest_aic"], "emg")
         self.assertLess(result["timing"]["fit_s"], 5)
