@@ -99,8 +99,12 @@ EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double least_s
   starts.push_back(joined(lowered.x, at_least(moments.gaussian),
                           at_least(moments.gaussian) / at_least(moments.exponential)));
   starts.push_back(joined(squares.x, deviation, 3));
-  const double half = at_least(0.5 * std::abs(above_bound.mean()));
-  starts.push_back(joined((squares.x + bound.x) / 2, half, 1));
+  // Few features have several maxima: the more of the excess is error, the higher the curve.
+  for (const double share : {0.0, 0.25, 0.5, 0.75}) {
+    const VectorXd x = bound.x + share * (squares.x - bound.x);
+    starts.push_back(joined(x, at_least(std::max(share, 0.5) * excess), std::max(2 * share, 0.5)));
+  }
+  starts.push_back(joined(bound.x, least_sigma, least_sigma / excess));
 
   const Objective objective = emg_objective(law, target);
   const Box box = emg_box(law, least_sigma);

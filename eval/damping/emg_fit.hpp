@@ -15,9 +15,9 @@ Objective emg_objective(const ScaledLaw& law, const Eigen::VectorXd& target);
 /// The law's bounds, and those of ln sigma and ln kappa.
 Box emg_box(const ScaledLaw& law, double least_sigma);
 
-/// The most likely law, sigma and kappa, by bounded Newton steps from several starts: the lower
-/// bound, the least squares of all points and of points lowered by the excess that their moments
-/// show, and half way between.
+/// The most likely law, sigma and kappa, by bounded Newton steps from eight starts: the lower bound
+/// with three widths, least squares of all points and of points lowered by the excess that their
+/// moments show, and three curves between.
 struct EmgEstimate {
   Minimum best;  ///< at: of emg_objective()
   int iterations = 0;
