@@ -11,6 +11,7 @@
 #include "eval/damping/check_data.hpp"
 #include "eval/damping/confidence.hpp"
 #include "eval/damping/emg_fit.hpp"
+#include "eval/damping/median.hpp"
 #include "eval/damping/remarks.hpp"
 
 namespace carillon::eval {
@@ -33,12 +34,6 @@ struct Work {
   double least_sigma = 0;  ///< in the same unit
   double points() const { return static_cast<double>(target.size()); }
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The features' own error, without which a likelihood has no largest value: it grows without end
 /// as sigma shrinks on a curve through some points.

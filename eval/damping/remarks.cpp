@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "eval/damping/information.hpp"
+#include "eval/damping/scaled_law.hpp"
 
 namespace carillon::eval {
 
@@ -40,6 +41,13 @@ void add_remarks(DampingFit& fit) {
     fit.remarks.push_back(fmt::format(
         "{} is 0: the data would have it negative{}", synth::parameter_name(k),
         fit.model.kind == DampingKind::hybrid && k == 1 ? "; alpha3 then means nothing" : ""));
+  }
+  const bool exponent =
+      fit.model.kind == DampingKind::power || fit.model.kind == DampingKind::hybrid;
+  if (exponent && std::abs(alphas.back()) >= kLargestExponent) {
+    fit.remarks.push_back(fmt::format("{} is at the end of what is searched, {} to {}",
+                                      synth::parameter_name(alphas.size() - 1), -kLargestExponent,
+                                      kLargestExponent));
   }
   if (fit.estimator == Estimator::least_squares && fit.points == alphas.size()) {
     fit.remarks.push_back("as many points as parameters: nothing is known of their errors");

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "eval/damping/expression_law.hpp"
 #include "eval/damping/linear_law.hpp"
+#include "eval/damping/median.hpp"
 
 namespace carillon::eval {
 
@@ -19,8 +20,6 @@ using Eigen::VectorXd;
 using synth::DampingKind;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Of lambda; omega's is twice as large. Published ones lie between 0 and 1.03.
-constexpr double kLargestExponent = 4;
 
 /// c = alpha1 + alpha2 lambda, neither negative.
 ScaledLaw rayleigh(const DampingData& data, double scale) {
@@ -122,12 +121,6 @@ ScaledLaw power(const DampingData& data, bool constant, double scale,
     return x;
   };
   return law;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
