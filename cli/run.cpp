@@ -24,8 +24,8 @@ bool Context::speaks() const {
 
 namespace {
 
-constexpr AddCommand commands[] = {add_build,      add_plan,     add_preview, add_check,
-                                   add_regenerate, add_modes,    add_inspect, add_strike,
+constexpr AddCommand commands[] = {add_build,      add_plan,     add_preview,  add_check,
+                                   add_regenerate, add_modes,    add_inspect,  add_strike,
                                    add_list,       add_accuracy, add_features, add_fit};
 
 /// Whether every rank comes here soon: they do after an error that they agreed on.

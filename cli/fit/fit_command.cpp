@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/context.hpp"
+#include "cli/feature_options.hpp"
 #include "cli/fit/fit_inputs.hpp"
 #include "cli/fit/fit_report.hpp"
 #include "core/error.hpp"
@@ -18,6 +19,8 @@ namespace {
 using eval::Estimator;
 
 struct FitCommandOptions {
+  std::vector<std::string> recordings;
+  FeatureArguments features;
   std::vector<std::string> tables;
   std::string model = "rayleigh";
   std::string estimator = "emg";
@@ -40,7 +43,11 @@ std::vector<Estimator> estimators_of(const std::string& word) {
 }
 
 std::vector<FitSource> read_sources(const FitCommandOptions& options) {
+  const eval::FeatureOptions wanted = feature_options(options.features);
   std::vector<FitSource> sources;
+  for (const std::string& path : options.recordings) {
+    sources.push_back(fit_source_of_recording(path, wanted));
+  }
   for (const std::string& path : options.tables) sources.push_back(fit_source_of_table(path));
   return sources;
 }
@@ -49,11 +56,15 @@ std::vector<FitSource> read_sources(const FitCommandOptions& options) {
 /// @throws InputError  none gave a feature that can be used
 void judge_sources(const std::vector<FitSource>& sources, std::size_t usable, bool speaks) {
   if (sources.empty()) {
-    throw core::InputError("nothing to fit", "name tables with --features FILE.csv");
+    throw core::InputError("nothing to fit", "name recordings, or tables with --features FILE.csv");
   }
   std::string reasons;
   for (const FitSource& source : sources) {
-    if (!source.nothing.empty()) reasons += fmt::format("\n  {}: {}", source.name, source.nothing);
+    if (source.nothing.empty()) continue;
+    // Some reasons begin with the file's name themselves.
+    const bool named = source.nothing.starts_with(source.name);
+    reasons +=
+        named ? "\n  " + source.nothing : fmt::format("\n  {}: {}", source.name, source.nothing);
   }
   if (usable == 0) throw core::InputError("no usable feature" + reasons);
   if (!reasons.empty() && speaks) fmt::print(stderr, "carillon: without features:{}\n", reasons);
@@ -91,8 +102,10 @@ void run_fit(const FitCommandOptions& options, const Context& context) {
 
 void add_fit(CLI::App& program, Context& context) {
   CLI::App* command = program.add_subcommand(
-      "fit", "a material's damping from features of its sounds, whatever held the object");
+      "fit", "a material's damping from its sounds or their features, whatever held the object");
   auto options = std::make_shared<FitCommandOptions>();
+  command->add_option("recordings", options->recordings,
+                      "audio files, one strike each, of objects of one material");
   command
       ->add_option("--features", options->tables,
                    "table of features: columns frequency_hz,decay_rate_per_s and, where known, "
@@ -109,8 +122,10 @@ void add_fit(CLI::App& program, Context& context) {
                    "(excess alone) or all")
       ->capture_default_str();
   command->add_option("--history", options->history, "CSV file for every step of the optimisers");
+  add_feature_arguments(*command, options->features);
   command->footer(
       "Examples:\n"
+      "  carillon fit mug-*.wav --rt60 0.4\n"
       "  carillon fit --features mug.csv\n"
       "  carillon fit --features mug.csv --features bowl.csv --model hybrid --estimator all\n"
       "  carillon fit --features mug.csv --model \"alpha1 + alpha2*sqrt(f)\" --json\n"

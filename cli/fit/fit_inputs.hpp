@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/features/feature.hpp"
+#include "eval/features/extract_features.hpp"
 
 namespace carillon::cli {
 
@@ -14,6 +14,9 @@ struct FitSource {
   std::string nothing;               ///< why there are no features; "" where there are
   std::vector<std::string> remarks;  ///< of what was left out
 };
+
+/// One recording. What cannot be read or analysed has no features and says why.
+FitSource fit_source_of_recording(const std::string& path, const eval::FeatureOptions& options);
 
 /// One table of features; one without lines says so.
 /// @throws FileError, InputError  as read_feature_table()

@@ -35,8 +35,8 @@ struct Work {
   double points() const { return static_cast<double>(target.size()); }
 };
 
-/// The features' own error, without which a likelihood has no largest value: it grows without end
-/// as sigma shrinks on a curve through some points.
+/// The features' own error. Without it likelihoods get corners at every curve through some points
+/// as sigma shrinks, and grow without end where all points lie on one.
 double least_sigma(const DampingData& data) {
   const double c = median(data.coefficients);
   if (data.errors.empty()) return 0.01 * c;

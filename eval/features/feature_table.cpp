@@ -30,7 +30,12 @@ std::string_view trimmed(std::string_view text) {
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> fields;
   for (;;) {
-    const auto comma = line.find(',');
+    // A comma between quotes belongs to the text.
+    std::size_t comma = 0;
+    for (bool quoted = false; comma < line.size() && (quoted || line[comma] != ','); ++comma) {
+      if (line[comma] == '"') quoted = !quoted;
+    }
+    if (comma == line.size()) comma = std::string_view::npos;
     std::string_view field = trimmed(line.substr(0, comma));
     if (field.size() >= 2 && field.front() == '"' && field.back() == '"') {
       field = field.substr(1, field.size() - 2);
@@ -72,7 +77,8 @@ struct Line {
   /// An error may be left empty or be nan: not known.
   double error(Place column, const char* name) const {
     if (!column || *column >= fields.size()) return kUnknown;
-    if (fields[*column].empty() || fields[*column] == "nan") return kUnknown;
+    const std::string_view text = fields[*column];
+    if (text.empty() || text == "nan" || text == "-nan") return kUnknown;
     return number(*column, name, true);
   }
 };
@@ -110,6 +116,8 @@ std::vector<Feature> read_feature_table(const std::filesystem::path& path) {
         row.error(column("decay_rate_error_per_s"), "decay_rate_error_per_s");
     feature.amplitude = row.error(column("amplitude"), "amplitude");
     feature.amplitude_error = kUnknown;
+    const Place reverberant = column("reverberant");
+    feature.reverberant = reverberant && row.number(*reverberant, "reverberant", true) != 0;
     features.push_back(feature);
   }
   return features;

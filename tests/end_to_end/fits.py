@@ -1,10 +1,12 @@
-"""fit: damping parameters from tables of features, and what it says when something is wrong."""
+"""fit: damping parameters from recordings and tables, and what it says when something is wrong."""
 import csv
+import json
 import math
 import pathlib
 import subprocess
 import sys
 import unittest
+import wave
 
 import numpy
 
@@ -25,6 +27,69 @@ def drawn(count, seed=0):
 
 def table(frequencies, rates):
     return HEAD + "".join(f"{f:.17g},{d:.17g}\n" for f, d in zip(frequencies, rates))
+
+
+def write_wav(path, samples, rate=44100):
+    """16-bit mono."""
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(rate)
+        file.writeframes((numpy.clip(samples, -1, 1) * 32767).astype("<i2").tobytes())
+
+
+def strike(numbers, frequencies, rates, rate=44100):
+    """One second of modes with random phases and amplitudes, from 0.1 s on, over faint noise."""
+    t = numpy.arange(rate) / rate
+    sound = numpy.zeros(rate)
+    for f, d in zip(frequencies, rates):
+        amplitude = numbers.uniform(0.3, 1)
+        sound += amplitude * numpy.exp(-d * t) * numpy.cos(2 * math.pi * f * t + numbers.uniform(0, 6))
+    sound = 0.7 * sound / numpy.abs(sound).max()
+    return numpy.concatenate([numpy.zeros(rate // 10), sound]) + numbers.normal(0, 1e-4, rate + rate // 10)
+
+
+class Recordings(FolderTest):
+    def test_strikes_of_one_object_held_in_many_ways(self):
+        numbers = numpy.random.default_rng(2)
+        frequencies = 400 * 1.17 ** numpy.arange(20)
+        material = 3 + 4e-9 * (2 * math.pi * frequencies) ** 2
+        paths = []
+        for number in range(8):
+            rates = material + numbers.exponential(4, len(frequencies))
+            paths.append(self.folder / f"strike-{number}.wav")
+            write_wav(paths[-1], strike(numbers, frequencies, rates))
+        silent = self.folder / "silent.wav"
+        write_wav(silent, numpy.zeros(44100))
+        broken = self.write("broken.wav", "no audio")
+        answer = run("fit", *paths, silent, broken, "--estimator", "all", "--json")
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        self.assertIn("silent.wav: ", answer.stderr)
+        self.assertIn("broken.wav: ", answer.stderr)
+        result = json.loads(answer.stdout)
+        self.assertGreater(result["points"], 140)
+        self.assertLess(result["points"], 180)
+        truth = lambda f: 3 + 4e-9 * (2 * math.pi * f) ** 2
+        for name, tolerance in (("emg", 0.15), ("lower_bound", 0.15)):
+            curve = result["fits"][name]["curve"]
+            for f, d in zip(curve["frequency_hz"], curve["decay_rate_per_s"]):
+                self.assertLess(abs(d / truth(f) - 1), tolerance, (name, f))
+        squares = result["fits"]["least_squares"]["curve"]["decay_rate_per_s"]
+        self.assertGreater(squares[0], 2 * truth(400))
+        # The table that features writes leads to the same.
+        table_path = self.folder / "strikes.csv"
+        self.assertEqual(run("features", *paths, "--csv", table_path).returncode, 0)
+        again = run_json("fit", "--features", table_path)
+        for alpha in ("alpha1", "alpha2"):
+            self.assertAlmostEqual(again["parameters"][alpha] / result["parameters"][alpha], 1, 3)
+
+    def test_nothing_to_hear_is_told(self):
+        silent = self.folder / "silent, twice.wav"
+        write_wav(silent, numpy.zeros(44100))
+        answer = run("fit", silent, silent)
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("no usable feature", answer.stderr)
+        self.assertIn("silent, twice.wav: ", answer.stderr)
 
 
 class Fits(FolderTest):
@@ -58,7 +123,7 @@ class Fits(FolderTest):
         f, d = drawn(60)
         whole = self.write("whole.csv", table(f, d))
         first = self.write("first.csv", table(f[:20], d[:20]))
-        rows = "".join(f"x,{b:.17g},{a:.17g},\n" for a, b in zip(f[20:], d[20:]))
+        rows = "".join(f"\"x, y\",{b:.17g},{a:.17g},\n" for a, b in zip(f[20:], d[20:]))
         other = self.write("other.csv", "# a mug\n\nlabel, decay_rate_per_s, frequency_hz,note\n" +
                            rows)
         one = run_json("fit", "--features", whole)

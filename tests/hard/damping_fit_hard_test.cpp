@@ -109,7 +109,7 @@ TEST(DampingFitHard, FeaturesWithoutExternalDamping) {
 }
 
 TEST(DampingFitHard, SigmaToZero) {
-  // Nothing but excess: the likelihood has no largest value but for the bound of sigma.
+  // Nothing but excess: without the bound of sigma the likelihood's maximum is a corner.
   DampingData data = drawn_features({200, 0, 10}, 4);
   const DampingFit bounded = fit(data, "rayleigh", emg);
   expect_sound(bounded);
