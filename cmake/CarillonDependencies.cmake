@@ -22,6 +22,7 @@ carillon_pkg_config(FFTW3 fftw3)
 carillon_pkg_config(SOXR soxr)
 carillon_pkg_config(MUPARSER muparser)
 carillon_pkg_config(OSMESA osmesa)
+carillon_pkg_config(NLOPT nlopt)
 
 # Dense products of Eigen go to BLAS, whose kernels fit the machine at run time.
 add_library(carillon_blas INTERFACE)

@@ -1,0 +1,106 @@
+#include "eval/material/struck_modes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "synth/modal_response.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+/// Of eigenvalues, for modes to count as equal.
+constexpr double kSame = 5e-4;
+
+synth::Weights weights_of(HeardMotion motion) {
+  synth::Weights weights;
+  if (motion == HeardMotion::displacement) weights.displacement = 1;
+  if (motion == HeardMotion::velocity) weights.velocity = 1;
+  if (motion == HeardMotion::acceleration) weights.acceleration = 1;
+  return weights;
+}
+
+}  // namespace
+
+HeardMotion parse_heard_motion(std::string_view name) {
+  for (const HeardMotion motion :
+       {HeardMotion::displacement, HeardMotion::velocity, HeardMotion::acceleration}) {
+    if (name == name_of(motion)) return motion;
+  }
+  throw core::InputError(fmt::format("\"{}\" is no motion that is heard", name),
+                         "displacement, velocity or acceleration");
+}
+
+std::string_view name_of(HeardMotion motion) {
+  switch (motion) {
+    case HeardMotion::displacement:
+      return "displacement";
+    case HeardMotion::velocity:
+      return "velocity";
+    default:
+      return "acceleration";
+  }
+}
+
+StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
+                         const synth::Vec3& direction, double specific_modulus) {
+  const Eigen::MatrixX3d shapes = synth::shapes_at(modes, point);
+  const synth::Vec3 normal = synth::frame_at(modes.surface, point).normal;
+  StruckModes struck;
+  struck.specific_modulus = specific_modulus;
+  struck.complete_to_hz = modes.certificate.complete_to_hz;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double gain = shapes.row(row).dot(normal) * shapes.row(row).dot(direction);
+    const double lambda = modes.eigenvalues[i];
+    if (!struck.eigenvalues.empty() && lambda <= struck.eigenvalues.back() * (1 + kSame)) {
+      struck.gains.back() += gain;
+    } else {
+      struck.eigenvalues.push_back(lambda);
+      struck.gains.push_back(gain);
+    }
+  }
+  return struck;
+}
+
+HeardCandidate heard_candidate(const StruckModes& modes, const Candidate& candidate,
+                               HeardMotion motion, double low, double high) {
+  HeardCandidate heard;
+  const double ratio = candidate.specific_modulus / modes.specific_modulus;
+  const auto coefficient = synth::damping_function(candidate.damping);
+  const synth::Weights weights = weights_of(motion);
+  std::size_t audible = 0;
+  for (std::size_t i = 0; i < modes.eigenvalues.size(); ++i) {
+    const double lambda = ratio * modes.eigenvalues[i];
+    const double omega = std::sqrt(lambda);
+    if (omega < 2 * std::numbers::pi * low || omega > 2 * std::numbers::pi * high) continue;
+    ++audible;
+    const double decay = 0.5 * coefficient(lambda);
+    if (!(decay >= 0)) {
+      // As large as the frequency is by far; not a number counts like it.
+      heard.negative += decay < 0 ? 0.5 + 0.5 * std::min(1.0, -decay / omega) : 1.0;
+      continue;
+    }
+    if (!std::isfinite(decay)) continue;
+    const synth::ModalResponse response(lambda, decay, candidate.contact_time);
+    const double frequency = response.damped_frequency() / (2 * std::numbers::pi);
+    if (response.near_critical() || frequency < low) continue;
+    const auto partial = response.partials(weights)[0];
+    Feature tone;
+    tone.frequency = frequency;
+    tone.decay_rate = decay;
+    tone.amplitude = std::abs(candidate.scale * modes.gains[i]) * std::abs(partial.amplitude) *
+                     std::exp(decay * candidate.contact_time);
+    if (!(tone.amplitude > 0) || !std::isfinite(tone.amplitude)) continue;
+    heard.tones.push_back(tone);
+    heard.modes.push_back(i);
+  }
+  if (audible > 0) heard.negative /= static_cast<double>(audible);
+  return heard;
+}
+
+}  // namespace carillon::eval
