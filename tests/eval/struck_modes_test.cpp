@@ -1,0 +1,165 @@
+#include "eval/material/struck_modes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "eval/material/loudness.hpp"
+#include "tests/eval/struck_bodies.hpp"
+#include "tests/synth/curved_bodies.hpp"
+
+namespace carillon::eval {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+const synth::SurfacePoint kSomewhere{5, {0.2, 0.3, 0.5}};
+
+solvers::Modes modes_of(const std::vector<double>& frequencies,
+                        const std::function<synth::Vec3(int, const synth::Vec3&)>& shape) {
+  std::vector<double> eigenvalues;
+  for (const double f : frequencies) eigenvalues.push_back(std::pow(2 * kPi * f, 2));
+  return synth::modes_with(synth::curved_sphere(0.1, synth::Vec3::Zero(), 2, 3), eigenvalues,
+                           shape);
+}
+
+synth::Vec3 wavy(int mode, const synth::Vec3& x) {
+  return {std::sin(3 * x.x() + mode), std::cos(2 * x.y() * (mode + 1)),
+          std::sin(x.z() + 0.5 * mode * x.x())};
+}
+
+StruckModes two_modes() {
+  StruckModes modes;
+  modes.specific_modulus = 1e7;
+  modes.complete_to_hz = 20000;
+  for (const double f : {500.0, 2000.0}) modes.eigenvalues.push_back(std::pow(2 * kPi * f, 2));
+  modes.gains = {3, -2};
+  return modes;
+}
+
+Candidate candidate(double modulus, double alpha1, double alpha2, double contact = 0) {
+  Candidate one;
+  one.specific_modulus = modulus;
+  one.contact_time = contact;
+  one.damping = synth::rayleigh_damping(alpha1, alpha2);
+  return one;
+}
+
+TEST(StruckModes, OfAPairDoNotDependOnItsBasis) {
+  const auto shape = [](double turn) {
+    return [turn](int mode, const synth::Vec3& x) {
+      const synth::Vec3 a = wavy(0, x);
+      const synth::Vec3 b = wavy(1, x);
+      return synth::Vec3(mode == 0 ? std::cos(turn) * a + std::sin(turn) * b
+                                   : std::cos(turn) * b - std::sin(turn) * a);
+    };
+  };
+  const synth::Vec3 down(0, 0, -1);
+  const auto one = struck_modes(modes_of({400, 400}, shape(0)), kSomewhere, down, 1e7);
+  const auto other = struck_modes(modes_of({400, 400}, shape(0.7)), kSomewhere, down, 1e7);
+  ASSERT_EQ(one.gains.size(), 1U);
+  ASSERT_EQ(other.gains.size(), 1U);
+  EXPECT_NEAR(one.gains[0], other.gains[0], 1e-6 * std::abs(one.gains[0]));
+  EXPECT_EQ(struck_modes(modes_of({400, 401}, shape(0)), kSomewhere, down, 1e7).gains.size(), 2U);
+}
+
+TEST(HeardCandidate, GoesWithTheRootOfTheModulus) {
+  for (const double ratio : {0.25, 1.0, 4.0}) {
+    const auto heard =
+        heard_candidate(two_modes(), candidate(ratio * 1e7, 2, 0), HeardMotion::velocity, 20, 20000);
+    ASSERT_EQ(heard.tones.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double natural = (i == 0 ? 500 : 2000) * std::sqrt(ratio);
+      const double damped = std::sqrt(natural * natural - std::pow(1 / (2 * kPi), 2));
+      EXPECT_NEAR(heard.tones[i].frequency, damped, 1e-9 * natural);
+      EXPECT_DOUBLE_EQ(heard.tones[i].decay_rate, 1);
+      // Velocity after a unit impulse, whatever the stiffness.
+      EXPECT_NEAR(heard.tones[i].amplitude, (i == 0 ? 3 : 2) * natural / damped, 1e-9);
+    }
+  }
+}
+
+TEST(HeardCandidate, OfAnotherMotionHasOtherAmplitudes) {
+  const auto at = [](HeardMotion motion) {
+    return heard_candidate(two_modes(), candidate(1e7, 2, 0), motion, 20, 20000).tones;
+  };
+  const auto velocity = at(HeardMotion::velocity);
+  const auto acceleration = at(HeardMotion::acceleration);
+  const auto displacement = at(HeardMotion::displacement);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double omega = 2 * kPi * (i == 0 ? 500 : 2000);
+    EXPECT_NEAR(acceleration[i].amplitude / velocity[i].amplitude, omega, 1e-6 * omega);
+    EXPECT_NEAR(velocity[i].amplitude / displacement[i].amplitude, omega, 1e-6 * omega);
+  }
+  for (const char* name : {"displacement", "velocity", "acceleration"}) {
+    EXPECT_EQ(name_of(parse_heard_motion(name)), name);
+  }
+  EXPECT_THROW(parse_heard_motion("speed"), core::InputError);
+}
+
+TEST(HeardCandidate, LosesWhatTheContactHides) {
+  // A raised cosine's spectrum is 1 / 2 at 1 / T and zero at 2 / T.
+  const auto heard = heard_candidate(two_modes(), candidate(1e7, 1e-6, 0, 1.0 / 2000),
+                                     HeardMotion::velocity, 20, 20000);
+  EXPECT_NEAR(heard.tones[1].amplitude, 2 * 0.5, 1e-6);
+  const auto longer = heard_candidate(two_modes(), candidate(1e7, 1e-6, 0, 1.0 / 1000),
+                                      HeardMotion::velocity, 20, 20000);
+  EXPECT_TRUE(longer.tones.size() == 1 || longer.tones[1].amplitude < 1e-6);
+}
+
+TEST(HeardCandidate, SoundsLikeTheSynthesisedStrike) {
+  // The program's own synthesis of the same modes, after the contact; tones in bands of their own.
+  const auto modes = modes_of({310, 1100, 2700, 6100}, wavy);
+  synth::Strike strike;
+  strike.point = kSomewhere;
+  strike.direction = -synth::frame_at(modes.surface, kSomewhere).normal;
+  strike.impulse = 0.02;
+  strike.force.duration = 3e-4;
+  const std::vector damping = {synth::rayleigh_damping(12, 4e-8)};
+  const auto rings =
+      synth::ring_down(modes, synth::decay_rates(modes, damping), strike,
+                       synth::point_velocity(modes, kSomewhere));
+  const std::size_t skipped = 20;  // samples; 0.45 ms
+  const auto sound = synth::synthesize(rings, strike.force, 44100, 22050);
+  const std::vector<double> samples(sound.begin() + skipped, sound.end());
+
+  Candidate known = candidate(1e7, 12, 4e-8, 3e-4);
+  known.scale = 0.02;
+  const auto struck = struck_modes(modes, kSomewhere, strike.direction, 1e7);
+  const auto heard = heard_candidate(struck, known, HeardMotion::velocity, 20, 20000);
+  const auto grid = make_grid(samples.size(), 44100, skipped / 44100.0);
+  const BandPowers truth = band_powers(samples, grid);
+  const BandPowers powers = band_powers(heard.tones, grid);
+  int compared = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (truth[i] < 1e-3 * powers[i - i % grid.bands + 3]) continue;
+    if (truth[i] < 1e-12) continue;
+    EXPECT_NEAR(powers[i] / truth[i], 1, 0.05) << i / grid.bands << ", band " << i % grid.bands;
+    ++compared;
+  }
+  EXPECT_GT(compared, 50);
+}
+
+TEST(HeardCandidate, LeavesOutWhatDoesNotRing) {
+  const auto count = [](const Candidate& one) {
+    return heard_candidate(two_modes(), one, HeardMotion::velocity, 20, 20000);
+  };
+  EXPECT_EQ(count(candidate(1e7, 1e6, 0)).tones.size(), 0U);      // far beyond critical
+  EXPECT_EQ(count(candidate(1e7, 4 * kPi * 500, 0)).tones.size(), 1U);  // critical at 500 Hz
+  EXPECT_EQ(count(candidate(4e10, 1, 0)).tones.size(), 0U);       // above the band
+  EXPECT_EQ(count(candidate(1e2, 1, 0)).tones.size(), 0U);        // below it
+  Candidate dips = candidate(1e7, 0, 0);
+  dips.damping = {synth::DampingKind::caughey, {10, -1e-6}, ""};
+  const auto heard = count(dips);
+  ASSERT_EQ(heard.tones.size(), 1U);
+  EXPECT_EQ(heard.modes[0], 0U);
+  EXPECT_GT(heard.negative, 0);
+  EXPECT_LE(heard.negative, 1);
+  dips.damping = {synth::DampingKind::expression, {1}, "alpha1*ln(-lambda)"};  // not a number
+  EXPECT_EQ(count(dips).tones.size(), 0U);
+  EXPECT_EQ(count(dips).negative, 1);
+}
+
+}  // namespace
+}  // namespace carillon::eval
