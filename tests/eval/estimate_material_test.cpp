@@ -1,9 +1,11 @@
 #include "eval/material/estimate_material.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "core/random.hpp"
 #include "tests/eval/struck_bodies.hpp"
 
 namespace carillon::eval {

@@ -51,8 +51,9 @@ TEST(StruckModes, OfAPairDoNotDependOnItsBasis) {
     return [turn](int mode, const synth::Vec3& x) {
       const synth::Vec3 a = wavy(0, x);
       const synth::Vec3 b = wavy(1, x);
-      return synth::Vec3(mode == 0 ? std::cos(turn) * a + std::sin(turn) * b
-                                   : std::cos(turn) * b - std::sin(turn) * a);
+      const double x_share = mode == 0 ? std::cos(turn) : -std::sin(turn);
+      const double y_share = mode == 0 ? std::sin(turn) : std::cos(turn);
+      return synth::Vec3(x_share * a + y_share * b);
     };
   };
   const synth::Vec3 down(0, 0, -1);

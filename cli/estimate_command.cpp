@@ -1,0 +1,356 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/body.hpp"
+#include "cli/damping_law.hpp"
+#include "cli/text.hpp"
+#include "core/audio.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "eval/material/estimate_material.hpp"
+#include "mpi/failure.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// Assumed where no material is named: glass and most metals are near it.
+constexpr const char* kAssumedModulus = "70 GPa";
+constexpr const char* kAssumedDensity = "2500 kg/m^3";
+
+struct EstimateOptions {
+  BodyOptions body;
+  std::string recording;
+  int channel = 1;
+  std::string at, direction;
+  std::string poisson_ratio, density;  ///< "": the assumed material's; density then unknown
+  std::string model = "rayleigh";
+  std::size_t parameters = 3;
+  std::string heard = "velocity";
+  std::string contact_time;  ///< "": sought
+  std::string onset, rt60;
+  std::size_t starts = 8;
+  std::uint64_t seed = 1;
+  std::string output;
+};
+
+/// The body with the material it is assumed to be of.
+BodyOptions assumed_body(const EstimateOptions& options) {
+  BodyOptions body = options.body;
+  if (body.material.empty() && options.poisson_ratio.empty()) {
+    throw core::InputError("Poisson's ratio cannot be heard and must be given",
+                           "--poisson-ratio 0.3, or --material with a preset that has it");
+  }
+  synth::Material material = synth::parse_material(
+      body.material.empty()
+          ? fmt::format("youngs_modulus={},poisson_ratio={},density={}", kAssumedModulus,
+                        options.poisson_ratio, kAssumedDensity)
+          : body.material);
+  if (!options.poisson_ratio.empty()) {
+    material.elastic.poisson_ratio =
+        core::parse_quantity(options.poisson_ratio, core::Dimension::none);
+  }
+  if (!options.density.empty()) {
+    material.elastic.density = core::parse_quantity(options.density, core::Dimension::density);
+  }
+  const solvers::Elastic& e = material.elastic;
+  body.material = fmt::format("youngs_modulus={},poisson_ratio={},density={}", e.youngs_modulus,
+                              e.poisson_ratio, e.density);
+  synth::parse_material(body.material);  // says what is unphysical before anything is solved
+  return body;
+}
+
+eval::MaterialOptions material_options(const EstimateOptions& options) {
+  eval::MaterialOptions material;
+  material.law = damping_law(options.model, options.parameters);
+  material.motion = eval::parse_heard_motion(options.heard);
+  if (!options.contact_time.empty()) {
+    material.contact_time = core::parse_quantity(options.contact_time, core::Dimension::time);
+    if (!(*material.contact_time >= 0)) {
+      throw core::InputError("--contact-time must not be negative");
+    }
+  }
+  material.searches = options.starts;
+  material.starts.seed = options.seed;
+  return material;
+}
+
+struct Recording {
+  std::vector<double> samples;
+  eval::FeatureSet set;
+};
+
+Recording listen(const EstimateOptions& options) {
+  const core::AudioClip clip = core::read_audio(options.recording);
+  if (options.channel > clip.channels) {
+    throw core::InputError(fmt::format("{} has {} channel{}, not {}", options.recording,
+                                       clip.channels, clip.channels == 1 ? "" : "s",
+                                       options.channel),
+                           "--channel counts from 1");
+  }
+  Recording recording;
+  const auto channels = static_cast<std::size_t>(clip.channels);
+  for (auto i = static_cast<std::size_t>(options.channel - 1); i < clip.samples.size();
+       i += channels) {
+    recording.samples.push_back(clip.samples[i]);
+  }
+  eval::FeatureOptions features;
+  if (!options.onset.empty()) {
+    features.onset = core::parse_quantity(options.onset, core::Dimension::time);
+  }
+  if (!options.rt60.empty()) {
+    features.rt60 = core::parse_quantity(options.rt60, core::Dimension::time);
+  }
+  recording.set = eval::extract_features(recording.samples, clip.sample_rate, features);
+  if (recording.set.features.empty()) {
+    throw core::InputError(fmt::format("{}: no modes can be heard: {}", options.recording,
+                                       recording.set.nothing),
+                           "a material is estimated from a struck object's ringing");
+  }
+  return recording;
+}
+
+synth::Strike strike_on(const EstimateOptions& options, const solvers::Modes& modes) {
+  synth::Strike strike;
+  strike.point = synth::SurfaceSampler(modes.surface).nearest(parse_position(options.at));
+  strike.direction = options.direction.empty()
+                         ? synth::Vec3(-synth::frame_at(modes.surface, strike.point).normal)
+                         : synth::Vec3(parse_position(options.direction).normalized());
+  strike.impulse = 1;
+  return strike;
+}
+
+/// The estimate as a clip of the recording's length, its strike at the recording's onset.
+core::AudioClip resynthesis(const Recording& recording, const solvers::Modes& modes,
+                            synth::Strike strike, const eval::Candidate& estimate,
+                            double assumed_modulus, eval::HeardMotion motion) {
+  const solvers::Modes scaled =
+      solvers::rescale(modes, 1, estimate.specific_modulus / assumed_modulus, 1);
+  synth::Readout readout = synth::point_velocity(scaled, strike.point);
+  if (motion == eval::HeardMotion::displacement) readout.velocity.swap(readout.displacement);
+  if (motion == eval::HeardMotion::acceleration) readout.velocity.swap(readout.acceleration);
+  strike.impulse = estimate.scale;
+  strike.force = {.duration = estimate.contact_time};
+  const auto decay = synth::clamped_decay_rates(scaled, std::vector{estimate.damping});
+  synth::RingDown rings = synth::ring_down(scaled, decay.values, strike, readout);
+  synth::leave_out(rings, decay.negative);
+  const double rate = recording.set.sample_rate;
+  const std::size_t count = recording.samples.size();
+  const auto onset =
+      std::min(count, static_cast<std::size_t>(std::lround(recording.set.onset * rate)));
+  const auto sound = synth::synthesize(rings, strike.force, rate, count - onset);
+  core::AudioClip clip;
+  clip.sample_rate = static_cast<int>(rate);
+  clip.samples.assign(onset, 0.0F);
+  clip.samples.insert(clip.samples.end(), sound.begin(), sound.end());
+  return clip;
+}
+
+nlohmann::json json_of(const eval::Candidate& candidate, const eval::MetricValue& value) {
+  nlohmann::json parameters = nlohmann::json::object();
+  for (std::size_t k = 0; k < candidate.damping.parameters.size(); ++k) {
+    parameters[synth::parameter_name(k)] = candidate.damping.parameters[k];
+  }
+  return {{"specific_modulus_m2_per_s2", candidate.specific_modulus},
+          {"scale", candidate.scale},
+          {"contact_time_s", candidate.contact_time},
+          {"parameters", parameters},
+          {"metric", value.metric},
+          {"psychoacoustic_difference", value.psychoacoustic},
+          {"recording_match", value.recording_match},
+          {"candidate_match", value.candidate_match}};
+}
+
+/// A number, or null where there is none.
+nlohmann::json finite(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+}
+
+nlohmann::json to_json(const eval::MaterialEstimate& estimate, const Recording& recording,
+                       const std::optional<double>& density, const core::Trace& trace) {
+  nlohmann::json json = json_of(estimate.candidate, estimate.value);
+  for (std::size_t k = 0; k < estimate.ranges.size(); ++k) {
+    json["parameters"]["range"][synth::parameter_name(k)] = {finite(estimate.ranges[k].low),
+                                                             finite(estimate.ranges[k].high)};
+  }
+  json["model"] = synth::formula_of(estimate.candidate.damping);
+  json["specific_modulus_error"] = finite(estimate.modulus_error);
+  json["frequency_rms_cents"] = estimate.rms_cents;
+  if (density) {
+    json["youngs_modulus_pa"] = estimate.candidate.specific_modulus * *density;
+    json["density_kg_m3"] = *density;
+  }
+  for (const eval::LocalMinimum& minimum : estimate.minima) {
+    json["minima"].push_back(json_of(minimum.candidate, minimum.value));
+  }
+  json["matches"] = nlohmann::json::array();
+  for (const eval::MatchedFeature& match : estimate.matches) {
+    const eval::Feature& feature = recording.set.features[match.feature];
+    json["matches"].push_back({{"frequency_hz", feature.frequency},
+                               {"decay_rate_per_s", feature.decay_rate},
+                               {"amplitude", feature.amplitude},
+                               {"mode_frequency_hz", match.tone.frequency},
+                               {"mode_decay_rate_per_s", match.tone.decay_rate},
+                               {"mode_amplitude", match.tone.amplitude},
+                               {"similarity", match.similarity}});
+  }
+  json["features"] = recording.set.features.size();
+  json["modes"] = estimate.tones.size();
+  json["starts"] = estimate.starts;
+  json["evaluations"] = estimate.evaluations;
+  json["converged"] = estimate.converged;
+  json["remarks"] = estimate.remarks;
+  for (const auto& [stage, entry] : trace.stages) {
+    json["timing"][stage + "_s"] = entry.seconds;
+    json["calls"][stage] = entry.calls;
+  }
+  return json;
+}
+
+void print(const eval::MaterialEstimate& estimate, const Recording& recording,
+           const std::optional<double>& density, const core::Trace& trace) {
+  const eval::Candidate& found = estimate.candidate;
+  fmt::print("{:<22} {:.5g} m^2/s^2", "specific modulus", found.specific_modulus);
+  if (std::isfinite(estimate.modulus_error)) {
+    fmt::print(" +- {:.2g} %", 100 * estimate.modulus_error);
+  }
+  fmt::print("\n");
+  if (density) {
+    fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
+               1e-9 * found.specific_modulus * *density, *density);
+  }
+  fmt::print("{:<22} {}\n", "damping", synth::formula_of(found.damping));
+  for (std::size_t k = 0; k < found.damping.parameters.size(); ++k) {
+    fmt::print("  {:<20} {:.5g} {}, alone between {:.3g} and {:.3g}\n", synth::parameter_name(k),
+               found.damping.parameters[k], synth::parameter_unit(found.damping.kind, k),
+               estimate.ranges[k].low, estimate.ranges[k].high);
+  }
+  fmt::print("{:<22} {:.4g}; contact {:.3g} ms\n", "scale", found.scale,
+             1000 * found.contact_time);
+  fmt::print("{:<22} {:.4g}: spectrograms differ by {:.3g}, match ratios {:.3f} and {:.3f}\n",
+             "metric", estimate.value.metric, estimate.value.psychoacoustic,
+             estimate.value.recording_match, estimate.value.candidate_match);
+  fmt::print("{:<22} {} of the recording, {} of the estimate, {:.3g} cents apart\n", "modes",
+             recording.set.features.size(), estimate.tones.size(), estimate.rms_cents);
+  for (std::size_t i = 1; i < std::min<std::size_t>(4, estimate.minima.size()); ++i) {
+    const eval::LocalMinimum& other = estimate.minima[i];
+    fmt::print("{:<22} {:.5g} m^2/s^2, metric {:.4g}\n", i == 1 ? "other minima" : "",
+               other.candidate.specific_modulus, other.value.metric);
+  }
+  for (const std::string& remark : estimate.remarks) fmt::print("- {}\n", remark);
+  for (const auto& [stage, entry] : trace.stages) {
+    fmt::print("{:<22} {:8.3f} s\n", stage, entry.seconds);
+  }
+}
+
+void run_estimate(const EstimateOptions& options, Context& context) {
+  const eval::MaterialOptions wanted = material_options(options);
+  const BodyOptions assumed = assumed_body(options);
+  parse_position(options.at);
+  if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
+    throw core::InputError("--direction has no length");
+  }
+  Recording recording;
+  core::Trace trace;
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    const core::ScopedTimer timer(trace.stages["features"]);
+    recording = listen(options);
+  });
+  const Body body = solve_body(assumed, context);
+  if (!context.speaks()) return;
+  trace.merge(body.trace);
+  if (body.materials.size() != 1) {
+    throw core::InputError(fmt::format("{} has {} regions", options.body.mesh,
+                                       body.materials.size()),
+                           "one material is estimated: give a body of one region");
+  }
+  const solvers::Elastic& elastic = body.materials.front().elastic;
+  const double modulus = elastic.youngs_modulus / elastic.density;
+  const synth::Strike strike = strike_on(options, body.modes);
+  const eval::StruckModes modes =
+      eval::struck_modes(body.modes, strike.point, strike.direction, modulus);
+  eval::MaterialEstimate estimate;
+  {
+    const core::ScopedTimer timer(trace.stages["search"]);
+    estimate = eval::estimate_material(recording.samples, recording.set, modes, wanted);
+  }
+  if (!options.output.empty()) {
+    core::write_wav(options.output,
+                    resynthesis(recording, body.modes, strike, estimate.candidate, modulus,
+                                wanted.motion),
+                    core::SampleFormat::float32);
+  }
+  estimate.remarks.insert(estimate.remarks.begin(), recording.set.remarks.begin(),
+                          recording.set.remarks.end());
+  std::optional<double> density;
+  if (!options.density.empty()) density = elastic.density;
+  if (context.json) {
+    fmt::print("{}\n", to_json(estimate, recording, density, trace).dump(2));
+  } else {
+    print(estimate, recording, density, trace);
+  }
+}
+
+}  // namespace
+
+void add_estimate(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand(
+      "estimate", "material of a struck body from one recording, its mesh and where it was struck");
+  auto options = std::make_shared<EstimateOptions>();
+  command->add_option("recording", options->recording, "WAV or any file that libsndfile reads")
+      ->required();
+  add_body_options(*command, options->body);
+  command->get_option("--material")
+      ->required(false)
+      ->description("assumed material, whose modes are solved once and rescaled: preset or "
+                    "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700; its damping is not "
+                    "used")
+      ->default_str("70 GPa, 2500 kg/m^3");
+  command->add_option("--at", options->at, "point struck, x,y,z [m]")->required();
+  command->add_option("--direction", options->direction,
+                      "way the force points, x,y,z (default: inward along the normal)");
+  command->add_option("--poisson-ratio", options->poisson_ratio,
+                      "of the body; it is not estimated (default: the assumed material's)");
+  command->add_option("--density", options->density,
+                      "of the body; gives Young's modulus, which cannot be heard without it");
+  command->add_option("--model", options->model,
+                      "rayleigh, caughey, power, hybrid, or a formula of lambda, omega, f and "
+                      "alpha1, alpha2, ...")
+      ->capture_default_str();
+  command->add_option("--parameters", options->parameters, "of a Caughey series")
+      ->check(CLI::Range(1, 8))
+      ->capture_default_str();
+  command->add_option("--heard", options->heard,
+                      "motion of the struck point that the recording follows: velocity (strike "
+                      "without listeners), acceleration (microphones), displacement")
+      ->capture_default_str();
+  command->add_option("--contact-time", options->contact_time,
+                      "duration of the contact; 0: an ideal impulse (default: estimated too)");
+  command->add_option("--channel", options->channel, "of the recording, from 1")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--onset", options->onset, "where the strike begins (default: it is found)");
+  command->add_option("--rt60", options->rt60,
+                      "reverberation time of the room; damping of what decays faster is not used");
+  command->add_option("--starts", options->starts, "local searches, from the best start points")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "of everything that is drawn")
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output,
+                      "WAV file of the estimate, as long and as loud as the recording");
+  command->footer(
+      "Examples:\n"
+      "  carillon strike bowl -m glass --at 0.06,0,0.05 -o bowl.wav\n"
+      "  carillon estimate bowl.wav bowl --at 0.06,0,0.05 --poisson-ratio 0.2 --density 2600\n"
+      "  carillon estimate plate.wav plate.obj --at 5,2,0cm -m ceramic --heard acceleration "
+      "--model hybrid -o again.wav");
+  command->callback([&context, options] { run_estimate(*options, context); });
+}
+
+}  // namespace carillon::cli
