@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "eval/material/estimate_material.hpp"
-#include "mpi/failure.hpp"
+#include "mpi/comm.hpp"
 #include "synth/ring_down.hpp"
 
 namespace carillon::cli {
@@ -46,10 +46,9 @@ BodyOptions assumed_body(const EstimateOptions& options) {
                            "--poisson-ratio 0.3, or --material with a preset that has it");
   }
   synth::Material material = synth::parse_material(
-      body.material.empty()
-          ? fmt::format("youngs_modulus={},poisson_ratio={},density={}", kAssumedModulus,
-                        options.poisson_ratio, kAssumedDensity)
-          : body.material);
+      body.material.empty() ? fmt::format("youngs_modulus={},poisson_ratio={},density={}",
+                                          kAssumedModulus, options.poisson_ratio, kAssumedDensity)
+                            : body.material);
   if (!options.poisson_ratio.empty()) {
     material.elastic.poisson_ratio =
         core::parse_quantity(options.poisson_ratio, core::Dimension::none);
@@ -87,10 +86,10 @@ struct Recording {
 Recording listen(const EstimateOptions& options) {
   const core::AudioClip clip = core::read_audio(options.recording);
   if (options.channel > clip.channels) {
-    throw core::InputError(fmt::format("{} has {} channel{}, not {}", options.recording,
-                                       clip.channels, clip.channels == 1 ? "" : "s",
-                                       options.channel),
-                           "--channel counts from 1");
+    throw core::InputError(
+        fmt::format("{} has {} channel{}, not {}", options.recording, clip.channels,
+                    clip.channels == 1 ? "" : "s", options.channel),
+        "--channel counts from 1");
   }
   Recording recording;
   const auto channels = static_cast<std::size_t>(clip.channels);
@@ -107,9 +106,9 @@ Recording listen(const EstimateOptions& options) {
   }
   recording.set = eval::extract_features(recording.samples, clip.sample_rate, features);
   if (recording.set.features.empty()) {
-    throw core::InputError(fmt::format("{}: no modes can be heard: {}", options.recording,
-                                       recording.set.nothing),
-                           "a material is estimated from a struck object's ringing");
+    throw core::InputError(
+        fmt::format("{}: no modes can be heard: {}", options.recording, recording.set.nothing),
+        "a material is estimated from a struck object's ringing");
   }
   return recording;
 }
@@ -223,14 +222,16 @@ void print(const eval::MaterialEstimate& estimate, const Recording& recording,
     fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
                1e-9 * found.specific_modulus * *density, *density);
   }
-  fmt::print("{:<22} {}\n", "damping", synth::formula_of(found.damping));
+  fmt::print("{:<22} {}\n", "damping",
+             found.damping.kind == synth::DampingKind::expression
+                 ? "c = " + found.damping.expression
+                 : synth::form_of(found.damping.kind).formula);
   for (std::size_t k = 0; k < found.damping.parameters.size(); ++k) {
     fmt::print("  {:<20} {:.5g} {}, alone between {:.3g} and {:.3g}\n", synth::parameter_name(k),
                found.damping.parameters[k], synth::parameter_unit(found.damping.kind, k),
                estimate.ranges[k].low, estimate.ranges[k].high);
   }
-  fmt::print("{:<22} {:.4g}; contact {:.3g} ms\n", "scale", found.scale,
-             1000 * found.contact_time);
+  fmt::print("{:<22} {:.4g}; contact {:.3g} ms\n", "scale", found.scale, 1000 * found.contact_time);
   fmt::print("{:<22} {:.4g}: spectrograms differ by {:.3g}, match ratios {:.3f} and {:.3f}\n",
              "metric", estimate.value.metric, estimate.value.psychoacoustic,
              estimate.value.recording_match, estimate.value.candidate_match);
@@ -265,9 +266,9 @@ void run_estimate(const EstimateOptions& options, Context& context) {
   if (!context.speaks()) return;
   trace.merge(body.trace);
   if (body.materials.size() != 1) {
-    throw core::InputError(fmt::format("{} has {} regions", options.body.mesh,
-                                       body.materials.size()),
-                           "one material is estimated: give a body of one region");
+    throw core::InputError(
+        fmt::format("{} has {} regions", options.body.mesh, body.materials.size()),
+        "one material is estimated: give a body of one region");
   }
   const solvers::Elastic& elastic = body.materials.front().elastic;
   const double modulus = elastic.youngs_modulus / elastic.density;
@@ -280,10 +281,10 @@ void run_estimate(const EstimateOptions& options, Context& context) {
     estimate = eval::estimate_material(recording.samples, recording.set, modes, wanted);
   }
   if (!options.output.empty()) {
-    core::write_wav(options.output,
-                    resynthesis(recording, body.modes, strike, estimate.candidate, modulus,
-                                wanted.motion),
-                    core::SampleFormat::float32);
+    core::write_wav(
+        options.output,
+        resynthesis(recording, body.modes, strike, estimate.candidate, modulus, wanted.motion),
+        core::SampleFormat::float32);
   }
   estimate.remarks.insert(estimate.remarks.begin(), recording.set.remarks.begin(),
                           recording.set.remarks.end());
@@ -307,9 +308,10 @@ void add_estimate(CLI::App& program, Context& context) {
   add_body_options(*command, options->body);
   command->get_option("--material")
       ->required(false)
-      ->description("assumed material, whose modes are solved once and rescaled: preset or "
-                    "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700; its damping is not "
-                    "used")
+      ->description(
+          "assumed material, whose modes are solved once and rescaled: preset or "
+          "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700; its damping is not "
+          "used")
       ->default_str("70 GPa, 2500 kg/m^3");
   command->add_option("--at", options->at, "point struck, x,y,z [m]")->required();
   command->add_option("--direction", options->direction,
@@ -318,16 +320,18 @@ void add_estimate(CLI::App& program, Context& context) {
                       "of the body; it is not estimated (default: the assumed material's)");
   command->add_option("--density", options->density,
                       "of the body; gives Young's modulus, which cannot be heard without it");
-  command->add_option("--model", options->model,
-                      "rayleigh, caughey, power, hybrid, or a formula of lambda, omega, f and "
-                      "alpha1, alpha2, ...")
+  command
+      ->add_option("--model", options->model,
+                   "rayleigh, caughey, power, hybrid, or a formula of lambda, omega, f and "
+                   "alpha1, alpha2, ...")
       ->capture_default_str();
   command->add_option("--parameters", options->parameters, "of a Caughey series")
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
-  command->add_option("--heard", options->heard,
-                      "motion of the struck point that the recording follows: velocity (strike "
-                      "without listeners), acceleration (microphones), displacement")
+  command
+      ->add_option("--heard", options->heard,
+                   "motion of the struck point that the recording follows: velocity (strike "
+                   "without listeners), acceleration (microphones), displacement")
       ->capture_default_str();
   command->add_option("--contact-time", options->contact_time,
                       "duration of the contact; 0: an ideal impulse (default: estimated too)");

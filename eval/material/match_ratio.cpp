@@ -36,6 +36,7 @@ std::vector<FeaturePlace> places_of(std::span<const Feature> features, const Mat
     place.bark = synth::bark(feature.frequency);
     place.duration = std::log(1 / std::max(feature.decay_rate, kSlowest) + scale.shortest_duration);
     place.level = 20 * std::log10(std::max(feature.amplitude, 1e-300));
+    place.reverberant = feature.reverberant;
     place.prominence = audible_energy(feature);
     loudest = std::max(loudest, place.prominence);
     places.push_back(place);
@@ -49,8 +50,9 @@ std::vector<FeaturePlace> places_of(std::span<const Feature> features, const Mat
 }
 
 double similarity(const FeaturePlace& a, const FeaturePlace& b, const MatchScale& scale) {
-  return 1 / (1 + square((a.bark - b.bark) / scale.bark) +
-              square((a.duration - b.duration) / scale.duration) +
+  const double longer =
+      a.reverberant || b.reverberant ? 0 : (a.duration - b.duration) / scale.duration;
+  return 1 / (1 + square((a.bark - b.bark) / scale.bark) + square(longer) +
               square((a.level - b.level) / scale.level));
 }
 

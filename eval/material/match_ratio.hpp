@@ -9,10 +9,11 @@ namespace carillon::eval {
 
 /// A feature in the dimensions in which features are compared.
 struct FeaturePlace {
-  double bark = 0;        ///< critical-band rate of the frequency
-  double duration = 0;    ///< logarithm of 1 / d plus the shortest duration that matters
-  double level = 0;       ///< of the amplitude [dB]
-  double prominence = 0;  ///< weight; only ratios of weights matter
+  double bark = 0;           ///< critical-band rate of the frequency
+  double duration = 0;       ///< logarithm of 1 / d plus the shortest duration that matters
+  double level = 0;          ///< of the amplitude [dB]
+  bool reverberant = false;  ///< the duration is the room's: it is not compared
+  double prominence = 0;     ///< weight; only ratios of weights matter
 };
 
 /// How far two features may lie apart before half of their similarity is gone, one dimension at a

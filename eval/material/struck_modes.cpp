@@ -13,8 +13,8 @@ namespace carillon::eval {
 
 namespace {
 
-/// Of eigenvalues, for modes to count as equal.
-constexpr double kSame = 5e-4;
+/// Of eigenvalues, for modes to count as equal: as solvers::whole_clusters() has it.
+constexpr double kSame = 1e-4;
 
 synth::Weights weights_of(HeardMotion motion) {
   synth::Weights weights;

@@ -28,7 +28,7 @@ struct StruckModes {
   double complete_to_hz = 0;    ///< no mode below is missing
 };
 
-/// Modes of equal frequency (within 0.4 cents) are one, whose gain is the sum: it does not depend
+/// Modes of equal frequency (within 0.1 cents) are one, whose gain is the sum: it does not depend
 /// on the basis that a solver found for them.
 /// @param direction  unit vector the blow points along
 /// @throws InputError  a point or direction that is none

@@ -155,8 +155,8 @@ TEST(EstimateMaterial, FindsEveryModel) {
     const Truth truth{"", modulus, {law.kind, alphas, law.expression}};
     MaterialOptions options;
     options.law = law;
-    const auto found = estimate_from(test::record(tones_of(Body::plate, truth)),
-                                     body(Body::plate, 1e7), options);
+    const auto found =
+        estimate_from(test::record(tones_of(Body::plate, truth)), body(Body::plate, 1e7), options);
     EXPECT_LT(error_of(found.candidate.specific_modulus, modulus), 0.001);
     // Parameters of one law can stand in for each other; its curve is what is heard.
     const auto c = synth::damping_function(found.candidate.damping);

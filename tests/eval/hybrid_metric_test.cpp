@@ -91,7 +91,8 @@ TEST(HybridMetric, PsychoacousticPartIsSymmetric) {
   second.loudness_squared = 0;
   for (const double sone : second.loudness) second.loudness_squared += sone * sone;
   const double forth = hybrid_metric(first, heard(other)).psychoacoustic * first.loudness_squared;
-  const double back = hybrid_metric(second, heard(glass())).psychoacoustic * second.loudness_squared;
+  const double back =
+      hybrid_metric(second, heard(glass())).psychoacoustic * second.loudness_squared;
   EXPECT_GT(forth, 0);
   EXPECT_NEAR(forth / back, 1, 0.02);
 }

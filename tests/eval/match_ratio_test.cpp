@@ -58,8 +58,8 @@ TEST(MatchRatio, IsSymmetricAsAProductAndWithinOne) {
 }
 
 TEST(MatchRatio, FollowsTheEquations) {
-  // Two features against one, every term of eq. 3.6 and 3.7 by hand. 1000 Hz is 8.5109 Bark, 1010 Hz
-  // is 8.5715 Bark by Zwicker and Terhardt's formula.
+  // Two features against one, every term of eq. 3.6 and 3.7 by hand. 1000 Hz is 8.5109 Bark, 1010
+  // Hz is 8.5715 Bark by Zwicker and Terhardt's formula.
   const MatchScale scale;
   const auto bark = [](double f) {
     return 13 * std::atan(0.00076 * f) + 3.5 * std::atan(std::pow(f / 7500, 2));
@@ -108,6 +108,14 @@ TEST(MatchRatio, FallsWithEveryMismatch) {
     EXPECT_LT(shifted(1, 1, step), last) << step;
     last = shifted(1, 1, step);
   }
+}
+
+TEST(MatchRatio, DoesNotCompareARoomsDuration) {
+  std::vector<Feature> dry = {feature(600, 40, 1)};
+  std::vector<Feature> wet = {feature(600, 8, 1)};
+  EXPECT_LT(product(dry, wet), 0.2);
+  wet[0].reverberant = true;
+  EXPECT_NEAR(product(dry, wet), 1, 1e-12);
 }
 
 TEST(MatchRatio, FallsWithEveryFeatureMissing) {

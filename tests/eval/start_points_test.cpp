@@ -47,8 +47,8 @@ struct Case {
     truth.specific_modulus = 1.3e7;
     truth.scale = 0.2;
     truth.damping = synth::rayleigh_damping(6, 1e-7);
-    recorded = test::record(
-        heard_candidate(modes, truth, HeardMotion::velocity, 20, 20000).tones, {.seconds = 0.3});
+    recorded = test::record(heard_candidate(modes, truth, HeardMotion::velocity, 20, 20000).tones,
+                            {.seconds = 0.3});
     reference = make_reference(recorded.samples, recorded.set);
   }
 };

@@ -67,8 +67,8 @@ TEST(StruckModes, OfAPairDoNotDependOnItsBasis) {
 
 TEST(HeardCandidate, GoesWithTheRootOfTheModulus) {
   for (const double ratio : {0.25, 1.0, 4.0}) {
-    const auto heard =
-        heard_candidate(two_modes(), candidate(ratio * 1e7, 2, 0), HeardMotion::velocity, 20, 20000);
+    const auto heard = heard_candidate(two_modes(), candidate(ratio * 1e7, 2, 0),
+                                       HeardMotion::velocity, 20, 20000);
     ASSERT_EQ(heard.tones.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i) {
       const double natural = (i == 0 ? 500 : 2000) * std::sqrt(ratio);
@@ -118,9 +118,8 @@ TEST(HeardCandidate, SoundsLikeTheSynthesisedStrike) {
   strike.impulse = 0.02;
   strike.force.duration = 3e-4;
   const std::vector damping = {synth::rayleigh_damping(12, 4e-8)};
-  const auto rings =
-      synth::ring_down(modes, synth::decay_rates(modes, damping), strike,
-                       synth::point_velocity(modes, kSomewhere));
+  const auto rings = synth::ring_down(modes, synth::decay_rates(modes, damping), strike,
+                                      synth::point_velocity(modes, kSomewhere));
   const std::size_t skipped = 20;  // samples; 0.45 ms
   const auto sound = synth::synthesize(rings, strike.force, 44100, 22050);
   const std::vector<double> samples(sound.begin() + skipped, sound.end());
@@ -146,10 +145,10 @@ TEST(HeardCandidate, LeavesOutWhatDoesNotRing) {
   const auto count = [](const Candidate& one) {
     return heard_candidate(two_modes(), one, HeardMotion::velocity, 20, 20000);
   };
-  EXPECT_EQ(count(candidate(1e7, 1e6, 0)).tones.size(), 0U);      // far beyond critical
+  EXPECT_EQ(count(candidate(1e7, 1e6, 0)).tones.size(), 0U);            // far beyond critical
   EXPECT_EQ(count(candidate(1e7, 4 * kPi * 500, 0)).tones.size(), 1U);  // critical at 500 Hz
-  EXPECT_EQ(count(candidate(4e10, 1, 0)).tones.size(), 0U);       // above the band
-  EXPECT_EQ(count(candidate(1e2, 1, 0)).tones.size(), 0U);        // below it
+  EXPECT_EQ(count(candidate(4e10, 1, 0)).tones.size(), 0U);             // above the band
+  EXPECT_EQ(count(candidate(1e2, 1, 0)).tones.size(), 0U);              // below it
   Candidate dips = candidate(1e7, 0, 0);
   dips.damping = {synth::DampingKind::caughey, {10, -1e-6}, ""};
   const auto heard = count(dips);

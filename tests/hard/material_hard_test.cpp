@@ -24,8 +24,8 @@ std::vector<Feature> bar_tones(const synth::DampingModel& damping) {
   candidate.specific_modulus = 2.5e7;
   candidate.scale = 0.1;
   candidate.damping = damping;
-  return heard_candidate(test::free_bar(2.5e7, 0.3, 0.008, 16), candidate, HeardMotion::velocity, 20,
-                         20000)
+  return heard_candidate(test::free_bar(2.5e7, 0.3, 0.008, 16), candidate, HeardMotion::velocity,
+                         20, 20000)
       .tones;
 }
 
