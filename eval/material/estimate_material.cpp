@@ -21,6 +21,8 @@ constexpr double kUsualContact = 2e-4;
 constexpr std::size_t kRanked = 96;
 /// Logarithms of specific moduli nearer than this lead to the same minimum.
 constexpr double kSameBasin = 0.01;
+/// Times what the spectrograms differ by at the minimum: differences below weigh little.
+constexpr double kUnexplained = 4;
 constexpr double kRoughly = 1e-3;
 constexpr double kFinely = 1e-8;
 constexpr int kRoughEvaluations = 200;
@@ -115,31 +117,40 @@ MaterialEstimate estimate_material(std::span<const double> samples, const Featur
 
   MaterialEstimate estimate;
   estimate.starts = starts.size();
-  const auto search = [&](const LocalMinimum& from, double tolerance, int most) {
-    const auto found = minimise([&](std::span<const double> x) { return objective.metric(x); },
+  const auto search = [&](const Objective& goal, const LocalMinimum& from, double tolerance,
+                          int most) {
+    const auto found = minimise([&](std::span<const double> x) { return goal.metric(x); },
                                 to_coordinates(coordinates, from.candidate),
                                 first_steps(coordinates), tolerance, most);
     estimate.evaluations += static_cast<std::size_t>(found.evaluations);
     estimate.converged = found.converged;
     const Candidate candidate = from_coordinates(coordinates, found.x);
-    const MetricValue value = objective.value_of(candidate);
+    const MetricValue value = goal.value_of(candidate);
     // A start on the edge of what is allowed may be better than where its coordinates lead.
     return value.metric <= from.value.metric ? LocalMinimum{candidate, value} : from;
   };
   std::vector<LocalMinimum> minima;
   for (const LocalMinimum& start : apart(ranked(starts, objective), options.searches)) {
-    minima.push_back(search(start, kRoughly, kRoughEvaluations));
+    minima.push_back(search(objective, start, kRoughly, kRoughEvaluations));
   }
   sort_by_metric(minima);
   minima = apart(minima, minima.size());
-  // Two searches, as the second begins with large steps where the first ended with small ones.
+  // Two searches, as the second begins with large steps where the first ended with small ones. What
+  // the spectrograms still differ by then, no candidate explains.
+  Reference settled = reference;
+  const Objective finish{settled, modes, options.motion, coordinates, options.starts};
   for (int again = 0; again < 2; ++again) {
-    minima.front() = search(minima.front(), kFinely, kFineEvaluations);
+    double& least = settled.options.least_difference;
+    if (least > 0) least = std::max(least, kUnexplained * minima.front().value.psychoacoustic);
+    minima.front().value = finish.value_of(minima.front().candidate);
+    minima.front() = search(finish, minima.front(), kFinely, kFineEvaluations);
   }
+  // All minima by one measure.
+  minima.front().value = objective.value_of(minima.front().candidate);
   estimate.minima = minima;
   estimate.candidate = minima.front().candidate;
   estimate.value = minima.front().value;
-  judge(estimate, set.features, objective);
+  judge(estimate, set.features, finish);
   return estimate;
 }
 

@@ -88,7 +88,7 @@ void find_ranges(MaterialEstimate& estimate, const Objective& objective) {
   const Coordinates& coordinates = objective.coordinates;
   const std::vector<double> x = to_coordinates(coordinates, estimate.candidate);
   const std::vector<double> steps = first_steps(coordinates);
-  const double limit = kRise * estimate.value.metric;
+  const double limit = kRise * objective.metric(x);
   const std::size_t first = first_damping(coordinates);
   for (std::size_t k = first; k < x.size(); ++k) {
     Interval interval;
