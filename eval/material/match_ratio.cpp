@@ -52,8 +52,8 @@ std::vector<FeaturePlace> places_of(std::span<const Feature> features, const Mat
 double similarity(const FeaturePlace& a, const FeaturePlace& b, const MatchScale& scale) {
   const double longer =
       a.reverberant || b.reverberant ? 0 : (a.duration - b.duration) / scale.duration;
-  return 1 / (1 + square((a.bark - b.bark) / scale.bark) + square(longer) +
-              square((a.level - b.level) / scale.level));
+  return 1 / ((1 + square((a.bark - b.bark) / scale.bark)) * (1 + square(longer)) *
+              (1 + square((a.level - b.level) / scale.level)));
 }
 
 BestMatch best_match(const FeaturePlace& feature, std::span<const FeaturePlace> set,

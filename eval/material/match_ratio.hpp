@@ -34,8 +34,9 @@ double audible_energy(const Feature& feature);
 /// set, to the power 0.23, less that power of the range's end; it does not depend on a common gain.
 std::vector<FeaturePlace> places_of(std::span<const Feature> features, const MatchScale& scale);
 
-/// k of Sterling 2019, eq. 3.6: 1 / (1 + D^2) with D the distance in units of the scale; 1 for
-/// equal features, falling to 0, symmetric.
+/// k of Sterling 2019, eq. 3.6: the product of 1 / (1 + D^2) over the dimensions, D the distance in
+/// units of the scale; 1 for equal features, falling to 0, symmetric. As a product, so that
+/// durations count no less where levels are far off.
 double similarity(const FeaturePlace& a, const FeaturePlace& b, const MatchScale& scale);
 
 /// Which of `set` is most similar to a feature, and how much.

@@ -67,7 +67,7 @@ TEST(MatchRatio, FollowsTheEquations) {
   const double distance = (bark(1010) - bark(1000)) / 0.1;
   const double longer = (std::log(1.0 / 5 + 2e-3) - std::log(1.0 / 8 + 2e-3)) / 0.3;
   const double louder = 20 * std::log10(2.0) / 10;
-  const double k = 1 / (1 + distance * distance + longer * longer + louder * louder);
+  const double k = 1 / ((1 + distance * distance) * (1 + longer * longer) * (1 + louder * louder));
   const auto one = places_of(std::vector{feature(1000, 8, 0.5)}, scale);
   const auto other = places_of(std::vector{feature(1010, 5, 1)}, scale);
   EXPECT_NEAR(similarity(one[0], other[0], scale), k, 1e-12);
