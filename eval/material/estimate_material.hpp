@@ -34,6 +34,7 @@ struct MatchedFeature {
   std::size_t mode = 0;  ///< of the struck modes
   Feature tone;          ///< what the estimate makes of that mode
   double similarity = 0;
+  bool near = false;  ///< within the match scale's distance in Bark
 };
 
 struct MaterialEstimate {

@@ -10,8 +10,6 @@ namespace carillon::eval {
 
 namespace {
 
-/// Features at least this similar to a mode are taken to be that mode.
-constexpr double kSameMode = 0.5;
 /// The metric's rise that bounds the ranges.
 constexpr double kRise = 1.1;
 /// Above all that hybrid_metric() gives.
@@ -40,9 +38,12 @@ void match(MaterialEstimate& estimate, std::span<const Feature> features,
     const FeaturePlace& place = objective.reference.places[i];
     const BestMatch best = best_match(place, places, scale);
     if (best.similarity == 0) continue;
-    MatchedFeature matched{i, heard.modes[best.index], heard.tones[best.index], best.similarity};
+    // Levels and durations may be far off; a mode is told by its pitch.
+    const bool near = std::abs(place.bark - places[best.index].bark) <= scale.bark;
+    const MatchedFeature matched{i, heard.modes[best.index], heard.tones[best.index],
+                                 best.similarity, near};
     estimate.matches.push_back(matched);
-    if (best.similarity < kSameMode) continue;
+    if (!near) continue;
     const double distance = cents(features[i].frequency, matched.tone.frequency);
     distances.emplace_back(place.prominence, distance);
     weights += place.prominence;
@@ -111,13 +112,12 @@ void find_ranges(MaterialEstimate& estimate, const Objective& objective) {
 void remark(MaterialEstimate& estimate, std::span<const Feature> features,
             const Objective& objective) {
   auto& remarks = estimate.remarks;
-  const auto matched =
-      std::count_if(estimate.matches.begin(), estimate.matches.end(),
-                    [](const MatchedFeature& feature) { return feature.similarity >= kSameMode; });
+  const auto matched = std::count_if(estimate.matches.begin(), estimate.matches.end(),
+                                     [](const MatchedFeature& feature) { return feature.near; });
   const auto total = static_cast<std::ptrdiff_t>(features.size());
   if (2 * matched < total) {
     remarks.push_back(fmt::format(
-        "poorly determined: {} of {} features resemble a mode of the estimate; is it this body, "
+        "poorly determined: {} of {} features lie near a mode of the estimate; is it this body, "
         "struck there, and is its mesh true to size?",
         matched, total));
   }
