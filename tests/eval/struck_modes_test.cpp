@@ -117,14 +117,14 @@ TEST(HeardCandidate, SoundsLikeTheSynthesisedStrike) {
   strike.direction = -synth::frame_at(modes.surface, kSomewhere).normal;
   strike.impulse = 0.02;
   strike.force.duration = 3e-4;
-  const std::vector damping = {synth::rayleigh_damping(12, 4e-8)};
+  const std::vector damping = {synth::rayleigh_damping(12, 4e-7)};
   const auto rings = synth::ring_down(modes, synth::decay_rates(modes, damping), strike,
                                       synth::point_velocity(modes, kSomewhere));
   const std::size_t skipped = 20;  // samples; 0.45 ms
   const auto sound = synth::synthesize(rings, strike.force, 44100, 22050);
   const std::vector<double> samples(sound.begin() + skipped, sound.end());
 
-  Candidate known = candidate(1e7, 12, 4e-8, 3e-4);
+  Candidate known = candidate(1e7, 12, 4e-7, 3e-4);
   known.scale = 0.02;
   const auto struck = struck_modes(modes, kSomewhere, strike.direction, 1e7);
   const auto heard = heard_candidate(struck, known, HeardMotion::velocity, 20, 20000);
@@ -138,7 +138,7 @@ TEST(HeardCandidate, SoundsLikeTheSynthesisedStrike) {
     EXPECT_NEAR(powers[i] / truth[i], 1, 0.05) << i / grid.bands << ", band " << i % grid.bands;
     ++compared;
   }
-  EXPECT_GT(compared, 50);
+  EXPECT_GT(compared, 30);
 }
 
 TEST(HeardCandidate, LeavesOutWhatDoesNotRing) {
