@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "cli/body.hpp"
 #include "cli/damping_law.hpp"
+#include "cli/estimate_report.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -149,105 +149,6 @@ core::AudioClip resynthesis(const Recording& recording, const solvers::Modes& mo
   return clip;
 }
 
-nlohmann::json json_of(const eval::Candidate& candidate, const eval::MetricValue& value) {
-  nlohmann::json parameters = nlohmann::json::object();
-  for (std::size_t k = 0; k < candidate.damping.parameters.size(); ++k) {
-    parameters[synth::parameter_name(k)] = candidate.damping.parameters[k];
-  }
-  return {{"specific_modulus_m2_per_s2", candidate.specific_modulus},
-          {"scale", candidate.scale},
-          {"contact_time_s", candidate.contact_time},
-          {"parameters", parameters},
-          {"metric", value.metric},
-          {"psychoacoustic_difference", value.psychoacoustic},
-          {"recording_match", value.recording_match},
-          {"candidate_match", value.candidate_match}};
-}
-
-/// A number, or null where there is none.
-nlohmann::json finite(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-}
-
-nlohmann::json to_json(const eval::MaterialEstimate& estimate, const Recording& recording,
-                       const std::optional<double>& density, const core::Trace& trace) {
-  nlohmann::json json = json_of(estimate.candidate, estimate.value);
-  for (std::size_t k = 0; k < estimate.ranges.size(); ++k) {
-    json["parameters"]["range"][synth::parameter_name(k)] = {finite(estimate.ranges[k].low),
-                                                             finite(estimate.ranges[k].high)};
-  }
-  json["model"] = synth::formula_of(estimate.candidate.damping);
-  json["specific_modulus_error"] = finite(estimate.modulus_error);
-  json["frequency_rms_cents"] = estimate.rms_cents;
-  if (density) {
-    json["youngs_modulus_pa"] = estimate.candidate.specific_modulus * *density;
-    json["density_kg_m3"] = *density;
-  }
-  for (const eval::LocalMinimum& minimum : estimate.minima) {
-    json["minima"].push_back(json_of(minimum.candidate, minimum.value));
-  }
-  json["matches"] = nlohmann::json::array();
-  for (const eval::MatchedFeature& match : estimate.matches) {
-    const eval::Feature& feature = recording.set.features[match.feature];
-    json["matches"].push_back({{"frequency_hz", feature.frequency},
-                               {"decay_rate_per_s", feature.decay_rate},
-                               {"amplitude", feature.amplitude},
-                               {"mode_frequency_hz", match.tone.frequency},
-                               {"mode_decay_rate_per_s", match.tone.decay_rate},
-                               {"mode_amplitude", match.tone.amplitude},
-                               {"similarity", match.similarity}});
-  }
-  json["features"] = recording.set.features.size();
-  json["modes"] = estimate.tones.size();
-  json["starts"] = estimate.starts;
-  json["evaluations"] = estimate.evaluations;
-  json["converged"] = estimate.converged;
-  json["remarks"] = estimate.remarks;
-  for (const auto& [stage, entry] : trace.stages) {
-    json["timing"][stage + "_s"] = entry.seconds;
-    json["calls"][stage] = entry.calls;
-  }
-  return json;
-}
-
-void print(const eval::MaterialEstimate& estimate, const Recording& recording,
-           const std::optional<double>& density, const core::Trace& trace) {
-  const eval::Candidate& found = estimate.candidate;
-  fmt::print("{:<22} {:.5g} m^2/s^2", "specific modulus", found.specific_modulus);
-  if (std::isfinite(estimate.modulus_error)) {
-    fmt::print(" +- {:.2g} %", 100 * estimate.modulus_error);
-  }
-  fmt::print("\n");
-  if (density) {
-    fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
-               1e-9 * found.specific_modulus * *density, *density);
-  }
-  fmt::print("{:<22} {}\n", "damping",
-             found.damping.kind == synth::DampingKind::expression
-                 ? "c = " + found.damping.expression
-                 : synth::form_of(found.damping.kind).formula);
-  for (std::size_t k = 0; k < found.damping.parameters.size(); ++k) {
-    fmt::print("  {:<20} {:.5g} {}, alone between {:.3g} and {:.3g}\n", synth::parameter_name(k),
-               found.damping.parameters[k], synth::parameter_unit(found.damping.kind, k),
-               estimate.ranges[k].low, estimate.ranges[k].high);
-  }
-  fmt::print("{:<22} {:.4g}; contact {:.3g} ms\n", "scale", found.scale, 1000 * found.contact_time);
-  fmt::print("{:<22} {:.4g}: spectrograms differ by {:.3g}, match ratios {:.3f} and {:.3f}\n",
-             "metric", estimate.value.metric, estimate.value.psychoacoustic,
-             estimate.value.recording_match, estimate.value.candidate_match);
-  fmt::print("{:<22} {} of the recording, {} of the estimate, {:.3g} cents apart\n", "modes",
-             recording.set.features.size(), estimate.tones.size(), estimate.rms_cents);
-  for (std::size_t i = 1; i < std::min<std::size_t>(4, estimate.minima.size()); ++i) {
-    const eval::LocalMinimum& other = estimate.minima[i];
-    fmt::print("{:<22} {:.5g} m^2/s^2, metric {:.4g}\n", i == 1 ? "other minima" : "",
-               other.candidate.specific_modulus, other.value.metric);
-  }
-  for (const std::string& remark : estimate.remarks) fmt::print("- {}\n", remark);
-  for (const auto& [stage, entry] : trace.stages) {
-    fmt::print("{:<22} {:8.3f} s\n", stage, entry.seconds);
-  }
-}
-
 void run_estimate(const EstimateOptions& options, Context& context) {
   const eval::MaterialOptions wanted = material_options(options);
   const BodyOptions assumed = assumed_body(options);
@@ -291,9 +192,9 @@ void run_estimate(const EstimateOptions& options, Context& context) {
   std::optional<double> density;
   if (!options.density.empty()) density = elastic.density;
   if (context.json) {
-    fmt::print("{}\n", to_json(estimate, recording, density, trace).dump(2));
+    fmt::print("{}\n", to_json(estimate, recording.set, density, trace).dump(2));
   } else {
-    print(estimate, recording, density, trace);
+    print_estimate(estimate, recording.set, density, trace);
   }
 }
 

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "core/trace.hpp"
+#include "eval/material/estimate_material.hpp"
+
+namespace carillon::cli {
+
+/// An estimate as --json prints it; docs/material-estimation.md names the fields.
+/// @param recording  the features it was made from
+/// @param density    of the body [kg/m^3], where it is known
+/// @param trace      stages that ran
+nlohmann::json to_json(const eval::MaterialEstimate& estimate, const eval::FeatureSet& recording,
+                       const std::optional<double>& density, const core::Trace& trace);
+
+/// The same for people.
+void print_estimate(const eval::MaterialEstimate& estimate, const eval::FeatureSet& recording,
+                    const std::optional<double>& density, const core::Trace& trace);
+
+}  // namespace carillon::cli
