@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "cli/body.hpp"
-#include "cli/damping_law.hpp"
 #include "cli/estimate_report.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "eval/damping/law_text.hpp"
 #include "eval/material/estimate_material.hpp"
 #include "mpi/comm.hpp"
 #include "synth/ring_down.hpp"
@@ -29,7 +29,6 @@ struct EstimateOptions {
   std::string at, direction;
   std::string poisson_ratio, density;  ///< "": the assumed material's; density then unknown
   std::string model = "rayleigh";
-  std::size_t parameters = 3;
   std::string heard = "velocity";
   std::string contact_time;  ///< "": sought
   std::string onset, rt60;
@@ -65,7 +64,7 @@ BodyOptions assumed_body(const EstimateOptions& options) {
 
 eval::MaterialOptions material_options(const EstimateOptions& options) {
   eval::MaterialOptions material;
-  material.law = damping_law(options.model, options.parameters);
+  material.law = eval::damping_law(options.model);
   material.motion = eval::parse_heard_motion(options.heard);
   if (!options.contact_time.empty()) {
     material.contact_time = core::parse_quantity(options.contact_time, core::Dimension::time);
@@ -225,9 +224,6 @@ void add_estimate(CLI::App& program, Context& context) {
       ->add_option("--model", options->model,
                    "rayleigh, caughey, power, hybrid, or a formula of lambda, omega, f and "
                    "alpha1, alpha2, ...")
-      ->capture_default_str();
-  command->add_option("--parameters", options->parameters, "of a Caughey series")
-      ->check(CLI::Range(1, 8))
       ->capture_default_str();
   command
       ->add_option("--heard", options->heard,
