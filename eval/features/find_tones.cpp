@@ -23,6 +23,8 @@ constexpr double kFastest = 2000;  ///< decay rate [1/s]
 /// Over the mean of what is left around it at the same decay rate: noise that was louder at first,
 /// or tones too dense to be told apart, have peaks too.
 constexpr double kAboveClutter = 8;
+/// Of all that is left: what makes up more is no clutter, as dense as the tones may be.
+constexpr double kOfAll = 0.01;
 constexpr std::size_t kMostCandidates = 200;
 /// Of the power of the tones that are known: real modes are not quite damped sinusoids.
 constexpr double kModelError = 1e-4;
@@ -91,6 +93,10 @@ std::vector<double> clutter_of(std::span<const double> gains, std::size_t first,
 std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> signal,
                                   const ToneSearch& search, Transforms& transforms) {
   const auto count = static_cast<double>(signal.size());
+  double all_left = 0;
+  for (std::size_t k = fit.band.first; k < fit.band.last; ++k) {
+    all_left += 2 * std::norm(fit.residual[k]) / fit.noise[k];
+  }
   std::vector<Candidate> all;
   std::vector<double> gains;
   const double slowest = 0.5 / count;
@@ -123,8 +129,9 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
     for (std::size_t k = first + 1; k < last; ++k) {
       const auto bin = static_cast<std::size_t>(static_cast<double>(k) * bins);
       const double known = std::norm(fit.spectrum[bin] - fit.residual[bin]) / fit.noise[bin];
-      const double threshold = std::max(
-          {kNewTone, kAboveClutter * clutter[k], kModelError * (2 + count * decay) * known});
+      const double threshold =
+          std::max({kNewTone, std::min(kAboveClutter * clutter[k], kOfAll * all_left),
+                    kModelError * (2 + count * decay) * known});
       if (gains[k] < threshold || gains[k] < gains[k - 1] || gains[k] <= gains[k + 1]) continue;
       const double omega =
           2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(size);
