@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -23,7 +24,8 @@ constexpr double kFastest = 2000;  ///< decay rate [1/s]
 /// Over the mean of what is left around it at the same decay rate: noise that was louder at first,
 /// or tones too dense to be told apart, have peaks too.
 constexpr double kAboveClutter = 8;
-/// Of all that is left: what makes up more is no clutter, as dense as the tones may be.
+/// Of all that is left: where nothing stands out, what makes up more is no clutter, as broad and
+/// dense as the tones may be.
 constexpr double kOfAll = 0.01;
 constexpr std::size_t kMostCandidates = 200;
 /// Of the power of the tones that are known: real modes are not quite damped sinusoids.
@@ -90,13 +92,11 @@ std::vector<double> clutter_of(std::span<const double> gains, std::size_t first,
 }
 
 /// Where the residual may hold a tone, by generalised likelihood ratio; strongest first.
+/// @param most_clutter  what is stronger counts in any case
 std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> signal,
-                                  const ToneSearch& search, Transforms& transforms) {
+                                  const ToneSearch& search, double most_clutter,
+                                  Transforms& transforms) {
   const auto count = static_cast<double>(signal.size());
-  double all_left = 0;
-  for (std::size_t k = fit.band.first; k < fit.band.last; ++k) {
-    all_left += 2 * std::norm(fit.residual[k]) / fit.noise[k];
-  }
   std::vector<Candidate> all;
   std::vector<double> gains;
   const double slowest = 0.5 / count;
@@ -130,7 +130,7 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
       const auto bin = static_cast<std::size_t>(static_cast<double>(k) * bins);
       const double known = std::norm(fit.spectrum[bin] - fit.residual[bin]) / fit.noise[bin];
       const double threshold =
-          std::max({kNewTone, std::min(kAboveClutter * clutter[k], kOfAll * all_left),
+          std::max({kNewTone, std::min(kAboveClutter * clutter[k], most_clutter),
                     kModelError * (2 + count * decay) * known});
       if (gains[k] < threshold || gains[k] < gains[k - 1] || gains[k] <= gains[k + 1]) continue;
       const double omega =
@@ -149,6 +149,14 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
     if (kept.size() >= kMostCandidates) break;
   }
   return kept;
+}
+
+double chi_squared(const ToneFit& fit) {
+  double sum = 0;
+  for (std::size_t k = fit.band.first; k < fit.band.last; ++k) {
+    sum += 2 * std::norm(fit.residual[k]) / fit.noise[k];
+  }
+  return sum;
 }
 
 std::vector<double> noise_of(const ToneFit& fit) {
@@ -216,7 +224,12 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
     double strongest = 0;
     for (const Tone& tone : fit.tones) strongest = std::max(strongest, energy(tone, count));
     const double least = search.least_energy * strongest;
-    for (const Candidate& candidate : candidates(fit, signal, search, transforms)) {
+    auto found =
+        candidates(fit, signal, search, std::numeric_limits<double>::infinity(), transforms);
+    if (found.empty()) {
+      found = candidates(fit, signal, search, kOfAll * chi_squared(fit), transforms);
+    }
+    for (const Candidate& candidate : found) {
       if (fit.tones.size() >= search.most) break;
       if (beside_tone(fit, candidate.rate)) continue;
       const ToneGain gain = gain_of(fit, {&candidate.rate, 1});
