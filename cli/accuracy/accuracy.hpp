@@ -25,9 +25,4 @@ struct AccuracyOptions {
 nlohmann::json measure_ladder(const LadderConfig& config, const std::filesystem::path& output,
                               const Context& context);
 
-/// Draws accuracy.svg and accuracy.png beside accuracy.json with scripts/plot_accuracy, which is
-/// looked for beside the program, in its share folder and in the source tree.
-/// @return "" or why there is no picture, for a person
-std::string plot_ladder(const std::filesystem::path& document);
-
 }  // namespace carillon::cli

@@ -6,6 +6,7 @@
 
 #include "cli/accuracy/accuracy.hpp"
 #include "cli/accuracy/findings.hpp"
+#include "cli/picture.hpp"
 #include "core/config.hpp"
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
@@ -42,7 +43,7 @@ int run_accuracy(const AccuracyOptions& options, const Context& context) {
   const int exit_code = failed ? exit_failures : exit_done;
   if (!context.speaks()) return exit_code;
 
-  const std::string no_picture = plot_ladder(output / "accuracy.json");
+  const std::string no_picture = draw_picture("plot_accuracy", output / "accuracy.json");
   if (context.json) {
     fmt::print("{}\n", document.dump(1));
   } else {

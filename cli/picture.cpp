@@ -1,8 +1,10 @@
+#include "cli/picture.hpp"
+
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <vector>
 
-#include "cli/accuracy/accuracy.hpp"
 #include "solvers/child_process.hpp"
 
 namespace carillon::cli {
@@ -11,13 +13,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// scripts/plot_accuracy exits with this where matplotlib is missing.
+/// The scripts exit with this where matplotlib is missing.
 constexpr int no_matplotlib = 4;
 
-fs::path plot_script() {
+fs::path find_script(const std::string& name) {
   const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
   for (const char* place : {"../share/carillon/scripts", "../scripts", "../../scripts"}) {
-    const fs::path script = here / place / "plot_accuracy";
+    const fs::path script = here / place / name;
     if (fs::exists(script)) return fs::weakly_canonical(script);
   }
   return {};
@@ -45,9 +47,9 @@ std::vector<fs::path> pythons() {
 
 }  // namespace
 
-std::string plot_ladder(const fs::path& document) {
-  const fs::path script = plot_script();
-  if (script.empty()) return "no picture: scripts/plot_accuracy was not found";
+std::string draw_picture(const std::string& name, const fs::path& document) {
+  const fs::path script = find_script(name);
+  if (script.empty()) return fmt::format("no picture: scripts/{} was not found", name);
   std::string reason = "no picture: there is no python3";
   for (const fs::path& python : pythons()) {
     const auto exit =
