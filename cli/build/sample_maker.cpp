@@ -58,6 +58,7 @@ struct SampleMaker::Impl {
           solvers::rescale(solved[scale.set], scale.length, scale.modulus, scale.density),
           config.band);
       made->body = chain.prepare(
+          shape.id,
           fmt::format("{}/{}/{}", shape.id, shape.variants[v].material, shape.variants[v].size),
           made->modes, materials[v]);
       ready[v] = std::move(made);
@@ -100,6 +101,17 @@ struct SampleMaker::Impl {
     sound.part =
         index(shape.split_shape) * parts.size() + index(split_strike(config, shape, sample.strike));
   }
+
+  /// A sample's sound before the effects.
+  Sound struck(const Sample& sample) {
+    Sound sound;
+    sound.body = &variant(sample.variant).body;
+    sound.seed = config.seed;
+    sound.id = sample.id;
+    set_part(sample, sound);
+    draw_strike(sample, sound);
+    return sound;
+  }
 };
 
 SampleMaker::SampleMaker(const BuildConfig& config, const Shape& shape, const BuildFolders& folders,
@@ -112,17 +124,19 @@ const std::vector<synth::Material>& SampleMaker::materials(std::size_t variant) 
   return impl_->materials[variant];
 }
 
+synth::RingDown SampleMaker::ring(const Sample& sample) {
+  Sound sound = impl_->struck(sample);
+  impl_->chain.ring(sound);
+  return std::move(sound.rings);
+}
+
 SampleResult SampleMaker::make(const Sample& sample, Columns* record) {
   const core::TimeLimit clock = sample_clock(impl_->config.limits);
   const Impl::Ready& variant = impl_->variant(sample.variant);
   SampleResult result;
+  result.sound = impl_->struck(sample);
   Sound& sound = result.sound;
-  sound.body = &variant.body;
-  sound.seed = impl_->config.seed;
-  sound.id = sample.id;
   sound.record = record;
-  impl_->set_part(sample, sound);
-  impl_->draw_strike(sample, sound);
   impl_->chain.make(sound);
   if (clock.passed()) clock.refuse();
   result.frame = synth::frame_at(variant.modes.surface, sound.strike.point);

@@ -29,6 +29,9 @@ class SampleMaker {
   ~SampleMaker();
   /// @param record  takes what the effects drew; may be null
   SampleResult make(const Sample& sample, Columns* record);
+  /// What rings in a sample: its modes, damped by material, supports and radiation. No sound is
+  /// computed.
+  synth::RingDown ring(const Sample& sample);
   /// Materials of a variant, one per region.
   const std::vector<synth::Material>& materials(std::size_t variant) const;
 

@@ -56,6 +56,7 @@ constexpr ColumnRule rules[] = {
     {"support_force", "float64", "*", "N", "supports"},
     {"support_position", "float64", "*,3", "m", "supports"},
     {"support_damping", "float64", "", "1/s", "supports"},
+    {"support_index", "int64", "*", "1", "may"},
     {"support_coupled", "int64", "", "1", "may"},
     {"support_modes", "int64", "", "1", "may"},
     {"support_modes_compared", "int64", "", "1", "may"},

@@ -35,10 +35,12 @@ void SoundChain::run(std::function<void(Subject&)> EffectParts::*stage, Subject&
   }
 }
 
-RingingBody SoundChain::prepare(std::string id, const solvers::Modes& modes,
+RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
+                                const solvers::Modes& modes,
                                 const std::vector<synth::Material>& materials) {
   RingingBody body;
-  body.id = std::move(id);
+  body.id = id;
+  body.shape = shape;
   body.modes = &modes;
   body.materials = &materials;
   body.decay_rates.assign(modes.size(), 0.0);
@@ -51,7 +53,7 @@ RingingBody SoundChain::prepare(std::string id, const solvers::Modes& modes,
   return body;
 }
 
-void SoundChain::make(Sound& sound) {
+void SoundChain::ring(Sound& sound) {
   const RingingBody& body = *sound.body;
   sound.sample_rate = scene_.audio.sample_rate;
   run(&EffectParts::strike, sound);
@@ -60,6 +62,10 @@ void SoundChain::make(Sound& sound) {
       *body.modes, body.decay_rates, sound.strike,
       heard ? body.pressure : synth::point_velocity(*body.modes, sound.strike.point));
   run(&EffectParts::rings, sound);
+}
+
+void SoundChain::make(Sound& sound) {
+  ring(sound);
   sound.rows = sound.rings.readout.delays.size();
   {
     const core::ScopedTimer timer(trace_.stages["ring"]);

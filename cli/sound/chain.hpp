@@ -22,11 +22,14 @@ class SoundChain {
 
   /// A body as the effects of bodies leave it: its decay rates, and the pressure at listeners. The
   /// modes and materials must outlive it.
-  RingingBody prepare(std::string id, const solvers::Modes& modes,
+  /// @param shape  what the body is in a material and a size
+  RingingBody prepare(const std::string& shape, const std::string& id, const solvers::Modes& modes,
                       const std::vector<synth::Material>& materials);
 
   /// Makes the audio of a sound whose body, strike and keys are set: rows x samples at full scale.
   void make(Sound& sound);
+  /// The first half of it: what rings, as the effects of strikes and modes leave it.
+  void ring(Sound& sound);
 
  private:
   template <class Subject>

@@ -17,8 +17,9 @@ struct Scene;
 
 /// A body that is about to ring: at its size and of its materials, its own damping known.
 struct RingingBody {
-  std::string id;                                           ///< shape/material/size
-  const solvers::Modes* modes = nullptr;                    ///< at the body's size
+  std::string id;                         ///< shape/material/size
+  std::string shape;                      ///< the same in all of its materials and sizes
+  const solvers::Modes* modes = nullptr;  ///< at the body's size
   const std::vector<synth::Material>* materials = nullptr;  ///< one per region of the modes
   std::vector<double> decay_rates;                          ///< d of each mode [1/s]
   solvers::Vec3 centre = solvers::Vec3::Zero();             ///< of its bounding box [m]

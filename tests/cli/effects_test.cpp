@@ -243,7 +243,7 @@ TEST(Effects, RecordTheColumnsThatTheFormatDocuments) {
   std::set<std::string> recorded;
   for (const std::string coupling : {"full", "diagonal"}) {
     const Heard heard = hear(text + "supports: {coupling: " + coupling +
-                             ", contacts: [{kind: finger, count: 2}]}\n");
+                             ", contacts: [{kind: finger, count: 2, pool: 3}]}\n");
     for (const auto& [name, value] : heard.record.items()) {
       recorded.insert(name);
       EXPECT_TRUE(documented.contains(name)) << name << " is not in docs/format.md";

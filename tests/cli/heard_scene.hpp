@@ -48,7 +48,7 @@ inline Heard hear(const std::string& text, std::span<const Effect> registry = ef
   Columns record;
   const std::size_t before = allocated_bytes();
   SoundChain chain(scene, "", heard.trace);
-  const RingingBody body = chain.prepare("ball", modes, materials);
+  const RingingBody body = chain.prepare("ball", "ball", modes, materials);
   for (int i = 0; i < strikes; ++i) {
     Sound sound;
     sound.body = &body;

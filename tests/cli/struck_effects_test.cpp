@@ -56,7 +56,7 @@ struct Struck {
       : modes(ball(flat)) {
     modes.mass = 0.28;
     SoundChain chain(scene, {}, trace);
-    body = chain.prepare("ball", modes, materials);
+    body = chain.prepare("ball", "ball", modes, materials);
     sound.body = &body;
     sound.id = id;
     sound.strike.point = sampler.nearest({0, 0, 0.03});

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
@@ -42,12 +44,13 @@ struct Held {
 };
 
 /// One sample of the ball under `supports: {...}`.
-Held hold(const std::string& supports, std::uint64_t id = 1) {
+Held hold(const std::string& supports, std::uint64_t id = 1, const std::string& material = "") {
   static const solvers::Modes modes = ball();
   static const synth::SurfaceSampler sampler(modes.surface);
   const EffectParts parts = read_effect("supports: {" + supports + "}").start("");
   RingingBody body;
-  body.id = "ball";
+  body.id = "ball/" + material;
+  body.shape = "ball";
   body.modes = &modes;
   body.centre = {1, 0, 0};
   body.decay_rates.assign(modes.size(), 3.0);
@@ -112,6 +115,75 @@ TEST(SupportsEffect, DrawsPlacesAndForcesAnewForEachSampleAndRecordsThem) {
   for (std::size_t k = 0; k < 6; k += 3) {
     EXPECT_NEAR((Vec3(flat[k], flat[k + 1], flat[k + 2])).norm(), kRadius, 1e-3);
   }
+}
+
+TEST(SupportsEffect, TakesEachSamplesPlaceFromItsBodysPool) {
+  const std::string text = "contacts: [{kind: finger, count: 1, pool: 4, force: [0.5 N, 4 N]}]";
+  std::map<int, std::set<nlohmann::json>> seen;
+  for (std::uint64_t id = 0; id < 60; ++id) {
+    const auto record = hold(text, id, id % 2 == 0 ? "steel" : "glass").record;
+    const int index = record.at("support_index").at(0);
+    seen[index].insert(
+        nlohmann::json::array({record.at("support_force"), record.at("support_position")}));
+  }
+  // All four of them, each with one place and one force, in both materials.
+  ASSERT_EQ(seen.size(), 4u);
+  std::set<nlohmann::json> places;
+  for (const auto& [index, found] : seen) {
+    EXPECT_TRUE(index >= 0 && index < 4);
+    EXPECT_EQ(found.size(), 1u);
+    places.insert(*found.begin());
+    const double force = (*found.begin()).at(0).at(0);
+    EXPECT_TRUE(force >= 0.5 && force <= 4);
+  }
+  EXPECT_EQ(places.size(), 4u);
+  // The damping is that of the place: the same index, the same decay.
+  const auto at = [&](std::uint64_t id) { return hold(text, id); };
+  std::map<int, std::vector<double>> rates;
+  for (std::uint64_t id = 0; id < 20; ++id) {
+    const Held held = at(id);
+    const int index = held.record.at("support_index").at(0);
+    if (!rates.contains(index)) rates[index] = held.rings.decay_rates;
+    EXPECT_EQ(held.rings.decay_rates, rates[index]);
+  }
+}
+
+TEST(SupportsEffect, TakesDifferentPlacesOfAPoolAtATime) {
+  const std::string pool = "{kind: finger, count: 3, pool: 3}";
+  const std::string other = "{kind: table, count: 1}";
+  for (std::uint64_t id = 0; id < 8; ++id) {
+    const auto record = hold("contacts: [" + other + ", " + pool + "]", id).record;
+    auto indices = record.at("support_index").get<std::vector<int>>();
+    ASSERT_EQ(indices.size(), 4u);
+    EXPECT_EQ(indices.front(), -1);
+    std::sort(indices.begin(), indices.end());
+    EXPECT_EQ(indices, (std::vector{-1, 0, 1, 2}));
+    EXPECT_NEAR(record.at("support_force").at(0).get<double>(), 0.3 * 9.80665, 1e-12);
+  }
+}
+
+TEST(SupportsEffect, OfAPoolLeavesWhatIsDrawnForEachSampleAsItWas) {
+  const std::string drawn = "{kind: finger, count: 2, force: [0.5 N, 4 N]}";
+  const auto alone = hold("contacts: [" + drawn + "]").record;
+  const auto beside = hold("contacts: [" + drawn + ", {kind: foam, count: 1, pool: 2}]").record;
+  EXPECT_FALSE(alone.contains("support_index"));
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_EQ(alone.at("support_force").at(k), beside.at("support_force").at(k));
+    EXPECT_EQ(alone.at("support_position").at(k), beside.at("support_position").at(k));
+  }
+}
+
+TEST(SupportsEffect, RefusesAPoolSmallerThanWhatIsTakenOfIt) {
+  try {
+    read_effect("supports:\n  contacts: [{kind: finger, count: 3, pool: 2}]\n");
+    FAIL();
+  } catch (const core::ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("scene.yaml:2"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("pool"), std::string::npos) << error.what();
+  }
+  // Fixed places have none.
+  EXPECT_THROW(read_effect("supports: {contacts: [{kind: finger, at: [0, 0, 1], pool: 2}]}"),
+               core::ConfigError);
 }
 
 TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {

@@ -60,6 +60,13 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
       break;
     case Place::random:
       support.count = static_cast<int>(node.integer("count", 1, 1000));
+      if (node.has("pool")) {
+        support.pool = static_cast<int>(node.integer("pool", 1, 10000));
+        if (support.pool < support.count) {
+          node.fail("pool", fmt::format("{} places cannot give each sound {} different ones",
+                                        support.pool, support.count));
+        }
+      }
       support.radius = read_length(node, "radius", 0);
       break;
     case Place::lowest: {
@@ -132,6 +139,11 @@ bool SupportsConfig::fixed() const {
   return std::all_of(contacts.begin(), contacts.end(), [](const SupportConfig& c) {
     return c.place != SupportConfig::Place::random && (!c.force || c.force->low == c.force->high);
   });
+}
+
+bool SupportsConfig::pooled() const {
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [](const SupportConfig& c) { return c.pool > 0; });
 }
 
 SupportsConfig read_supports(core::ConfigNode& node) {

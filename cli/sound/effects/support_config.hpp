@@ -16,10 +16,11 @@ struct SupportConfig {
   Place place = Place::at;
   std::vector<solvers::Vec3> points;  ///< at, along: from the centre of the body's box [m]
   int count = 0;                      ///< random: so many places; along: points of contact
-  double radius = 0;                  ///< at, random: of a patch [m]; 0: a point
-  double height = 0;                  ///< lowest: of the contact above the lowest point [m]
-  solvers::Vec3 down = {0, 0, -1};    ///< lowest
-  std::optional<core::Range> force;   ///< [N] of each hold; none: a share of the body's weight
+  int pool = 0;  ///< random: drawn once for a body, of which each sample takes `count`; 0: new ones
+  double radius = 0;                 ///< at, random: of a patch [m]; 0: a point
+  double height = 0;                 ///< lowest: of the contact above the lowest point [m]
+  solvers::Vec3 down = {0, 0, -1};   ///< lowest
+  std::optional<core::Range> force;  ///< [N] of each hold; none: a share of the body's weight
 
   /// Places that are pressed with a force each.
   int holds() const;
@@ -30,6 +31,8 @@ struct SupportsConfig {
   std::vector<SupportConfig> contacts;
 
   int holds() const;
+  /// Some contact has a pool.
+  bool pooled() const;
   /// Neither places nor forces are drawn: every sample of a body is held alike.
   bool fixed() const;
 };

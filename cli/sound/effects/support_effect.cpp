@@ -1,9 +1,6 @@
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,10 +10,8 @@
 #include <vector>
 
 #include "cli/sound/effects/list.hpp"
-#include "cli/sound/effects/support_config.hpp"
+#include "cli/sound/effects/support_places.hpp"
 #include "cli/sound/scene.hpp"
-#include "core/error.hpp"
-#include "core/random.hpp"
 #include "synth/coupled_modes.hpp"
 #include "synth/diagonal_error.hpp"
 #include "synth/supports.hpp"
@@ -24,9 +19,6 @@
 namespace carillon::cli {
 
 namespace {
-
-using solvers::Vec3;
-using Place = SupportConfig::Place;
 
 /// A bound.
 constexpr double kDiagonalSeconds = 2e-5;
@@ -37,64 +29,15 @@ constexpr double kEstimateSeconds = 3e-8;
 /// Bodies whose contacts are kept ready.
 constexpr std::size_t kBodies = 32;
 
-/// A place that is pressed with one force, at a body.
-struct Hold {
-  const SupportConfig* config = nullptr;
-  Eigen::MatrixXd unit;        ///< dashpots for 1 N s/m: modes, then rigid coordinates
-  Eigen::VectorXd diagonal;    ///< of their damping, of the modes
-  Vec3 centre = Vec3::Zero();  ///< from the centre of the body's box [m]
-};
-
 /// What is known of a body before a sound.
 struct HeldBody {
-  std::optional<synth::SurfaceSampler> sampler;   ///< only where points are sought or drawn
-  std::vector<synth::SurfaceTriangle> triangles;  ///< only where patches are asked for
-  std::vector<Hold> fixed;  ///< in the order of the configuration, without what is drawn
-  /// None for a body of several pieces, of which each would move by itself.
-  std::optional<synth::RigidBody> rigid;
+  HeldPlaces places;
   // The last answer, and for which decay rates it is.
   std::vector<double> decay_rates;
   std::optional<synth::CoupledModes> coupled;
   synth::DiagonalError error;
   bool solved = false;
   bool warned = false;
-};
-
-Hold hold_of(const RingingBody& body, const HeldBody& held, const SupportConfig& config,
-             const std::vector<synth::Contact>& contacts) {
-  Hold hold;
-  hold.config = &config;
-  hold.unit = synth::unit_dashpots(*body.modes, contacts, config.kind.friction,
-                                   held.rigid ? &*held.rigid : nullptr);
-  hold.diagonal =
-      hold.unit.topRows(static_cast<Eigen::Index>(body.modes->size())).rowwise().squaredNorm();
-  hold.centre = synth::centre_of(body.modes->surface, contacts) - body.centre;
-  return hold;
-}
-
-/// The nearest point of the surface to one that was given from the centre of the body's box.
-/// @throws InputError  it is farther from the surface than the body is large
-synth::SurfacePoint nearest(const RingingBody& body, const synth::SurfaceSampler& sampler,
-                            const Vec3& given, const char* key) {
-  const solvers::ModeSurface& surface = body.modes->surface;
-  const synth::SurfacePoint point = sampler.nearest(body.centre + given);
-  const double away = (synth::frame_at(surface, point).position - body.centre - given).norm();
-  Eigen::AlignedBox3d box;
-  for (const Vec3& node : surface.nodes) box.extend(node);
-  if (!(away <= box.diagonal().norm())) {
-    throw core::InputError(
-        fmt::format("supports: {}: [{}, {}, {}] m is {:.3g} m away from the surface of {}, which "
-                    "is {:.3g} m from corner to corner",
-                    key, given.x(), given.y(), given.z(), away, body.id, box.diagonal().norm()),
-        "places are from the centre of the body's box at its actual size; a forgotten cm or mm?");
-  }
-  return point;
-}
-
-/// A hold as one sound has it: pressed with a force.
-struct Press {
-  const Hold* hold = nullptr;
-  double force = 0;  ///< [N]
 };
 
 class Supports {
@@ -104,45 +47,7 @@ class Supports {
   void prepare(const RingingBody& body) {
     if (bodies_.size() >= kBodies) bodies_.clear();
     HeldBody held;
-    if (body.modes->certificate.components <= 1) held.rigid = synth::rigid_body(*body.modes);
-    const solvers::ModeSurface& surface = body.modes->surface;
-    const auto& contacts = config_.contacts;
-    if (std::any_of(contacts.begin(), contacts.end(),
-                    [](const auto& c) { return c.place != Place::lowest; })) {
-      held.sampler.emplace(surface);
-    }
-    if (std::any_of(contacts.begin(), contacts.end(), [](const auto& c) { return c.radius > 0; })) {
-      held.triangles = synth::outer_pieces(surface);
-    }
-    for (const SupportConfig& config : contacts) {
-      switch (config.place) {
-        case Place::at:
-          for (const Vec3& point : config.points) {
-            const auto place = nearest(body, *held.sampler, point, "at");
-            held.fixed.push_back(
-                hold_of(body, held, config,
-                        synth::patch_contacts(surface, held.triangles, place, config.radius)));
-          }
-          break;
-        case Place::random:
-          break;
-        case Place::lowest:
-          held.fixed.push_back(hold_of(
-              body, held, config, synth::lowest_contacts(surface, config.down, config.height)));
-          break;
-        case Place::along: {
-          std::vector<Vec3> line;
-          for (const Vec3& corner : config.points) {
-            nearest(body, *held.sampler, corner, "along");
-            line.push_back(body.centre + corner);
-          }
-          held.fixed.push_back(
-              hold_of(body, held, config,
-                      synth::edge_contacts(surface, *held.sampler, line, config.count)));
-          break;
-        }
-      }
-    }
+    held.places = find_places(body, config_);
     bodies_.insert_or_assign(body.id, std::move(held));
   }
 
@@ -150,8 +55,7 @@ class Supports {
     const RingingBody& body = *sound.body;
     if (!bodies_.contains(body.id)) prepare(body);
     HeldBody& held = bodies_.at(body.id);
-    const std::vector<Hold> drawn = draw_places(held, sound);
-    const std::vector<Press> presses = press(held, drawn, sound);
+    const std::vector<Press> presses = press(held.places, config_, sound);
     std::vector<double> diagonal = sound.rings.decay_rates;
     for (const Press& p : presses) {
       synth::add_support_damping(diagonal, p.hold->diagonal, p.hold->config->kind.coefficient,
@@ -164,44 +68,6 @@ class Supports {
   }
 
  private:
-  std::vector<Hold> draw_places(const HeldBody& held, const Sound& sound) const {
-    std::vector<Hold> holds;
-    core::RandomStream random(sound.seed, sound.id, "supports.place");
-    for (const SupportConfig& config : config_.contacts) {
-      if (config.place != Place::random) continue;
-      for (int k = 0; k < config.count; ++k) {
-        const auto point = held.sampler->sample(random);
-        holds.push_back(hold_of(*sound.body, held, config,
-                                synth::patch_contacts(sound.body->modes->surface, held.triangles,
-                                                      point, config.radius)));
-      }
-    }
-    return holds;
-  }
-
-  /// All holds in the order of the configuration, with their forces.
-  std::vector<Press> press(const HeldBody& held, const std::vector<Hold>& drawn,
-                           const Sound& sound) const {
-    int bearing = 0;
-    for (const SupportConfig& config : config_.contacts) {
-      if (!config.force) bearing += config.holds();
-    }
-    core::RandomStream random(sound.seed, sound.id, "supports.force");
-    std::vector<Press> presses;
-    auto fixed = held.fixed.begin();
-    auto next_drawn = drawn.begin();
-    for (const SupportConfig& config : config_.contacts) {
-      for (int k = 0; k < config.holds(); ++k) {
-        const Hold& hold = config.place == Place::random ? *next_drawn++ : *fixed++;
-        const double force = config.force
-                                 ? random.log_uniform(config.force->low, config.force->high)
-                                 : synth::weight(*sound.body->modes) / bearing;
-        presses.push_back({&hold, force});
-      }
-    }
-    return presses;
-  }
-
   /// Whether the last answer does not serve this sound; it is then the one to be found.
   bool renew(HeldBody& held, const Sound& sound) const {
     if (held.solved && config_.fixed() && held.decay_rates == sound.rings.decay_rates) return false;
@@ -216,7 +82,7 @@ class Supports {
     synth::RingDown& rings = sound.rings;
     if (renew(held, sound)) {
       held.coupled.reset();
-      if (held.rigid) {
+      if (held.places.rigid) {
         held.coupled = synth::couple(rings.eigenvalues, rings.decay_rates, dashpots_of(presses));
       }
       held.error = held.coupled ? synth::diagonal_error(*held.coupled, rings.eigenvalues, diagonal)
@@ -225,9 +91,9 @@ class Supports {
     const bool coupled = held.coupled.has_value();
     if (!coupled && !held.warned) {
       held.warned = true;
-      spdlog::warn("{}: supports do not couple its modes: {}; the diagonal damping is taken",
-                   sound.body->id,
-                   held.rigid ? "their eigenvectors are dependent" : "it has several pieces");
+      spdlog::warn(
+          "{}: supports do not couple its modes: {}; the diagonal damping is taken", sound.body->id,
+          held.places.rigid ? "their eigenvectors are dependent" : "it has several pieces");
     }
     if (sound.record != nullptr) {
       sound.record->add("support_coupled", static_cast<std::int64_t>(coupled));
@@ -265,8 +131,8 @@ class Supports {
     return all;
   }
 
-  static void record_presses(Sound& sound, const std::vector<Press>& presses,
-                             const std::vector<double>& diagonal) {
+  void record_presses(Sound& sound, const std::vector<Press>& presses,
+                      const std::vector<double>& diagonal) const {
     if (sound.record == nullptr) return;
     std::vector<double> forces, positions;
     for (const Press& p : presses) {
@@ -281,6 +147,11 @@ class Supports {
     sound.record->add("support_position", std::span<const double>(positions), {forces.size(), 3},
                       "m");
     sound.record->add("support_damping", added, "1/s");
+    if (!config_.pooled()) return;
+    std::vector<std::int64_t> indices;
+    for (const Press& p : presses) indices.push_back(p.index);
+    sound.record->add("support_index", std::span<const std::int64_t>(indices),
+                      core::Extent{indices.size()});
   }
 
   SupportsConfig config_;
