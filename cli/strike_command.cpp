@@ -72,7 +72,7 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
                               name, scene_overrides(options));
   // A build's configuration holds a scene and more, which is not asked for here.
   root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
-                    "limits", "mel", "voxels", "camera", "files", "split"});
+                    "limits", "mel", "voxels", "camera", "files", "split", "evaluate"});
   Scene scene =
       read_scene(root, name, effects(), {.materials = materials, .materials_place = "--material"});
   root.finish();
@@ -135,7 +135,8 @@ void run_strike(const StrikeOptions& options, Context& context) {
 
   core::Trace trace;
   SoundChain chain(scene, context.cache, trace);
-  const RingingBody ringing = chain.prepare(options.body.mesh, body.modes, body.materials);
+  const RingingBody ringing =
+      chain.prepare(options.body.mesh, options.body.mesh, body.modes, body.materials);
   Columns record;
   Sound sound;
   sound.body = &ringing;

@@ -43,9 +43,13 @@ fs::path sweep_around(const fs::path& output, const Context& context) {
 }  // namespace
 
 int run_build(const BuildOptions& options, const Context& context) {
+  return run_build(load_build(options, context.world), options, context);
+}
+
+int run_build(LoadedBuild build, const BuildOptions& options, const Context& context) {
   std::vector<BuildRun> builds(1);
   BuildRun& run = builds.front();
-  run.build = load_build(options, context.world);
+  run.build = std::move(build);
   const std::string output = options.output.empty() ? run.build.config.name : options.output;
   run.folders = {output, context.cache};
   std::optional<mpi::FolderLock> sweep_lock;
@@ -78,7 +82,7 @@ int run_build(const BuildOptions& options, const Context& context) {
       if (summary.tasks_run > 0 && !context.json) {
         fmt::print("{}", run_text(trace.at("runs").back()));
       }
-      print(summary, context.json);
+      if (options.tell || outcome.interrupted) print(summary, context.json);
       exit_code = summary.exit_code();
     });
     return exit_code;

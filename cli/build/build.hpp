@@ -14,6 +14,7 @@ struct BuildOptions {
   std::string output;                  ///< "": a folder named as the configuration
   std::vector<std::string> overrides;  ///< --set key=value
   bool retry_failed = false;
+  bool tell = true;  ///< on standard output, what came of it; a run that is cut short always does
 };
 
 /// A configuration as every rank sees it, and what it expands to.
@@ -51,5 +52,7 @@ nlohmann::json describe_plan(const LoadedBuild& build);
 /// @return exit code
 /// @note Collective on the context's world.
 int run_build(const BuildOptions& options, const Context& context);
+/// The same of a build that is loaded.
+int run_build(LoadedBuild build, const BuildOptions& options, const Context& context);
 
 }  // namespace carillon::cli

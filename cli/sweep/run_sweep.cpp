@@ -217,7 +217,7 @@ int run_sweep(const LoadedSweep& loaded, const BuildOptions& options, const Cont
       core::write_text_durably(output / "sweep.csv", csv_table(loaded.sweep, ended.results));
       core::write_text_durably(output / "sweep-timing.csv", csv_table(loaded.sweep, ended.timing));
       write_table(loaded, ended.results, output);
-      print(output.string(), loaded, ended, outcome.tasks_run(), context.json);
+      if (options.tell) print(output.string(), loaded, ended, outcome.tasks_run(), context.json);
     });
     return sum_of<std::size_t>(ended.results, "failed_tasks") > 0 ? exit_failures : exit_done;
   });

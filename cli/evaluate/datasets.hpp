@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/sweep/load_sweep.hpp"
+
+namespace carillon::cli {
+
+/// One dataset that is evaluated: a variant of a sweep, or the build itself.
+struct Condition {
+  std::string name;  ///< the variant's values, "noise and room"; of a build its own
+  std::filesystem::path folder;
+  const LoadedBuild* build = nullptr;
+};
+
+/// The datasets of a configuration, before or after they are built.
+class EvaluatedDatasets {
+ public:
+  /// Reads the configuration and plans every dataset.
+  /// @throws ConfigError, InputError, FileError  on every rank alike
+  /// @note Collective on world.
+  EvaluatedDatasets(const BuildOptions& options, MPI_Comm world);
+  EvaluatedDatasets(const EvaluatedDatasets&) = delete;
+  EvaluatedDatasets& operator=(const EvaluatedDatasets&) = delete;
+
+  const std::string& name() const { return name_; }
+  /// Of all datasets together; what is found goes into `evaluation` in it.
+  const std::filesystem::path& output() const { return output_; }
+  const std::vector<Condition>& conditions() const { return conditions_; }
+  /// For meshes, modes and room responses; what a build without a cache of the user's keeps.
+  std::filesystem::path cache(const Context& context) const;
+
+  /// Builds what is not there yet.
+  /// @return exit code of `carillon build`
+  /// @note Collective on the context's world.
+  int build(const Context& context) const;
+
+ private:
+  BuildOptions options_;
+  std::string name_;
+  std::filesystem::path output_;
+  std::optional<LoadedSweep> sweep_;
+  std::optional<LoadedBuild> build_;
+  std::vector<Condition> conditions_;
+};
+
+}  // namespace carillon::cli

@@ -1,0 +1,58 @@
+#include "eval/validation/estimator_errors.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+/// What double precision cannot tell from no error at all, in place of the logarithm of zero.
+constexpr double least_error = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+ErrorSummary summarise_errors(std::span<const double> errors, core::RandomStream& random) {
+  std::vector<double> found, sizes;
+  for (const double error : errors) {
+    if (!std::isfinite(error)) continue;
+    found.push_back(error);
+    sizes.push_back(std::abs(error));
+  }
+  ErrorSummary summary;
+  summary.fits = errors.size();
+  summary.failed = errors.size() - found.size();
+  summary.median = median_of(sizes);
+  summary.median95 = bootstrap(sizes, median_of, random);
+  summary.mean = mean(sizes);
+  summary.lower_quartile = quantile(sizes, 0.25);
+  summary.upper_quartile = quantile(sizes, 0.75);
+  summary.bias = median_of(found);
+  return summary;
+}
+
+EstimatorComparison compare_errors(std::span<const double> a, std::span<const double> b) {
+  if (a.size() != b.size()) {
+    throw core::InputError(
+        fmt::format("{} and {} fits are not of the same draws", a.size(), b.size()));
+  }
+  std::vector<double> first, second, differences, first_log, second_log;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!std::isfinite(a[i]) || !std::isfinite(b[i])) continue;
+    first.push_back(std::abs(a[i]));
+    second.push_back(std::abs(b[i]));
+    differences.push_back(first.back() - second.back());
+    first_log.push_back(std::log(std::max(first.back(), least_error)));
+    second_log.push_back(std::log(std::max(second.back(), least_error)));
+  }
+  return {first.size(), median_of(differences), signed_rank_test(first, second),
+          welch_test(first_log, second_log)};
+}
+
+}  // namespace carillon::eval
