@@ -248,7 +248,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
         }
       }
     }
-    refine_all(fit, 5, 6, round < 2 ? 0 : known);
+    refine_all(fit, 5, Fineness::few_bins, round < 2 ? 0 : known);
     fit.noise = noise_of(fit);
     prune(fit);
     std::vector<double> left;
@@ -264,7 +264,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   for (Tone& tone : fit.tones) tone.tried = 1;
   // What is not refined yet counts as noise, by which it is judged whether it is: again, then.
   for (int again = 0; again < 6; ++again) {
-    refine_all(fit, 6, 6);
+    refine_all(fit, 6, Fineness::all_bins);
     const bool pruned = prune(fit);
     const double before = mean_log(fit.noise, fit.band);
     fit.noise = noise_of(fit);

@@ -16,7 +16,7 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr std::size_t kShortest = 256, kLongest = 8192;
-constexpr double kExplained = 0.99;
+constexpr double kExplained = 0.9999;
 constexpr double kAboveNoise = 10;  ///< power ratio, 10 dB
 /// Bins on either side of a peak in which it is fitted, and from which it is taken.
 constexpr int kFitted = 2, kTaken = 8;

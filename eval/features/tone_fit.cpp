@@ -18,6 +18,8 @@ using Vector = Eigen::VectorXd;
 constexpr double kNarrow = 12;
 /// And half widths of its line beyond: the rest holds 4 % of the information on its decay.
 constexpr double kHalfWidths = 5;
+/// Ratio of widths of lines that are refined together.
+constexpr double kAlike = 4;
 
 double bins_per_radian(const ToneFit& fit) {
   return static_cast<double>(fit.grid->count()) / (2 * std::numbers::pi);
@@ -168,11 +170,17 @@ ToneGain gain_of(const ToneFit& fit, std::span<const Complex> rates,
   return gain;
 }
 
-std::vector<std::size_t> neighbours(const ToneFit& fit, Complex rate, std::size_t most) {
+std::vector<std::size_t> neighbours(const ToneFit& fit, Complex rate, std::size_t most,
+                                    double alike) {
   const double scale = bins_per_radian(fit);
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t k = 0; k < fit.tones.size(); ++k) {
     const Complex other = fit.tones[k].rate;
+    // Much broader and much narrower ones have their own turn: together they would need the bins of
+    // the one at the distances of the other.
+    const double own_width = 3 + std::abs(rate.real()) * scale;
+    const double its_width = 3 + std::abs(other.real()) * scale;
+    if (own_width > alike * its_width || its_width > alike * own_width) continue;
     const double apart = std::abs(other.imag() - rate.imag()) * scale;
     const double width = 3 + 2 * (std::abs(rate.real()) + std::abs(other.real())) * scale;
     if (apart < width) near.emplace_back(apart / width, k);
@@ -240,7 +248,7 @@ std::size_t coarse_step(const ToneFit& fit, std::span<const Tone> tones) {
 }  // namespace
 
 Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
-                 std::span<const Tone> start, int most_steps) {
+                 std::span<const Tone> start, int most_steps, Fineness fineness) {
   Proposal proposal;
   proposal.replaced.assign(replaced.begin(), replaced.end());
   proposal.tones.assign(start.begin(), start.end());
@@ -258,23 +266,27 @@ Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
     for (const Tone& tone : tones) residual.add(tone, -1);
     return residual;
   };
-  // Most of the way on few bins, as broad lines are smooth; the end on all.
-  constexpr int last_steps = 4;
+  // Broad lines are smooth: most of the way goes on few bins, and the end on all.
+  constexpr int last_steps = 3;
   BinRange coarse = range;
   coarse.step = coarse_step(fit, start);
-  if (coarse.step > 1 && most_steps > last_steps) {
+  Normal normal;
+  if (coarse.step > 1) {
     const Residual bare = bare_on(coarse);
     Residual residual = with_tones(bare);
     minimise(bare, tones, residual, most_steps);
-    most_steps = last_steps;
+    most_steps = fineness == Fineness::all_bins ? last_steps : 0;
+    if (most_steps == 0) normal = normal_equations(residual, tones);
   }
   const Residual bare = bare_on(range);
   Residual residual = with_tones(bare);
-  minimise(bare, tones, residual, most_steps);
+  if (most_steps > 0) {
+    minimise(bare, tones, residual, most_steps);
+    normal = normal_equations(residual, tones);
+  }
   proposal.gain = Residual(fit, range).chi_squared() - residual.chi_squared();
 
   // In standard errors of each by itself, which are smaller than those of the block.
-  const Normal normal = normal_equations(residual, tones);
   for (std::size_t t = 0; t < tones.size(); ++t) {
     const auto at = static_cast<Eigen::Index>(4 * t + 2);
     proposal.shift = std::max(proposal.shift, std::abs(tones[t].rate - start[t].rate) *
@@ -288,33 +300,51 @@ Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
   return proposal;
 }
 
+namespace {
+
+/// Changes the residual outside of a range by what a tone in place of another (null: of none) makes
+/// there, as far as it is more than a hundredth of the noise's amplitude: skirts fall with their
+/// distance.
+void update_beyond(ToneFit& fit, const Tone* before, const Tone& after, const BinRange& range) {
+  constexpr double least = 1e-4;  // of the noise's power
+  double reach = 0;
+  const double centre = after.rate.imag() * bins_per_radian(fit);
+  for (const std::size_t edge : {range.first, range.last - 1}) {
+    Complex change = 0;
+    fit.grid->add_part(after, -1, {edge, edge + 1}, {&change, 1});
+    if (before) fit.grid->add_part(*before, 1, {edge, edge + 1}, {&change, 1});
+    const double ratio = std::sqrt(std::norm(change) / (least * fit.noise[edge]));
+    if (ratio > 1) {
+      reach = std::max(reach, ratio * (1 + std::abs(static_cast<double>(edge) - centre)));
+    }
+  }
+  if (reach == 0) return;
+  const auto first = static_cast<double>(fit.band.first), last = static_cast<double>(fit.band.last);
+  const BinRange below{static_cast<std::size_t>(std::clamp(centre - reach, first, last)),
+                       range.first};
+  const BinRange above{range.last,
+                       static_cast<std::size_t>(std::clamp(centre + reach, first, last))};
+  for (const BinRange& part : {below, above}) {
+    fit.grid->add(after, -1, part, fit.residual);
+    if (before) fit.grid->add(*before, 1, part, fit.residual);
+  }
+}
+
+}  // namespace
+
 void commit(ToneFit& fit, const Proposal& proposal) {
-  const BinRange& range = proposal.range;
-  // What changes at the ends of the range tells what changes beyond.
-  double beyond = 0;
-  for (std::size_t i = 0; i < range.size(); ++i) {
-    if (i >= 3 && i + 3 < range.size()) continue;
-    const std::size_t k = range.first + i;
-    beyond = std::max(beyond, std::norm(proposal.residual[i] - fit.residual[k]) / fit.noise[k]);
-  }
-  const auto update = [&](const Tone& tone, double factor) {
-    fit.grid->add(tone, factor, {fit.band.first, range.first}, fit.residual);
-    fit.grid->add(tone, factor, {range.last, fit.band.last}, fit.residual);
-  };
-  const bool far = beyond > 1e-4;
-  for (const std::size_t k : proposal.replaced) {
-    if (far) update(fit.tones[k], 1);
-  }
   for (std::size_t t = 0; t < proposal.tones.size(); ++t) {
-    if (far) update(proposal.tones[t], -1);
-    if (t < proposal.replaced.size()) {
-      fit.tones[proposal.replaced[t]] = proposal.tones[t];
+    const bool replaces = t < proposal.replaced.size();
+    Tone* const before = replaces ? &fit.tones[proposal.replaced[t]] : nullptr;
+    update_beyond(fit, before, proposal.tones[t], proposal.range);
+    if (replaces) {
+      *before = proposal.tones[t];
     } else {
       fit.tones.push_back(proposal.tones[t]);
     }
   }
   std::copy(proposal.residual.begin(), proposal.residual.end(),
-            fit.residual.begin() + static_cast<std::ptrdiff_t>(range.first));
+            fit.residual.begin() + static_cast<std::ptrdiff_t>(proposal.range.first));
 }
 
 void remove_tone(ToneFit& fit, std::size_t tone) {
@@ -327,11 +357,12 @@ void renew(ToneFit& fit) {
   for (const Tone& tone : fit.tones) fit.grid->add(tone, -1, fit.band, fit.residual);
 }
 
-void refine_all(ToneFit& fit, int most_rounds, std::size_t most_together, std::size_t from) {
+void refine_all(ToneFit& fit, int most_rounds, Fineness fineness, std::size_t from) {
+  constexpr std::size_t most_together = 6;
   constexpr int most_steps = 12;
   std::vector<bool> moving(fit.tones.size(), false);
   for (std::size_t k = from; k < fit.tones.size(); ++k) {
-    for (const std::size_t near : neighbours(fit, fit.tones[k].rate, most_together)) {
+    for (const std::size_t near : neighbours(fit, fit.tones[k].rate, most_together, kAlike)) {
       moving[near] = true;
     }
   }
@@ -341,10 +372,10 @@ void refine_all(ToneFit& fit, int most_rounds, std::size_t most_together, std::s
     std::vector<bool> next(fit.tones.size(), false);
     for (std::size_t k = 0; k < fit.tones.size(); ++k) {
       if (!moving[k]) continue;
-      const auto block = neighbours(fit, fit.tones[k].rate, most_together);
+      const auto block = neighbours(fit, fit.tones[k].rate, most_together, kAlike);
       std::vector<Tone> tones;
       for (const std::size_t other : block) tones.push_back(fit.tones[other]);
-      const Proposal proposal = propose(fit, block, tones, most_steps);
+      const Proposal proposal = propose(fit, block, tones, most_steps, fineness);
       if (!(proposal.gain > 0)) continue;
       commit(fit, proposal);
       gained += proposal.gain;

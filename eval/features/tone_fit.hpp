@@ -38,8 +38,9 @@ ToneGain gain_of(const ToneFit& fit, std::span<const std::complex<double>> rates
 BinRange reach_of(const ToneFit& fit, std::complex<double> rate);
 
 /// Tones whose spectra overlap with one of this rate, the nearest `most` of them.
-std::vector<std::size_t> neighbours(const ToneFit& fit, std::complex<double> rate,
-                                    std::size_t most);
+/// @param alike  largest ratio of the widths of their lines
+std::vector<std::size_t> neighbours(const ToneFit& fit, std::complex<double> rate, std::size_t most,
+                                    double alike = 30);
 
 /// Other tones in place of some, refined together (Levenberg-Marquardt) while all others are held.
 struct Proposal {
@@ -51,9 +52,11 @@ struct Proposal {
   BinRange range;                              ///< in which the residual changes
   std::vector<std::complex<double>> residual;  ///< there
 };
+/// Of a line that spans many bins: a part of them, or all.
+enum class Fineness { few_bins, all_bins };
 /// @param start  not empty
 Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
-                 std::span<const Tone> start, int most_steps);
+                 std::span<const Tone> start, int most_steps, Fineness fineness);
 /// Tones that replace others take their places, further ones come last. What changes far from the
 /// tones by less than the noise waits for renew().
 void commit(ToneFit& fit, const Proposal& proposal);
@@ -63,9 +66,8 @@ void renew(ToneFit& fit);
 
 /// Refines all tones in turn, each with its neighbours, until nothing moves by more than 2 % of its
 /// standard error.
-/// @param most_together  tones that move at a time
-/// @param from           tones before this one have been refined, and move only where others do
-void refine_all(ToneFit& fit, int most_rounds, std::size_t most_together, std::size_t from = 0);
+/// @param from  tones before this one have been refined, and move only where others do
+void refine_all(ToneFit& fit, int most_rounds, Fineness fineness, std::size_t from = 0);
 
 /// Standard errors of a tone by the Fisher information of it and its neighbours (Cramer-Rao).
 struct ToneErrors {

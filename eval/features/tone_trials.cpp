@@ -165,7 +165,7 @@ bool try_tone(ToneFit& fit, Complex rate, double threshold) {
   std::vector<Tone> tones;
   for (const std::size_t k : block) tones.push_back(fit.tones[k]);
   tones.push_back({gain.amplitudes[0], rate});
-  const Proposal proposal = propose(fit, block, tones, kMostSteps);
+  const Proposal proposal = propose(fit, block, tones, kMostSteps, Fineness::few_bins);
   if (!acceptable(fit, proposal, threshold)) return false;
   commit(fit, proposal);
   return true;
@@ -200,7 +200,7 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     std::vector<Tone> tones = {{both.amplitudes[0], rates[0]}};
     for (std::size_t k = 1; k < replaced.size(); ++k) tones.push_back(fit.tones[replaced[k]]);
     tones.push_back({both.amplitudes[1], rates[1]});
-    Proposal proposal = propose(fit, replaced, tones, kMostSteps);
+    Proposal proposal = propose(fit, replaced, tones, kMostSteps, Fineness::all_bins);
     if (!acceptable(fit, proposal, best ? best->gain : threshold)) continue;
     best = std::move(proposal);
   }

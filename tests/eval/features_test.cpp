@@ -19,7 +19,7 @@ std::vector<Partial> random_partials(std::size_t count, TestRandom& random) {
   for (std::size_t i = 0; i < count; ++i) {
     const double place =
         (static_cast<double>(i) + random.uniform(0.2, 0.8)) / static_cast<double>(count);
-    partials.push_back({200 * std::pow(70, place), random.uniform(3, 10), random.uniform(0.6, 1),
+    partials.push_back({200 * std::pow(70, place), random.uniform(3, 8), random.uniform(0.7, 1),
                         random.uniform(0, 2 * std::numbers::pi)});
   }
   return partials;
