@@ -1,0 +1,170 @@
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "eval/features/esprit.hpp"
+#include "eval/features/find_tones.hpp"
+#include "eval/features/noise_floor.hpp"
+#include "eval/features/segment.hpp"
+#include "eval/features/tone.hpp"
+#include "synth/real_fft.hpp"
+#include "tests/eval/strike_clip.hpp"
+
+namespace carillon::eval {
+namespace {
+
+using Complex = std::complex<double>;
+
+Tone tone_of(double omega, double decay, double size, double phase) {
+  return {std::polar(size, phase), {-decay, omega}};
+}
+
+std::vector<double> samples_of(const Tone& tone, std::size_t count) {
+  std::vector<double> samples(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    samples[n] = (tone.amplitude * std::exp(tone.rate * static_cast<double>(n))).real();
+  }
+  return samples;
+}
+
+// FFTW's transform of the samples is the oracle of the closed form.
+RC_GTEST_PROP(Tones, TransformsAreThoseOfTheirSamples, ()) {
+  const std::size_t count = 2 * *rc::gen::inRange<std::size_t>(40, 300);
+  const double omega = *rc::gen::inRange(1, 310) / 100.0;
+  const double decay = std::pow(10, *rc::gen::inRange(-60, -5) / 10.0) - 1e-4;
+  const Tone tone = tone_of(omega, decay, 0.7, *rc::gen::inRange(0, 628) / 100.0);
+  synth::RealFft fft(count);
+  const auto samples = samples_of(tone, count);
+  std::copy(samples.begin(), samples.end(), fft.signal().begin());
+  fft.forward();
+  const ToneGrid grid(count);
+  std::vector<Complex> spectrum(grid.bins());
+  grid.add(tone, 1, {0, grid.bins()}, spectrum);
+  double largest = 0;
+  for (const Complex value : fft.spectrum()) largest = std::max(largest, std::abs(value));
+  for (std::size_t k = 0; k < grid.bins(); ++k) {
+    RC_ASSERT(std::abs(spectrum[k] - fft.spectrum()[k]) < 1e-9 * largest);
+  }
+}
+
+RC_GTEST_PROP(Tones, DerivativesAreDifferences, ()) {
+  const std::size_t count = 240;
+  const double omega = *rc::gen::inRange(20, 300) / 100.0;
+  const Tone tone =
+      tone_of(omega, *rc::gen::inRange(1, 50) / 1000.0, 0.7, *rc::gen::inRange(0, 628) / 100.0);
+  const ToneGrid grid(count);
+  const BinRange range{3, 100, *rc::gen::inRange<std::size_t>(1, 4)};
+  std::vector<Complex> columns(4 * range.size());
+  grid.derivatives(tone, range, columns);
+  const double step = 1e-6;
+  const Complex moves[4] = {{step, 0}, {0, step}, {step, 0}, {0, step}};
+  for (std::size_t c = 0; c < 4; ++c) {
+    std::vector<Complex> change(range.size());
+    for (const double sign : {1.0, -1.0}) {
+      Tone moved = tone;
+      (c < 2 ? moved.amplitude : moved.rate) += sign * moves[c];
+      grid.add_part(moved, sign / (2 * step), range, change);
+    }
+    double largest = 0;
+    for (std::size_t i = 0; i < range.size(); ++i) {
+      largest = std::max(largest, std::abs(columns[c * range.size() + i]));
+    }
+    for (std::size_t i = 0; i < range.size(); ++i) {
+      RC_ASSERT(std::abs(change[i] - columns[c * range.size() + i]) < 1e-5 * largest);
+    }
+  }
+}
+
+TEST(Tones, EnergyIsTheSumOfSquares) {
+  for (const double decay : {0.0, 1e-6, 1e-3, 0.05}) {
+    const Tone tone = tone_of(1.3, decay, 0.8, 0.4);
+    double sum = 0;
+    for (const double sample : samples_of(tone, 5000)) sum += sample * sample;
+    EXPECT_NEAR(energy(tone, 5000) / sum, 1, decay > 0.01 ? 0.05 : 2e-3) << decay;
+  }
+}
+
+TEST(Esprit, FindsRatesExactlyWithoutNoise) {
+  const std::vector<Tone> tones = {tone_of(0.500, 0.0004, 1, 0), tone_of(0.503, 0.0006, 0.5, 1),
+                                   tone_of(0.520, 0.002, 0.8, 2)};
+  std::vector<double> samples(5000, 0.0);
+  for (const Tone& tone : tones) {
+    const auto own = samples_of(tone, samples.size());
+    for (std::size_t n = 0; n < samples.size(); ++n) samples[n] += own[n];
+  }
+  const Band band = take_band(samples, 0.51, 64, 48);
+  EXPECT_EQ(band.values.size(), 48u);
+  const auto rates = esprit_rates(band, 1e-6, 12);
+  ASSERT_GE(rates.size(), 3u);
+  for (const Tone& tone : tones) {
+    double nearest = 1e9;
+    for (const Complex rate : rates) nearest = std::min(nearest, std::abs(rate - tone.rate));
+    EXPECT_LT(nearest, 1e-7);
+  }
+}
+
+TEST(NoiseFloor, IsThatOfWhiteNoiseBelowLines) {
+  TestRandom random(9);
+  std::vector<double> samples(20000);
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    samples[n] = 0.1 * random.normal();
+    for (int line = 1; line <= 20; ++line) {
+      samples[n] +=
+          std::exp(-2e-4 * static_cast<double>(n)) * std::cos(0.13 * line * static_cast<double>(n));
+    }
+  }
+  synth::RealFft fft(samples.size());
+  std::copy(samples.begin(), samples.end(), fft.signal().begin());
+  fft.forward();
+  const BinRange band{100, 9900};
+  const auto whole = noise_floor(fft.spectrum(), band);
+  const auto tail = tail_floor(samples, band);
+  const double truth = 0.01 * static_cast<double>(samples.size());
+  for (const std::size_t bin : {300, 2000, 5000, 9000}) {
+    // The skirts of twenty lines are in the one, not in the other.
+    EXPECT_GT(whole[bin], 0.7 * truth);
+    EXPECT_NEAR(tail[bin] / truth, 1, 0.4) << bin;
+  }
+}
+
+TEST(Segments, BeginAtTheOnset) {
+  TestRandom random(2);
+  const Partial partial{700, 30, 0.5, 0.3};
+  for (const double onset : {0.0, 0.0131, 0.25}) {
+    const ClipShape shape{44100, 0.8, onset};
+    std::vector<double> samples = strike_clip({&partial, 1}, shape);
+    for (double& sample : samples) sample += 5e-4 * random.normal();
+    const Segment segment = find_segment(samples, shape.sample_rate, {}, 0.003);
+    EXPECT_NEAR(static_cast<double>(segment.onset) / shape.sample_rate, onset, 5e-4) << onset;
+    EXPECT_EQ(segment.begin, segment.onset + 132);
+    EXPECT_EQ(segment.end, samples.size());
+  }
+}
+
+// Two modes 7 Hz apart beat, which is no second strike.
+TEST(Segments, DoNotEndAtABeat) {
+  for (const double apart : {1.0, 3.0, 7.0, 15.0, 40.0}) {
+    const std::vector<Partial> pair = {{900, 3, 1, 0}, {900 + apart, 3, 1, 0}};
+    const ClipShape shape{44100, 1.5, 0.01};
+    const auto samples = strike_clip(pair, shape);
+    EXPECT_EQ(find_segment(samples, shape.sample_rate, {}, 0.003).end, samples.size()) << apart;
+  }
+}
+
+TEST(Sizes, AreTheLargestThatFftwLikes) {
+  EXPECT_EQ(largest_fft_size(44100), 44100u);
+  EXPECT_EQ(largest_fft_size(44099), 43904u);
+  EXPECT_EQ(largest_fft_size(1), 0u);
+  for (const std::size_t count : {97u, 1001u, 43968u}) {
+    const std::size_t size = largest_fft_size(count);
+    EXPECT_LE(size, count);
+    EXPECT_GT(size, 0.9 * count);
+    EXPECT_EQ(synth::good_fft_size(size), size);
+  }
+}
+
+}  // namespace
+}  // namespace carillon::eval
