@@ -39,7 +39,7 @@ std::string csv_of(const std::vector<std::string>& files,
 }
 
 void tell(const std::string& file, const eval::FeatureSet& set) {
-  fmt::print("{}: {} modes", file, set.features.size());
+  fmt::print("{}: {} mode{}", file, set.features.size(), set.features.size() == 1 ? "" : "s");
   if (set.nothing.empty()) {
     fmt::print(", {:.3g} % of the energy from {:.4f} to {:.4f} s (onset {:.4f} s)",
                100 * set.explained, set.begin, set.end, set.onset);

@@ -69,9 +69,10 @@ Feature feature_of(const ToneFit& fit, std::size_t index, double sample_rate, do
   return feature;
 }
 
-/// What is left of the segment, and which share of it without hums the features make up.
+/// What is left of the segment, and which share of it the features make up.
+/// @param others  tones that count as neither: hums, and what is above the band
 void account(std::span<const double> samples, std::span<const Tone> modes,
-             std::span<const Tone> hums, FeatureSet& set) {
+             std::span<const Tone> others, FeatureSet& set) {
   std::vector<double> without(samples.begin(), samples.end());
   const auto subtract = [&](const Tone& tone) {
     const std::complex<double> turn = std::exp(tone.rate);
@@ -81,7 +82,7 @@ void account(std::span<const double> samples, std::span<const Tone> modes,
       value *= turn;
     }
   };
-  for (const Tone& hum : hums) subtract(hum);
+  for (const Tone& other : others) subtract(other);
   double all = 0, left = 0;
   for (const double sample : without) all += sample * sample;
   for (const Tone& mode : modes) subtract(mode);
@@ -92,19 +93,22 @@ void account(std::span<const double> samples, std::span<const Tone> modes,
 
 void by_esprit(std::span<const double> samples, double sample_rate, double after_onset,
                const FeatureOptions& options, FeatureSet& set) {
+  // Modes just above the band bend those below it, unless they are known too.
+  constexpr double beyond = 1.25, near_nyquist = 0.495;
+  const double highest = std::min(options.max_frequency, 0.475 * sample_rate);
   const ToneFit fit =
       find_tones(samples, {sample_rate, options.min_frequency,
-                           std::min(options.max_frequency, 0.475 * sample_rate),
+                           std::min(beyond * options.max_frequency, near_nyquist * sample_rate),
                            options.max_features, std::pow(10, options.min_level / 10)});
-  double strongest = 0;
-  for (const Tone& tone : fit.tones) strongest = std::max(strongest, energy(tone, samples.size()));
-  std::vector<Tone> modes, hums;
+  std::vector<Tone> modes, others;
   for (std::size_t k = 0; k < fit.tones.size(); ++k) {
     const Tone& tone = fit.tones[k];
     const Feature feature = feature_of(fit, k, sample_rate, after_onset);
-    if (feature.decay_rate < options.min_decay_rate) {
+    if (feature.frequency > highest) {
+      others.push_back(tone);
+    } else if (feature.decay_rate < options.min_decay_rate) {
       set.hums.push_back({feature.frequency, feature.decay_rate, std::abs(tone.amplitude)});
-      hums.push_back(tone);
+      others.push_back(tone);
     } else if (!(feature.decay_rate_error < feature.decay_rate)) {
       // Neither hum nor mode: its decay cannot be told from none.
       set.remarks.push_back(
@@ -115,7 +119,7 @@ void by_esprit(std::span<const double> samples, double sample_rate, double after
       modes.push_back(tone);
     }
   }
-  account(samples, modes, hums, set);
+  account(samples, modes, others, set);
 }
 
 }  // namespace

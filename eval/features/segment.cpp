@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 
 namespace carillon::eval {
 
@@ -15,6 +15,7 @@ constexpr double kSilent = 1e-7;        ///< of full scale, -140 dB
 constexpr double kOnsetShare = 0.01;    ///< of the loudest energy
 constexpr double kStrikeRise = 4;       ///< 6 dB
 constexpr double kStrikeShare = 1e-3;   ///< -30 dB of the first
+constexpr double kLeastSteps = 100;     ///< of a converter, that a clipped value is large
 constexpr std::size_t kStrikeGap = 20;  ///< frames after an onset that belong to it
 constexpr std::size_t kStrikeBefore = 50;
 constexpr std::size_t kStrikeWithin = 5;
@@ -107,8 +108,14 @@ Clipping find_clipping(std::span<const double> samples, std::size_t from, std::s
   if (to - from < 8) return clipping;
   const auto [low, high] = std::minmax_element(samples.begin() + static_cast<std::ptrdiff_t>(from),
                                                samples.begin() + static_cast<std::ptrdiff_t>(to));
+  // A converter's smallest step: tops of a few steps are flat without being cut.
+  double step = std::numeric_limits<double>::infinity();
+  for (std::size_t n = from + 1; n < to; ++n) {
+    const double difference = std::abs(samples[n] - samples[n - 1]);
+    if (difference > 0) step = std::min(step, difference);
+  }
   for (const double extreme : {*low, *high}) {
-    if (extreme == 0) continue;
+    if (std::abs(extreme) < kLeastSteps * step) continue;
     for (std::size_t n = from; n < to;) {
       std::size_t last = n;
       while (last < to && samples[last] == extreme) ++last;
@@ -135,7 +142,8 @@ Segment find_segment(std::span<const double> samples, double sample_rate,
   segment.end = samples.size();
   const auto frame = std::max<std::size_t>(1, static_cast<std::size_t>(kFrame * sample_rate));
   if (samples.size() < 16 * frame) {
-    segment.nothing = fmt::format("too short: {} samples", samples.size());
+    segment.nothing =
+        fmt::format("too short: {} sample{}", samples.size(), samples.size() == 1 ? "" : "s");
     return segment;
   }
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());

@@ -122,7 +122,7 @@ TEST(FeaturesHard, NoNumbers) {
 
 TEST(FeaturesHard, TooShort) {
   expect_nothing(extract_features({}, 44100), "too short: 0 samples");
-  expect_nothing(extract_features(std::vector<double>{0.5}, 44100), "too short: 1 samples");
+  expect_nothing(extract_features(std::vector<double>{0.5}, 44100), "too short: 1 sample");
   const FeatureSet few = extract_features(strike_clip(kThree, {44100, 0.01, 0}), 44100);
   expect_nothing(few, "too short: 441 samples");
   // Long enough, but for the part after the strike.
