@@ -303,10 +303,10 @@ Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
 namespace {
 
 /// Changes the residual outside of a range by what a tone in place of another (null: of none) makes
-/// there, as far as it is more than a hundredth of the noise's amplitude: skirts fall with their
+/// there, as far as it is more than a 300th of the noise's amplitude: skirts fall with their
 /// distance.
 void update_beyond(ToneFit& fit, const Tone* before, const Tone& after, const BinRange& range) {
-  constexpr double least = 1e-4;  // of the noise's power
+  constexpr double least = 1e-5;  // of the noise's power
   double reach = 0;
   const double centre = after.rate.imag() * bins_per_radian(fit);
   for (const std::size_t edge : {range.first, range.last - 1}) {
@@ -383,13 +383,13 @@ void refine_all(ToneFit& fit, int most_rounds, Fineness fineness, std::size_t fr
       any = true;
       for (const std::size_t other : block) next[other] = true;
     }
-    renew(fit);
     // Of what is no sum of damped sinusoids no last digits are sought.
     const double usual = 2 * static_cast<double>(fit.band.size());
     const double excess = Residual(fit, fit.band).chi_squared() - 1.1 * usual;
     if (!any || gained < 0.1 + 1e-4 * std::max(0.0, excess)) break;
     moving = next;
   }
+  renew(fit);
 }
 
 ToneErrors errors_of(const ToneFit& fit, std::size_t tone) {
