@@ -151,6 +151,39 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
   return kept;
 }
 
+/// Tries what the residual may hold, the strongest first.
+/// @return  whether there was any
+bool add_tones(ToneFit& fit, std::span<const double> signal, const ToneSearch& search,
+               double most_clutter, Transforms& transforms) {
+  const std::size_t count = fit.grid->count();
+  double strongest = 0;
+  for (const Tone& tone : fit.tones) strongest = std::max(strongest, energy(tone, count));
+  const double least = search.least_energy * strongest;
+  bool any = false;
+  for (const Candidate& candidate : candidates(fit, signal, search, most_clutter, transforms)) {
+    if (fit.tones.size() >= search.most) break;
+    if (beside_tone(fit, candidate.rate)) continue;
+    // A place on the grid shows less than the tone that is near it.
+    const double threshold = std::max(kNewTone, 0.5 * candidate.threshold);
+    const ToneGain gain = gain_of(fit, {&candidate.rate, 1});
+    if (gain.gain < 0.4 * threshold ||
+        energy({gain.amplitudes[0], candidate.rate}, count) < least) {
+      continue;
+    }
+    std::vector<Complex> rates = rates_around(fit, signal, candidate.rate);
+    rates.push_back(candidate.rate);
+    for (const Complex rate : rates) {
+      if (beside_tone(fit, rate) || !try_tone(fit, rate, threshold)) continue;
+      any = true;
+      // At once, before the skirts of what is left of a pair are taken for tones.
+      if (misfits(fit, fit.tones.size() - 1)) {
+        try_pair(fit, fit.tones.size() - 1, signal_of(fit, transforms));
+      }
+    }
+  }
+  return any;
+}
+
 double chi_squared(const ToneFit& fit) {
   double sum = 0;
   for (std::size_t k = fit.band.first; k < fit.band.last; ++k) {
@@ -219,35 +252,9 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   }
   for (int round = 0; round < kMostRounds && fit.tones.size() < search.most; ++round) {
     const std::vector<double> signal = signal_of(fit, transforms);
-    bool any = false;
     const std::size_t known = fit.tones.size();
-    double strongest = 0;
-    for (const Tone& tone : fit.tones) strongest = std::max(strongest, energy(tone, count));
-    const double least = search.least_energy * strongest;
-    auto found =
-        candidates(fit, signal, search, std::numeric_limits<double>::infinity(), transforms);
-    if (found.empty()) {
-      found = candidates(fit, signal, search, kOfAll * chi_squared(fit), transforms);
-    }
-    for (const Candidate& candidate : found) {
-      if (fit.tones.size() >= search.most) break;
-      if (beside_tone(fit, candidate.rate)) continue;
-      const ToneGain gain = gain_of(fit, {&candidate.rate, 1});
-      if (gain.gain < 0.4 * candidate.threshold ||
-          energy({gain.amplitudes[0], candidate.rate}, count) < least) {
-        continue;
-      }
-      std::vector<Complex> rates = rates_around(fit, signal, candidate.rate);
-      rates.push_back(candidate.rate);
-      for (const Complex rate : rates) {
-        if (beside_tone(fit, rate) || !try_tone(fit, rate, candidate.threshold)) continue;
-        any = true;
-        // At once, before the skirts of what is left of a pair are taken for tones.
-        if (misfits(fit, fit.tones.size() - 1)) {
-          try_pair(fit, fit.tones.size() - 1, signal_of(fit, transforms));
-        }
-      }
-    }
+    bool any = add_tones(fit, signal, search, std::numeric_limits<double>::infinity(), transforms);
+    if (!any) any = add_tones(fit, signal, search, kOfAll * chi_squared(fit), transforms);
     refine_all(fit, 5, Fineness::few_bins, round < 2 ? 0 : known);
     fit.noise = noise_of(fit);
     prune(fit);

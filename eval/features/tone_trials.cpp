@@ -14,7 +14,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kSecondOfPair = 24;
+constexpr double kSecondOfPair = 24, kPartedAnew = 6;
 /// Standard errors by which the rates of two tones differ.
 constexpr double kLeastSeparation = 2;
 /// Of a neighbour's energy, in its line and beside it: what is weaker describes how that one fails
@@ -188,6 +188,22 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     add_to(signal, fit.tones[k]);
     if (k != index) replaced.push_back(k);
   }
+  const auto pairs = pairs_for(fit, signal, tone.rate);
+  // A pair that was parted while the noise was not known may have been parted wrongly.
+  for (std::size_t k = 1; k < replaced.size(); ++k) {
+    if (!in_line(fit, fit.tones[replaced[k]], tone.rate)) continue;
+    std::swap(replaced[1], replaced[k]);
+    const ToneGain both = gain_of(fit, pairs.front(), {replaced.data(), 2});
+    std::vector<Tone> tones = {{both.amplitudes[0], pairs.front()[0]},
+                               {both.amplitudes[1], pairs.front()[1]}};
+    for (std::size_t other = 2; other < replaced.size(); ++other) {
+      tones.push_back(fit.tones[replaced[other]]);
+    }
+    const Proposal proposal = propose(fit, replaced, tones, kMostSteps, Fineness::all_bins);
+    if (!acceptable(fit, proposal, kPartedAnew)) continue;
+    commit(fit, proposal);
+    return true;
+  }
   // Two are a pair; a third is believed less easily.
   double threshold = kSecondOfPair;
   for (const std::size_t k : replaced) {
@@ -195,7 +211,7 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     threshold = std::max(threshold, kThirdShare * (loss_of(fit, index) + loss_of(fit, k)));
   }
   std::optional<Proposal> best;
-  for (const auto& rates : pairs_for(fit, signal, tone.rate)) {
+  for (const auto& rates : pairs) {
     const ToneGain both = gain_of(fit, rates, {&index, 1});
     std::vector<Tone> tones = {{both.amplitudes[0], rates[0]}};
     for (std::size_t k = 1; k < replaced.size(); ++k) tones.push_back(fit.tones[replaced[k]]);
