@@ -11,8 +11,8 @@
 #include "eval/damping/check_data.hpp"
 #include "eval/damping/confidence.hpp"
 #include "eval/damping/emg_fit.hpp"
-#include "eval/damping/median.hpp"
 #include "eval/damping/remarks.hpp"
+#include "eval/statistics/median.hpp"
 
 namespace carillon::eval {
 

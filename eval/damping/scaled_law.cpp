@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "eval/damping/expression_law.hpp"
 #include "eval/damping/linear_law.hpp"
-#include "eval/damping/median.hpp"
+#include "eval/statistics/median.hpp"
 
 namespace carillon::eval {
 

@@ -268,6 +268,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
     }
     if (!any) break;
   }
+  // No pairs are looked for any more: what still grows goes.
   for (Tone& tone : fit.tones) tone.tried = 1;
   // What is not refined yet counts as noise, by which it is judged whether it is: again, then.
   bool pruned = true;

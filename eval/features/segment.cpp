@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "eval/statistics/median.hpp"
+
 namespace carillon::eval {
 
 namespace {
@@ -45,12 +47,6 @@ std::vector<double> smooth(const std::vector<double>& values) {
     out[k] = sum / static_cast<double>(last - first + 1);
   }
   return out;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::size_t find_onset(std::span<const double> samples, const std::vector<double>& energy,

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "eval/features/tone_equations.hpp"
+
 namespace carillon::eval {
 
 namespace {
@@ -27,85 +29,6 @@ double bins_per_radian(const ToneFit& fit) {
 
 BinRange join(const BinRange& a, const BinRange& b) {
   return {std::min(a.first, b.first), std::max(a.last, b.last)};
-}
-
-/// The residual on a range of bins, in units of the noise. Bins that are skipped count as those
-/// that are not.
-struct Residual {
-  Residual(const ToneFit& of, BinRange bins) : fit(&of), range(bins) {
-    values.reserve(bins.size());
-    weights.reserve(bins.size());
-    for (std::size_t i = 0; i < bins.size(); ++i) {
-      values.push_back(of.residual[bins.at(i)]);
-      weights.push_back(std::sqrt(2 * static_cast<double>(bins.step) / of.noise[bins.at(i)]));
-    }
-  }
-  void add(const Tone& tone, double factor) { fit->grid->add_part(tone, factor, range, values); }
-  double chi_squared() const {
-    double sum = 0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      sum += weights[i] * weights[i] * std::norm(values[i]);
-    }
-    return sum;
-  }
-  /// Real and imaginary parts, one after the other.
-  Vector weighted() const {
-    Vector out(static_cast<Eigen::Index>(2 * values.size()));
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      out(static_cast<Eigen::Index>(2 * i)) = weights[i] * values[i].real();
-      out(static_cast<Eigen::Index>(2 * i + 1)) = weights[i] * values[i].imag();
-    }
-    return out;
-  }
-
-  const ToneFit* fit;
-  BinRange range;
-  std::vector<double> weights;
-  std::vector<Complex> values;
-};
-
-/// Derivatives of tones, `columns` (2: amplitude; 4: rate too) of each, in units of the noise.
-Matrix jacobian_of(const Residual& residual, std::span<const Tone> tones, std::size_t columns) {
-  const std::size_t size = residual.range.size();
-  std::vector<Complex> derivatives(4 * size);
-  Matrix jacobian(static_cast<Eigen::Index>(2 * size),
-                  static_cast<Eigen::Index>(columns * tones.size()));
-  for (std::size_t t = 0; t < tones.size(); ++t) {
-    residual.fit->grid->derivatives(tones[t], residual.range, derivatives);
-    for (std::size_t c = 0; c < columns; ++c) {
-      double* out = jacobian.col(static_cast<Eigen::Index>(columns * t + c)).data();
-      const Complex* column = derivatives.data() + c * size;
-      for (std::size_t i = 0; i < size; ++i) {
-        out[2 * i] = residual.weights[i] * column[i].real();
-        out[2 * i + 1] = residual.weights[i] * column[i].imag();
-      }
-    }
-  }
-  return jacobian;
-}
-
-/// Normal equations of a block of tones: J^T J and J^T r in units of the noise.
-struct Normal {
-  Matrix information;
-  Vector slope;
-};
-Normal normal_equations(const Matrix& jacobian, const Vector& right) {
-  Normal normal{Matrix::Zero(jacobian.cols(), jacobian.cols()), jacobian.transpose() * right};
-  normal.information.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
-  normal.information = normal.information.selfadjointView<Eigen::Lower>();
-  return normal;
-}
-Normal normal_equations(const Residual& residual, std::span<const Tone> tones) {
-  return normal_equations(jacobian_of(residual, tones, 4), residual.weighted());
-}
-
-/// The inverse of an information matrix, by its correlations: parameters differ by many powers of
-/// ten.
-Matrix covariance_of(const Matrix& information) {
-  const Vector scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Matrix scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Matrix inverse = scaled.ldlt().solve(Matrix::Identity(scaled.rows(), scaled.cols()));
-  return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
 
 double separation_of(std::span<const Tone> tones, const Matrix& covariance, std::size_t tone) {

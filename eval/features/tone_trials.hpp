@@ -16,8 +16,8 @@ inline constexpr double kNewTone = 40;
 bool beside_tone(const ToneFit& fit, std::complex<double> rate);
 
 /// Adds a tone of about this rate, refined with its neighbours, if chi squared falls by more than
-/// `threshold`, every tone near it stays one that can be told from the others, and none is a
-/// thousandth of another's energy in the same line.
+/// `threshold`, every tone near it stays one that can be told from the others, and none has less
+/// than a hundredth of another's energy in the same line, or a thousandth beside it.
 bool try_tone(ToneFit& fit, std::complex<double> rate, double threshold);
 
 /// Puts two tones in place of one that leaves more than noise around it, where they explain more.

@@ -10,6 +10,7 @@
 #include "eval/material/coordinates.hpp"
 #include "eval/material/judge_estimate.hpp"
 #include "eval/material/minimise.hpp"
+#include "eval/statistics/median.hpp"
 
 namespace carillon::eval {
 
@@ -81,12 +82,6 @@ void sort_by_metric(std::vector<LocalMinimum>& minima) {
   std::stable_sort(minima.begin(), minima.end(), [](const LocalMinimum& a, const LocalMinimum& b) {
     return a.value.metric < b.value.metric;
   });
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "eval/damping/median.hpp"
+#include "eval/statistics/median.hpp"
 
 #include <algorithm>
 
