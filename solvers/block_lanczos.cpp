@@ -20,6 +20,8 @@ using Block = Eigen::Ref<MatrixXd>;
 
 /// What is left of a vector that lay in the span of others: rounding.
 constexpr double lost = 100 * std::numeric_limits<double>::epsilon();
+/// A residual of this share of the largest value is rounding: no step makes it smaller.
+constexpr double rounding = 0.5 * std::numeric_limits<double>::epsilon();
 /// Smallest pivot ratio at which a Cholesky factor of a Gram matrix is trusted.
 constexpr double well_conditioned = 1e-10;
 /// Rows treated at a time when the basis is turned in place.
@@ -245,9 +247,11 @@ class Lanczos {
     theta_ = eigenpairs_alike(ritz_, problem_.comm).reverse().eval();
     ritz_.rowwise().reverseInPlace();
     const MatrixXd last = coupling_ * ritz_.bottomRows(coupling_.cols());
+    const double largest = locked_ > 0 ? std::max(t_(0, 0), theta_[0]) : theta_[0];
     Index leading = 0;
     while (leading < active &&
-           last.col(leading).norm() <= options_.tolerance * std::abs(theta_[leading])) {
+           last.col(leading).norm() <=
+               std::max(options_.tolerance * std::abs(theta_[leading]), rounding * largest)) {
       ++leading;
     }
     // A locked pair may be passed by a larger one that shows later: that one must converge too.

@@ -25,8 +25,9 @@ struct LanczosProblem {
 };
 
 struct LanczosOptions {
-  int pairs = 1;             ///< how many of the largest
-  double tolerance = 1e-12;  ///< of ||Op x - theta x|| / theta, all in M's norm
+  int pairs = 1;  ///< how many of the largest
+  /// Of ||Op x - theta x|| / theta, all in M's norm; rounding of the largest theta is no residual.
+  double tolerance = 1e-12;
   /// Vectors that go through the operator together. Repeated eigenvalues come whole up to this
   /// multiplicity by construction, and beyond it by rounding as in any Krylov method.
   int block = 8;
