@@ -5,6 +5,7 @@
 
 #include "cli/body.hpp"
 #include "cli/estimate_report.hpp"
+#include "cli/feature_options.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -100,9 +101,7 @@ Recording listen(const EstimateOptions& options) {
   if (!options.onset.empty()) {
     features.onset = core::parse_quantity(options.onset, core::Dimension::time);
   }
-  if (!options.rt60.empty()) {
-    features.rt60 = core::parse_quantity(options.rt60, core::Dimension::time);
-  }
+  features.rt60 = parse_rt60(options.rt60);
   recording.set = eval::extract_features(recording.samples, clip.sample_rate, features);
   if (recording.set.features.empty()) {
     throw core::InputError(
@@ -236,8 +235,10 @@ void add_estimate(CLI::App& program, Context& context) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_option("--onset", options->onset, "where the strike begins (default: it is found)");
-  command->add_option("--rt60", options->rt60,
-                      "reverberation time of the room; damping of what decays faster is not used");
+  command->add_option(
+      "--rt60", options->rt60,
+      "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: damping "
+      "that cannot be told from its decay is not used");
   command->add_option("--starts", options->starts, "local searches, from the best start points")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

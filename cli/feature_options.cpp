@@ -1,6 +1,7 @@
 #include "cli/feature_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -14,6 +15,15 @@ namespace {
 /// A number where there is one: JSON has no NaN.
 nlohmann::json number(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+/// @throws InputError  names the option
+double parse_argument(const std::string& text, core::Dimension dimension, const char* name) {
+  try {
+    return core::parse_quantity(text, dimension);
+  } catch (const core::Error& error) {
+    throw core::InputError(std::string(name) + ": " + error.message(), error.hint());
+  }
 }
 
 }  // namespace
@@ -39,7 +49,8 @@ void add_feature_arguments(CLI::App& command, FeatureArguments& arguments) {
                   "what decays slower is taken for a hum [1/s]")
       ->default_str("0.2");
   command.add_option("--rt60", arguments.rt60,
-                     "reverberation time of the room: modes that decay faster are marked");
+                     "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
+                     "that cannot be told from its decay are marked");
   command.add_option("--max-features", arguments.max_features, "modes at most")
       ->check(CLI::Range(1, 5000))
       ->capture_default_str();
@@ -52,21 +63,27 @@ eval::FeatureOptions feature_options(const FeatureArguments& arguments) {
       arguments.method == "peaks" ? eval::FeatureMethod::peaks : eval::FeatureMethod::esprit;
   const auto read = [](const std::string& text, Dimension dimension, const char* name,
                        auto& value) {
-    if (text.empty()) return;
-    try {
-      value = core::parse_quantity(text, dimension);
-    } catch (const core::Error& error) {
-      throw core::InputError(std::string(name) + ": " + error.message(), error.hint());
-    }
+    if (!text.empty()) value = parse_argument(text, dimension, name);
   };
   read(arguments.onset, Dimension::time, "--onset", options.onset);
   read(arguments.contact_time, Dimension::time, "--contact-time", options.contact_time);
   read(arguments.min_frequency, Dimension::frequency, "--min-frequency", options.min_frequency);
   read(arguments.max_frequency, Dimension::frequency, "--max-frequency", options.max_frequency);
   read(arguments.min_decay_rate, Dimension::none, "--min-decay-rate", options.min_decay_rate);
-  read(arguments.rt60, Dimension::time, "--rt60", options.rt60);
+  options.rt60 = parse_rt60(arguments.rt60);
   options.max_features = arguments.max_features;
   return options;
+}
+
+std::vector<double> parse_rt60(const std::string& text) {
+  std::vector<double> times;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    times.push_back(
+        parse_argument(text.substr(begin, end - begin), core::Dimension::time, "--rt60"));
+    begin = end + 1;
+  }
+  return times;
 }
 
 nlohmann::json features_json(const std::string& file, const eval::FeatureSet& set) {

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "eval/features/read_clip.hpp"
 
@@ -22,6 +23,10 @@ void add_feature_arguments(CLI::App& command, FeatureArguments& arguments);
 
 /// @throws InputError  a value that cannot be read; names the option
 eval::FeatureOptions feature_options(const FeatureArguments& arguments);
+
+/// Reverberation times, one or several with commas between them [s]; empty for "".
+/// @throws InputError  names --rt60
+std::vector<double> parse_rt60(const std::string& text);
 
 /// A recording's features as --json prints them; docs/features.md names the fields.
 nlohmann::json features_json(const std::string& file, const eval::FeatureSet& set);

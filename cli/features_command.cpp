@@ -54,7 +54,7 @@ void tell(const std::string& file, const eval::FeatureSet& set) {
   for (const eval::Feature& f : set.features) {
     fmt::print("  {:12.3f} {:9.2g}  {:10.4g} {:9.2g}  {:10.3g} {:8.2g}  {:6.1f}{}\n", f.frequency,
                f.frequency_error, f.decay_rate, f.decay_rate_error, f.amplitude, f.amplitude_error,
-               f.snr, f.reverberant ? "  decays faster than the room" : "");
+               f.snr, f.reverberant ? "  may be the room's" : "");
   }
   for (const eval::Hum& hum : set.hums) {
     fmt::print("  hum at {:.3f} Hz, d {:.3g} 1/s, amplitude {:.3g}: left out\n", hum.frequency,

@@ -131,7 +131,7 @@ std::size_t usual_sounds(const std::vector<std::size_t>& sounds) {
 constexpr std::size_t name_width = 20;  // of a table's first column
 constexpr std::size_t width = 23;       // of the others
 
-/// "54 features a sound, 12 % of them faster than the room; 3 of 9000 sounds have none".
+/// "54 features a sound, 12 % of them may be the room's; 3 of 9000 sounds have none".
 std::string found_text(const ordered_json& found, const std::string& condition,
                        const std::string& features) {
   for (const ordered_json& row : found) {
@@ -142,7 +142,7 @@ std::string found_text(const ordered_json& found, const std::string& condition,
             : fmt::format("{:g} features a sound", row["median_per_sound"].get<double>());
     const double share =
         row["reverberant_share"].is_null() ? 0 : row["reverberant_share"].get<double>();
-    if (share > 0) text += fmt::format(", {:.0f} % of them faster than the room", 100 * share);
+    if (share > 0) text += fmt::format(", {:.0f} % of them may be the room's", 100 * share);
     return text + fmt::format("; {} of {} sounds have none to fit\n",
                               row["sounds_without"].get<std::size_t>(),
                               row["sounds"].get<std::size_t>());

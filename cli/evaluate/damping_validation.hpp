@@ -38,7 +38,7 @@ struct DampingValidation {
   std::vector<std::string> from;    ///< body: sounds of one body at a time; material: of any body
   std::uint64_t seed = 0;
   std::vector<FeatureSource> sources;
-  bool keep_reverberant = false;  ///< features that decay faster than the room are fitted, too
+  bool keep_reverberant = false;  ///< features that may be the room's are fitted, too
   std::vector<std::vector<TrueMaterial>> materials;  ///< by condition
 };
 

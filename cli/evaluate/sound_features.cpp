@@ -25,11 +25,7 @@ constexpr std::size_t sounds_per_block = 32;
 /// The modes of a body are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
-constexpr int revision = 1;
-/// What decays faster falls by 60 dB before the room does: ln(1000) / T60.
-const double fall_of_60_db = std::log(1000.0);
-/// Octaves of the column room_rt60.
-constexpr double first_octave = 125;
+constexpr int revision = 2;
 
 std::string text_of(const FeatureSource& source) {
   const eval::FeatureOptions& o = source.options;
@@ -77,20 +73,6 @@ std::vector<std::vector<double>> read_audio(const Hdf5Group& shard, std::size_t 
     audio.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(samples));
   }
   return audio;
-}
-
-/// Reverberation times of one sound's room by octave [s].
-using RoomTimes = std::vector<double>;
-
-double longest(const RoomTimes& room) {
-  return *std::max_element(room.begin(), room.end());
-}
-
-/// In the octave that a frequency lies in.
-double time_at(const RoomTimes& room, double frequency) {
-  const double octave = std::round(std::log2(frequency / first_octave));
-  const double last = static_cast<double>(room.size() - 1);
-  return room[static_cast<std::size_t>(std::clamp(octave, 0.0, last))];
 }
 
 /// Columns of a file of features.
@@ -239,16 +221,9 @@ void compute_features(const SoundBlock& block, const Condition& condition,
   const std::size_t octaves = times.size() / block.count;
   for (std::size_t k = 0; k < block.count; ++k) {
     const auto begin = times.begin() + static_cast<std::ptrdiff_t>(k * octaves);
-    const RoomTimes room(begin, begin + static_cast<std::ptrdiff_t>(octaves));
     eval::FeatureOptions options = source.options;
-    // The extractor knows one time; the longest marks too many rather than too few.
-    if (!room.empty()) options.rt60 = longest(room);
-    eval::FeatureSet set = eval::extract_features(audio[k], rate, options);
-    for (Feature& feature : set.features) {
-      if (!feature.reverberant) continue;
-      feature.reverberant = feature.decay_rate > fall_of_60_db / time_at(room, feature.frequency);
-    }
-    table.add(set);
+    options.rt60.assign(begin, begin + static_cast<std::ptrdiff_t>(octaves));
+    table.add(eval::extract_features(audio[k], rate, options));
   }
   write_table(block, keys, table);
 }

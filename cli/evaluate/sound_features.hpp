@@ -40,10 +40,10 @@ struct SoundFeatures {
   bool there = false;           ///< the sound was built, and looked at
   eval::DampingData data;       ///< of those that can be relied on
   std::size_t found = 0;        ///< features
-  std::size_t reverberant = 0;  ///< of these: faster than the room
+  std::size_t reverberant = 0;  ///< of these: may be the room's
 };
 
-/// @param keep_reverberant  rely on features that decay faster than the room, too
+/// @param keep_reverberant  rely on features that may be the room's, too
 /// @throws FileError
 std::vector<SoundFeatures> read_features(const std::filesystem::path& file, bool keep_reverberant);
 /// Hash of the features in a file.

@@ -165,7 +165,7 @@ void print_report(const FitReport& report) {
   }
   fmt::print("{} features of {} file{}, {:.1f} to {:.1f} Hz", features, report.sources.size(),
              report.sources.size() == 1 ? "" : "s", low, high);
-  if (reverberant > 0) fmt::print("; {} decay faster than the room and are left out", reverberant);
+  if (reverberant > 0) fmt::print("; {} may be the room's and are left out", reverberant);
   fmt::print("\n{}, c = 2 d [1/s], lambda = omega^2 [rad^2/s^2]\n", eval::formula_of(report.law));
   for (const DampingFit& fit : report.fits) print_fit(fit);
   fmt::print("\nfeatures {:.3f} s, fit {:.4f} s\n", report.features_seconds, report.fit_seconds);

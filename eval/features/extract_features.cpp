@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "eval/features/find_tones.hpp"
+#include "eval/features/reverberation.hpp"
 #include "eval/features/segment.hpp"
 #include "eval/features/spectrogram_peaks.hpp"
 
@@ -34,9 +35,11 @@ void check(std::span<const double> samples, double sample_rate, const FeatureOpt
                      "contact time and least decay rate not negative, frequencies positive and "
                      "ascending");
   }
-  if ((options.onset && !(*options.onset >= 0)) || (options.rt60 && !(*options.rt60 > 0))) {
+  const bool rooms =
+      std::all_of(options.rt60.begin(), options.rt60.end(), [](double time) { return time >= 0; });
+  if ((options.onset && !(*options.onset >= 0)) || !rooms) {
     throw InputError("feature options out of range",
-                     "an onset must not be negative, a reverberation time must be positive");
+                     "an onset must not be negative, neither must reverberation times");
   }
 }
 
@@ -122,6 +125,28 @@ void by_esprit(std::span<const double> samples, double sample_rate, double after
   account(samples, modes, others, set);
 }
 
+/// Samples from `begin` on that are analysed: a size that transforms fast.
+std::size_t fitting_fft(std::size_t begin, std::size_t end) {
+  return begin < end ? largest_fft_size(end - begin) : 0;
+}
+
+/// Looks at the sound again when the room has decayed by 20 dB, and marks what that does not bear
+/// out.
+void leave_room(std::span<const double> samples, const Segment& segment, double sample_rate,
+                const FeatureOptions& options, FeatureSet& set) {
+  const double wait = *std::max_element(options.rt60.begin(), options.rt60.end()) / 3;
+  const auto begin =
+      std::max(segment.begin, segment.onset + static_cast<std::size_t>(wait * sample_rate));
+  const auto after_onset = static_cast<double>(begin - segment.onset);
+  FeatureSet late;
+  const std::size_t count = fitting_fft(begin, segment.end);
+  if (count > 0) {
+    by_esprit(samples.subspan(begin, count), sample_rate, after_onset, options, late);
+  }
+  set.features =
+      without_room(std::move(set.features), late.features, after_onset / sample_rate, options.rt60);
+}
+
 }  // namespace
 
 FeatureSet extract_features(std::span<const double> samples, double sample_rate,
@@ -138,22 +163,19 @@ FeatureSet extract_features(std::span<const double> samples, double sample_rate,
   set.nothing = segment.nothing;
   if (!set.nothing.empty()) return set;
 
-  const std::size_t count = largest_fft_size(segment.end - segment.begin);
-  set.end = static_cast<double>(segment.begin + count) / sample_rate;
-  const auto part = samples.subspan(segment.begin, count);
+  const auto part = samples.subspan(segment.begin, fitting_fft(segment.begin, segment.end));
+  set.end = static_cast<double>(segment.begin + part.size()) / sample_rate;
   const auto after_onset = static_cast<double>(segment.begin - segment.onset);
-  if (options.method == FeatureMethod::esprit) {
-    by_esprit(part, sample_rate, after_onset, options, set);
-  } else {
+  if (options.method == FeatureMethod::peaks) {
     by_peaks(part, sample_rate, after_onset, options, set);
+    if (!options.rt60.empty()) mark_faster(options.rt60, set.features);
+  } else {
+    by_esprit(part, sample_rate, after_onset, options, set);
+    if (!options.rt60.empty()) leave_room(samples, segment, sample_rate, options, set);
   }
   const auto by_frequency = [](const auto& a, const auto& b) { return a.frequency < b.frequency; };
   std::sort(set.features.begin(), set.features.end(), by_frequency);
   std::sort(set.hums.begin(), set.hums.end(), by_frequency);
-  if (options.rt60) {
-    const double fastest = std::log(1000.0) / *options.rt60;
-    for (Feature& feature : set.features) feature.reverberant = feature.decay_rate > fastest;
-  }
   if (set.features.empty()) {
     set.nothing = set.hums.empty() ? "no decaying tone above the noise" : "only steady tones";
   }

@@ -22,8 +22,10 @@ struct FeatureOptions {
   double min_frequency = 20;     ///< [Hz]
   double max_frequency = 20000;  ///< [Hz]; never above 0.95 of half the sample rate
   double min_decay_rate = 0.2;   ///< what decays slower is a hum [1/s]
-  /// Reverberation time of the room [s]; modes with d above 6.9 / rt60 are marked.
-  std::optional<double> rt60;
+  /// Reverberation times of the room by octave from 125 Hz on [s], the last one holds above; empty:
+  /// not known, 0: does not reverberate. Modes with d above 6.9 / rt60 and what may be the room's
+  /// own decay are marked.
+  std::vector<double> rt60;
   double min_level = -60;  ///< energy of a mode against the strongest's [dB]
   std::size_t max_features = 300;
 };

@@ -17,7 +17,8 @@ struct Feature {
   double amplitude_error = 0;
   double snr = 0;  ///< energy of the mode over that of the noise within the mode's own time and
                    ///< bandwidth [dB]
-  /// Decays faster than the room that it was recorded in: what is heard of it later is the room's.
+  /// Decays faster than the room that it was recorded in, or cannot be told from the room's own
+  /// decays: not to be relied on.
   bool reverberant = false;
   int channel = 0;  ///< of the recording, from 0; where channels were analysed one by one
 };

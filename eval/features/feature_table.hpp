@@ -9,7 +9,7 @@ namespace carillon::eval {
 
 /// Features from a table of comma-separated values whose first line names the columns:
 /// `frequency_hz` and `decay_rate_per_s`, and optionally `frequency_error_hz`,
-/// `decay_rate_error_per_s`, `amplitude` and `reverberant` (1: decays faster than the room); other
+/// `decay_rate_error_per_s`, `amplitude` and `reverberant` (1: may be the room's); other
 /// columns are not read, quoted ones may have commas in them. Errors that are missing are NaN.
 /// Empty lines and lines that begin with # are passed over.
 /// @throws FileError   not readable

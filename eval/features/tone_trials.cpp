@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -22,6 +23,9 @@ constexpr double kLeastSeparation = 2;
 constexpr double kLeastShare = 1e-2, kLeastShareBeside = 1e-3;
 /// Of a pair's chi squared, which a third tone in the same line must explain.
 constexpr double kThirdShare = 1e-4;
+/// Of what a tone leaves more than usual around it: a pair that explains so much is taken before it
+/// is known whether it can be told apart, as the noise that this is judged by holds what it left.
+constexpr double kMostOfMisfit = 0.5;
 /// Periods that a mode needs to be one.
 constexpr double kLeastQuality = 2;
 constexpr std::size_t kTogether = 5;
@@ -43,13 +47,16 @@ bool is_mode_like(const ToneFit& fit, const Tone& tone) {
          -tone.rate.real() * kLeastQuality < tone.rate.imag();
 }
 
-bool acceptable(const ToneFit& fit, const Proposal& proposal, double threshold) {
+/// @param convincing  gain at which tones need not be told apart for now
+bool acceptable(const ToneFit& fit, const Proposal& proposal, double threshold,
+                double convincing = std::numeric_limits<double>::infinity()) {
   if (!(proposal.gain > threshold)) return false;
   const std::size_t count = fit.grid->count();
   const double bin = 1 / scale_of(fit);
   for (std::size_t t = 0; t < proposal.tones.size(); ++t) {
     const Tone& tone = proposal.tones[t];
-    if (!is_mode_like(fit, tone) || proposal.separation[t] < kLeastSeparation) return false;
+    if (!is_mode_like(fit, tone)) return false;
+    if (proposal.separation[t] < kLeastSeparation && proposal.gain < convincing) return false;
     for (const Tone& other : proposal.tones) {
       const double apart = std::abs(other.rate.imag() - tone.rate.imag());
       const double line = bin + std::abs(other.rate.real()) + std::abs(tone.rate.real());
@@ -137,6 +144,17 @@ double loss_of(const ToneFit& fit, std::size_t tone) {
   return sum;
 }
 
+/// What a tone has explained that is gone its neighbours explain as far as they can: left to be
+/// refined later, it would count as noise until then.
+void refine_near(ToneFit& fit, Complex rate) {
+  const auto near = neighbours(fit, rate, kTogether - 1);
+  if (near.empty()) return;
+  std::vector<Tone> tones;
+  for (const std::size_t k : near) tones.push_back(fit.tones[k]);
+  const Proposal proposal = propose(fit, near, tones, kMostSteps, Fineness::all_bins);
+  if (proposal.gain > 0) commit(fit, proposal);
+}
+
 }  // namespace
 
 bool beside_tone(const ToneFit& fit, Complex rate) {
@@ -210,6 +228,8 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     if (k == index || !in_line(fit, fit.tones[k], tone.rate)) continue;
     threshold = std::max(threshold, kThirdShare * (loss_of(fit, index) + loss_of(fit, k)));
   }
+  const Misfit misfit = misfit_of(fit, tone.rate);
+  const double convincing = kMostOfMisfit * (misfit.own - misfit.usual);
   std::optional<Proposal> best;
   for (const auto& rates : pairs) {
     const ToneGain both = gain_of(fit, rates, {&index, 1});
@@ -217,13 +237,15 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     for (std::size_t k = 1; k < replaced.size(); ++k) tones.push_back(fit.tones[replaced[k]]);
     tones.push_back({both.amplitudes[1], rates[1]});
     Proposal proposal = propose(fit, replaced, tones, kMostSteps, Fineness::all_bins);
-    if (!acceptable(fit, proposal, best ? best->gain : threshold)) continue;
+    if (!acceptable(fit, proposal, best ? best->gain : threshold, convincing)) continue;
     best = std::move(proposal);
   }
   if (!best) {
-    fit.tones[index].tried = misfit_of(fit, tone.rate).own;
+    fit.tones[index].tried = misfit.own;
     return false;
   }
+  // Should one be pruned, the other is not tried again.
+  best->tones.front().tried = best->tones.back().tried = misfit.own;
   commit(fit, *best);
   return true;
 }
@@ -237,7 +259,9 @@ bool prune(ToneFit& fit) {
     const bool fine = !grows && is_mode_like(fit, fit.tones[k]) && loss_of(fit, k) > kNewTone &&
                       errors_of(fit, k).separation > kLeastSeparation;
     if (fine) continue;
+    const Complex rate = fit.tones[k].rate;
     remove_tone(fit, k);
+    refine_near(fit, rate);
     any = true;
   }
   return any;

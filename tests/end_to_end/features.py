@@ -176,6 +176,9 @@ class Features(FolderTest):
     def test_rt60_marks_what_decays_faster_than_the_room(self):
         result = run_json("features", self.clip("room.wav"), "--rt60", "0.5 s")  # 13.8 1/s
         self.assertEqual([f["reverberant"] for f in result["features"]], [False, True, True])
+        # By octave from 125 Hz on, the last one for all above.
+        result = run_json("features", self.clip("room.wav"), "--rt60", "0.5 s, 0.5 s, 1 s, 0.2 s")
+        self.assertEqual([f["reverberant"] for f in result["features"]], [True, False, True])
 
     def test_peaks_of_spectrograms(self):
         # It ends where 99 % of the power is explained: no mode may be weak or short.
@@ -191,7 +194,7 @@ class Features(FolderTest):
     def test_options_out_of_range(self):
         path = self.clip("options.wav")
         for options in (["--min-frequency", "5 kHz", "--max-frequency", "1 kHz"],
-                        ["--rt60", "-1 s"], ["--onset", "1 m"], ["--method", "guess"]):
+                        ["--rt60", "-1 s"], ["--rt60", "1 s,,2 s"], ["--onset", "1 m"], ["--method", "guess"]):
             answer = run("features", path, *options)
             self.assertEqual(answer.returncode, 2, options)
             self.assertTrue(answer.stderr)

@@ -1,0 +1,65 @@
+#include "eval/features/reverberation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace carillon::eval {
+
+namespace {
+
+constexpr double kFirstOctave = 125;
+/// ln of power ratios: by what a mode stands out of the room, and above the noise when it does.
+const double kAboveRoom = 2.5 * std::numbers::ln10, kAboveNoise = std::numbers::ln10;
+
+/// ln of a feature's power at a time after the onset.
+double log_power(const Feature& feature, double time) {
+  return 2 * (std::log(feature.amplitude) - feature.decay_rate * time);
+}
+
+bool stands_out(const Feature& feature, std::span<const Feature> all, double begin,
+                double room_rate) {
+  if (feature.decay_rate >= room_rate) return false;
+  const double width = std::max(room_rate / std::numbers::pi, feature.decay_rate);
+  double around = 0;  // power at the begin against the feature's own
+  for (const Feature& other : all) {
+    if (std::abs(other.frequency - feature.frequency) > width) continue;
+    around += std::exp(log_power(other, begin) - log_power(feature, begin));
+  }
+  const double heard = (feature.snr / 10 * std::numbers::ln10 - kAboveNoise) /
+                       (2 * feature.decay_rate);  // time until it is that near to the noise
+  return 2 * (room_rate - feature.decay_rate) * heard - std::log(around) > kAboveRoom;
+}
+
+}  // namespace
+
+double room_decay_rate(std::span<const double> rt60, double frequency) {
+  const double octave = std::round(std::log2(frequency / kFirstOctave));
+  const double last = static_cast<double>(rt60.size() - 1);
+  return std::log(1000.0) / rt60[static_cast<std::size_t>(std::clamp(octave, 0.0, last))];
+}
+
+void mark_faster(std::span<const double> rt60, std::vector<Feature>& features) {
+  for (Feature& feature : features) {
+    feature.reverberant = feature.decay_rate > room_decay_rate(rt60, feature.frequency);
+  }
+}
+
+std::vector<Feature> without_room(std::vector<Feature> early, std::span<const Feature> late,
+                                  double begin, std::span<const double> rt60) {
+  for (Feature& feature : early) {
+    feature.reverberant = std::isfinite(room_decay_rate(rt60, feature.frequency));
+  }
+  for (const Feature& feature : late) {
+    const double room_rate = room_decay_rate(rt60, feature.frequency);
+    if (!stands_out(feature, late, begin, room_rate)) continue;
+    const double line = feature.decay_rate / (2 * std::numbers::pi);
+    std::erase_if(early, [&](const Feature& other) {
+      return other.reverberant && std::abs(other.frequency - feature.frequency) < line;
+    });
+    early.push_back(feature);
+  }
+  return early;
+}
+
+}  // namespace carillon::eval
