@@ -25,7 +25,7 @@ constexpr std::size_t sounds_per_block = 32;
 /// The modes of a body are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
-constexpr int revision = 2;
+constexpr int revision = 3;
 
 std::string text_of(const FeatureSource& source) {
   const eval::FeatureOptions& o = source.options;

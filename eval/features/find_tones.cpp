@@ -272,15 +272,15 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   for (Tone& tone : fit.tones) tone.tried = 1;
   // What is not refined yet counts as noise, by which it is judged whether it is: again, then.
   bool pruned = true;
-  for (int again = 0; again < 6; ++again) {
-    refine_all(fit, 6, Fineness::all_bins);
+  for (int again = 0; again < 3; ++again) {
+    refine_all(fit, 4, Fineness::all_bins);
     pruned = prune(fit);
     const double before = mean_log(fit.noise, fit.band);
     fit.noise = noise_of(fit);
     if (!pruned && before - mean_log(fit.noise, fit.band) < kSettled) break;
   }
   // What was taken out last has left neighbours that stood in for it.
-  if (pruned) refine_all(fit, 6, Fineness::all_bins);
+  if (pruned) refine_all(fit, 4, Fineness::all_bins);
   return fit;
 }
 

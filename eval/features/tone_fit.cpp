@@ -207,7 +207,9 @@ Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
     minimise(bare, tones, residual, most_steps);
     normal = normal_equations(residual, tones);
   }
-  proposal.gain = Residual(fit, range).chi_squared() - residual.chi_squared();
+  const double chi = residual.chi_squared();
+  proposal.gain = Residual(fit, range).chi_squared() - chi;
+  proposal.misfit = std::max(1.0, chi / (2 * static_cast<double>(range.size())));
 
   // In standard errors of each by itself, which are smaller than those of the block.
   for (std::size_t t = 0; t < tones.size(); ++t) {
@@ -302,7 +304,10 @@ void refine_all(ToneFit& fit, int most_rounds, Fineness fineness, std::size_t fr
       if (!(proposal.gain > 0)) continue;
       commit(fit, proposal);
       gained += proposal.gain;
-      if (proposal.shift < 0.02 || proposal.gain < 0.01) continue;
+      if (proposal.shift < 0.02 * std::sqrt(proposal.misfit) ||
+          proposal.gain < 0.01 * proposal.misfit) {
+        continue;
+      }
       any = true;
       for (const std::size_t other : block) next[other] = true;
     }

@@ -46,8 +46,9 @@ std::vector<std::size_t> neighbours(const ToneFit& fit, std::complex<double> rat
 struct Proposal {
   std::vector<std::size_t> replaced;  ///< indices
   std::vector<Tone> tones;
-  double gain = 0;   ///< by how much chi squared falls against the replaced ones
-  double shift = 0;  ///< largest change of a rate from its start, in its standard errors
+  double gain = 0;    ///< by how much chi squared falls against the replaced ones
+  double shift = 0;   ///< largest change of a rate from its start, in its standard errors
+  double misfit = 1;  ///< residual over noise in the range, at least 1
   std::vector<double> separation;              ///< of each tone, as ToneErrors::separation
   BinRange range;                              ///< in which the residual changes
   std::vector<std::complex<double>> residual;  ///< there
