@@ -51,6 +51,11 @@ void add_feature_arguments(CLI::App& command, FeatureArguments& arguments) {
   command.add_option("--rt60", arguments.rt60,
                      "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
                      "that cannot be told from its decay are marked");
+  command
+      .add_option("--min-level", arguments.min_level,
+                  "energy of a mode against the strongest's, at least [dB]")
+      ->check(CLI::Range(-140.0, 0.0))
+      ->capture_default_str();
   command.add_option("--max-features", arguments.max_features, "modes at most")
       ->check(CLI::Range(1, 5000))
       ->capture_default_str();
@@ -71,6 +76,7 @@ eval::FeatureOptions feature_options(const FeatureArguments& arguments) {
   read(arguments.max_frequency, Dimension::frequency, "--max-frequency", options.max_frequency);
   read(arguments.min_decay_rate, Dimension::none, "--min-decay-rate", options.min_decay_rate);
   options.rt60 = parse_rt60(arguments.rt60);
+  options.min_level = arguments.min_level;
   options.max_features = arguments.max_features;
   return options;
 }

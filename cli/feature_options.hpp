@@ -16,6 +16,7 @@ namespace carillon::cli {
 struct FeatureArguments {
   std::string method = "esprit";
   std::string onset, contact_time, min_frequency, max_frequency, min_decay_rate, rt60;
+  double min_level = -60;
   std::size_t max_features = 300;
 };
 

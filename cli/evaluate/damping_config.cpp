@@ -71,6 +71,7 @@ std::vector<FeatureSource> read_sources(ConfigNode& node) {
   options.max_frequency =
       node.quantity("max_frequency", Dimension::frequency, options.max_frequency);
   options.min_decay_rate = node.quantity("min_decay_rate", Dimension::none, options.min_decay_rate);
+  options.min_level = node.quantity("min_level", Dimension::none, options.min_level);
   options.max_features = static_cast<std::size_t>(
       node.integer("max_features", 1, 1000000, static_cast<std::int64_t>(options.max_features)));
   if (!(options.contact_time >= 0)) node.fail("contact_time", "must not be negative");
@@ -144,6 +145,9 @@ DampingValidation read_damping_config(ConfigNode& node, const EvaluatedDatasets&
   validation.sources = read_sources(features);
   validation.keep_reverberant =
       features.choice("reverberant", {"leave_out", "keep"}, "leave_out") == "keep";
+  for (FeatureSource& source : validation.sources) {
+    source.options.keep_reverberant = validation.keep_reverberant;
+  }
   for (const Condition& condition : datasets.conditions()) {
     validation.materials.push_back(true_materials(condition, node, validation));
   }

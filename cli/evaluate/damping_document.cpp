@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "cli/evaluate/damping_tables.hpp"
+#include "eval/statistics/median.hpp"
 #include "eval/validation/estimator_errors.hpp"
 #include "mpi/comm.hpp"
 
@@ -210,7 +211,7 @@ ordered_json found_features(const DampingValidation& validation, const Evaluated
                       {"features", validation.sources[s].name},
                       {"sounds", counts.size()},
                       {"sounds_without", without},
-                      {"median_per_sound", number(eval::median_of(counts))},
+                      {"median_per_sound", number(eval::median(counts))},
                       {"reverberant_share",
                        number(static_cast<double>(reverberant) / static_cast<double>(features))}});
     }

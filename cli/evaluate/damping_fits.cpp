@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
-#include "eval/statistics/summary.hpp"
+#include "eval/statistics/median.hpp"
 #include "eval/validation/draw_sounds.hpp"
 
 namespace carillon::cli {
@@ -166,7 +166,7 @@ json compute_fits(const FitBlock& block, const DampingValidation& validation,
   }
   return {{"inputs", block.inputs},
           {"block", block.key},
-          {"points", eval::median_of(points)},
+          {"points", eval::median(points)},
           {"fits", fits},
           {"why", why}};
 }

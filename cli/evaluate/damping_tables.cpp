@@ -152,14 +152,14 @@ std::string found_text(const ordered_json& found, const std::string& condition,
 
 /// How often each of two estimators is ahead, of the materials.
 std::string ahead_text(const ordered_json& tests, const std::string& condition,
-                       const std::string& features, std::size_t sounds) {
+                       const std::string& features, const std::string& from, std::size_t sounds) {
   struct Count {
     int first = 0, second = 0, all = 0;
   };
   std::map<std::string, Count> counts;
   std::vector<std::string> order;
   for (const ordered_json& test : tests) {
-    if (test["condition"] != condition || test["features"] != features || test["from"] != "body" ||
+    if (test["condition"] != condition || test["features"] != features || test["from"] != from ||
         test["sounds"] != sounds || test["material"] == "all") {
       continue;
     }
@@ -225,7 +225,7 @@ std::string damping_text(const DampingValidation& validation, const ordered_json
         line(fmt::format("{}: {:.14}", usual, name), name, usual);
       }
       text += fmt::format("{} sounds, signed-rank test after Holm, p < 0.05:\n", usual);
-      text += ahead_text(document["tests"], condition, features, usual);
+      text += ahead_text(document["tests"], condition, features, from, usual);
     }
   }
   return text;

@@ -25,13 +25,14 @@ constexpr std::size_t sounds_per_block = 32;
 /// The modes of a body are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
-constexpr int revision = 3;
+constexpr int revision = 4;
 
 std::string text_of(const FeatureSource& source) {
   const eval::FeatureOptions& o = source.options;
-  return fmt::format("{} {} {} {} {} {} carillon {} revision {}", source.name, o.contact_time,
-                     o.min_frequency, o.max_frequency, o.min_decay_rate, o.max_features,
-                     CARILLON_VERSION, revision);
+  return fmt::format("{} {} {} {} {} {} {} {} carillon {} revision {}", source.name, o.contact_time,
+                     o.min_frequency, o.max_frequency, o.min_decay_rate, o.min_level,
+                     o.max_features, source.truth || o.keep_reverberant, CARILLON_VERSION,
+                     revision);
 }
 
 /// SHA-256 of the files of a dataset by their paths.

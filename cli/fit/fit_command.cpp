@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "cli/context.hpp"
@@ -60,6 +61,12 @@ void judge_sources(const std::vector<FitSource>& sources, std::size_t usable, bo
   }
   std::string reasons;
   for (const FitSource& source : sources) {
+    const bool room = std::all_of(source.features.begin(), source.features.end(),
+                                  [](const eval::Feature& f) { return f.reverberant; });
+    if (room && !source.features.empty()) {
+      reasons += fmt::format("\n  {}: all of its {} modes may be the room's (--rt60)", source.name,
+                             source.features.size());
+    }
     if (source.nothing.empty()) continue;
     // Some reasons begin with the file's name themselves.
     const bool named = source.nothing.starts_with(source.name);

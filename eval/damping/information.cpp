@@ -1,6 +1,7 @@
 #include "eval/damping/information.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace carillon::eval {
 
@@ -9,7 +10,10 @@ std::size_t fitted_numbers(const DampingFit& fit) {
 }
 
 double akaike(const DampingFit& fit) {
-  return 2 * static_cast<double>(fitted_numbers(fit)) - 2 * fit.log_likelihood;
+  const auto k = static_cast<double>(fitted_numbers(fit));
+  const double spare = static_cast<double>(fit.points) - k - 1;
+  if (!(spare > 0)) return std::numeric_limits<double>::infinity();
+  return 2 * k + 2 * k * (k + 1) / spare - 2 * fit.log_likelihood;
 }
 
 double bayesian(const DampingFit& fit) {

@@ -5,18 +5,23 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "eval/features/find_tones.hpp"
 #include "eval/features/reverberation.hpp"
 #include "eval/features/segment.hpp"
 #include "eval/features/spectrogram_peaks.hpp"
+#include "eval/statistics/median.hpp"
 
 namespace carillon::eval {
 
 namespace {
 
 using core::InputError;
+
+constexpr double kHighest = 0.475;  ///< frequency that is looked at, of the sample rate
+constexpr double kLongest = 1e6;    ///< of times that are given [s]
 
 void check(std::span<const double> samples, double sample_rate, const FeatureOptions& options) {
   if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
@@ -29,15 +34,21 @@ void check(std::span<const double> samples, double sample_rate, const FeatureOpt
                        "cut the recording there, or export it again");
     }
   }
-  if (!(options.contact_time >= 0) || !(options.min_frequency > 0) ||
-      !(options.max_frequency > options.min_frequency) || !(options.min_decay_rate >= 0)) {
+  if (!(options.contact_time >= 0 && options.contact_time < kLongest) ||
+      !(options.min_frequency > 0) || !(options.max_frequency > options.min_frequency) ||
+      !(options.min_decay_rate >= 0)) {
     throw InputError("feature options out of range",
-                     "contact time and least decay rate not negative, frequencies positive and "
-                     "ascending");
+                     "contact time (up to 1e6 s) and least decay rate not negative, frequencies "
+                     "positive and ascending");
   }
-  const bool rooms =
-      std::all_of(options.rt60.begin(), options.rt60.end(), [](double time) { return time >= 0; });
-  if ((options.onset && !(*options.onset >= 0)) || !rooms) {
+  if (options.min_frequency > kHighest * sample_rate) {
+    throw InputError(fmt::format("no mode can lie above {:g} Hz in a recording of {:g} Hz",
+                                 options.min_frequency, sample_rate),
+                     fmt::format("a least frequency below {:g} Hz", kHighest * sample_rate));
+  }
+  const bool rooms = std::all_of(options.rt60.begin(), options.rt60.end(),
+                                 [](double time) { return time >= 0 && time < kLongest; });
+  if ((options.onset && !(*options.onset >= 0 && *options.onset < kLongest)) || !rooms) {
     throw InputError("feature options out of range",
                      "an onset must not be negative, neither must reverberation times");
   }
@@ -86,23 +97,53 @@ void account(std::span<const double> samples, std::span<const Tone> modes,
     }
   };
   for (const Tone& other : others) subtract(other);
-  double all = 0, left = 0;
-  for (const double sample : without) all += sample * sample;
+  // About the mean: an offset is no sound.
+  const auto energy_of = [&] {
+    double sum = 0, squares = 0;
+    for (const double sample : without) {
+      sum += sample;
+      squares += sample * sample;
+    }
+    return squares - sum * sum / static_cast<double>(without.size());
+  };
+  const double all = energy_of();
   for (const Tone& mode : modes) subtract(mode);
-  for (const double sample : without) left += sample * sample;
+  const double left = energy_of();
   set.explained = all > 0 ? 1 - left / all : 0;
   set.residual = std::move(without);
+}
+
+/// Leaves out all but the modes of most energy.
+void keep_strongest(std::size_t most, std::size_t count, std::vector<Tone>& modes,
+                    FeatureSet& set) {
+  if (modes.size() <= most) return;
+  std::vector<std::size_t> order(modes.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return energy(modes[a], count) > energy(modes[b], count);
+  });
+  std::vector<Tone> tones;
+  std::vector<Feature> features;
+  for (std::size_t k = 0; k < most; ++k) {
+    tones.push_back(modes[order[k]]);
+    features.push_back(set.features[order[k]]);
+  }
+  set.remarks.push_back(fmt::format("{} weaker modes and more are left out", modes.size() - most));
+  modes = std::move(tones);
+  set.features = std::move(features);
 }
 
 void by_esprit(std::span<const double> samples, double sample_rate, double after_onset,
                const FeatureOptions& options, FeatureSet& set) {
   // Modes just above the band bend those below it, unless they are known too.
   constexpr double beyond = 1.25, near_nyquist = 0.495;
-  const double highest = std::min(options.max_frequency, 0.475 * sample_rate);
+  const double highest = std::min(options.max_frequency, kHighest * sample_rate);
+  // The strongest are found first, but for those that others hide.
+  const std::size_t most = 2 * options.max_features + 50;
   const ToneFit fit =
       find_tones(samples, {sample_rate, options.min_frequency,
                            std::min(beyond * options.max_frequency, near_nyquist * sample_rate),
-                           options.max_features, std::pow(10, options.min_level / 10)});
+                           most, std::pow(10, options.min_level / 10)});
   std::vector<Tone> modes, others;
   for (std::size_t k = 0; k < fit.tones.size(); ++k) {
     const Tone& tone = fit.tones[k];
@@ -122,6 +163,7 @@ void by_esprit(std::span<const double> samples, double sample_rate, double after
       modes.push_back(tone);
     }
   }
+  keep_strongest(options.max_features, samples.size(), modes, set);
   account(samples, modes, others, set);
 }
 
@@ -130,21 +172,40 @@ std::size_t fitting_fft(std::size_t begin, std::size_t end) {
   return begin < end ? largest_fft_size(end - begin) : 0;
 }
 
-/// Looks at the sound again when the room has decayed by 20 dB, and marks what that does not bear
-/// out.
-void leave_room(std::span<const double> samples, const Segment& segment, double sample_rate,
-                const FeatureOptions& options, FeatureSet& set) {
-  const double wait = *std::max_element(options.rt60.begin(), options.rt60.end()) / 3;
-  const auto begin =
-      std::max(segment.begin, segment.onset + static_cast<std::size_t>(wait * sample_rate));
-  const auto after_onset = static_cast<double>(begin - segment.onset);
+/// The segment from where the room has decayed by 20 dB.
+Segment late_segment(const Segment& segment, double sample_rate, const FeatureOptions& options) {
+  const double wait = median(options.rt60) / 3 * sample_rate;
+  Segment late = segment;
+  const auto left = static_cast<double>(segment.end - segment.onset);
+  late.begin =
+      std::max(segment.begin, segment.onset + static_cast<std::size_t>(std::min(wait, left)));
+  return late;
+}
+
+/// Modes in the late part of the sound that are not the room's.
+std::vector<Feature> modes_after_room(std::span<const double> samples, const Segment& segment,
+                                      double sample_rate, const FeatureOptions& options,
+                                      FeatureSet& set) {
   FeatureSet late;
-  const std::size_t count = fitting_fft(begin, segment.end);
+  const std::size_t count = fitting_fft(segment.begin, segment.end);
+  const auto after_onset = static_cast<double>(segment.begin - segment.onset);
   if (count > 0) {
-    by_esprit(samples.subspan(begin, count), sample_rate, after_onset, options, late);
+    by_esprit(samples.subspan(segment.begin, count), sample_rate, after_onset, options, late);
   }
-  set.features =
-      without_room(std::move(set.features), late.features, after_onset / sample_rate, options.rt60);
+  const Late part{after_onset / sample_rate, static_cast<double>(count) / sample_rate};
+  const double needed = time_to_stand_out(std::log(1000.0) / median(options.rt60));
+  if (part.length < needed) {
+    set.remarks.push_back(
+        fmt::format("too short to tell modes from the room: they must be heard until {:.2f} s "
+                    "after the onset at least",
+                    part.begin + needed));
+  }
+  if (!options.keep_reverberant) {
+    set.explained = late.explained;
+    set.hums = std::move(late.hums);
+    set.residual = std::move(late.residual);
+  }
+  return outlasting(late.features, part, options.rt60);
 }
 
 }  // namespace
@@ -170,14 +231,25 @@ FeatureSet extract_features(std::span<const double> samples, double sample_rate,
     by_peaks(part, sample_rate, after_onset, options, set);
     if (!options.rt60.empty()) mark_faster(options.rt60, set.features);
   } else {
-    by_esprit(part, sample_rate, after_onset, options, set);
-    if (!options.rt60.empty()) leave_room(samples, segment, sample_rate, options, set);
+    const bool in_room =
+        std::any_of(options.rt60.begin(), options.rt60.end(), [](double time) { return time > 0; });
+    if (!in_room || options.keep_reverberant) {
+      by_esprit(part, sample_rate, after_onset, options, set);
+    }
+    if (in_room) {
+      const Segment late = late_segment(segment, sample_rate, options);
+      const auto modes = modes_after_room(samples, late, sample_rate, options, set);
+      if (!options.keep_reverberant) set.begin = static_cast<double>(late.begin) / sample_rate;
+      set.features = replaced_by(modes, std::move(set.features), options.rt60);
+    }
   }
   const auto by_frequency = [](const auto& a, const auto& b) { return a.frequency < b.frequency; };
   std::sort(set.features.begin(), set.features.end(), by_frequency);
   std::sort(set.hums.begin(), set.hums.end(), by_frequency);
   if (set.features.empty()) {
-    set.nothing = set.hums.empty() ? "no decaying tone above the noise" : "only steady tones";
+    set.nothing = !set.hums.empty()          ? "only steady tones"
+                  : options.keep_reverberant ? "no decaying tone above the noise"
+                                             : "no decaying tone above the noise and the room";
   }
   return set;
 }

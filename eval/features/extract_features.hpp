@@ -26,8 +26,10 @@ struct FeatureOptions {
   /// not known, 0: does not reverberate. Modes with d above 6.9 / rt60 and what may be the room's
   /// own decay are marked.
   std::vector<double> rt60;
-  double min_level = -60;  ///< energy of a mode against the strongest's [dB]
-  std::size_t max_features = 300;
+  /// Whether what cannot be told from the room's decay is looked for, too, and marked.
+  bool keep_reverberant = true;
+  double min_level = -60;          ///< energy of a mode against the strongest's [dB]
+  std::size_t max_features = 300;  ///< of a channel, those of most energy
 };
 
 /// A tone that does not decay with the sound: not a mode.

@@ -86,7 +86,9 @@ struct Line {
 }  // namespace
 
 std::vector<Feature> read_feature_table(const std::filesystem::path& path) {
-  std::istringstream text(core::read_file(path));
+  std::string content = core::read_file(path);
+  if (content.starts_with("\xef\xbb\xbf")) content.erase(0, 3);  // as spreadsheets write it
+  std::istringstream text(content);
   std::vector<Feature> features;
   std::vector<std::string> names;
   const auto column = [&](const char* name) -> Place {

@@ -258,13 +258,8 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
     refine_all(fit, 5, Fineness::few_bins, round < 2 ? 0 : known);
     fit.noise = noise_of(fit);
     prune(fit);
-    std::vector<double> left;
     for (std::size_t k = 0; k < fit.tones.size() && fit.tones.size() < search.most; ++k) {
-      if (!misfits(fit, k)) continue;
-      if (left.empty()) left = signal_of(fit, transforms);
-      if (!try_pair(fit, k, left)) continue;
-      any = true;
-      left.clear();
+      if (misfits(fit, k) && try_pair(fit, k, signal_of(fit, transforms))) any = true;
     }
     if (!any) break;
   }

@@ -19,7 +19,7 @@ struct ToneSearch {
 ///
 /// Rounds of: where the residual holds one (generalised likelihood ratio over frequencies and a
 /// grid of decay rates); what the band around it holds (ESPRIT); what of it the likelihood bears
-/// out (chi squared falls by more than 40, by 30 for the second of a pair); refinement of all of
+/// out (chi squared falls by more than 40, by 24 for the second of a pair); refinement of all of
 /// them together with their neighbours; a new estimate of the noise. Ends when nothing is left.
 ///
 /// @param samples  at least 64, an even product of 2, 3, 5 and 7

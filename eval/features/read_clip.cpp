@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -13,18 +14,22 @@ namespace carillon::eval {
 namespace {
 
 constexpr double kSameMode = 3;  ///< standard errors
+/// Of the half width of a line: channels hear a mode this alike only, with whatever else they hear.
+constexpr double kLeastError = 0.05;
+constexpr double kSameHum = 0.5;  ///< [Hz]
 
 /// Distance of two features in standard errors of their difference; without errors, in half widths
 /// of their lines.
 double distance(const Feature& a, const Feature& b) {
   const auto apart = [](double x, double y, double ex, double ey, double width) {
     const double error = std::hypot(ex, ey);
-    return std::abs(x - y) / (std::isfinite(error) && error > 0 ? error : width);
+    const bool known = std::isfinite(error) && error > 0;
+    return std::abs(x - y) / (known ? std::max(error, kLeastError * width) : width);
   };
   const double width = 0.5 * (a.decay_rate + b.decay_rate);
-  return std::max(
-      apart(a.frequency, b.frequency, a.frequency_error, b.frequency_error, width / 6.28),
-      apart(a.decay_rate, b.decay_rate, a.decay_rate_error, b.decay_rate_error, width));
+  return std::max(apart(a.frequency, b.frequency, a.frequency_error, b.frequency_error,
+                        width / (2 * std::numbers::pi)),
+                  apart(a.decay_rate, b.decay_rate, a.decay_rate_error, b.decay_rate_error, width));
 }
 
 /// Mean of two values weighted by their errors, and its error.
@@ -57,21 +62,43 @@ double energy(std::span<const double> samples) {
 FeatureSet merge_channels(std::vector<FeatureSet> channels) {
   FeatureSet set = std::move(channels.front());
   for (std::size_t c = 1; c < channels.size(); ++c) {
-    std::vector<Feature> rest = channels[c].features;
-    for (Feature& feature : set.features) {
-      const auto near =
-          std::min_element(rest.begin(), rest.end(), [&](const Feature& a, const Feature& b) {
-            return distance(feature, a) < distance(feature, b);
-          });
-      if (near == rest.end() || distance(feature, *near) > kSameMode) continue;
-      feature = joined(feature, *near);
-      rest.erase(near);
+    const std::vector<Feature>& others = channels[c].features;
+    struct Match {
+      double distance;
+      std::size_t own, other;
+    };
+    std::vector<Match> matches;
+    for (std::size_t i = 0; i < set.features.size(); ++i) {
+      for (std::size_t k = 0; k < others.size(); ++k) {
+        const double apart = distance(set.features[i], others[k]);
+        if (apart <= kSameMode) matches.push_back({apart, i, k});
+      }
     }
-    set.features.insert(set.features.end(), rest.begin(), rest.end());
+    // The most alike first; each is one mode.
+    std::stable_sort(matches.begin(), matches.end(),
+                     [](const Match& a, const Match& b) { return a.distance < b.distance; });
+    std::vector<bool> joined_own(set.features.size(), false), joined_other(others.size(), false);
+    for (const Match& match : matches) {
+      if (joined_own[match.own] || joined_other[match.other]) continue;
+      set.features[match.own] = joined(set.features[match.own], others[match.other]);
+      joined_own[match.own] = joined_other[match.other] = true;
+    }
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      if (!joined_other[k]) set.features.push_back(others[k]);
+    }
+    for (const Hum& hum : channels[c].hums) {
+      const bool known = std::any_of(set.hums.begin(), set.hums.end(), [&](const Hum& other) {
+        return std::abs(other.frequency - hum.frequency) < kSameHum;
+      });
+      if (!known) set.hums.push_back(hum);
+    }
+    for (std::string& remark : channels[c].remarks) set.remarks.push_back(std::move(remark));
+    set.clipped += channels[c].clipped;
   }
   if (!set.features.empty()) set.nothing.clear();
-  std::sort(set.features.begin(), set.features.end(),
-            [](const Feature& a, const Feature& b) { return a.frequency < b.frequency; });
+  const auto by_frequency = [](const auto& a, const auto& b) { return a.frequency < b.frequency; };
+  std::sort(set.features.begin(), set.features.end(), by_frequency);
+  std::sort(set.hums.begin(), set.hums.end(), by_frequency);
   return set;
 }
 
@@ -79,6 +106,7 @@ FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions
   const core::AudioClip clip = core::read_audio(path);
   const auto width = static_cast<std::size_t>(clip.channels);
   std::vector<std::vector<double>> channels;
+  std::vector<std::size_t> numbers;  // of the recording
   for (std::size_t c = 0; c < width; ++c) {
     std::vector<double> samples;
     samples.reserve(clip.samples.size() / width);
@@ -86,6 +114,7 @@ FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions
     // The same sound on two channels has the same noise, and is no second look at it.
     if (std::find(channels.begin(), channels.end(), samples) == channels.end()) {
       channels.push_back(std::move(samples));
+      numbers.push_back(c);
     }
   }
   // The loudest first: where it begins and ends counts for all.
@@ -102,10 +131,16 @@ FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions
       sets.push_back(extract_features(channels[c], clip.sample_rate, own));
     } catch (const core::InputError& error) {
       const std::string place =
-          width > 1 ? fmt::format("{}: channel {}", path.string(), c + 1) : path.string();
+          width > 1 ? fmt::format("{}: channel {}", path.string(), numbers[c] + 1) : path.string();
       throw core::InputError(fmt::format("{}: {}", place, error.message()), error.hint());
     }
-    for (Feature& feature : sets.back().features) feature.channel = static_cast<int>(c);
+    for (Feature& feature : sets.back().features) {
+      feature.channel = static_cast<int>(numbers[c]);
+    }
+    if (channels.size() == 1) continue;
+    for (std::string& remark : sets.back().remarks) {
+      remark = fmt::format("channel {}: {}", numbers[c] + 1, remark);
+    }
   }
   if (sets.empty()) {
     FeatureSet empty;

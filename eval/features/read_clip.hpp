@@ -7,11 +7,12 @@
 namespace carillon::eval {
 
 /// Features of an audio file. Channels are analysed one by one; a mode that several of them show
-/// (rates within three standard errors of each other) becomes one feature: the mean of frequency
+/// (rates within three standard errors of each other, or 15 % of half the line's width) becomes one
+/// feature: the mean of frequency
 /// and decay rate weighted by their errors, amplitude and phase of the channel that hears it
 /// loudest. Equal channels are one.
 ///
-/// Onset, begin, end, residual and remarks are those of the loudest channel.
+/// Onset, begin, end, energy explained and residual are those of the loudest channel.
 /// @throws FileError   not readable
 /// @throws InputError  a sample that is not finite, options out of range; names the file
 FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions& options);

@@ -17,17 +17,18 @@ double log_power(const Feature& feature, double time) {
   return 2 * (std::log(feature.amplitude) - feature.decay_rate * time);
 }
 
-bool stands_out(const Feature& feature, std::span<const Feature> all, double begin,
+bool stands_out(const Feature& feature, std::span<const Feature> all, const Late& late,
                 double room_rate) {
   if (feature.decay_rate >= room_rate) return false;
-  const double width = std::max(room_rate / std::numbers::pi, feature.decay_rate);
+  const double width = room_rate / std::numbers::pi;
   double around = 0;  // power at the begin against the feature's own
   for (const Feature& other : all) {
     if (std::abs(other.frequency - feature.frequency) > width) continue;
-    around += std::exp(log_power(other, begin) - log_power(feature, begin));
+    around += std::exp(log_power(other, late.begin) - log_power(feature, late.begin));
   }
-  const double heard = (feature.snr / 10 * std::numbers::ln10 - kAboveNoise) /
-                       (2 * feature.decay_rate);  // time until it is that near to the noise
+  // Time until it is that near to the noise, or the end.
+  const double heard = std::min(late.length, (feature.snr / 10 * std::numbers::ln10 - kAboveNoise) /
+                                                 (2 * feature.decay_rate));
   return 2 * (room_rate - feature.decay_rate) * heard - std::log(around) > kAboveRoom;
 }
 
@@ -45,20 +46,33 @@ void mark_faster(std::span<const double> rt60, std::vector<Feature>& features) {
   }
 }
 
-std::vector<Feature> without_room(std::vector<Feature> early, std::span<const Feature> late,
-                                  double begin, std::span<const double> rt60) {
+double time_to_stand_out(double room_rate) {
+  return kAboveRoom / (2 * room_rate);
+}
+
+std::vector<Feature> outlasting(std::span<const Feature> features, const Late& late,
+                                std::span<const double> rt60) {
+  std::vector<Feature> modes;
+  for (const Feature& feature : features) {
+    const double room_rate = room_decay_rate(rt60, feature.frequency);
+    if (!std::isfinite(room_rate) || !stands_out(feature, features, late, room_rate)) continue;
+    modes.push_back(feature);
+  }
+  return modes;
+}
+
+std::vector<Feature> replaced_by(std::span<const Feature> modes, std::vector<Feature> early,
+                                 std::span<const double> rt60) {
   for (Feature& feature : early) {
     feature.reverberant = std::isfinite(room_decay_rate(rt60, feature.frequency));
   }
-  for (const Feature& feature : late) {
-    const double room_rate = room_decay_rate(rt60, feature.frequency);
-    if (!stands_out(feature, late, begin, room_rate)) continue;
-    const double line = feature.decay_rate / (2 * std::numbers::pi);
+  for (const Feature& mode : modes) {
+    const double line = mode.decay_rate / (2 * std::numbers::pi);
     std::erase_if(early, [&](const Feature& other) {
-      return other.reverberant && std::abs(other.frequency - feature.frequency) < line;
+      return other.reverberant && std::abs(other.frequency - mode.frequency) < line;
     });
-    early.push_back(feature);
   }
+  early.insert(early.end(), modes.begin(), modes.end());
   return early;
 }
 

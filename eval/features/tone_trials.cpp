@@ -25,7 +25,7 @@ constexpr double kLeastShare = 1e-2, kLeastShareBeside = 1e-3;
 constexpr double kThirdShare = 1e-4;
 /// Of what a tone leaves more than usual around it: a pair that explains so much is taken before it
 /// is known whether it can be told apart, as the noise that this is judged by holds what it left.
-constexpr double kMostOfMisfit = 0.5;
+constexpr double kMostOfMisfit = 0.5, kConvincing = 4;
 /// Periods that a mode needs to be one.
 constexpr double kLeastQuality = 2;
 constexpr std::size_t kTogether = 5;
@@ -189,10 +189,21 @@ bool try_tone(ToneFit& fit, Complex rate, double threshold) {
   return true;
 }
 
-bool misfits(const ToneFit& fit, std::size_t tone) {
+namespace {
+
+bool leaves_more(const ToneFit& fit, std::size_t tone) {
   const Misfit misfit = misfit_of(fit, fit.tones[tone].rate);
   const double tried = fit.tones[tone].tried;
   return misfit.own > misfit.usual && !(misfit.own > 0.8 * tried && misfit.own < 1.25 * tried);
+}
+
+}  // namespace
+
+bool misfits(ToneFit& fit, std::size_t tone) {
+  if (!leaves_more(fit, tone)) return false;
+  // Not where it fits best yet, it leaves more than it has to.
+  refine_near(fit, fit.tones[tone].rate);
+  return leaves_more(fit, tone);
 }
 
 bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual) {
@@ -229,7 +240,8 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     threshold = std::max(threshold, kThirdShare * (loss_of(fit, index) + loss_of(fit, k)));
   }
   const Misfit misfit = misfit_of(fit, tone.rate);
-  const double convincing = kMostOfMisfit * (misfit.own - misfit.usual);
+  const double convincing =
+      std::max(kMostOfMisfit * (misfit.own - misfit.usual), kConvincing * threshold);
   std::optional<Proposal> best;
   for (const auto& rates : pairs) {
     const ToneGain both = gain_of(fit, rates, {&index, 1});

@@ -20,13 +20,16 @@ bool beside_tone(const ToneFit& fit, std::complex<double> rate);
 /// than a hundredth of another's energy in the same line, or a thousandth beside it.
 bool try_tone(ToneFit& fit, std::complex<double> rate, double threshold);
 
-/// Puts two tones in place of one that leaves more than noise around it, where they explain more.
-/// Several pairs are tried, among them what ESPRIT finds in the band.
+/// Refines a tone with its neighbours where it leaves more than noise around it, and says whether
+/// it still does: more than beside it, and that is new since the last try to put two in its place.
+bool misfits(ToneFit& fit, std::size_t tone);
+
+/// Puts two tones in place of one that leaves more than noise around it, where they explain more
+/// and can be told apart. Two that explain most of what is left, and four times what is asked of
+/// others, need not be told apart before the noise is known anew. Several pairs are tried, among
+/// them what ESPRIT finds in the band.
 /// @param signal  the residual over time
 bool try_pair(ToneFit& fit, std::size_t tone, std::span<const double> signal);
-/// Whether that is worth a try: more is left where the tone is strongest than noise and than beside
-/// it, and that is new since the last try.
-bool misfits(const ToneFit& fit, std::size_t tone);
 
 /// Rates of the tones in a band of the residual around one, wide enough for its decay.
 std::vector<std::complex<double>> rates_around(const ToneFit& fit, std::span<const double> signal,

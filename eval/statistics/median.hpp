@@ -4,7 +4,7 @@
 
 namespace carillon::eval {
 
-/// The upper one of two in the middle; `values` must not be empty.
+/// The mean of two in the middle; NaN of none.
 double median(std::vector<double> values);
 
 }  // namespace carillon::eval

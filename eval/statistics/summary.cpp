@@ -28,10 +28,6 @@ double quantile(std::span<const double> values, double share) {
   return quantile_of_sorted(sorted, share);
 }
 
-double median_of(std::span<const double> values) {
-  return quantile(values, 0.5);
-}
-
 double mean(std::span<const double> values) {
   if (values.empty()) return nan;
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());

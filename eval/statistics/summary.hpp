@@ -19,7 +19,6 @@ struct Bounds {
 /// @param share   0 to 1
 /// @return NaN for no values
 double quantile(std::span<const double> values, double share);
-double median_of(std::span<const double> values);
 double mean(std::span<const double> values);
 
 /// A number that sums a sample up.

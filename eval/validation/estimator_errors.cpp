@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "eval/statistics/median.hpp"
 
 namespace carillon::eval {
 
@@ -25,15 +26,18 @@ ErrorSummary summarise_errors(std::span<const double> errors, core::RandomStream
     found.push_back(error);
     sizes.push_back(std::abs(error));
   }
+  const auto middle = [](std::span<const double> values) {
+    return median({values.begin(), values.end()});
+  };
   ErrorSummary summary;
   summary.fits = errors.size();
   summary.failed = errors.size() - found.size();
-  summary.median = median_of(sizes);
-  summary.median95 = bootstrap(sizes, median_of, random);
+  summary.median = median(sizes);
+  summary.median95 = bootstrap(sizes, middle, random);
   summary.mean = mean(sizes);
   summary.lower_quartile = quantile(sizes, 0.25);
   summary.upper_quartile = quantile(sizes, 0.75);
-  summary.bias = median_of(found);
+  summary.bias = median(found);
   return summary;
 }
 
@@ -51,7 +55,7 @@ EstimatorComparison compare_errors(std::span<const double> a, std::span<const do
     first_log.push_back(std::log(std::max(first.back(), least_error)));
     second_log.push_back(std::log(std::max(second.back(), least_error)));
   }
-  return {first.size(), median_of(differences), signed_rank_test(first, second),
+  return {first.size(), median(differences), signed_rank_test(first, second),
           welch_test(first_log, second_log)};
 }
 

@@ -31,12 +31,12 @@ objects:
   - {shape: tile, parameters: {length: 16 cm, width: 12 cm, thickness: 6 mm}}
 modes: {max_modes: 15, order: 2, element_size: 20 mm, max_frequency: 7 kHz}
 strikes: {per_object: 5}
-audio: {seconds: 0.2 s, sample_rate: 16 kHz}
+audio: {seconds: 0.4 s, sample_rate: 16 kHz}
 supports:
   contacts: [{kind: finger, count: 1, pool: 4, force: [0.1 N, 1 N]}]
 listeners: [{position: [0, 0, 0.5]}]
 radiation: {damping: false}
-room: {size: [4 m, 3 m, 2.5 m], rt60: 0.4 s, count: 2}
+room: {size: [4 m, 3 m, 2.5 m], rt60: 0.2 s, count: 2}
 noise: {kind: white, snr: 40 dB}
 split: {validation: 0, test: 0}
 evaluate:
@@ -139,6 +139,10 @@ class Evaluate(FolderTest):
             both = numpy.isfinite(a) & numpy.isfinite(b)
             a, b = a[both], b[both]
             self.assertEqual(int(row["pairs"]), len(a))
+            if len(a) < 2:  # the room hides nearly all modes of some bodies
+                self.assertEqual(place[0], "noise and room")
+                families.setdefault((*place[:3], place[3] == "all", *place[4:]), []).append(row)
+                continue
             self.assertAlmostEqual(float(row["median_difference"]), numpy.median(a - b), 9)
             if numpy.any(a != b):
                 exact = numpy.all(a != b) and len(set(abs(a - b))) == len(a) and len(a) <= 50
@@ -151,7 +155,8 @@ class Evaluate(FolderTest):
             families.setdefault(family, []).append(row)
         for members in families.values():
             for name in ("signed_rank_p", "welch_p"):
-                ordered = sorted(members, key=lambda row: float(row[name]))
+                ordered = sorted((row for row in members if row[name]),
+                                 key=lambda row: float(row[name]))
                 least = 0
                 for k, row in enumerate(ordered):
                     least = max(least, min(1, (len(ordered) - k) * float(row[name])))
@@ -189,12 +194,11 @@ class Evaluate(FolderTest):
             found = counts[row["condition"], row["features"]]
             self.assertEqual(row["sounds"], len(found))
             self.assertEqual(row["median_per_sound"], numpy.median(found))
-            clean = row["condition"] == "clean" or row["features"] == "truth"
-            (self.assertEqual if clean else self.assertGreater)(row["reverberant_share"], 0)
+            self.assertEqual(row["reverberant_share"], 0)  # those are not looked for
         self.assertEqual(len(document["found_features"]), 4)
 
-    def test_features_that_decay_faster_than_their_room_are_marked(self):
-        checked = marked = 0
+    def test_no_feature_decays_faster_than_its_room(self):
+        checked = 0
         for path in (self.output / "evaluation" / "features").glob("*.h5"):
             with h5py.File(path) as file:
                 source, condition, shard = file.attrs["sounds"].split("/", 2)
@@ -208,11 +212,10 @@ class Evaluate(FolderTest):
                     frequency, d = file["frequency"][begin:end], file["decay_rate"][begin:end]
                     octave = numpy.clip(numpy.round(numpy.log2(frequency / 125)), 0, 7).astype(int)
                     limit = numpy.log(1000) / rooms[key][octave]
-                    numpy.testing.assert_array_equal(file["reverberant"][begin:end], d > limit)
+                    self.assertTrue(numpy.all(d < limit))
+                    self.assertFalse(numpy.any(file["reverberant"][begin:end]))
                     checked += end - begin
-                    marked += sum(d > limit)
-        self.assertGreater(checked, marked)
-        self.assertGreater(marked, 0)
+        self.assertGreater(checked, 0)
 
     def test_a_body_that_fails_is_left_out(self):
         self.write("bad.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 0 0\n3 0 1 2\n")
@@ -272,10 +275,13 @@ class Evaluate(FolderTest):
         fewer = run_json("evaluate", self.config, "-o", other, "--set", "evaluate.damping.draws=4",
                          "--set", "evaluate.damping.sounds=[3]")
         self.assertEqual(fewer["tasks_run"], {"features": 0, "fits": 12})
-        # Features that the room hides are there, and are fitted when asked for.
+        # Features that the room hides are looked for and fitted when asked for.
         kept = run_json("evaluate", self.config, "-o", other, "--set",
                         "evaluate.damping.features.reverberant=keep")
-        self.assertEqual(kept["tasks_run"]["features"], 0)
+        self.assertEqual(kept["tasks_run"]["features"], 6)
+        for row in kept["found_features"]:
+            hidden = row["condition"] != "clean" and row["features"] == "esprit"
+            (self.assertGreater if hidden else self.assertEqual)(row["reverberant_share"], 0)
         stored = json.loads((self.output / "evaluation" / "damping.json").read_text())
         for condition, equal in (("clean", True), ("noise and room", False)):
             medians = [[row["median"] for row in document["errors"] if row["features"] == "esprit"

@@ -180,6 +180,15 @@ class Features(FolderTest):
         result = run_json("features", self.clip("room.wav"), "--rt60", "0.5 s, 0.5 s, 1 s, 0.2 s")
         self.assertEqual([f["reverberant"] for f in result["features"]], [True, False, True])
 
+    def test_weak_modes_are_left_out(self):
+        path = self.clip("weak.wav", [*MODES, (2600, 10, 0.003, 1)])
+        frequencies = lambda *options: [
+            f["frequency_hz"] for f in run_json("features", path, *options)["features"]]
+        self.assertEqual(len(frequencies()), 4)
+        strong = frequencies("--min-level", "-40")
+        self.assertEqual(len(strong), 3)
+        self.assertFalse(any(2500 < f < 2700 for f in strong))
+
     def test_peaks_of_spectrograms(self):
         # It ends where 99 % of the power is explained: no mode may be weak or short.
         modes = [*MODES[:2], (3950, 20, 1, 2)]

@@ -111,7 +111,7 @@ TEST_P(Pair, IsResolvedWhereTheBoundAllows) {
     FeatureOptions options;
     options.onset = 0;
     const FeatureSet set = extract_features(samples, shape.sample_rate, options);
-    ASSERT_GE(set.features.size(), 2u) << k;
+    ASSERT_EQ(set.features.size(), 2u) << k;
     for (std::size_t i = 0; i < 2; ++i) {
       const Feature* feature = nearest(set, pair[i].frequency);
       EXPECT_NEAR(feature->frequency, pair[i].frequency, 5 * bounds[i].frequency + 1e-4) << k;
@@ -275,6 +275,80 @@ TEST(Features, TheRoomsOwnDecaysAreMarked) {
     EXPECT_GT(marked, 10u) << seed;
   }
   EXPECT_LE(false_ones, 1u);
+}
+
+/// Octaves that do not reverberate have no room's decays to tell modes from.
+TEST(Features, ARoomWithoutReverberationChangesNothing) {
+  TestRandom random(8);
+  const std::vector<Partial> partials = random_partials(6, random);
+  const ClipShape shape{44100, 1, 0};
+  std::vector<double> samples = strike_clip(partials, shape);
+  add_noise(samples, shape, 60, random);
+  FeatureOptions dry, partly;
+  dry.rt60 = {0, 0};
+  partly.rt60 = {0.2, 0.2, 0.2, 0};
+  EXPECT_EQ(extract_features(samples, shape.sample_rate, dry).features.size(), partials.size());
+  const FeatureSet set = extract_features(samples, shape.sample_rate, partly);
+  EXPECT_EQ(set.features.size(), partials.size());
+  for (const Feature& feature : set.features) EXPECT_FALSE(feature.reverberant);
+}
+
+/// A clip that ends before the room does shows no mode for sure, and says so.
+TEST(Features, ShortClipsInRoomsAreNotTrusted) {
+  const std::vector<Partial> slow = {{640, 2, 0.5, 1}, {2470, 7, 1, 3}};
+  const ClipShape shape{44100, 0.25, 0};
+  FeatureOptions options;
+  options.rt60 = {0.5};
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    TestRandom random(seed);
+    std::vector<double> samples = strike_in_room(slow, shape, 0.5, random);
+    add_noise(samples, shape, 70, random);
+    const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+    EXPECT_FALSE(set.features.empty());
+    for (const Feature& feature : set.features) EXPECT_TRUE(feature.reverberant);
+    ASSERT_FALSE(set.remarks.empty());
+    EXPECT_NE(set.remarks.back().find("too short to tell modes from the room"), std::string::npos);
+  }
+}
+
+/// What is not relied on need not be looked for.
+TEST(Features, OnlyModesThatOutlastTheRoom) {
+  const std::vector<Partial> partials = {{640, 2, 0.5, 1}, {2470, 7, 1, 3}, {5200, 60, 1, 1}};
+  const ClipShape shape{44100, 1, 0};
+  TestRandom random(3);
+  std::vector<double> samples = strike_in_room(partials, shape, 0.3, random);
+  add_noise(samples, shape, 40, random);
+  FeatureOptions options;
+  options.rt60 = {0.3};
+  const FeatureSet all = extract_features(samples, shape.sample_rate, options);
+  options.keep_reverberant = false;
+  const FeatureSet modes = extract_features(samples, shape.sample_rate, options);
+  std::vector<double> reliable, alone;
+  for (const Feature& f : all.features) {
+    if (!f.reverberant) reliable.push_back(f.decay_rate);
+  }
+  for (const Feature& f : modes.features) alone.push_back(f.decay_rate);
+  EXPECT_EQ(reliable, alone);
+  EXPECT_EQ(alone.size(), 2u);
+  EXPECT_NEAR(modes.begin, 0.1, 1e-3);
+}
+
+TEST(Features, TheStrongestAreKept) {
+  TestRandom random(9);
+  std::vector<Partial> partials = {{300, 3, 1, 0}, {5000, 20, 0.9, 1}, {5100, 25, 0.8, 2}};
+  for (int k = 0; k < 12; ++k) partials.push_back({600.0 + 250 * k, 15, 0.1, 0.3 * k});
+  const ClipShape shape{44100, 1, 0};
+  std::vector<double> samples = strike_clip(partials, shape);
+  add_noise(samples, shape, 60, random);
+  FeatureOptions options;
+  options.max_features = 3;
+  const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+  ASSERT_EQ(set.features.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(set.features[i].frequency, partials[i].frequency, 0.1);
+  }
+  ASSERT_FALSE(set.remarks.empty());
+  EXPECT_NE(set.remarks.back().find("12 weaker modes"), std::string::npos);
 }
 
 TEST(Features, ResidualIsWhatIsLeft) {

@@ -1,5 +1,6 @@
 // Statistics of evaluations against SciPy 1.10.1 and closed forms.
 #include "eval/statistics/significance.hpp"
+#include "eval/statistics/median.hpp"
 
 #include <gtest/gtest.h>
 
@@ -92,8 +93,9 @@ TEST(Quantile, IsNumPys) {
   const double expected[] = {0.0292, 0.09235, 0.11365, 0.43184, 0.9938};
   const double shares[] = {0, 0.25, 0.5, 0.9, 1};
   for (int k = 0; k < 5; ++k) EXPECT_NEAR(quantile(first, shares[k]), expected[k], 1e-12);
-  EXPECT_TRUE(std::isnan(median_of({})));
-  EXPECT_EQ(median_of(std::vector{4.0}), 4.0);
+  EXPECT_TRUE(std::isnan(median({})));
+  EXPECT_EQ(median({4.0}), 4.0);
+  EXPECT_EQ(median({4.0, 1.0, 3.0, 0.0}), 2.0);
 }
 
 TEST(Bootstrap, OfAMeanIsAsWideAsItsStandardError) {
