@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/json_number.hpp"
+
 namespace carillon::cli {
 
 namespace {
@@ -24,22 +26,17 @@ nlohmann::json json_of(const eval::Candidate& candidate, const eval::MetricValue
           {"candidate_match", value.candidate_match}};
 }
 
-/// A number, or null where there is none.
-nlohmann::json finite(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-}
-
 }  // namespace
 
 nlohmann::json to_json(const eval::MaterialEstimate& estimate, const eval::FeatureSet& recording,
                        const std::optional<double>& density, const core::Trace& trace) {
   nlohmann::json json = json_of(estimate.candidate, estimate.value);
   for (std::size_t k = 0; k < estimate.ranges.size(); ++k) {
-    json["parameters"]["range"][synth::parameter_name(k)] = {finite(estimate.ranges[k].low),
-                                                             finite(estimate.ranges[k].high)};
+    json["parameters"]["range"][synth::parameter_name(k)] = {
+        number_or_null(estimate.ranges[k].low), number_or_null(estimate.ranges[k].high)};
   }
   json["model"] = synth::formula_of(estimate.candidate.damping);
-  json["specific_modulus_error"] = finite(estimate.modulus_error);
+  json["specific_modulus_error"] = number_or_null(estimate.modulus_error);
   json["frequency_rms_cents"] = estimate.rms_cents;
   if (density) {
     json["youngs_modulus_pa"] = estimate.candidate.specific_modulus * *density;

@@ -5,17 +5,13 @@
 #include <cmath>
 #include <optional>
 
+#include "cli/json_number.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace carillon::cli {
 
 namespace {
-
-/// A number where there is one: JSON has no NaN.
-nlohmann::json number(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
 
 /// @throws InputError  names the option
 double parse_argument(const std::string& text, core::Dimension dimension, const char* name) {
@@ -98,11 +94,11 @@ nlohmann::json features_json(const std::string& file, const eval::FeatureSet& se
     features.push_back({{"frequency_hz", f.frequency},
                         {"decay_rate_per_s", f.decay_rate},
                         {"amplitude", f.amplitude},
-                        {"phase_rad", number(f.phase)},
-                        {"frequency_error_hz", number(f.frequency_error)},
-                        {"decay_rate_error_per_s", number(f.decay_rate_error)},
-                        {"amplitude_error", number(f.amplitude_error)},
-                        {"snr_db", number(f.snr)},
+                        {"phase_rad", number_or_null(f.phase)},
+                        {"frequency_error_hz", number_or_null(f.frequency_error)},
+                        {"decay_rate_error_per_s", number_or_null(f.decay_rate_error)},
+                        {"amplitude_error", number_or_null(f.amplitude_error)},
+                        {"snr_db", number_or_null(f.snr)},
                         {"reverberant", f.reverberant},
                         {"channel", f.channel + 1}});
   }

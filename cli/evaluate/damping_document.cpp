@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "cli/evaluate/damping_tables.hpp"
+#include "cli/json_number.hpp"
 #include "eval/statistics/median.hpp"
 #include "eval/validation/estimator_errors.hpp"
 #include "mpi/comm.hpp"
@@ -65,11 +66,6 @@ std::vector<double> errors_of(const Group& group, const std::string& estimator, 
   return errors;
 }
 
-/// NaN is no JSON.
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
 class Tables {
  public:
   Tables(const DampingValidation& validation, const EvaluatedDatasets& datasets,
@@ -113,12 +109,12 @@ class Tables {
     row["estimator"] = estimator;
     row["fits"] = summary.fits;
     row["failed"] = summary.failed;
-    row["median"] = number(summary.median);
-    row["median95"] = {number(summary.median95.low), number(summary.median95.high)};
-    row["mean"] = number(summary.mean);
-    row["lower_quartile"] = number(summary.lower_quartile);
-    row["upper_quartile"] = number(summary.upper_quartile);
-    row["bias"] = number(summary.bias);
+    row["median"] = number_or_null(summary.median);
+    row["median95"] = {number_or_null(summary.median95.low), number_or_null(summary.median95.high)};
+    row["mean"] = number_or_null(summary.mean);
+    row["lower_quartile"] = number_or_null(summary.lower_quartile);
+    row["upper_quartile"] = number_or_null(summary.upper_quartile);
+    row["bias"] = number_or_null(summary.bias);
     return row;
   }
 
@@ -128,10 +124,10 @@ class Tables {
     ordered_json row = place_of(group, parameter);
     row["estimators"] = {validation_.estimators[a].name, validation_.estimators[b].name};
     row["pairs"] = found.pairs;
-    row["median_difference"] = number(found.median_difference);
-    row["signed_rank_p"] = number(found.signed_rank.p);
-    row["welch_t"] = number(found.welch.t);
-    row["welch_p"] = number(found.welch.p);
+    row["median_difference"] = number_or_null(found.median_difference);
+    row["signed_rank_p"] = number_or_null(found.signed_rank.p);
+    row["welch_t"] = number_or_null(found.welch.t);
+    row["welch_p"] = number_or_null(found.welch.p);
     return row;
   }
 
@@ -161,7 +157,7 @@ void correct(ordered_json& tests) {
       }
       const std::vector<double> raised = eval::holm(probabilities);
       for (std::size_t k = 0; k < members.size(); ++k) {
-        tests[members[k]][name + "_holm"] = number(raised[k]);
+        tests[members[k]][name + "_holm"] = number_or_null(raised[k]);
       }
     }
   }
@@ -211,9 +207,9 @@ ordered_json found_features(const DampingValidation& validation, const Evaluated
                       {"features", validation.sources[s].name},
                       {"sounds", counts.size()},
                       {"sounds_without", without},
-                      {"median_per_sound", number(eval::median(counts))},
-                      {"reverberant_share",
-                       number(static_cast<double>(reverberant) / static_cast<double>(features))}});
+                      {"median_per_sound", number_or_null(eval::median(counts))},
+                      {"reverberant_share", number_or_null(static_cast<double>(reverberant) /
+                                                           static_cast<double>(features))}});
     }
   }
   return rows;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "cli/json_number.hpp"
 #include "eval/damping/information.hpp"
 #include "eval/damping/law_text.hpp"
 
@@ -17,11 +18,6 @@ namespace {
 using eval::DampingFit;
 using nlohmann::json;
 
-/// JSON has no infinity.
-json finite(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
 json alphas_of(const DampingFit& fit) {
   json alphas = json::object();
   json confidence = json::object();
@@ -29,7 +25,8 @@ json alphas_of(const DampingFit& fit) {
     const std::string name = synth::parameter_name(k);
     alphas[name] = fit.model.parameters[k];
     if (fit.confidence95.empty()) continue;
-    confidence[name] = {finite(fit.confidence95[k].low), finite(fit.confidence95[k].high)};
+    confidence[name] = {number_or_null(fit.confidence95[k].low),
+                        number_or_null(fit.confidence95[k].high)};
   }
   if (!confidence.empty()) alphas["confidence95"] = confidence;
   return alphas;
@@ -40,10 +37,10 @@ json to_json(const DampingFit& fit) {
           {"parameters", alphas_of(fit)},
           {"formula", synth::formula_of(fit.model)},
           {"sigma_per_s", fit.sigma},
-          {"eta_s", finite(fit.eta)},
-          {"log_likelihood", finite(fit.log_likelihood)},
-          {"aic", finite(eval::akaike(fit))},
-          {"bic", finite(eval::bayesian(fit))},
+          {"eta_s", number_or_null(fit.eta)},
+          {"log_likelihood", number_or_null(fit.log_likelihood)},
+          {"aic", number_or_null(eval::akaike(fit))},
+          {"bic", number_or_null(eval::bayesian(fit))},
           {"points", fit.points},
           {"iterations", fit.iterations},
           {"converged", fit.converged},
@@ -59,7 +56,7 @@ json curve_of(const DampingFit& fit, double low, double high) {
   for (int i = 0; i < points; ++i) {
     const double f = low * std::pow(high / low, i / (points - 1.0));
     frequencies.push_back(f);
-    rates.push_back(finite(c(std::pow(2 * std::numbers::pi * f, 2)) / 2));
+    rates.push_back(number_or_null(c(std::pow(2 * std::numbers::pi * f, 2)) / 2));
   }
   return {{"frequency_hz", frequencies}, {"decay_rate_per_s", rates}};
 }
@@ -131,7 +128,8 @@ json to_json(const FitReport& report) {
   }
   document["fits"] = fits;
   const auto criteria = [](const DampingFit& fit) {
-    return json{{"aic", finite(eval::akaike(fit))}, {"bic", finite(eval::bayesian(fit))}};
+    return json{{"aic", number_or_null(eval::akaike(fit))},
+                {"bic", number_or_null(eval::bayesian(fit))}};
   };
   document["information"] = {{"least_squares", criteria(report.least_squares)}};
   if (first.estimator == eval::Estimator::emg) {
@@ -144,11 +142,12 @@ json to_json(const FitReport& report) {
   for (const FitSource& source : report.sources) {
     document["sources"].push_back(to_json(source));
     for (const eval::Feature& feature : source.features) {
-      document["features"].push_back({{"frequency_hz", feature.frequency},
-                                      {"decay_rate_per_s", feature.decay_rate},
-                                      {"decay_rate_error_per_s", finite(feature.decay_rate_error)},
-                                      {"reverberant", feature.reverberant},
-                                      {"source", document["sources"].size() - 1}});
+      document["features"].push_back(
+          {{"frequency_hz", feature.frequency},
+           {"decay_rate_per_s", feature.decay_rate},
+           {"decay_rate_error_per_s", number_or_null(feature.decay_rate_error)},
+           {"reverberant", feature.reverberant},
+           {"source", document["sources"].size() - 1}});
     }
   }
   document["timing"] = {{"features_s", report.features_seconds}, {"fit_s", report.fit_seconds}};

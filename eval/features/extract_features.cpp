@@ -88,15 +88,7 @@ Feature feature_of(const ToneFit& fit, std::size_t index, double sample_rate, do
 void account(std::span<const double> samples, std::span<const Tone> modes,
              std::span<const Tone> others, FeatureSet& set) {
   std::vector<double> without(samples.begin(), samples.end());
-  const auto subtract = [&](const Tone& tone) {
-    const std::complex<double> turn = std::exp(tone.rate);
-    std::complex<double> value = tone.amplitude;
-    for (double& sample : without) {
-      sample -= value.real();
-      value *= turn;
-    }
-  };
-  for (const Tone& other : others) subtract(other);
+  for (const Tone& other : others) add_tone(without, other, -1);
   // About the mean: an offset is no sound.
   const auto energy_of = [&] {
     double sum = 0, squares = 0;
@@ -107,7 +99,7 @@ void account(std::span<const double> samples, std::span<const Tone> modes,
     return squares - sum * sum / static_cast<double>(without.size());
   };
   const double all = energy_of();
-  for (const Tone& mode : modes) subtract(mode);
+  for (const Tone& mode : modes) add_tone(without, mode, -1);
   const double left = energy_of();
   set.explained = all > 0 ? 1 - left / all : 0;
   set.residual = std::move(without);

@@ -109,6 +109,15 @@ void ToneGrid::derivatives(const Tone& tone, BinRange range, std::span<Complex> 
   }
 }
 
+void add_tone(std::span<double> signal, const Tone& tone, double factor) {
+  const std::complex<double> turn = std::exp(tone.rate);
+  std::complex<double> value = factor * tone.amplitude;
+  for (double& sample : signal) {
+    sample += value.real();
+    value *= turn;
+  }
+}
+
 double energy(const Tone& tone, std::size_t count) {
   const double decay = -2 * tone.rate.real();
   const double n = static_cast<double>(count);

@@ -48,6 +48,9 @@ class ToneGrid {
   std::vector<double> cos_, sin_;  ///< of omega_k
 };
 
+/// Adds factor times a tone to a signal over time.
+void add_tone(std::span<double> signal, const Tone& tone, double factor);
+
 /// Energy of a tone over the samples: sum of x[n]^2, without the part that oscillates at twice its
 /// frequency.
 double energy(const Tone& tone, std::size_t count);

@@ -98,15 +98,6 @@ std::size_t band_samples(Complex rate, std::size_t count) {
   return std::min(count, step * parts);
 }
 
-void add_to(std::vector<double>& signal, const Tone& tone) {
-  const Complex turn = std::exp(tone.rate);
-  Complex value = tone.amplitude;
-  for (double& sample : signal) {
-    sample += value.real();
-    value *= turn;
-  }
-}
-
 /// Rates of two tones that one may be.
 std::vector<std::array<Complex, 2>> pairs_for(const ToneFit& fit, std::span<const double> signal,
                                               const Complex rate) {
@@ -214,7 +205,7 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
                              residual.begin() + static_cast<std::ptrdiff_t>(heard));
   std::vector<std::size_t> replaced = {index};
   for (const std::size_t k : near) {
-    add_to(signal, fit.tones[k]);
+    add_tone(signal, fit.tones[k], 1);
     if (k != index) replaced.push_back(k);
   }
   const auto pairs = pairs_for(fit, signal, tone.rate);
