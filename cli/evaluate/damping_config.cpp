@@ -14,6 +14,7 @@ using core::Dimension;
 namespace {
 
 const std::vector<NamedEstimator> estimators = {{"emg", eval::Estimator::emg},
+                                                {"emg_relative", eval::Estimator::emg_relative},
                                                 {"least_squares", eval::Estimator::least_squares},
                                                 {"lower_bound", eval::Estimator::lower_bound}};
 

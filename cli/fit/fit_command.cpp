@@ -29,8 +29,8 @@ struct FitCommandOptions {
 };
 
 const std::vector<Estimator>& all_estimators() {
-  static const std::vector<Estimator> all = {Estimator::emg, Estimator::least_squares,
-                                             Estimator::lower_bound};
+  static const std::vector<Estimator> all = {Estimator::emg, Estimator::emg_relative,
+                                             Estimator::least_squares, Estimator::lower_bound};
   return all;
 }
 
@@ -40,7 +40,7 @@ std::vector<Estimator> estimators_of(const std::string& word) {
     if (word == eval::name_of(estimator)) return {estimator};
   }
   throw core::InputError(fmt::format("there is no estimator \"{}\"", word),
-                         "emg, least_squares, lower_bound or all");
+                         "emg, emg_relative, least_squares, lower_bound or all");
 }
 
 std::vector<FitSource> read_sources(const FitCommandOptions& options) {
@@ -125,8 +125,8 @@ void add_fit(CLI::App& program, Context& context) {
       ->capture_default_str();
   command
       ->add_option("--estimator", options->estimator,
-                   "emg (excess damping and errors), least_squares (errors alone), lower_bound "
-                   "(excess alone) or all")
+                   "emg (excess damping and errors), emg_relative (errors in proportion to "
+                   "damping), least_squares (errors alone), lower_bound (excess alone) or all")
       ->capture_default_str();
   command->add_option("--history", options->history, "CSV file for every step of the optimisers");
   add_feature_arguments(*command, options->features);

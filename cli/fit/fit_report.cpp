@@ -33,18 +33,19 @@ json alphas_of(const DampingFit& fit) {
 }
 
 json to_json(const DampingFit& fit) {
-  return {{"estimator", eval::name_of(fit.estimator)},
-          {"parameters", alphas_of(fit)},
-          {"formula", synth::formula_of(fit.model)},
-          {"sigma_per_s", fit.sigma},
-          {"eta_s", number_or_null(fit.eta)},
-          {"log_likelihood", number_or_null(fit.log_likelihood)},
-          {"aic", number_or_null(eval::akaike(fit))},
-          {"bic", number_or_null(eval::bayesian(fit))},
-          {"points", fit.points},
-          {"iterations", fit.iterations},
-          {"converged", fit.converged},
-          {"remarks", fit.remarks}};
+  return {
+      {"estimator", eval::name_of(fit.estimator)},
+      {"parameters", alphas_of(fit)},
+      {"formula", synth::formula_of(fit.model)},
+      {fit.estimator == eval::Estimator::emg_relative ? "sigma_of_c" : "sigma_per_s", fit.sigma},
+      {"eta_s", number_or_null(fit.eta)},
+      {"log_likelihood", number_or_null(fit.log_likelihood)},
+      {"aic", number_or_null(eval::akaike(fit))},
+      {"bic", number_or_null(eval::bayesian(fit))},
+      {"points", fit.points},
+      {"iterations", fit.iterations},
+      {"converged", fit.converged},
+      {"remarks", fit.remarks}};
 }
 
 /// The law between two frequencies of its data, for pictures.
@@ -98,7 +99,10 @@ void print_fit(const DampingFit& fit) {
                synth::parameter_unit(fit.model.kind, k),
                fit.confidence95.empty() ? "" : interval_text(fit.confidence95[k]));
   }
-  if (fit.sigma > 0) fmt::print("  {:<8} {:>12.5g} 1/s\n", "sigma", fit.sigma);
+  if (fit.sigma > 0) {
+    fmt::print("  {:<8} {:>12.5g} {}\n", "sigma", fit.sigma,
+               fit.estimator == eval::Estimator::emg_relative ? "of c" : "1/s");
+  }
   if (std::isfinite(fit.eta)) {
     fmt::print("  {:<8} {:>12.5g} s{:16}mean excess {:.5g} 1/s\n", "eta", fit.eta, "", 1 / fit.eta);
   }
@@ -132,10 +136,12 @@ json to_json(const FitReport& report) {
                 {"bic", number_or_null(eval::bayesian(fit))}};
   };
   document["information"] = {{"least_squares", criteria(report.least_squares)}};
-  if (first.estimator == eval::Estimator::emg) {
-    document["information"]["emg"] = criteria(first);
-    const bool enough = eval::akaike(report.least_squares) <= eval::akaike(first);
-    document["information"]["lowest_aic"] = enough ? "least_squares" : "emg";
+  const DampingFit* lowest = &report.least_squares;
+  for (const DampingFit& fit : report.fits) {
+    if (!eval::is_emg(fit.estimator)) continue;
+    document["information"][eval::name_of(fit.estimator)] = criteria(fit);
+    if (eval::akaike(fit) < eval::akaike(*lowest)) lowest = &fit;
+    document["information"]["lowest_aic"] = eval::name_of(lowest->estimator);
   }
   document["sources"] = json::array();
   document["features"] = json::array();

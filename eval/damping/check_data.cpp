@@ -51,15 +51,14 @@ void check_data(const DampingData& data, const DampingLaw& law, Estimator estima
         "errors are standard deviations; leave all out where one is not known");
   }
   const std::size_t alphas = parameter_count(law);
-  const std::size_t numbers = alphas + (estimator == Estimator::emg ? 2 : 0);
+  const std::size_t numbers = alphas + (is_emg(estimator) ? 2 : 0);
   const std::string name = synth::form_of(law.kind).name;
   if (data.size() < numbers) {
-    throw InputError(
-        fmt::format("{} feature{}, but {} damping has {} parameter{}{}", data.size(),
-                    data.size() == 1 ? "" : "s", name, alphas, alphas == 1 ? "" : "s",
-                    estimator == Estimator::emg ? ", and sigma and eta are sought too" : ""),
-        estimator == Estimator::emg ? "give more sounds, or use --estimator least_squares"
-                                    : "give more sounds, or --model caughey:1 for a constant");
+    throw InputError(fmt::format("{} feature{}, but {} damping has {} parameter{}{}", data.size(),
+                                 data.size() == 1 ? "" : "s", name, alphas, alphas == 1 ? "" : "s",
+                                 is_emg(estimator) ? ", and sigma and eta are sought too" : ""),
+                     is_emg(estimator) ? "give more sounds, or use --estimator least_squares"
+                                       : "give more sounds, or --model caughey:1 for a constant");
   }
   if (const std::size_t places = different(data.eigenvalues); places < alphas) {
     throw InputError(fmt::format("features at {} frequenc{} only, but {} damping has {} parameters",

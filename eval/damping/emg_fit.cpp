@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "eval/damping/emg.hpp"
 
@@ -16,6 +17,21 @@ using Eigen::VectorXd;
 VectorXd joined(const VectorXd& x, double sigma, double kappa) {
   VectorXd all(x.size() + 2);
   all << x, std::log(sigma), std::log(kappa);
+  return all;
+}
+
+/// What errors in proportion are in proportion to at least, in units of the law's scale.
+constexpr double kLeastSize = 1e-4;
+
+/// By mu again where sigma and kappa are in proportion to it.
+EmgDensity following(const EmgDensity& f, double mu) {
+  EmgDensity all = f;
+  const double widths = f.sigma + f.kappa;
+  all.mu += widths / mu;
+  all.mu_mu += 2 * (f.mu_sigma + f.mu_kappa) / mu +
+               (f.sigma_sigma + 2 * f.sigma_kappa + f.kappa_kappa - widths) / (mu * mu);
+  all.mu_sigma += (f.sigma_sigma + f.sigma_kappa) / mu;
+  all.mu_kappa += (f.sigma_kappa + f.kappa_kappa) / mu;
   return all;
 }
 
@@ -36,8 +52,8 @@ Widths widths_of(const VectorXd& rest) {
 
 }  // namespace
 
-Objective emg_objective(const ScaledLaw& law, const VectorXd& target) {
-  return [&law, target](const VectorXd& all) {
+Objective emg_objective(const ScaledLaw& law, const VectorXd& target, bool relative) {
+  return [&law, target, relative](const VectorXd& all) {
     const Index n = law.size();
     const Index points = target.size();
     const double sigma = std::exp(all[n]);
@@ -46,7 +62,11 @@ Objective emg_objective(const ScaledLaw& law, const VectorXd& target) {
     VectorXd mu(points), mu_mu(points), mu_sigma(points), mu_kappa(points);
     EmgDensity sum;
     for (Index i = 0; i < points; ++i) {
-      const EmgDensity density = emg_log_density(target[i], curve.values[i], sigma, kappa);
+      // A law that is nearly zero or negative somewhere has errors there all the same.
+      const double m = curve.values[i];
+      const double size = relative ? std::max(m, kLeastSize) : 1;
+      EmgDensity density = emg_log_density(target[i], m, size * sigma, size * kappa);
+      if (relative && m > kLeastSize) density = following(density, m);
       sum.value += density.value;
       sum.sigma += density.sigma;
       sum.kappa += density.kappa;
@@ -84,7 +104,7 @@ Box emg_box(const ScaledLaw& law, double least_sigma) {
   return box;
 }
 
-EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double least_sigma,
+EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double least_sigma, bool relative,
                     const Estimate& squares, const Estimate& bound,
                     const std::function<Watch(int start)>& watch) {
   const VectorXd above_squares = target - law.curve(squares.x).values;
@@ -106,7 +126,7 @@ EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double least_s
   }
   starts.push_back(joined(bound.x, least_sigma, least_sigma / excess));
 
-  const Objective objective = emg_objective(law, target);
+  const Objective objective = emg_objective(law, target, relative);
   const Box box = emg_box(law, least_sigma);
   EmgEstimate estimate;
   estimate.best.at.value = std::numeric_limits<double>::infinity();

@@ -10,7 +10,9 @@ constexpr double kLargestKappa = 1e3;
 
 /// Mean of minus the log-likelihood of `target` [n, in units of the law's scale], by the law's
 /// parameters followed by ln sigma and ln kappa, with exact derivatives (where the law's are).
-Objective emg_objective(const ScaledLaw& law, const Eigen::VectorXd& target);
+/// @param relative  sigma and kappa are those of a mode with c of one unit, and grow with the law's
+///                  value
+Objective emg_objective(const ScaledLaw& law, const Eigen::VectorXd& target, bool relative);
 
 /// The law's bounds, and those of ln sigma and ln kappa.
 Box emg_box(const ScaledLaw& law, double least_sigma);
@@ -23,7 +25,7 @@ struct EmgEstimate {
   int iterations = 0;
 };
 EmgEstimate emg_fit(const ScaledLaw& law, const Eigen::VectorXd& target, double least_sigma,
-                    const Estimate& squares, const Estimate& bound,
+                    bool relative, const Estimate& squares, const Estimate& bound,
                     const std::function<Watch(int start)>& watch = {});
 
 }  // namespace carillon::eval

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/error.hpp"
 #include "eval/damping/check_data.hpp"
 #include "eval/damping/confidence.hpp"
 #include "eval/damping/emg_fit.hpp"
@@ -33,11 +34,19 @@ struct Work {
   VectorXd target;         ///< c / scale
   double least_sigma = 0;  ///< in the same unit
   double points() const { return static_cast<double>(target.size()); }
+  bool relative() const { return options.estimator == Estimator::emg_relative; }
 };
 
 /// The features' own error. Without it likelihoods get corners at every curve through some points
 /// as sigma shrinks, and grow without end where all points lie on one.
-double least_sigma(const DampingData& data) {
+double least_sigma(const DampingData& data, bool relative) {
+  if (relative) {
+    std::vector<double> shares;
+    for (std::size_t i = 0; i < data.errors.size(); ++i) {
+      shares.push_back(data.errors[i] / data.coefficients[i]);
+    }
+    return shares.empty() ? 0.01 : std::max(median(shares), 1e-6);
+  }
   const double c = median(data.coefficients);
   if (data.errors.empty()) return 0.01 * c;
   return std::max(median(data.errors), 1e-6 * c);
@@ -47,7 +56,8 @@ Work prepare(const DampingData& data, const DampingLaw& law, const FitOptions& o
   Work work{data, law, options, scaled_law(law, data), {}, 0};
   work.target =
       Eigen::Map<const VectorXd>(data.coefficients.data(), Index(data.size())) / work.scaled.scale;
-  work.least_sigma = least_sigma(data) / work.scaled.scale;
+  const double unit = work.relative() ? 1 : work.scaled.scale;
+  work.least_sigma = least_sigma(data, work.relative()) / unit;
   if (law.kind == DampingKind::expression && !work.scaled.is_linear()) {
     work.scaled = settled_law(work.scaled, work.target, [&](const std::vector<double>& near) {
       return scaled_law(law, data, {}, near);
@@ -68,8 +78,9 @@ Watch keep_steps(const Work& work, int start, std::vector<FitStep>& history) {
     const double scale = work.scaled.scale;
     switch (work.options.estimator) {
       case Estimator::emg:
+      case Estimator::emg_relative:
         step.log_likelihood = -work.points() * (value + std::log(scale));
-        step.parameters.push_back(scale * std::exp(x[n]));
+        step.parameters.push_back((work.relative() ? 1 : scale) * std::exp(x[n]));
         step.parameters.push_back(std::exp(x[n + 1] - x[n]) / scale);
         break;
       case Estimator::least_squares:
@@ -160,8 +171,8 @@ void emg_intervals(DampingFit& fit, const Work& work, double log_sigma, double l
     const ScaledLaw law = law_along(work, k, fit.model.parameters);
     VectorXd best(law.size() + 2);
     best << law.parameters(fit.model.parameters), log_sigma, log_kappa;
-    const Likelihood likelihood{emg_objective(law, work.target), emg_box(law, work.least_sigma),
-                                best, work.points()};
+    const Likelihood likelihood{emg_objective(law, work.target, work.relative()),
+                                emg_box(law, work.least_sigma), best, work.points()};
     fit.confidence95.push_back(profile_interval(law, likelihood, k, drop));
   }
 }
@@ -170,9 +181,14 @@ DampingFit fit_emg(const Work& work) {
   std::vector<FitStep> history;
   const Estimate squares = least_squares(work.scaled, work.target);
   const Estimate bound = lower_bound(work.scaled, work.target, &squares.x);
-  const EmgEstimate found = emg_fit(work.scaled, work.target, work.least_sigma, squares, bound,
-                                    [&](int start) { return keep_steps(work, start, history); });
+  const EmgEstimate found =
+      emg_fit(work.scaled, work.target, work.least_sigma, work.relative(), squares, bound,
+              [&](int start) { return keep_steps(work, start, history); });
   const Index n = work.scaled.size();
+  if (found.best.x.size() == 0) {
+    throw core::SolverError("no curve of this law has a finite likelihood",
+                            "try another --model or --estimator lower_bound");
+  }
   VectorXd x = found.best.x.head(n);
   double log_sigma = found.best.x[n];
   double log_kappa = found.best.x[n + 1];
@@ -181,7 +197,9 @@ DampingFit fit_emg(const Work& work) {
   const double log_likelihood =
       -work.points() * (found.best.at.value + std::log(work.scaled.scale));
   // Without excess the likelihood rises ever more slowly towards a Gaussian.
-  const bool no_excess = log_likelihood < gaussian.log_likelihood + 1e-6 * work.points();
+  const bool relative = work.relative();
+  const bool no_excess =
+      !relative && log_likelihood < gaussian.log_likelihood + 1e-6 * work.points();
 
   DampingFit fit = begin_fit(work, no_excess ? squares.x : x, found.best.converged || no_excess,
                              found.iterations);
@@ -193,12 +211,14 @@ DampingFit fit_emg(const Work& work) {
     log_sigma = std::log(gaussian.sigma / work.scaled.scale);
     log_kappa = std::log(kLargestKappa);
   } else {
-    fit.sigma = std::exp(log_sigma) * work.scaled.scale;
-    fit.eta = std::exp(log_kappa) / fit.sigma;
+    const double sigma = std::exp(log_sigma) * work.scaled.scale;  // where c is of one unit
+    fit.sigma = relative ? std::exp(log_sigma) : sigma;
+    fit.eta = std::exp(log_kappa) / sigma;
+    if (log_kappa > std::log(0.99 * kLargestKappa)) fit.eta = kInfinity;
     fit.log_likelihood = log_likelihood;
   }
   if (work.options.confidence) emg_intervals(fit, work, log_sigma, log_kappa);
-  add_emg_remarks(fit, gaussian, work.data, least_sigma(work.data));
+  add_emg_remarks(fit, gaussian, work.data, least_sigma(work.data, relative));
   return fit;
 }
 
@@ -207,9 +227,9 @@ DampingFit fit_emg(const Work& work) {
 DampingFit fit_damping(const DampingData& data, const DampingLaw& law, const FitOptions& options) {
   check_data(data, law, options.estimator);
   const Work work = prepare(data, law, options);
-  DampingFit fit = options.estimator == Estimator::emg             ? fit_emg(work)
-                   : options.estimator == Estimator::least_squares ? fit_least_squares(work)
-                                                                   : fit_lower_bound(work);
+  DampingFit fit = options.estimator == Estimator::least_squares ? fit_least_squares(work)
+                   : options.estimator == Estimator::lower_bound ? fit_lower_bound(work)
+                                                                 : fit_emg(work);
   add_remarks(fit);
   return fit;
 }

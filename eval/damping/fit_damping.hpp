@@ -12,10 +12,15 @@ namespace carillon::eval {
 
 /// What makes observed damping differ from the material's.
 enum class Estimator {
-  emg,  ///< maximum likelihood; exponential excess and Gaussian error (Sterling 2019, 4.2)
+  emg,           ///< maximum likelihood; exponential excess and Gaussian error (Sterling 2019, 4.2)
+  emg_relative,  ///< the same with errors in proportion to the law's c, as those of features are
   least_squares,  ///< Gaussian error alone
   lower_bound     ///< no error, excess alone: the closest curve below all points
 };
+
+inline bool is_emg(Estimator estimator) {
+  return estimator == Estimator::emg || estimator == Estimator::emg_relative;
+}
 
 /// A damping model whose numbers are sought.
 struct DampingLaw {
@@ -46,8 +51,9 @@ struct FitStep {
 struct DampingFit {
   Estimator estimator = Estimator::emg;
   synth::DampingModel model;  ///< with the numbers found
-  double sigma = 0;           ///< of the Gaussian error of c [1/s]; 0 for the lower bound
-  double eta = 0;  ///< rate of the exponential excess of c [s]; infinite where there is none
+  double sigma = 0;  ///< of the Gaussian error of c [1/s], of emg_relative as a share of the law's
+                     ///< c; 0 for the lower bound
+  double eta = 0;    ///< rate of the exponential excess of c [s]; infinite where there is none
   double log_likelihood = 0;           ///< of the data under the estimator's own assumption
   std::vector<Interval> confidence95;  ///< one for each alpha; infinite ends where the data bound
                                        ///< none; empty unless asked for

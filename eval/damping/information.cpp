@@ -6,7 +6,7 @@
 namespace carillon::eval {
 
 std::size_t fitted_numbers(const DampingFit& fit) {
-  return fit.model.parameters.size() + (fit.estimator == Estimator::emg ? 2 : 1);
+  return fit.model.parameters.size() + (is_emg(fit.estimator) ? 2 : 1);
 }
 
 double akaike(const DampingFit& fit) {

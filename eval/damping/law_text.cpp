@@ -51,6 +51,8 @@ const char* name_of(Estimator estimator) {
   switch (estimator) {
     case Estimator::emg:
       return "emg";
+    case Estimator::emg_relative:
+      return "emg_relative";
     case Estimator::least_squares:
       return "least_squares";
     default:

@@ -58,8 +58,11 @@ void add_emg_remarks(DampingFit& fit, const DampingFit& gaussian, const DampingD
                      double least_sigma) {
   DampingFit squares = gaussian;
   squares.estimator = Estimator::least_squares;
+  const bool relative = fit.estimator == Estimator::emg_relative;
   if (std::isinf(fit.eta)) {
-    fit.remarks.push_back("no excess damping can be seen: the result is that of least squares");
+    fit.remarks.push_back(relative ? "no excess damping can be seen"
+                                   : "no excess damping can be seen: the result is that of least "
+                                     "squares");
   } else if (const double here = akaike(fit), there = akaike(squares); there <= here) {
     fit.remarks.push_back(fmt::format(
         "least squares is enough: its AIC is {:.1f}, that of the EMG {:.1f}", there, here));
@@ -70,9 +73,11 @@ void add_emg_remarks(DampingFit& fit, const DampingFit& gaussian, const DampingD
         "rather than supports; the model cannot tell them from the material");
   }
   if (fit.sigma <= 1.0001 * least_sigma) {
-    fit.remarks.push_back(fmt::format(
-        "sigma is at its lower bound, {:.3g} 1/s ({})", least_sigma,
-        data.errors.empty() ? "1 % of the median c" : "the median error of the features"));
+    fit.remarks.push_back(fmt::format("sigma is at its lower bound, {:.3g}{} ({})", least_sigma,
+                                      relative ? " of c" : " 1/s",
+                                      !data.errors.empty() ? "the median error of the features"
+                                      : relative           ? "without errors of the features"
+                                                           : "1 % of the median c"));
   }
 }
 

@@ -51,7 +51,7 @@ one: {youngs_modulus: 70 GPa, poisson_ratio: 0.2, density: 2500, alpha1: 5, alph
 two: {youngs_modulus: 200 GPa, poisson_ratio: 0.3, density: 7800, alpha1: 2, alpha2: 3.0e-8}
 """
 TRUTH = {"one": (5, 1e-7), "two": (2, 3e-8)}
-ESTIMATORS = ["emg", "least_squares", "lower_bound"]
+ESTIMATORS = ["emg", "emg_relative", "least_squares", "lower_bound"]
 # The order of these, or the seconds in them, are the run's.
 OWN_FILES = ("damping-trace.json", "damping-fits.jsonl", "damping.png")
 PLACE = ("condition", "features", "from", "material", "sounds", "parameter")
@@ -111,7 +111,7 @@ class Evaluate(FolderTest):
         recomputed = errors_of_fits(self.output)
         stored = rows(self.output / "evaluation" / "damping-errors.csv")
         self.assertEqual(len(stored), len(recomputed))
-        self.assertEqual(len(stored), 2 * 2 * 2 * 3 * 3 * 2 * 3)
+        self.assertEqual(len(stored), 2 * 2 * 2 * 3 * 3 * 2 * 4)
         for row in stored:
             place = tuple(int(row[n]) if n == "sounds" else row[n] for n in PLACE)
             errors = recomputed[place, row["estimator"]]

@@ -97,7 +97,7 @@ class Fits(FolderTest):
         f, d = drawn(300)
         path = self.write("mug.csv", table(f, d))
         result = run_json("fit", "--features", path, "--estimator", "all")
-        self.assertEqual(list(result["fits"]), ["emg", "least_squares", "lower_bound"])
+        self.assertEqual(list(result["fits"]), ["emg", "emg_relative", "least_squares", "lower_bound"])
         self.assertEqual(result["estimator"], "emg")
         self.assertEqual(result["model_formula"], "c = alpha1 + alpha2 lambda")
         self.assertEqual(result["points"], 300)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "eval/damping/emg_fit.hpp"
 #include "tests/eval/drawn_features.hpp"
 
 namespace carillon::eval {
@@ -54,6 +55,56 @@ TEST(FitDamping, OfThirtyFeaturesIsWithinATenthWhereLeastSquaresIsThreefold) {
   const Errors emg = errors_of({30, 1, 10}, Estimator::emg, 200);
   EXPECT_LT(std::abs(emg.bias[0]), 0.1);
   EXPECT_NEAR(errors_of({30, 1, 10}, Estimator::least_squares, 200).bias[0], 1.9, 0.1);
+}
+
+// Errors of features grow with the decay rate: one sigma for all lets the high modes' errors hide
+// what low ones show.
+TEST(FitDamping, ErrorsInProportionWantAnEmgInProportion) {
+  const Draw draw{100, 0, 5, 0.05};
+  const Errors relative = errors_of(draw, Estimator::emg_relative, 100);
+  EXPECT_LT(std::abs(relative.bias[0]), 0.05);
+  EXPECT_LT(std::abs(relative.bias[2]), 0.01);
+  EXPECT_LT(relative.median, 0.6 * errors_of(draw, Estimator::emg, 100).median);
+}
+
+TEST(FitDamping, ErrorsInProportionAreFoundAsTheyWereDrawn) {
+  const DampingFit fit = fit_damping(drawn_features({2000, 0, 5, 0.05}, 1), {},
+                                     {Estimator::emg_relative, true, false});
+  EXPECT_TRUE(fit.converged);
+  EXPECT_NEAR(fit.sigma, 0.05, 0.003);
+  EXPECT_NEAR(1 / fit.eta, 10, 1);  // of c = 2 d
+  const double truth[] = {10, 4e-8};
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_NEAR(fit.model.parameters[k] / truth[k], 1, 0.05);
+    EXPECT_LT(fit.confidence95[k].low, truth[k]);
+    EXPECT_GT(fit.confidence95[k].high, truth[k]);
+  }
+  const DampingFit dry = fit_damping(drawn_features({400, 0, 0, 0.05}, 2), {},
+                                     {Estimator::emg_relative, false, false});
+  EXPECT_NEAR(dry.model.parameters[1] / 4e-8, 1, 0.05);
+  EXPECT_TRUE(std::isinf(dry.eta) || 1 / dry.eta < 2);
+}
+
+// Central differences of values and of first derivatives, by alphas, ln sigma and ln kappa.
+TEST(FitDamping, ErrorsInProportionHaveExactDerivatives) {
+  const DampingData data = drawn_features({40, 0, 5, 0.1}, 3);
+  const ScaledLaw law = scaled_law({}, data);
+  const Eigen::VectorXd target =
+      Eigen::Map<const Eigen::VectorXd>(data.coefficients.data(), 40) / law.scale;
+  const Objective objective = emg_objective(law, target, true);
+  Eigen::VectorXd x(4);
+  x << law.parameters({9, 4.2e-8}), std::log(0.08), std::log(0.2);
+  const LocalModel at = objective(x);
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const Eigen::VectorXd step = 1e-5 * Eigen::VectorXd::Unit(4, i);
+    const LocalModel up = objective(x + step), down = objective(x - step);
+    EXPECT_NEAR(at.gradient[i], (up.value - down.value) / 2e-5,
+                1e-6 * (1 + std::abs(at.gradient[i])));
+    for (Eigen::Index k = 0; k < 4; ++k) {
+      EXPECT_NEAR(at.hessian(k, i), (up.gradient[k] - down.gradient[k]) / 2e-5,
+                  1e-5 * (1 + std::abs(at.hessian(k, i))));
+    }
+  }
 }
 
 // Bias of 200 repetitions of SciPy's NNLS, linear program and L-BFGS-B on draws of the same law,

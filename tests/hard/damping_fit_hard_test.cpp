@@ -15,7 +15,7 @@ namespace carillon::eval {
 namespace {
 
 using enum Estimator;
-constexpr Estimator kEstimators[] = {emg, least_squares, lower_bound};
+constexpr Estimator kEstimators[] = {emg, emg_relative, least_squares, lower_bound};
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -45,6 +45,11 @@ bool remarks_on(const DampingFit& found, const std::string& part) {
     if (remark.find(part) != std::string::npos) return true;
   }
   return false;
+}
+
+/// Errors in proportion, of 1 % at least, are likelier where the law is lower by their square.
+double rounding(Estimator estimator, double of_others) {
+  return estimator == emg_relative ? 3e-3 : of_others;
 }
 
 void expect_sound(const DampingFit& found) {
@@ -90,7 +95,7 @@ TEST(DampingFitHard, IdenticalFeatures) {
     expect_contains(refusal(same, "rayleigh", estimator), "features at 1 frequency only");
     const DampingFit found = fit(same, "caughey:1", estimator);
     expect_sound(found);
-    EXPECT_NEAR(found.model.parameters[0], 9, 1e-6) << name_of(estimator);
+    EXPECT_NEAR(found.model.parameters[0], 9, 9 * rounding(estimator, 1e-7)) << name_of(estimator);
   }
   EXPECT_EQ(fit(same, "caughey:1", emg).eta, kInfinity);
 }
@@ -190,7 +195,7 @@ TEST(DampingFitHard, CaugheyWithAlternatingSigns) {
       const DampingFit found = fit(data, "caughey:3", estimator);
       expect_sound(found);
       for (std::size_t k = 0; k < 3; ++k) {
-        EXPECT_NEAR(found.model.parameters[k] / truth.parameters[k], 1, 1e-5)
+        EXPECT_NEAR(found.model.parameters[k] / truth.parameters[k], 1, rounding(estimator, 1e-5))
             << name << ", " << name_of(estimator) << ", alpha" << k + 1;
       }
       // With excess of a fifth of the smallest damping, found again within it.
