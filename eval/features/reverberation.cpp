@@ -24,6 +24,7 @@ bool stands_out(const Feature& feature, std::span<const Feature> all, const Late
   double around = 0;  // power at the begin against the feature's own
   for (const Feature& other : all) {
     if (std::abs(other.frequency - feature.frequency) > width) continue;
+    if (!std::isfinite(other.amplitude)) continue;  // gone at once, and beyond numbers at the onset
     around += std::exp(log_power(other, late.begin) - log_power(feature, late.begin));
   }
   // Time until it is that near to the noise, or the end.

@@ -146,6 +146,13 @@ void refine_near(ToneFit& fit, Complex rate) {
   if (proposal.gain > 0) commit(fit, proposal);
 }
 
+/// More than usual, and new since it was last tried as two.
+bool leaves_more(const ToneFit& fit, std::size_t tone) {
+  const Misfit misfit = misfit_of(fit, fit.tones[tone].rate);
+  const double tried = fit.tones[tone].tried;
+  return misfit.own > misfit.usual && !(misfit.own > 0.8 * tried && misfit.own < 1.25 * tried);
+}
+
 }  // namespace
 
 bool beside_tone(const ToneFit& fit, Complex rate) {
@@ -179,16 +186,6 @@ bool try_tone(ToneFit& fit, Complex rate, double threshold) {
   commit(fit, proposal);
   return true;
 }
-
-namespace {
-
-bool leaves_more(const ToneFit& fit, std::size_t tone) {
-  const Misfit misfit = misfit_of(fit, fit.tones[tone].rate);
-  const double tried = fit.tones[tone].tried;
-  return misfit.own > misfit.usual && !(misfit.own > 0.8 * tried && misfit.own < 1.25 * tried);
-}
-
-}  // namespace
 
 bool misfits(ToneFit& fit, std::size_t tone) {
   if (!leaves_more(fit, tone)) return false;
