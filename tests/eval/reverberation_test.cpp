@@ -88,7 +88,7 @@ TEST(Reverberation, TheRoomsOwnDecaysAreMarked) {
 /// Octaves that do not reverberate have no room's decays to tell modes from.
 TEST(Reverberation, ARoomWithoutReverberationChangesNothing) {
   TestRandom random(8);
-  const std::vector<Partial> partials = {{250, 4, 1, 0}, {600, 6, 0.8, 1},  {1400, 5, 0.9, 2},
+  const std::vector<Partial> partials = {{250, 4, 1, 0},  {600, 6, 0.8, 1},  {1400, 5, 0.9, 2},
                                          {3100, 7, 1, 3}, {6500, 8, 0.7, 4}, {11000, 6, 0.9, 5}};
   const ClipShape shape{44100, 1, 0};
   std::vector<double> samples = strike_clip(partials, shape);
