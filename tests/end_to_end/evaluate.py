@@ -255,7 +255,9 @@ class Evaluate(FolderTest):
         output = self.folder / "interrupted"
         shutil.copytree(self.output, output)
         shutil.rmtree(output / "evaluation")
-        process = subprocess.Popen([CARILLON, "evaluate", str(self.config), "-o", str(output)],
+        # So many draws that it does not end by itself before.
+        process = subprocess.Popen([CARILLON, "evaluate", str(self.config), "-o", str(output),
+                                    "--set", "evaluate.damping.draws=20000"],
                                    stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         wait_for(lambda: len(list((output / "evaluation").glob("features/*.h5"))) >= 1, 60)
         process.send_signal(signal.SIGINT)
