@@ -21,11 +21,11 @@ namespace carillon::solvers {
 /// sinc(1/n)^4 as deep.
 struct SurfaceMap {
   std::string name;
-  int width = 0, height = 0;  ///< [texel], each at least 4
-  double texel = 0;           ///< side of a texel [m]
-  bool repeats = true;        ///< beyond its edges: again and again; else the edge's texels go on
-  std::vector<float> heights;            ///< relief [m], <= 0, row by row from v = 0; empty: none
-  std::vector<float> slopes_u, slopes_v; ///< normal map: dh/du, dh/dv; empty on a relief
+  int width = 0, height = 0;   ///< [texel], each at least 4
+  double texel = 0;            ///< side of a texel [m]
+  bool repeats = true;         ///< beyond its edges: again and again; else the edge's texels go on
+  std::vector<float> heights;  ///< relief [m], <= 0, row by row from v = 0; empty: none
+  std::vector<float> slopes_u, slopes_v;  ///< normal map: dh/du, dh/dv; empty on a relief
 
   bool relief() const { return !heights.empty(); }
   Eigen::Vector2d size() const { return {width * texel, height * texel}; }  ///< [m]
@@ -66,8 +66,8 @@ SurfaceMap normal_map_of(const SurfaceMap& relief);
 /// Where a map lies on a body: a rectangle in the body's coordinates.
 struct TexturedFace {
   SurfaceMap map;
-  Vec3 origin = Vec3::Zero();   ///< where u = v = 0 [m]
-  Vec3 u = Vec3::UnitX();       ///< unit vectors
+  Vec3 origin = Vec3::Zero();  ///< where u = v = 0 [m]
+  Vec3 u = Vec3::UnitX();      ///< unit vectors
   Vec3 v = Vec3::UnitY();
   Eigen::Vector2d size = {0, 0};  ///< of the rectangle [m]; the map repeats or goes on inside it
   Vec3 normal() const { return u.cross(v); }  ///< outward
