@@ -31,7 +31,7 @@ double force_at(const ContactForce& force, double t) {
 /// A mode at rest under a blow: what it does at samples in contact, and its motion at the end.
 struct Pushed {
   std::vector<double> displacement, velocity, force_rate;
-  Motion end;
+  ModalMotion end;
 };
 
 Pushed push(double eigenvalue, double decay_rate, const ContactForce& force,
@@ -49,7 +49,7 @@ Pushed push(double eigenvalue, double decay_rate, const ContactForce& force,
   const ModalResponse response(eigenvalue, decay_rate, force.duration);
   for (std::size_t n = 0; n < count; ++n) {
     const double t = first + static_cast<double>(n) / sample_rate;
-    const Motion motion = response.during_contact(std::min(t, force.duration));
+    const ModalMotion motion = response.during_contact(std::min(t, force.duration));
     pushed.displacement[n] = motion.displacement;
     pushed.velocity[n] = motion.velocity;
     pushed.force_rate[n] = motion.force_rate;
@@ -152,7 +152,7 @@ void DrivenModes::strike(const Eigen::VectorXd& excitation, const ContactForce& 
     blow.displacement.row(i) = row(pushed.displacement);
     blow.velocity.row(i) = row(pushed.velocity);
     blow.force_rate.row(i) = row(pushed.force_rate);
-    const Motion at_free = ModalResponse(lambda, d, pushed.end).after_contact(rest);
+    const ModalMotion at_free = ModalResponse(lambda, d, pushed.end).after_contact(rest);
     blow.excitation[i] = by;
     blow.end_displacement[i] = by * at_free.displacement;
     blow.end_velocity[i] = by * at_free.velocity;
