@@ -40,9 +40,9 @@ class SphereResponse {
   /// q / (c r) + integral of q / r^2: the time integral of the pressure, but for a factor.
   double pressure_integral(double t, double distance) const {
     if (t < 0) return 0;
-    const Motion motion = sampled_         ? sampled_->at(t)
-                          : t <= duration_ ? pulse_->during_contact(t)
-                                           : decay_->after_contact(t - duration_);
+    const ModalMotion motion = sampled_         ? sampled_->at(t)
+                               : t <= duration_ ? pulse_->during_contact(t)
+                                                : decay_->after_contact(t - duration_);
     // The equation of motion, integrated once.
     const double integral =
         (impulse(t) - motion.velocity - 2 * rate_ * motion.displacement) / (2 * rate_ * rate_);

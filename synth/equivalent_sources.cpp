@@ -1,14 +1,11 @@
 #include "synth/equivalent_sources.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
 #include "synth/outer_surface.hpp"
 #include "synth/source_layers.hpp"
 
@@ -22,24 +19,6 @@ constexpr double kPatchesPerLayer = 2;
 constexpr double kTrianglesPerPatch = 10;
 /// Modes whose phase over the body differs by less share one factorisation [rad].
 constexpr double kSamePhase = 1e-3;
-
-void check_listeners(const OuterTriangles& surface, double spacing,
-                     std::span<const Listener> listeners) {
-  for (std::size_t row = 0; row < listeners.size(); ++row) {
-    const Vec3& position = listeners[row].position;
-    if (!position.allFinite()) {
-      throw core::InputError(fmt::format("listener {}: position is not finite", row));
-    }
-    const double distance = distance_from(surface, position);
-    const bool inside = winding_number(surface, position) > 0.5;
-    if (inside || !(distance >= spacing)) {
-      throw core::InputError(
-          fmt::format("listener {} is {} the body, {:.4g} m {} its surface", row,
-                      inside ? "inside" : "too near to", distance, inside ? "under" : "off"),
-          fmt::format("equivalent sources are meant from {:.4g} m off the surface", spacing));
-    }
-  }
-}
 
 /// Volume velocities of every mode through every patch [m^2], and the part of the normal velocity's
 /// squared norm that neither a constant nor a slope over the patch can make.
@@ -94,9 +73,8 @@ std::size_t layer_count(const OuterTriangles& surface, double highest_wavenumber
 
 }  // namespace
 
-EquivalentSourcesFit fit_equivalent_sources(const solvers::Modes& modes,
-                                            std::span<const Listener> listeners,
-                                            const EquivalentSourcesOptions& options) {
+EquivalentSources fit_equivalent_sources(const solvers::Modes& modes,
+                                         const EquivalentSourcesOptions& options) {
   const std::vector<double> k_of = wavenumbers(modes);
   const double highest = k_of.empty() ? 0 : *std::max_element(k_of.begin(), k_of.end());
   // The number of layers follows from the area, which any cut gives nearly enough.
@@ -105,21 +83,18 @@ EquivalentSourcesFit fit_equivalent_sources(const solvers::Modes& modes,
       static_cast<std::size_t>(kPatchesPerLayer * static_cast<double>(layer_number));
   const OuterTriangles surface =
       outer_triangles(modes.surface, static_cast<std::size_t>(kTrianglesPerPatch) * patch_number);
-  check_listeners(surface, std::sqrt(surface.area / static_cast<double>(patch_number)), listeners);
-  const SourceLayers layers = source_layers(surface, patch_number, layer_number);
+  SourceLayers layers = source_layers(surface, patch_number, layer_number);
   const PatchMotion motion = patch_motion(modes, surface, layers.patches);
 
-  EquivalentSourcesFit fit;
-  fit.sources = static_cast<std::size_t>(layers.strengths.cols());
+  EquivalentSources fit;
+  fit.layers = static_cast<std::size_t>(layers.strengths.cols());
   fit.patches = layers.patches.size();
-  fit.radiated.pressure.resize(static_cast<Eigen::Index>(listeners.size()),
-                               static_cast<Eigen::Index>(modes.size()));
+  fit.nearest = std::sqrt(surface.area / static_cast<double>(patch_number));
+  fit.centroid = outer_hull(modes.surface).centroid;
+  fit.amplitudes.resize(layers.strengths.cols(), static_cast<Eigen::Index>(modes.size()));
   fit.residuals.resize(modes.size());
   fit.decay_rates.resize(modes.size());
-  const Vec3 centroid = outer_hull(modes.surface).centroid;
-  for (const Listener& listener : listeners) {
-    fit.radiated.delays.push_back((listener.position - centroid).norm() / kSoundSpeed);
-  }
+  fit.wavenumbers.resize(modes.size());
 
   // The boundary condition is tested by the layers' own functions, averaged over patches: they sum
   // to one, so that the body's whole volume velocity is exact, and the singular velocities beside
@@ -153,18 +128,22 @@ EquivalentSourcesFit fit_equivalent_sources(const solvers::Modes& modes,
       const double norm = motion.norm[m];
       const double rest =
           left.col(column).cwiseAbs2().cwiseQuotient(areas).sum() / (kAirDensity * kAirDensity);
+      fit.wavenumbers[mode] = k;
       // Of unit acceleration the energy is 1 / (2 lambda), and power is 2 d times it.
       fit.decay_rates[mode] = power[column] * modes.eigenvalues[mode];
       fit.residuals[mode] = norm > 0 ? std::sqrt((rest + motion.unresolved[m]) / norm) : 0;
     }
-    for (std::size_t row = 0; row < listeners.size(); ++row) {
-      const Complex undelayed = std::polar(1.0, k * kSoundSpeed * fit.radiated.delays[row]);
-      fit.radiated.pressure.block(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(first),
-                                  1, static_cast<Eigen::Index>(last - first)) =
-          undelayed * (layer_fields(layers, k, listeners[row].position).transpose() * strengths);
-    }
+    fit.amplitudes.middleCols(static_cast<Eigen::Index>(first), strengths.cols()) = strengths;
     first = last;
   }
+  fit.size = layers.size;
+  fit.points = std::move(layers.points);
+  fit.directions = std::move(layers.directions);
+  fit.strengths = std::move(layers.strengths);
+  fit.outline.vertices = surface.vertices;
+  fit.outline.corners = surface.corners;
+  fit.outline.area_vectors = surface.area_vectors;
+  fit.outline.areas = surface.areas;
   return fit;
 }
 

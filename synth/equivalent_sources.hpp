@@ -1,9 +1,11 @@
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <span>
 #include <vector>
 
 #include "synth/modal_pressure.hpp"
+#include "synth/outer_triangles.hpp"
 
 namespace carillon::synth {
 
@@ -14,17 +16,30 @@ struct EquivalentSourcesOptions {
   int most = 400;   ///< cap; the cost of a mode grows with its square
 };
 
-/// What a fit of equivalent sources came to.
-struct EquivalentSourcesFit {
-  ModalPressure radiated;
+/// Sources inside a body that make the sound of each of its modes: fitted once, heard anywhere.
+struct EquivalentSources {
   /// L2 norm over the surface of what the fit leaves of the normal velocity, by the norm of the
   /// normal velocity; one per mode. What varies too fast for the patches counts as left.
   std::vector<double> residuals;
   /// Decay rate that each mode has from what it radiates [1/s]: the power sent out in all
   /// directions over twice the mode's energy.
   std::vector<double> decay_rates;
-  std::size_t sources = 0;
+  std::size_t layers = 0;
   std::size_t patches = 0;
+
+  // What pressure_at() needs.
+  double size = 0;                  ///< R of source_layers.hpp [m]
+  double nearest = 0;               ///< least distance of a listener from the surface [m]
+  Vec3 centroid = Vec3::Zero();     ///< of the enclosed volume [m]
+  std::vector<Vec3> points;         ///< of the sources [m]
+  std::vector<Vec3> directions;     ///< of their dipoles, unit vectors
+  std::vector<double> wavenumbers;  ///< one per mode [1/m]; equal ones share their waves
+  /// Area of each point's triangle times each layer's strength there, points x layers [m^2].
+  Eigen::SparseMatrix<double, Eigen::RowMajor> strengths;
+  Eigen::MatrixXcd amplitudes;  ///< of the layers per modal acceleration, layers x modes
+  OuterTriangles outline;       ///< vertices, corners, area vectors and areas alone
+
+  std::size_t modes() const { return wavenumbers.size(); }
 };
 
 /// Modes whose residual is larger are not to be trusted: the field may be off by more than 1 dB.
@@ -40,10 +55,27 @@ inline constexpr double kResidualLimit = 0.3;
 /// The static part of the flux through near patches is exact, so walls may be far thinner than a
 /// patch is wide. Cavities do not radiate.
 ///
-/// @throws InputError  a listener inside the body, on it, or nearer to it than the spacing of the
-///                     patches; no outer surface; shapes that are not finite
-EquivalentSourcesFit fit_equivalent_sources(const solvers::Modes& modes,
-                                            std::span<const Listener> listeners,
-                                            const EquivalentSourcesOptions& options = {});
+/// @throws InputError  no outer surface; shapes that are not finite
+EquivalentSources fit_equivalent_sources(const solvers::Modes& modes,
+                                         const EquivalentSourcesOptions& options = {});
+
+/// Pressure of a body's modes at any places, for one fit.
+class SourceField {
+ public:
+  explicit SourceField(EquivalentSources sources);
+
+  /// @param listeners  in the body's coordinates
+  /// @throws InputError  a listener inside the body, on it, or nearer to it than the spacing of
+  ///                     the patches
+  ModalPressure pressure_at(std::span<const Listener> listeners) const;
+  const EquivalentSources& sources() const { return sources_; }
+
+ private:
+  void check(std::size_t row, const Vec3& position) const;
+
+  EquivalentSources sources_;
+  double reach_ = 0;             ///< of the outline about the centroid [m]
+  Eigen::MatrixXd real_, imag_;  ///< amplitudes of the points, points x modes
+};
 
 }  // namespace carillon::synth

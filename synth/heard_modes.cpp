@@ -52,7 +52,7 @@ HeardMode hear_mode(const RingingMode& mode, const Weights& weights, double dura
   heard.weights = weights;
   if (mode.kind != MotionKind::ringing || !weights.any()) return heard;
   if (mode.sampled) {
-    const Motion end = mode.sampled->at(duration);
+    const ModalMotion end = mode.sampled->at(duration);
     // q = Re(B exp(s tau)) with these starting values.
     const Complex s = mode.pole;
     const Complex q(end.displacement, -(end.velocity - s.real() * end.displacement) / s.imag());

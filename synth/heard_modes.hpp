@@ -29,7 +29,7 @@ struct RingingMode {
   double bark = 0;
   std::complex<double> pole;
 
-  Motion during(double t) const { return sampled ? sampled->at(t) : pulse->during_contact(t); }
+  ModalMotion during(double t) const { return sampled ? sampled->at(t) : pulse->during_contact(t); }
 };
 
 /// A mode as one row hears it.

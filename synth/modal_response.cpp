@@ -66,7 +66,7 @@ double slow_share(double omega, double contact_time) {
 }
 
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contact_time)
-    : ModalResponse(eigenvalue, decay_rate, Motion{0, 1, -2 * decay_rate}) {
+    : ModalResponse(eigenvalue, decay_rate, ModalMotion{0, 1, -2 * decay_rate}) {
   contact_time_ = contact_time;
   given_ = !(contact_time > 0);
   slow_share_ = given_ ? 0 : slow_share(std::sqrt(eigenvalue), contact_time);
@@ -75,7 +75,7 @@ ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contac
   contact_splits_ = std::abs(first) >= kApart && std::abs(first - Complex(0, 2 * kPi)) >= kApart;
 }
 
-ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const Motion& at_end)
+ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const ModalMotion& at_end)
     : eigenvalue_(eigenvalue),
       decay_rate_(decay_rate),
       contact_time_(0),
@@ -93,7 +93,7 @@ ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const Motion&
   }
 }
 
-Motion ModalResponse::at_end() const {
+ModalMotion ModalResponse::at_end() const {
   return given_ ? given_end_ : during_contact(contact_time_);
 }
 
@@ -112,7 +112,7 @@ double ModalResponse::damped_frequency() const {
   return oscillates_ ? split_ : 0;
 }
 
-Motion ModalResponse::during_contact(double t) const {
+ModalMotion ModalResponse::during_contact(double t) const {
   if (given_) return given_end_;
   if (!(t > 0)) return {};
   double q = 0;
@@ -147,7 +147,7 @@ Motion ModalResponse::during_contact(double t) const {
           slow_share_ * turn * std::sin(turn * t) / contact_time_};
 }
 
-Motion ModalResponse::after_contact(double tau) const {
+ModalMotion ModalResponse::after_contact(double tau) const {
   // Fundamental solutions: `slope` starts with q = 0, q' = 1; `start` with q = 1, q' = 0.
   double slope = 0;
   double slope_rate = 0;
@@ -165,7 +165,7 @@ Motion ModalResponse::after_contact(double tau) const {
     slope_rate = slow + second_pole().real() * slope;
     start = slow - first_pole().real() * slope;
   }
-  const Motion end = at_end();
+  const ModalMotion end = at_end();
   const double q = end.displacement * start + end.velocity * slope;
   const double v = -eigenvalue_ * end.displacement * slope + end.velocity * slope_rate;
   return {q, v, -2 * decay_rate_ * v - eigenvalue_ * q, 0};
@@ -234,7 +234,7 @@ double ModalResponse::bound_after_contact(double tau, const Weights& weights) co
   const double fast = oscillates_ ? decay_rate_ : decay_rate_ + split_;
   const double slope = reach * std::exp(-rate * reach);
   const double start = std::exp(-rate * tau) + fast * slope;
-  const Motion end = at_end();
+  const ModalMotion end = at_end();
   const double q = std::abs(end.displacement) * start + std::abs(end.velocity) * slope;
   const double v =
       eigenvalue_ * std::abs(end.displacement) * slope + std::abs(end.velocity) * start;

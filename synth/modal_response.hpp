@@ -6,7 +6,7 @@
 namespace carillon::synth {
 
 /// Displacement, velocity and acceleration of a modal coordinate.
-struct Motion {
+struct ModalMotion {
   double displacement = 0;
   double velocity = 0;
   double acceleration = 0;
@@ -20,7 +20,7 @@ struct Weights {
   double velocity = 0;
   double acceleration = 0;
   double force_rate = 0;
-  double of(const Motion& motion) const {
+  double of(const ModalMotion& motion) const {
     return displacement * motion.displacement + velocity * motion.velocity +
            acceleration * motion.acceleration + force_rate * motion.force_rate;
   }
@@ -60,12 +60,12 @@ class ModalResponse {
   /// @param contact_time  T >= 0 [s]
   ModalResponse(double eigenvalue, double decay_rate, double contact_time);
   /// The free decay from a given motion on, as after a force of any other course.
-  ModalResponse(double eigenvalue, double decay_rate, const Motion& at_end);
+  ModalResponse(double eigenvalue, double decay_rate, const ModalMotion& at_end);
 
   /// Motion while the force acts, 0 <= t <= T.
-  Motion during_contact(double t) const;
+  ModalMotion during_contact(double t) const;
   /// Motion at tau >= 0 after the contact's end.
-  Motion after_contact(double tau) const;
+  ModalMotion after_contact(double tau) const;
 
   /// Damped angular frequency sqrt(lambda - d^2) [rad/s]; 0 for a mode that does not oscillate.
   double damped_frequency() const;
@@ -92,7 +92,7 @@ class ModalResponse {
  private:
   std::complex<double> first_pole() const;
   std::complex<double> second_pole() const;
-  Motion at_end() const;
+  ModalMotion at_end() const;
   std::array<Partial, 2> partials_of(const Weights& weights,
                                      const std::array<std::complex<double>, 2>& transforms) const;
 
@@ -106,7 +106,7 @@ class ModalResponse {
   bool near_critical_;
   bool contact_splits_;
   double slow_share_ = 0;  ///< of the force's rate
-  Motion given_end_;       ///< of the contact, if it was given
+  ModalMotion given_end_;  ///< of the contact, if it was given
 };
 
 }  // namespace carillon::synth

@@ -50,7 +50,7 @@ void drop_gone(const Resonances& resonances, std::vector<NearCritical>& modes) {
   std::erase_if(modes, [&](const NearCritical& mode) {
     const ModalResponse decay(resonances.eigenvalues[mode.index],
                               resonances.decay_rates[mode.index],
-                              Motion{mode.displacement, mode.velocity, 0});
+                              ModalMotion{mode.displacement, mode.velocity, 0});
     return decay.bound_after_contact(0, mode.gains) <= mode.end;
   });
 }

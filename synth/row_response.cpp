@@ -113,7 +113,7 @@ void respond(const Resonances& resonances, const Readout& readout, Eigen::Index 
           weights.of(motion.during_contact(std::min(static_cast<double>(t), force.duration)));
     }
     if (motion.near_critical()) {
-      Motion start = motion.after_contact(static_cast<double>(timing.free));
+      ModalMotion start = motion.after_contact(static_cast<double>(timing.free));
       start.displacement *= excitation[column];
       start.velocity *= excitation[column];
       start.acceleration *= excitation[column];

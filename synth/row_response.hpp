@@ -44,7 +44,7 @@ struct BlowTiming {
 struct NearCriticalMotion {
   std::size_t index;  ///< of the mode
   Weights gains;      ///< of its motion in the row
-  Motion start;       ///< at the first free sample
+  ModalMotion start;  ///< at the first free sample
 };
 
 /// What a blow adds to one row.

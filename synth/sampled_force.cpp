@@ -113,8 +113,8 @@ ForceSchedule cut_force(const ContactForce& force, double first, double sample_r
   return schedule;
 }
 
-Motion add_forced_motion(double eigenvalue, double decay_rate, const ForceSchedule& schedule,
-                         const Weights& weights, std::span<double> samples) {
+ModalMotion add_forced_motion(double eigenvalue, double decay_rate, const ForceSchedule& schedule,
+                              const Weights& weights, std::span<double> samples) {
   std::vector<LinearForceStep> steps;
   steps.reserve(schedule.lengths.size());
   for (const double length : schedule.lengths) {
@@ -176,7 +176,7 @@ double SampledResponse::impulse(double t) const {
   return knots_[at.piece].impulse + at.rest * (force_.samples[at.piece] + at.force) / 2;
 }
 
-Motion SampledResponse::at(double t) const {
+ModalMotion SampledResponse::at(double t) const {
   if (!(t > 0)) return {};
   Knot now;
   double force = 0;

@@ -42,8 +42,8 @@ ForceSchedule cut_force(const ContactForce& force, double first, double sample_r
 /// Adds the weighted motion of a mode at rest under the force to `samples` (those the schedule was
 /// cut for).
 /// @return motion at the force's end, just after it
-Motion add_forced_motion(double eigenvalue, double decay_rate, const ForceSchedule& schedule,
-                         const Weights& weights, std::span<double> samples);
+ModalMotion add_forced_motion(double eigenvalue, double decay_rate, const ForceSchedule& schedule,
+                              const Weights& weights, std::span<double> samples);
 
 /// A mode at rest under a sampled force, at any time.
 class SampledResponse {
@@ -53,7 +53,7 @@ class SampledResponse {
   SampledResponse(double eigenvalue, double decay_rate, const ContactForce& force);
 
   /// Motion at any t: at rest before 0, under the force up to the duration, a free decay after it.
-  Motion at(double t) const;
+  ModalMotion at(double t) const;
   /// Integral of the force from 0 to t.
   double impulse(double t) const;
 

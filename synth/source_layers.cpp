@@ -213,18 +213,4 @@ Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
          (8 * kPi * kAirDensity * kSoundSpeed * kDirections);
 }
 
-Eigen::VectorXcd layer_fields(const SourceLayers& layers, double wavenumber, const Vec3& point) {
-  const Complex monopoles(1 / layers.size, wavenumber);
-  Eigen::VectorXcd fields(static_cast<Eigen::Index>(layers.points.size()));
-  for (std::size_t t = 0; t < layers.points.size(); ++t) {
-    const Vec3 way = point - layers.points[t];
-    const double r = way.norm();
-    const Complex monopole = std::polar(1 / (4 * kPi * r), -wavenumber * r);
-    const Complex dipole =
-        monopole * Complex(1 / r, wavenumber) * (way.dot(layers.directions[t]) / r);
-    fields[static_cast<Eigen::Index>(t)] = dipole + monopoles * monopole;
-  }
-  return layers.strengths.transpose() * fields;
-}
-
 }  // namespace carillon::synth

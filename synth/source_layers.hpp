@@ -42,7 +42,4 @@ Eigen::MatrixXcd layer_fluxes(const SourceLayers& layers, double wavenumber);
 Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
                                const Eigen::MatrixXcd& strengths);
 
-/// Field of every layer at a point away from the surface.
-Eigen::VectorXcd layer_fields(const SourceLayers& layers, double wavenumber, const Vec3& point);
-
 }  // namespace carillon::synth

@@ -41,12 +41,9 @@ TEST(RadiationHard, ListenerOnTheSurface) {
     EXPECT_EQ(text.substr(0, with.size()), with);
   };
   // Which listener, how far, and how far would do. The first is far enough.
-  begins(refusal([&] { fit_equivalent_sources(modes, on); }),
-         "listener 1 is too near to the body, ");
-  begins(refusal([&] { fit_equivalent_sources(modes, in); }),
-         "listener 0 is inside the body, 0.03");
-  EXPECT_NE(refusal([&] { fit_equivalent_sources(modes, on); }).find("meant from 0."),
-            std::string::npos);
+  begins(refusal([&] { radiation(modes, on); }), "listener 1 is too near to the body, ");
+  begins(refusal([&] { radiation(modes, in); }), "listener 0 is inside the body, 0.03");
+  EXPECT_NE(refusal([&] { radiation(modes, on); }).find("meant from 0."), std::string::npos);
   begins(refusal([&] { monopole(modes, on); }), "listener 1 is 0.05 m from the body's centre");
   const auto sheet =
       modes_with(disc(0.1, 1e-3), {1e6}, [](int, const Vec3&) { return Vec3(0, 0, 1); });
@@ -61,8 +58,7 @@ TEST(RadiationHard, FrequenciesFromNothingToFarTooHigh) {
   const std::vector<double> ka = {0, 1e-6, 1e-3, 5, 20, 60};
   const std::vector<Listener> listeners = {{{0.02, 0.03, 0.06}}};
   for (const int order : {0, 1}) {
-    const auto fit =
-        fit_equivalent_sources(sphere_modes(sphere(), kRadius, order, ka), listeners, coarse());
+    const auto fit = radiation(sphere_modes(sphere(), kRadius, order, ka), listeners, coarse());
     EXPECT_TRUE(fit.radiated.pressure.allFinite());
     for (const double d : fit.decay_rates) EXPECT_TRUE(d >= 0 && std::isfinite(d)) << d;
     for (Eigen::Index mode = 1; mode < 4; ++mode) {
@@ -94,8 +90,8 @@ TEST(RadiationHard, RepeatedModesOfASymmetricBody) {
         });
   };
   const std::vector<Listener> listeners = {{{0.1, 0.2, 0.05}}, {{-0.3, 0.1, 0.7}}};
-  const auto p = fit_equivalent_sources(shapes(0), listeners, coarse()).radiated.pressure;
-  const auto q = fit_equivalent_sources(shapes(0.6), listeners, coarse()).radiated.pressure;
+  const auto p = radiation(shapes(0), listeners, coarse()).radiated.pressure;
+  const auto q = radiation(shapes(0.6), listeners, coarse()).radiated.pressure;
   for (Eigen::Index row = 0; row < 2; ++row) {
     EXPECT_NEAR(p.row(row).squaredNorm() / q.row(row).squaredNorm(), 1, 1e-5);
     // Addition theorem: the sum over the cluster does not depend on the direction.
@@ -110,7 +106,7 @@ TEST(RadiationHard, WallsOfAMicrometre) {
   const auto modes = modes_with(disc(kRadius, 1e-6), {std::pow(k * kSoundSpeed, 2)},
                                 [](int, const Vec3&) { return Vec3(0, 0, 1); });
   const std::vector<Listener> listeners = {{{0, 0, 1}}};
-  const auto fit = fit_equivalent_sources(modes, listeners);
+  const auto fit = radiation(modes, listeners);
   const Complex expected =
       kAirDensity * 8 / 3 * std::pow(kRadius, 3) * Complex(1, k) / (4 * std::numbers::pi);
   EXPECT_NEAR(decibels(fit.radiated.pressure(0, 0), expected), 0, 1);
@@ -121,7 +117,7 @@ TEST(RadiationHard, AMicrometreAndAHundredMetres) {
   for (const double radius : {1e-6, 100.0}) {
     const auto modes = sphere_modes(sphere(radius), radius, 1, {0.1, 2});
     const std::vector<Listener> listeners = {{{0, radius, 3 * radius}}};
-    const auto fit = fit_equivalent_sources(modes, listeners, coarse());
+    const auto fit = radiation(modes, listeners, coarse());
     for (Eigen::Index mode = 0; mode < 2; ++mode) {
       const double k = (mode == 0 ? 0.1 : 2) / radius;
       EXPECT_NEAR(decibels(fit.radiated.pressure(0, mode),
@@ -134,15 +130,15 @@ TEST(RadiationHard, AMicrometreAndAHundredMetres) {
 TEST(RadiationHard, NoModesAndNoListeners) {
   const auto none = sphere_modes(sphere(), kRadius, 0, {});
   const std::vector<Listener> listeners = {{{0, 0, 1}}};
-  EXPECT_EQ(fit_equivalent_sources(none, listeners, coarse()).radiated.pressure.cols(), 0);
+  EXPECT_EQ(radiation(none, listeners, coarse()).radiated.pressure.cols(), 0);
   const auto one = sphere_modes(sphere(), kRadius, 0, {1});
-  EXPECT_EQ(fit_equivalent_sources(one, {}, coarse()).radiated.pressure.rows(), 0);
+  EXPECT_EQ(radiation(one, {}, coarse()).radiated.pressure.rows(), 0);
   auto broken = one;
   broken.shapes(0, 5) = std::nanf("");
-  EXPECT_THROW(fit_equivalent_sources(broken, listeners, coarse()), core::InputError);
+  EXPECT_THROW(radiation(broken, listeners, coarse()), core::InputError);
   broken = one;
   broken.eigenvalues[0] = -1;
-  EXPECT_THROW(fit_equivalent_sources(broken, listeners, coarse()), core::InputError);
+  EXPECT_THROW(radiation(broken, listeners, coarse()), core::InputError);
 }
 
 // A mode that only slides along the surface makes no sound, and no NaN.
@@ -150,7 +146,7 @@ TEST(RadiationHard, MotionWithoutNormalVelocity) {
   const auto modes = modes_with(
       sphere(), {1e8}, [](int, const Vec3& x) -> Vec3 { return Vec3(-x[1], x[0], 0) / kRadius; });
   const std::vector<Listener> listeners = {{{0, 0.1, 0.1}}};
-  const auto fit = fit_equivalent_sources(modes, listeners, coarse());
+  const auto fit = radiation(modes, listeners, coarse());
   EXPECT_TRUE(std::isfinite(fit.residuals[0]));
   EXPECT_LT(std::abs(fit.radiated.pressure(0, 0)), 1e-3 * kAirDensity * kRadius);
 }

@@ -72,7 +72,7 @@ TEST(EquivalentSources, AreTheSphereOfEveryOrder) {
   const std::vector<double> ka = {0.1, 0.5, 1, 2, 3, 4, 5};
   const std::vector<Listener> listeners = {{{0.02, 0.03, 0.06}}, {{0.3, -0.2, 0.9}}};
   for (int order = 0; order < 4; ++order) {
-    const auto fit = fit_equivalent_sources(sphere_modes(sphere(), kRadius, order, ka), listeners);
+    const auto fit = radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       EXPECT_LT(fit.residuals[mode], 0.02) << order << " " << ka[mode];
       RecordProperty(fmt::format("residual_order_{}_ka_{}", order, ka[mode]),
@@ -100,7 +100,7 @@ TEST(EquivalentSources, PassInnerResonances) {
   const std::vector<double> ka = {3.1, std::numbers::pi, 3.2, 4.45, 4.493409458, 4.53};
   const std::vector<Listener> listeners = {{{0.1, -0.2, 0.4}}};
   for (const int order : {0, 1}) {
-    const auto fit = fit_equivalent_sources(sphere_modes(sphere(), kRadius, order, ka), listeners);
+    const auto fit = radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       const double k = ka[mode] / kRadius;
       const Complex expected = sphere_pressure(order, k, kRadius, listeners[0].position);
@@ -117,7 +117,7 @@ TEST(EquivalentSources, AreTheDipoleOfAThinDisc) {
     const auto modes = modes_with(disc(kRadius, thickness), {std::pow(k * kSoundSpeed, 2)},
                                   [](int, const Vec3&) { return Vec3(0, 0, 1); });
     const std::vector<Listener> listeners = {{{0, 0, 1}}, {{1, 0, 1}}, {{0, 0, -1}}};
-    const auto fit = fit_equivalent_sources(modes, listeners);
+    const auto fit = radiation(modes, listeners);
     const double moment = kAirDensity * (8.0 / 3 * std::pow(kRadius, 3) +
                                          std::numbers::pi * kRadius * kRadius * thickness);
     for (std::size_t row = 0; row < listeners.size(); ++row) {
@@ -138,7 +138,7 @@ TEST(EquivalentSources, AreTheMonopoleOfASmallBall) {
   const auto modes = sphere_modes(sphere(), kRadius, 0, {0.01, 0.02, 0.02});
   const std::vector<Listener> listeners = {{{0.3, 0.4, 0}}};
   const std::vector<double> decay = {3, 20, 500};  // the last dies within a few periods
-  const auto fit = fit_equivalent_sources(modes, listeners);
+  const auto fit = radiation(modes, listeners);
   const Readout near = pressure_readout(fit.radiated, modes, decay);
   const Strike blow{{0, {0.3, 0.3, 0.4}}, Vec3(-1, -1, -1).normalized(), 0.01, {1e-3}};
   const auto sound = [&](const Readout& readout) {
@@ -163,7 +163,7 @@ TEST(EquivalentSources, DampTheModesOfASphereAsTheyRadiate) {
   const std::vector<Listener> listeners = {{{0, 0, 1}}};
   for (const int order : {0, 1}) {
     const auto modes = sphere_modes(sphere(), kRadius, order, ka);
-    const auto fit = fit_equivalent_sources(modes, listeners);
+    const auto fit = radiation(modes, listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       const double x = ka[mode];
       const double resistance =
@@ -180,7 +180,7 @@ TEST(EquivalentSources, TurnWithTheBody) {
       Eigen::AngleAxisd(1.1, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
   auto modes = sphere_modes(sphere(), kRadius, 2, {0.7, 2.5});
   std::vector<Listener> listeners = {{{0.02, 0.05, 0.12}}};
-  const auto before = fit_equivalent_sources(modes, listeners);
+  const auto before = radiation(modes, listeners);
   for (Vec3& node : modes.surface.nodes) node = turn * node;
   for (Eigen::Index i = 0; i < modes.shapes.rows(); ++i) {
     for (Eigen::Index node = 0; node < modes.shapes.cols() / 3; ++node) {
@@ -189,7 +189,7 @@ TEST(EquivalentSources, TurnWithTheBody) {
     }
   }
   listeners[0].position = turn * listeners[0].position;
-  const auto after = fit_equivalent_sources(modes, listeners);
+  const auto after = radiation(modes, listeners);
   for (Eigen::Index mode = 0; mode < 2; ++mode) {
     const Complex ratio = after.radiated.pressure(0, mode) / before.radiated.pressure(0, mode);
     EXPECT_LT(std::abs(ratio - 1.0), 0.02);
@@ -213,7 +213,7 @@ TEST(EquivalentSources, KeepPower) {
       for (const double r : {near - step, near + step, far}) listeners.push_back({r * direction});
     }
   }
-  const auto fit = fit_equivalent_sources(modes, listeners);
+  const auto fit = radiation(modes, listeners);
   double near_power = 0, far_power = 0;
   for (Eigen::Index i = 0; i < kRings * kTurns; ++i) {
     const auto at = [&](Eigen::Index row) {
@@ -240,8 +240,8 @@ TEST(EquivalentSources, ALinearMapWithinRepeatedModes) {
     });
   };
   const std::vector<Listener> listeners = {{{0.1, 0.2, 0.05}}};
-  const auto p = fit_equivalent_sources(shapes(0), listeners).radiated.pressure;
-  const auto q = fit_equivalent_sources(shapes(turn), listeners).radiated.pressure;
+  const auto p = radiation(shapes(0), listeners).radiated.pressure;
+  const auto q = radiation(shapes(turn), listeners).radiated.pressure;
   EXPECT_LT(std::abs(std::cos(turn) * p(0, 0) + std::sin(turn) * p(0, 1) - q(0, 0)),
             1e-5 * std::abs(q(0, 0)));
 }
@@ -252,7 +252,7 @@ TEST(EquivalentSources, ListenersMustBeInTheOpenAir) {
        {Vec3(0, 0, 0.02), Vec3(0, 0, kRadius), Vec3(0, 0, 0.0501), Vec3(0, 0, std::nan(""))}) {
     const std::vector<Listener> listeners = {{{0, 0, 1}}, {place}};
     try {
-      fit_equivalent_sources(modes, listeners);
+      radiation(modes, listeners);
       FAIL() << place.transpose();
     } catch (const core::InputError& error) {
       EXPECT_NE(error.message().find("listener 1"), std::string::npos) << error.message();
@@ -264,31 +264,64 @@ TEST(EquivalentSources, AreKeptInAFile) {
   const auto folder = std::filesystem::temp_directory_path() / "carillon_fit_cache_test";
   std::filesystem::remove_all(folder);
   const auto modes = sphere_modes(sphere(), kRadius, 1, {1, 2});
-  const std::vector<Listener> listeners = {{{0, 0.1, 1}}};
+  const std::vector<Listener> listeners = {{{0, 0.1, 1}}, {{0.07, 0.02, 0}}};
   EquivalentSourcesOptions options;
   options.least = options.most = 60;
-  const auto computed = cached_equivalent_sources(modes, listeners, options, folder);
-  ASSERT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+  const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
+  const auto fit = [&] { return SourceField(cached_equivalent_sources(modes, options, folder)); };
+  const SourceField computed = fit();
+  ASSERT_EQ(files(), 1);
   const auto file = std::filesystem::directory_iterator(folder)->path();
-  const auto kept = cached_equivalent_sources(modes, listeners, options, folder);
-  EXPECT_EQ(kept.radiated.pressure, computed.radiated.pressure);
-  EXPECT_EQ(kept.radiated.delays, computed.radiated.delays);
-  EXPECT_EQ(kept.residuals, computed.residuals);
-  EXPECT_EQ(kept.decay_rates, computed.decay_rates);
-  EXPECT_EQ(kept.sources, computed.sources);
+  const SourceField kept = fit();
+  const ModalPressure pressure = computed.pressure_at(listeners);
+  EXPECT_EQ(kept.pressure_at(listeners).pressure, pressure.pressure);
+  EXPECT_EQ(kept.pressure_at(listeners).delays, pressure.delays);
+  EXPECT_EQ(kept.sources().residuals, computed.sources().residuals);
+  EXPECT_EQ(kept.sources().decay_rates, computed.sources().decay_rates);
+  EXPECT_EQ(kept.sources().layers, computed.sources().layers);
+  EXPECT_EQ(kept.sources().patches, computed.sources().patches);
+  EXPECT_THROW(kept.pressure_at(std::vector<Listener>{{{0, 0, 0.051}}}), core::InputError);
   // A torn file is not believed.
   const auto size = std::filesystem::file_size(file);
-  std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(60).put('?');
-  const auto mended = cached_equivalent_sources(modes, listeners, options, folder);
-  EXPECT_EQ(mended.radiated.pressure, computed.radiated.pressure);
+  for (const std::streamoff torn : {60, 100000}) {
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(torn).put('?');
+    EXPECT_EQ(fit().pressure_at(listeners).pressure, pressure.pressure);
+  }
   std::filesystem::resize_file(file, size / 2);
-  EXPECT_EQ(cached_equivalent_sources(modes, listeners, options, folder).radiated.pressure,
-            computed.radiated.pressure);
-  // Other listeners are another fit.
-  const std::vector<Listener> others = {{{0, 0.1, 1.001}}};
-  cached_equivalent_sources(modes, others, options, folder);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 2);
+  EXPECT_EQ(fit().pressure_at(listeners).pressure, pressure.pressure);
+  std::filesystem::resize_file(file, 3);
+  EXPECT_EQ(fit().pressure_at(listeners).pressure, pressure.pressure);
+  // Other options are another fit; other listeners are not.
+  options.least = options.most = 61;
+  fit();
+  EXPECT_EQ(files(), 2);
   std::filesystem::remove_all(folder);
+}
+
+// Wherever the listener and however many at a time: one fit's field, that of the closed form.
+TEST(EquivalentSources, OneFitServesListenersAnywhere) {
+  const auto modes = sphere_modes(sphere(), kRadius, 1, {0.5, 0.5, 2, 4});
+  const SourceField field(fit_equivalent_sources(modes));
+  std::vector<Listener> all;
+  for (const double distance : {0.07, 0.3, 20.0, 3000.0}) {
+    for (const Vec3& way : {Vec3(0, 0, 1), Vec3(0.6, 0, 0.8), Vec3(-0.48, 0.6, -0.64)}) {
+      all.push_back({distance * way});
+    }
+  }
+  const ModalPressure together = field.pressure_at(all);
+  for (std::size_t row = 0; row < all.size(); ++row) {
+    const ModalPressure alone = field.pressure_at(std::span(all).subspan(row, 1));
+    const auto r = static_cast<Eigen::Index>(row);
+    EXPECT_EQ(alone.pressure.row(0), together.pressure.row(r));
+    EXPECT_EQ(alone.delays[0], together.delays[row]);
+    for (std::size_t mode = 0; mode < modes.size(); ++mode) {
+      const double k = std::sqrt(modes.eigenvalues[mode]) / kSoundSpeed;
+      const Complex expected =
+          undelayed(sphere_pressure(1, k, kRadius, all[row].position), k, all[row].position.norm());
+      const Complex found = together.pressure(r, static_cast<Eigen::Index>(mode));
+      EXPECT_LT(std::abs(found / expected - 1.0), 0.05) << row << ' ' << mode;
+    }
+  }
 }
 
 }  // namespace

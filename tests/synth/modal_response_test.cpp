@@ -26,7 +26,7 @@ constexpr Weights kAcceleration{0, 0, 1};
 
 /// Motion by classical Runge-Kutta steps of q'' + 2 d q' + lambda q = F(t). Steps end where the
 /// force does, whose second derivative jumps there.
-Motion step_through(double lambda, double d, double contact_time, double t) {
+ModalMotion step_through(double lambda, double d, double contact_time, double t) {
   const auto force = [&](Real s) {
     return s >= contact_time ? Real(0) : (1 - std::cos(2 * kPi * s / contact_time)) / contact_time;
   };
@@ -53,7 +53,7 @@ Motion step_through(double lambda, double d, double contact_time, double t) {
   return {double(q), double(v), double(acceleration(t, q, v))};
 }
 
-Motion motion_at(const ModalResponse& response, double contact_time, double t) {
+ModalMotion motion_at(const ModalResponse& response, double contact_time, double t) {
   return t < contact_time ? response.during_contact(t) : response.after_contact(t - contact_time);
 }
 
@@ -70,10 +70,10 @@ TEST_P(AgainstRungeKutta, ContactAndDecay) {
   const double lambda = std::pow(2 * std::numbers::pi * c.frequency, 2);
   const ModalResponse response(lambda, c.decay_rate, c.contact_time);
   double scale_v = 0, scale_a = 0;
-  std::vector<std::pair<Motion, Motion>> pairs;
+  std::vector<std::pair<ModalMotion, ModalMotion>> pairs;
   for (const double share : {0.1, 0.35, 0.5, 0.8, 1.0, 1.3, 2.5}) {
     const double t = share * c.contact_time;
-    const Motion expected = step_through(lambda, c.decay_rate, c.contact_time, t);
+    const ModalMotion expected = step_through(lambda, c.decay_rate, c.contact_time, t);
     pairs.emplace_back(expected, motion_at(response, c.contact_time, t));
     scale_v = std::max(scale_v, std::abs(expected.velocity));
     scale_a = std::max(scale_a, std::abs(expected.acceleration));
@@ -111,7 +111,7 @@ TEST(ModalResponse, BoundHolds) {
     RC_ASSERT(response.near_critical());
     const double begin = *rc::gen::inRange(0, 100) * 0.05 / omega;
     for (int i = 0; i < 200; ++i) {
-      const Motion motion = response.after_contact(begin + i * 0.05 / omega);
+      const ModalMotion motion = response.after_contact(begin + i * 0.05 / omega);
       RC_ASSERT(std::abs(motion.velocity) <=
                 response.bound_after_contact(begin, kVelocity) * (1 + 1e-9));
       RC_ASSERT(std::abs(motion.acceleration) <=
@@ -132,7 +132,7 @@ TEST(ModalResponse, KeepsEnergyWithoutDamping) {
     const double y = std::numbers::pi * x;
     const double spectrum = std::abs(x - 1) < 1e-9 ? 0.5 : std::abs(std::sin(y) / y / (1 - x * x));
     for (const double tau : {0.0, 1e-4, 0.3}) {
-      const Motion motion = response.after_contact(tau);
+      const ModalMotion motion = response.after_contact(tau);
       RC_ASSERT(std::abs(std::hypot(motion.velocity, omega * motion.displacement) - spectrum) <
                 1e-11 * (1 + omega * tau));
     }

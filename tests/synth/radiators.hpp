@@ -4,7 +4,7 @@
 #include <complex>
 #include <numbers>
 
-#include "synth/modal_pressure.hpp"
+#include "synth/equivalent_sources.hpp"
 #include "tests/synth/curved_bodies.hpp"
 
 namespace carillon::synth {
@@ -85,6 +85,18 @@ inline solvers::ModeSurface disc(double radius, double thickness, int rings = 10
     add(a, c, d);
   }
   return surface;
+}
+
+/// A fit, heard.
+struct Radiation {
+  ModalPressure radiated;
+  std::vector<double> residuals;
+  std::vector<double> decay_rates;
+};
+inline Radiation radiation(const solvers::Modes& modes, std::span<const Listener> listeners,
+                           const EquivalentSourcesOptions& options = {}) {
+  const SourceField field(fit_equivalent_sources(modes, options));
+  return {field.pressure_at(listeners), field.sources().residuals, field.sources().decay_rates};
 }
 
 inline double decibels(const Complex& found, const Complex& expected) {

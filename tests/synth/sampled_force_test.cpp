@@ -190,8 +190,8 @@ TEST(SampledResponse, ComesToTheClosedFormOfAFinelySampledPulse) {
       double worst = 0, size = 0;
       for (int n = 1; n < 400; ++n) {
         const double t = 2.0 * T * n / 400;
-        const Motion a = t <= T ? exact.during_contact(t) : exact.after_contact(t - T);
-        const Motion b = response.at(t);
+        const ModalMotion a = t <= T ? exact.during_contact(t) : exact.after_contact(t - T);
+        const ModalMotion b = response.at(t);
         worst = std::max(worst, std::abs(a.velocity - b.velocity));
         size = std::max(size, std::abs(a.velocity));
       }

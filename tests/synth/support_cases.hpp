@@ -111,7 +111,7 @@ inline Eigen::VectorXd value_at(const RingDown& rings, double contact_time, doub
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     const ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], contact_time);
-    const Motion motion =
+    const ModalMotion motion =
         t <= contact_time ? response.during_contact(t) : response.after_contact(t - contact_time);
     const auto add = [&](const Eigen::MatrixXd& gains, double value) {
       if (gains.size() > 0) sum += rings.excitation[column] * value * gains.col(column);

@@ -35,14 +35,16 @@ constexpr double kSecondsPerFit = 2;
 FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& cache,
                     RingingBody& body) {
   FitFindings findings;
-  synth::EquivalentSourcesFit fit =
-      synth::cached_equivalent_sources(*body.modes, body.listeners, config.sources, cache);
+  const synth::SourceField field(
+      synth::cached_equivalent_sources(*body.modes, config.sources, cache));
+  const synth::EquivalentSources& fit = field.sources();
+  synth::ModalPressure pressure = field.pressure_at(body.listeners);
   for (std::size_t mode = 0; mode < fit.residuals.size(); ++mode) {
     findings.largest_residual = std::max(findings.largest_residual, fit.residuals[mode]);
     if (fit.residuals[mode] <= synth::kResidualLimit) continue;
     ++findings.doubtful_modes;
     if (config.doubtful == "drop") {
-      fit.radiated.pressure.col(static_cast<Eigen::Index>(mode)).setZero();
+      pressure.pressure.col(static_cast<Eigen::Index>(mode)).setZero();
     }
   }
   if (findings.doubtful_modes > 0) {
@@ -60,7 +62,7 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
     findings.largest_decay_rate = std::max(findings.largest_decay_rate, fit.decay_rates[mode]);
     body.decay_rates[mode] += fit.decay_rates[mode];
   }
-  body.pressure = synth::pressure_readout(fit.radiated, *body.modes, body.decay_rates);
+  body.pressure = synth::pressure_readout(pressure, *body.modes, body.decay_rates);
   return findings;
 }
 

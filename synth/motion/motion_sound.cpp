@@ -1,0 +1,288 @@
+#include "synth/motion/motion_sound.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "synth/hertz_pulse.hpp"
+#include "synth/motion/contact_places.hpp"
+#include "synth/motion/flight_delay.hpp"
+#include "synth/motion/moving_gains.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+/// A click is over so many times the sphere's radius over the speed of sound after the force.
+constexpr double kClickEnd = 30;
+/// Mode shapes along a contact's way are taken every so much of the body's size.
+constexpr double kPlaceShare = 0.005;
+
+/// Adds the time since its making to a part's seconds.
+class Stopwatch {
+ public:
+  explicit Stopwatch(EffectUse& use) : use_(use), begin_(std::chrono::steady_clock::now()) {}
+  ~Stopwatch() {
+    use_.seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  EffectUse& use_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+/// Between two states, as turned as far as time has gone.
+Pose pose_at(const Motion& motion, std::size_t body, double time) {
+  const double place = std::max(0.0, time / motion.step);
+  const std::size_t last = motion.states.size() - 1;
+  const auto step = std::min(static_cast<std::size_t>(place), last);
+  const Pose& from = motion.states[step][body].pose;
+  if (step == last) return from;
+  const Pose& to = motion.states[step + 1][body].pose;
+  const double share = place - static_cast<double>(step);
+  return {from.turn.slerp(share, to.turn), from.origin + share * (to.origin - from.origin)};
+}
+
+double size_of(const solvers::ModeSurface& surface) {
+  Vec3 low = surface.nodes.front(), high = low;
+  for (const Vec3& node : surface.nodes) {
+    low = low.cwiseMin(node);
+    high = high.cwiseMax(node);
+  }
+  return (high - low).norm();
+}
+
+/// A lasting contact as one of its bodies has it.
+struct RestingContact {
+  const LastingContact* contact;
+  std::size_t side;
+  ContactPlaces places;
+  std::vector<double> normal_force;  ///< smooth, of each step [N]
+
+  bool acts_in(std::size_t step) const {
+    return step >= contact->first_step && step < contact->first_step + contact->steps.size();
+  }
+};
+
+/// One body's way through the motion.
+class BodySound {
+ public:
+  BodySound(const Motion& motion, std::size_t body, const SoundingBody& sounding,
+            std::span<const Listener> listeners, const MotionSoundOptions& options,
+            MotionSound& report)
+      : motion_(motion),
+        body_(body),
+        sounding_(sounding),
+        options_(options),
+        report_(report),
+        sampler_(sounding.modes->surface),
+        modes_(sounding.modes->eigenvalues, sounding.decay_rates, options.sample_rate),
+        gains_(motion, body, sounding, listeners, options.turn, options.moving_radiation) {
+    for (const Impact& impact : motion.impacts) {
+      if (options.impacts && (impact.bodies[0] == body || impact.bodies[1] == body)) {
+        impacts_.push_back(&impact);
+      }
+    }
+    const bool damps = options.contact_damping && sounding.rests.coefficient > 0;
+    for (const LastingContact& contact : motion.contacts) {
+      for (std::size_t side = 0; damps && side < 2; ++side) {
+        if (contact.bodies[side] == body && !contact.steps.empty()) add_contact(contact, side);
+      }
+    }
+  }
+
+  /// Rows as they leave the body, samples x rows.
+  Eigen::MatrixXd emitted(Eigen::Index count, Eigen::Index rows) {
+    Eigen::MatrixXd samples = Eigen::MatrixXd::Zero(count, rows);
+    const double length = motion_.step * options_.sample_rate;
+    const auto begin_of = [&](std::size_t step) {
+      return std::min(count,
+                      static_cast<Eigen::Index>(std::ceil(static_cast<double>(step) * length)));
+    };
+    for (std::size_t step = 0; begin_of(step) < count; ++step) {
+      const Eigen::Index begin = begin_of(step), size = begin_of(step + 1) - begin;
+      if (size == 0) continue;
+      strike(static_cast<double>(begin) / options_.sample_rate,
+             static_cast<double>(begin + size) / options_.sample_rate);
+      if (modes_.resting()) {
+        modes_.skip(static_cast<std::size_t>(size));
+        continue;
+      }
+      damp(step);
+      DrivenGains gains;
+      {
+        const Stopwatch watch(report_.moving_radiation);
+        gains = gains_.over(step);
+      }
+      const Stopwatch watch(report_.ringing);
+      ++report_.ringing.calls;
+      modes_.render({}, gains, samples.middleRows(begin, size));
+    }
+    report_.mode_samples += modes_.mode_samples();
+    report_.moving_radiation.calls += gains_.poses();
+    return samples;
+  }
+
+  const MovingGains& gains() const { return gains_; }
+
+ private:
+  void add_contact(const LastingContact& contact, std::size_t side) {
+    const Stopwatch watch(report_.contact_damping);
+    contacts_.push_back({&contact, side,
+                         ContactPlaces(*sounding_.modes, sampler_, contact, side,
+                                       kPlaceShare * size_of(sounding_.modes->surface)),
+                         smooth_normal_force(contact, motion_.step, options_.smoothing)});
+  }
+
+  void strike(double from, double to) {
+    const Stopwatch watch(report_.impacts);
+    for (; struck_ < impacts_.size() && impacts_[struck_]->time < to; ++struck_) {
+      const Impact& impact = *impacts_[struck_];
+      for (std::size_t side = 0; side < 2; ++side) {
+        if (impact.bodies[side] != body_) continue;
+        const Vec3 impulse = (side == 0 ? 1.0 : -1.0) * impact.impulse;
+        const Vec3 own = pose_at(motion_, body_, impact.time).turn.conjugate() * impulse;
+        const Eigen::MatrixX3d shapes =
+            shapes_at(*sounding_.modes, sampler_.nearest(impact.points[side]));
+        modes_.strike(shapes * own, pulse_of(impact, options_), std::max(0.0, impact.time - from));
+        ++report_.impacts.calls;
+      }
+    }
+  }
+
+  void damp(std::size_t step) {
+    const Stopwatch watch(report_.contact_damping);
+    bool rests = false;
+    std::vector<double> rates = sounding_.decay_rates;
+    for (const RestingContact& contact : contacts_) {
+      if (!contact.acts_in(step)) continue;
+      const std::size_t at = step - contact.contact->first_step;
+      const Vec3 normal =
+          motion_.states[step][body_].pose.turn.conjugate() * contact.contact->steps[at].normal;
+      add_support_damping(rates,
+                          unit_damping(contact.places.shapes(at), normal, sounding_.rests.friction),
+                          sounding_.rests.coefficient, contact.normal_force[at]);
+      rests = true;
+      ++report_.contact_damping.calls;
+    }
+    if (rests || rested_) modes_.set_decay_rates(rates);
+    rested_ = rests;
+  }
+
+ public:
+  static ContactForce pulse_of(const Impact& impact, const MotionSoundOptions& options) {
+    return options.hertz_pulses ? hertz_pulse(impact.duration) : ContactForce{impact.duration};
+  }
+
+ private:
+  const Motion& motion_;
+  std::size_t body_;
+  const SoundingBody& sounding_;
+  const MotionSoundOptions& options_;
+  MotionSound& report_;
+  SurfaceSampler sampler_;
+  DrivenModes modes_;
+  MovingGains gains_;
+  std::vector<const Impact*> impacts_;
+  std::size_t struck_ = 0;
+  std::vector<RestingContact> contacts_;
+  bool rested_ = false;
+};
+
+/// Clicks of both bodies of every impact, straight into the listeners' rows.
+void add_clicks(const Motion& motion, std::span<const SoundingBody> bodies,
+                std::span<const Listener> listeners, const MotionSoundOptions& options,
+                Eigen::MatrixXd& heard, MotionSound& report) {
+  const Stopwatch watch(report.clicks);
+  for (const Impact& impact : motion.impacts) {
+    const ContactForce force = BodySound::pulse_of(impact, options);
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::size_t body = impact.bodies[side];
+      if (!bodies[body].click) continue;
+      const RigidSource& source = *bodies[body].click;
+      const Pose pose = pose_at(motion, body, options.moving_radiation ? impact.time : 0);
+      const Vec3 impulse = (side == 0 ? 1.0 : -1.0) * impact.impulse;
+      const double first = std::floor(impact.time * options.sample_rate);
+      for (std::size_t row = 0; row < listeners.size(); ++row) {
+        const Vec3 place = pose.to_body(listeners[row].position);
+        const double lasts = (place - source.centre).norm() / kSoundSpeed + impact.duration +
+                             kClickEnd * source.radii.maxCoeff() / kSoundSpeed;
+        const double end = std::min(static_cast<double>(heard.rows()),
+                                    first + std::ceil(lasts * options.sample_rate) + 2);
+        if (!(first < end)) continue;
+        const std::vector<float> click =
+            acceleration_click(source, pose.turn.conjugate() * impulse, force, place,
+                               options.sample_rate, static_cast<std::size_t>(end - first),
+                               std::max(0.0, impact.time - first / options.sample_rate));
+        for (std::size_t n = 0; n < click.size(); ++n) {
+          heard(static_cast<Eigen::Index>(first) + static_cast<Eigen::Index>(n),
+                static_cast<Eigen::Index>(row)) += static_cast<double>(click[n]);
+        }
+        ++report.clicks.calls;
+      }
+    }
+  }
+}
+
+void check(const Motion& motion, std::span<const SoundingBody> bodies,
+           const MotionSoundOptions& options) {
+  if (motion.states.empty() || !(motion.step > 0)) {
+    throw core::InputError("moving sound: a motion without states");
+  }
+  if (motion.states.front().size() != bodies.size()) {
+    throw core::InputError(fmt::format("moving sound: {} bodies sound where {} move", bodies.size(),
+                                       motion.states.front().size()));
+  }
+  if (!(options.sample_rate > 0) || !std::isfinite(options.sample_rate) ||
+      !(options.seconds >= 0) || !std::isfinite(options.seconds)) {
+    throw core::InputError(
+        fmt::format("moving sound: {} s at {} Hz", options.seconds, options.sample_rate));
+  }
+  if (!(options.turn > 0) || !(options.smoothing >= 0)) {
+    throw core::InputError(fmt::format("moving sound: a turn of {} rad and a window of {} s",
+                                       options.turn, options.smoothing));
+  }
+}
+
+}  // namespace
+
+MotionSound motion_sound(const Motion& motion, std::span<const SoundingBody> bodies,
+                         std::span<const Listener> listeners, const MotionSoundOptions& options) {
+  check(motion, bodies, options);
+  const double seconds = options.seconds > 0
+                             ? options.seconds
+                             : static_cast<double>(motion.states.size() - 1) * motion.step;
+  const auto count = static_cast<Eigen::Index>(std::llround(seconds * options.sample_rate));
+  MotionSound sound;
+  sound.rows = std::max<std::size_t>(1, listeners.size());
+  sound.unit = listeners.empty() ? "m/s" : "Pa";
+  const auto rows = static_cast<Eigen::Index>(sound.rows);
+  Eigen::MatrixXd heard = Eigen::MatrixXd::Zero(count, rows);
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    if (bodies[body].modes == nullptr || bodies[body].modes->size() == 0) continue;
+    BodySound own(motion, body, bodies[body], listeners, options, sound);
+    const Eigen::MatrixXd samples = own.emitted(count, rows);
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      if (samples.col(row).isZero(0)) continue;
+      const std::vector<double> flights = own.gains().flight_times(static_cast<std::size_t>(row));
+      const Stopwatch watch(sound.moving_radiation);
+      add_arriving(samples.col(row), {motion.step, flights}, options.sample_rate, heard.col(row));
+    }
+  }
+  if (options.clicks && !listeners.empty()) {
+    add_clicks(motion, bodies, listeners, options, heard, sound);
+  }
+  sound.samples.resize(static_cast<std::size_t>(heard.size()));
+  for (std::size_t n = 0; n < sound.samples.size(); ++n) {
+    sound.samples[n] = static_cast<float>(heard.data()[n]);
+  }
+  return sound;
+}
+
+}  // namespace carillon::synth

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "synth/motion/motion.hpp"
+#include "synth/motion/sounding_body.hpp"
+
+namespace carillon::synth {
+
+struct MotionSoundOptions {
+  double sample_rate = 44100;  ///< [Hz]
+  double seconds = 0;          ///< of the clip; 0: as long as the motion
+
+  // What is heard.
+  bool impacts = true;
+  bool contact_damping = true;   ///< contacts damp the modes while they last
+  bool clicks = true;            ///< of bodies that have one, where there are listeners
+  bool moving_radiation = true;  ///< poses and Doppler; false: all are heard from where they start
+
+  bool hertz_pulses = false;  ///< the blows' course; false: the raised cosine
+  double turn = 0.05;         ///< between key poses of the radiation [rad]
+  double smoothing = 0.05;    ///< window over normal forces [s], against the solver's chatter
+};
+
+/// What a part of the sound cost: a trace of what ran.
+struct EffectUse {
+  std::uint64_t calls = 0;
+  double seconds = 0;
+};
+
+struct MotionSound {
+  std::size_t rows = 0;        ///< of each listener, or the one dry row
+  std::vector<float> samples;  ///< row by row
+  std::string unit;            ///< "Pa", or "m/s" (dry)
+
+  EffectUse ringing;           ///< blocks of modes that were not at rest
+  EffectUse impacts;           ///< blows on bodies that sound: two for each impact
+  EffectUse contact_damping;   ///< blocks of lasting contacts that damped a body
+  EffectUse clicks;            ///< of a blow at a listener
+  EffectUse moving_radiation;  ///< poses at which gains were computed
+  std::uint64_t mode_samples = 0;
+};
+
+/// What a motion sounds like.
+///
+/// Every impact strikes both of its bodies, with opposite impulses, at the surface's nearest points
+/// and for Hertz's duration. While a contact lasts it damps the modes of its bodies by what they
+/// rest as: coefficient times normal force, at the contact's place, step by step (the diagonal of
+/// unit_dashpots()). At listeners (world coordinates) gains follow the bodies' poses, and sounds
+/// arrive after their time of flight from the body's centroid. Without listeners there is one dry
+/// row, the sum of all bodies' mean_square_velocity(). Bodies do not shade or reflect each other's
+/// sound.
+///
+/// @param bodies  of the motion: those without modes are silent
+/// @throws InputError  sizes that do not match, a body without what its sound needs, a listener on
+///                     or in a body, values that are not finite
+MotionSound motion_sound(const Motion& motion, std::span<const SoundingBody> bodies,
+                         std::span<const Listener> listeners, const MotionSoundOptions& options);
+
+}  // namespace carillon::synth

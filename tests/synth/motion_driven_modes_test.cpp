@@ -1,0 +1,241 @@
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "core/error.hpp"
+#include "synth/hertz_pulse.hpp"
+#include "synth/motion/driven_modes.hpp"
+#include "tests/synth/random_rings.hpp"
+
+namespace carillon::synth {
+namespace {
+
+constexpr double kRate = 44100;
+
+DrivenGains still_gains(const Readout& readout) {
+  return {&readout, &readout, 0, 0};
+}
+
+/// Rows of a body struck `delay` after the first sample, in blocks of a size.
+Eigen::MatrixXd struck(const RingDown& rings, const ContactForce& force, double delay,
+                       Eigen::Index count, Eigen::Index block) {
+  DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  modes.strike(rings.excitation, force, delay);
+  Eigen::MatrixXd rows =
+      Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(rings.readout.delays.size()));
+  for (Eigen::Index done = 0; done < count; done += block) {
+    const Eigen::Index size = std::min(block, count - done);
+    modes.render({}, still_gains(rings.readout), rows.middleRows(done, size));
+  }
+  return rows;
+}
+
+// Blows shorter and longer than samples, at any time, of modes near and beyond critical damping.
+TEST(DrivenModes, ABlowIsThatOfSynthesize) {
+  constexpr Eigen::Index kCount = 5000;
+  for (const bool pressure : {false, true}) {
+    RingDown rings = random_rings(61, 7, pressure);
+    rings.readout.delays.assign(rings.readout.delays.size(), 0.0);
+    rings.decay_rates[1] = std::sqrt(rings.eigenvalues[1]) * 0.9999;
+    rings.decay_rates[2] = std::sqrt(rings.eigenvalues[2]) * 1.7;
+    if (pressure) {
+      rings.readout.velocity = -300 * rings.readout.acceleration;
+      rings.readout.force_rate = 1e-4 * rings.readout.acceleration;
+    }
+    for (const double duration : {0.0, 2e-6, 1.3e-5, 4e-5, 3e-4, 6e-3}) {
+      for (const bool sampled : {false, true}) {
+        const ContactForce force = sampled ? hertz_pulse(duration) : ContactForce{duration};
+        for (const double delay : {0.0, 0.01234567}) {
+          RingDown late = rings;
+          for (double& row : late.readout.delays) row = delay;
+          const auto expected = synthesize(late, force, kRate, kCount);
+          const Eigen::MatrixXd found = struck(rings, force, delay, kCount, 700);
+          double peak = 0, worst = 0;
+          for (Eigen::Index row = 0; row < found.cols(); ++row) {
+            for (Eigen::Index n = 0; n < kCount; ++n) {
+              const double value = expected[static_cast<std::size_t>(row * kCount + n)];
+              peak = std::max(peak, std::abs(value));
+              worst = std::max(worst, std::abs(value - found(n, row)));
+            }
+          }
+          EXPECT_LT(worst, 1e-6 * peak) << duration << ' ' << sampled << ' ' << delay;
+        }
+      }
+    }
+  }
+}
+
+/// One mode at rest under a force of straight lines between samples, by matrix exponentials of
+/// (q, q', F, slope): at each sample, (q, q').
+Eigen::MatrixX2d driven_exactly(double lambda, const std::vector<double>& decay_rates,
+                                const Eigen::VectorXd& force) {
+  const double step = 1 / kRate;
+  Eigen::MatrixX2d motion(force.size() - 1, 2);
+  Eigen::Vector4d state = Eigen::Vector4d::Zero();
+  for (Eigen::Index n = 0; n + 1 < force.size(); ++n) {
+    motion.row(n) = state.head<2>().transpose();
+    state[2] = force[n];
+    state[3] = (force[n + 1] - force[n]) / step;
+    Eigen::Matrix4d a = Eigen::Matrix4d::Zero();
+    a(0, 1) = 1;
+    a(1, 0) = -lambda;
+    a(1, 1) = -2 * decay_rates[static_cast<std::size_t>(n)];
+    a(1, 2) = 1;
+    a(2, 3) = 1;
+    // Scaled by omega, so that entries are alike.
+    const double omega = std::sqrt(lambda);
+    const Eigen::Vector4d scale(omega, 1, step, step * step);
+    const Eigen::Matrix4d alike = scale.asDiagonal() * a * scale.cwiseInverse().asDiagonal();
+    const Eigen::Matrix4d whole = (alike * step).exp();
+    state = scale.cwiseInverse().asDiagonal() * (whole * (scale.asDiagonal() * state));
+  }
+  return motion;
+}
+
+TEST(DrivenModes, AreExactUnderForcesOfStraightLinesAndChangingDamping) {
+  constexpr Eigen::Index kBlock = 150, kBlocks = 3;
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd force(kBlock * kBlocks + 1);
+  for (double& value : force) value = normal(random);
+  for (const double damping : {0.001, 0.2, 1.0, 3.0}) {
+    const std::vector<double> eigenvalues = {
+        std::pow(2 * M_PI * 80, 2), std::pow(2 * M_PI * 3e3, 2), std::pow(2 * M_PI * 21e3, 2)};
+    Readout readout;
+    readout.delays.assign(9, 0.0);
+    readout.displacement = readout.velocity = readout.acceleration = Eigen::MatrixXd::Zero(9, 3);
+    for (int i = 0; i < 3; ++i) {
+      readout.displacement(i, i) = readout.velocity(3 + i, i) = readout.acceleration(6 + i, i) = 1;
+    }
+    const auto rates = [&](Eigen::Index block) {
+      std::vector<double> d;
+      for (const double lambda : eigenvalues) {
+        d.push_back(damping * std::sqrt(lambda) * (block == 1 ? 1.4 : 1));
+      }
+      // One keeps its own, so that not every step is made anew.
+      d[1] = damping * std::sqrt(eigenvalues[1]);
+      return d;
+    };
+    DrivenModes modes(eigenvalues, rates(0), kRate);
+    if (modes.modes() < 3) continue;
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kBlock * kBlocks, 9);
+    for (Eigen::Index block = 0; block < kBlocks; ++block) {
+      modes.set_decay_rates(rates(block));
+      Drive drive;
+      drive.begin = drive.end = Eigen::MatrixX3d::Zero(3, 3);
+      drive.begin.col(1) = drive.end.col(1) = Eigen::Vector3d(1, -2, 3);
+      drive.forces = Eigen::Matrix3Xd::Zero(3, kBlock + 1);
+      drive.forces.row(1) = force.segment(block * kBlock, kBlock + 1).transpose();
+      modes.render({&drive, 1}, still_gains(readout), rows.middleRows(block * kBlock, kBlock));
+    }
+    for (int i = 0; i < 3; ++i) {
+      std::vector<double> d;
+      for (Eigen::Index n = 0; n < kBlock * kBlocks; ++n) {
+        d.push_back(rates(n / kBlock)[static_cast<std::size_t>(i)]);
+      }
+      const double by = i == 0 ? 1 : i == 1 ? -2 : 3;
+      const double lambda = eigenvalues[static_cast<std::size_t>(i)];
+      const Eigen::MatrixX2d exact = by * driven_exactly(lambda, d, force);
+      const Eigen::VectorXd accelerations =
+          by * force.head(kBlock * kBlocks) - lambda * exact.col(0) -
+          (2 * Eigen::Map<Eigen::VectorXd>(d.data(), kBlock * kBlocks).array() *
+           exact.col(1).array())
+              .matrix();
+      const auto off = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+        return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
+      };
+      EXPECT_LT(off(rows.col(i), exact.col(0)), 1e-9) << damping << ' ' << i;
+      EXPECT_LT(off(rows.col(3 + i), exact.col(1)), 1e-9) << damping << ' ' << i;
+      EXPECT_LT(off(rows.col(6 + i), accelerations), 1e-9) << damping << ' ' << i;
+    }
+  }
+}
+
+// Places and gains go in straight lines over a block: what comes out is the same however the
+// straight line is cut into blocks.
+TEST(DrivenModes, PlacesAndGainsThatMoveDoNotKnowOfBlocks) {
+  EXPECT_TRUE(rc::check("any cut of the same course", [] {
+    const auto count = *rc::gen::inRange<Eigen::Index>(2, 400);
+    const RingDown rings = random_rings(13, 5, true);
+    Readout other = rings.readout;
+    other.acceleration = rings.readout.acceleration.rowwise().reverse();
+    other.displacement = 1e4 * rings.readout.acceleration;
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    Eigen::MatrixX3d from(13, 3), to(13, 3);
+    for (double& value : from.reshaped()) value = normal(random);
+    for (double& value : to.reshaped()) value = normal(random);
+    Eigen::Matrix3Xd forces(3, count + 1);
+    for (double& value : forces.reshaped()) value = normal(random);
+    const auto at = [&](Eigen::Index n) -> Eigen::MatrixX3d {
+      const double share = static_cast<double>(n) / static_cast<double>(count);
+      return from + share * (to - from);
+    };
+    const auto render = [&](const std::vector<Eigen::Index>& cuts) {
+      DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 2);
+      for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
+        const Eigen::Index begin = cuts[i], size = cuts[i + 1] - begin;
+        const Drive drive = {at(begin), at(begin + size), forces.middleCols(begin, size + 1)};
+        const double whole = static_cast<double>(count);
+        modes.render({&drive, 1},
+                     {&rings.readout, &other, static_cast<double>(begin) / whole,
+                      static_cast<double>(begin + size) / whole},
+                     rows.middleRows(begin, size));
+      }
+      return rows;
+    };
+    const Eigen::Index cut = *rc::gen::inRange<Eigen::Index>(1, count);
+    const Eigen::MatrixXd whole = render({0, count}), two = render({0, cut, count});
+    RC_ASSERT((whole - two).cwiseAbs().maxCoeff() <= 1e-10 * whole.cwiseAbs().maxCoeff());
+  }));
+}
+
+TEST(DrivenModes, RestWhenTheyHaveDecayedAndCostNothing) {
+  RingDown rings = random_rings(40, 2, false);
+  for (double& rate : rings.decay_rates) rate += 200;
+  DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  const auto render = [&](Eigen::Index count) {
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 1);
+    modes.render({}, still_gains(rings.readout), rows);
+    return rows;
+  };
+  EXPECT_TRUE(modes.resting());
+  EXPECT_TRUE(render(1000).isZero(0));
+  EXPECT_EQ(modes.mode_samples(), 0u);
+  modes.strike(rings.excitation, {1e-3}, 0.009999);
+  EXPECT_EQ(modes.until_blow(), 441u);
+  const double peak = render(44100).cwiseAbs().maxCoeff();
+  EXPECT_TRUE(modes.resting());
+  const std::uint64_t spent = modes.mode_samples();
+  EXPECT_GT(spent, 40u * 1000);
+  // ln(1e8) / 200 = 0.09 s of 40 modes, those that go earlier taken off.
+  EXPECT_LT(spent, 40u * 6500);
+  EXPECT_TRUE(render(44100).isZero(0));
+  EXPECT_EQ(modes.mode_samples(), spent);
+  EXPECT_GT(peak, 0);
+}
+
+TEST(DrivenModes, RefuseWhatDoesNotFit) {
+  const RingDown rings = random_rings(5, 1, false);
+  DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  EXPECT_THROW(modes.set_decay_rates(std::vector<double>(4, 1.0)), core::InputError);
+  EXPECT_THROW(modes.set_decay_rates(std::vector<double>(5, std::nan(""))), core::InputError);
+  EXPECT_THROW(modes.strike(Eigen::VectorXd::Ones(4), {1e-3}, 0), core::InputError);
+  EXPECT_THROW(modes.strike(rings.excitation, {1e-3}, -1), core::InputError);
+  EXPECT_THROW(modes.strike(rings.excitation, {60}, 0), core::InputError);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(10, 2);
+  EXPECT_THROW(modes.render({}, still_gains(rings.readout), rows), core::InputError);
+  Drive drive = {Eigen::MatrixX3d::Ones(5, 3), Eigen::MatrixX3d::Ones(5, 3),
+                 Eigen::Matrix3Xd::Ones(3, 10)};
+  EXPECT_THROW(modes.render({&drive, 1}, still_gains(rings.readout), rows.leftCols(1)),
+               core::InputError);
+  drive.forces = Eigen::Matrix3Xd::Constant(3, 11, std::nan(""));
+  EXPECT_THROW(modes.render({&drive, 1}, still_gains(rings.readout), rows.leftCols(1)),
+               core::InputError);
+}
+
+}  // namespace
+}  // namespace carillon::synth

@@ -1,0 +1,356 @@
+#include "synth/motion/motion_sound.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "synth/hertz_pulse.hpp"
+#include "synth/motion/contact_places.hpp"
+#include "synth/motion/flight_delay.hpp"
+#include "synth/motion/moving_gains.hpp"
+#include "synth/ring_down.hpp"
+#include "tests/synth/hand_made_motion.hpp"
+#include "tests/synth/radiators.hpp"
+
+namespace carillon::synth {
+namespace {
+
+constexpr double kRate = 44100, kRadius = 0.05, kPi = std::numbers::pi;
+
+/// A ball whose surface moves as Legendre's polynomial of an order at some frequencies.
+struct Ball {
+  solvers::Modes modes;
+  SourceField field;
+  SoundingBody body;
+
+  Ball(int order, const std::vector<double>& frequencies, double decay_rate)
+      : modes(sphere_modes(curved_sphere(kRadius, Vec3::Zero(), 4, 3), kRadius, order,
+                           ka_of(frequencies))),
+        field(fit(modes)) {
+    body.modes = &modes;
+    body.field = &field;
+    body.decay_rates.assign(modes.size(), decay_rate);
+  }
+  Ball(const Ball&) = delete;
+  Ball& operator=(const Ball&) = delete;
+
+  static std::vector<double> ka_of(std::vector<double> frequencies) {
+    for (double& value : frequencies) value *= 2 * kPi * kRadius / kSoundSpeed;
+    return frequencies;
+  }
+  static EquivalentSources fit(const solvers::Modes& modes) {
+    EquivalentSourcesOptions options;
+    options.least = options.most = 100;
+    return fit_equivalent_sources(modes, options);
+  }
+};
+
+Pose at(const Vec3& origin) {
+  return {Eigen::Quaterniond::Identity(), origin};
+}
+
+Impact blow(double time, const Vec3& point, const Vec3& impulse, double duration) {
+  Impact impact;
+  impact.time = time;
+  impact.bodies = {0, 1};
+  impact.points = {point, point};
+  impact.impulse = impulse;
+  impact.normal = impulse.normalized();
+  impact.duration = duration;
+  return impact;
+}
+
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+  double peak = 0, worst = 0;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    peak = std::max(peak, std::abs(double(b[n])));
+    worst = std::max(worst, std::abs(double(a[n]) - double(b[n])));
+  }
+  return worst / peak;
+}
+
+/// What synthesize() makes of a blow on a ball.
+std::vector<float> struck(const Ball& ball, const Impact& impact, const ContactForce& force,
+                          Readout readout, std::size_t count) {
+  const SurfaceSampler sampler(ball.modes.surface);
+  const Strike strike = {sampler.nearest(impact.points[0]), impact.impulse.normalized(),
+                         impact.impulse.norm(), force};
+  for (double& delay : readout.delays) delay += impact.time;
+  return synthesize(ring_down(ball.modes, ball.body.decay_rates, strike, readout), force, kRate,
+                    count);
+}
+
+TEST(FlightDelay, IsExactTo96DecibelsInTheBand) {
+  constexpr Eigen::Index kCount = 3000;
+  for (const double frequency : {100.0, 5000.0, 18000.0}) {
+    for (const double flight : {0.0, 0.01, 0.012345678}) {
+      Eigen::VectorXd emitted(kCount), heard = Eigen::VectorXd::Zero(kCount);
+      for (Eigen::Index n = 0; n < kCount; ++n) {
+        emitted[n] = std::sin(2 * kPi * frequency * double(n) / kRate);
+      }
+      const std::vector<double> flights = {flight};
+      add_arriving(emitted, {1e-3, flights}, kRate, heard);
+      for (Eigen::Index n = 600; n < kCount - 40; ++n) {
+        EXPECT_NEAR(heard[n], std::sin(2 * kPi * frequency * (double(n) / kRate - flight)), 1.6e-5);
+      }
+      if (flight > 0) {
+        EXPECT_TRUE(heard.head(100).isZero(0));
+      }
+    }
+  }
+}
+
+TEST(FlightDelay, RefusesWhatIsFasterThanSound) {
+  const Eigen::VectorXd emitted = Eigen::VectorXd::Ones(10);
+  Eigen::VectorXd heard = emitted;
+  const std::vector<double> fast = {0.01, 0.008}, negative = {-1.0}, none;
+  EXPECT_THROW(add_arriving(emitted, {1e-3, fast}, kRate, heard), core::InputError);
+  EXPECT_THROW(add_arriving(emitted, {1e-3, negative}, kRate, heard), core::InputError);
+  EXPECT_THROW(add_arriving(emitted, {1e-3, none}, kRate, heard), core::InputError);
+}
+
+TEST(MotionSound, ABlowOnABodyAtRestIsThatOfSynthesize) {
+  const Ball ball(2, {900, 2500, 7000}, 30);
+  Motion motion =
+      hand_made_motion(0.2, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
+  motion.impacts = {blow(0.0123, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
+  const std::vector<SoundingBody> bodies = {ball.body, {}};
+  MotionSoundOptions options;
+  const auto count = static_cast<std::size_t>(0.2 * kRate);
+  for (const bool hertz : {false, true}) {
+    options.hertz_pulses = hertz;
+    const ContactForce force = hertz ? hertz_pulse(3e-4) : ContactForce{3e-4};
+    const MotionSound dry = motion_sound(motion, bodies, {}, options);
+    EXPECT_EQ(dry.unit, "m/s");
+    EXPECT_LT(difference(dry.samples, struck(ball, motion.impacts[0], force,
+                                             mean_square_velocity(ball.modes), count)),
+              1e-6);
+    const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}, {{-0.2, 0, 2}}};
+    const MotionSound wet = motion_sound(motion, bodies, listeners, options);
+    EXPECT_EQ(wet.unit, "Pa");
+    EXPECT_EQ(wet.rows, 2u);
+    const Readout readout =
+        pressure_readout(ball.field.pressure_at(listeners), ball.modes, ball.body.decay_rates);
+    // The force's corners have no band limit, which interpolation between samples shows.
+    std::vector<float> expected = struck(ball, motion.impacts[0], force, readout, count);
+    std::vector<float> found = wet.samples;
+    EXPECT_LT(difference(found, expected), 4e-3);
+    for (std::size_t row = 0; row < 2; ++row) {
+      const double arrival = motion.impacts[0].time + readout.delays[row];
+      const auto corner = static_cast<std::size_t>(arrival * kRate);
+      for (std::size_t n = corner - 40; n < corner + 60; ++n) {
+        found[row * count + n] = expected[row * count + n] = 0;
+      }
+    }
+    EXPECT_LT(difference(found, expected), 5e-5);
+    EXPECT_EQ(wet.impacts.calls, 1u);
+    EXPECT_EQ(wet.moving_radiation.calls, 1u);
+    EXPECT_EQ(wet.contact_damping.calls, 0u);
+    EXPECT_EQ(wet.clicks.calls, 0u);
+  }
+}
+
+// Equal bodies at one place, struck against each other: opposite forces, so that nothing remains.
+TEST(MotionSound, ImpactsStrikeBothBodiesOppositely) {
+  const Ball ball(1, {900, 2500}, 30);
+  Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double) {
+    return at({0.1, 0, 0});
+  });
+  motion.impacts = {blow(0.01, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
+  const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}};
+  const std::vector<SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
+  const MotionSound alone = motion_sound(motion, one, listeners, {});
+  const MotionSound together = motion_sound(motion, both, listeners, {});
+  EXPECT_EQ(together.impacts.calls, 2u);
+  double peak = 0, left = 0;
+  for (std::size_t n = 0; n < alone.samples.size(); ++n) {
+    peak = std::max(peak, std::abs(double(alone.samples[n])));
+    left = std::max(left, std::abs(double(together.samples[n])));
+  }
+  EXPECT_GT(peak, 1e-3);
+  EXPECT_LT(left, 1e-9 * peak);
+}
+
+/// Frequency of a sinusoid from the phase it gains over a stretch, by its product with another.
+double pitch(const float* samples, std::size_t count, double near) {
+  const auto phase = [&](std::size_t from) {
+    std::complex<double> sum;
+    for (std::size_t n = from; n < from + 4000; ++n) {
+      const double window = 1 - std::cos(2 * kPi * (double(n - from) + 0.5) / 4000);
+      sum += window * double(samples[n]) * std::polar(1.0, -2 * kPi * near * double(n) / kRate);
+    }
+    return std::arg(sum);
+  };
+  const std::size_t far = count - 4000;
+  return near + (phase(far) - phase(0)) / (2 * kPi * double(far) / kRate);
+}
+
+TEST(MotionSound, PitchIsThatOfASourceThatMoves) {
+  const double frequency = 1500;
+  const Ball ball(0, {frequency}, 0.5);
+  const std::vector<Listener> listeners = {{{0, 0, 30}}};
+  const std::vector<SoundingBody> bodies = {ball.body, {}};
+  for (const double speed : {-25.0, 12.0}) {
+    Motion motion = hand_made_motion(0.5, 1e-3, 2, [&](std::size_t, double time) {
+      return at({0, 0, speed * time});
+    });
+    motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
+    const MotionSound sound = motion_sound(motion, bodies, listeners, {});
+    const double heard = frequency / (1 - speed / kSoundSpeed);
+    EXPECT_NEAR(pitch(sound.samples.data() + 6000, 12000, heard), heard, 0.02);
+    EXPECT_GT(sound.moving_radiation.calls, 3u);
+    // Nearer is louder: 1 / r of when it left.
+    const auto level = [&](std::size_t from) {
+      double sum = 0;
+      for (std::size_t n = from; n < from + 2000; ++n) sum += std::pow(sound.samples[n], 2);
+      return std::sqrt(sum);
+    };
+    const auto distance = [&](double t) { return (30 - speed * t) / (1 - speed / kSoundSpeed); };
+    const double t0 = 7000 / kRate, t1 = 19000 / kRate;
+    EXPECT_NEAR(level(18000) / level(6000),
+                distance(t0) / distance(t1) * std::exp(-0.5 * (t1 - t0)), 0.01);
+    MotionSoundOptions still;
+    still.moving_radiation = false;
+    const MotionSound unmoved = motion_sound(motion, bodies, listeners, still);
+    EXPECT_NEAR(pitch(unmoved.samples.data() + 6000, 12000, frequency), frequency, 0.02);
+    EXPECT_EQ(unmoved.moving_radiation.calls, 1u);
+  }
+}
+
+// A dipole that turns is heard by the cosine of its angle.
+TEST(MotionSound, GainsFollowABodyThatTurns) {
+  const Ball ball(1, {1500}, 0.2);
+  const double spin = 2 * kPi * 3;
+  Motion motion = hand_made_motion(0.5, 1e-3, 2, [&](std::size_t, double time) {
+    return Pose{Eigen::Quaterniond(Eigen::AngleAxisd(spin * time, Vec3::UnitX())), Vec3::Zero()};
+  });
+  motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
+  const std::vector<Listener> listeners = {{{0, 0, 1}}};
+  const std::vector<SoundingBody> bodies = {ball.body, {}};
+  const MotionSound sound = motion_sound(motion, bodies, listeners, {});
+  const auto envelope = [&](double time) {
+    const auto from = static_cast<std::size_t>(time * kRate) - 147;
+    std::complex<double> sum;
+    for (std::size_t n = from; n < from + 294; ++n) {  // ten periods
+      sum += double(sound.samples[n]) * std::polar(1.0, -2 * kPi * 1500 * double(n) / kRate);
+    }
+    return std::abs(sum);
+  };
+  const auto left = [&](double time) { return time - 1 / kSoundSpeed; };
+  // Where it points at the listener, after a whole turn.
+  const double ahead = 1 / 3.0 + 1 / kSoundSpeed;
+  const double loud = envelope(ahead);
+  for (double time = 0.1; time < 0.45; time += 0.013) {
+    const double expected = std::abs(std::cos(spin * left(time))) * std::exp(-0.2 * (time - ahead));
+    EXPECT_NEAR(envelope(time) / loud, expected, 0.02) << time;
+  }
+}
+
+LastingContact resting(const Vec3& point, const Vec3& normal, double force, std::size_t first,
+                       std::size_t steps) {
+  LastingContact contact;
+  contact.bodies = {0, 1};
+  contact.first_step = first;
+  for (std::size_t k = 0; k < steps; ++k) {
+    ContactStep step;
+    step.points = {point, point};
+    step.normal = normal;
+    step.sweep = {Vec3::Zero(), Vec3::Zero()};
+    // A solver's chatter about the mean.
+    step.force = (k % 2 == 0 ? 1.8 : 0.2) * force * normal;
+    contact.steps.push_back(step);
+  }
+  return contact;
+}
+
+TEST(MotionSound, ContactsDampWhileTheyLast) {
+  Ball ball(1, {1500}, 2);
+  ball.body.rests = {"felt", 0.5, 0.3, ""};
+  Motion motion =
+      hand_made_motion(0.6, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
+  motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
+  const Vec3 normal = Vec3(0.6, 0, 0.8);
+  motion.contacts = {resting({0, 0, -kRadius}, normal, 10, 200, 200)};
+  const std::vector<SoundingBody> bodies = {ball.body, {}};
+  const MotionSound sound = motion_sound(motion, bodies, {}, {});
+  EXPECT_EQ(sound.contact_damping.calls, 200u);
+  const auto level = [&](double time) {
+    const auto from = static_cast<std::size_t>(time * kRate);
+    double sum = 0;
+    for (std::size_t n = from; n < from + 882; ++n) sum += std::pow(sound.samples[n], 2);
+    return std::log(sum) / 2;
+  };
+  const SurfaceSampler sampler(ball.modes.surface);
+  const SurfacePoint point = sampler.nearest({0, 0, -kRadius});
+  const std::vector<Contact> contact = {{point, normal}};
+  const double unit = unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
+  EXPECT_NEAR(unit_damping(shapes_at(ball.modes, point), normal, 0.3)[0], unit, 1e-6 * unit);
+  const double added = 0.5 * 10 * unit / 2;
+  EXPECT_GT(added, 0.5);
+  EXPECT_NEAR((level(0.05) - level(0.15)) / 0.1, 2, 0.01);
+  EXPECT_NEAR((level(0.25) - level(0.35)) / 0.1, 2 + added, 0.02 * added);
+  EXPECT_NEAR((level(0.45) - level(0.55)) / 0.1, 2, 0.01);
+  MotionSoundOptions off;
+  off.contact_damping = false;
+  EXPECT_EQ(motion_sound(motion, bodies, {}, off).contact_damping.calls, 0u);
+}
+
+TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
+  Ball ball(1, {1500}, 2);
+  ball.body.click = rigid_source(ball.modes.surface, 0.3);
+  Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t body, double) {
+    return at({0, 0, body == 0 ? 0.0 : 2 * kRadius});
+  });
+  motion.impacts = {blow(0.01, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
+  const std::vector<SoundingBody> bodies = {ball.body, {}};
+  const std::vector<Listener> listeners = {{{0.3, 0.1, 0.5}}};
+  MotionSoundOptions clicks_alone;
+  clicks_alone.impacts = false;
+  const MotionSound click = motion_sound(motion, bodies, listeners, clicks_alone);
+  EXPECT_EQ(click.clicks.calls, 1u);
+  EXPECT_EQ(click.impacts.calls, 0u);
+  EXPECT_EQ(click.mode_samples, 0u);
+  const auto expected =
+      acceleration_click(*ball.body.click, {0, 0, -0.3}, {1e-4}, listeners[0].position, kRate,
+                         click.samples.size(), 0.01);
+  EXPECT_LT(difference(click.samples, expected), 1e-5);
+  MotionSoundOptions none = clicks_alone;
+  none.clicks = false;
+  for (const float sample : motion_sound(motion, bodies, listeners, none).samples) {
+    EXPECT_EQ(sample, 0.0F);
+  }
+  const MotionSound once = motion_sound(motion, bodies, listeners, {});
+  EXPECT_EQ(once.samples, motion_sound(motion, bodies, listeners, {}).samples);
+  EXPECT_GT(once.mode_samples, 0u);
+}
+
+TEST(MotionSound, RefusesWhatCannotBe) {
+  const Ball ball(1, {1500}, 2);
+  Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double time) {
+    return at({0, 0, 5 * time});
+  });
+  motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
+  const std::vector<SoundingBody> bodies = {ball.body, {}};
+  EXPECT_THROW(motion_sound(motion, std::span(bodies).first(1), {}, {}), core::InputError);
+  EXPECT_THROW(motion_sound({}, bodies, {}, {}), core::InputError);
+  MotionSoundOptions endless;
+  endless.seconds = INFINITY;
+  EXPECT_THROW(motion_sound(motion, bodies, {}, endless), core::InputError);
+  SoundingBody deaf = ball.body;
+  deaf.field = nullptr;
+  const std::vector<Listener> listeners = {{{0, 0, 0.3}}};
+  EXPECT_THROW(motion_sound(motion, std::vector<SoundingBody>{deaf, {}}, listeners, {}),
+               core::InputError);
+  // The ball flies through the listener.
+  try {
+    motion_sound(motion, bodies, listeners, {});
+    FAIL();
+  } catch (const core::InputError& error) {
+    EXPECT_NE(error.message().find("body 0 at 0.0"), std::string::npos) << error.message();
+  }
+}
+
+}  // namespace
+}  // namespace carillon::synth
