@@ -60,8 +60,8 @@ class World : public btDiscreteDynamicsWorld {
 /// What a contact was before it was solved.
 struct Before {
   std::array<btVector3, 2> arms;  ///< from the centres of mass, where the contact is solved
-  double approach = 0;  ///< at the surfaces [m/s]
-  double begun = 0;     ///< [s]
+  double approach = 0;            ///< at the surfaces [m/s]
+  double begun = 0;               ///< [s]
 };
 
 }  // namespace
@@ -87,7 +87,9 @@ struct BulletWorld::Impl {
 
   Impl(std::span<const MovingBody> all, std::span<const MotionString> ropes,
        const MotionOptions& options)
-      : bodies(all), unit(unit_of(all)), gravity(options.gravity),
+      : bodies(all),
+        unit(unit_of(all)),
+        gravity(options.gravity),
         out(all.size(), false),
         near(kNearness * gravity.norm() * options.step * options.step) {
     btContactSolverInfo& info = world.getSolverInfo();
@@ -97,8 +99,7 @@ struct BulletWorld::Impl {
     info.m_warmstartingFactor = kWarmStart;
     info.m_linearSlop = kSlop / unit;
     info.m_restitutionVelocityThreshold = 0;
-    info.m_solverMode =
-        SOLVER_SIMD | SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS;
+    info.m_solverMode = SOLVER_SIMD | SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS;
     world.setGravity(to_bullet(gravity / unit));
     world.change_contacts = [this] { change_contacts(); };
     for (std::size_t b = 0; b < bodies.size(); ++b) add(b);
@@ -149,13 +150,11 @@ struct BulletWorld::Impl {
 
   void hang(const MotionString& rope) {
     const MovingBody& body = bodies[rope.body];
-    const double length = rope.length > 0
-                              ? rope.length
-                              : (body.start.pose.to_world(rope.at) - rope.anchor).norm();
+    const double length =
+        rope.length > 0 ? rope.length : (body.start.pose.to_world(rope.at) - rope.anchor).norm();
     const Vec3 at = principal[rope.body].conjugate() * (rope.at - body.rigid.centre);
-    strings.push_back(std::make_unique<StringConstraint>(*rigid[rope.body], to_bullet(at / unit),
-                                                         to_bullet(rope.anchor / unit),
-                                                         length / unit));
+    strings.push_back(std::make_unique<StringConstraint>(
+        *rigid[rope.body], to_bullet(at / unit), to_bullet(rope.anchor / unit), length / unit));
     strings.back()->enableFeedback(true);
     world.addConstraint(strings.back().get());
   }
@@ -178,8 +177,8 @@ struct BulletWorld::Impl {
       for (int k = 0; k < manifold.getNumContacts(); ++k) {
         btManifoldPoint& point = manifold.getContactPoint(k);
         if (point.getDistance() > near / unit) {
-          point.m_appliedImpulse = point.m_appliedImpulseLateral1 =
-              point.m_appliedImpulseLateral2 = 0;
+          point.m_appliedImpulse = point.m_appliedImpulseLateral1 = point.m_appliedImpulseLateral2 =
+              0;
           continue;
         }
         visit(manifold, point);
@@ -205,8 +204,8 @@ struct BulletWorld::Impl {
   void take_off_skins() {
     for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
       btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
-      const double skins = shapes[number(manifold.getBody0())].skin +
-                           shapes[number(manifold.getBody1())].skin;
+      const double skins =
+          shapes[number(manifold.getBody0())].skin + shapes[number(manifold.getBody1())].skin;
       for (int k = 0; k < manifold.getNumContacts(); ++k) {
         manifold.getContactPoint(k).m_distance1 += skins / unit;
       }
@@ -229,7 +228,7 @@ struct BulletWorld::Impl {
     const Vec3 normal = from_bullet(point.m_normalWorldOnB);
     Before met;
     met.arms = {point.getPositionWorldOnA() - rigid[a]->getCenterOfMassPosition(),
-                   point.getPositionWorldOnB() - rigid[b]->getCenterOfMassPosition()};
+                point.getPositionWorldOnB() - rigid[b]->getCenterOfMassPosition()};
     const Vec3 relative = velocity_at(a, met.arms[0]) - velocity_at(b, met.arms[1]);
     const double fall = (fall_of(a) - fall_of(b)).dot(normal);
     const double now = -relative.dot(normal) - fall * step / 2;  // approach
@@ -263,8 +262,8 @@ struct BulletWorld::Impl {
                                 point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
       contact.impulse = unit * from_bullet(impulse);
       contact.normal = from_bullet(point.m_normalWorldOnB);
-      contact.slip = velocity_at(contact.bodies[0], was.arms[0]) -
-                     velocity_at(contact.bodies[1], was.arms[1]);
+      contact.slip =
+          velocity_at(contact.bodies[0], was.arms[0]) - velocity_at(contact.bodies[1], was.arms[1]);
       contact.points = {local(contact.bodies[0], point.m_localPointA),
                         local(contact.bodies[1], point.m_localPointB)};
       contact.flat_normal = without_texture(contact.bodies, contact.normal);

@@ -1,6 +1,5 @@
 #include "synth/motion/collision_shape.hpp"
 
-#include <LinearMath/btConvexHullComputer.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "synth/motion/convex_hull.hpp"
 
 namespace carillon::synth {
 
@@ -21,56 +21,6 @@ constexpr btScalar kMargin = 5e-4;
 
 btVector3 to_bullet(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
-}
-
-/// Corners of the convex hull, in the given coordinates.
-struct Hull {
-  std::vector<Vec3> points;
-  std::vector<std::int32_t> triangles;
-  double volume = 0;
-};
-
-Hull convex_hull(const std::vector<Vec3>& points) {
-  Hull hull;
-  if (points.size() < 4) return hull;
-  // The computer works with integers over the box: about its middle, it loses nothing.
-  Vec3 low = points.front(), high = low;
-  for (const Vec3& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const Vec3 middle = 0.5 * (low + high);
-  const double scale = (high - low).maxCoeff();
-  if (!(scale > 0)) return hull;
-  std::vector<double> flat;
-  for (const Vec3& p : points) {
-    for (Eigen::Index k = 0; k < 3; ++k) flat.push_back((p[k] - middle[k]) / scale);
-  }
-  btConvexHullComputer computer;
-  computer.compute(flat.data(), 3 * static_cast<int>(sizeof(double)),
-                   static_cast<int>(points.size()), 0, 0);
-  for (int k = 0; k < computer.vertices.size(); ++k) {
-    const btVector3& v = computer.vertices[k];
-    hull.points.push_back(middle + scale * Vec3(v.x(), v.y(), v.z()));
-  }
-  for (int f = 0; f < computer.faces.size(); ++f) {
-    const btConvexHullComputer::Edge* first = &computer.edges[computer.faces[f]];
-    const std::int32_t a = first->getSourceVertex();
-    const btConvexHullComputer::Edge* edge = first->getNextEdgeOfFace();
-    for (; edge->getTargetVertex() != a; edge = edge->getNextEdgeOfFace()) {
-      const std::int32_t b = edge->getSourceVertex(), c = edge->getTargetVertex();
-      hull.triangles.insert(hull.triangles.end(), {a, b, c});
-      const auto at = [&](std::int32_t n) { return hull.points[static_cast<std::size_t>(n)] - middle; };
-      hull.volume += at(a).cross(at(b)).dot(at(c)) / 6;
-    }
-  }
-  if (hull.volume < 0) {  // outward
-    for (std::size_t t = 0; t < hull.triangles.size(); t += 3) {
-      std::swap(hull.triangles[t + 1], hull.triangles[t + 2]);
-    }
-    hull.volume = -hull.volume;
-  }
-  return hull;
 }
 
 /// Those that reach farthest in directions of a Fibonacci lattice.
@@ -109,7 +59,7 @@ Box box_of(const std::vector<Vec3>& points) {
 }
 
 /// Smallest half-extent over the directions of the hull's faces.
-double thinnest_of(const Hull& hull) {
+double thinnest_of(const ConvexHull& hull) {
   double thinnest = box_of(hull.points).half().minCoeff();
   const auto at = [&](std::size_t t) {
     return hull.points[static_cast<std::size_t>(hull.triangles[t])];
@@ -158,7 +108,7 @@ CollisionShape collision_shape(const MovingBody& body, double unit, double skin)
   const Eigen::Quaterniond turn = principal_turn(body.rigid).conjugate();
   std::vector<Vec3> all;
   for (const std::vector<Vec3>& piece : body.hulls) {
-    Hull hull = convex_hull(piece);
+    const ConvexHull hull = convex_hull(piece);
     if (hull.triangles.empty() || !(hull.volume > 0)) {
       throw core::InputError(
           fmt::format("{}: a piece of {} points encloses no volume", body.name, piece.size()),
@@ -192,7 +142,7 @@ CollisionShape collision_shape(const MovingBody& body, double unit, double skin)
     shape.parts.push_back(std::move(part));
     all.insert(all.end(), hull.points.begin(), hull.points.end());
   }
-  Hull outer = convex_hull(all);
+  ConvexHull outer = convex_hull(all);
   shape.points = std::move(outer.points);
   shape.triangles = std::move(outer.triangles);
   shape.whole = std::move(compound);

@@ -14,9 +14,9 @@ namespace carillon::synth {
 struct CollisionShape {
   std::vector<std::unique_ptr<btCollisionShape>> parts;
   std::unique_ptr<btCollisionShape> whole;  ///< refers to the parts
-  double skin = 0;      ///< by which a box is larger than it is, all around [m]
-  double thinnest = 0;  ///< smallest half-extent of a piece [m]
-  double reach = 0;     ///< largest distance from the centre of mass [m]
+  double skin = 0;                          ///< by which a box is larger than it is, all around [m]
+  double thinnest = 0;                      ///< smallest half-extent of a piece [m]
+  double reach = 0;                         ///< largest distance from the centre of mass [m]
   /// Hull of all pieces, for reliefs: points in the body's coordinates [m], and triangles.
   std::vector<Vec3> points;
   std::vector<std::int32_t> triangles;

@@ -195,10 +195,9 @@ void ContactTracker::finish(Motion& motion) {
   tracks_.clear();
   std::stable_sort(impacts_.begin(), impacts_.end(),
                    [](const Impact& a, const Impact& b) { return a.time < b.time; });
-  std::stable_sort(contacts_.begin(), contacts_.end(),
-                   [](const LastingContact& a, const LastingContact& b) {
-                     return a.first_step < b.first_step;
-                   });
+  std::stable_sort(
+      contacts_.begin(), contacts_.end(),
+      [](const LastingContact& a, const LastingContact& b) { return a.first_step < b.first_step; });
   for (LastingContact& contact : contacts_) add_sweeps(contact, motion);
   motion.impacts = std::move(impacts_);
   motion.contacts = std::move(contacts_);

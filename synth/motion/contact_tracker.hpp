@@ -8,7 +8,8 @@
 
 namespace carillon::synth {
 
-/// Mass with which a body opposes an impulse at a point along a direction [kg]; infinite when fixed.
+/// Mass with which a body opposes an impulse at a point along a direction [kg]; infinite when
+/// fixed.
 double effective_mass(const MovingBody& body, const Pose& pose, const Vec3& world_point,
                       const Vec3& direction);
 

@@ -104,7 +104,7 @@ struct Motion {
   std::vector<LastingContact> contacts;        ///< in order of their begin
   std::vector<std::vector<double>> tensions;   ///< [steps][strings], mean over the step [N]
   std::vector<double> energy;                  ///< kinetic and potential [J], steps + 1 values
-  int most_substeps = 1;         ///< into which a step was cut for bodies that are fast and thin
+  int most_substeps = 1;  ///< into which a step was cut for bodies that are fast and thin
   /// When a body was first so fast and thin that kMostSubsteps were too few: things may then pass
   /// through one another [s].
   std::optional<double> too_fast;

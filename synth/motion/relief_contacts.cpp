@@ -40,7 +40,8 @@ Lower texels_within(const SurfaceMap& relief, const Vector2d& size, Vector2d low
       std::max(0, static_cast<int>(std::floor(high.x() / relief.texel - 0.5)) - lower.from_u + 1);
   lower.rows =
       std::max(0, static_cast<int>(std::floor(high.y() / relief.texel - 0.5)) - lower.from_v + 1);
-  lower.heights.assign(static_cast<std::size_t>(lower.columns) * static_cast<std::size_t>(lower.rows), kNothing);
+  lower.heights.assign(
+      static_cast<std::size_t>(lower.columns) * static_cast<std::size_t>(lower.rows), kNothing);
   return lower;
 }
 

@@ -12,9 +12,9 @@ using solvers::Vec3;
 
 /// Where a body dips into a relief, in the face's axes (u, v, height above the face).
 struct ReliefContact {
-  Vec3 point = Vec3::Zero();   ///< of the body [m]
-  Vec3 normal = Vec3::UnitZ(); ///< of the relief there
-  double depth = 0;            ///< along the normal [m], > 0
+  Vec3 point = Vec3::Zero();    ///< of the body [m]
+  Vec3 normal = Vec3::UnitZ();  ///< of the relief there
+  double depth = 0;             ///< along the normal [m], > 0
 };
 
 /// At the most so many contacts of one pair, as in Bullet's manifolds.

@@ -150,7 +150,8 @@ TEST(MotionHard, ABodyThatLeavesTheWorldIsLeftAlone) {
 
 TEST(MotionHard, BallsThatBounceForAMinuteGainNothing) {
   std::vector<MovingBody> bodies = {floor_body()};
-  for (int k = 0; k < 5; ++k) bodies.push_back(at(ball_body(0.02), {0.2 * k - 0.4, 0, 0.1 + 0.2 * k}));
+  for (int k = 0; k < 5; ++k)
+    bodies.push_back(at(ball_body(0.02), {0.2 * k - 0.4, 0, 0.1 + 0.2 * k}));
   set_surfaces(bodies, 0.3, 1);
   const Motion motion = simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);

@@ -73,8 +73,7 @@ TEST(Motion, HertzGivesTheContactTime) {
   // Johnson 1985, eq. 11.24, both bodies of glass: E* = E / (2 (1 - nu^2)).
   const double modulus = 7e10 / (2 * (1 - 0.04)), mass = bodies[1].rigid.mass;
   const double speed = std::sqrt(2 * kGravity * 0.05);
-  const double expected =
-      2.8683 * std::pow(mass * mass / (0.01 * modulus * modulus * speed), 0.2);
+  const double expected = 2.8683 * std::pow(mass * mass / (0.01 * modulus * modulus * speed), 0.2);
   EXPECT_NEAR(motion.impacts[0].duration, expected, 2e-3 * expected);
 }
 
@@ -91,8 +90,7 @@ TEST(Motion, ABoxSlidesDownASlopeAsCoulombSays) {
     options.seconds = 0.5;
     const Motion motion = simulate_motion(bodies, {}, options);
     const double way = (motion.states.back()[1].pose.origin - bodies[1].start.pose.origin).norm();
-    const double acceleration =
-        std::max(0.0, kGravity * (std::sin(theta) - mu * std::cos(theta)));
+    const double acceleration = std::max(0.0, kGravity * (std::sin(theta) - mu * std::cos(theta)));
     EXPECT_NEAR(way, acceleration / 8, 0.01 * acceleration / 8 + 2e-4) << mu;
   }
 }
@@ -174,12 +172,13 @@ TEST(Motion, APendulumOnAStringKeepsTime) {
   const Motion motion = simulate_motion(bodies, strings, options);
   std::vector<double> crossings;
   for (std::size_t k = 1; k < motion.states.size(); ++k) {
-    const double a = motion.states[k - 1][0].pose.origin.x(), b = motion.states[k][0].pose.origin.x();
+    const double a = motion.states[k - 1][0].pose.origin.x(),
+                 b = motion.states[k][0].pose.origin.x();
     if (a > 0 && b <= 0) crossings.push_back(options.step * (static_cast<double>(k) - b / (b - a)));
   }
   ASSERT_GE(crossings.size(), 3u);
-  const double period = (crossings.back() - crossings.front()) /
-                        static_cast<double>(crossings.size() - 1);
+  const double period =
+      (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
   EXPECT_NEAR(period, 2 * std::numbers::pi * std::sqrt(length / kGravity), 3e-3 * period);
   double tension = 0;
   for (const auto& step : motion.tensions) tension += step[0];
