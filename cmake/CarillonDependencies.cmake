@@ -23,6 +23,7 @@ carillon_pkg_config(SOXR soxr)
 carillon_pkg_config(MUPARSER muparser)
 carillon_pkg_config(OSMESA osmesa)
 carillon_pkg_config(NLOPT nlopt)
+carillon_pkg_config(BULLET bullet-float64)
 
 # Dense products of Eigen go to BLAS, whose kernels fit the machine at run time.
 add_library(carillon_blas INTERFACE)

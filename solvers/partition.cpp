@@ -12,8 +12,10 @@ namespace {
 
 static_assert(sizeof(idx_t) == sizeof(std::int32_t), "Debian's METIS counts in 32 bits");
 
-/// Part of each element. The dual graph is METIS' own: elements that share a face.
-std::vector<idx_t> part_of_elements(const TetMesh& mesh, int parts) {
+}  // namespace
+
+std::vector<std::int32_t> element_parts(const TetMesh& mesh, int parts) {
+  if (parts <= 1) return std::vector<std::int32_t>(mesh.element_count(), 0);
   auto elements = static_cast<idx_t>(mesh.element_count());
   auto nodes = static_cast<idx_t>(mesh.nodes.size());
   std::vector<idx_t> start(mesh.element_count() + 1);
@@ -38,8 +40,6 @@ std::vector<idx_t> part_of_elements(const TetMesh& mesh, int parts) {
   return element_part;
 }
 
-}  // namespace
-
 NodeElements elements_around_nodes(const TetMesh& mesh) {
   NodeElements around;
   around.first.assign(mesh.nodes.size() + 1, 0);
@@ -58,8 +58,7 @@ NodeElements elements_around_nodes(const TetMesh& mesh) {
 
 Partition partition(const TetMesh& mesh, int parts) {
   const auto around = elements_around_nodes(mesh);
-  std::vector<idx_t> element_part(mesh.element_count(), 0);
-  if (parts > 1) element_part = part_of_elements(mesh, parts);
+  const std::vector<std::int32_t> element_part = element_parts(mesh, parts);
 
   std::vector<std::int32_t> owner(mesh.nodes.size(), -1);
   Partition out;

@@ -27,6 +27,11 @@ struct Partition {
 /// @throws core::SolverError  METIS failed
 Partition partition(const TetMesh& mesh, int parts);
 
+/// Part of each element when the elements' dual graph (elements that share a face) is cut into
+/// parts of equal size (METIS, fixed seed).
+/// @throws core::SolverError  METIS failed
+std::vector<std::int32_t> element_parts(const TetMesh& mesh, int parts);
+
 /// Elements around each node: those of node n are list[first[n]] to list[first[n + 1]], ascending.
 struct NodeElements {
   std::vector<std::int32_t> first;

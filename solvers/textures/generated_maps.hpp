@@ -9,8 +9,8 @@
 
 namespace carillon::solvers {
 
-/// A map that is computed: its parameters and their defaults, lengths in metres, numbers of columns,
-/// rows and waves as whole numbers.
+/// A map that is computed: its parameters and their defaults, lengths in metres, numbers of
+/// columns, rows and waves as whole numbers.
 struct GeneratedMap {
   std::string name;  ///< brick, grooves, pebbles, tiles, noise
   std::string description;

@@ -55,6 +55,9 @@ struct MotionString {
   double length = 0;           ///< [m]; 0: as far as they are apart at the start
 };
 
+/// Into which a step is cut at the most.
+inline constexpr int kMostSubsteps = 64;
+
 struct MotionOptions {
   double seconds = 1;
   double step = 1e-3;  ///< [s]
@@ -99,8 +102,12 @@ struct Motion {
   std::vector<std::vector<BodyState>> states;  ///< [steps + 1][bodies]
   std::vector<Impact> impacts;                 ///< in order of time
   std::vector<LastingContact> contacts;        ///< in order of their begin
+  std::vector<std::vector<double>> tensions;   ///< [steps][strings], mean over the step [N]
   std::vector<double> energy;                  ///< kinetic and potential [J], steps + 1 values
-  int most_substeps = 1;     ///< into which a step was cut for bodies that are fast and thin
+  int most_substeps = 1;  ///< into which a step was cut for bodies that are fast and thin
+  /// When a body was first so fast and thin that kMostSubsteps were too few: things may then pass
+  /// through one another [s].
+  std::optional<double> too_fast;
   std::vector<double> left;  ///< time at which each body left the world [s]; infinite: never
 };
 

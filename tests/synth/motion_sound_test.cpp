@@ -332,8 +332,9 @@ TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
 TEST(MotionSound, AScrapedFaceSoundsAtSpeedOverWavelength) {
   const Ball ball(1, {900, 2500}, 20);
   Scrape scrape(sine_map(2e-3, 1e-6, 32, 16), 0.5, 5, 0.5);
-  // The face hangs a metre off the ball that stands for its body: contacts are at the nearest
-  // point.
+  // The face hangs off the ball that stands for its body: contacts are at the nearest point.
+  scrape.bodies[1].texture->origin.z() = 3;
+  for (ContactStep& step : scrape.motion.contacts[0].steps) step.points[1].z() = 3;
   const std::vector<SoundingBody> bodies = {{}, ball.body};
   MotionSoundOptions options;
   options.contacts.edge_radius = 0;

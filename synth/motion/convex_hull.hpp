@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "solvers/tet_mesh.hpp"
+
+namespace carillon::synth {
+
+using solvers::Vec3;
+
+/// Corners and outward triangles of a convex hull.
+struct ConvexHull {
+  std::vector<Vec3> points;
+  std::vector<std::int32_t> triangles;  ///< 3 indices each
+  double volume = 0;
+};
+
+/// Empty for points that enclose no volume.
+ConvexHull convex_hull(const std::vector<Vec3>& points);
+
+/// A body as convex pieces that cover it: its tetrahedra are cut into parts of equal number
+/// (METIS), as few as make the hulls of the parts hold little more than the body does, and at the
+/// most `most`. Hulls of neighbours overlap a little.
+/// @param excess  of the hulls' volumes over the body's that is allowed
+/// @return corners of each piece [m]; one piece for a convex body
+std::vector<std::vector<Vec3>> convex_pieces(const solvers::TetMesh& mesh, double excess = 0.1,
+                                             int most = 64);
+
+}  // namespace carillon::synth

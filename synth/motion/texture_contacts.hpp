@@ -1,0 +1,22 @@
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <span>
+
+#include "synth/motion/collision_shape.hpp"
+
+namespace carillon::synth {
+
+/// Contacts whose normal is nearer than this to a face's (cosine) are contacts on the face.
+inline constexpr double kOnFace = 0.7;
+
+/// Contacts on textured faces as the textures have them (simulate_motion()); others stay.
+/// @param shapes     of the bodies, whose numbers are the objects' user indices
+/// @param principal  turns of the principal axes, as principal_turn()
+/// @param unit       of Bullet's lengths [m]
+void change_textured_contacts(btCollisionDispatcher& dispatcher, std::span<const MovingBody> bodies,
+                              std::span<const CollisionShape> shapes,
+                              std::span<const Eigen::Quaterniond> principal, double unit);
+
+}  // namespace carillon::synth
