@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "core/error.hpp"
 #include "synth/hertz_pulse.hpp"
@@ -58,12 +59,37 @@ double size_of(const solvers::ModeSurface& surface) {
   return (high - low).norm();
 }
 
+/// Forces of the lasting contacts, each computed once for both of its bodies.
+class ContactForces {
+ public:
+  ContactForces(const Motion& motion, std::span<const MovingBody> moving,
+                const MotionSoundOptions& options)
+      : forces_(motion, moving, with_rate(options)), found_(motion.contacts.size()) {}
+
+  const std::vector<double>& normal_force(std::size_t contact) const {
+    return forces_.normal_force(contact);
+  }
+  const LastingForce& force(std::size_t contact) {
+    if (!found_[contact]) found_[contact] = forces_.force(contact);
+    return *found_[contact];
+  }
+
+ private:
+  static LastingForceOptions with_rate(const MotionSoundOptions& options) {
+    LastingForceOptions contacts = options.contacts;
+    contacts.sample_rate = options.sample_rate;
+    return contacts;
+  }
+  LastingForces forces_;
+  std::vector<std::optional<LastingForce>> found_;
+};
+
 /// A lasting contact as one of its bodies has it.
-struct RestingContact {
+struct TouchingContact {
   const LastingContact* contact;
+  std::size_t number;
   std::size_t side;
   ContactPlaces places;
-  std::vector<double> normal_force;  ///< smooth, of each step [N]
 
   bool acts_in(std::size_t step) const {
     return step >= contact->first_step && step < contact->first_step + contact->steps.size();
@@ -75,11 +101,12 @@ class BodySound {
  public:
   BodySound(const Motion& motion, std::size_t body, const SoundingBody& sounding,
             std::span<const Listener> listeners, const MotionSoundOptions& options,
-            MotionSound& report)
+            ContactForces& forces, MotionSound& report)
       : motion_(motion),
         body_(body),
         sounding_(sounding),
         options_(options),
+        forces_(forces),
         report_(report),
         sampler_(sounding.modes->surface),
         modes_(sounding.modes->eigenvalues, sounding.decay_rates, options.sample_rate),
@@ -89,10 +116,15 @@ class BodySound {
         impacts_.push_back(&impact);
       }
     }
-    const bool damps = options.contact_damping && sounding.rests.coefficient > 0;
-    for (const LastingContact& contact : motion.contacts) {
-      for (std::size_t side = 0; damps && side < 2; ++side) {
-        if (contact.bodies[side] == body && !contact.steps.empty()) add_contact(contact, side);
+    damps_ = options.contact_damping && sounding.rests.coefficient > 0;
+    const double spacing = kPlaceShare * size_of(sounding.modes->surface);
+    for (std::size_t number = 0; number < motion.contacts.size(); ++number) {
+      const LastingContact& contact = motion.contacts[number];
+      for (std::size_t side = 0; (damps_ || options.lasting_contacts) && side < 2; ++side) {
+        if (contact.bodies[side] != body || contact.steps.empty()) continue;
+        const Stopwatch watch(damps_ ? report.contact_damping : report.lasting_contacts);
+        contacts_.push_back({&contact, number, side,
+                             ContactPlaces(*sounding.modes, sampler_, contact, side, spacing)});
       }
     }
   }
@@ -110,7 +142,8 @@ class BodySound {
       if (size == 0) continue;
       strike(static_cast<double>(begin) / options_.sample_rate,
              static_cast<double>(begin + size) / options_.sample_rate);
-      if (modes_.resting()) {
+      const std::vector<Drive> driven = drives(step, begin, size);
+      if (modes_.resting() && driven.empty()) {
         modes_.skip(static_cast<std::size_t>(size));
         continue;
       }
@@ -122,7 +155,7 @@ class BodySound {
       }
       const Stopwatch watch(report_.ringing);
       ++report_.ringing.calls;
-      modes_.render({}, gains, samples.middleRows(begin, size));
+      modes_.render(driven, gains, samples.middleRows(begin, size));
     }
     report_.mode_samples += modes_.mode_samples();
     report_.moving_radiation.calls += gains_.poses();
@@ -132,12 +165,36 @@ class BodySound {
   const MovingGains& gains() const { return gains_; }
 
  private:
-  void add_contact(const LastingContact& contact, std::size_t side) {
-    const Stopwatch watch(report_.contact_damping);
-    contacts_.push_back({&contact, side,
-                         ContactPlaces(*sounding_.modes, sampler_, contact, side,
-                                       kPlaceShare * size_of(sounding_.modes->surface)),
-                         smooth_normal_force(contact, motion_.step, options_.smoothing)});
+  /// What drives the body from step to step, where anything does.
+  std::vector<Drive> drives(std::size_t step, Eigen::Index begin, Eigen::Index size) {
+    std::vector<Drive> result;
+    if (!options_.lasting_contacts) return result;
+    const Stopwatch watch(report_.lasting_contacts);
+    for (const TouchingContact& contact : contacts_) {
+      if (!contact.acts_in(step)) continue;
+      const LastingForce& force = forces_.force(contact.number);
+      const Eigen::Index from = begin - static_cast<Eigen::Index>(force.first_sample);
+      const Eigen::Index known = std::min<Eigen::Index>(size + 1, force.force.cols() - from);
+      if (from < 0 || known <= 0 || force.force.middleCols(from, known).isZero(0)) continue;
+      const std::size_t at = step - contact.contact->first_step;
+      Drive& drive = result.emplace_back();
+      drive.begin = contact.places.shapes(at);
+      drive.end = contact.places.shapes(at + 1);
+      drive.forces = Eigen::Matrix3Xd::Zero(3, size + 1);
+      // From the world to the body, which turns meanwhile.
+      const std::size_t last = motion_.states.size() - 1;
+      const auto to_body = [&](std::size_t state) -> Eigen::Matrix3d {
+        const Pose& pose = motion_.states[std::min(state, last)][body_].pose;
+        return (contact.side == 0 ? 1 : -1) * pose.turn.conjugate().toRotationMatrix();
+      };
+      const Eigen::Matrix3d turn = to_body(step), turned = to_body(step + 1) - turn;
+      for (Eigen::Index n = 0; n < known; ++n) {
+        const double share = static_cast<double>(n) / static_cast<double>(size);
+        drive.forces.col(n) = (turn + share * turned) * force.force.col(from + n);
+      }
+      ++report_.lasting_contacts.calls;
+    }
+    return result;
   }
 
   void strike(double from, double to) {
@@ -157,17 +214,18 @@ class BodySound {
   }
 
   void damp(std::size_t step) {
+    if (!damps_) return;
     const Stopwatch watch(report_.contact_damping);
     bool rests = false;
     std::vector<double> rates = sounding_.decay_rates;
-    for (const RestingContact& contact : contacts_) {
+    for (const TouchingContact& contact : contacts_) {
       if (!contact.acts_in(step)) continue;
       const std::size_t at = step - contact.contact->first_step;
       const Vec3 normal =
           motion_.states[step][body_].pose.turn.conjugate() * contact.contact->steps[at].normal;
       add_support_damping(rates,
                           unit_damping(contact.places.shapes(at), normal, sounding_.rests.friction),
-                          sounding_.rests.coefficient, contact.normal_force[at]);
+                          sounding_.rests.coefficient, forces_.normal_force(contact.number)[at]);
       rests = true;
       ++report_.contact_damping.calls;
     }
@@ -185,13 +243,15 @@ class BodySound {
   std::size_t body_;
   const SoundingBody& sounding_;
   const MotionSoundOptions& options_;
+  ContactForces& forces_;
   MotionSound& report_;
   SurfaceSampler sampler_;
   DrivenModes modes_;
   MovingGains gains_;
   std::vector<const Impact*> impacts_;
   std::size_t struck_ = 0;
-  std::vector<RestingContact> contacts_;
+  std::vector<TouchingContact> contacts_;
+  bool damps_ = false;
   bool rested_ = false;
 };
 
@@ -230,12 +290,12 @@ void add_clicks(const Motion& motion, std::span<const SoundingBody> bodies,
   }
 }
 
-void check(const Motion& motion, std::span<const SoundingBody> bodies,
-           const MotionSoundOptions& options) {
+void check(const Motion& motion, std::span<const MovingBody> moving,
+           std::span<const SoundingBody> bodies, const MotionSoundOptions& options) {
   if (motion.states.empty() || !(motion.step > 0)) {
     throw core::InputError("moving sound: a motion without states");
   }
-  if (motion.states.front().size() != bodies.size()) {
+  if (motion.states.front().size() != bodies.size() || moving.size() != bodies.size()) {
     throw core::InputError(fmt::format("moving sound: {} bodies sound where {} move", bodies.size(),
                                        motion.states.front().size()));
   }
@@ -244,17 +304,18 @@ void check(const Motion& motion, std::span<const SoundingBody> bodies,
     throw core::InputError(
         fmt::format("moving sound: {} s at {} Hz", options.seconds, options.sample_rate));
   }
-  if (!(options.turn > 0) || !(options.smoothing >= 0)) {
-    throw core::InputError(fmt::format("moving sound: a turn of {} rad and a window of {} s",
-                                       options.turn, options.smoothing));
+  if (!(options.turn > 0)) {
+    throw core::InputError(
+        fmt::format("moving sound: poses must be some angle apart, not {} rad", options.turn));
   }
 }
 
 }  // namespace
 
-MotionSound motion_sound(const Motion& motion, std::span<const SoundingBody> bodies,
-                         std::span<const Listener> listeners, const MotionSoundOptions& options) {
-  check(motion, bodies, options);
+MotionSound motion_sound(const Motion& motion, std::span<const MovingBody> moving,
+                         std::span<const SoundingBody> bodies, std::span<const Listener> listeners,
+                         const MotionSoundOptions& options) {
+  check(motion, moving, bodies, options);
   const double seconds = options.seconds > 0
                              ? options.seconds
                              : static_cast<double>(motion.states.size() - 1) * motion.step;
@@ -263,10 +324,11 @@ MotionSound motion_sound(const Motion& motion, std::span<const SoundingBody> bod
   sound.rows = std::max<std::size_t>(1, listeners.size());
   sound.unit = listeners.empty() ? "m/s" : "Pa";
   const auto rows = static_cast<Eigen::Index>(sound.rows);
+  ContactForces forces(motion, moving, options);
   Eigen::MatrixXd heard = Eigen::MatrixXd::Zero(count, rows);
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     if (bodies[body].modes == nullptr || bodies[body].modes->size() == 0) continue;
-    BodySound own(motion, body, bodies[body], listeners, options, sound);
+    BodySound own(motion, body, bodies[body], listeners, options, forces, sound);
     const Eigen::MatrixXd samples = own.emitted(count, rows);
     for (Eigen::Index row = 0; row < rows; ++row) {
       if (samples.col(row).isZero(0)) continue;

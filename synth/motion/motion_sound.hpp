@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
 #include "synth/motion/sounding_body.hpp"
 
@@ -16,13 +17,14 @@ struct MotionSoundOptions {
 
   // What is heard.
   bool impacts = true;
+  bool lasting_contacts = true;  ///< what rolls and scrapes
   bool contact_damping = true;   ///< contacts damp the modes while they last
   bool clicks = true;            ///< of bodies that have one, where there are listeners
   bool moving_radiation = true;  ///< poses and Doppler; false: all are heard from where they start
 
-  bool hertz_pulses = false;  ///< the blows' course; false: the raised cosine
-  double turn = 0.05;         ///< between key poses of the radiation [rad]
-  double smoothing = 0.05;    ///< window over normal forces [s], against the solver's chatter
+  bool hertz_pulses = false;     ///< the blows' course; false: the raised cosine
+  double turn = 0.05;            ///< between key poses of the radiation [rad]
+  LastingForceOptions contacts;  ///< its sample rate is the clip's
 };
 
 /// What a part of the sound cost: a trace of what ran.
@@ -38,6 +40,7 @@ struct MotionSound {
 
   EffectUse ringing;           ///< blocks of modes that were not at rest
   EffectUse impacts;           ///< blows on bodies that sound: two for each impact
+  EffectUse lasting_contacts;  ///< blocks in which a contact drove a body
   EffectUse contact_damping;   ///< blocks of lasting contacts that damped a body
   EffectUse clicks;            ///< of a blow at a listener
   EffectUse moving_radiation;  ///< poses at which gains were computed
@@ -47,17 +50,19 @@ struct MotionSound {
 /// What a motion sounds like.
 ///
 /// Every impact strikes both of its bodies, with opposite impulses, at the surface's nearest points
-/// and for Hertz's duration. While a contact lasts it damps the modes of its bodies by what they
-/// rest as: coefficient times normal force, at the contact's place, step by step (the diagonal of
-/// unit_dashpots()). At listeners (world coordinates) gains follow the bodies' poses, and sounds
-/// arrive after their time of flight from the body's centroid. Without listeners there is one dry
-/// row, the sum of all bodies' mean_square_velocity(). Bodies do not shade or reflect each other's
-/// sound.
+/// and for Hertz's duration. Lasting contacts drive both (LastingForces). While a contact lasts it
+/// damps the modes of its bodies by what they rest as: coefficient times normal force, at the
+/// contact's place, step by step (the diagonal of unit_dashpots()). At listeners (world
+/// coordinates) gains follow the bodies' poses, and sounds arrive after their time of flight from
+/// the body's centroid. Without listeners there is one dry row, the sum of all bodies'
+/// mean_square_velocity(). Bodies do not shade or reflect each other's sound.
 ///
-/// @param bodies  of the motion: those without modes are silent
+/// @param moving  bodies of the motion, as it moved them
+/// @param bodies  the same as they sound: those without modes are silent
 /// @throws InputError  sizes that do not match, a body without what its sound needs, a listener on
 ///                     or in a body, values that are not finite
-MotionSound motion_sound(const Motion& motion, std::span<const SoundingBody> bodies,
-                         std::span<const Listener> listeners, const MotionSoundOptions& options);
+MotionSound motion_sound(const Motion& motion, std::span<const MovingBody> moving,
+                         std::span<const SoundingBody> bodies, std::span<const Listener> listeners,
+                         const MotionSoundOptions& options);
 
 }  // namespace carillon::synth

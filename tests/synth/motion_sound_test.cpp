@@ -13,10 +13,12 @@
 #include "synth/ring_down.hpp"
 #include "tests/synth/hand_made_motion.hpp"
 #include "tests/synth/radiators.hpp"
+#include "tests/synth/scraped_face.hpp"
 
 namespace carillon::synth {
 namespace {
 
+const std::vector<MovingBody> kStill(2);
 constexpr double kRate = 44100, kRadius = 0.05, kPi = std::numbers::pi;
 
 /// A ball whose surface moves as Legendre's polynomial of an order at some frequencies.
@@ -122,13 +124,13 @@ TEST(MotionSound, ABlowOnABodyAtRestIsThatOfSynthesize) {
   for (const bool hertz : {false, true}) {
     options.hertz_pulses = hertz;
     const ContactForce force = hertz ? hertz_pulse(3e-4) : ContactForce{3e-4};
-    const MotionSound dry = motion_sound(motion, bodies, {}, options);
+    const MotionSound dry = motion_sound(motion, kStill, bodies, {}, options);
     EXPECT_EQ(dry.unit, "m/s");
     EXPECT_LT(difference(dry.samples, struck(ball, motion.impacts[0], force,
                                              mean_square_velocity(ball.modes), count)),
               1e-6);
     const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}, {{-0.2, 0, 2}}};
-    const MotionSound wet = motion_sound(motion, bodies, listeners, options);
+    const MotionSound wet = motion_sound(motion, kStill, bodies, listeners, options);
     EXPECT_EQ(wet.unit, "Pa");
     EXPECT_EQ(wet.rows, 2u);
     const Readout readout =
@@ -161,8 +163,8 @@ TEST(MotionSound, ImpactsStrikeBothBodiesOppositely) {
   motion.impacts = {blow(0.01, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
   const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}};
   const std::vector<SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
-  const MotionSound alone = motion_sound(motion, one, listeners, {});
-  const MotionSound together = motion_sound(motion, both, listeners, {});
+  const MotionSound alone = motion_sound(motion, kStill, one, listeners, {});
+  const MotionSound together = motion_sound(motion, kStill, both, listeners, {});
   EXPECT_EQ(together.impacts.calls, 2u);
   double peak = 0, left = 0;
   for (std::size_t n = 0; n < alone.samples.size(); ++n) {
@@ -197,7 +199,7 @@ TEST(MotionSound, PitchIsThatOfASourceThatMoves) {
       return at({0, 0, speed * time});
     });
     motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
-    const MotionSound sound = motion_sound(motion, bodies, listeners, {});
+    const MotionSound sound = motion_sound(motion, kStill, bodies, listeners, {});
     const double heard = frequency / (1 - speed / kSoundSpeed);
     EXPECT_NEAR(pitch(sound.samples.data() + 6000, 12000, heard), heard, 0.02);
     EXPECT_GT(sound.moving_radiation.calls, 3u);
@@ -213,7 +215,7 @@ TEST(MotionSound, PitchIsThatOfASourceThatMoves) {
                 distance(t0) / distance(t1) * std::exp(-0.5 * (t1 - t0)), 0.01);
     MotionSoundOptions still;
     still.moving_radiation = false;
-    const MotionSound unmoved = motion_sound(motion, bodies, listeners, still);
+    const MotionSound unmoved = motion_sound(motion, kStill, bodies, listeners, still);
     EXPECT_NEAR(pitch(unmoved.samples.data() + 6000, 12000, frequency), frequency, 0.02);
     EXPECT_EQ(unmoved.moving_radiation.calls, 1u);
   }
@@ -229,7 +231,7 @@ TEST(MotionSound, GainsFollowABodyThatTurns) {
   motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
   const std::vector<Listener> listeners = {{{0, 0, 1}}};
   const std::vector<SoundingBody> bodies = {ball.body, {}};
-  const MotionSound sound = motion_sound(motion, bodies, listeners, {});
+  const MotionSound sound = motion_sound(motion, kStill, bodies, listeners, {});
   const auto envelope = [&](double time) {
     const auto from = static_cast<std::size_t>(time * kRate) - 147;
     std::complex<double> sum;
@@ -274,7 +276,7 @@ TEST(MotionSound, ContactsDampWhileTheyLast) {
   const Vec3 normal = Vec3(0.6, 0, 0.8);
   motion.contacts = {resting({0, 0, -kRadius}, normal, 10, 200, 200)};
   const std::vector<SoundingBody> bodies = {ball.body, {}};
-  const MotionSound sound = motion_sound(motion, bodies, {}, {});
+  const MotionSound sound = motion_sound(motion, kStill, bodies, {}, {});
   EXPECT_EQ(sound.contact_damping.calls, 200u);
   const auto level = [&](double time) {
     const auto from = static_cast<std::size_t>(time * kRate);
@@ -294,7 +296,7 @@ TEST(MotionSound, ContactsDampWhileTheyLast) {
   EXPECT_NEAR((level(0.45) - level(0.55)) / 0.1, 2, 0.01);
   MotionSoundOptions off;
   off.contact_damping = false;
-  EXPECT_EQ(motion_sound(motion, bodies, {}, off).contact_damping.calls, 0u);
+  EXPECT_EQ(motion_sound(motion, kStill, bodies, {}, off).contact_damping.calls, 0u);
 }
 
 TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
@@ -308,7 +310,7 @@ TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
   const std::vector<Listener> listeners = {{{0.3, 0.1, 0.5}}};
   MotionSoundOptions clicks_alone;
   clicks_alone.impacts = false;
-  const MotionSound click = motion_sound(motion, bodies, listeners, clicks_alone);
+  const MotionSound click = motion_sound(motion, kStill, bodies, listeners, clicks_alone);
   EXPECT_EQ(click.clicks.calls, 1u);
   EXPECT_EQ(click.impacts.calls, 0u);
   EXPECT_EQ(click.mode_samples, 0u);
@@ -318,12 +320,76 @@ TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
   EXPECT_LT(difference(click.samples, expected), 1e-5);
   MotionSoundOptions none = clicks_alone;
   none.clicks = false;
-  for (const float sample : motion_sound(motion, bodies, listeners, none).samples) {
+  for (const float sample : motion_sound(motion, kStill, bodies, listeners, none).samples) {
     EXPECT_EQ(sample, 0.0F);
   }
-  const MotionSound once = motion_sound(motion, bodies, listeners, {});
-  EXPECT_EQ(once.samples, motion_sound(motion, bodies, listeners, {}).samples);
+  const MotionSound once = motion_sound(motion, kStill, bodies, listeners, {});
+  EXPECT_EQ(once.samples, motion_sound(motion, kStill, bodies, listeners, {}).samples);
   EXPECT_GT(once.mode_samples, 0u);
+}
+
+// A sine of 2 mm under a tip at 0.5 m/s: 250 Hz, and modes at 900 and 2500 Hz.
+TEST(MotionSound, AScrapedFaceSoundsAtSpeedOverWavelength) {
+  const Ball ball(1, {900, 2500}, 20);
+  Scrape scrape(sine_map(2e-3, 1e-6, 32, 16), 0.5, 5, 0.5);
+  // The face hangs off the ball that stands for its body: contacts are at the nearest point.
+  scrape.bodies[1].texture->origin.z() = 3;
+  for (ContactStep& step : scrape.motion.contacts[0].steps) step.points[1].z() = 3;
+  const std::vector<SoundingBody> bodies = {{}, ball.body};
+  MotionSoundOptions options;
+  options.contacts.edge_radius = 0;
+  options.contacts.roughness = 0;
+  const MotionSound sound = motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
+  EXPECT_EQ(sound.lasting_contacts.calls, 500u);
+  const auto level = [&](double frequency) {
+    std::complex<double> sum;
+    for (std::size_t n = 8000; n < 20000; ++n) {
+      const double window = 1 - std::cos(2 * kPi * (double(n - 8000) + 0.5) / 12000);
+      sum += window * double(sound.samples[n]) *
+             std::polar(1.0, -2 * kPi * frequency * double(n) / kRate);
+    }
+    return std::abs(sum);
+  };
+  EXPECT_GT(level(250), 100 * level(230));
+  EXPECT_GT(level(250), 100 * level(270));
+  EXPECT_GT(level(250), 30 * level(900));
+  EXPECT_EQ(sound.samples, motion_sound(scrape.motion, scrape.bodies, bodies, {}, options).samples);
+  // Without the map and without roughness: silence, at no cost.
+  options.contacts.map = false;
+  const MotionSound flat = motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
+  EXPECT_EQ(flat.lasting_contacts.calls, 0u);
+  EXPECT_EQ(flat.mode_samples, 0u);
+  for (const float sample : flat.samples) ASSERT_EQ(sample, 0.0F);
+  options.contacts.map = true;
+  options.lasting_contacts = false;
+  const MotionSound off = motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
+  EXPECT_EQ(off.lasting_contacts.calls, 0u);
+  for (const float sample : off.samples) ASSERT_EQ(sample, 0.0F);
+}
+
+// Both bodies feel the contact, oppositely: equal ones at one place cancel.
+TEST(MotionSound, LastingContactsDriveBothBodies) {
+  const Ball ball(1, {900, 2500}, 20);
+  Scrape scrape(sine_map(2e-3, 1e-6, 32, 16), 0, 5, 0.3);
+  scrape.bodies[1].texture.reset();
+  for (std::size_t k = 0; k < scrape.motion.contacts[0].steps.size(); ++k) {
+    // Both surfaces' places move, as in rolling.
+    const double way = 0.0002 * static_cast<double>(k);
+    scrape.motion.contacts[0].steps[k].points = {Vec3(way, 0.03, 0.05), Vec3(way, 0.03, 0.05)};
+  }
+  for (auto& states : scrape.motion.states) states[0] = states[1];
+  const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}};
+  const auto peak = [](const MotionSound& sound) {
+    double largest = 0;
+    for (const float sample : sound.samples) largest = std::max(largest, std::abs(double(sample)));
+    return largest;
+  };
+  const std::vector<SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
+  const MotionSound alone = motion_sound(scrape.motion, scrape.bodies, one, listeners, {});
+  const MotionSound together = motion_sound(scrape.motion, scrape.bodies, both, listeners, {});
+  EXPECT_EQ(together.lasting_contacts.calls, 2 * alone.lasting_contacts.calls);
+  EXPECT_GT(peak(alone), 0);
+  EXPECT_LT(peak(together), 1e-9 * peak(alone));
 }
 
 TEST(MotionSound, RefusesWhatCannotBe) {
@@ -333,19 +399,19 @@ TEST(MotionSound, RefusesWhatCannotBe) {
   });
   motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
   const std::vector<SoundingBody> bodies = {ball.body, {}};
-  EXPECT_THROW(motion_sound(motion, std::span(bodies).first(1), {}, {}), core::InputError);
-  EXPECT_THROW(motion_sound({}, bodies, {}, {}), core::InputError);
+  EXPECT_THROW(motion_sound(motion, kStill, std::span(bodies).first(1), {}, {}), core::InputError);
+  EXPECT_THROW(motion_sound({}, kStill, bodies, {}, {}), core::InputError);
   MotionSoundOptions endless;
   endless.seconds = INFINITY;
-  EXPECT_THROW(motion_sound(motion, bodies, {}, endless), core::InputError);
+  EXPECT_THROW(motion_sound(motion, kStill, bodies, {}, endless), core::InputError);
   SoundingBody deaf = ball.body;
   deaf.field = nullptr;
   const std::vector<Listener> listeners = {{{0, 0, 0.3}}};
-  EXPECT_THROW(motion_sound(motion, std::vector<SoundingBody>{deaf, {}}, listeners, {}),
+  EXPECT_THROW(motion_sound(motion, kStill, std::vector<SoundingBody>{deaf, {}}, listeners, {}),
                core::InputError);
   // The ball flies through the listener.
   try {
-    motion_sound(motion, bodies, listeners, {});
+    motion_sound(motion, kStill, bodies, listeners, {});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("body 0 at 0.0"), std::string::npos) << error.message();

@@ -1,0 +1,91 @@
+#include "synth/motion/traced_face.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace carillon::synth {
+
+namespace {
+
+constexpr double kBeside = 2e-3;  ///< of a face a contact still is on it [m]
+constexpr int kMostLevels = 8;
+
+/// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, along both axes: k such
+/// steps with strides 1, 2, ... make the triangle of 2^k texels.
+solvers::SurfaceMap blurred(const solvers::SurfaceMap& map, int stride) {
+  solvers::SurfaceMap result = map;
+  const auto index = [&](int i, int count) {
+    return map.repeats ? ((i % count) + count) % count : std::clamp(i, 0, count - 1);
+  };
+  const auto pass = [&](bool columns) {
+    const std::vector<float> from = result.heights;
+    const auto at = [&](int i, int j) {
+      return static_cast<double>(
+          from[static_cast<std::size_t>(j) * static_cast<std::size_t>(map.width) +
+               static_cast<std::size_t>(i)]);
+    };
+    std::size_t texel = 0;
+    for (int j = 0; j < map.height; ++j) {
+      for (int i = 0; i < map.width; ++i, ++texel) {
+        const double middle = at(i, j);
+        const double low =
+            columns ? at(i, index(j - stride, map.height)) : at(index(i - stride, map.width), j);
+        const double high =
+            columns ? at(i, index(j + stride, map.height)) : at(index(i + stride, map.width), j);
+        // By differences: what is flat stays flat to the last bit.
+        result.heights[texel] = static_cast<float>(middle + ((low - middle) + (high - middle)) / 4);
+      }
+    }
+  };
+  pass(false);
+  pass(true);
+  return result;
+}
+
+}  // namespace
+
+TracedFace::TracedFace(const solvers::TexturedFace& face, double radius) : face_(face) {
+  const double skew =
+      std::abs(face.u.dot(face.v)) + std::abs(face.u.norm() - 1) + std::abs(face.v.norm() - 1);
+  if (!(skew < 1e-6) || !face.origin.allFinite() || !(face.size.minCoeff() > 0)) {
+    throw core::InputError(
+        "textured face: its axes must be unit vectors at right angles, its size "
+        "positive");
+  }
+  levels_.push_back(solvers::traced_map(face.map, radius));
+  const solvers::SurfaceMap& finest = levels_.front();
+  for (const float height : finest.heights) {
+    deepest_ = std::max(deepest_, -static_cast<double>(height));
+  }
+  const int most = std::max(finest.width, finest.height);
+  for (int k = 1; k <= kMostLevels && (1 << k) <= most; ++k) {
+    levels_.push_back(blurred(levels_.back(), 1 << (k - 1)));
+  }
+}
+
+std::optional<Eigen::Vector2d> TracedFace::place(const Vec3& point) const {
+  const Vec3 from = point - face_.origin;
+  const Eigen::Vector2d uv(from.dot(face_.u), from.dot(face_.v));
+  const double above = from.dot(face_.normal());
+  const bool inside = uv.minCoeff() >= 0 && (face_.size - uv).minCoeff() >= 0;
+  if (!inside || !(above <= kBeside && above >= -deepest_ - kBeside)) return {};
+  return uv;
+}
+
+solvers::SurfaceDetail TracedFace::detail(const Eigen::Vector2d& uv, double width) const {
+  const double texels = width / levels_.front().texel;
+  const double level = texels > 1 ? std::log2(texels) : 0;
+  const auto below = std::min(static_cast<std::size_t>(level), levels_.size() - 1);
+  solvers::SurfaceDetail detail = solvers::detail_at(levels_[below], uv);
+  const double share = level - static_cast<double>(below);
+  if (share <= 0 || below + 1 >= levels_.size()) return detail;
+  const solvers::SurfaceDetail above = solvers::detail_at(levels_[below + 1], uv);
+  detail.height += share * (above.height - detail.height);
+  detail.slope += share * (above.slope - detail.slope);
+  detail.curvature += share * (above.curvature - detail.curvature);
+  return detail;
+}
+
+}  // namespace carillon::synth
