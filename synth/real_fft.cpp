@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/fft_planner.hpp"
 
 namespace carillon::synth {
 
 std::mutex& fft_planner() {
-  static std::mutex mutex;
-  return mutex;
+  return core::fft_planner();
 }
 
 std::size_t good_fft_size(std::size_t count) {

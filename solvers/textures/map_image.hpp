@@ -9,10 +9,10 @@ namespace carillon::solvers {
 
 /// How an image becomes a map.
 struct MapImage {
-  double width = 0;             ///< of the whole image on the face [m]
-  double depth = 0;             ///< of the deepest alpha (white, opaque) [m]; 0: a normal map
+  double width = 0;  ///< of the whole image on the face [m]
+  double depth = 0;  ///< of the deepest alpha (white, opaque) [m]; 0: a normal map
   bool repeats = true;
-  bool green_down = false;      ///< the image's green axis points down (as Direct3D has it)
+  bool green_down = false;  ///< the image's green axis points down (as Direct3D has it)
 };
 
 /// Reads a PNG of 8 or 16 bits a channel. RGB is the normal, (value - half) / half of each channel,

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
@@ -21,11 +21,11 @@ namespace carillon::solvers {
 /// sinc(1/n)^4 as deep.
 struct SurfaceMap {
   std::string name;
-  int width = 0, height = 0;  ///< [texel], each at least 4
-  double texel = 0;           ///< side of a texel [m]
-  bool repeats = true;        ///< beyond its edges: again and again; else the edge's texels go on
-  std::vector<float> heights;            ///< relief [m], <= 0, row by row from v = 0; empty: none
-  std::vector<float> slopes_u, slopes_v; ///< normal map: dh/du, dh/dv; empty on a relief
+  int width = 0, height = 0;   ///< [texel], each at least 4
+  double texel = 0;            ///< side of a texel [m]
+  bool repeats = true;         ///< beyond its edges: again and again; else the edge's texels go on
+  std::vector<float> heights;  ///< relief [m], <= 0, row by row from v = 0; empty: none
+  std::vector<float> slopes_u, slopes_v;  ///< normal map: dh/du, dh/dv; empty on a relief
 
   bool relief() const { return !heights.empty(); }
   Eigen::Vector2d size() const { return {width * texel, height * texel}; }  ///< [m]
@@ -50,14 +50,22 @@ inline Vec3 normal_of(const Eigen::Vector2d& slope) {
 Vec3 texel_normal(const SurfaceMap& map, const Eigen::Vector2d& uv);
 
 /// Height of the lowest point of a ball of this radius [m] that rests on the surface above (or, in
-/// the plane, at) uv: the surface as a tip of that radius traces it (ISO 16610-41's morphological
-/// closing is what is left of it). A radius of 0 is the surface itself. Of a normal map the
-/// integrated heights count (integrated_relief()).
+/// the plane, at) uv: max over rho of h(uv + rho) + sqrt(r^2 - rho^2) - r, the surface as a tip of
+/// that radius traces it (ISO 16610-41's morphological closing is what is left of it). A radius of
+/// 0 is the surface itself. Of a normal map the integrated heights count (integrated_relief()),
+/// made anew at each call: where many places are asked for, traced_map() is made once.
+/// @throws InputError  a radius that is negative or no number
 double traced_height(const SurfaceMap& map, const Eigen::Vector2d& uv, double radius);
 
+/// The relief that a ball's lowest point follows: its height_at() is traced_height(), exact at the
+/// centres of the texels; between them, where the ball drops from one contact to the next, within
+/// a sixth of a texel times the change of slope there.
+/// @throws InputError  a radius that is negative or no number
+SurfaceMap traced_map(const SurfaceMap& map, double radius);
+
 /// The relief whose slopes are nearest to a normal map's in the mean square (Frankot and Chellappa
-/// 1988), shifted so that its highest texel is 0. Where the map does not repeat it is mirrored for
-/// the transform. Of a relief, itself.
+/// 1988, with the B-splines of both as their basis functions), shifted so that its highest texel is
+/// 0. Where the map does not repeat it is mirrored for the transform. Of a relief, itself.
 SurfaceMap integrated_relief(const SurfaceMap& map);
 
 /// The normal map of a relief: slopes of its B-spline at the texels.
@@ -66,8 +74,8 @@ SurfaceMap normal_map_of(const SurfaceMap& relief);
 /// Where a map lies on a body: a rectangle in the body's coordinates.
 struct TexturedFace {
   SurfaceMap map;
-  Vec3 origin = Vec3::Zero();   ///< where u = v = 0 [m]
-  Vec3 u = Vec3::UnitX();       ///< unit vectors
+  Vec3 origin = Vec3::Zero();  ///< where u = v = 0 [m]
+  Vec3 u = Vec3::UnitX();      ///< unit vectors
   Vec3 v = Vec3::UnitY();
   Eigen::Vector2d size = {0, 0};  ///< of the rectangle [m]; the map repeats or goes on inside it
   Vec3 normal() const { return u.cross(v); }  ///< outward

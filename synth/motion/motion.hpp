@@ -33,12 +33,13 @@ struct MovingBody {
   std::string name;
   RigidBody rigid;                       ///< in the body's coordinates
   std::vector<std::vector<Vec3>> hulls;  ///< points of convex pieces, body's coordinates [m]
-  double ball_radius = 0;  ///< > 0: a ball of this radius about the centre of mass, in place of hulls
-  bool fixed = false;      ///< held where it is: of infinite mass
-  double friction = 0.5;          ///< Coulomb's mu of a pair is sqrt(mu_a mu_b)
-  double rolling_friction = 0;    ///< of a pair: sum [m], torque over normal force
-  double restitution = 0.5;       ///< of a pair: sqrt(e_a e_b)
-  double youngs_modulus = 0;      ///< [Pa]
+  double ball_radius =
+      0;               ///< > 0: a ball of this radius about the centre of mass, in place of hulls
+  bool fixed = false;  ///< held where it is: of infinite mass
+  double friction = 0.5;        ///< Coulomb's mu of a pair is sqrt(mu_a mu_b)
+  double rolling_friction = 0;  ///< of a pair: sum [m], torque over normal force
+  double restitution = 0.5;     ///< of a pair: sqrt(e_a e_b)
+  double youngs_modulus = 0;    ///< [Pa]
   double poisson_ratio = 0;
   double curvature = 0;  ///< [1/m] of the rounded parts that strike; 0: flat (a ball: 1 / radius)
   std::optional<solvers::TexturedFace> texture;
@@ -64,22 +65,22 @@ struct MotionOptions {
 
 /// A blow between two bodies.
 struct Impact {
-  double time = 0;                        ///< [s], within the step
-  std::array<std::size_t, 2> bodies{};    ///< the first has the smaller number
-  std::array<Vec3, 2> points;             ///< in each body's coordinates [m]
-  Vec3 normal = Vec3::Zero();             ///< unit, world, from the second body into the first
-  Vec3 impulse = Vec3::Zero();            ///< on the first body, world [N s], friction included
-  double speed = 0;                       ///< of approach along the normal [m/s]
-  double duration = 0;                    ///< of Hertz's contact [s]
+  double time = 0;                      ///< [s], within the step
+  std::array<std::size_t, 2> bodies{};  ///< the first has the smaller number
+  std::array<Vec3, 2> points;           ///< in each body's coordinates [m]
+  Vec3 normal = Vec3::Zero();           ///< unit, world, from the second body into the first
+  Vec3 impulse = Vec3::Zero();          ///< on the first body, world [N s], friction included
+  double speed = 0;                     ///< of approach along the normal [m/s]
+  double duration = 0;                  ///< of Hertz's contact [s]
 };
 
 /// One step of a contact that lasts.
 struct ContactStep {
-  std::array<Vec3, 2> points;      ///< in each body's coordinates [m]
-  Vec3 normal = Vec3::Zero();      ///< unit, world, of the bodies' geometry (not of a texture), from
-                                   ///< the second body into the first
-  Vec3 force = Vec3::Zero();       ///< on the first body, world, mean over the step [N]
-  Vec3 slip = Vec3::Zero();        ///< velocity of the first body's point against the second's [m/s]
+  std::array<Vec3, 2> points;  ///< in each body's coordinates [m]
+  Vec3 normal = Vec3::Zero();  ///< unit, world, of the bodies' geometry (not of a texture), from
+                               ///< the second body into the first
+  Vec3 force = Vec3::Zero();   ///< on the first body, world, mean over the step [N]
+  Vec3 slip = Vec3::Zero();    ///< velocity of the first body's point against the second's [m/s]
   /// Velocity at which the place of contact moves over each body's surface, world [m/s]. Their
   /// difference is the slip: a ball that rolls has the same on both.
   std::array<Vec3, 2> sweep;
@@ -99,8 +100,8 @@ struct Motion {
   std::vector<Impact> impacts;                 ///< in order of time
   std::vector<LastingContact> contacts;        ///< in order of their begin
   std::vector<double> energy;                  ///< kinetic and potential [J], steps + 1 values
-  int most_substeps = 1;         ///< into which a step was cut for bodies that are fast and thin
-  std::vector<double> left;      ///< time at which each body left the world [s]; infinite: never
+  int most_substeps = 1;     ///< into which a step was cut for bodies that are fast and thin
+  std::vector<double> left;  ///< time at which each body left the world [s]; infinite: never
 };
 
 }  // namespace carillon::synth
