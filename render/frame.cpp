@@ -37,7 +37,7 @@ const std::array<Light, 3> kLights = {{{{-0.55, 0.75, 0.65}, {0.62, 0.605, 0.575
                                        {{0.80, 0.10, 0.60}, {0.13, 0.145, 0.17}},    // fill
                                        {{0.30, 0.60, -0.75}, {0.36, 0.36, 0.38}}}};  // rim
 
-void check(const Camera& camera, const Appearance& appearance) {
+void check_all(const Camera& camera, const Appearance& appearance) {
   if (camera.width < 1 || camera.height < 1 || camera.width > kMaxSide ||
       camera.height > kMaxSide) {
     throw core::InputError(fmt::format("camera: picture must be 1 to {} pixels a side, not {} x {}",
@@ -54,13 +54,7 @@ void check(const Camera& camera, const Appearance& appearance) {
     throw core::InputError(
         fmt::format("camera: distance must not be negative, not {} m", camera.distance));
   }
-  for (const double value : {appearance.color[0], appearance.color[1], appearance.color[2],
-                             appearance.roughness, appearance.metallic}) {
-    if (!(value >= 0 && value <= 1)) {
-      throw core::InputError(fmt::format(
-          "appearance: color, roughness and metallic lie between 0 and 1, not {}", value));
-    }
-  }
+  check(appearance);
 }
 
 /// Where the camera stands and how it projects, in units of the body's ball about the origin.
@@ -195,7 +189,7 @@ class FrameRenderer {
 
 core::Image render_frame(const solvers::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance) {
-  check(camera, appearance);
+  check_all(camera, appearance);
   const BoundingBall ball = bounding_ball(mesh);
   const ShadingMesh body = shading_mesh(mesh, ball, kCreaseAngle);
   const View view = make_view(camera, ball.radius);

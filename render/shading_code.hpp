@@ -2,10 +2,10 @@
 
 namespace carillon::render {
 
-/// Begins a fragment shader: what a surface sends back. Cook and Torrance with GGX (Walter et al. 2007), Smith's
-/// height-correlated masking (Heitz 2014) and Schlick's Fresnel term; three directional lights, of
-/// which `lit` is the part of the first that is not in shadow; a studio of soft boxes as
-/// surroundings. n and v: unit vectors of the normal and to the eye.
+/// Begins a fragment shader: what a surface sends back. Cook and Torrance with GGX (Walter et al.
+/// 2007), Smith's height-correlated masking (Heitz 2014) and Schlick's Fresnel term; three
+/// directional lights, of which `lit` is the part of the first that is not in shadow; a studio of
+/// soft boxes as surroundings. n and v: unit vectors of the normal and to the eye.
 inline constexpr const char* kShading = R"(#version 330 core
 uniform float roughness;
 uniform float metallic;
