@@ -1,8 +1,21 @@
+#include <fmt/format.h>
+
 #include <string_view>
 
+#include "core/error.hpp"
 #include "render/frame.hpp"
 
 namespace carillon::render {
+
+void check(const Appearance& appearance) {
+  for (const double value : {appearance.color[0], appearance.color[1], appearance.color[2],
+                             appearance.roughness, appearance.metallic}) {
+    if (!(value >= 0 && value <= 1)) {
+      throw core::InputError(fmt::format(
+          "appearance: color, roughness and metallic lie between 0 and 1, not {}", value));
+    }
+  }
+}
 
 Appearance appearance_of(const std::string& material) {
   std::string_view name = material;

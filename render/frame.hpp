@@ -24,6 +24,9 @@ struct Appearance {
   double metallic = 0;
 };
 
+/// @throws InputError  a number beyond 0 to 1
+void check(const Appearance& appearance);
+
 /// Picture of a body before a light grey backdrop, lit by a key, a fill and a rim light that stay
 /// with the camera, with shadows of its own, drawn off screen by OSMesa (Cook-Torrance shading,
 /// GGX). Three channels, sRGB, nine samples a pixel averaged in linear light. Faces that meet at

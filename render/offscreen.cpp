@@ -59,6 +59,11 @@ OffscreenContext::~OffscreenContext() {
   OSMesaDestroyContext(context_);
 }
 
+OffscreenContext& offscreen_context() {
+  thread_local OffscreenContext context;
+  return context;
+}
+
 Program make_program(const std::string& vertex_source, const std::string& fragment_source) {
   const Shader vertex = compile(GL_VERTEX_SHADER, vertex_source);
   const Shader fragment = compile(GL_FRAGMENT_SHADER, fragment_source);

@@ -52,6 +52,11 @@ class OffscreenContext {
   std::array<unsigned char, 4> pixel_{};
 };
 
+/// The calling thread's context, made at the first call and kept: what is drawn with belongs to the
+/// thread.
+/// @throws core::Error  OSMesa cannot make a context
+OffscreenContext& offscreen_context();
+
 /// @throws core::Error  with the compiler's or linker's message
 Program make_program(const std::string& vertex_source, const std::string& fragment_source);
 

@@ -1,0 +1,251 @@
+#include "cli/motion/motion_config.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "solvers/textures/generated_maps.hpp"
+#include "synth/supports.hpp"
+
+namespace carillon::cli {
+
+using core::at_key;
+using core::ConfigNode;
+using core::Dimension;
+using core::Range;
+
+namespace {
+
+Ranges3 three(ConfigNode& node, const std::string& key, Dimension dimension) {
+  Ranges3 values{};
+  if (!node.has(key)) return values;
+  const std::vector<Range> read = node.ranges(key, dimension, 3);
+  std::copy(read.begin(), read.end(), values.begin());
+  return values;
+}
+
+std::array<double, 3> point(ConfigNode& node, const std::string& key) {
+  const std::vector<double> p =
+      node.quantities(key, Dimension::length, 3, std::vector<double>{0, 0, 0});
+  return {p[0], p[1], p[2]};
+}
+
+SurfaceConfig read_surface(ConfigNode& node) {
+  SurfaceConfig surface;
+  surface.friction = node.quantity("friction", Dimension::none, surface.friction);
+  surface.rolling_friction = node.quantity("rolling_friction", Dimension::length, 0);
+  surface.restitution = node.quantity("restitution", Dimension::none, surface.restitution);
+  if (!(surface.friction >= 0)) node.fail("friction", "must not be negative");
+  if (!(surface.rolling_friction >= 0)) node.fail("rolling_friction", "must not be negative");
+  if (!(surface.restitution >= 0 && surface.restitution <= 1)) {
+    node.fail("restitution", "lies between 0 (no rebound) and 1 (nothing lost)");
+  }
+  return surface;
+}
+
+void read_generated(ConfigNode& node, TextureConfig& texture) {
+  texture.map = node.text("map");
+  const auto& maps = solvers::generated_maps();
+  const auto found = std::find_if(maps.begin(), maps.end(),
+                                  [&](const auto& map) { return map.name == texture.map; });
+  if (found == maps.end()) {
+    std::vector<std::string> names;
+    for (const auto& map : maps) names.push_back(map.name);
+    const std::string near = core::nearest_name(texture.map, names);
+    node.fail("map", fmt::format("no generated map \"{}\"", texture.map),
+              (near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near)) +
+                  fmt::format("there are {}; an image is `image: FILE.png`", fmt::join(names, ", ")));
+  }
+  ConfigNode parameters = node.child("parameters");
+  for (const auto& [name, value] : found->defaults) {
+    // Lengths, but for counts and exponents, which are plain numbers: both are SI as they stand.
+    texture.parameters[name] = parameters.quantity(name, Dimension::length, value);
+  }
+  texture.texels = static_cast<int>(node.integer("texels", 16, 4096, 512));
+  at_key(node, "parameters", [&] {
+    solvers::generate_map(texture.map, texture.parameters, texture.texels, 0);
+    return 0;
+  });
+}
+
+void read_image(ConfigNode& node, TextureConfig& texture, const std::string& file_name) {
+  texture.image = core::path_beside(file_name, node.text("image"));
+  texture.options.width = node.quantity("width", Dimension::length);
+  texture.options.depth = node.quantity("depth", Dimension::length, 0);
+  texture.options.repeats = node.flag("repeats", true);
+  texture.options.green_down = node.choice("green", {"up", "down"}, "up") == "down";
+  at_key(node, "image", [&] {
+    solvers::read_map(texture.image, texture.options);
+    return 0;
+  });
+}
+
+std::optional<TextureConfig> read_texture(ConfigNode& parent, const std::string& file_name,
+                                          bool has_faces) {
+  if (!parent.has("texture")) return {};
+  ConfigNode node = parent.child("texture");
+  TextureConfig texture;
+  if (node.has("map") == node.has("image")) {
+    node.fail("", "a texture is either a `map:` (generated) or an `image:` (a PNG)");
+  }
+  if (node.has("map")) {
+    read_generated(node, texture);
+  } else {
+    read_image(node, texture, file_name);
+  }
+  texture.normals = node.choice("as", {"relief", "normals"}, "relief") == "normals";
+  if (!has_faces) return texture;
+  const std::string face = node.choice("face", {"+x", "-x", "+y", "-y", "+z", "-z"}, "+z");
+  texture.towards_plus = face[0] == '+';
+  texture.axis = face[1];
+  return texture;
+}
+
+const CastObject& find_object(const ConfigNode& node, const std::string& name,
+                              const std::vector<CastObject>& objects) {
+  std::vector<std::string> names;
+  for (const CastObject& object : objects) {
+    if (object.name == name) return object;
+    names.push_back(object.name);
+  }
+  const std::string near = core::nearest_name(name, names);
+  node.fail("object", fmt::format("no entry of objects is named \"{}\"", name),
+            near.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
+                         : fmt::format("did you mean \"{}\"?", near));
+}
+
+/// Of one entry of `bodies`; `repeat` gives the further ones.
+CastBody read_body(ConfigNode& node, const std::string& file_name,
+                   const std::vector<CastObject>& objects) {
+  CastBody body;
+  body.object = node.text("object");
+  const CastObject& object = find_object(node, body.object, objects);
+  body.name = node.text("name", body.object);
+  body.materials = node.texts("material", object.materials);
+  for (const std::string& material : body.materials) {
+    if (std::find(object.materials.begin(), object.materials.end(), material) ==
+        object.materials.end()) {
+      node.fail("material", fmt::format("the object \"{}\" is not made of {}", object.name, material),
+                fmt::format("its materials are {}", fmt::join(object.materials, ", ")));
+    }
+  }
+  body.size = node.quantity("size", Dimension::none, object.sizes.front());
+  if (std::find(object.sizes.begin(), object.sizes.end(), body.size) == object.sizes.end()) {
+    node.fail("size", fmt::format("the object \"{}\" has no size {}", object.name, body.size),
+              fmt::format("its sizes are {}", fmt::join(object.sizes, ", ")));
+  }
+  body.fixed = node.flag("fixed", false);
+  body.at = three(node, "at", Dimension::length);
+  body.turn = three(node, "turn", Dimension::angle);
+  body.velocity = three(node, "velocity", Dimension::speed);
+  body.spin = three(node, "spin", Dimension::none);
+  body.surface = read_surface(node);
+  body.edge_radius = node.quantity("edge_radius", Dimension::length, body.edge_radius);
+  if (!(body.edge_radius > 0)) node.fail("edge_radius", "must be positive");
+  body.rests = node.text("rests", body.rests);
+  at_key(node, "rests", [&] { return synth::parse_support(body.rests); });
+  body.texture = read_texture(node, file_name, true);
+  return body;
+}
+
+void shift(Ranges3& ranges, const std::vector<double>& step, int times) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    ranges[k].low += times * step[k];
+    ranges[k].high += times * step[k];
+  }
+}
+
+void read_bodies(ConfigNode& node, const std::string& file_name,
+                 const std::vector<CastObject>& objects, MotionConfig& motion) {
+  for (ConfigNode& entry : node.children("bodies")) {
+    const CastBody first = read_body(entry, file_name, objects);
+    int count = 1;
+    std::vector<double> step = {0, 0, 0}, turn = {0, 0, 0};
+    if (entry.has("repeat")) {
+      ConfigNode repeat = entry.child("repeat");
+      count = static_cast<int>(repeat.integer("count", 1, 10000));
+      step = repeat.quantities("step", Dimension::length, 3, step);
+      turn = repeat.quantities("turn", Dimension::angle, 3, turn);
+    }
+    for (int k = 0; k < count; ++k) {
+      CastBody body = first;
+      if (count > 1) body.name = fmt::format("{}-{:02}", first.name, k);
+      shift(body.at, step, k);
+      shift(body.turn, turn, k);
+      motion.bodies.push_back(std::move(body));
+    }
+  }
+  std::set<std::string> names;
+  for (const CastBody& body : motion.bodies) {
+    if (!names.insert(body.name).second) {
+      node.fail("bodies", fmt::format("two bodies are named \"{}\"", body.name),
+                "give one of them another `name:`");
+    }
+  }
+  if (motion.bodies.empty()) node.fail("bodies", "nothing moves", "name a body at the least");
+}
+
+void read_strings(ConfigNode& node, MotionConfig& motion) {
+  for (ConfigNode& entry : node.children("strings")) {
+    CastString string;
+    string.body = entry.text("body");
+    std::vector<std::string> names;
+    for (const CastBody& body : motion.bodies) names.push_back(body.name);
+    if (std::find(names.begin(), names.end(), string.body) == names.end()) {
+      const std::string near = core::nearest_name(string.body, names);
+      entry.fail("body", fmt::format("no body is named \"{}\"", string.body),
+                 near.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
+                              : fmt::format("did you mean \"{}\"?", near));
+    }
+    string.at = point(entry, "at");
+    const std::vector<double> anchor = entry.quantities("anchor", Dimension::length, 3);
+    std::copy(anchor.begin(), anchor.end(), string.anchor.begin());
+    string.length = entry.quantity("length", Dimension::length, 0);
+    if (string.length < 0) entry.fail("length", "must not be negative");
+    motion.strings.push_back(string);
+  }
+}
+
+GroundConfig read_ground(ConfigNode node, const std::string& file_name,
+                         const std::vector<synth::Material>& own_materials) {
+  GroundConfig ground;
+  ground.material = node.text("material", "wood");
+  at_key(node, "material", [&] { return synth::parse_material(ground.material, own_materials); });
+  ground.size = node.quantity("size", Dimension::length, ground.size);
+  if (!(ground.size > 0)) node.fail("size", "must be positive");
+  ground.surface = read_surface(node);
+  ground.texture = read_texture(node, file_name, false);
+  return ground;
+}
+
+}  // namespace
+
+MotionConfig read_motion(ConfigNode node, const std::string& file_name,
+                         const std::vector<CastObject>& objects,
+                         const std::vector<synth::Material>& own_materials) {
+  MotionConfig motion;
+  motion.takes = static_cast<int>(node.integer("takes", 1, 1000000, 1));
+  motion.options.step = node.quantity("step", Dimension::time, 0.001);
+  if (!(motion.options.step >= 1e-5 && motion.options.step <= 0.02)) {
+    node.fail("step", "must lie between 10 us and 20 ms");
+  }
+  const std::vector<double> gravity =
+      node.quantities("gravity", Dimension::none, 3, std::vector<double>{0, 0, -9.80665});
+  motion.options.gravity = {gravity[0], gravity[1], gravity[2]};
+  motion.options.least_speed = node.quantity("least_speed", Dimension::speed, 0.01);
+  motion.options.world_radius = node.quantity("world_radius", Dimension::length, 50);
+  motion.state_rate = node.quantity("state_rate", Dimension::frequency, 100);
+  if (!(motion.state_rate > 0 && motion.state_rate * motion.options.step <= 1 + 1e-9)) {
+    node.fail("state_rate", "must be positive and at most one state a step");
+  }
+  motion.kept_strikes = static_cast<int>(node.integer("kept_strikes", 1, 100000, 256));
+  motion.hertz_pulses = node.choice("pulse", {"cosine", "hertz"}, "cosine") == "hertz";
+  if (node.has("ground")) motion.ground = read_ground(node.child("ground"), file_name, own_materials);
+  read_bodies(node, file_name, objects, motion);
+  read_strings(node, motion);
+  return motion;
+}
+
+}  // namespace carillon::cli

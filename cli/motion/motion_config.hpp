@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/config.hpp"
+#include "solvers/textures/map_image.hpp"
+#include "synth/material.hpp"
+#include "synth/motion/motion.hpp"
+
+namespace carillon::cli {
+
+using Ranges3 = std::array<core::Range, 3>;
+
+/// `texture:` of a body or of the ground.
+struct TextureConfig {
+  std::string map;     ///< a generated one's name, or "" for an image
+  std::string image;   ///< path
+  std::map<std::string, double> parameters;  ///< of a generated map
+  int texels = 512;                          ///< likewise
+  solvers::MapImage options;                 ///< of an image
+  bool normals = false;                      ///< a relief is made a normal map
+  char axis = 'z';                           ///< the face looks along this axis of the body
+  bool towards_plus = true;                  ///< its outward normal does
+};
+
+/// What a contact is to a surface.
+struct SurfaceConfig {
+  double friction = 0.4;
+  double rolling_friction = 0;  ///< [m]
+  double restitution = 0.6;
+};
+
+/// One body of the cast. Every range is drawn for each take.
+struct CastBody {
+  std::string name;
+  std::string object;                  ///< name of an entry of `objects`
+  std::vector<std::string> materials;  ///< one of them is drawn; all are among the object's
+  double size = 1;
+  bool fixed = false;
+  Ranges3 at{};        ///< centre of its box at the start [m]
+  Ranges3 turn{};      ///< about x, then y, then z of the world [rad]
+  Ranges3 velocity{};  ///< [m/s]
+  Ranges3 spin{};      ///< [rad/s]
+  SurfaceConfig surface;
+  double edge_radius = 0.001;  ///< of what strikes, where it is no ball [m]
+  std::string rests = "table";  ///< kind of support that lasting contacts are
+  std::optional<TextureConfig> texture;
+};
+
+struct CastString {
+  std::string body;
+  std::array<double, 3> at{};      ///< from the centre of the body's box, as it lies unturned [m]
+  std::array<double, 3> anchor{};  ///< world [m]
+  double length = 0;               ///< [m]; 0: taut at the start
+};
+
+/// A flat floor at z = 0 that makes no sound.
+struct GroundConfig {
+  std::string material;
+  double size = 10;  ///< side [m]
+  SurfaceConfig surface;
+  std::optional<TextureConfig> texture;
+};
+
+/// `motion:` of a configuration: its samples are takes of a scene that moves.
+struct MotionConfig {
+  int takes = 1;
+  synth::MotionOptions options;  ///< all but the seconds, which are those of the audio
+  double state_rate = 100;       ///< of the column `poses` [Hz]
+  int kept_strikes = 256;        ///< rows of the strikes' columns, the strongest ones
+  bool hertz_pulses = false;
+  std::optional<GroundConfig> ground;
+  std::vector<CastBody> bodies;  ///< repeats expanded
+  std::vector<CastString> strings;
+};
+
+/// What a motion needs to know of an entry of `objects`.
+struct CastObject {
+  std::string name;
+  std::vector<std::string> materials;
+  std::vector<double> sizes;
+};
+
+/// Reads `motion`.
+/// @throws ConfigError
+MotionConfig read_motion(core::ConfigNode node, const std::string& file_name,
+                         const std::vector<CastObject>& objects,
+                         const std::vector<synth::Material>& own_materials);
+
+}  // namespace carillon::cli

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <span>
+
+#include "render/scene_frame.hpp"
+
+namespace carillon::render {
+
+/// @throws InputError  what SceneRenderer says
+void check(const Scene& scene);
+void check_poses(std::span<const ScenePose> poses, std::size_t bodies);
+
+}  // namespace carillon::render

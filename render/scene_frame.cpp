@@ -1,0 +1,377 @@
+#include "render/scene_frame.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "render/drawing.hpp"
+#include "render/face_detail.hpp"
+#include "render/frame_shaders.hpp"
+#include "render/scene_checks.hpp"
+#include "render/scene_shaders.hpp"
+#include "render/shading_code.hpp"
+
+namespace carillon::render {
+namespace {
+
+constexpr int kShadowSide = 2048;
+constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Units that textures are bound to.
+constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2;
+
+void bind(int unit, GLuint texture) {
+  glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
+  glBindTexture(GL_TEXTURE_2D, texture);
+}
+
+Vec3 color_of(const std::array<double, 3>& color) {
+  return {color[0], color[1], color[2]};
+}
+
+/// Programs of all scenes; compiling them takes longer than a frame.
+struct ScenePrograms {
+  OffscreenContext& context = offscreen_context();
+  Program shadow = make_program(kSceneShadowVertex, kShadowFragment);
+  Program background = make_program(kBackgroundVertex, kBackgroundFragment);
+  Program body =
+      make_program(kSceneVertex, std::string(kShading) + kSceneCommon + kSceneFragment);
+  Program relief =
+      make_program(kReliefVertex, std::string(kShading) + kSceneCommon + kReliefFragment);
+};
+
+ScenePrograms& scene_programs() {
+  thread_local ScenePrograms programs;
+  return programs;
+}
+
+/// A body, or the ground, with OpenGL.
+struct Drawn {
+  DrawableMesh mesh;
+  BoundingBall ball;
+  Appearance appearance;
+  Vec3 deep_color;
+  int number = 0;         ///< in the mask
+  double fade_reach = 0;  ///< 0: none
+  std::optional<FaceDetail> detail;
+  Eigen::Affine3d body_from_face = Eigen::Affine3d::Identity();
+  Eigen::Vector2d face_size = {0, 0};
+  Eigen::Affine3d body_from_mesh = Eigen::Affine3d::Identity();
+};
+
+Drawn make_drawn(const SceneBody& body, int number) {
+  const BoundingBall ball = bounding_ball(body.mesh);
+  Drawn drawn{.mesh = DrawableMesh(shading_mesh(body.mesh, ball, kCreaseAngle)),
+              .ball = ball,
+              .appearance = body.appearance,
+              .deep_color = color_of(body.deep_color.value_or(body.appearance.color)),
+              .number = number,
+              .detail = {}};
+  drawn.body_from_mesh.translate(ball.centre).scale(ball.radius);
+  if (body.texture) {
+    drawn.detail = face_detail(body.texture->map);
+    drawn.body_from_face = body_from_face(*body.texture);
+    drawn.face_size = body.texture->size;
+  }
+  return drawn;
+}
+
+Drawn make_drawn(const SceneGround& ground) {
+  const double side = 2 * ground.reach;
+  SceneBody body{.mesh = {}, .appearance = ground.appearance, .texture = {},
+                 .deep_color = ground.deep_color};
+  const Vec3 corner = ground.middle - Vec3(ground.reach, ground.reach, 0);
+  for (int i = 0; i < 4; ++i) {
+    body.mesh.vertices.push_back(corner + Vec3(i % 2 * side, i / 2 * side, 0));
+  }
+  body.mesh.triangles = {{0, 1, 3}, {0, 3, 2}};
+  if (ground.map) {
+    body.texture = {*ground.map, corner, Vec3::UnitX(), Vec3::UnitY(), {side, side}};
+  }
+  Drawn drawn = make_drawn(body, 0);
+  drawn.fade_reach = ground.reach;
+  return drawn;
+}
+
+/// The camera, and what its pictures are drawn into.
+struct View {
+  Vec3 eye, forward;
+  Eigen::Matrix4d clip_from_world;
+  double pixel_angle = 0;
+
+  explicit View(const SceneCamera& camera, double reach) : eye(camera.eye) {
+    const double distance = (camera.target - camera.eye).norm();
+    forward = (camera.target - camera.eye) / distance;
+    const Vec3 right = forward.cross(camera.up).normalized();
+    const double half = std::tan(camera.field_of_view / 2);
+    pixel_angle = 2 * half / camera.height;
+    const double near = 0.01 * distance, far = 4 * (distance + reach);
+    Eigen::Matrix4d projection = Eigen::Matrix4d::Zero();
+    projection(0, 0) = camera.height / (half * camera.width);
+    projection(1, 1) = 1 / half;
+    projection(2, 2) = -(far + near) / (far - near);
+    projection(2, 3) = -2 * far * near / (far - near);
+    projection(3, 2) = -1;
+    Eigen::Matrix4d camera_from_world = Eigen::Matrix4d::Identity();
+    camera_from_world.block<1, 3>(0, 0) = right.transpose();
+    camera_from_world.block<1, 3>(1, 0) = right.cross(forward).transpose();
+    camera_from_world.block<1, 3>(2, 0) = -forward.transpose();
+    camera_from_world.block<3, 1>(0, 3) = -camera_from_world.topLeftCorner<3, 3>() * eye;
+    clip_from_world = projection * camera_from_world;
+  }
+};
+
+Eigen::Affine3d world_from_body(const ScenePose& pose) {
+  Eigen::Affine3d world = Eigen::Affine3d::Identity();
+  world.translate(pose.origin).rotate(pose.turn.normalized());
+  return world;
+}
+
+}  // namespace
+
+struct SceneRenderer::Parts {
+  ScenePrograms& programs = scene_programs();
+  SceneCamera camera;
+  Vec3 light;
+  double reach = 0;
+  Vec3 fade_middle = Vec3::Zero();
+  View view;
+  std::vector<Drawn> bodies;
+  std::optional<Drawn> ground;
+  ShadowMap shadows{kShadowSide};
+  Texture colors, places, depths;
+  Framebuffer target;
+  VertexArray no_vertices;
+  Eigen::Matrix4d light_from_world;
+  double shadow_radius = 1;
+
+  Parts(const Scene& scene, double reach_of_all)
+      : camera(scene.camera),
+        light(scene.light.normalized()),
+        reach(reach_of_all),
+        view(scene.camera, reach_of_all) {
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      bodies.push_back(make_drawn(scene.bodies[i], static_cast<int>(i) + 1));
+    }
+    if (scene.ground) {
+      ground = make_drawn(*scene.ground);
+      fade_middle = scene.ground->middle;
+    }
+    const int width = camera.samples * camera.width, height = camera.samples * camera.height;
+    colors = make_target(GL_RGBA16F, GL_RGBA, GL_FLOAT, width, height);
+    places = make_target(GL_RG32F, GL_RG, GL_FLOAT, width, height);
+    depths = make_target(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, width, height);
+    glGenFramebuffers(1, target.put());
+    glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colors.get(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, places.get(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depths.get(), 0);
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+      throw core::Error(fmt::format("OSMesa cannot draw {} x {} samples", width, height));
+    }
+    glGenVertexArrays(1, no_vertices.put());
+    check_gl("setting up a scene");
+  }
+
+  void draw_shadows(std::span<const ScenePose> poses);
+  void draw_background();
+  void set_common(const Program& program, const Drawn& drawn);
+  void draw_mesh(const Drawn& drawn, const Eigen::Affine3d& world_from_body);
+  void draw_relief(const Drawn& drawn, const Eigen::Affine3d& world_from_body);
+  SceneFrame read() const;
+};
+
+/// All bodies near enough to be seen share the shadow map.
+void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
+  const double near = 4 * (camera.target - camera.eye).norm();
+  solvers::Box box{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
+  std::vector<Vec3> centres;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    centres.emplace_back(world_from_body(poses[i]) * bodies[i].ball.centre);
+    if ((centres[i] - camera.target).norm() > near + bodies[i].ball.radius) continue;
+    box.low = box.low.cwiseMin(centres[i] - Vec3::Constant(bodies[i].ball.radius));
+    box.high = box.high.cwiseMax(centres[i] + Vec3::Constant(bodies[i].ball.radius));
+  }
+  const bool any = (box.high.array() > box.low.array()).all();
+  const Vec3 middle = any ? Vec3((box.low + box.high) / 2) : camera.target;
+  shadow_radius = near * 1e-6;
+  for (std::size_t i = 0; i < bodies.size() && any; ++i) {
+    if ((centres[i] - camera.target).norm() > near + bodies[i].ball.radius) continue;
+    shadow_radius =
+        std::max(shadow_radius, (centres[i] - middle).norm() + bodies[i].ball.radius);
+  }
+  shadow_radius *= 1.02;
+  const Vec3 side = light.unitOrthogonal();
+  light_from_world = Eigen::Matrix4d::Identity();
+  light_from_world.block<1, 3>(0, 0) = side.transpose() / shadow_radius;
+  light_from_world.block<1, 3>(1, 0) = light.cross(side).transpose() / shadow_radius;
+  light_from_world.block<1, 3>(2, 0) = -light.transpose() / shadow_radius;
+  light_from_world.block<3, 1>(0, 3) = -light_from_world.topLeftCorner<3, 3>() * middle;
+
+  shadows.begin();
+  glUseProgram(programs.shadow.get());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Eigen::Affine3d world = world_from_body(poses[i]) * bodies[i].body_from_mesh;
+    set_matrix(programs.shadow, "light_from_mesh", light_from_world * world.matrix());
+    bodies[i].mesh.draw();
+  }
+}
+
+void SceneRenderer::Parts::draw_background() {
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  glViewport(0, 0, camera.samples * camera.width, camera.samples * camera.height);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  const std::array<GLenum, 2> both = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glDrawBuffers(2, both.data());
+  const std::array<float, 4> nothing = {std::numeric_limits<float>::infinity(), 0, 0, 0};
+  glClearBufferfv(GL_COLOR, 1, nothing.data());
+  glDrawBuffers(1, both.data());
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(programs.background.get());
+  glBindVertexArray(no_vertices.get());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glEnable(GL_DEPTH_TEST);
+  glDrawBuffers(2, both.data());
+}
+
+void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn) {
+  glUseProgram(program.get());
+  set_matrix(program, "clip_from_world", view.clip_from_world);
+  set_matrix(program, "light_from_world", light_from_world);
+  set_vector(program, "eye", view.eye);
+  set_vector(program, "forward", view.forward);
+  set_vector(program, "reflectance", color_of(drawn.appearance.color));
+  set_vector(program, "deep_reflectance", drawn.deep_color);
+  set_number(program, "roughness", drawn.appearance.roughness);
+  set_number(program, "metallic", drawn.appearance.metallic);
+  set_number(program, "body_number", drawn.number);
+  // The key light, and a weak one from the camera's side.
+  const std::array<Vec3, 3> directions = {light, (Vec3(0, 0, 0.3) - view.forward).normalized(),
+                                          Vec3::UnitZ()};
+  const std::array<Vec3, 3> colors_of = {Vec3(0.66, 0.645, 0.615), Vec3(0.05, 0.055, 0.06),
+                                         Vec3::Zero()};
+  for (std::size_t i = 0; i < 3; ++i) {
+    set_vector(program, fmt::format("light_direction[{}]", i), directions[i]);
+    set_vector(program, fmt::format("light_color[{}]", i), colors_of[i]);
+  }
+  // A step off the surface and one towards the light keep a face out of its own shadow.
+  const double sample = 2 * shadow_radius / kShadowSide;
+  set_vector(program, "shadow_steps",
+             {1.5 * sample, 1.0 / kShadowSide, 1.0 * sample / (2 * shadow_radius)});
+  set_vector(program, "fade_middle", fade_middle);
+  set_number(program, "fade_reach", drawn.fade_reach);
+  set_integer(program, "shadow_map", kShadowUnit);
+  set_integer(program, "slopes", kSlopesUnit);
+  set_integer(program, "heights", kHeightsUnit);
+  set_number(program, "pixel_angle", view.pixel_angle);
+  bind(kShadowUnit, shadows.texture());
+  if (!drawn.detail) return;
+  const FaceDetail& detail = *drawn.detail;
+  bind(kSlopesUnit, detail.slopes.get());
+  if (detail.relief()) bind(kHeightsUnit, detail.heights.get());
+  glUniform2f(glGetUniformLocation(program.get(), "map_size"), float(detail.map_size.x()),
+              float(detail.map_size.y()));
+  glUniform2f(glGetUniformLocation(program.get(), "face_size"), float(drawn.face_size.x()),
+              float(drawn.face_size.y()));
+  set_number(program, "grain", detail.grain);
+  set_number(program, "deepest", detail.deepest);
+}
+
+void SceneRenderer::Parts::draw_mesh(const Drawn& drawn, const Eigen::Affine3d& world_from_body) {
+  const Program& program = programs.body;
+  set_common(program, drawn);
+  const Eigen::Affine3d world_from_face = world_from_body * drawn.body_from_face;
+  set_matrix(program, "world_from_mesh", (world_from_body * drawn.body_from_mesh).matrix());
+  set_matrix(program, "face_from_world", world_from_face.inverse().matrix());
+  const Eigen::Matrix3f turn = world_from_body.linear().cast<float>();
+  const Eigen::Matrix3f face = world_from_face.linear().cast<float>();
+  glUniformMatrix3fv(glGetUniformLocation(program.get(), "world_from_normal"), 1, GL_FALSE,
+                     turn.data());
+  glUniformMatrix3fv(glGetUniformLocation(program.get(), "world_from_face"), 1, GL_FALSE,
+                     face.data());
+  set_integer(program, "detail", !drawn.detail ? 0 : drawn.detail->relief() ? 2 : 1);
+  set_number(program, "face_tolerance", 1e-5 * drawn.ball.radius);
+  drawn.mesh.draw();
+}
+
+void SceneRenderer::Parts::draw_relief(const Drawn& drawn, const Eigen::Affine3d& world_from_body) {
+  const Program& program = programs.relief;
+  set_common(program, drawn);
+  const Eigen::Affine3d world_from_face = world_from_body * drawn.body_from_face;
+  const Eigen::Matrix3f face = world_from_face.linear().cast<float>();
+  set_matrix(program, "world_from_box", world_from_face.matrix());
+  glUniformMatrix3fv(glGetUniformLocation(program.get(), "world_from_face"), 1, GL_FALSE,
+                     face.data());
+  set_vector(program, "eye_place", world_from_face.inverse() * view.eye);
+  set_vector(program, "light_place", world_from_face.linear().transpose() * light);
+  glEnable(GL_CULL_FACE);
+  glCullFace(GL_FRONT);
+  glBindVertexArray(no_vertices.get());
+  glDrawArrays(GL_TRIANGLES, 0, 36);
+  glDisable(GL_CULL_FACE);
+}
+
+SceneFrame SceneRenderer::Parts::read() const {
+  SceneFrame frame;
+  glReadBuffer(GL_COLOR_ATTACHMENT0);
+  frame.color = read_picture(camera.width, camera.height, camera.samples);
+  glReadBuffer(GL_COLOR_ATTACHMENT1);
+  const int samples = camera.samples;
+  std::vector<float> row(2 * std::size_t(samples) * std::size_t(camera.width));
+  for (int j = 0; j < camera.height; ++j) {
+    glReadPixels(0, samples * (camera.height - 1 - j) + samples / 2, samples * camera.width, 1,
+                 GL_RG, GL_FLOAT, row.data());
+    for (int i = 0; i < camera.width; ++i) {
+      const auto at = 2 * static_cast<std::size_t>(samples * i + samples / 2);
+      frame.depth.push_back(row[at]);
+      frame.mask.push_back(static_cast<std::uint8_t>(std::lround(row[at + 1])));
+    }
+  }
+  return frame;
+}
+
+SceneRenderer::SceneRenderer(const Scene& scene) {
+  check(scene);
+  double reach = (scene.camera.target - scene.camera.eye).norm();
+  if (scene.ground) {
+    reach += 2 * scene.ground->reach + (scene.ground->middle - scene.camera.eye).norm();
+  }
+  for (const SceneBody& body : scene.bodies) reach += 2 * bounding_ball(body.mesh).radius;
+  offscreen_context();  // before anything of OpenGL
+  parts_ = std::make_unique<Parts>(scene, reach);
+}
+
+SceneRenderer::~SceneRenderer() = default;
+SceneRenderer::SceneRenderer(SceneRenderer&&) noexcept = default;
+
+SceneFrame SceneRenderer::draw(std::span<const ScenePose> poses) {
+  Parts& parts = *parts_;
+  check_poses(poses, parts.bodies.size());
+  parts.draw_shadows(poses);
+  parts.draw_background();
+  glEnablei(GL_BLEND, 0);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  if (parts.ground) {
+    const Eigen::Affine3d still = Eigen::Affine3d::Identity();
+    const bool relief = parts.ground->detail && parts.ground->detail->relief();
+    relief ? parts.draw_relief(*parts.ground, still) : parts.draw_mesh(*parts.ground, still);
+  }
+  glDisablei(GL_BLEND, 0);
+  for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
+    const Drawn& body = parts.bodies[i];
+    const Eigen::Affine3d world = world_from_body(poses[i]);
+    parts.draw_mesh(body, world);
+    if (body.detail && body.detail->relief()) parts.draw_relief(body, world);
+  }
+  glActiveTexture(GL_TEXTURE0);
+  SceneFrame frame = parts.read();
+  check_gl("drawing a scene");
+  return frame;
+}
+
+}  // namespace carillon::render

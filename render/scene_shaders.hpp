@@ -1,0 +1,233 @@
+#pragma once
+
+namespace carillon::render {
+
+/// Depth from the light.
+inline constexpr const char* kSceneShadowVertex = R"(#version 330 core
+layout(location = 0) in vec3 position;
+uniform mat4 light_from_mesh;
+void main() { gl_Position = light_from_mesh * vec4(position, 1.0); }
+)";
+
+/// A body's triangles. Places of a textured face are (u, v, height above the face) [m].
+inline constexpr const char* kSceneVertex = R"(#version 330 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+uniform mat4 clip_from_world;
+uniform mat4 world_from_mesh;
+uniform mat4 face_from_world;
+uniform mat3 world_from_normal;
+out vec3 world_position;
+out vec3 world_normal;
+out vec3 face_position;
+void main() {
+  vec4 world = world_from_mesh * vec4(position, 1.0);
+  world_position = world.xyz;
+  world_normal = world_from_normal * normal;
+  face_position = (face_from_world * world).xyz;
+  gl_Position = clip_from_world * world;
+}
+)";
+
+/// After kShading: what bodies and reliefs have in common.
+inline constexpr const char* kSceneCommon = R"(
+layout(location = 0) out vec4 color;
+layout(location = 1) out vec4 depth_and_body;
+uniform mat4 light_from_world;
+uniform vec3 eye;
+uniform vec3 forward;
+uniform vec3 reflectance;
+uniform vec3 deep_reflectance;
+uniform float body_number;
+uniform vec3 shadow_steps;  // along the normal [m], between samples, towards the light
+uniform vec3 fade_middle;
+uniform float fade_reach;   // 0: does not fade
+uniform sampler2DShadow shadow_map;
+
+uniform sampler2D slopes;
+uniform vec2 map_size;      // [m]
+uniform float grain;        // distance of the texture's samples [m]
+uniform float pixel_angle;  // of a sample
+
+float lit_by_key(vec3 position, vec3 normal) {
+  vec3 there = (light_from_world * vec4(position + shadow_steps.x * normal, 1.0)).xyz * 0.5 + 0.5;
+  float sum = 0.0;
+  for (int i = -1; i <= 1; ++i) {
+    for (int j = -1; j <= 1; ++j) {
+      sum += texture(shadow_map, vec3(there.xy + vec2(i, j) * shadow_steps.y,
+                                      min(there.z - shadow_steps.z, 1.0)));
+    }
+  }
+  return sum / 9.0;
+}
+
+// Normal of the map at a place, in the face's axes; blurred where a pixel sees many texels.
+vec3 map_normal(vec2 uv, float seen_size) {
+  vec2 slope = textureLod(slopes, uv / map_size, log2(max(seen_size / grain, 1.0))).rg;
+  return normalize(vec3(-slope, 1.0));
+}
+
+void put(vec3 position, vec3 n, vec3 reflected, float lit) {
+  vec3 v = normalize(eye - position);
+  vec3 seen = shade(n, v, reflected, lit);
+  float there = 1.0;
+  if (fade_reach > 0.0) {
+    there = 1.0 - smoothstep(0.55 * fade_reach, fade_reach, length((position - fade_middle).xy));
+  }
+  color = vec4(seen, there);
+  depth_and_body = vec4(dot(position - eye, forward), body_number, 0.0, 1.0);
+}
+)";
+
+/// After kSceneCommon: a body's triangles.
+inline constexpr const char* kSceneFragment = R"(
+in vec3 world_position;
+in vec3 world_normal;
+in vec3 face_position;
+uniform int detail;          // 0: none, 1: normal map, 2: relief
+uniform mat3 world_from_face;
+uniform vec2 face_size;
+uniform float face_tolerance;
+uniform float deepest;
+uniform sampler2D heights;
+
+void main() {
+  vec3 v = normalize(eye - world_position);
+  vec3 n = normalize(world_normal);
+  if (!gl_FrontFacing) n = -n;
+  vec3 geometric = n;
+  if (detail > 0) {
+    vec2 uv = face_position.xy;
+    bool inside = all(greaterThan(uv, vec2(-face_tolerance))) &&
+                  all(lessThan(uv, face_size + face_tolerance));
+    bool upward = dot(n, world_from_face[2]) > 0.999;
+    if (inside && detail == 2 && face_position.z > -deepest - face_tolerance) {
+      // The face itself is drawn by its relief; a side stands as high as the relief there.
+      if (upward && face_position.z > -face_tolerance) discard;
+      if (face_position.z > texture(heights, uv / map_size).r) discard;
+    }
+    if (inside && detail == 1 && upward && abs(face_position.z) < face_tolerance) {
+      float slant = max(dot(n, v), 0.05);
+      n = world_from_face * map_normal(uv, length(eye - world_position) * pixel_angle / slant);
+    }
+  }
+  put(world_position, n, reflectance, lit_by_key(world_position, geometric));
+}
+)";
+
+/// The slab that a relief is cut into: back faces of a box between the face and its deepest point.
+inline constexpr const char* kReliefVertex = R"(#version 330 core
+uniform mat4 clip_from_world;
+uniform mat4 world_from_box;
+uniform vec2 face_size;
+uniform float deepest;
+out vec3 far_place;
+const int corners[36] = int[36](0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5);
+void main() {
+  int corner = corners[gl_VertexID];
+  far_place = vec3((corner & 1) != 0 ? face_size.x : 0.0, (corner & 2) != 0 ? face_size.y : 0.0,
+                   (corner & 4) != 0 ? 0.0 : -deepest);
+  gl_Position = clip_from_world * (world_from_box * vec4(far_place, 1.0));
+}
+)";
+
+/// After kSceneCommon. Rays march through the slab in steps of half a texel, or of a pixel where
+/// that is longer, and halve the last one.
+inline constexpr const char* kReliefFragment = R"(
+in vec3 far_place;
+uniform mat4 clip_from_world;
+uniform mat4 world_from_box;
+uniform mat3 world_from_face;
+uniform vec3 eye_place;    // in the face's coordinates
+uniform vec3 light_place;  // direction, too
+uniform vec2 face_size;
+uniform float deepest;
+uniform sampler2D heights;
+
+float height(vec2 uv) { return textureLod(heights, uv / map_size, 0.0).r; }
+
+// Part of the key light that no other part of the relief keeps from a place in it.
+float lit_in_relief(vec3 place, vec3 n, float seen_size) {
+  vec3 l = light_place;
+  if (l.z <= 0.0) return 0.0;
+  float way = -place.z / l.z;
+  float level = length(l.xy) * way;
+  int count = int(clamp(ceil(level / max(grain, seen_size)), 0.0, 256.0));
+  // Off the surface by what marching may have missed it by.
+  vec3 start = place + n * (0.02 * grain);
+  for (int i = 1; i <= count; ++i) {
+    vec3 p = start + l * (way * (float(i) - 0.5) / float(count));
+    if (any(lessThan(p.xy, vec2(0.0))) || any(greaterThan(p.xy, face_size))) break;
+    if (height(p.xy) > p.z) return 0.0;
+  }
+  return 1.0;
+}
+
+void main() {
+  vec3 d = far_place - eye_place;
+  // Where the ray enters the slab: at its upper side, at an edge, or at the eye.
+  vec3 low = vec3(0.0, 0.0, -deepest), high = vec3(face_size, 0.0);
+  float first = 0.0;
+  bool from_above = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (d[axis] == 0.0) continue;
+    float enter = ((d[axis] > 0.0 ? low[axis] : high[axis]) - eye_place[axis]) / d[axis];
+    if (enter > first) {
+      first = enter;
+      from_above = axis == 2 && d.z < 0.0;
+    }
+  }
+  if (first >= 1.0) discard;
+  vec3 begin = eye_place + first * d;
+  if (from_above) begin.z = 0.0;
+  vec3 way = far_place - begin;
+
+  vec3 place = begin;
+  if (height(begin.xy) >= begin.z) {
+    // At an edge or before the eye: inside the body, whose side is drawn elsewhere.
+    if (!from_above) discard;
+  } else {
+    float seen = length(begin - eye_place) * pixel_angle;
+    int count = int(clamp(ceil(length(way.xy) / max(grain, seen)), 8.0, 1024.0));
+    float before = 0.0, after = -1.0;
+    for (int i = 1; i <= count; ++i) {
+      float s = float(i) / float(count);
+      vec3 p = begin + s * way;
+      if (height(p.xy) >= p.z) {
+        after = s;
+        break;
+      }
+      before = s;
+    }
+    if (after < 0.0) discard;
+    for (int i = 0; i < 10; ++i) {
+      float middle = 0.5 * (before + after);
+      vec3 p = begin + middle * way;
+      if (height(p.xy) >= p.z) after = middle;
+      else before = middle;
+    }
+    place = begin + after * way;
+  }
+
+  float seen_size = length(place - eye_place) * pixel_angle;
+  float slant = max(normalize(-d).z, 0.05);
+  vec3 n = map_normal(place.xy, seen_size / slant);
+  vec3 position = (world_from_box * vec4(place, 1.0)).xyz;
+  // Other bodies' shadows are those on the face where the light enters.
+  float lit = 0.0;
+  if (light_place.z > 0.0) {
+    lit = lit_in_relief(place, n, seen_size);
+    vec3 entry = place - light_place * (place.z / light_place.z);
+    if (lit > 0.0) {
+      lit *= lit_by_key((world_from_box * vec4(entry, 1.0)).xyz, world_from_face[2]);
+    }
+  }
+  float cut = smoothstep(0.25, 0.75, -place.z / deepest);
+  put(position, world_from_face * n, mix(reflectance, deep_reflectance, cut), lit);
+  vec4 clip = clip_from_world * vec4(position, 1.0);
+  gl_FragDepth = clamp(0.5 + 0.5 * clip.z / clip.w, 0.0, 1.0);
+}
+)";
+
+}  // namespace carillon::render
