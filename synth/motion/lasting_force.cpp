@@ -132,10 +132,27 @@ LastingForce LastingForces::silence(const LastingContact& contact) const {
   return result;
 }
 
-LastingForces::Side LastingForces::side_of(const LastingContact& contact, std::size_t side) {
+std::vector<Vec3> LastingForces::points_of(const LastingContact& contact, std::size_t side) const {
+  const std::size_t body = contact.bodies[side], other = contact.bodies[1 - side];
   std::vector<Vec3> points;
-  for (const ContactStep& at : contact.steps) points.push_back(at.points[side]);
-  Side own{nullptr, ContactPath(points, motion_.step), {}, {}, {}, side == 0 ? -1.0 : 1.0};
+  for (std::size_t k = 0; k < contact.steps.size(); ++k) {
+    points.push_back(contact.steps[k].points[side]);
+    if (!bodies_[body].texture || !(bodies_[other].ball_radius > 0)) continue;
+    // A ball is traced by where its centre is: on a relief it touches beside that.
+    const std::size_t state = std::min(contact.first_step + k, motion_.states.size() - 1);
+    const std::vector<BodyState>& states = motion_.states[state];
+    const Vec3 normal = bodies_[body].texture->normal();
+    const Vec3 centre =
+        states[body].pose.to_body(states[other].pose.to_world(bodies_[other].rigid.centre));
+    points.back() = centre + normal.dot(points.back() - centre) * normal;
+  }
+  return points;
+}
+
+LastingForces::Side LastingForces::side_of(const LastingContact& contact, std::size_t side) {
+  Side own{nullptr, ContactPath(points_of(contact, side), motion_.step),
+           {},      {},
+           {},      side == 0 ? -1.0 : 1.0};
   const std::size_t body = contact.bodies[side];
   const bool papers = options_.excitation == ContactExcitation::texel_impulses;
   if (bodies_[body].texture && (papers || options_.map)) {

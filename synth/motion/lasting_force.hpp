@@ -66,6 +66,7 @@ class LastingForces {
   struct Side;
 
   LastingForce silence(const LastingContact& contact) const;
+  std::vector<Vec3> points_of(const LastingContact& contact, std::size_t side) const;
   Side side_of(const LastingContact& contact, std::size_t side);
   const TracedFace& face_of(std::size_t body, double radius);
   double radius_of(std::size_t body) const;

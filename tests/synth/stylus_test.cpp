@@ -50,6 +50,7 @@ TEST(Stylus, SlowlyDrawnTheForceIsThatOfTheSlope) {
   const std::vector<Vec3> corners = {{0.01, 0.5, 0}, {0.03, 0.5, 0}};
   const std::vector<Vec3> path = drawn_path(corners, kSpeed, 1000);
   Stylus stylus;
+  stylus.radius = 0;
   for (const bool normal_map : {false, true}) {
     const auto face = face_of(normal_map ? normal_map_of(relief) : relief);
     const Touch touch = draw_stylus(face, path, stylus, {});
