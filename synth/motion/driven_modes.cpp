@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "synth/modal_response.hpp"
+#include "synth/motion/slow_rates.hpp"
 #include "synth/ring_down.hpp"
 #include "synth/row_response.hpp"
 
@@ -212,6 +213,11 @@ void DrivenModes::render(std::span<const Drive> drives, const DrivenGains& gains
           fmt::format("driven modes: a drive of {} modes and {} samples where {} and {} are meant",
                       drive.begin.rows(), drive.forces.cols(), modes, count + 1));
     }
+    for (const Eigen::Matrix3Xf& rates : drive.slow_rates) {
+      if (rates.cols() == 0 || rates.cols() == rows.rows()) continue;
+      throw core::InputError(
+          fmt::format("driven modes: rates of {} samples where {} are meant", rates.cols(), count));
+    }
     if (!drive.forces.allFinite()) throw core::InputError("driven modes: a force is not finite");
   }
   if (gains.before == nullptr || gains.after == nullptr ||
@@ -330,7 +336,53 @@ void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, s
     if (blow.first >= position_) peak_ = 0;
     add_blow(blow, weights, keys, after, rows.middleRows(first, length));
   }
+  for (const Drive& drive : drives) {
+    add_slow_rates(drive, weights, keys, offset, after, rows.middleRows(first, length),
+                   rows.rows());
+  }
   if (shapes.empty()) rest_inaudible(weights, keys);
+}
+
+std::vector<bool> DrivenModes::octaves() const {
+  std::vector<bool> present(kModeOctaves, false);
+  for (const double eigenvalue : eigenvalues_) present[octave_of(eigenvalue)] = true;
+  return present;
+}
+
+void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2>& weights,
+                                 std::size_t keys, std::size_t offset,
+                                 const Eigen::VectorXd& shares, Eigen::Ref<Eigen::MatrixXd> rows,
+                                 Eigen::Index total) const {
+  if (drive.slow_rates.empty()) return;
+  const auto count = static_cast<Eigen::Index>(rows.rows());
+  for (std::size_t key = 0; key < keys; ++key) {
+    for (Eigen::Index row = 0; row < rows.cols(); ++row) {
+      // What a rate along each axis gives, summed over an octave's modes: at the block's ends.
+      Eigen::MatrixX3d begin = Eigen::MatrixX3d::Zero(kModeOctaves, 3), end = begin;
+      bool any = false;
+      for (std::size_t i = 0; i < order_.size(); ++i) {
+        const double of_rate = weights[key].of_rate(static_cast<Eigen::Index>(i), row);
+        if (of_rate == 0) continue;
+        any = true;
+        const auto octave = static_cast<Eigen::Index>(octave_of(eigenvalues_[i]));
+        const auto mode = static_cast<Eigen::Index>(order_[i]);
+        begin.row(octave) += of_rate * drive.begin.row(mode);
+        end.row(octave) += of_rate * drive.end.row(mode);
+      }
+      for (std::size_t octave = 0; any && octave < drive.slow_rates.size(); ++octave) {
+        const Eigen::Matrix3Xf& rates = drive.slow_rates[octave];
+        if (rates.cols() == 0) continue;
+        const auto o = static_cast<Eigen::Index>(octave);
+        for (Eigen::Index n = 0; n < count; ++n) {
+          const Eigen::Index at = static_cast<Eigen::Index>(offset) + n;
+          const double place = static_cast<double>(at) / static_cast<double>(total);
+          const double share = keys == 1 ? 1 : key == 0 ? 1 - shares[n] : shares[n];
+          rows(n, row) += share * (begin.row(o) + place * (end.row(o) - begin.row(o)))
+                                      .dot(rates.col(at).cast<double>().transpose());
+        }
+      }
+    }
+  }
 }
 
 void DrivenModes::add_blow(const Blow& blow, const std::array<Weights, 2>& weights,

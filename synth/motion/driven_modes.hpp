@@ -17,6 +17,9 @@ struct Drive {
   Eigen::MatrixX3d begin;   ///< mode shapes at the place at the block's first sample, modes x 3
   Eigen::MatrixX3d end;     ///< at the sample after its last
   Eigen::Matrix3Xd forces;  ///< [N] at the block's samples and the one after: count + 1 columns
+  /// Rates of them as far as they are slow against the modes of each octave (slow_rates()): count
+  /// columns each; none: an octave's modes have none, or readouts do not ask.
+  std::vector<Eigen::Matrix3Xf> slow_rates = {};
 };
 
 /// Gains of rows over a block: those of `before` go over into those of `after` in a straight line.
@@ -64,7 +67,9 @@ class DrivenModes {
   bool resting() const { return sounding_ == 0 && blows_.empty(); }
   /// Samples until the first blow that waits begins; the largest number where none does.
   std::uint64_t until_blow() const;
-  std::uint64_t position() const { return position_; }          ///< samples so far
+  std::uint64_t position() const { return position_; }  ///< samples so far
+  /// Which octaves of slow_rates.hpp have modes.
+  std::vector<bool> octaves() const;
   std::uint64_t mode_samples() const { return mode_samples_; }  ///< modes moved on by a sample
   std::size_t modes() const { return order_.size(); }           ///< below Nyquist
 
@@ -86,6 +91,9 @@ class DrivenModes {
   void set_steps(std::span<const double> decay_rates, bool all);
   void run(std::span<const Drive> drives, const DrivenGains& gains, std::size_t offset,
            std::size_t count, Eigen::Ref<Eigen::MatrixXd> rows);
+  void add_slow_rates(const Drive& drive, const std::array<Weights, 2>& weights, std::size_t keys,
+                      std::size_t offset, const Eigen::VectorXd& shares,
+                      Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Index total) const;
   void add_blow(const Blow& blow, const std::array<Weights, 2>& weights, std::size_t keys,
                 const Eigen::VectorXd& shares, Eigen::Ref<Eigen::MatrixXd> rows) const;
   void rest_inaudible(const std::array<Weights, 2>& weights, std::size_t keys);

@@ -15,7 +15,8 @@ namespace carillon::synth {
 namespace {
 
 constexpr double kFade = 5e-3;     ///< of a contact's begin and end [s]
-constexpr double kSlow = 1e-3;     ///< friction and roughness are whole above this [m/s]
+constexpr double kSlow = 1e-3;     ///< what moves faster has its whole roughness and friction [m/s]
+constexpr double kStill = 1e-4;    ///< what creeps slower than this is at rest [m/s]
 constexpr double kTexelSteps = 8;  ///< looks at the way per texel
 
 /// A value of each step, between steps in straight lines; the last goes on.
@@ -26,6 +27,11 @@ Value between(const std::vector<Value>& values, double place) {
   const auto k = std::min(static_cast<std::size_t>(at), values.size() - 1);
   const std::size_t next = std::min(k + 1, values.size() - 1);
   return values[k] + (at - static_cast<double>(k)) * (values[next] - values[k]);
+}
+
+/// 0 at rest, 1 in motion.
+double moving_share(double speed) {
+  return std::clamp((speed - kStill) / (kSlow - kStill), 0.0, 1.0);
 }
 
 double contact_modulus(const MovingBody& a, const MovingBody& b) {
@@ -62,6 +68,7 @@ struct LastingForces::Side {
   ContactPath path;                  ///< body's coordinates
   std::vector<Vec3> u, v, normal;    ///< of the face, world, of each step
   double sign = 1;                   ///< of a force on the other body as one on the first
+  std::optional<FractalNoise> noise, cross_noise;  ///< along the normal, and across
 };
 
 LastingForces::LastingForces(const Motion& motion, std::span<const MovingBody> bodies,
@@ -132,14 +139,43 @@ LastingForce LastingForces::silence(const LastingContact& contact) const {
   return result;
 }
 
-LastingForces::Side LastingForces::side_of(const LastingContact& contact, std::size_t side) {
+std::vector<Vec3> LastingForces::points_of(const LastingContact& contact, std::size_t side) const {
+  const std::size_t body = contact.bodies[side], other = contact.bodies[1 - side];
   std::vector<Vec3> points;
-  for (const ContactStep& at : contact.steps) points.push_back(at.points[side]);
-  Side own{nullptr, ContactPath(points, motion_.step), {}, {}, {}, side == 0 ? -1.0 : 1.0};
+  for (std::size_t k = 0; k < contact.steps.size(); ++k) {
+    points.push_back(contact.steps[k].points[side]);
+    if (!bodies_[body].texture || !(bodies_[other].ball_radius > 0)) continue;
+    // A ball is traced by where its centre is: on a relief it touches beside that.
+    const std::size_t state = std::min(contact.first_step + k, motion_.states.size() - 1);
+    const std::vector<BodyState>& states = motion_.states[state];
+    const Vec3 normal = bodies_[body].texture->normal();
+    const Vec3 centre =
+        states[body].pose.to_body(states[other].pose.to_world(bodies_[other].rigid.centre));
+    points.back() = centre + normal.dot(points.back() - centre) * normal;
+  }
+  return points;
+}
+
+LastingForces::Side LastingForces::side_of(const LastingContact& contact, std::size_t side) {
+  Side own = {.face = nullptr,
+              .path = ContactPath(points_of(contact, side), motion_.step),
+              .u = {},
+              .v = {},
+              .normal = {},
+              .sign = side == 0 ? -1.0 : 1.0,
+              .noise = {},
+              .cross_noise = {}};
   const std::size_t body = contact.bodies[side];
   const bool papers = options_.excitation == ContactExcitation::texel_impulses;
   if (bodies_[body].texture && (papers || options_.map)) {
     own.face = &face_of(body, papers ? 0 : radius_of(contact.bodies[1 - side]));
+  }
+  if (!papers && options_.roughness > 0) {
+    const double longest =
+        bodies_[body].texture ? bodies_[body].texture->map.texel : options_.longest;
+    // A surface of its own for each body, and another for what acts across.
+    own.noise.emplace(options_.seed + 2 * body, longest, options_.exponent);
+    own.cross_noise.emplace(options_.seed + 2 * body + 1, longest, options_.exponent);
   }
   for (std::size_t k = 0; k <= contact.steps.size(); ++k) {
     const std::size_t state = std::min(contact.first_step + k, motion_.states.size() - 1);
@@ -173,22 +209,41 @@ LastingForce LastingForces::force(std::size_t contact) {
   return result;
 }
 
+LastingForces::Felt LastingForces::feel(const LastingContact& contact, std::size_t side,
+                                        const Side& own, double force, double time) const {
+  Felt felt;
+  const ContactPath::Place at = own.path.at(time);
+  const double speed = at.velocity.norm();
+  const double moving = moving_share(speed);
+  if (moving == 0) return felt;
+  const double wave = 2 * speed / options_.sample_rate;
+  const double place = time / motion_.step;
+  if (const auto uv = own.face != nullptr ? own.face->place(at.point) : std::nullopt) {
+    const double modulus = contact_modulus(bodies_[contact.bodies[0]], bodies_[contact.bodies[1]]);
+    const double radius = radius_of(contact.bodies[1 - side]);
+    const double patch = modulus > 0 ? 2 * std::cbrt(0.75 * force * radius / modulus) : 0;
+    const solvers::SurfaceDetail detail = own.face->detail(*uv, std::max(wave, patch));
+    const Vec3 &u = own.face->face().u, &v = own.face->face().v;
+    const Eigen::Vector2d way(at.velocity.dot(u), at.velocity.dot(v));
+    const Eigen::Vector2d gain(at.acceleration.dot(u), at.acceleration.dot(v));
+    felt.rise = way.dot(detail.curvature * way) + detail.slope.dot(gain);
+    felt.lean =
+        -moving * own.sign *
+        (detail.slope.x() * between(own.u, place) + detail.slope.y() * between(own.v, place));
+  }
+  if (own.noise) {
+    felt.noise = moving * own.noise->at(at.point, wave);
+    felt.cross_noise = moving * own.cross_noise->at(at.point, wave);
+  }
+  return felt;
+}
+
 void LastingForces::add_profile(std::size_t number, LastingForce& result) {
   const LastingContact& contact = motion_.contacts[number];
   const std::array<Side, 2> sides = {side_of(contact, 0), side_of(contact, 1)};
-  std::array<std::optional<FractalNoise>, 2> noises, cross_noises;
-  for (std::size_t side = 0; options_.roughness > 0 && side < 2; ++side) {
-    const std::size_t body = contact.bodies[side];
-    const double longest =
-        bodies_[body].texture ? bodies_[body].texture->map.texel : options_.longest;
-    // A surface of its own for each body, and another for what acts across.
-    noises[side].emplace(options_.seed + 2 * body, longest, options_.exponent);
-    cross_noises[side].emplace(options_.seed + 2 * body + 1, longest, options_.exponent);
-  }
-  const MovingBody &first = bodies_[contact.bodies[0]], &second = bodies_[contact.bodies[1]];
-  const double modulus = contact_modulus(first, second);
   const double mass = reduced_mass(contact);
-  const double friction = std::sqrt(first.friction * second.friction);
+  const double friction =
+      std::sqrt(bodies_[contact.bodies[0]].friction * bodies_[contact.bodies[1]].friction);
   const double length = static_cast<double>(contact.steps.size()) * motion_.step;
   const double begin = static_cast<double>(contact.first_step) * motion_.step;
   std::vector<Vec3> slips, normals;
@@ -203,44 +258,18 @@ void LastingForces::add_profile(std::size_t number, LastingForce& result) {
     const double place = time / motion_.step;
     const double force = between(normal_[number], place);
     if (!(force > 0)) continue;
-    double rise = 0;           // z'' [m/s^2]
-    Vec3 lean = Vec3::Zero();  // force along the faces on the first body, per normal force
-    double noise = 0, cross_noise = 0;
-    for (std::size_t side = 0; side < 2; ++side) {
-      const Side& own = sides[side];
-      const ContactPath::Place at = own.path.at(time);
-      const double wave = 2 * at.velocity.norm() / options_.sample_rate;
-      if (own.face != nullptr) {
-        const auto uv = own.face->place(at.point);
-        if (uv) {
-          const double radius = radius_of(contact.bodies[1 - side]);
-          const double patch = modulus > 0 ? 2 * std::cbrt(0.75 * force * radius / modulus) : 0;
-          const solvers::SurfaceDetail detail = own.face->detail(*uv, std::max(wave, patch));
-          const Vec3 &u = own.face->face().u, &v = own.face->face().v;
-          const Eigen::Vector2d speed(at.velocity.dot(u), at.velocity.dot(v));
-          const Eigen::Vector2d gain(at.acceleration.dot(u), at.acceleration.dot(v));
-          rise += speed.dot(detail.curvature * speed) + detail.slope.dot(gain);
-          lean -= own.sign * (detail.slope.x() * between(own.u, place) +
-                              detail.slope.y() * between(own.v, place));
-        }
-      }
-      if (noises[side] && wave > 0) {
-        const double speed = at.velocity.norm();
-        const double moving = speed / (speed + kSlow);
-        noise += moving * noises[side]->at(at.point, wave);
-        cross_noise += moving * cross_noises[side]->at(at.point, wave);
-      }
-    }
-    const double share = between(share_[number], place);
+    const Felt a = feel(contact, 0, sides[0], force, time);
+    const Felt b = feel(contact, 1, sides[1], force, time);
     const double rough = options_.roughness * force;
-    const double normal = std::max(0.0, force + share * mass * rise + rough * noise);
+    const double normal =
+        std::max(0.0, force + between(share_[number], place) * mass * (a.rise + b.rise) +
+                          rough * (a.noise + b.noise));
     const Vec3 slip = between(slips, place);
-    const double slipping = slip.norm() / (slip.norm() + kSlow);
-    const Vec3 along = slip.norm() > 0 ? Vec3(slip.normalized()) : Vec3(Vec3::Zero());
-    const Vec3 outward = between(normals, place);
-    result.force.col(n) =
-        fade(time, length) * ((normal - force) * outward + normal * lean -
-                              friction * slipping * (normal - force + rough * cross_noise) * along);
+    const double speed = slip.norm();
+    const Vec3 rubs = speed > 0 ? Vec3(friction * moving_share(speed) / speed * slip) : slip;
+    result.force.col(n) = fade(time, length) *
+                          ((normal - force) * between(normals, place) + normal * (a.lean + b.lean) -
+                           (normal - force + rough * (a.cross_noise + b.cross_noise)) * rubs);
   }
 }
 

@@ -48,7 +48,8 @@ struct LastingForce {
 /// negative; along the face -slope times the normal force, and Coulomb's friction of what it adds
 /// to F. z'' = v . H v + slope . v', so it goes with the square of the speed. Below the texel both
 /// faces add roughness times F times their fractal noise at the place of contact, along the normal
-/// and, times friction, across. Contacts fade in and out over 5 ms: their blows are the impacts.
+/// and, times friction, across. What creeps slower than 0.1 mm/s rests and makes nothing. Contacts
+/// fade in and out over 5 ms: their blows are the impacts.
 class LastingForces {
  public:
   /// @param bodies  of the motion
@@ -64,9 +65,18 @@ class LastingForces {
 
  private:
   struct Side;
+  /// What a contact feels of one of its surfaces.
+  struct Felt {
+    double rise = 0;           ///< z'' [m/s^2]
+    Vec3 lean = Vec3::Zero();  ///< force along the face on the first body, per normal force
+    double noise = 0, cross_noise = 0;
+  };
 
   LastingForce silence(const LastingContact& contact) const;
+  std::vector<Vec3> points_of(const LastingContact& contact, std::size_t side) const;
   Side side_of(const LastingContact& contact, std::size_t side);
+  Felt feel(const LastingContact& contact, std::size_t side, const Side& own, double force,
+            double time) const;
   const TracedFace& face_of(std::size_t body, double radius);
   double radius_of(std::size_t body) const;
   double reduced_mass(const LastingContact& contact) const;

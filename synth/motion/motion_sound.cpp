@@ -12,6 +12,7 @@
 #include "synth/motion/contact_places.hpp"
 #include "synth/motion/flight_delay.hpp"
 #include "synth/motion/moving_gains.hpp"
+#include "synth/motion/slow_rates.hpp"
 
 namespace carillon::synth {
 
@@ -90,6 +91,8 @@ struct TouchingContact {
   std::size_t number;
   std::size_t side;
   ContactPlaces places;
+  /// Of its force, while it lasts; where there are listeners.
+  std::vector<Eigen::Matrix3Xf> slow_rates = {};
 
   bool acts_in(std::size_t step) const {
     return step >= contact->first_step && step < contact->first_step + contact->steps.size();
@@ -110,7 +113,8 @@ class BodySound {
         report_(report),
         sampler_(sounding.modes->surface),
         modes_(sounding.modes->eigenvalues, sounding.decay_rates, options.sample_rate),
-        gains_(motion, body, sounding, listeners, options.turn, options.moving_radiation) {
+        gains_(motion, body, sounding, listeners, options.turn, options.moving_radiation),
+        heard_(!listeners.empty()) {
     for (const Impact& impact : motion.impacts) {
       if (options.impacts && (impact.bodies[0] == body || impact.bodies[1] == body)) {
         impacts_.push_back(&impact);
@@ -170,8 +174,11 @@ class BodySound {
     std::vector<Drive> result;
     if (!options_.lasting_contacts) return result;
     const Stopwatch watch(report_.lasting_contacts);
-    for (const TouchingContact& contact : contacts_) {
-      if (!contact.acts_in(step)) continue;
+    for (TouchingContact& contact : contacts_) {
+      if (!contact.acts_in(step)) {
+        contact.slow_rates = {};
+        continue;
+      }
       const LastingForce& force = forces_.force(contact.number);
       const Eigen::Index from = begin - static_cast<Eigen::Index>(force.first_sample);
       const Eigen::Index known = std::min<Eigen::Index>(size + 1, force.force.cols() - from);
@@ -188,9 +195,21 @@ class BodySound {
         return (contact.side == 0 ? 1 : -1) * pose.turn.conjugate().toRotationMatrix();
       };
       const Eigen::Matrix3d turn = to_body(step), turned = to_body(step + 1) - turn;
+      if (heard_ && contact.slow_rates.empty()) {
+        contact.slow_rates = slow_rates(force.force, options_.sample_rate, modes_.octaves());
+      }
+      drive.slow_rates.resize(contact.slow_rates.size());
       for (Eigen::Index n = 0; n < known; ++n) {
         const double share = static_cast<double>(n) / static_cast<double>(size);
         drive.forces.col(n) = (turn + share * turned) * force.force.col(from + n);
+      }
+      const Eigen::Matrix3f turn_rates = turn.cast<float>();
+      for (std::size_t octave = 0; octave < contact.slow_rates.size(); ++octave) {
+        const Eigen::Matrix3Xf& rates = contact.slow_rates[octave];
+        if (rates.cols() == 0) continue;
+        const Eigen::Index rest = std::min(size, known);
+        drive.slow_rates[octave] = Eigen::Matrix3Xf::Zero(3, size);
+        drive.slow_rates[octave].leftCols(rest) = turn_rates * rates.middleCols(from, rest);
       }
       ++report_.lasting_contacts.calls;
     }
@@ -251,6 +270,7 @@ class BodySound {
   std::vector<const Impact*> impacts_;
   std::size_t struck_ = 0;
   std::vector<TouchingContact> contacts_;
+  bool heard_;  ///< by listeners, as pressure
   bool damps_ = false;
   bool rested_ = false;
 };

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "synth/hertz_pulse.hpp"
 #include "synth/motion/driven_modes.hpp"
+#include "synth/motion/slow_rates.hpp"
 #include "tests/synth/random_rings.hpp"
 
 namespace carillon::synth {
@@ -191,6 +192,64 @@ TEST(DrivenModes, PlacesAndGainsThatMoveDoNotKnowOfBlocks) {
     const Eigen::MatrixXd whole = render({0, count}), two = render({0, cut, count});
     RC_ASSERT((whole - two).cwiseAbs().maxCoeff() <= 1e-10 * whole.cwiseAbs().maxCoeff());
   }));
+}
+
+// Pressure of modes far above the force: that of P(s) s^2 / (s^2 + 2 d s + lambda), in which P =
+// Re P + s Im P / omega, not that of the gains without the force's rate, 50 times as much.
+TEST(DrivenModes, PressureOfForcesBelowTheModesIsThatOfTheTransferFunction) {
+  const std::vector<double> eigenvalues = {std::pow(2 * M_PI * 2000, 2),
+                                           std::pow(2 * M_PI * 5200, 2)};
+  const std::vector<double> decay_rates = {15, 40};
+  const std::complex<double> pressure[2] = {{0.3, 1.1}, {-0.8, 0.4}};
+  const double shape[2] = {1.5, -0.7};
+  Readout readout;
+  readout.delays = {0.0};
+  readout.acceleration = readout.velocity = readout.force_rate = Eigen::MatrixXd::Zero(1, 2);
+  for (int i = 0; i < 2; ++i) {
+    const double omega = std::sqrt(eigenvalues[static_cast<std::size_t>(i)]);
+    const double d = decay_rates[static_cast<std::size_t>(i)];
+    readout.acceleration(0, i) = pressure[i].real() - 2 * d / omega * pressure[i].imag();
+    readout.velocity(0, i) = -omega * pressure[i].imag();
+    readout.force_rate(0, i) = pressure[i].imag() / omega;
+  }
+  constexpr Eigen::Index kCount = 20000, kBlock = 450;
+  for (const double frequency : {60.0, 125.0, 400.0}) {
+    const double turn = 2 * M_PI * frequency / kRate;
+    Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, kCount + 1);
+    for (Eigen::Index n = 0; n <= kCount; ++n) {
+      const double edge = std::min<double>(1, double(std::min(n, kCount - n)) / 6000);
+      force(2, n) = std::sin(turn * double(n)) * std::pow(std::sin(M_PI / 2 * edge), 2);
+    }
+    DrivenModes modes(eigenvalues, decay_rates, kRate);
+    const auto rates = slow_rates(force, kRate, modes.octaves());
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kCount, 1);
+    for (Eigen::Index done = 0; done < kCount; done += kBlock) {
+      const Eigen::Index size = std::min(kBlock, kCount - done);
+      Drive drive;
+      drive.begin = drive.end = Eigen::MatrixX3d::Zero(2, 3);
+      drive.begin.col(2) = drive.end.col(2) = Eigen::Vector2d(shape[0], shape[1]);
+      drive.forces = force.middleCols(done, size + 1);
+      for (const auto& rate : rates) {
+        drive.slow_rates.push_back(rate.cols() == 0 ? rate : rate.middleCols(done, size));
+      }
+      modes.render({&drive, 1}, still_gains(readout), rows.middleRows(done, size));
+    }
+    const std::complex<double> s(0, 2 * M_PI * frequency);
+    std::complex<double> expected;
+    for (int i = 0; i < 2; ++i) {
+      const double lambda = eigenvalues[static_cast<std::size_t>(i)];
+      const double d = decay_rates[static_cast<std::size_t>(i)];
+      const std::complex<double> p =
+          pressure[i].real() + s * pressure[i].imag() / std::sqrt(lambda);
+      expected += p * shape[i] * s * s / (s * s + 2 * d * s + lambda);
+    }
+    double worst = 0;
+    for (Eigen::Index n = 8000; n < 12000; ++n) {
+      const double value = (expected * std::polar(1.0, turn * double(n))).imag();
+      worst = std::max(worst, std::abs(rows(n, 0) - value));
+    }
+    EXPECT_LT(worst, 0.02 * std::abs(expected)) << frequency;
+  }
 }
 
 TEST(DrivenModes, RestWhenTheyHaveDecayedAndCostNothing) {

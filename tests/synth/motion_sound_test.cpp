@@ -250,6 +250,32 @@ TEST(MotionSound, GainsFollowABodyThatTurns) {
   }
 }
 
+TEST(MovingGains, LieBetweenThoseOfTheKeys) {
+  const Ball ball(1, {1500, 4000}, 0.2);
+  const Motion motion = hand_made_motion(0.1, 1e-3, 1, [&](std::size_t, double time) {
+    return Pose{Eigen::Quaterniond(Eigen::AngleAxisd(9 * time, Vec3::UnitX())),
+                Vec3(0, 0.3 * time, time)};
+  });
+  const std::vector<Listener> listeners = {{{0.2, 0.5, 1}}};
+  MovingGains gains(motion, 0, ball.body, listeners, 0.05, true);
+  for (std::size_t step = 0; step < 100; ++step) {
+    const DrivenGains over = gains.over(step);
+    for (const std::size_t end : {0U, 1U}) {
+      const std::vector<Listener> place = {
+          {motion.states[step + end][0].pose.to_body(listeners[0].position)}};
+      const Readout exact =
+          pressure_readout(ball.field.pressure_at(place), ball.modes, ball.body.decay_rates);
+      const double share = end == 0 ? over.begin : over.end;
+      const Eigen::MatrixXd between =
+          (1 - share) * over.before->acceleration + share * over.after->acceleration;
+      EXPECT_LT((between - exact.acceleration).norm(), 1e-3 * exact.acceleration.norm())
+          << step << ' ' << end;
+    }
+  }
+  EXPECT_GT(gains.poses(), 10u);
+  EXPECT_LT(gains.poses(), 40u);
+}
+
 LastingContact resting(const Vec3& point, const Vec3& normal, double force, std::size_t first,
                        std::size_t steps) {
   LastingContact contact;
