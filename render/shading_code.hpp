@@ -13,7 +13,7 @@ uniform vec3 light_direction[3];
 uniform vec3 light_color[3];
 
 vec3 fresnel(vec3 normal_incidence, float cosine) {
-  return normal_incidence + (1.0 - normal_incidence) * pow(1.0 - cosine, 5.0);
+  return normal_incidence + (1.0 - normal_incidence) * pow(max(1.0 - cosine, 0.0), 5.0);
 }
 
 // Light from the surroundings, blurred as the surface is rough: dim floor, bright ceiling, a band
