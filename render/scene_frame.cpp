@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "render/drawing.hpp"
 #include "render/face_detail.hpp"
+#include "render/footprint.hpp"
 #include "render/frame_shaders.hpp"
 #include "render/scene_checks.hpp"
 #include "render/scene_shaders.hpp"
@@ -23,7 +24,7 @@ constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Units that textures are bound to.
-constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2;
+constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2, kFootprintUnit = 3;
 
 void bind(int unit, GLuint texture) {
   glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
@@ -42,6 +43,9 @@ struct ScenePrograms {
   Program body = make_program(kSceneVertex, std::string(kShading) + kSceneCommon + kSceneFragment);
   Program relief =
       make_program(kReliefVertex, std::string(kShading) + kSceneCommon + kReliefFragment);
+  Program cut_out_relief = make_program(
+      kReliefVertex, std::string(kShading) + "#define CUT_OUT\n" + kSceneCommon + kReliefFragment);
+  FootprintPainter footprints;
 };
 
 ScenePrograms& scene_programs() {
@@ -58,9 +62,12 @@ struct Drawn {
   int number = 0;         ///< in the mask
   double fade_reach = 0;  ///< 0: none
   std::optional<FaceDetail> detail;
+  std::optional<Footprint> footprint;  ///< of a relief
   Eigen::Affine3d body_from_face = Eigen::Affine3d::Identity();
   Eigen::Vector2d face_size = {0, 0};
   Eigen::Affine3d body_from_mesh = Eigen::Affine3d::Identity();
+
+  double tolerance() const { return 1e-5 * ball.radius; }  ///< of what lies in the face [m]
 };
 
 Drawn make_drawn(const SceneBody& body, int number) {
@@ -70,12 +77,18 @@ Drawn make_drawn(const SceneBody& body, int number) {
               .appearance = body.appearance,
               .deep_color = color_of(body.deep_color.value_or(body.appearance.color)),
               .number = number,
-              .detail = {}};
+              .detail = {},
+              .footprint = {}};
   drawn.body_from_mesh.translate(ball.centre).scale(ball.radius);
   if (body.texture) {
     drawn.detail = face_detail(body.texture->map);
     drawn.body_from_face = body_from_face(*body.texture);
     drawn.face_size = body.texture->size;
+    if (drawn.detail->relief()) {
+      drawn.footprint = scene_programs().footprints.paint(
+          drawn.mesh, drawn.body_from_face.inverse() * drawn.body_from_mesh, drawn.face_size,
+          drawn.tolerance());
+    }
   }
   return drawn;
 }
@@ -293,12 +306,12 @@ void SceneRenderer::Parts::draw_mesh(const Drawn& drawn, const Eigen::Affine3d& 
   glUniformMatrix3fv(glGetUniformLocation(program.get(), "world_from_face"), 1, GL_FALSE,
                      face.data());
   set_integer(program, "detail", !drawn.detail ? 0 : drawn.detail->relief() ? 2 : 1);
-  set_number(program, "face_tolerance", 1e-5 * drawn.ball.radius);
+  set_number(program, "face_tolerance", drawn.tolerance());
   drawn.mesh.draw();
 }
 
 void SceneRenderer::Parts::draw_relief(const Drawn& drawn, const Eigen::Affine3d& world_from_body) {
-  const Program& program = programs.relief;
+  const Program& program = drawn.footprint->whole ? programs.relief : programs.cut_out_relief;
   set_common(program, drawn);
   const Eigen::Affine3d world_from_face = world_from_body * drawn.body_from_face;
   const Eigen::Matrix3f face = world_from_face.linear().cast<float>();
@@ -307,6 +320,11 @@ void SceneRenderer::Parts::draw_relief(const Drawn& drawn, const Eigen::Affine3d
                      face.data());
   set_vector(program, "eye_place", world_from_face.inverse() * view.eye);
   set_vector(program, "light_place", world_from_face.linear().transpose() * light);
+  set_integer(program, "goes_on", drawn.footprint->goes_on ? 1 : 0);
+  set_integer(program, "footprint", kFootprintUnit);
+  glUniform2f(glGetUniformLocation(program.get(), "margin"), float(drawn.footprint->margin.x()),
+              float(drawn.footprint->margin.y()));
+  bind(kFootprintUnit, drawn.footprint->inside.get());
   glEnable(GL_CULL_FACE);
   glCullFace(GL_FRONT);
   glBindVertexArray(no_vertices.get());

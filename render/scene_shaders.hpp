@@ -72,7 +72,7 @@ void put(vec3 position, vec3 n, vec3 reflected, float lit) {
   vec3 seen = shade(n, v, reflected, lit);
   float there = 1.0;
   if (fade_reach > 0.0) {
-    there = 1.0 - smoothstep(0.55 * fade_reach, fade_reach, length((position - fade_middle).xy));
+    there = 1.0 - smoothstep(0.3 * fade_reach, fade_reach, length((position - fade_middle).xy));
   }
   color = vec4(seen, there);
   depth_and_body = vec4(dot(position - eye, forward), body_number, 0.0, 1.0);
@@ -132,8 +132,9 @@ void main() {
 }
 )";
 
-/// After kSceneCommon. Rays march through the slab in steps of half a texel, or of a pixel where
-/// that is longer, and halve the last one.
+/// After kSceneCommon; with CUT_OUT defined for faces that do not fill the map's rectangle. Rays
+/// march through the slab in steps of half a texel, or of a pixel where that is longer, and halve
+/// the last one.
 inline constexpr const char* kReliefFragment = R"(
 in vec3 far_place;
 uniform mat4 clip_from_world;
@@ -145,7 +146,20 @@ uniform vec2 face_size;
 uniform float deepest;
 uniform sampler2D heights;
 
-float height(vec2 uv) { return textureLod(heights, uv / map_size, 0.0).r; }
+uniform int goes_on;       // the face goes on beyond the map's rectangle
+uniform vec2 margin;
+uniform sampler2D footprint;
+
+bool on_face(vec2 uv) {
+  return textureLod(footprint, (uv + margin) / (face_size + 2.0 * margin), 0.0).r > 0.5;
+}
+
+float height(vec2 uv) {
+#ifdef CUT_OUT
+  if (!on_face(uv)) return -2.0 * deepest;
+#endif
+  return textureLod(heights, uv / map_size, 0.0).r;
+}
 
 // Part of the key light that no other part of the relief keeps from a place in it.
 float lit_in_relief(vec3 place, vec3 n, float seen_size) {
@@ -184,6 +198,7 @@ void main() {
   vec3 way = far_place - begin;
 
   vec3 place = begin;
+  vec3 wall = vec3(0.0);  // its normal, where the ray ends at one
   if (height(begin.xy) >= begin.z) {
     // At an edge or before the eye: inside the body, whose side is drawn elsewhere.
     if (!from_above) discard;
@@ -200,19 +215,37 @@ void main() {
       }
       before = s;
     }
-    if (after < 0.0) discard;
-    for (int i = 0; i < 10; ++i) {
-      float middle = 0.5 * (before + after);
-      vec3 p = begin + middle * way;
-      if (height(p.xy) >= p.z) after = middle;
-      else before = middle;
+    if (after < 0.0) {
+      // Out of the rectangle, into what there is beyond it.
+      vec2 low_edge = far_place.xy, high_edge = face_size - far_place.xy;
+      float nearest = min(min(low_edge.x, low_edge.y), min(high_edge.x, high_edge.y));
+      if (low_edge.x == nearest) wall.x = 1.0;
+      else if (high_edge.x == nearest) wall.x = -1.0;
+      else if (low_edge.y == nearest) wall.y = 1.0;
+      else wall.y = -1.0;
+      if (goes_on == 0 || far_place.z > -1e-4 * deepest ||
+          !on_face(far_place.xy - 0.7 * wall.xy * margin)) {
+        discard;
+      }
+      after = 1.0;
+    } else {
+      for (int i = 0; i < 10; ++i) {
+        float middle = 0.5 * (before + after);
+        vec3 p = begin + middle * way;
+        if (height(p.xy) >= p.z) after = middle;
+        else before = middle;
+      }
+      // From beside the face to below it: through its side, which is drawn elsewhere.
+#ifdef CUT_OUT
+      if (!on_face((begin + before * way).xy)) discard;
+#endif
     }
     place = begin + after * way;
   }
 
   float seen_size = length(place - eye_place) * pixel_angle;
   float slant = max(normalize(-d).z, 0.05);
-  vec3 n = map_normal(place.xy, seen_size / slant);
+  vec3 n = wall == vec3(0.0) ? map_normal(place.xy, seen_size / slant) : wall;
   vec3 position = (world_from_box * vec4(place, 1.0)).xyz;
   // Other bodies' shadows are those on the face where the light enters.
   float lit = 0.0;

@@ -56,7 +56,9 @@ TEST(SceneFrame, MaskOfASphereIsItsDiscAndItsDepthTheClosedForm) {
   const SceneFrame frame = draw(scene, poses);
   const double focal = Pinhole(scene.camera).focal;
   const double radius = focal * std::tan(std::asin(0.05 / 0.6));
-  const auto count = [&](int body) { return std::count(frame.mask.begin(), frame.mask.end(), body); };
+  const auto count = [&](int body) {
+    return std::count(frame.mask.begin(), frame.mask.end(), body);
+  };
   EXPECT_NEAR(count(1), std::numbers::pi * radius * radius, 2 * radius);
   EXPECT_GT(count(2), 100);
   EXPECT_EQ(count(3), 0);
@@ -93,8 +95,12 @@ TEST(SceneFrame, MaskOfASphereIsItsDiscAndItsDepthTheClosedForm) {
 // ellipse of its radius and of its radius over the sine of the light's elevation.
 TEST(SceneFrame, ShadowOfABallLiesWhereTheLightPutsIt) {
   Scene scene = ball_over_ground();
-  scene.camera = {.width = 300, .height = 300, .eye = {0.1, 0.05, 2}, .target = {0.1, 0.05, 0},
-                  .up = Vec3::UnitY(), .field_of_view = 0.35};
+  scene.camera = {.width = 300,
+                  .height = 300,
+                  .eye = {0.1, 0.05, 2},
+                  .target = {0.1, 0.05, 0},
+                  .up = Vec3::UnitY(),
+                  .field_of_view = 0.35};
   scene.light = {-1, -0.5, 1.2};
   const SceneFrame with = draw(scene, {{{.origin = {0, 0, 0.15}}}});
   const SceneFrame without = draw(scene, {{{.origin = {0, 0, -9}}}});
@@ -133,7 +139,8 @@ TEST(SceneFrame, BodiesShadeEachOther) {
 
 TEST(SceneFrame, GivesTheSameBytesAgain) {
   const Scene scene = ball_over_ground();
-  const std::vector<ScenePose> here = {{.origin = {0, 0, 0.05}}}, there = {{.origin = {0.1, 0, 0.3}}};
+  const std::vector<ScenePose> here = {{.origin = {0, 0, 0.05}}},
+                               there = {{.origin = {0.1, 0, 0.3}}};
   SceneRenderer renderer(scene);
   const SceneFrame first = renderer.draw(here);
   // Other frames, scenes and pictures in between leave no trace.

@@ -47,13 +47,12 @@ TEST(SceneRelief, ShowsWhereRaysFirstMeetIt) {
     Vec3 eye, target;
     double wrong;  // part of the pixels, where a ray touches an edge
   };
-  for (const View& view :
-       {View{"from above", {0.11, 0.07, 0.5}, {0.11, 0.0751, 0}, 0.002},
-        View{"aslant", {0.05, -0.2, 0.15}, {0.11, 0.08, 0}, 0.01},
-        View{"grazing", {0.11, -0.15, 0.012}, {0.11, 0.08, 0}, 0.03},
-        View{"near", {0.11, 0.06, 0.005}, {0.11, 0.09, -0.002}, 0.02}}) {
-    scene.camera = {.width = 240, .height = 180, .eye = view.eye, .target = view.target,
-                    .samples = 1};
+  for (const View& view : {View{"from above", {0.11, 0.07, 0.5}, {0.11, 0.0751, 0}, 0.002},
+                           View{"aslant", {0.05, -0.2, 0.15}, {0.11, 0.08, 0}, 0.01},
+                           View{"grazing", {0.11, -0.15, 0.012}, {0.11, 0.08, 0}, 0.03},
+                           View{"near", {0.11, 0.06, 0.005}, {0.11, 0.09, -0.002}, 0.02}}) {
+    scene.camera = {
+        .width = 240, .height = 180, .eye = view.eye, .target = view.target, .samples = 1};
     const Misses misses = count_misses(scene, map);
     EXPECT_GT(misses.tried, 300) << view.name;
     EXPECT_LE(misses.wrong, view.wrong * misses.tried) << view.name << misses.tried;
@@ -64,10 +63,10 @@ TEST(SceneRelief, ShowsItOnABodyThatIsTurnedAndInsideTheSlab) {
   const SurfaceMap map = brick();
   Scene scene;
   scene.bodies.push_back(slab(map, 0.02));
-  scene.camera = {.width = 200, .height = 150, .eye = {0.4, 0.5, 0.3}, .target = {0, 0, 0.1},
-                  .samples = 1};
-  const ScenePose pose = {
-      Eigen::Quaterniond(Eigen::AngleAxisd(1.1, Vec3(-1, 1, 0.5).normalized())), {0.0, -0.1, 0.1}};
+  scene.camera = {
+      .width = 200, .height = 150, .eye = {0.4, 0.5, 0.3}, .target = {0, 0, 0.1}, .samples = 1};
+  const ScenePose pose = {Eigen::Quaterniond(Eigen::AngleAxisd(1.1, Vec3(-1, 1, 0.5).normalized())),
+                          {0.0, -0.1, 0.1}};
   const Misses turned = count_misses(scene, map, pose);
   EXPECT_GT(turned.tried, 200);
   EXPECT_LE(turned.wrong, 0.01 * turned.tried);
@@ -88,8 +87,12 @@ TEST(SceneRelief, ShowsAVerticalEdge) {
   Scene scene;
   scene.bodies.push_back(slab(map, 0.03));
   for (const Vec3& eye : {Vec3(0.15, -0.1, 0.1), Vec3(-0.1, 0.02, 0.1), Vec3(0.032, 0.03, 0.3)}) {
-    scene.camera = {.width = 200, .height = 150, .eye = eye, .target = {0.032, 0.032, 0},
-                    .field_of_view = 0.4, .samples = 1};
+    scene.camera = {.width = 200,
+                    .height = 150,
+                    .eye = eye,
+                    .target = {0.032, 0.032, 0},
+                    .field_of_view = 0.4,
+                    .samples = 1};
     const Misses misses = count_misses(scene, map);
     EXPECT_GT(misses.tried, 300);
     EXPECT_LE(misses.wrong, 0.01 * misses.tried) << eye.transpose();
@@ -124,8 +127,12 @@ TEST(SceneRelief, OfNoDepthIsTheFlatFace) {
 TEST(SceneRelief, JointsAreSeenWhereTheMapHasThem) {
   const SurfaceMap map = brick();
   Scene scene;
-  scene.camera = {.width = 450, .height = 300, .eye = {0.1125, 0.075, 1.5},
-                  .target = {0.1125, 0.075, 0}, .up = Vec3::UnitY(), .field_of_view = 0.1,
+  scene.camera = {.width = 450,
+                  .height = 300,
+                  .eye = {0.1125, 0.075, 1.5},
+                  .target = {0.1125, 0.075, 0},
+                  .up = Vec3::UnitY(),
+                  .field_of_view = 0.1,
                   .samples = 1};
   scene.light = Vec3::UnitZ();
   scene.bodies.push_back(slab(map, 0.02));
@@ -173,8 +180,12 @@ TEST(SceneRelief, ShadowInATrenchIsAsWideAsGeometryHasIt) {
   Scene scene;
   scene.bodies.push_back(slab(map, 0.02));
   scene.bodies[0].appearance = {{0.5, 0.5, 0.5}, 1, 0};
-  scene.camera = {.width = 400, .height = 40, .eye = {0.032, 0.032, 2}, .target = {0.032, 0.032, 0},
-                  .up = Vec3::UnitY(), .field_of_view = 0.003};
+  scene.camera = {.width = 400,
+                  .height = 40,
+                  .eye = {0.032, 0.032, 2},
+                  .target = {0.032, 0.032, 0},
+                  .up = Vec3::UnitY(),
+                  .field_of_view = 0.003};
   const Pinhole pinhole(scene.camera);
   for (const double tangent : {0.8, 1.5, 2.5}) {
     scene.light = {-tangent, 0, 1};
@@ -205,7 +216,8 @@ TEST(SceneRelief, LooksLikeTheMeshOfTheSameDetail) {
   face.map = map;
   face.size = map.size();
   Scene scene;
-  scene.camera = {.width = 320, .height = 240, .eye = {0.05, -0.12, 0.1}, .target = {0.11, 0.07, 0}};
+  scene.camera = {
+      .width = 320, .height = 240, .eye = {0.05, -0.12, 0.1}, .target = {0.11, 0.07, 0}};
   scene.light = {-0.6, -0.3, 0.7};
   const solvers::SurfaceMesh mesh = displaced_mesh(face, 2 * map.width, 2 * map.height);
   scene.bodies.push_back({mesh, {{0.5, 0.4, 0.3}, 0.9, 0}, {}, {}});
@@ -232,12 +244,56 @@ TEST(SceneRelief, LooksLikeTheMeshOfTheSameDetail) {
   EXPECT_LT(depths, 0.005 * double(fine.depth.size()));
 }
 
+// A map larger than a round face ends with it; in one that is larger than the map, it is a pit with
+// walls.
+TEST(SceneRelief, EndsWithItsFaceAndHasWallsWithinIt) {
+  const SurfaceMap map = solvers::generate_map("pebbles", {}, 256, 1);
+  SceneBody disc{turned_body({{0, -0.03}, {0.05, -0.03}, {0.05, 0}, {0, 0}}, 256), {}, {}, {}};
+  SceneBody plate{box({-0.08, -0.08, -0.03}, {0.08, 0.08, 0}), {}, {}, {}};
+  const solvers::TexturedFace face{
+      map, {-0.06, -0.06, 0}, Vec3::UnitX(), Vec3::UnitY(), {0.12, 0.12}};
+  Scene scene;
+  scene.camera = {
+      .width = 240, .height = 180, .eye = {0.1, -0.25, 0.15}, .target = {0, 0, 0}, .samples = 1};
+  for (SceneBody* body : {&disc, &plate}) {
+    scene.bodies = {*body};
+    const SceneFrame flat = draw(scene, {{}});
+    scene.bodies[0].texture = face;
+    const SceneFrame relief = draw(scene, {{}});
+    int beyond = 0, holes = 0, deep = 0, all = 0;
+    for (std::size_t i = 0; i < flat.mask.size(); ++i) {
+      all += flat.mask[i];
+      beyond += flat.mask[i] < relief.mask[i];
+      holes += flat.mask[i] > relief.mask[i];
+      deep += flat.mask[i] == 1 && relief.mask[i] == 1 && relief.depth[i] > flat.depth[i] + 1e-3;
+    }
+    EXPECT_EQ(beyond, 0);
+    // Between the pebbles at the far edge of the disc, one sees past it; in a pit, never.
+    EXPECT_LE(holes, body == &disc ? 0.05 * all : 5);
+    EXPECT_GT(deep, 0.3 * all);
+  }
+  // From above, the disc is as large as ever, but for its rim.
+  scene.bodies = {disc};
+  scene.bodies[0].texture = face;
+  scene.camera.eye = {0, 0, 1};
+  scene.camera.up = Vec3::UnitY();
+  scene.camera.field_of_view = 0.2;
+  const SceneFrame above = draw(scene, {{}});
+  const double focal = Pinhole(scene.camera).focal;
+  EXPECT_NEAR(double(std::count(above.mask.begin(), above.mask.end(), 1)),
+              std::numbers::pi * std::pow(0.05 * focal, 2), 2 * std::numbers::pi * 0.05 * focal);
+}
+
 // A ball deep in a joint: bricks before it hide it, and it hides the joint behind it.
 TEST(SceneRelief, ABallDipsIntoIt) {
   const SurfaceMap map = brick();
   Scene scene;
-  scene.camera = {.width = 240, .height = 180, .eye = {0.11, -0.1, 0.05},
-                  .target = {0.11, 0.075, 0}, .field_of_view = 0.25, .samples = 1};
+  scene.camera = {.width = 240,
+                  .height = 180,
+                  .eye = {0.11, -0.1, 0.05},
+                  .target = {0.11, 0.075, 0},
+                  .field_of_view = 0.25,
+                  .samples = 1};
   scene.bodies.push_back(slab(map, 0.02));
   scene.bodies.push_back({sphere(0.004, 128), {}, {}, {}});
   const Vec3 middle(0.11, map.size().y() / 2, -0.0005);
@@ -263,14 +319,14 @@ TEST(SceneRelief, ABallDipsIntoIt) {
 
 // A sheet whose normal map tilts it everywhere looks like a sheet that is tilted, from afar.
 TEST(SceneRelief, NormalMapsShadeLikeTheSlopesThatTheyMean) {
-  SurfaceMap map{"slope", 8, 8, 0.01, true, {}, std::vector<float>(64, 0.3F),
-                 std::vector<float>(64, -0.2F)};
+  SurfaceMap map{
+      "slope", 8, 8, 0.01, true, {}, std::vector<float>(64, 0.3F), std::vector<float>(64, -0.2F)};
   Scene scene;
-  scene.camera = {.width = 20, .height = 20, .eye = {10, -20, 15}, .target = {0, 0, 0},
-                  .field_of_view = 0.001};
+  scene.camera = {
+      .width = 20, .height = 20, .eye = {10, -20, 15}, .target = {0, 0, 0}, .field_of_view = 0.001};
   scene.bodies.push_back({sheet(0.08, 0.08), {{0.5, 0.4, 0.3}, 0.5, 0}, {}, {}});
-  scene.bodies[0].texture = solvers::TexturedFace{map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(),
-                                                  {0.08, 0.08}};
+  scene.bodies[0].texture =
+      solvers::TexturedFace{map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), {0.08, 0.08}};
   const std::vector<ScenePose> here = {{.origin = {-0.04, -0.04, 0}}};
   const SceneFrame mapped = draw(scene, here);
   scene.bodies[0].texture.reset();
