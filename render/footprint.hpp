@@ -8,10 +8,10 @@ namespace carillon::render {
 
 /// Where a body's flat side lies within, and just beyond, the rectangle that a map takes on it.
 struct Footprint {
-  Texture inside;            ///< 1 where there is face, over the rectangle and its margin
+  Texture inside;                   ///< 1 where there is face, over the rectangle and its margin
   Eigen::Vector2d margin = {0, 0};  ///< beyond each side of the rectangle [m]
-  bool whole = true;         ///< all of the rectangle is face
-  bool goes_on = false;      ///< there is face beyond it
+  bool whole = true;                ///< all of the rectangle is face
+  bool goes_on = false;             ///< there is face beyond it
 };
 
 /// Where a footprint is drawn; made once for each thread.

@@ -53,14 +53,13 @@ core::Image picture_of(const Tile& tile, int width, int height) {
 }
 
 void run(const char* file) {
-  constexpr int width = 400, height = 300;
-  const Tile tiles[] = {
-      {"brick", false, {0.42, 0.16, 0.10}, {0.42, 0.40, 0.37}, 0.7, 0.05},
-      {"tiles", false, {0.55, 0.57, 0.55}, {0.16, 0.15, 0.14}, 0.9, 0.06},
-      {"grooves", false, {0.45, 0.30, 0.16}, {0.45, 0.30, 0.16}, 0.7, 0.05},
-      {"pebbles", false, {0.40, 0.38, 0.35}, {0.12, 0.09, 0.07}, 0.8, 0.05},
-      {"noise", false, {0.50, 0.42, 0.33}, {0.50, 0.42, 0.33}, 0.8, 0.05},
-      {"brick", true, {0.42, 0.16, 0.10}, {0.42, 0.16, 0.10}, 0.7, 0.05}};
+  constexpr int width = 320, height = 240;
+  const Tile tiles[] = {{"brick", false, {0.42, 0.16, 0.10}, {0.42, 0.40, 0.37}, 0.7, 0.05},
+                        {"tiles", false, {0.55, 0.57, 0.55}, {0.16, 0.15, 0.14}, 0.9, 0.06},
+                        {"grooves", false, {0.45, 0.30, 0.16}, {0.45, 0.30, 0.16}, 0.7, 0.05},
+                        {"pebbles", false, {0.40, 0.38, 0.35}, {0.12, 0.09, 0.07}, 0.8, 0.05},
+                        {"noise", false, {0.50, 0.42, 0.33}, {0.50, 0.42, 0.33}, 0.8, 0.05},
+                        {"brick", true, {0.42, 0.16, 0.10}, {0.42, 0.16, 0.10}, 0.7, 0.05}};
   core::Image sheet{3 * width, 2 * height, 3, {}};
   sheet.pixels.resize(std::size_t(3 * 3 * width) * std::size_t(2 * height));
   for (int k = 0; k < 6; ++k) {
