@@ -38,7 +38,7 @@ Vec3 color_of(const std::array<double, 3>& color) {
 /// Programs of all scenes; compiling them takes longer than a frame.
 struct ScenePrograms {
   OffscreenContext& context = offscreen_context();
-  Program shadow = make_program(kSceneShadowVertex, kShadowFragment);
+  Program shadow = make_program(kSceneShadowVertex, kSceneShadowFragment);
   Program background = make_program(kBackgroundVertex, kBackgroundFragment);
   Program body = make_program(kSceneVertex, std::string(kShading) + kSceneCommon + kSceneFragment);
   Program relief =
@@ -229,6 +229,12 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Eigen::Affine3d world = world_from_body(poses[i]) * bodies[i].body_from_mesh;
     set_matrix(programs.shadow, "light_from_mesh", light_from_world * world.matrix());
+    const Drawn& body = bodies[i];
+    set_matrix(programs.shadow, "face_from_mesh",
+               (body.body_from_face.inverse() * body.body_from_mesh).matrix());
+    set_vector(programs.shadow, "slab",
+               {body.face_size.x(), body.face_size.y(), body.detail ? body.detail->deepest : 0});
+    set_number(programs.shadow, "face_tolerance", body.tolerance());
     bodies[i].mesh.draw();
   }
 }

@@ -2,11 +2,29 @@
 
 namespace carillon::render {
 
-/// Depth from the light.
+/// Depth from the light. The slab that a relief is cut into casts no shadow here: within it, the
+/// relief itself does.
 inline constexpr const char* kSceneShadowVertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 uniform mat4 light_from_mesh;
-void main() { gl_Position = light_from_mesh * vec4(position, 1.0); }
+uniform mat4 face_from_mesh;
+out vec3 face_position;
+void main() {
+  face_position = (face_from_mesh * vec4(position, 1.0)).xyz;
+  gl_Position = light_from_mesh * vec4(position, 1.0);
+}
+)";
+inline constexpr const char* kSceneShadowFragment = R"(#version 330 core
+in vec3 face_position;
+uniform vec3 slab;  // width, height and depth; a depth of 0: none
+uniform float face_tolerance;
+void main() {
+  vec2 uv = face_position.xy;
+  if (slab.z > 0.0 && face_position.z > -slab.z && all(greaterThan(uv, vec2(-face_tolerance))) &&
+      all(lessThan(uv, slab.xy + face_tolerance))) {
+    discard;
+  }
+}
 )";
 
 /// A body's triangles. Places of a textured face are (u, v, height above the face) [m].
@@ -247,15 +265,8 @@ void main() {
   float slant = max(normalize(-d).z, 0.05);
   vec3 n = wall == vec3(0.0) ? map_normal(place.xy, seen_size / slant) : wall;
   vec3 position = (world_from_box * vec4(place, 1.0)).xyz;
-  // Other bodies' shadows are those on the face where the light enters.
-  float lit = 0.0;
-  if (light_place.z > 0.0) {
-    lit = lit_in_relief(place, n, seen_size);
-    vec3 entry = place - light_place * (place.z / light_place.z);
-    if (lit > 0.0) {
-      lit *= lit_by_key((world_from_box * vec4(entry, 1.0)).xyz, world_from_face[2]);
-    }
-  }
+  float lit = lit_in_relief(place, n, seen_size);
+  if (lit > 0.0) lit *= lit_by_key(position, world_from_face * n);
   float cut = smoothstep(0.25, 0.75, -place.z / deepest);
   put(position, world_from_face * n, mix(reflectance, deep_reflectance, cut), lit);
   vec4 clip = clip_from_world * vec4(position, 1.0);

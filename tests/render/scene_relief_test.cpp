@@ -210,6 +210,36 @@ TEST(SceneRelief, ShadowInATrenchIsAsWideAsGeometryHasIt) {
   }
 }
 
+// A ball within a trench, below the face, has a shadow on its floor.
+TEST(SceneRelief, WhatLiesInItCastsItsShadow) {
+  SurfaceMap map{"trench", 64, 64, 0.001, false, std::vector<float>(64 * 64, -0.01F), {}, {}};
+  for (std::size_t i = 0; i < map.heights.size(); ++i) {
+    if (i % 64 < 16 || i % 64 >= 48) map.heights[i] = 0;
+  }
+  Scene scene;
+  scene.camera = {.width = 200,
+                  .height = 200,
+                  .eye = {0.032, 0.032, 0.4},
+                  .target = {0.032, 0.032, 0},
+                  .up = Vec3::UnitY(),
+                  .field_of_view = 0.15};
+  scene.light = {0, -1, 1};
+  scene.bodies.push_back(slab(map, 0.02));
+  scene.bodies.push_back({sphere(0.0015, 64), {}, {}, {}});
+  const SceneFrame with = draw(scene, {{}, {.origin = {0.032, 0.03, -0.005}}});
+  const SceneFrame without = draw(scene, {{}, {.origin = {9, 9, 9}}});
+  const Pinhole pinhole(scene.camera);
+  // The light falls along +y and down: 5 mm below the ball, and 5 mm on.
+  const auto darker = [&](double x, double y) {
+    const Eigen::Vector2d pixel = pinhole.pixel({x, y, -0.01});
+    return brightness(without, int(pixel.x()), int(pixel.y())) -
+           brightness(with, int(pixel.x()), int(pixel.y()));
+  };
+  EXPECT_GT(darker(0.032, 0.035), 60);
+  EXPECT_LT(darker(0.032, 0.0385), 5);
+  EXPECT_LT(darker(0.036, 0.035), 5);
+}
+
 TEST(SceneRelief, LooksLikeTheMeshOfTheSameDetail) {
   SurfaceMap map = brick();
   solvers::TexturedFace face;
