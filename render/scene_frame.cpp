@@ -376,6 +376,13 @@ SceneFrame SceneRenderer::draw(std::span<const ScenePose> poses) {
   check_poses(poses, parts.bodies.size());
   parts.draw_shadows(poses);
   parts.draw_background();
+  for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
+    const Drawn& body = parts.bodies[i];
+    const Eigen::Affine3d world = world_from_body(poses[i]);
+    parts.draw_mesh(body, world);
+    if (body.detail && body.detail->relief()) parts.draw_relief(body, world);
+  }
+  // The ground last: most of it lies behind bodies, and need not be shaded.
   glEnablei(GL_BLEND, 0);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   if (parts.ground) {
@@ -384,12 +391,6 @@ SceneFrame SceneRenderer::draw(std::span<const ScenePose> poses) {
     relief ? parts.draw_relief(*parts.ground, still) : parts.draw_mesh(*parts.ground, still);
   }
   glDisablei(GL_BLEND, 0);
-  for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
-    const Drawn& body = parts.bodies[i];
-    const Eigen::Affine3d world = world_from_body(poses[i]);
-    parts.draw_mesh(body, world);
-    if (body.detail && body.detail->relief()) parts.draw_relief(body, world);
-  }
   glActiveTexture(GL_TEXTURE0);
   SceneFrame frame = parts.read();
   check_gl("drawing a scene");
