@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/error.hpp"
-#include "render/drawing.hpp"
-#include "render/face_detail.hpp"
-#include "render/footprint.hpp"
 #include "render/frame_shaders.hpp"
 #include "render/scene_checks.hpp"
+#include "render/scene_parts.hpp"
 #include "render/scene_shaders.hpp"
 #include "render/shading_code.hpp"
 
@@ -20,7 +17,6 @@ namespace carillon::render {
 namespace {
 
 constexpr int kShadowSide = 2048;
-constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Units that textures are bound to.
@@ -29,10 +25,6 @@ constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2, kFootprintUnit
 void bind(int unit, GLuint texture) {
   glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
   glBindTexture(GL_TEXTURE_2D, texture);
-}
-
-Vec3 color_of(const std::array<double, 3>& color) {
-  return {color[0], color[1], color[2]};
 }
 
 /// Programs of all scenes; compiling them takes longer than a frame.
@@ -53,91 +45,6 @@ ScenePrograms& scene_programs() {
   return programs;
 }
 
-/// A body, or the ground, with OpenGL.
-struct Drawn {
-  DrawableMesh mesh;
-  BoundingBall ball;
-  Appearance appearance;
-  Vec3 deep_color;
-  int number = 0;         ///< in the mask
-  double fade_reach = 0;  ///< 0: none
-  std::optional<FaceDetail> detail;
-  std::optional<Footprint> footprint;  ///< of a relief
-  Eigen::Affine3d body_from_face = Eigen::Affine3d::Identity();
-  Eigen::Vector2d face_size = {0, 0};
-  Eigen::Affine3d body_from_mesh = Eigen::Affine3d::Identity();
-
-  double tolerance() const { return 1e-5 * ball.radius; }  ///< of what lies in the face [m]
-};
-
-Drawn make_drawn(const SceneBody& body, int number) {
-  const BoundingBall ball = bounding_ball(body.mesh);
-  Drawn drawn{.mesh = DrawableMesh(shading_mesh(body.mesh, ball, kCreaseAngle)),
-              .ball = ball,
-              .appearance = body.appearance,
-              .deep_color = color_of(body.deep_color.value_or(body.appearance.color)),
-              .number = number,
-              .detail = {},
-              .footprint = {}};
-  drawn.body_from_mesh.translate(ball.centre).scale(ball.radius);
-  if (body.texture) {
-    drawn.detail = face_detail(body.texture->map);
-    drawn.body_from_face = body_from_face(*body.texture);
-    drawn.face_size = body.texture->size;
-    if (drawn.detail->relief()) {
-      drawn.footprint = scene_programs().footprints.paint(
-          drawn.mesh, drawn.body_from_face.inverse() * drawn.body_from_mesh, drawn.face_size,
-          drawn.tolerance());
-    }
-  }
-  return drawn;
-}
-
-Drawn make_drawn(const SceneGround& ground) {
-  const double side = 2 * ground.reach;
-  SceneBody body{
-      .mesh = {}, .appearance = ground.appearance, .texture = {}, .deep_color = ground.deep_color};
-  const Vec3 corner = ground.middle - Vec3(ground.reach, ground.reach, 0);
-  for (int i = 0; i < 4; ++i) {
-    body.mesh.vertices.push_back(corner + Vec3(i % 2 * side, i / 2 * side, 0));
-  }
-  body.mesh.triangles = {{0, 1, 3}, {0, 3, 2}};
-  if (ground.map) {
-    body.texture = {*ground.map, corner, Vec3::UnitX(), Vec3::UnitY(), {side, side}};
-  }
-  Drawn drawn = make_drawn(body, 0);
-  drawn.fade_reach = ground.reach;
-  return drawn;
-}
-
-/// The camera, and what its pictures are drawn into.
-struct View {
-  Vec3 eye, forward;
-  Eigen::Matrix4d clip_from_world;
-  double pixel_angle = 0;
-
-  explicit View(const SceneCamera& camera, double reach) : eye(camera.eye) {
-    const double distance = (camera.target - camera.eye).norm();
-    forward = (camera.target - camera.eye) / distance;
-    const Vec3 right = forward.cross(camera.up).normalized();
-    const double half = std::tan(camera.field_of_view / 2);
-    pixel_angle = 2 * half / camera.height;
-    const double near = 0.01 * distance, far = 4 * (distance + reach);
-    Eigen::Matrix4d projection = Eigen::Matrix4d::Zero();
-    projection(0, 0) = camera.height / (half * camera.width);
-    projection(1, 1) = 1 / half;
-    projection(2, 2) = -(far + near) / (far - near);
-    projection(2, 3) = -2 * far * near / (far - near);
-    projection(3, 2) = -1;
-    Eigen::Matrix4d camera_from_world = Eigen::Matrix4d::Identity();
-    camera_from_world.block<1, 3>(0, 0) = right.transpose();
-    camera_from_world.block<1, 3>(1, 0) = right.cross(forward).transpose();
-    camera_from_world.block<1, 3>(2, 0) = -forward.transpose();
-    camera_from_world.block<3, 1>(0, 3) = -camera_from_world.topLeftCorner<3, 3>() * eye;
-    clip_from_world = projection * camera_from_world;
-  }
-};
-
 Eigen::Affine3d world_from_body(const ScenePose& pose) {
   Eigen::Affine3d world = Eigen::Affine3d::Identity();
   world.translate(pose.origin).rotate(pose.turn.normalized());
@@ -150,9 +57,8 @@ struct SceneRenderer::Parts {
   ScenePrograms& programs = scene_programs();
   SceneCamera camera;
   Vec3 light;
-  double reach = 0;
   Vec3 fade_middle = Vec3::Zero();
-  View view;
+  SceneView view;
   std::vector<Drawn> bodies;
   std::optional<Drawn> ground;
   ShadowMap shadows{kShadowSide};
@@ -165,13 +71,12 @@ struct SceneRenderer::Parts {
   Parts(const Scene& scene, double reach_of_all)
       : camera(scene.camera),
         light(scene.light.normalized()),
-        reach(reach_of_all),
-        view(scene.camera, reach_of_all) {
+        view(scene_view(scene.camera, reach_of_all)) {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-      bodies.push_back(make_drawn(scene.bodies[i], static_cast<int>(i) + 1));
+      bodies.push_back(make_drawn(scene.bodies[i], static_cast<int>(i) + 1, programs.footprints));
     }
     if (scene.ground) {
-      ground = make_drawn(*scene.ground);
+      ground = make_drawn(*scene.ground, programs.footprints);
       fade_middle = scene.ground->middle;
     }
     const int width = camera.samples * camera.width, height = camera.samples * camera.height;
@@ -210,11 +115,19 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
     box.high = box.high.cwiseMax(centres[i] + Vec3::Constant(bodies[i].ball.radius));
   }
   const bool any = (box.high.array() > box.low.array()).all();
-  const Vec3 middle = any ? Vec3((box.low + box.high) / 2) : camera.target;
+  Vec3 middle = any ? Vec3((box.low + box.high) / 2) : camera.target;
   shadow_radius = near * 1e-6;
   for (std::size_t i = 0; i < bodies.size() && any; ++i) {
     if ((centres[i] - camera.target).norm() > near + bodies[i].ball.radius) continue;
     shadow_radius = std::max(shadow_radius, (centres[i] - middle).norm() + bodies[i].ball.radius);
+  }
+  // No larger than what the camera sees about its target: a wide floor would leave no detail.
+  const double aspect = static_cast<double>(camera.width) / camera.height;
+  const double seen = 1.5 * (camera.target - camera.eye).norm() *
+                      std::tan(camera.field_of_view / 2) * std::hypot(1, aspect);
+  if (shadow_radius > seen) {
+    shadow_radius = seen;
+    middle = camera.target;
   }
   shadow_radius *= 1.02;
   const Vec3 side = light.unitOrthogonal();
@@ -225,6 +138,7 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
   light_from_world.block<3, 1>(0, 3) = -light_from_world.topLeftCorner<3, 3>() * middle;
 
   shadows.begin();
+  glEnable(GL_DEPTH_CLAMP);  // bodies between the light and what it shows count, too
   glUseProgram(programs.shadow.get());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Eigen::Affine3d world = world_from_body(poses[i]) * bodies[i].body_from_mesh;
@@ -237,6 +151,7 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
     set_number(programs.shadow, "face_tolerance", body.tolerance());
     bodies[i].mesh.draw();
   }
+  glDisable(GL_DEPTH_CLAMP);
 }
 
 void SceneRenderer::Parts::draw_background() {

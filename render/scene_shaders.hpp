@@ -69,11 +69,12 @@ uniform float pixel_angle;  // of a sample
 
 float lit_by_key(vec3 position, vec3 normal) {
   vec3 there = (light_from_world * vec4(position + shadow_steps.x * normal, 1.0)).xyz * 0.5 + 0.5;
+  if (any(lessThan(there.xy, vec2(0.0))) || any(greaterThan(there.xy, vec2(1.0)))) return 1.0;
   float sum = 0.0;
   for (int i = -1; i <= 1; ++i) {
     for (int j = -1; j <= 1; ++j) {
       sum += texture(shadow_map, vec3(there.xy + vec2(i, j) * shadow_steps.y,
-                                      min(there.z - shadow_steps.z, 1.0)));
+                                      clamp(there.z - shadow_steps.z, 0.0, 1.0)));
     }
   }
   return sum / 9.0;

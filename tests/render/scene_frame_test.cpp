@@ -137,6 +137,31 @@ TEST(SceneFrame, BodiesShadeEachOther) {
             brightness(lit, int(top.x()), int(top.y())) - 80);
 }
 
+// A wide floor among the bodies leaves small ones their shadows, down to where they touch it; what
+// stands between the light and the picture has its own.
+TEST(SceneFrame, SmallBodiesOnAWideFloorHaveShadows) {
+  Scene scene;
+  scene.camera = {.width = 200, .height = 150, .eye = {0.0, -0.2, 0.2}, .target = {0, 0, 0}};
+  scene.light = {-1, 0, 1};
+  scene.bodies.push_back({box({-4, -4, -0.1}, {4, 4, 0}), {}, {}, {}});
+  scene.bodies.push_back({sphere(0.01, 96), {}, {}, {}});
+  const Pinhole pinhole(scene.camera);
+  const auto at_place = [&](const SceneFrame& frame, double x, double y) {
+    const Eigen::Vector2d pixel = pinhole.pixel({x, y, 0});
+    return brightness(frame, int(pixel.x()), int(pixel.y()));
+  };
+  const SceneFrame near = draw(scene, {{}, {.origin = {0, 0, 0.01}}});
+  const SceneFrame none = draw(scene, {{}, {.origin = {3, 3, 0.01}}});
+  // Light falls along +x: the shadow's ellipse reaches from 0.01 (1 - sqrt 2) to 0.01 (1 + sqrt 2).
+  EXPECT_GT(at_place(none, 0.02, 0) - at_place(near, 0.02, 0), 80);
+  EXPECT_GT(at_place(none, 0.01, 0.005) - at_place(near, 0.01, 0.005), 80);
+  EXPECT_NEAR(at_place(near, 0.028, 0), at_place(none, 0.028, 0), 5);
+  EXPECT_NEAR(at_place(near, -0.02, 0), at_place(none, -0.02, 0), 5);
+  // One that hangs far outside of the picture, on the light's way to its middle.
+  const SceneFrame above = draw(scene, {{}, {.origin = {-1.5, 0, 1.5}}});
+  EXPECT_GT(at_place(none, 0, 0) - at_place(above, 0, 0), 80);
+}
+
 TEST(SceneFrame, GivesTheSameBytesAgain) {
   const Scene scene = ball_over_ground();
   const std::vector<ScenePose> here = {{.origin = {0, 0, 0.05}}},
