@@ -53,7 +53,7 @@ struct Scene {
   std::vector<SceneBody> bodies;  ///< at most 255
   std::optional<SceneGround> ground;
   SceneCamera camera;
-  Vec3 light = {-0.5, -0.35, 0.8};  ///< towards the key light, which is far away
+  Vec3 light = {-0.7, -0.15, 0.7};  ///< towards the key light, which is far away
 };
 
 /// Where a body's coordinates are.

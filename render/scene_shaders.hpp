@@ -91,7 +91,7 @@ void put(vec3 position, vec3 n, vec3 reflected, float lit) {
   vec3 seen = shade(n, v, reflected, lit);
   float there = 1.0;
   if (fade_reach > 0.0) {
-    there = 1.0 - smoothstep(0.3 * fade_reach, fade_reach, length((position - fade_middle).xy));
+    there = 1.0 - smoothstep(0.5 * fade_reach, fade_reach, length((position - fade_middle).xy));
   }
   color = vec4(seen, there);
   depth_and_body = vec4(dot(position - eye, forward), body_number, 0.0, 1.0);
