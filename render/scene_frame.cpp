@@ -27,16 +27,20 @@ void bind(int unit, GLuint texture) {
   glBindTexture(GL_TEXTURE_2D, texture);
 }
 
+/// A fragment shader by the key light and a weak one from the camera's side.
+std::string lit(const char* definitions, const char* fragment) {
+  return std::string(kVersion) + "#define LIGHTS 2\n" + definitions + kShading + kSceneCommon +
+         fragment;
+}
+
 /// Programs of all scenes; compiling them takes longer than a frame.
 struct ScenePrograms {
   OffscreenContext& context = offscreen_context();
   Program shadow = make_program(kSceneShadowVertex, kSceneShadowFragment);
   Program background = make_program(kBackgroundVertex, kBackgroundFragment);
-  Program body = make_program(kSceneVertex, std::string(kShading) + kSceneCommon + kSceneFragment);
-  Program relief =
-      make_program(kReliefVertex, std::string(kShading) + kSceneCommon + kReliefFragment);
-  Program cut_out_relief = make_program(
-      kReliefVertex, std::string(kShading) + "#define CUT_OUT\n" + kSceneCommon + kReliefFragment);
+  Program body = make_program(kSceneVertex, lit("", kSceneFragment));
+  Program relief = make_program(kReliefVertex, lit("", kReliefFragment));
+  Program cut_out_relief = make_program(kReliefVertex, lit("#define CUT_OUT\n", kReliefFragment));
   FootprintPainter footprints;
 };
 
@@ -182,14 +186,11 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
   set_number(program, "roughness", drawn.appearance.roughness);
   set_number(program, "metallic", drawn.appearance.metallic);
   set_number(program, "body_number", drawn.number);
-  // The key light, and a weak one from the camera's side.
-  const std::array<Vec3, 3> directions = {light, (Vec3(0, 0, 0.3) - view.forward).normalized(),
-                                          Vec3::UnitZ()};
-  const std::array<Vec3, 3> colors_of = {Vec3(0.66, 0.645, 0.615), Vec3(0.05, 0.055, 0.06),
-                                         Vec3::Zero()};
-  for (std::size_t i = 0; i < 3; ++i) {
+  const std::array<Vec3, 2> directions = {light, (Vec3(0, 0, 0.3) - view.forward).normalized()};
+  const std::array<Vec3, 2> light_colors = {Vec3(0.66, 0.645, 0.615), Vec3(0.05, 0.055, 0.06)};
+  for (std::size_t i = 0; i < directions.size(); ++i) {
     set_vector(program, fmt::format("light_direction[{}]", i), directions[i]);
-    set_vector(program, fmt::format("light_color[{}]", i), colors_of[i]);
+    set_vector(program, fmt::format("light_color[{}]", i), light_colors[i]);
   }
   // A step off the surface and one towards the light keep a face out of its own shadow.
   const double sample = 2 * shadow_radius / kShadowSide;
