@@ -1,0 +1,152 @@
+"""Scenes that move, as datasets: takes, their columns, and what the trace says of them."""
+import json
+import math
+import unittest
+
+import h5py
+import numpy
+
+from program import FolderTest, run, run_json
+
+CONFIG = """
+name: scene
+seed: 3
+objects:
+  - {shape: block, name: box, materials: [wood, ceramic],
+     parameters: {length: 60 mm, width: 50 mm, height: 40 mm}}
+  - {shape: sphere, name: ball, materials: [steel], parameters: {radius: 10 mm}}
+modes: {max_modes: 12, order: 2, element_size: 15 mm}
+audio: {sample_rate: 22.05 kHz, seconds: 0.6 s}
+listeners: [{position: [0.2 m, -0.5 m, 0.3 m]}]
+motion:
+  takes: 5
+  ground: {material: wood, restitution: 0.5}
+  bodies:
+    - {object: box, at: [0, 0, 20 mm], friction: 0.6}
+    - object: ball
+      at: [[-5 mm, 5 mm], 0, [0.25 m, 0.35 m]]
+      restitution: 0.8
+  camera: {width: 48, height: 32, rate: 10 Hz, eye: [0.4 m, -0.5 m, 0.3 m], target: [0, 0, 0.05 m]}
+split: {validation: 0.2, test: 0.2}
+"""
+GRAVITY = 9.80665
+
+
+class Scenes(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.config = cls.folder / "scene.yaml"
+        cls.config.write_text(CONFIG)
+        cls.output = cls.folder / "scene"
+        cls.summary = run_json("build", cls.config, "-o", cls.output)
+
+    def index(self):
+        return h5py.File(self.output / "index.h5")
+
+    def test_the_ball_falls_and_strikes_as_galileo_has_it(self):
+        with self.index() as index:
+            self.assertEqual(index["audio"].shape, (5, 13230))
+            for take in range(5):
+                bodies = json.loads(index["bodies"][take])
+                self.assertEqual([b["name"] for b in bodies], ["ground", "box", "ball"])
+                self.assertIn(bodies[1]["material"], ("wood", "ceramic"))
+                start = index["poses"][take, 0, 2, 2]
+                height = start - 0.01 - 0.04  # of its lowest point over the box
+                times = index["strike_time"][take]
+                pairs = index["strike_bodies"][take]
+                first = int(numpy.nanargmin(times))
+                self.assertEqual(list(pairs[first]), [1, 2])
+                self.assertAlmostEqual(times[first], math.sqrt(2 * height / GRAVITY), delta=1e-3)
+                self.assertAlmostEqual(index["strike_speed"][take, first],
+                                       math.sqrt(2 * GRAVITY * height), delta=0.01)
+                # Nothing is heard before sound can have come from there.
+                audio = index["audio"][take]
+                heard = numpy.flatnonzero(abs(audio) > 1e-6 * abs(audio).max())[0] / 22050
+                flight = numpy.linalg.norm(index["strike_point"][take, first] -
+                                           [0.2, -0.5, 0.3]) / 343
+                self.assertGreater(heard, times[first] + flight - 3e-4)
+                self.assertLess(heard, times[first] + flight + 2e-3)
+
+    def test_takes_differ_and_energy_never_grows(self):
+        with self.index() as index:
+            starts = index["poses"][:, 0, 2, 2]
+            self.assertEqual(len(set(starts)), 5)
+            self.assertTrue(((starts >= 0.25) & (starts <= 0.35)).all())
+            energy = index["energy"][()]
+            self.assertTrue((energy.max(1) <= 1.01 * energy[:, 0]).all())
+
+    def test_frames_depth_and_masks_agree(self):
+        with self.index() as index:
+            self.assertEqual(index["frames"].shape, (5, 7, 32, 48, 3))
+            masks, depth = index["masks"][()], index["depth"][()]
+            self.assertEqual(set(numpy.unique(masks)), {0, 1, 2})
+            # The ball falls: lower in the picture, and the box stays where it is.
+            rows = [numpy.nonzero(masks[0, k] == 2)[0].mean() for k in (0, 2)]
+            self.assertGreater(rows[1], rows[0] + 2)
+            self.assertTrue((depth[masks > 0] > 0.2).all())
+            self.assertTrue((depth[masks > 0] < 1).all())
+
+    def test_the_trace_has_what_the_plan_says_and_nothing_else(self):
+        plan = run_json("plan", self.config)
+        on = {e["name"] for e in plan["effects"] if e["enabled"]}
+        trace = json.loads((self.output / "trace.json").read_text())
+        self.assertEqual({name for name, e in trace["effects"].items() if e["calls"] > 0}, on)
+        self.assertEqual(on, {"damping", "radiation", "click", "motion", "lasting_contacts",
+                              "contact_damping", "movie"})
+        self.assertEqual(trace["effects"]["motion"]["calls"], 5)
+        reasons = {e["name"]: e["reason"] for e in plan["effects"]}
+        self.assertIn("motion", reasons["striker"])
+
+    def test_what_is_off_does_not_run(self):
+        output = self.folder / "off"
+        run_json("build", self.config, "-o", output, "--set", "effects.movie=off",
+                 "--set", "effects.lasting_contacts=off", "--set", "effects.click=off")
+        trace = json.loads((output / "trace.json").read_text())
+        for name in ("movie", "lasting_contacts", "click"):
+            self.assertNotIn(name, trace["effects"])
+        with h5py.File(output / "index.h5") as index:
+            self.assertNotIn("frames", index)
+
+    def test_ranks_change_nothing(self):
+        output = self.folder / "ranks"
+        run_json("build", self.config, "-o", output, ranks=2)
+        with self.index() as one, h5py.File(output / "index.h5") as two:
+            for name in ("audio", "poses", "frames", "strike_impulse"):
+                numpy.testing.assert_array_equal(one[name][()], two[name][()])
+
+    def test_check_passes_and_takes_come_again(self):
+        self.assertEqual(run("check", self.output).returncode, 0)
+        report = run_json("regenerate", self.output, "--sample", "3", "--sample", "take-0001")
+        self.assertTrue(all(s["identical"] for s in report["samples"]))
+
+    def test_more_takes_leave_the_others_alone(self):
+        output = self.folder / "grown"
+        run_json("build", self.config, "-o", output, "--set", "motion.takes=2")
+        run_json("build", self.config, "-o", output)
+        with self.index() as whole, h5py.File(output / "index.h5") as grown:
+            numpy.testing.assert_array_equal(whole["audio"][()], grown["audio"][()])
+
+    def test_preview_shows_one_take(self):
+        output = self.folder / "preview"
+        run_json("preview", self.config, "--sample", "take-0002", "-o", output)
+        self.assertTrue((output / "sound.wav").is_file())
+        self.assertTrue(list(output.glob("movies/take-0002*")))
+
+    def refused(self, *settings):
+        words = [word for setting in settings for word in ("--set", setting)]
+        result = run("plan", self.config, *words)
+        self.assertEqual(result.returncode, 2)
+        return result.stderr
+
+    def test_slips_are_named(self):
+        self.assertIn("ball", self.refused("motion.bodies[1].object=bal"))
+        self.assertIn("not made of", self.refused("motion.bodies[1].material=glass"))
+        self.assertIn("brick", self.refused("motion.ground.texture.map=brik"))
+        self.assertIn("goes with bodies that are struck", self.refused("strikes.per_object=3"))
+        self.assertIn("equivalent_sources", self.refused("radiation.model=monopole"))
+        self.assertIn("restitution", self.refused("motion.bodies[0].restitution=2"))
+
+
+if __name__ == "__main__":
+    unittest.main()
