@@ -62,7 +62,8 @@ class Columns {
  private:
   struct Column {
     std::variant<std::vector<float>, std::vector<double>, std::vector<std::int16_t>,
-                 std::vector<std::int64_t>, std::vector<std::uint64_t>, std::vector<std::string>>
+                 std::vector<std::int64_t>, std::vector<std::uint64_t>, std::vector<std::uint8_t>,
+                 std::vector<std::string>>
         values;
     core::Extent inner;
     std::string unit;

@@ -23,15 +23,14 @@ void check(const solvers::SurfaceMap& map) {
   };
   const bool good = map.relief() ? full(map.heights) : full(map.slopes_u) && full(map.slopes_v);
   if (count == 0 || !good || !(map.texel > 0) || std::max(map.width, map.height) > most_texels) {
-    throw core::InputError(
-        fmt::format("map {}: cannot be drawn with {} x {} texels of {} m", map.name, map.width,
-                    map.height, map.texel),
-        fmt::format("finite values, and at most {} texels a side", most_texels));
+    throw core::InputError(fmt::format("map {}: cannot be drawn with {} x {} texels of {} m",
+                                       map.name, map.width, map.height, map.texel),
+                           fmt::format("finite values, and at most {} texels a side", most_texels));
   }
 }
 
-Texture upload(GLint internal, GLenum format, int width, int height, const std::vector<float>& values,
-               bool repeats, bool with_means) {
+Texture upload(GLint internal, GLenum format, int width, int height,
+               const std::vector<float>& values, bool repeats, bool with_means) {
   Texture texture;
   glGenTextures(1, texture.put());
   glBindTexture(GL_TEXTURE_2D, texture.get());

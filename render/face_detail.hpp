@@ -11,8 +11,8 @@ namespace carillon::render {
 /// maps beyond 1,024), between which the hardware interpolates linearly. Pictures therefore show
 /// the surface that motion and sound know, within a fraction of a texel.
 struct FaceDetail {
-  Texture heights;  ///< of a relief alone [m]
-  Texture slopes;   ///< with means for where a pixel sees many texels
+  Texture heights;                    ///< of a relief alone [m]
+  Texture slopes;                     ///< with means for where a pixel sees many texels
   Eigen::Vector2d map_size = {1, 1};  ///< [m]
   double grain = 1;                   ///< distance of the samples [m]
   double deepest = 0;                 ///< of a relief: a little more than its depth [m]

@@ -38,7 +38,8 @@ std::string name_of(const fs::path& path) {
 /// The frames' pattern, in which ffmpeg reads every other % of the folder's name as itself.
 std::string pattern_of(const fs::path& frames) {
   std::string name;
-  for (const char letter : name_of(frames)) name += letter == '%' ? std::string("%%") : std::string(1, letter);
+  for (const char letter : name_of(frames))
+    name += letter == '%' ? std::string("%%") : std::string(1, letter);
   return name + "/frame_%05d.png";
 }
 
@@ -55,8 +56,8 @@ MovieResult make_movie(const fs::path& movie, const fs::path& frames, double fra
         fmt::format("a movie of {} frames per second: must be positive", frames_per_second));
   }
   if (!fs::exists(frame_path(frames, 0))) {
-    throw core::InputError(
-        fmt::format("{}: no such file, so no frame to begin a movie with", frame_path(frames, 0).string()));
+    throw core::InputError(fmt::format("{}: no such file, so no frame to begin a movie with",
+                                       frame_path(frames, 0).string()));
   }
   if (!sound.empty() && !fs::exists(sound)) {
     throw core::InputError(fmt::format("{}: no such file", sound.string()));
@@ -69,9 +70,16 @@ MovieResult make_movie(const fs::path& movie, const fs::path& frames, double fra
   }
   fs::path unfinished = movie;
   unfinished += ".part";
-  std::vector<std::string> words = {"-nostdin",   "-hide_banner", "-loglevel", "error", "-y",
-                                    "-fflags",    "+bitexact",    "-framerate",
-                                    fmt::format("{}", frames_per_second),       "-i",
+  std::vector<std::string> words = {"-nostdin",
+                                    "-hide_banner",
+                                    "-loglevel",
+                                    "error",
+                                    "-y",
+                                    "-fflags",
+                                    "+bitexact",
+                                    "-framerate",
+                                    fmt::format("{}", frames_per_second),
+                                    "-i",
                                     pattern_of(frames)};
   if (!sound.empty()) words.insert(words.end(), {"-i", name_of(sound)});
   // Players want an even number of pixels a side, with colour at half the resolution.

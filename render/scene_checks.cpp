@@ -30,8 +30,7 @@ void check(const SceneCamera& camera) {
   if (!way.allFinite() || !(way.norm() > 0)) {
     throw core::InputError("camera: eye and target must be finite and apart");
   }
-  if (!camera.up.allFinite() ||
-      !(way.normalized().cross(camera.up.normalized()).norm() > 1e-6)) {
+  if (!camera.up.allFinite() || !(way.normalized().cross(camera.up.normalized()).norm() > 1e-6)) {
     throw core::InputError("camera: up must not point along the line of sight",
                            "looking straight down, the y axis may be up");
   }

@@ -39,8 +39,7 @@ struct ScenePrograms {
   OffscreenContext& context = offscreen_context();
   Program shadow = make_program(kSceneShadowVertex, kShadowFragment);
   Program background = make_program(kBackgroundVertex, kBackgroundFragment);
-  Program body =
-      make_program(kSceneVertex, std::string(kShading) + kSceneCommon + kSceneFragment);
+  Program body = make_program(kSceneVertex, std::string(kShading) + kSceneCommon + kSceneFragment);
   Program relief =
       make_program(kReliefVertex, std::string(kShading) + kSceneCommon + kReliefFragment);
 };
@@ -83,8 +82,8 @@ Drawn make_drawn(const SceneBody& body, int number) {
 
 Drawn make_drawn(const SceneGround& ground) {
   const double side = 2 * ground.reach;
-  SceneBody body{.mesh = {}, .appearance = ground.appearance, .texture = {},
-                 .deep_color = ground.deep_color};
+  SceneBody body{
+      .mesh = {}, .appearance = ground.appearance, .texture = {}, .deep_color = ground.deep_color};
   const Vec3 corner = ground.middle - Vec3(ground.reach, ground.reach, 0);
   for (int i = 0; i < 4; ++i) {
     body.mesh.vertices.push_back(corner + Vec3(i % 2 * side, i / 2 * side, 0));
@@ -202,8 +201,7 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
   shadow_radius = near * 1e-6;
   for (std::size_t i = 0; i < bodies.size() && any; ++i) {
     if ((centres[i] - camera.target).norm() > near + bodies[i].ball.radius) continue;
-    shadow_radius =
-        std::max(shadow_radius, (centres[i] - middle).norm() + bodies[i].ball.radius);
+    shadow_radius = std::max(shadow_radius, (centres[i] - middle).norm() + bodies[i].ball.radius);
   }
   shadow_radius *= 1.02;
   const Vec3 side = light.unitOrthogonal();

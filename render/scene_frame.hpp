@@ -64,9 +64,9 @@ struct ScenePose {
 
 /// Rows from top to bottom. Depth and mask are of the middle of each pixel.
 struct SceneFrame {
-  core::Image color;                ///< sRGB
-  std::vector<float> depth;         ///< along the camera's axis [m]; infinite where nothing is
-  std::vector<std::uint8_t> mask;   ///< 0 background and ground, i + 1 body i
+  core::Image color;               ///< sRGB
+  std::vector<float> depth;        ///< along the camera's axis [m]; infinite where nothing is
+  std::vector<std::uint8_t> mask;  ///< 0 background and ground, i + 1 body i
 };
 
 /// Draws frames of one scene, off screen by OSMesa; meshes, maps and programs stay with OpenGL.

@@ -238,6 +238,34 @@ void tell_negative_damping(ConfigNode node, BuildConfig& config) {
   }
 }
 
+std::vector<CastObject> cast_objects(const BuildConfig& config) {
+  std::vector<CastObject> objects;
+  for (const ObjectSource& source : config.objects) {
+    objects.push_back({source.name, source.materials, source.sizes});
+  }
+  return objects;
+}
+
+/// Nothing is solved that no take needs, and bodies that move radiate by equivalent sources.
+void check_cast(ConfigNode& root, const BuildConfig& config) {
+  const std::vector<CastBody>& bodies = config.motion->bodies;
+  for (std::size_t i = 0; i < config.objects.size(); ++i) {
+    const std::string& name = config.objects[i].name;
+    if (std::any_of(bodies.begin(), bodies.end(),
+                    [&](const CastBody& body) { return body.object == name; })) {
+      continue;
+    }
+    root.fail("objects", fmt::format("objects[{}] (\"{}\") plays no part in the motion", i, name),
+              "name it under motion.bodies, or remove it");
+  }
+  ConfigNode radiation = root.child("radiation");
+  const std::string model = radiation.text("model", "equivalent_sources");
+  if (config.scene.runs("radiation") && model != "equivalent_sources") {
+    radiation.fail("model", fmt::format("{} has no answer for bodies that turn", model),
+                   "with `motion` write equivalent_sources, or off");
+  }
+}
+
 }  // namespace
 
 std::vector<synth::Material> named_materials(const BuildConfig& config) {
@@ -290,6 +318,11 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
                              .parts = config.split.parts(),
                              .with_files = with_files});
   read_modes(root.child("modes"), config);
+  if (root.has("motion")) {
+    config.motion =
+        read_motion(root.child("motion"), file_name, cast_objects(config), config.own_materials);
+    check_cast(root, config);
+  }
   tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);
   config.limits = read_limits(root.child("limits"));

@@ -7,6 +7,7 @@
 
 #include "cli/build/limits.hpp"
 #include "cli/build/ranks.hpp"
+#include "cli/motion/motion_config.hpp"
 #include "cli/sound/scene.hpp"
 #include "core/config.hpp"
 #include "render/frame.hpp"
@@ -55,6 +56,7 @@ struct BuildConfig {
   RanksConfig ranks;
   TaskLimits limits;
   Scene scene;
+  std::optional<MotionConfig> motion;  ///< samples are takes of it, not strikes
   std::optional<synth::MelOptions> mel;
   std::optional<render::VoxelOptions> voxels;
   std::optional<render::Camera> camera;

@@ -114,7 +114,8 @@ mpi::Task samples_task(const BuildConfig& config, const BuildTask& entry, double
   for (const EffectDecision& effect : config.scene.effects) {
     if (effect.enabled) task.memory += effect.in_scene.memory;
   }
-  task.after = {static_cast<std::int64_t>(entry.shape)};  // modes tasks come first, by shape
+  // Modes tasks come first, by shape.
+  for (const std::size_t s : entry.needs()) task.after.push_back(static_cast<std::int64_t>(s));
   task.kind = "samples";
   return task;
 }

@@ -43,12 +43,13 @@ std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index, const B
   std::map<std::size_t, std::int64_t> rows;
   std::vector<std::string> names, families, splits, files;
   for (const std::size_t t : done) {
-    const std::size_t s = plan.tasks[t].shape;
-    if (!rows.emplace(s, static_cast<std::int64_t>(rows.size())).second) continue;
-    names.push_back(plan.shapes[s].id);
-    families.push_back(plan.shapes[s].family);
-    splits.push_back(plan.shapes[s].split_shape);
-    files.push_back("modes/" + plan.shapes[s].id + ".h5");
+    for (const std::size_t s : plan.tasks[t].needs()) {
+      if (!rows.emplace(s, static_cast<std::int64_t>(rows.size())).second) continue;
+      names.push_back(plan.shapes[s].id);
+      families.push_back(plan.shapes[s].family);
+      splits.push_back(plan.shapes[s].split_shape);
+      files.push_back("modes/" + plan.shapes[s].id + ".h5");
+    }
   }
   const Hdf5Group group = index.create_group("shapes");
   group.write<std::string>("shape", names, {names.size()});
@@ -80,12 +81,14 @@ void write_index(const BuildConfig& config, const BuildPlan& plan,
     }
     if (config.mel) write_mel_attributes(*config.mel, index);
     const auto rows = write_shapes(index, plan, done, folders, joined);
-    std::vector<std::int64_t> shape_index;
-    for (const std::size_t t : done) {
-      shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));
+    if (!config.motion) {  // a take is of several shapes, which its `bodies` name
+      std::vector<std::int64_t> shape_index;
+      for (const std::size_t t : done) {
+        shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));
+      }
+      index.write<std::int64_t>("shape_index", shape_index, {shape_index.size()});
+      index.write_attribute("unit", "1", "shape_index");
     }
-    index.write<std::int64_t>("shape_index", shape_index, {shape_index.size()});
-    index.write_attribute("unit", "1", "shape_index");
     index.flush();
   });
 }

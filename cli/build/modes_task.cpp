@@ -6,12 +6,14 @@
 #include <cmath>
 
 #include "cli/body.hpp"
+#include "cli/build/shape_modes.hpp"
 #include "cli/pitch.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
 #include "mpi/comm.hpp"
 #include "solvers/modes_file.hpp"
+#include "synth/motion/convex_hull.hpp"
 
 namespace carillon::cli {
 
@@ -232,6 +234,10 @@ ModesTaskResult run_modes_task(const BuildConfig& config, const Shape& shape,
       }
       for (std::size_t s = 0; s < modes.size(); ++s) {
         solvers::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
+      }
+      if (config.motion) {
+        const core::ScopedTimer timer(trace.stages["convex pieces"]);
+        write_hulls(file, synth::convex_pieces(made.mesh.mesh));
       }
       write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
       file.flush();

@@ -19,19 +19,20 @@ namespace carillon::cli {
 
 using core::InputError;
 
-namespace {
-
-constexpr std::size_t samples_per_task = 256;
-
-/// Part that a stable hash of `identity` falls into, so that a set can grow without moving anyone.
-std::string part_of(const BuildConfig& config, const std::string& identity,
-                    std::string_view purpose) {
+std::string part_of_split(const BuildConfig& config, const std::string& identity,
+                          std::string_view purpose) {
   core::RandomStream random(config.seed, core::stable_hash(identity), purpose);
   const double draw = random.uniform();
   if (draw < config.split.test) return "test";
   if (draw < config.split.test + config.split.validation) return "validation";
   return "train";
 }
+
+namespace {
+
+constexpr std::size_t samples_per_task = 256;
+/// A task of takes holds about so many bytes of them at once.
+constexpr double bytes_per_task = 2.5e8;
 
 std::vector<Variant> make_variants(const ObjectSource& source) {
   std::vector<std::string> materials = source.materials;
@@ -160,6 +161,54 @@ void add_samples(const BuildConfig& config, std::size_t shape_index, BuildPlan& 
   }
 }
 
+/// Bytes of a take's columns, but for small ones.
+double bytes_per_take(const BuildConfig& config) {
+  const AudioConfig& audio = config.scene.audio;
+  double bytes = 4.0 * static_cast<double>(audio.samples() * config.scene.rows());
+  bytes += 8 * 7 * audio.seconds * config.motion->state_rate *
+           static_cast<double>(config.motion->bodies.size() + 1);
+  if (config.motion->camera) {
+    const MotionCamera& camera = *config.motion->camera;
+    const double pixels = static_cast<double>(camera.view.width) * camera.view.height;
+    bytes += pixels * static_cast<double>(camera.frames(audio.seconds)) *
+             (3 + (camera.depth ? 4 : 0) + (camera.masks ? 1 : 0));
+  }
+  return bytes;
+}
+
+void add_takes(const BuildConfig& config, BuildPlan& plan) {
+  std::vector<std::size_t> cast;
+  for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
+    const std::string& object = config.objects[plan.shapes[s].source].name;
+    const auto& bodies = config.motion->bodies;
+    if (std::any_of(bodies.begin(), bodies.end(),
+                    [&](const CastBody& body) { return body.object == object; })) {
+      cast.push_back(s);
+    }
+  }
+  for (int number = 0; number < config.motion->takes; ++number) {
+    Sample sample;
+    sample.key = fmt::format("take-{:04}", number);
+    sample.id = core::stable_hash(sample.key);
+    sample.shape = cast.front();
+    sample.variant = 0;
+    sample.strike = number;
+    plan.samples.push_back(std::move(sample));
+  }
+  const auto each =
+      static_cast<std::size_t>(std::clamp(bytes_per_task / bytes_per_take(config), 1.0, 64.0));
+  for (std::size_t from = 0; from < plan.samples.size(); from += each) {
+    BuildTask task;
+    task.kind = TaskKind::samples;
+    task.key = fmt::format("samples/takes-{:04}", from / each);
+    task.shape = cast.front();
+    task.first = from;
+    task.count = std::min(each, plan.samples.size() - from);
+    task.cast = cast;
+    plan.tasks.push_back(std::move(task));
+  }
+}
+
 }  // namespace
 
 BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find) {
@@ -177,10 +226,14 @@ BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find) {
     }
     shape.request.options = config.mesh;
     shape.variants = make_variants(config.objects[shape.source]);
-    shape.split_shape = part_of(config, shape.identity, "split.shape");
+    shape.split_shape = part_of_split(config, shape.identity, "split.shape");
   }
   for (std::size_t i = 0; i < plan.shapes.size(); ++i) {
     plan.tasks.push_back({TaskKind::modes, "modes/" + plan.shapes[i].id, i, 0, 0});
+  }
+  if (config.motion) {
+    add_takes(config, plan);
+    return plan;
   }
   check_given_strikes(config, ids);
   for (std::size_t i = 0; i < plan.shapes.size(); ++i) add_samples(config, i, plan);
@@ -189,6 +242,13 @@ BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find) {
                      "no strike of strikes.csv speaks of any of its shapes");
   }
   return plan;
+}
+
+std::vector<std::size_t> shapes_of(const BuildPlan& plan, const Sample& sample) {
+  for (const BuildTask& task : plan.tasks) {
+    if (task.kind == TaskKind::samples && !task.cast.empty()) return task.cast;
+  }
+  return {sample.shape};
 }
 
 namespace {
@@ -234,7 +294,8 @@ std::string split_strike(const BuildConfig& config, const Shape& shape, int stri
     return other.position == given[static_cast<std::size_t>(strike)].position;
   });
   const auto number = given.empty() ? strike : static_cast<int>(first - given.begin());
-  return part_of(config, fmt::format("{}/strike-{:04}", shape.identity, number), "split.strike");
+  return part_of_split(config, fmt::format("{}/strike-{:04}", shape.identity, number),
+                       "split.strike");
 }
 
 std::vector<synth::Material> variant_materials(const BuildConfig& config, const Shape& shape,

@@ -41,11 +41,11 @@ struct Shape {
 
 /// One sound. Its values are a pure function of the configuration and its key.
 struct Sample {
-  std::string key;   ///< shape/material/size/strike-number
-  std::uint64_t id;  ///< stable hash of the key
-  std::size_t shape;
+  std::string key;    ///< shape/material/size/strike-number, or take-number
+  std::uint64_t id;   ///< stable hash of the key
+  std::size_t shape;  ///< takes: one of the cast's
   std::size_t variant;
-  int strike;  ///< strike number within the shape
+  int strike;  ///< strike number within the shape; takes: the take's number
 };
 
 enum class TaskKind { modes, samples };
@@ -53,8 +53,13 @@ enum class TaskKind { modes, samples };
 struct BuildTask {
   TaskKind kind;
   std::string key;
-  std::size_t shape;
-  std::size_t first = 0, count = 0;  ///< samples of a samples task
+  std::size_t shape;                   ///< takes: one of the cast's
+  std::size_t first = 0, count = 0;    ///< samples of a samples task
+  std::vector<std::size_t> cast = {};  ///< takes: all shapes that they may need
+  /// Shapes whose modes must be there before a samples task begins.
+  std::vector<std::size_t> needs() const {
+    return cast.empty() ? std::vector<std::size_t>{shape} : cast;
+  }
 };
 
 /// What a build does, before anything is done.
@@ -79,9 +84,16 @@ using FindMeshes = std::function<std::vector<FoundMesh>(std::size_t)>;
 /// @throws InputError, FileError  a pattern matches nothing, two shapes share a name
 BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find = {});
 
+/// Shapes whose modes a sample is made from.
+std::vector<std::size_t> shapes_of(const BuildPlan& plan, const Sample& sample);
+
 /// Hash of the plan and of everything that was read for it beside the configuration: mesh files,
 /// own materials, given strikes, profiles. Ranks compare it, and a folder remembers it.
 std::string fingerprint(const BuildConfig& config, const BuildPlan& plan);
+
+/// Part that a stable hash of `identity` falls into, so that a set can grow without moving anyone.
+std::string part_of_split(const BuildConfig& config, const std::string& identity,
+                          std::string_view purpose);
 
 /// Part of a strike: train, validation or test, held out within its shape.
 std::string split_strike(const BuildConfig& config, const Shape& shape, int strike);

@@ -7,7 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/build/build.hpp"
-#include "cli/build/samples_task.hpp"
+#include "cli/build/sample_row.hpp"
+#include "cli/motion/take_rows.hpp"
 #include "cli/sound/chain.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -85,22 +86,30 @@ void add_preview(CLI::App& program, Context& context) {
       build.config.mel = synth::MelOptions{.sample_rate = build.config.scene.audio.sample_rate};
     }
     if (!build.config.camera) build.config.camera = render::Camera{};
+    if (build.config.motion && build.config.motion->camera) {
+      build.config.motion->camera->movie = true;
+    }
     build.config.png = true;
     const Sample& sample = find_sample(build.plan, options->sample);
-    const Shape& shape = build.plan.shapes[sample.shape];
     const BuildFolders folders{options->output, context.cache};
     core::Trace trace;
     // Nobody reads what it would write, but it ends what hangs, as in a build.
     mpi::Witness witness("", mpi::size(context.world), exit_input);
-    watch_task(witness, build.config.limits, sample.key, trace, context.world,
-               [&] { run_modes_task(build.config, shape, folders, context.world, trace); });
+    for (const std::size_t s : shapes_of(build.plan, sample)) {
+      watch_task(witness, build.config.limits, sample.key, trace, context.world, [&] {
+        run_modes_task(build.config, build.plan.shapes[s], folders, context.world, trace);
+      });
+    }
     if (!context.speaks()) return;
 
     Columns record;
     SampleResult result;
     watch_task(witness, build.config.limits, sample.key, trace, MPI_COMM_SELF, [&] {
       trace.enter("sound", sample.key);
-      result = SampleMaker(build.config, shape, folders, trace).make(sample, &record);
+      result = row_maker(build.config, build.plan, sample.shape, folders, trace)(sample, record);
+      if (build.config.scene.runs("movie")) {
+        write_movie(build.config, sample, result, folders);
+      }
     });
     const std::size_t count = build.config.scene.audio.samples();
     core::write_wav(folders.output / "sound.wav", clip_of(result.sound),

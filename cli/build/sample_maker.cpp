@@ -7,10 +7,9 @@
 
 #include "cli/body.hpp"
 #include "cli/build/samples_task.hpp"
+#include "cli/build/shape_modes.hpp"
 #include "cli/sound/chain.hpp"
-#include "core/hdf5.hpp"
 #include "core/random.hpp"
-#include "solvers/modes_file.hpp"
 
 namespace carillon::cli {
 
@@ -19,10 +18,8 @@ using solvers::Vec3;
 struct SampleMaker::Impl {
   const BuildConfig& config;
   const Shape& shape;
-  std::vector<std::vector<synth::Material>> materials;
-  ModeSets sets;
-  std::vector<solvers::Modes> solved;
-  std::unique_ptr<synth::SurfaceSampler> sampler;  ///< on the body at size 1
+  ShapeModes modes;
+  synth::SurfaceSampler sampler;  ///< on the body at size 1
 
   SoundChain chain;
 
@@ -36,31 +33,19 @@ struct SampleMaker::Impl {
   Impl(const BuildConfig& build, const Shape& body, const BuildFolders& folders, core::Trace& trace)
       : config(build),
         shape(body),
+        modes(build, body, folders),
+        sampler(modes.surface()),
         chain(build.scene, folders.cache, trace),
-        ready(body.variants.size()) {
-    const core::Hdf5Group file = core::Hdf5Group::open_file(folders.modes_file(body));
-    const auto regions = file.read<std::string>("regions");
-    for (const Variant& variant : body.variants) {
-      materials.push_back(variant_materials(build, body, variant, regions));
-    }
-    sets = group_variants(materials, body.variants, build.band);
-    for (std::size_t s = 0; s < sets.requests.size(); ++s) {
-      solved.push_back(solvers::read_modes(file.open_group(fmt::format("set-{:03}", s))));
-    }
-    sampler = std::make_unique<synth::SurfaceSampler>(solved.front().surface);
-  }
+        ready(body.variants.size()) {}
 
   const Ready& variant(std::size_t v) {
     if (!ready[v]) {
-      const VariantModes& scale = sets.variants[v];
       auto made = std::make_unique<Ready>();
-      made->modes = solvers::restrict_to(
-          solvers::rescale(solved[scale.set], scale.length, scale.modulus, scale.density),
-          config.band);
+      made->modes = modes.of(v);
       made->body = chain.prepare(
           shape.id,
           fmt::format("{}/{}/{}", shape.id, shape.variants[v].material, shape.variants[v].size),
-          made->modes, materials[v]);
+          made->modes, modes.materials(v));
       ready[v] = std::move(made);
     }
     return *ready[v];
@@ -69,12 +54,12 @@ struct SampleMaker::Impl {
   /// The point belongs to the strike's number, so that a strike held out is held out in every
   /// material and size; force and duration belong to the sample.
   void draw_strike(const Sample& sample, Sound& sound) const {
-    const solvers::ModeSurface& surface = solved.front().surface;
+    const solvers::ModeSurface& surface = modes.surface();
     const StrikeConfig& strikes = config.scene.strikes;
     synth::Strike& strike = sound.strike;
     if (!strikes.given.empty()) {
       const GivenStrike& given = strikes.given[static_cast<std::size_t>(sample.strike)];
-      strike.point = sampler->nearest(given.position);
+      strike.point = sampler.nearest(given.position);
       strike.direction = given.direction.value_or(-synth::frame_at(surface, strike.point).normal);
       strike.impulse = given.impulse;
       sound.contact_time = given.contact_time;
@@ -83,7 +68,7 @@ struct SampleMaker::Impl {
     core::RandomStream place(config.seed,
                              core::stable_hash(fmt::format("{}/{}", shape.id, sample.strike)),
                              "strike.position");
-    strike.point = sampler->sample(place);
+    strike.point = sampler.sample(place);
     const Vec3 inward = -synth::frame_at(surface, strike.point).normal;
     strike.direction = synth::spread_direction(inward, strikes.spread, place);
     core::RandomStream force(config.seed, sample.id, "strike.force");
@@ -121,7 +106,7 @@ SampleMaker::SampleMaker(const BuildConfig& config, const Shape& shape, const Bu
 SampleMaker::~SampleMaker() = default;
 
 const std::vector<synth::Material>& SampleMaker::materials(std::size_t variant) const {
-  return impl_->materials[variant];
+  return impl_->modes.materials(variant);
 }
 
 synth::RingDown SampleMaker::ring(const Sample& sample) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cli/build/damping_columns.hpp"
+#include "cli/motion/take_rows.hpp"
 
 namespace carillon::cli {
 
@@ -108,16 +109,30 @@ SampleRows::SampleRows(const BuildConfig& config, const Shape& shape, const Buil
   if (config.mel) mel_ = std::make_unique<synth::MelSpectrogram>(*config.mel);
 }
 
+void add_sound_columns(const BuildConfig& config, const SampleResult& result,
+                       const synth::MelSpectrogram* mel, core::Trace& trace, Columns& columns) {
+  add_audio(config, result, columns);
+  if (mel == nullptr) return;
+  const core::ScopedTimer timer(trace.effects["mel"]);
+  add_mel(config, *mel, result, columns);
+}
+
 SampleResult SampleRows::add(const Sample& sample, Columns& columns) {
   SampleResult result = maker_.make(sample, &columns);
   add_labels(config_, shape_, sample, maker_.materials(sample.variant), damping_units_, columns);
   add_strike_columns(result, columns);
-  add_audio(config_, result, columns);
-  if (mel_) {
-    const core::ScopedTimer timer(trace_.effects["mel"]);
-    add_mel(config_, *mel_, result, columns);
-  }
+  add_sound_columns(config_, result, mel_.get(), trace_, columns);
   return result;
+}
+
+AddRow row_maker(const BuildConfig& config, const BuildPlan& plan, std::size_t shape,
+                 const BuildFolders& folders, core::Trace& trace) {
+  if (config.motion) {
+    auto takes = std::make_shared<TakeRows>(config, plan, folders, trace);
+    return [takes](const Sample& sample, Columns& columns) { return takes->add(sample, columns); };
+  }
+  auto rows = std::make_shared<SampleRows>(config, plan.shapes[shape], folders, trace);
+  return [rows](const Sample& sample, Columns& columns) { return rows->add(sample, columns); };
 }
 
 }  // namespace carillon::cli

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -7,6 +8,19 @@
 #include "cli/build/samples_task.hpp"
 
 namespace carillon::cli {
+
+/// The columns of a sound: audio, gain, peak, clipped, and mel where the build has it.
+/// @param mel  null: none
+void add_sound_columns(const BuildConfig& config, const SampleResult& result,
+                       const synth::MelSpectrogram* mel, core::Trace& trace, Columns& columns);
+
+/// Adds one sample's row, with every column that its shard stores.
+using AddRow = std::function<SampleResult(const Sample&, Columns&)>;
+
+/// Of the samples of a task that have this shape, or of takes. All must outlive it.
+/// @throws FileError  a modes file is missing or damaged
+AddRow row_maker(const BuildConfig& config, const BuildPlan& plan, std::size_t shape,
+                 const BuildFolders& folders, core::Trace& trace);
 
 /// Makes samples of one shape with every column that their shard stores.
 class SampleRows {

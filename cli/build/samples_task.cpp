@@ -5,6 +5,7 @@
 
 #include "cli/build/sample_row.hpp"
 #include "cli/columns.hpp"
+#include "cli/motion/take_rows.hpp"
 #include "cli/sound/chain.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
@@ -27,8 +28,10 @@ void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& f
 
 namespace {
 
-/// sounds/cup-001/glass-1-strike-0003.wav
-std::filesystem::path sound_path(const Shape& shape, const Sample& sample) {
+/// sounds/cup-001/glass-1-strike-0003.wav, sounds/take-0003.wav
+std::filesystem::path sound_path(const BuildConfig& config, const Shape& shape,
+                                 const Sample& sample) {
+  if (config.motion) return std::filesystem::path("sounds") / (sample.key + ".wav");
   const Variant& variant = shape.variants[sample.variant];
   return std::filesystem::path("sounds") / shape.id /
          fmt::format("{}-{}-strike-{:04}.wav", file_safe(variant.material), variant.size,
@@ -50,16 +53,17 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
                                           core::Trace& trace, std::size_t kept) {
   const Shape& shape = plan.shapes[task.shape];
   trace.enter("sound", plan.samples[task.first].key);
-  SampleRows rows(config, shape, folders, trace);
+  const AddRow add_row = row_maker(config, plan, task.shape, folders, trace);
+  const bool movies = config.scene.runs("movie") && config.motion->camera->movie;
   Columns columns;
   std::vector<std::string> written;
   std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
-    if (config.wav) written.push_back(sound_path(shape, sample).string());
+    if (config.wav) written.push_back(sound_path(config, shape, sample).string());
     if (i < task.first + kept) continue;
     trace.enter("sound", sample.key);
-    const SampleResult result = rows.add(sample, columns);
+    const SampleResult result = add_row(sample, columns);
     if (config.scene.audio.dtype == core::SampleFormat::int16 && result.peak > 0 &&
         synth::silent_after_rounding(result.sound.audio, 16)) {
       ++silent;
@@ -67,6 +71,12 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
     if (config.wav) {
       trace.enter("write", sample.key);
       write_sound(config, written.back(), result, folders);
+    }
+    if (movies) {
+      trace.enter("write", sample.key);
+      const core::ScopedTimer timer(trace.stages["write movie"]);
+      const std::vector<std::string> files = write_movie(config, sample, result, folders);
+      written.insert(written.end(), files.begin(), files.end());
     }
   }
   if (silent > 0) {

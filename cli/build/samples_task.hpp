@@ -7,6 +7,7 @@
 #include "cli/columns.hpp"
 #include "core/hdf5.hpp"
 #include "core/trace.hpp"
+#include "render/scene_frame.hpp"
 
 namespace carillon::cli {
 
@@ -16,7 +17,8 @@ struct SampleResult {
   synth::PointFrame frame;  ///< point and normal, at the sample's size [m]
   double peak = 0;          ///< largest magnitude in the audio
   double complete_to_hz = 0;
-  double pitch_error = 0;  ///< worst estimated one of the body's modes [cents]
+  double pitch_error = 0;                  ///< worst estimated one of the body's modes [cents]
+  std::vector<render::SceneFrame> frames;  ///< of a take
 };
 
 /// Makes samples of one shape from its modes file; modes of a variant are rescaled once.

@@ -19,6 +19,7 @@ std::string without_growth(const BuildConfig& config) {
   root.remove("objects");
   root.remove("materials");
   if (root["strikes"].IsMap()) root["strikes"].remove("per_object");
+  if (root["motion"].IsMap()) root["motion"].remove("takes");
   return YAML::Dump(root);
 }
 
@@ -80,7 +81,8 @@ std::string TaskInputs::of_shape(std::size_t index) const {
 
 std::string TaskInputs::of(const BuildTask& task, std::size_t samples) const {
   core::Sha256 hash;
-  hash.add(task.key).add("\n").add(shapes_[task.shape]);
+  hash.add(task.key).add("\n");
+  for (const std::size_t shape : task.needs()) hash.add(shapes_[shape]);
   for (std::size_t i = task.first; i < task.first + samples; ++i) {
     const Sample& sample = plan_.samples[i];
     hash.add(sample.key).add("\n");

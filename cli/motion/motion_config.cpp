@@ -54,9 +54,10 @@ void read_generated(ConfigNode& node, TextureConfig& texture) {
     std::vector<std::string> names;
     for (const auto& map : maps) names.push_back(map.name);
     const std::string near = core::nearest_name(texture.map, names);
-    node.fail("map", fmt::format("no generated map \"{}\"", texture.map),
-              (near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near)) +
-                  fmt::format("there are {}; an image is `image: FILE.png`", fmt::join(names, ", ")));
+    node.fail(
+        "map", fmt::format("no generated map \"{}\"", texture.map),
+        (near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near)) +
+            fmt::format("there are {}; an image is `image: FILE.png`", fmt::join(names, ", ")));
   }
   ConfigNode parameters = node.child("parameters");
   for (const auto& [name, value] : found->defaults) {
@@ -127,7 +128,8 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
   for (const std::string& material : body.materials) {
     if (std::find(object.materials.begin(), object.materials.end(), material) ==
         object.materials.end()) {
-      node.fail("material", fmt::format("the object \"{}\" is not made of {}", object.name, material),
+      node.fail("material",
+                fmt::format("the object \"{}\" is not made of {}", object.name, material),
                 fmt::format("its materials are {}", fmt::join(object.materials, ", ")));
     }
   }
@@ -208,6 +210,50 @@ void read_strings(ConfigNode& node, MotionConfig& motion) {
   }
 }
 
+synth::LastingForceOptions read_contacts(ConfigNode node) {
+  using synth::ContactExcitation;
+  synth::LastingForceOptions contacts;
+  const std::string word = node.choice(
+      "excitation", {"height_profile", "texel_impulses", "solver_impulses"}, "height_profile");
+  contacts.excitation = word == "texel_impulses"    ? ContactExcitation::texel_impulses
+                        : word == "solver_impulses" ? ContactExcitation::solver_impulses
+                                                    : ContactExcitation::height_profile;
+  contacts.smoothing = node.quantity("smoothing", Dimension::time, contacts.smoothing);
+  contacts.map = node.flag("map", contacts.map);
+  contacts.roughness = node.quantity("roughness", Dimension::none, contacts.roughness);
+  contacts.exponent = node.quantity("exponent", Dimension::none, contacts.exponent);
+  contacts.longest = node.quantity("longest", Dimension::length, contacts.longest);
+  if (!(contacts.smoothing >= 0)) node.fail("smoothing", "must not be negative");
+  if (!(contacts.roughness >= 0)) node.fail("roughness", "must not be negative");
+  if (!(contacts.longest > 0)) node.fail("longest", "must be positive");
+  return contacts;
+}
+
+MotionCamera read_camera(ConfigNode node) {
+  MotionCamera camera;
+  render::SceneCamera& view = camera.view;
+  view.width = static_cast<int>(node.integer("width", 1, 4096, 128));
+  view.height = static_cast<int>(node.integer("height", 1, 4096, 128));
+  const auto place = [&](const char* key, const solvers::Vec3& fallback) {
+    const std::vector<double> p = node.quantities(
+        key, Dimension::length, 3, std::vector<double>{fallback.x(), fallback.y(), fallback.z()});
+    return solvers::Vec3(p[0], p[1], p[2]);
+  };
+  view.eye = place("eye", view.eye);
+  view.target = place("target", view.target);
+  view.field_of_view = node.quantity("field_of_view", Dimension::angle, view.field_of_view);
+  if (!((view.eye - view.target).norm() > 0)) node.fail("eye", "is where the target is");
+  if (!(view.field_of_view > 0 && view.field_of_view < 3.14)) {
+    node.fail("field_of_view", "must lie between 0 and 180 deg");
+  }
+  camera.rate = node.quantity("rate", Dimension::frequency, camera.rate);
+  if (!(camera.rate > 0)) node.fail("rate", "must be positive");
+  camera.depth = node.flag("depth", camera.depth);
+  camera.masks = node.flag("masks", camera.masks);
+  camera.movie = node.flag("movie", camera.movie);
+  return camera;
+}
+
 GroundConfig read_ground(ConfigNode node, const std::string& file_name,
                          const std::vector<synth::Material>& own_materials) {
   GroundConfig ground;
@@ -242,7 +288,10 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   }
   motion.kept_strikes = static_cast<int>(node.integer("kept_strikes", 1, 100000, 256));
   motion.hertz_pulses = node.choice("pulse", {"cosine", "hertz"}, "cosine") == "hertz";
-  if (node.has("ground")) motion.ground = read_ground(node.child("ground"), file_name, own_materials);
+  motion.contacts = read_contacts(node.child("contacts"));
+  if (node.has("camera")) motion.camera = read_camera(node.child("camera"));
+  if (node.has("ground"))
+    motion.ground = read_ground(node.child("ground"), file_name, own_materials);
   read_bodies(node, file_name, objects, motion);
   read_strings(node, motion);
   return motion;

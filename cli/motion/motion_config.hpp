@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "core/config.hpp"
+#include "render/scene_frame.hpp"
 #include "solvers/textures/map_image.hpp"
 #include "synth/material.hpp"
+#include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
 
 namespace carillon::cli {
@@ -17,8 +19,8 @@ using Ranges3 = std::array<core::Range, 3>;
 
 /// `texture:` of a body or of the ground.
 struct TextureConfig {
-  std::string map;     ///< a generated one's name, or "" for an image
-  std::string image;   ///< path
+  std::string map;                           ///< a generated one's name, or "" for an image
+  std::string image;                         ///< path
   std::map<std::string, double> parameters;  ///< of a generated map
   int texels = 512;                          ///< likewise
   solvers::MapImage options;                 ///< of an image
@@ -46,7 +48,7 @@ struct CastBody {
   Ranges3 velocity{};  ///< [m/s]
   Ranges3 spin{};      ///< [rad/s]
   SurfaceConfig surface;
-  double edge_radius = 0.001;  ///< of what strikes, where it is no ball [m]
+  double edge_radius = 0.001;   ///< of what strikes, where it is no ball [m]
   std::string rests = "table";  ///< kind of support that lasting contacts are
   std::optional<TextureConfig> texture;
 };
@@ -66,6 +68,19 @@ struct GroundConfig {
   std::optional<TextureConfig> texture;
 };
 
+/// `motion.camera`: frames of the scene, at even times from the start.
+struct MotionCamera {
+  render::SceneCamera view;
+  double rate = 25;  ///< [Hz]
+  bool depth = true;
+  bool masks = true;
+  bool movie = false;  ///< an MP4 of each take, with its sound
+
+  std::size_t frames(double seconds) const {
+    return static_cast<std::size_t>(seconds * rate + 1e-9) + 1;
+  }
+};
+
 /// `motion:` of a configuration: its samples are takes of a scene that moves.
 struct MotionConfig {
   int takes = 1;
@@ -73,9 +88,11 @@ struct MotionConfig {
   double state_rate = 100;       ///< of the column `poses` [Hz]
   int kept_strikes = 256;        ///< rows of the strikes' columns, the strongest ones
   bool hertz_pulses = false;
+  synth::LastingForceOptions contacts;  ///< all but rate and seed
   std::optional<GroundConfig> ground;
   std::vector<CastBody> bodies;  ///< repeats expanded
   std::vector<CastString> strings;
+  std::optional<MotionCamera> camera;
 };
 
 /// What a motion needs to know of an entry of `objects`.

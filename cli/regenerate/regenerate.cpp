@@ -116,6 +116,35 @@ Shape with_mesh(const StoredDataset& dataset, Shape shape, const BuildConfig& co
   return shape;
 }
 
+/// Where the modes are that a sample is made from: the dataset's own, or a folder with those that
+/// had to be solved again beside links to the others.
+BuildFolders folders_with_modes(const StoredDataset& dataset, const LoadedBuild& build,
+                                const Sample& sample, const Context& context,
+                                const fs::path& temporary, core::Trace& trace, json& report) {
+  const BuildFolders stored{dataset.folder, context.cache}, own{temporary, context.cache};
+  const std::vector<std::size_t> shapes = shapes_of(build.plan, sample);
+  std::map<std::size_t, std::string> whys;
+  for (const std::size_t s : shapes) {
+    const std::string why = why_solve(dataset, build, build.plan.shapes[s]);
+    if (!why.empty()) whys[s] = why;
+  }
+  if (whys.empty()) return stored;
+  for (const std::size_t s : shapes) {
+    const Shape& shape = build.plan.shapes[s];
+    const fs::path file = own.modes_file(shape);
+    if (fs::exists(file)) continue;
+    if (!whys.contains(s)) {
+      fs::create_directories(file.parent_path());
+      fs::create_symlink(fs::absolute(stored.modes_file(shape)), file);
+      continue;
+    }
+    run_modes_task(build.config, with_mesh(dataset, shape, build.config), own, MPI_COMM_SELF,
+                   trace);
+    report["modes"].push_back({{"shape", shape.id}, {"why", whys[s]}});
+  }
+  return own;
+}
+
 /// The shard that holds a sample, and its row in it.
 struct Place {
   std::optional<Hdf5Group> shard;
@@ -127,8 +156,9 @@ Place find_stored(const StoredDataset& dataset, const Sample& sample) {
   Place place;
   for (const BuildTask& task : plan.tasks) {
     if (task.kind != TaskKind::samples ||
-        plan.shapes[task.shape].id != plan.shapes[sample.shape].id)
+        plan.shapes[task.shape].id != plan.shapes[sample.shape].id) {
       continue;
+    }
     const fs::path path = BuildFolders{dataset.folder, ""}.shard_file(task);
     if (!fs::is_regular_file(path)) continue;
     Hdf5Group shard = Hdf5Group::open_file(path);
@@ -164,24 +194,16 @@ json regenerate(const RegenerateOptions& options, const Context& context) {
                  {"doubts", dataset.doubts},   {"modes", json::array()}};
   const TemporaryFolder temporary;
   core::Trace trace;
-  std::map<std::size_t, std::pair<Shape, std::unique_ptr<SampleRows>>> makers;  // by shape
+  std::map<std::size_t, AddRow> makers;  // by shape
   for (const std::string& key : keys) {
     const Sample& sample = find_sample(build.plan, key);
     if (!makers.contains(sample.shape)) {
-      auto& [shape, maker] = makers[sample.shape];
-      shape = build.plan.shapes[sample.shape];
-      BuildFolders folders{dataset.folder, context.cache};
-      const std::string why = why_solve(dataset, build, shape);
-      if (!why.empty()) {
-        shape = with_mesh(dataset, shape, build.config);
-        folders.output = temporary.path();
-        run_modes_task(build.config, shape, folders, MPI_COMM_SELF, trace);
-        report["modes"].push_back({{"shape", shape.id}, {"why", why}});
-      }
-      maker = std::make_unique<SampleRows>(build.config, shape, folders, trace);
+      const BuildFolders folders =
+          folders_with_modes(dataset, build, sample, context, temporary.path(), trace, report);
+      makers[sample.shape] = row_maker(build.config, build.plan, sample.shape, folders, trace);
     }
     Columns made;
-    const SampleResult result = makers[sample.shape].second->add(sample, made);
+    const SampleResult result = makers[sample.shape](sample, made);
     const Place place = find_stored(dataset, find_sample(dataset.build.plan, key));
     json entry = {{"key", key}, {"id", sample.id}, {"stored", place.shard.has_value()}};
     entry["identical"] = nullptr;
@@ -190,7 +212,9 @@ json regenerate(const RegenerateOptions& options, const Context& context) {
       entry["identical"] = entry["differences"].empty();
     }
     entry["record"] = made.last_row();
-    for (const char* array : {"audio", "mel"}) entry["record"].erase(array);
+    for (const char* array : {"audio", "mel", "frames", "depth", "masks", "poses"}) {
+      entry["record"].erase(array);
+    }
     if (!options.output.empty()) {
       const fs::path path = wav_path(options, key);
       if (path.has_parent_path()) fs::create_directories(path.parent_path());

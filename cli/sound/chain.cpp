@@ -38,6 +38,19 @@ void SoundChain::run(std::function<void(Subject&)> EffectParts::*stage, Subject&
 RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
                                 const solvers::Modes& modes,
                                 const std::vector<synth::Material>& materials) {
+  return prepare(shape, id, modes, materials, scene_.listeners);
+}
+
+RingingBody SoundChain::prepare_moving(const std::string& shape, const std::string& id,
+                                       const solvers::Modes& modes,
+                                       const std::vector<synth::Material>& materials) {
+  return prepare(shape, id, modes, materials, {});
+}
+
+RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
+                                const solvers::Modes& modes,
+                                const std::vector<synth::Material>& materials,
+                                std::span<const synth::Listener> listeners) {
   RingingBody body;
   body.id = id;
   body.shape = shape;
@@ -46,7 +59,7 @@ RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
   body.decay_rates.assign(modes.size(), 0.0);
   const solvers::Box box = solvers::bounding_box(modes.surface.nodes);
   body.centre = 0.5 * (box.low + box.high);
-  for (const synth::Listener& listener : scene_.listeners) {
+  for (const synth::Listener& listener : listeners) {
     body.listeners.push_back({body.centre + listener.position});
   }
   run(&EffectParts::body, body);
@@ -77,6 +90,10 @@ void SoundChain::make(Sound& sound) {
                       : synth::synthesize_blows(sound.rings, sound.strike.force, sound.blows,
                                                 sound.sample_rate, scene_.audio.samples());
   }
+  finish(sound);
+}
+
+void SoundChain::finish(Sound& sound) {
   run(&EffectParts::audio, sound);
   for (float& value : sound.audio) value = static_cast<float>(value * scene_.audio.gain);
   run(&EffectParts::full_scale, sound);

@@ -26,12 +26,22 @@ class SoundChain {
   RingingBody prepare(const std::string& shape, const std::string& id, const solvers::Modes& modes,
                       const std::vector<synth::Material>& materials);
 
+  /// The same of a body that moves, whose pressure follows from its `field` at each of its poses.
+  RingingBody prepare_moving(const std::string& shape, const std::string& id,
+                             const solvers::Modes& modes,
+                             const std::vector<synth::Material>& materials);
+
   /// Makes the audio of a sound whose body, strike and keys are set: rows x samples at full scale.
   void make(Sound& sound);
   /// The first half of it: what rings, as the effects of strikes and modes leave it.
   void ring(Sound& sound);
+  /// The last part of it, for audio that is there in m/s or Pa: its way to full scale.
+  void finish(Sound& sound);
 
  private:
+  RingingBody prepare(const std::string& shape, const std::string& id, const solvers::Modes& modes,
+                      const std::vector<synth::Material>& materials,
+                      std::span<const synth::Listener> listeners);
   template <class Subject>
   void run(std::function<void(Subject&)> EffectParts::*stage, Subject& subject);
 

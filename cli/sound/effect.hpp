@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "cli/columns.hpp"
 #include "core/config.hpp"
+#include "synth/equivalent_sources.hpp"
 #include "synth/ring_down.hpp"
 
 namespace carillon::cli {
@@ -27,6 +29,8 @@ struct RingingBody {
   /// Pressure at the listeners per modal motion; without rows the dry signal is heard. Made once
   /// for a body, as it does not depend on the strike.
   synth::Readout pressure;
+  /// Its radiation, for bodies that move; null without equivalent sources.
+  std::shared_ptr<const synth::SourceField> field;
 };
 
 /// One sound on its way through the effects: each takes what is there and adds its part.
@@ -98,7 +102,8 @@ struct Effect {
   const char* description;
   const char* key;  ///< of the configuration, whose values say how it acts
   /// Where it does its part: `body`, `strike`, `rings`, `audio` or `full scale` (as in
-  /// EffectParts), or `view` for what is made beside the chain.
+  /// EffectParts), `motion` for what scenes that move are made of, or `view` for what is made
+  /// beside the chain.
   const char* stage;
   /// `auto` never turns it on: only `effects.NAME: on` does.
   bool only_on_demand = false;

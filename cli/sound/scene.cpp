@@ -56,6 +56,15 @@ StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   return strikes;
 }
 
+/// What says how bodies are struck or held has no meaning where they move.
+void refuse_strikes(const ConfigNode& root) {
+  for (const char* key : {"strikes", "striker", "supports"}) {
+    if (!root.has(key)) continue;
+    root.fail(key, "goes with bodies that are struck, not with `motion`",
+              "blows and supports follow from the motion; remove one of the two");
+  }
+}
+
 /// What `effects: {name: ...}` and the scene's needs come to.
 EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& switches,
                       bool with_files) {
@@ -153,14 +162,24 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
   scene.materials_place = around.materials_place;
   scene.parts = around.parts;
   scene.audio = read_audio(root.child("audio"));
-  scene.strikes = read_strikes(root.child("strikes"), file_name);
+  const bool moves = root.has("motion");
+  if (moves) {
+    refuse_strikes(root);
+  } else {
+    scene.strikes = read_strikes(root.child("strikes"), file_name);
+  }
   for (ConfigNode& node : root.children("listeners")) {
     const std::vector<double> p = node.quantities("position", Dimension::length, 3);
     scene.listeners.push_back({{p[0], p[1], p[2]}});
   }
   ConfigNode switches = root.child("effects");
   for (const Effect& effect : registry) {
-    scene.effects.push_back(decide(effect, effect.read(root, scene), switches, around.with_files));
+    SceneEffect in_scene = effect.read(root, scene);
+    const std::string_view stage = effect.stage;
+    if (moves && (stage == "strike" || stage == "rings")) {
+      in_scene.reason_off = fmt::format("blows follow from the motion: ({})", root.where("motion"));
+    }
+    scene.effects.push_back(decide(effect, std::move(in_scene), switches, around.with_files));
   }
   return scene;
 }

@@ -1,5 +1,5 @@
-// Time of a frame of a moving scene: a ball on a face with a normal map, a relief, and meshes of the
-// same detail. Prints the table of docs/scenes.md. With a folder, writes a frame of each there.
+// Time of a frame of a moving scene: a ball on a face with a normal map, a relief, and meshes of
+// the same detail. Prints the table of docs/scenes.md. With a folder, writes a frame of each there.
 #include <fmt/core.h>
 
 #include <chrono>
@@ -39,8 +39,11 @@ solvers::SurfaceMesh ball(double radius, int rings) {
 /// A plate 450 x 300 mm of bricks, drawn one way or another, and a ball on it.
 Scene scene_of(const solvers::TexturedFace& face, const solvers::SurfaceMesh& mesh, bool textured) {
   Scene scene;
-  scene.camera = {.width = 512, .height = 384, .eye = {0.225, -0.35, 0.3},
-                  .target = {0.225, 0.14, 0}, .field_of_view = 0.8};
+  scene.camera = {.width = 512,
+                  .height = 384,
+                  .eye = {0.225, -0.35, 0.3},
+                  .target = {0.225, 0.14, 0},
+                  .field_of_view = 0.8};
   scene.light = {-0.7, 0.2, 0.5};
   scene.bodies.push_back({mesh, {{0.42, 0.17, 0.11}, 0.8, 0}, {}, {{0.45, 0.43, 0.40}}});
   if (textured) scene.bodies[0].texture = face;
@@ -48,7 +51,8 @@ Scene scene_of(const solvers::TexturedFace& face, const solvers::SurfaceMesh& me
   return scene;
 }
 
-double milliseconds(const std::string& name, const Scene& scene, const std::filesystem::path& folder) {
+double milliseconds(const std::string& name, const Scene& scene,
+                    const std::filesystem::path& folder) {
   using Clock = std::chrono::steady_clock;
   const auto ms = [](Clock::duration time) {
     return std::chrono::duration<double, std::milli>(time).count();

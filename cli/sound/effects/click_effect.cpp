@@ -85,6 +85,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     effect.asked_by = fmt::format("listeners: ({})", root.where("listeners"));
   }
   effect.seconds_per_sound = 6e-5;
+  if (root.has("motion")) return effect;  // the motion's sound has the clicks of its blows
   effect.start = [wanted](const std::filesystem::path&) {
     const auto bodies = std::make_shared<Bodies>();
     EffectParts parts;

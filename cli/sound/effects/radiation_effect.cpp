@@ -35,10 +35,11 @@ constexpr double kSecondsPerFit = 2;
 FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& cache,
                     RingingBody& body) {
   FitFindings findings;
-  const synth::SourceField field(
+  const auto field = std::make_shared<const synth::SourceField>(
       synth::cached_equivalent_sources(*body.modes, config.sources, cache));
-  const synth::EquivalentSources& fit = field.sources();
-  synth::ModalPressure pressure = field.pressure_at(body.listeners);
+  body.field = field;
+  const synth::EquivalentSources& fit = field->sources();
+  synth::ModalPressure pressure = field->pressure_at(body.listeners);
   for (std::size_t mode = 0; mode < fit.residuals.size(); ++mode) {
     findings.largest_residual = std::max(findings.largest_residual, fit.residuals[mode]);
     if (fit.residuals[mode] <= synth::kResidualLimit) continue;

@@ -1,0 +1,63 @@
+#include "cli/build/shape_modes.hpp"
+
+#include <fmt/format.h>
+
+#include "core/hdf5.hpp"
+#include "solvers/modes_file.hpp"
+
+namespace carillon::cli {
+
+using solvers::Vec3;
+
+namespace {
+
+std::vector<std::vector<Vec3>> read_hulls(const core::Hdf5Group& file) {
+  std::vector<std::vector<Vec3>> hulls;
+  if (!file.has("hulls")) return hulls;
+  const auto values = file.read<double>("hulls/points");
+  const auto first = file.read<std::int64_t>("hulls/first");
+  for (std::size_t h = 0; h + 1 < first.size(); ++h) {
+    hulls.emplace_back();
+    for (auto p = static_cast<std::size_t>(first[h]); p < static_cast<std::size_t>(first[h + 1]);
+         ++p) {
+      hulls.back().emplace_back(values[3 * p], values[3 * p + 1], values[3 * p + 2]);
+    }
+  }
+  return hulls;
+}
+
+}  // namespace
+
+void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls) {
+  std::vector<double> values;
+  std::vector<std::int64_t> first = {0};
+  for (const auto& hull : hulls) {
+    for (const Vec3& p : hull) values.insert(values.end(), p.begin(), p.end());
+    first.push_back(static_cast<std::int64_t>(values.size() / 3));
+  }
+  file.write<double>("hulls/points", values, {values.size() / 3, 3});
+  file.write<std::int64_t>("hulls/first", first, {first.size()});
+  file.write_attribute("unit", "m", "hulls/points");
+}
+
+ShapeModes::ShapeModes(const BuildConfig& config, const Shape& shape, const BuildFolders& folders)
+    : band_(config.band) {
+  const core::Hdf5Group file = core::Hdf5Group::open_file(folders.modes_file(shape));
+  const auto regions = file.read<std::string>("regions");
+  for (const Variant& variant : shape.variants) {
+    materials_.push_back(variant_materials(config, shape, variant, regions));
+  }
+  sets_ = group_variants(materials_, shape.variants, config.band);
+  for (std::size_t s = 0; s < sets_.requests.size(); ++s) {
+    solved_.push_back(solvers::read_modes(file.open_group(fmt::format("set-{:03}", s))));
+  }
+  hulls_ = read_hulls(file);
+}
+
+solvers::Modes ShapeModes::of(std::size_t variant) const {
+  const VariantModes& scale = sets_.variants[variant];
+  return solvers::restrict_to(
+      solvers::rescale(solved_[scale.set], scale.length, scale.modulus, scale.density), band_);
+}
+
+}  // namespace carillon::cli

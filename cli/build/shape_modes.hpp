@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "cli/build/modes_task.hpp"
+
+namespace carillon::cli {
+
+/// Modes of a shape in its materials and sizes, from its modes file.
+class ShapeModes {
+ public:
+  /// @throws FileError  the modes file is missing or damaged
+  ShapeModes(const BuildConfig& config, const Shape& shape, const BuildFolders& folders);
+
+  /// Materials of a variant, one per region.
+  const std::vector<synth::Material>& materials(std::size_t variant) const {
+    return materials_[variant];
+  }
+  /// Modes of a variant in the configuration's band.
+  solvers::Modes of(std::size_t variant) const;
+  /// At size 1.
+  const solvers::ModeSurface& surface() const { return solved_.front().surface; }
+  /// Corners of the body's convex pieces at size 1 [m]; empty where the build has no motion.
+  const std::vector<std::vector<solvers::Vec3>>& hulls() const { return hulls_; }
+
+ private:
+  solvers::Band band_;
+  std::vector<std::vector<synth::Material>> materials_;
+  ModeSets sets_;
+  std::vector<solvers::Modes> solved_;
+  std::vector<std::vector<solvers::Vec3>> hulls_;
+};
+
+/// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
+void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<solvers::Vec3>>& hulls);
+
+}  // namespace carillon::cli

@@ -1,0 +1,263 @@
+#include "cli/motion/cast.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/random.hpp"
+#include "solvers/textures/generated_maps.hpp"
+#include "synth/rigid_body.hpp"
+
+namespace carillon::cli {
+
+using solvers::Vec3;
+
+namespace {
+
+constexpr double kGroundDepth = 0.5;  ///< thickness of the slab that the ground is [m]
+constexpr double kRoundness = 1e-4;   ///< of a ball: spread of its radii over the largest
+
+/// Radius of a body whose surface is everywhere as far from its centre of mass; 0: no ball.
+double ball_radius(const solvers::ModeSurface& surface, const Vec3& centre) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (const Vec3& node : surface.nodes) {
+    const double r = (node - centre).norm();
+    least = std::min(least, r);
+    most = std::max(most, r);
+  }
+  return most - least <= kRoundness * most ? most : 0;
+}
+
+std::size_t variant_of(const Shape& shape, const std::string& material, double size) {
+  for (std::size_t v = 0; v < shape.variants.size(); ++v) {
+    if (shape.variants[v].material == material && shape.variants[v].size == size) return v;
+  }
+  throw core::InputError(fmt::format("{} is not built of {} at size {}", shape.id, material, size));
+}
+
+}  // namespace
+
+const Actor& Actors::of(std::size_t shape, const std::string& material, double size) {
+  std::unique_ptr<Actor>& actor = actors_[{shape, material, size}];
+  if (actor) return *actor;
+  const Shape& body = plan_.shapes[shape];
+  auto found = shapes_.find(shape);
+  if (found == shapes_.end()) {
+    found = shapes_.emplace(shape, ShapeModes(config_, body, folders_)).first;
+  }
+  const ShapeModes& modes = found->second;
+  const std::size_t v = variant_of(body, material, size);
+  auto made = std::make_unique<Actor>();
+  made->modes = modes.of(v);
+  made->rigid = synth::rigid_body(made->modes);
+  made->ball_radius = ball_radius(made->modes.surface, made->rigid.centre);
+  made->hulls = modes.hulls();
+  for (auto& hull : made->hulls) {
+    for (Vec3& p : hull) p *= size;
+  }
+  if (made->hulls.empty()) {
+    throw core::InputError(fmt::format("{}: its modes file has no hulls", body.id),
+                           "it was made before the configuration had a motion: build again");
+  }
+  made->surface = solvers::flatten(made->modes.surface);
+  made->box = solvers::bounding_box(made->modes.surface.nodes);
+  made->ringing = chain_.prepare_moving(body.id, fmt::format("{}/{}/{}", body.id, material, size),
+                                        made->modes, modes.materials(v));
+  if (config_.scene.runs("click")) {
+    made->click = synth::rigid_source(made->modes.surface, made->modes.mass);
+  }
+  actor = std::move(made);
+  return *actor;
+}
+
+namespace {
+
+double between(const core::Range& range, core::RandomStream& random) {
+  return range.low + (range.high - range.low) * random.uniform();
+}
+
+Vec3 between(const Ranges3& ranges, core::RandomStream& random) {
+  Vec3 value;
+  for (std::size_t k = 0; k < 3; ++k) {
+    value[static_cast<Eigen::Index>(k)] = between(ranges[k], random);
+  }
+  return value;
+}
+
+/// Shapes of an entry of `objects` that a take of this part may have.
+std::vector<std::size_t> instances(const BuildConfig& config, const BuildPlan& plan,
+                                   const std::string& object, const std::string& part) {
+  std::vector<std::size_t> all, own;
+  for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
+    if (config.objects[plan.shapes[s].source].name != object) continue;
+    all.push_back(s);
+    if (plan.shapes[s].split_shape == part) own.push_back(s);
+  }
+  return own.empty() ? all : own;
+}
+
+}  // namespace
+
+std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
+                             std::uint64_t take_id, const std::string& part) {
+  std::vector<Role> roles;
+  for (const CastBody& body : config.motion->bodies) {
+    core::RandomStream random(config.seed, take_id, "motion." + body.name);
+    Role role;
+    role.name = body.name;
+    const std::vector<std::size_t> shapes = instances(config, plan, body.object, part);
+    role.shape = shapes[random.index(shapes.size())];
+    role.material = body.materials[random.index(body.materials.size())];
+    role.size = body.size;
+    role.start.pose.origin = between(body.at, random);
+    const Vec3 turn = between(body.turn, random);
+    role.start.pose.turn = Eigen::AngleAxisd(turn.z(), Vec3::UnitZ()) *
+                           Eigen::AngleAxisd(turn.y(), Vec3::UnitY()) *
+                           Eigen::AngleAxisd(turn.x(), Vec3::UnitX());
+    role.start.velocity = between(body.velocity, random);
+    role.start.spin = between(body.spin, random);
+    roles.push_back(std::move(role));
+  }
+  return roles;
+}
+
+const solvers::SurfaceMap& Textures::of(const TextureConfig& texture) {
+  std::string key = texture.map + texture.image;
+  for (const auto& [name, value] : texture.parameters) key += fmt::format(" {} {}", name, value);
+  key += fmt::format(" {} {} {} {} {} {}", texture.texels, texture.options.width,
+                     texture.options.depth, texture.options.repeats, texture.options.green_down,
+                     texture.normals);
+  const auto found = maps_.find(key);
+  if (found != maps_.end()) return found->second;
+  solvers::SurfaceMap map =
+      texture.map.empty()
+          ? solvers::read_map(texture.image, texture.options)
+          : solvers::generate_map(texture.map, texture.parameters, texture.texels, seed_);
+  if (texture.normals && map.relief()) map = solvers::normal_map_of(map);
+  return maps_.emplace(key, std::move(map)).first->second;
+}
+
+solvers::TexturedFace Textures::on(const TextureConfig& texture, const solvers::Box& box) {
+  const Eigen::Index normal = texture.axis - 'x';
+  // u and v such that u x v looks outward.
+  Eigen::Index u = (normal + 1) % 3, v = (normal + 2) % 3;
+  if (!texture.towards_plus) std::swap(u, v);
+  solvers::TexturedFace face;
+  face.map = of(texture);
+  face.u = Vec3::Unit(u);
+  face.v = Vec3::Unit(v);
+  face.origin = box.low;
+  face.origin[normal] = texture.towards_plus ? box.high[normal] : box.low[normal];
+  const Vec3 sides = box.high - box.low;
+  face.size = {sides[u], sides[v]};
+  return face;
+}
+
+namespace {
+
+/// Faces do not know their region: of several materials the most compliant is met, as by strikers.
+solvers::Elastic softest(const std::vector<synth::Material>& materials) {
+  const auto modulus = [](const synth::Material& m) {
+    return m.elastic.youngs_modulus / (1 - m.elastic.poisson_ratio * m.elastic.poisson_ratio);
+  };
+  return std::min_element(materials.begin(), materials.end(),
+                          [&](const auto& a, const auto& b) { return modulus(a) < modulus(b); })
+      ->elastic;
+}
+
+void set_surface(synth::MovingBody& body, const SurfaceConfig& surface) {
+  body.friction = surface.friction;
+  body.rolling_friction = surface.rolling_friction;
+  body.restitution = surface.restitution;
+}
+
+synth::MovingBody make_ground(const BuildConfig& config, Textures& textures) {
+  const GroundConfig& ground = *config.motion->ground;
+  synth::MovingBody body;
+  body.name = "ground";
+  body.fixed = true;
+  set_surface(body, ground.surface);
+  const solvers::Elastic elastic =
+      synth::parse_material(ground.material, config.own_materials).elastic;
+  body.youngs_modulus = elastic.youngs_modulus;
+  body.poisson_ratio = elastic.poisson_ratio;
+  const double half = ground.size / 2;
+  const solvers::Box box{{-half, -half, -kGroundDepth}, {half, half, 0}};
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8; ++k) {
+    corners.emplace_back(k & 1 ? box.high.x() : box.low.x(), k & 2 ? box.high.y() : box.low.y(),
+                         k & 4 ? box.high.z() : box.low.z());
+  }
+  body.hulls.push_back(std::move(corners));
+  body.rigid.mass = 1;
+  body.rigid.inertia = Vec3::Ones();
+  body.rigid.centre = {0, 0, -kGroundDepth / 2};
+  if (ground.texture) body.texture = textures.on(*ground.texture, box);
+  return body;
+}
+
+synth::MovingBody make_body(const CastBody& cast, const Role& role, const Actor& actor,
+                            Textures& textures) {
+  synth::MovingBody body;
+  body.name = role.name;
+  body.rigid = actor.rigid;
+  body.hulls = actor.hulls;
+  body.ball_radius = actor.ball_radius;
+  body.fixed = cast.fixed;
+  set_surface(body, cast.surface);
+  const solvers::Elastic elastic = softest(*actor.ringing.materials);
+  body.youngs_modulus = elastic.youngs_modulus;
+  body.poisson_ratio = elastic.poisson_ratio;
+  body.curvature = 1 / (actor.ball_radius > 0 ? actor.ball_radius : cast.edge_radius);
+  if (cast.texture) body.texture = textures.on(*cast.texture, actor.box);
+  body.start = role.start;
+  // `at` is where the box's centre goes.
+  const Vec3 middle = 0.5 * (actor.box.low + actor.box.high);
+  body.start.pose.origin = role.start.pose.origin - role.start.pose.turn * middle;
+  return body;
+}
+
+}  // namespace
+
+TakeStage set_stage(const BuildConfig& config, const std::vector<Role>& roles, Actors& actors,
+                Textures& textures) {
+  const MotionConfig& motion = *config.motion;
+  TakeStage stage;
+  if (motion.ground) {
+    stage.names.push_back("ground");
+    stage.actors.push_back(nullptr);
+    stage.moving.push_back(make_ground(config, textures));
+    stage.sounding.emplace_back();
+  }
+  std::map<std::string, std::size_t> numbers;
+  for (std::size_t b = 0; b < roles.size(); ++b) {
+    const Role& role = roles[b];
+    const CastBody& cast = motion.bodies[b];
+    const Actor& actor = actors.of(role.shape, role.material, role.size);
+    numbers[role.name] = stage.names.size();
+    stage.names.push_back(role.name);
+    stage.actors.push_back(&actor);
+    stage.moving.push_back(make_body(cast, role, actor, textures));
+    synth::SoundingBody sounding;
+    sounding.modes = &actor.modes;
+    sounding.decay_rates = actor.ringing.decay_rates;
+    sounding.field = actor.ringing.field.get();
+    sounding.rests = synth::parse_support(cast.rests);
+    if (!cast.fixed) sounding.click = actor.click;
+    stage.sounding.push_back(std::move(sounding));
+  }
+  for (const CastString& string : motion.strings) {
+    const std::size_t body = numbers.at(string.body);
+    const Actor& actor = *stage.actors[body];
+    const Vec3 middle = 0.5 * (actor.box.low + actor.box.high);
+    stage.strings.push_back({body, middle + Vec3(string.at[0], string.at[1], string.at[2]),
+                             Vec3(string.anchor[0], string.anchor[1], string.anchor[2]),
+                             string.length});
+  }
+  return stage;
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "cli/build/shape_modes.hpp"
+#include "cli/sound/chain.hpp"
+#include "synth/motion/sounding_body.hpp"
+
+namespace carillon::cli {
+
+/// A body at its size and of its material, as a motion needs it.
+struct Actor {
+  solvers::Modes modes;
+  RingingBody ringing;
+  synth::RigidBody rigid;
+  std::vector<std::vector<solvers::Vec3>> hulls;  ///< at its size [m]
+  double ball_radius = 0;                         ///< of a ball; 0: none
+  std::optional<synth::RigidSource> click;        ///< where clicks are heard
+  solvers::SurfaceMesh surface;
+  solvers::Box box;
+};
+
+/// Bodies that takes are cast with, each made once.
+class Actors {
+ public:
+  Actors(const BuildConfig& config, const BuildPlan& plan, const BuildFolders& folders,
+         SoundChain& chain)
+      : config_(config), plan_(plan), folders_(folders), chain_(chain) {}
+
+  /// @param shape  its number in the plan
+  /// @throws FileError   its modes file is missing or damaged
+  /// @throws InputError  it has no such variant, or no hull
+  const Actor& of(std::size_t shape, const std::string& material, double size);
+
+ private:
+  const BuildConfig& config_;
+  const BuildPlan& plan_;
+  BuildFolders folders_;
+  SoundChain& chain_;
+  std::map<std::size_t, ShapeModes> shapes_;
+  std::map<std::tuple<std::size_t, std::string, double>, std::unique_ptr<Actor>> actors_;
+};
+
+/// Who plays in a take: what was drawn for each body of the cast.
+struct Role {
+  std::string name;
+  std::size_t shape = 0;
+  std::string material;
+  double size = 1;
+  synth::BodyState start;
+};
+
+/// Draws a take: each body's instance among those of the take's part (of all where that has none),
+/// its material, place, turn and motion. Streams are keyed by (seed, take's id, body's name).
+/// @param part  of split_shape that the take is in
+std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
+                             std::uint64_t take_id, const std::string& part);
+
+/// The maps of a configuration, each made once: images are read, others generated.
+class Textures {
+ public:
+  explicit Textures(std::uint64_t seed) : seed_(seed) {}
+  const solvers::SurfaceMap& of(const TextureConfig& texture);
+  /// On a face of a box that a body fills.
+  solvers::TexturedFace on(const TextureConfig& texture, const solvers::Box& box);
+
+ private:
+  std::uint64_t seed_;
+  std::map<std::string, solvers::SurfaceMap> maps_;
+};
+
+/// A take ready to move: the ground first, where there is one, then the cast. Numbers of bodies are
+/// the same everywhere.
+struct TakeStage {
+  std::vector<std::string> names;
+  std::vector<const Actor*> actors;  ///< null: the ground
+  std::vector<synth::MovingBody> moving;
+  std::vector<synth::SoundingBody> sounding;
+  std::vector<synth::MotionString> strings;
+};
+TakeStage set_stage(const BuildConfig& config, const std::vector<Role>& roles, Actors& actors,
+                Textures& textures);
+
+}  // namespace carillon::cli

@@ -1,0 +1,159 @@
+#include "cli/motion/take_columns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "cli/motion/take_parts.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::json;
+using solvers::Vec3;
+
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Who plays, in the order of the bodies' numbers.
+json describe_bodies(const BuildConfig& config, const BuildPlan& plan, const Sample& sample,
+                     const Take& take) {
+  json bodies = json::array();
+  const std::vector<Role> roles = draw_roles(config, plan, sample.id, split_take(config, sample));
+  const std::size_t first = config.motion->ground ? 1 : 0;
+  for (std::size_t b = 0; b < take.stage.names.size(); ++b) {
+    json body = {{"name", take.stage.names[b]}, {"fixed", take.stage.moving[b].fixed}};
+    if (b >= first) {
+      const Role& role = roles[b - first];
+      body["shape"] = plan.shapes[role.shape].id;
+      body["material"] = role.material;
+      body["size"] = role.size;
+      body["mass_kg"] = take.stage.moving[b].rigid.mass;
+    } else {
+      body["material"] = config.motion->ground->material;
+    }
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
+void add_labels(const BuildConfig& config, const BuildPlan& plan, const Sample& sample,
+                const Take& take, Columns& columns) {
+  const json bodies = describe_bodies(config, plan, sample, take);
+  std::set<std::string> shapes, materials;
+  for (const json& body : bodies) {
+    if (!body.contains("shape")) continue;
+    shapes.insert(body["shape"]);
+    materials.insert(body["material"]);
+  }
+  const auto joined = [](const std::set<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    return text;
+  };
+  columns.add("key", sample.key);
+  columns.add("id", sample.id);
+  columns.add("take", static_cast<std::int64_t>(sample.strike));
+  columns.add("bodies", bodies.dump());
+  columns.add("shape", joined(shapes));
+  columns.add("material", joined(materials));
+  const std::string part = split_take(config, sample);
+  columns.add("split_shape", part);
+  columns.add("split_strike", part);
+}
+
+void add_poses(const BuildConfig& config, const Take& take, Columns& columns) {
+  const synth::Motion& motion = take.motion;
+  const std::size_t bodies = take.stage.names.size();
+  const auto stride = static_cast<std::size_t>(
+      std::max(1L, std::lround(1 / (config.motion->state_rate * motion.step))));
+  std::vector<double> poses, energy;
+  for (std::size_t k = 0; k < motion.states.size(); k += stride) {
+    for (const synth::BodyState& state : motion.states[k]) {
+      const synth::Pose& pose = state.pose;
+      poses.insert(poses.end(), pose.origin.begin(), pose.origin.end());
+      poses.insert(poses.end(), {pose.turn.w(), pose.turn.x(), pose.turn.y(), pose.turn.z()});
+    }
+    energy.push_back(motion.energy[k]);
+  }
+  const std::size_t rows = energy.size();
+  columns.add<double>("poses", poses, {rows, bodies, 7}, "m; w, x, y, z");
+  columns.add<double>("energy", energy, {rows}, "J");
+  columns.add("pose_step", motion.step * static_cast<double>(stride), "s");
+  columns.add<double>("left", motion.left, {bodies}, "s");
+  columns.add("substeps", static_cast<std::int64_t>(motion.most_substeps));
+  columns.add("too_fast_at", motion.too_fast.value_or(kNone), "s");
+}
+
+/// The strongest strikes, in order of time; rows beyond are NaN, bodies -1.
+void add_strikes(const BuildConfig& config, const Take& take, Columns& columns) {
+  const auto most = static_cast<std::size_t>(config.motion->kept_strikes);
+  std::vector<const synth::Impact*> kept;
+  for (const synth::Impact& impact : take.motion.impacts) kept.push_back(&impact);
+  std::stable_sort(kept.begin(), kept.end(), [](const auto* a, const auto* b) {
+    return a->impulse.squaredNorm() > b->impulse.squaredNorm();
+  });
+  kept.resize(std::min(kept.size(), most));
+  std::stable_sort(kept.begin(), kept.end(),
+                   [](const auto* a, const auto* b) { return a->time < b->time; });
+  std::vector<double> times(most, kNone), points(3 * most, kNone), normals(3 * most, kNone),
+      impulses(3 * most, kNone), speeds(most, kNone), durations(most, kNone);
+  std::vector<std::int64_t> bodies(2 * most, -1);
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const synth::Impact& impact = *kept[k];
+    times[k] = impact.time;
+    speeds[k] = impact.speed;
+    durations[k] = impact.duration;
+    const auto step = std::min(static_cast<std::size_t>(impact.time / take.motion.step),
+                               take.motion.states.size() - 1);
+    const Vec3 point = take.motion.states[step][impact.bodies[0]].pose.to_world(impact.points[0]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      points[3 * k + i] = point[axis];
+      normals[3 * k + i] = impact.normal[axis];
+      impulses[3 * k + i] = impact.impulse[axis];
+    }
+    for (std::size_t side = 0; side < 2; ++side) {
+      bodies[2 * k + side] = static_cast<std::int64_t>(impact.bodies[side]);
+    }
+  }
+  columns.add("strikes", static_cast<std::int64_t>(take.motion.impacts.size()));
+  columns.add<double>("strike_time", times, {most}, "s");
+  columns.add<std::int64_t>("strike_bodies", bodies, {most, 2});
+  columns.add<double>("strike_point", points, {most, 3}, "m");
+  columns.add<double>("strike_normal", normals, {most, 3});
+  columns.add<double>("strike_impulse", impulses, {most, 3}, "N s");
+  columns.add<double>("strike_speed", speeds, {most}, "m/s");
+  columns.add<double>("strike_duration", durations, {most}, "s");
+  columns.add("lasting_contacts", static_cast<std::int64_t>(take.motion.contacts.size()));
+}
+
+void add_frames(const MotionCamera& camera, const Take& take, Columns& columns) {
+  std::vector<std::uint8_t> colors, masks;
+  std::vector<float> depths;
+  for (const render::SceneFrame& frame : take.frames) {
+    colors.insert(colors.end(), frame.color.pixels.begin(), frame.color.pixels.end());
+    depths.insert(depths.end(), frame.depth.begin(), frame.depth.end());
+    masks.insert(masks.end(), frame.mask.begin(), frame.mask.end());
+  }
+  const auto count = static_cast<std::uint64_t>(take.frames.size());
+  const auto height = static_cast<std::uint64_t>(camera.view.height);
+  const auto width = static_cast<std::uint64_t>(camera.view.width);
+  columns.add<std::uint8_t>("frames", colors, {count, height, width, 3}, "sRGB");
+  if (camera.depth) columns.add<float>("depth", depths, {count, height, width}, "m");
+  if (camera.masks) columns.add<std::uint8_t>("masks", masks, {count, height, width});
+  columns.add("frame_rate", camera.rate, "Hz");
+}
+
+}  // namespace
+
+void add_take_columns(const BuildConfig& config, const BuildPlan& plan, const Sample& sample,
+                      const Take& take, Columns& columns) {
+  add_labels(config, plan, sample, take, columns);
+  add_poses(config, take, columns);
+  add_strikes(config, take, columns);
+  if (!take.frames.empty()) add_frames(*config.motion->camera, take, columns);
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,112 @@
+#include "cli/motion/take_maker.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/motion/take_parts.hpp"
+#include "synth/motion/motion_sound.hpp"
+#include "synth/motion/simulate.hpp"
+
+namespace carillon::cli {
+
+TakeMaker::TakeMaker(const BuildConfig& config, const BuildPlan& plan, const BuildFolders& folders,
+                     core::Trace& trace)
+    : config_(config),
+      plan_(plan),
+      trace_(trace),
+      chain_(config.scene, folders.cache, trace),
+      actors_(config, plan, folders, chain_),
+      textures_(config.seed) {
+  scene_.id = scene_.shape = config.name;
+  scene_.listeners = config.scene.listeners;
+}
+
+Take TakeMaker::make(const Sample& sample, Columns* record) {
+  const core::TimeLimit clock = sample_clock(config_.limits);
+  const std::string part = split_take(config_, sample);
+  Take take;
+  take.stage = set_stage(config_, draw_roles(config_, plan_, sample.id, part), actors_, textures_);
+  {
+    const core::ScopedTimer timer(trace_.effects["motion"]);
+    synth::MotionOptions options = config_.motion->options;
+    options.seconds = config_.scene.audio.seconds;
+    take.motion = synth::simulate_motion(take.stage.moving, take.stage.strings, options);
+  }
+  if (take.motion.too_fast) {
+    spdlog::warn(
+        "{}: at {:.3f} s a body moves so fast for its thickness that {} parts of a step are too "
+        "few: bodies may pass through one another; shorten motion.step",
+        sample.key, *take.motion.too_fast, synth::kMostSubsteps);
+  }
+  Sound& sound = take.sound;
+  sound.body = &scene_;
+  sound.seed = config_.seed;
+  sound.id = sample.id;
+  sound.parts = config_.scene.parts;
+  sound.part = part_index(config_, part) * config_.split.names().size() + part_index(config_, part);
+  sound.record = record;
+  hear(take);
+  if (clock.passed()) clock.refuse();
+  draw(take);
+  if (clock.passed()) clock.refuse();
+  return take;
+}
+
+void TakeMaker::hear(Take& take) {
+  const Scene& scene = config_.scene;
+  synth::MotionSoundOptions options;
+  options.sample_rate = scene.audio.sample_rate;
+  options.seconds = scene.audio.seconds;
+  options.lasting_contacts = scene.runs("lasting_contacts");
+  options.contact_damping = scene.runs("contact_damping");
+  options.clicks = scene.runs("click");
+  options.hertz_pulses = config_.motion->hertz_pulses;
+  options.contacts = config_.motion->contacts;
+  options.contacts.seed = config_.seed;
+  const auto listeners =
+      scene.runs("radiation") ? std::span(scene.listeners) : std::span<const synth::Listener>();
+  synth::MotionSound heard =
+      synth::motion_sound(take.motion, take.stage.moving, take.stage.sounding, listeners, options);
+  const auto add = [](core::Trace::Entry& entry, const synth::EffectUse& use) {
+    entry.calls += static_cast<std::int64_t>(use.calls);
+    entry.seconds += use.seconds;
+  };
+  add(trace_.stages["ring"], heard.ringing);
+  add(trace_.stages["impacts"], heard.impacts);
+  if (options.lasting_contacts) add(trace_.effects["lasting_contacts"], heard.lasting_contacts);
+  if (options.contact_damping) add(trace_.effects["contact_damping"], heard.contact_damping);
+  if (options.clicks) add(trace_.effects["click"], heard.clicks);
+  if (!listeners.empty()) add(trace_.effects["radiation"], heard.moving_radiation);
+
+  Sound& sound = take.sound;
+  sound.sample_rate = options.sample_rate;
+  sound.rows = heard.rows;
+  sound.audio = std::move(heard.samples);
+  sound.rings.readout.unit = heard.unit;
+  sound.rings.readout.delays.assign(heard.rows, 0.0);
+  chain_.finish(sound);
+}
+
+void TakeMaker::draw(Take& take) {
+  if (!config_.scene.runs("movie")) return;
+  const core::ScopedTimer timer(trace_.effects["movie"]);
+  const MotionCamera& camera = *config_.motion->camera;
+  render::SceneRenderer renderer(picture_of(take.stage, *config_.motion));
+  const double step = take.motion.step;
+  const std::size_t first = config_.motion->ground ? 1 : 0;
+  for (std::size_t f = 0; f < camera.frames(config_.scene.audio.seconds); ++f) {
+    const double time = static_cast<double>(f) / camera.rate;
+    const auto k =
+        std::min(static_cast<std::size_t>(std::lround(time / step)), take.motion.states.size() - 1);
+    std::vector<render::ScenePose> poses;
+    for (std::size_t b = first; b < take.stage.actors.size(); ++b) {
+      const synth::Pose& pose = take.motion.states[k][b].pose;
+      poses.push_back({pose.turn, pose.origin});
+    }
+    take.frames.push_back(renderer.draw(poses));
+  }
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,67 @@
+#include "cli/motion/take_rows.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/build/sample_row.hpp"
+#include "cli/motion/take_columns.hpp"
+#include "cli/temporary_folder.hpp"
+#include "core/files.hpp"
+#include "render/movie.hpp"
+
+namespace carillon::cli {
+
+TakeRows::TakeRows(const BuildConfig& config, const BuildPlan& plan, const BuildFolders& folders,
+                   core::Trace& trace)
+    : config_(config), plan_(plan), trace_(trace), maker_(config, plan, folders, trace) {
+  if (config.mel) mel_ = std::make_unique<synth::MelSpectrogram>(*config.mel);
+}
+
+SampleResult TakeRows::add(const Sample& sample, Columns& columns) {
+  Take take = maker_.make(sample, &columns);
+  add_take_columns(config_, plan_, sample, take, columns);
+  SampleResult result;
+  result.sound = std::move(take.sound);
+  result.frames = std::move(take.frames);
+  for (const float value : result.sound.audio) {
+    result.peak = std::max(result.peak, std::abs(static_cast<double>(value)));
+  }
+  add_sound_columns(config_, result, mel_.get(), trace_, columns);
+  return result;
+}
+
+std::vector<std::string> write_movie(const BuildConfig& config, const Sample& sample,
+                                     const SampleResult& result, const BuildFolders& folders) {
+  namespace fs = std::filesystem;
+  const TemporaryFolder temporary;
+  std::vector<fs::path> frames;
+  for (std::size_t f = 0; f < result.frames.size(); ++f) {
+    frames.push_back(render::frame_path(temporary.path(), static_cast<int>(f)));
+    core::write_png(frames.back(), result.frames[f].color);
+  }
+  const fs::path sound = temporary.path() / "sound.wav";
+  core::write_wav(sound, clip_of(result.sound), config.scene.audio.dtype);
+  const fs::path movie = temporary.path() / "movie.mp4";
+  const render::MovieResult made =
+      render::make_movie(movie, temporary.path(), config.motion->camera->rate, sound);
+  std::vector<std::string> written;
+  const auto keep = [&](const fs::path& from, const fs::path& to) {
+    core::write_durably(folders.output / to, [&](const fs::path& path) {
+      fs::copy_file(from, path, fs::copy_options::overwrite_existing);
+    });
+    written.push_back(to.string());
+  };
+  if (made.made) {
+    keep(movie, fs::path("movies") / (sample.key + ".mp4"));
+    return written;
+  }
+  spdlog::warn("{}: no movie, but its frames: {}", sample.key, made.message);
+  for (const fs::path& frame : frames)
+    keep(frame, fs::path("movies") / sample.key / frame.filename());
+  keep(sound, fs::path("movies") / sample.key / "sound.wav");
+  return written;
+}
+
+}  // namespace carillon::cli
