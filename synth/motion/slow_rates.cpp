@@ -13,9 +13,9 @@ namespace carillon::synth {
 namespace {
 
 constexpr double kLowest = 20;  ///< [Hz]
-/// Of the filters, to each side: what lies between the force's end and its begin, which a transform
-/// joins [samples].
-constexpr Eigen::Index kReach = 4096;
+/// Periods of an octave after which its filter's response is over: its slowest poles decay by
+/// exp(-2 pi sin(pi / 16)) = 0.29 a period.
+constexpr double kReach = 6;
 
 }  // namespace
 
@@ -33,10 +33,13 @@ std::vector<Eigen::Matrix3Xf> slow_rates(const Eigen::Matrix3Xd& force, double s
   while (begin < end && force.col(begin).isZero(0)) ++begin;
   while (end > begin && force.col(end - 1).isZero(0)) --end;
   if (begin == end) return rates;
-  begin = std::max<Eigen::Index>(0, begin - kReach);
-  end = std::min<Eigen::Index>(force.cols(), end + kReach);
+  const auto lowest = std::find(octaves.begin(), octaves.end(), true) - octaves.begin();
+  const auto reach = static_cast<Eigen::Index>(kReach * sample_rate /
+                                               (kLowest * std::exp2(static_cast<double>(lowest))));
+  begin = std::max<Eigen::Index>(0, begin - reach);
+  end = std::min<Eigen::Index>(force.cols(), end + reach);
   const auto count = static_cast<std::size_t>(end - begin);
-  RealFft fft(good_fft_size(count + static_cast<std::size_t>(kReach)));
+  RealFft fft(good_fft_size(count + static_cast<std::size_t>(reach)));
   const double turn = 2 * std::numbers::pi * sample_rate / static_cast<double>(fft.size());
   std::vector<std::vector<std::complex<double>>> spectra(3);
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
