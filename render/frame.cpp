@@ -112,7 +112,7 @@ class FrameRenderer {
   FrameRenderer()
       : shadow_program_(make_program(kShadowVertex, kShadowFragment)),
         background_program_(make_program(kBackgroundVertex, kBackgroundFragment)),
-        body_program_(make_program(kBodyVertex, std::string(kShading) + kBodyFragment)),
+        body_program_(make_program(kBodyVertex, std::string(kVersion) + kShading + kBodyFragment)),
         shadows_(kShadowSide) {
     glGenVertexArrays(1, no_vertices_.put());
     check_gl("setting up");

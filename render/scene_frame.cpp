@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/error.hpp"
-#include "render/drawing.hpp"
-#include "render/face_detail.hpp"
 #include "render/frame_shaders.hpp"
 #include "render/scene_checks.hpp"
+#include "render/scene_parts.hpp"
 #include "render/scene_shaders.hpp"
 #include "render/shading_code.hpp"
 
@@ -19,111 +17,37 @@ namespace carillon::render {
 namespace {
 
 constexpr int kShadowSide = 2048;
-constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Units that textures are bound to.
-constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2;
+constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2, kFootprintUnit = 3;
 
 void bind(int unit, GLuint texture) {
   glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
   glBindTexture(GL_TEXTURE_2D, texture);
 }
 
-Vec3 color_of(const std::array<double, 3>& color) {
-  return {color[0], color[1], color[2]};
+/// A fragment shader by the key light and a weak one from the camera's side.
+std::string lit(const char* definitions, const char* fragment) {
+  return std::string(kVersion) + "#define LIGHTS 2\n" + definitions + kShading + kSceneCommon +
+         fragment;
 }
 
 /// Programs of all scenes; compiling them takes longer than a frame.
 struct ScenePrograms {
   OffscreenContext& context = offscreen_context();
-  Program shadow = make_program(kSceneShadowVertex, kShadowFragment);
+  Program shadow = make_program(kSceneShadowVertex, kSceneShadowFragment);
   Program background = make_program(kBackgroundVertex, kBackgroundFragment);
-  Program body = make_program(kSceneVertex, std::string(kShading) + kSceneCommon + kSceneFragment);
-  Program relief =
-      make_program(kReliefVertex, std::string(kShading) + kSceneCommon + kReliefFragment);
+  Program body = make_program(kSceneVertex, lit("", kSceneFragment));
+  Program relief = make_program(kReliefVertex, lit("", kReliefFragment));
+  Program cut_out_relief = make_program(kReliefVertex, lit("#define CUT_OUT\n", kReliefFragment));
+  FootprintPainter footprints;
 };
 
 ScenePrograms& scene_programs() {
   thread_local ScenePrograms programs;
   return programs;
 }
-
-/// A body, or the ground, with OpenGL.
-struct Drawn {
-  DrawableMesh mesh;
-  BoundingBall ball;
-  Appearance appearance;
-  Vec3 deep_color;
-  int number = 0;         ///< in the mask
-  double fade_reach = 0;  ///< 0: none
-  std::optional<FaceDetail> detail;
-  Eigen::Affine3d body_from_face = Eigen::Affine3d::Identity();
-  Eigen::Vector2d face_size = {0, 0};
-  Eigen::Affine3d body_from_mesh = Eigen::Affine3d::Identity();
-};
-
-Drawn make_drawn(const SceneBody& body, int number) {
-  const BoundingBall ball = bounding_ball(body.mesh);
-  Drawn drawn{.mesh = DrawableMesh(shading_mesh(body.mesh, ball, kCreaseAngle)),
-              .ball = ball,
-              .appearance = body.appearance,
-              .deep_color = color_of(body.deep_color.value_or(body.appearance.color)),
-              .number = number,
-              .detail = {}};
-  drawn.body_from_mesh.translate(ball.centre).scale(ball.radius);
-  if (body.texture) {
-    drawn.detail = face_detail(body.texture->map);
-    drawn.body_from_face = body_from_face(*body.texture);
-    drawn.face_size = body.texture->size;
-  }
-  return drawn;
-}
-
-Drawn make_drawn(const SceneGround& ground) {
-  const double side = 2 * ground.reach;
-  SceneBody body{
-      .mesh = {}, .appearance = ground.appearance, .texture = {}, .deep_color = ground.deep_color};
-  const Vec3 corner = ground.middle - Vec3(ground.reach, ground.reach, 0);
-  for (int i = 0; i < 4; ++i) {
-    body.mesh.vertices.push_back(corner + Vec3(i % 2 * side, i / 2 * side, 0));
-  }
-  body.mesh.triangles = {{0, 1, 3}, {0, 3, 2}};
-  if (ground.map) {
-    body.texture = {*ground.map, corner, Vec3::UnitX(), Vec3::UnitY(), {side, side}};
-  }
-  Drawn drawn = make_drawn(body, 0);
-  drawn.fade_reach = ground.reach;
-  return drawn;
-}
-
-/// The camera, and what its pictures are drawn into.
-struct View {
-  Vec3 eye, forward;
-  Eigen::Matrix4d clip_from_world;
-  double pixel_angle = 0;
-
-  explicit View(const SceneCamera& camera, double reach) : eye(camera.eye) {
-    const double distance = (camera.target - camera.eye).norm();
-    forward = (camera.target - camera.eye) / distance;
-    const Vec3 right = forward.cross(camera.up).normalized();
-    const double half = std::tan(camera.field_of_view / 2);
-    pixel_angle = 2 * half / camera.height;
-    const double near = 0.01 * distance, far = 4 * (distance + reach);
-    Eigen::Matrix4d projection = Eigen::Matrix4d::Zero();
-    projection(0, 0) = camera.height / (half * camera.width);
-    projection(1, 1) = 1 / half;
-    projection(2, 2) = -(far + near) / (far - near);
-    projection(2, 3) = -2 * far * near / (far - near);
-    projection(3, 2) = -1;
-    Eigen::Matrix4d camera_from_world = Eigen::Matrix4d::Identity();
-    camera_from_world.block<1, 3>(0, 0) = right.transpose();
-    camera_from_world.block<1, 3>(1, 0) = right.cross(forward).transpose();
-    camera_from_world.block<1, 3>(2, 0) = -forward.transpose();
-    camera_from_world.block<3, 1>(0, 3) = -camera_from_world.topLeftCorner<3, 3>() * eye;
-    clip_from_world = projection * camera_from_world;
-  }
-};
 
 Eigen::Affine3d world_from_body(const ScenePose& pose) {
   Eigen::Affine3d world = Eigen::Affine3d::Identity();
@@ -137,9 +61,8 @@ struct SceneRenderer::Parts {
   ScenePrograms& programs = scene_programs();
   SceneCamera camera;
   Vec3 light;
-  double reach = 0;
   Vec3 fade_middle = Vec3::Zero();
-  View view;
+  SceneView view;
   std::vector<Drawn> bodies;
   std::optional<Drawn> ground;
   ShadowMap shadows{kShadowSide};
@@ -152,13 +75,12 @@ struct SceneRenderer::Parts {
   Parts(const Scene& scene, double reach_of_all)
       : camera(scene.camera),
         light(scene.light.normalized()),
-        reach(reach_of_all),
-        view(scene.camera, reach_of_all) {
+        view(scene_view(scene.camera, reach_of_all)) {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-      bodies.push_back(make_drawn(scene.bodies[i], static_cast<int>(i) + 1));
+      bodies.push_back(make_drawn(scene.bodies[i], static_cast<int>(i) + 1, programs.footprints));
     }
     if (scene.ground) {
-      ground = make_drawn(*scene.ground);
+      ground = make_drawn(*scene.ground, programs.footprints);
       fade_middle = scene.ground->middle;
     }
     const int width = camera.samples * camera.width, height = camera.samples * camera.height;
@@ -197,11 +119,19 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
     box.high = box.high.cwiseMax(centres[i] + Vec3::Constant(bodies[i].ball.radius));
   }
   const bool any = (box.high.array() > box.low.array()).all();
-  const Vec3 middle = any ? Vec3((box.low + box.high) / 2) : camera.target;
+  Vec3 middle = any ? Vec3((box.low + box.high) / 2) : camera.target;
   shadow_radius = near * 1e-6;
   for (std::size_t i = 0; i < bodies.size() && any; ++i) {
     if ((centres[i] - camera.target).norm() > near + bodies[i].ball.radius) continue;
     shadow_radius = std::max(shadow_radius, (centres[i] - middle).norm() + bodies[i].ball.radius);
+  }
+  // No larger than what the camera sees about its target: a wide floor would leave no detail.
+  const double aspect = static_cast<double>(camera.width) / camera.height;
+  const double seen = 1.5 * (camera.target - camera.eye).norm() *
+                      std::tan(camera.field_of_view / 2) * std::hypot(1, aspect);
+  if (shadow_radius > seen) {
+    shadow_radius = seen;
+    middle = camera.target;
   }
   shadow_radius *= 1.02;
   const Vec3 side = light.unitOrthogonal();
@@ -212,12 +142,20 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
   light_from_world.block<3, 1>(0, 3) = -light_from_world.topLeftCorner<3, 3>() * middle;
 
   shadows.begin();
+  glEnable(GL_DEPTH_CLAMP);  // bodies between the light and what it shows count, too
   glUseProgram(programs.shadow.get());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Eigen::Affine3d world = world_from_body(poses[i]) * bodies[i].body_from_mesh;
     set_matrix(programs.shadow, "light_from_mesh", light_from_world * world.matrix());
+    const Drawn& body = bodies[i];
+    set_matrix(programs.shadow, "face_from_mesh",
+               (body.body_from_face.inverse() * body.body_from_mesh).matrix());
+    set_vector(programs.shadow, "slab",
+               {body.face_size.x(), body.face_size.y(), body.detail ? body.detail->deepest : 0});
+    set_number(programs.shadow, "face_tolerance", body.tolerance());
     bodies[i].mesh.draw();
   }
+  glDisable(GL_DEPTH_CLAMP);
 }
 
 void SceneRenderer::Parts::draw_background() {
@@ -248,14 +186,11 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
   set_number(program, "roughness", drawn.appearance.roughness);
   set_number(program, "metallic", drawn.appearance.metallic);
   set_number(program, "body_number", drawn.number);
-  // The key light, and a weak one from the camera's side.
-  const std::array<Vec3, 3> directions = {light, (Vec3(0, 0, 0.3) - view.forward).normalized(),
-                                          Vec3::UnitZ()};
-  const std::array<Vec3, 3> colors_of = {Vec3(0.66, 0.645, 0.615), Vec3(0.05, 0.055, 0.06),
-                                         Vec3::Zero()};
-  for (std::size_t i = 0; i < 3; ++i) {
+  const std::array<Vec3, 2> directions = {light, (Vec3(0, 0, 0.3) - view.forward).normalized()};
+  const std::array<Vec3, 2> light_colors = {Vec3(0.66, 0.645, 0.615), Vec3(0.05, 0.055, 0.06)};
+  for (std::size_t i = 0; i < directions.size(); ++i) {
     set_vector(program, fmt::format("light_direction[{}]", i), directions[i]);
-    set_vector(program, fmt::format("light_color[{}]", i), colors_of[i]);
+    set_vector(program, fmt::format("light_color[{}]", i), light_colors[i]);
   }
   // A step off the surface and one towards the light keep a face out of its own shadow.
   const double sample = 2 * shadow_radius / kShadowSide;
@@ -293,12 +228,12 @@ void SceneRenderer::Parts::draw_mesh(const Drawn& drawn, const Eigen::Affine3d& 
   glUniformMatrix3fv(glGetUniformLocation(program.get(), "world_from_face"), 1, GL_FALSE,
                      face.data());
   set_integer(program, "detail", !drawn.detail ? 0 : drawn.detail->relief() ? 2 : 1);
-  set_number(program, "face_tolerance", 1e-5 * drawn.ball.radius);
+  set_number(program, "face_tolerance", drawn.tolerance());
   drawn.mesh.draw();
 }
 
 void SceneRenderer::Parts::draw_relief(const Drawn& drawn, const Eigen::Affine3d& world_from_body) {
-  const Program& program = programs.relief;
+  const Program& program = drawn.footprint->whole ? programs.relief : programs.cut_out_relief;
   set_common(program, drawn);
   const Eigen::Affine3d world_from_face = world_from_body * drawn.body_from_face;
   const Eigen::Matrix3f face = world_from_face.linear().cast<float>();
@@ -307,6 +242,11 @@ void SceneRenderer::Parts::draw_relief(const Drawn& drawn, const Eigen::Affine3d
                      face.data());
   set_vector(program, "eye_place", world_from_face.inverse() * view.eye);
   set_vector(program, "light_place", world_from_face.linear().transpose() * light);
+  set_integer(program, "goes_on", drawn.footprint->goes_on ? 1 : 0);
+  set_integer(program, "footprint", kFootprintUnit);
+  glUniform2f(glGetUniformLocation(program.get(), "margin"), float(drawn.footprint->margin.x()),
+              float(drawn.footprint->margin.y()));
+  bind(kFootprintUnit, drawn.footprint->inside.get());
   glEnable(GL_CULL_FACE);
   glCullFace(GL_FRONT);
   glBindVertexArray(no_vertices.get());
@@ -352,6 +292,13 @@ SceneFrame SceneRenderer::draw(std::span<const ScenePose> poses) {
   check_poses(poses, parts.bodies.size());
   parts.draw_shadows(poses);
   parts.draw_background();
+  for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
+    const Drawn& body = parts.bodies[i];
+    const Eigen::Affine3d world = world_from_body(poses[i]);
+    parts.draw_mesh(body, world);
+    if (body.detail && body.detail->relief()) parts.draw_relief(body, world);
+  }
+  // The ground last: most of it lies behind bodies, and need not be shaded.
   glEnablei(GL_BLEND, 0);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   if (parts.ground) {
@@ -360,12 +307,6 @@ SceneFrame SceneRenderer::draw(std::span<const ScenePose> poses) {
     relief ? parts.draw_relief(*parts.ground, still) : parts.draw_mesh(*parts.ground, still);
   }
   glDisablei(GL_BLEND, 0);
-  for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
-    const Drawn& body = parts.bodies[i];
-    const Eigen::Affine3d world = world_from_body(poses[i]);
-    parts.draw_mesh(body, world);
-    if (body.detail && body.detail->relief()) parts.draw_relief(body, world);
-  }
   glActiveTexture(GL_TEXTURE0);
   SceneFrame frame = parts.read();
   check_gl("drawing a scene");

@@ -32,7 +32,7 @@ struct SceneBody {
   Appearance appearance;
   /// Detail of a flat side of the body, in the body's coordinates. A normal map changes its
   /// shading; a relief is cut into it: rays march through it to where they meet it, also at the
-  /// side's edges, and to the light.
+  /// side's edges, and to the light. The side need not be a rectangle, nor end where the map does.
   std::optional<solvers::TexturedFace> texture;
   /// Colour of the deepest parts of a relief (mortar, the earth between pebbles): it takes over
   /// between a quarter and three quarters of the depth.
@@ -42,7 +42,7 @@ struct SceneBody {
 /// A square of level ground about a place, facing up. It is no body: the mask has it as background.
 struct SceneGround {
   Vec3 middle = Vec3::Zero();  ///< [m]
-  double reach = 2;            ///< from the middle to its edges, where it fades away [m]
+  double reach = 10;           ///< from the middle to its edges, where it fades away [m]
   Appearance appearance = {{0.32, 0.31, 0.30}, 0.8, 0};
   std::optional<solvers::SurfaceMap> map;  ///< lower left corner at the ground's; u along x
   std::optional<std::array<double, 3>> deep_color;
@@ -53,7 +53,7 @@ struct Scene {
   std::vector<SceneBody> bodies;  ///< at most 255
   std::optional<SceneGround> ground;
   SceneCamera camera;
-  Vec3 light = {-0.5, -0.35, 0.8};  ///< towards the key light, which is far away
+  Vec3 light = {-0.7, -0.15, 0.7};  ///< towards the key light, which is far away
 };
 
 /// Where a body's coordinates are.

@@ -2,11 +2,29 @@
 
 namespace carillon::render {
 
-/// Depth from the light.
+/// Depth from the light. The slab that a relief is cut into casts no shadow here: within it, the
+/// relief itself does.
 inline constexpr const char* kSceneShadowVertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 uniform mat4 light_from_mesh;
-void main() { gl_Position = light_from_mesh * vec4(position, 1.0); }
+uniform mat4 face_from_mesh;
+out vec3 face_position;
+void main() {
+  face_position = (face_from_mesh * vec4(position, 1.0)).xyz;
+  gl_Position = light_from_mesh * vec4(position, 1.0);
+}
+)";
+inline constexpr const char* kSceneShadowFragment = R"(#version 330 core
+in vec3 face_position;
+uniform vec3 slab;  // width, height and depth; a depth of 0: none
+uniform float face_tolerance;
+void main() {
+  vec2 uv = face_position.xy;
+  if (slab.z > 0.0 && face_position.z > -slab.z && all(greaterThan(uv, vec2(-face_tolerance))) &&
+      all(lessThan(uv, slab.xy + face_tolerance))) {
+    discard;
+  }
+}
 )";
 
 /// A body's triangles. Places of a textured face are (u, v, height above the face) [m].
@@ -51,11 +69,12 @@ uniform float pixel_angle;  // of a sample
 
 float lit_by_key(vec3 position, vec3 normal) {
   vec3 there = (light_from_world * vec4(position + shadow_steps.x * normal, 1.0)).xyz * 0.5 + 0.5;
+  if (any(lessThan(there.xy, vec2(0.0))) || any(greaterThan(there.xy, vec2(1.0)))) return 1.0;
   float sum = 0.0;
   for (int i = -1; i <= 1; ++i) {
     for (int j = -1; j <= 1; ++j) {
       sum += texture(shadow_map, vec3(there.xy + vec2(i, j) * shadow_steps.y,
-                                      min(there.z - shadow_steps.z, 1.0)));
+                                      clamp(there.z - shadow_steps.z, 0.0, 1.0)));
     }
   }
   return sum / 9.0;
@@ -72,7 +91,7 @@ void put(vec3 position, vec3 n, vec3 reflected, float lit) {
   vec3 seen = shade(n, v, reflected, lit);
   float there = 1.0;
   if (fade_reach > 0.0) {
-    there = 1.0 - smoothstep(0.55 * fade_reach, fade_reach, length((position - fade_middle).xy));
+    there = 1.0 - smoothstep(0.5 * fade_reach, fade_reach, length((position - fade_middle).xy));
   }
   color = vec4(seen, there);
   depth_and_body = vec4(dot(position - eye, forward), body_number, 0.0, 1.0);
@@ -132,8 +151,9 @@ void main() {
 }
 )";
 
-/// After kSceneCommon. Rays march through the slab in steps of half a texel, or of a pixel where
-/// that is longer, and halve the last one.
+/// After kSceneCommon; with CUT_OUT defined for faces that do not fill the map's rectangle. Rays
+/// march through the slab in steps of half a texel, or of a pixel where that is longer, and halve
+/// the last one.
 inline constexpr const char* kReliefFragment = R"(
 in vec3 far_place;
 uniform mat4 clip_from_world;
@@ -145,7 +165,20 @@ uniform vec2 face_size;
 uniform float deepest;
 uniform sampler2D heights;
 
-float height(vec2 uv) { return textureLod(heights, uv / map_size, 0.0).r; }
+uniform int goes_on;       // the face goes on beyond the map's rectangle
+uniform vec2 margin;
+uniform sampler2D footprint;
+
+bool on_face(vec2 uv) {
+  return textureLod(footprint, (uv + margin) / (face_size + 2.0 * margin), 0.0).r > 0.5;
+}
+
+float height(vec2 uv) {
+#ifdef CUT_OUT
+  if (!on_face(uv)) return -2.0 * deepest;
+#endif
+  return textureLod(heights, uv / map_size, 0.0).r;
+}
 
 // Part of the key light that no other part of the relief keeps from a place in it.
 float lit_in_relief(vec3 place, vec3 n, float seen_size) {
@@ -184,6 +217,7 @@ void main() {
   vec3 way = far_place - begin;
 
   vec3 place = begin;
+  vec3 wall = vec3(0.0);  // its normal, where the ray ends at one
   if (height(begin.xy) >= begin.z) {
     // At an edge or before the eye: inside the body, whose side is drawn elsewhere.
     if (!from_above) discard;
@@ -200,29 +234,40 @@ void main() {
       }
       before = s;
     }
-    if (after < 0.0) discard;
-    for (int i = 0; i < 10; ++i) {
-      float middle = 0.5 * (before + after);
-      vec3 p = begin + middle * way;
-      if (height(p.xy) >= p.z) after = middle;
-      else before = middle;
+    if (after < 0.0) {
+      // Out of the rectangle, into what there is beyond it.
+      vec2 low_edge = far_place.xy, high_edge = face_size - far_place.xy;
+      float nearest = min(min(low_edge.x, low_edge.y), min(high_edge.x, high_edge.y));
+      if (low_edge.x == nearest) wall.x = 1.0;
+      else if (high_edge.x == nearest) wall.x = -1.0;
+      else if (low_edge.y == nearest) wall.y = 1.0;
+      else wall.y = -1.0;
+      if (goes_on == 0 || far_place.z > -1e-4 * deepest ||
+          !on_face(far_place.xy - 0.7 * wall.xy * margin)) {
+        discard;
+      }
+      after = 1.0;
+    } else {
+      for (int i = 0; i < 10; ++i) {
+        float middle = 0.5 * (before + after);
+        vec3 p = begin + middle * way;
+        if (height(p.xy) >= p.z) after = middle;
+        else before = middle;
+      }
+      // From beside the face to below it: through its side, which is drawn elsewhere.
+#ifdef CUT_OUT
+      if (!on_face((begin + before * way).xy)) discard;
+#endif
     }
     place = begin + after * way;
   }
 
   float seen_size = length(place - eye_place) * pixel_angle;
   float slant = max(normalize(-d).z, 0.05);
-  vec3 n = map_normal(place.xy, seen_size / slant);
+  vec3 n = wall == vec3(0.0) ? map_normal(place.xy, seen_size / slant) : wall;
   vec3 position = (world_from_box * vec4(place, 1.0)).xyz;
-  // Other bodies' shadows are those on the face where the light enters.
-  float lit = 0.0;
-  if (light_place.z > 0.0) {
-    lit = lit_in_relief(place, n, seen_size);
-    vec3 entry = place - light_place * (place.z / light_place.z);
-    if (lit > 0.0) {
-      lit *= lit_by_key((world_from_box * vec4(entry, 1.0)).xyz, world_from_face[2]);
-    }
-  }
+  float lit = lit_in_relief(place, n, seen_size);
+  if (lit > 0.0) lit *= lit_by_key(position, world_from_face * n);
   float cut = smoothstep(0.25, 0.75, -place.z / deepest);
   put(position, world_from_face * n, mix(reflectance, deep_reflectance, cut), lit);
   vec4 clip = clip_from_world * vec4(position, 1.0);

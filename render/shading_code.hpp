@@ -2,18 +2,24 @@
 
 namespace carillon::render {
 
-/// Begins a fragment shader: what a surface sends back. Cook and Torrance with GGX (Walter et al.
-/// 2007), Smith's height-correlated masking (Heitz 2014) and Schlick's Fresnel term; three
-/// directional lights, of which `lit` is the part of the first that is not in shadow; a studio of
-/// soft boxes as surroundings. n and v: unit vectors of the normal and to the eye.
-inline constexpr const char* kShading = R"(#version 330 core
+inline constexpr const char* kVersion = "#version 330 core\n";
+
+/// After kVersion, and LIGHTS where there are not three of them: what a surface sends back. Cook
+/// and Torrance with GGX (Walter et al. 2007), Smith's height-correlated masking (Heitz 2014) and
+/// Schlick's Fresnel term; three directional lights, of which `lit` is the part of the first that
+/// is not in shadow; a studio of soft boxes as surroundings. n and v: unit vectors of the normal
+/// and to the eye.
+inline constexpr const char* kShading = R"(
+#ifndef LIGHTS
+#define LIGHTS 3
+#endif
 uniform float roughness;
 uniform float metallic;
-uniform vec3 light_direction[3];
-uniform vec3 light_color[3];
+uniform vec3 light_direction[LIGHTS];
+uniform vec3 light_color[LIGHTS];
 
 vec3 fresnel(vec3 normal_incidence, float cosine) {
-  return normal_incidence + (1.0 - normal_incidence) * pow(1.0 - cosine, 5.0);
+  return normal_incidence + (1.0 - normal_incidence) * pow(max(1.0 - cosine, 0.0), 5.0);
 }
 
 // Light from the surroundings, blurred as the surface is rough: dim floor, bright ceiling, a band
@@ -34,7 +40,7 @@ vec3 shade(vec3 n, vec3 v, vec3 reflectance, float lit) {
   vec3 diffuse = reflectance * (1.0 - metallic);
 
   vec3 sum = vec3(0.0);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < LIGHTS; ++i) {
     vec3 l = light_direction[i];
     float nl = dot(n, l);
     if (nl <= 0.0) continue;

@@ -33,6 +33,8 @@ namespace {
 constexpr std::size_t samples_per_task = 256;
 /// A task of takes holds about so many bytes of them at once.
 constexpr double bytes_per_task = 2.5e8;
+/// A take is seconds of work.
+constexpr double takes_per_task = 4;
 
 std::vector<Variant> make_variants(const ObjectSource& source) {
   std::vector<std::string> materials = source.materials;
@@ -195,8 +197,8 @@ void add_takes(const BuildConfig& config, BuildPlan& plan) {
     sample.strike = number;
     plan.samples.push_back(std::move(sample));
   }
-  const auto each =
-      static_cast<std::size_t>(std::clamp(bytes_per_task / bytes_per_take(config), 1.0, 64.0));
+  const auto each = static_cast<std::size_t>(
+      std::clamp(bytes_per_task / bytes_per_take(config), 1.0, takes_per_task));
   for (std::size_t from = 0; from < plan.samples.size(); from += each) {
     BuildTask task;
     task.kind = TaskKind::samples;

@@ -64,10 +64,10 @@ void print_plan(const nlohmann::json& plan) {
                entry.at("text").get<std::string>(), entry.at("reason").get<std::string>());
   }
   fmt::print("\n");
-  fmt::print("  {:<14} {:<5} {:>9}  {}\n", "effect", "", "cost", "asked for by, or why not needed");
+  fmt::print("  {:<16} {:<5} {:>9}  {}\n", "effect", "", "cost", "asked for by, or why not needed");
   for (const nlohmann::json& effect : plan.at("effects")) {
     const double seconds = effect.at("seconds").get<double>();
-    fmt::print("  {:<14} {:<5} {:>9}  {}\n", effect.at("name").get<std::string>(),
+    fmt::print("  {:<16} {:<5} {:>9}  {}\n", effect.at("name").get<std::string>(),
                effect.at("enabled").get<bool>() ? "on" : "off",
                seconds > 0 ? core::human_duration(seconds) : "",
                effect.at("reason").get<std::string>());

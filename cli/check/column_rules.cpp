@@ -17,29 +17,29 @@ constexpr ColumnRule rules[] = {
     {"key", "text", "", "1", "always"},
     {"id", "uint64", "", "1", "always"},
     {"shape", "text", "", "1", "always"},
-    {"family", "text", "", "1", "always"},
+    {"family", "text", "", "1", "struck"},
     {"material", "text", "", "1", "always"},
-    {"size", "float64", "", "1", "always"},
-    {"strike", "int64", "", "1", "always"},
+    {"size", "float64", "", "1", "struck"},
+    {"strike", "int64", "", "1", "struck"},
     {"split_shape", "text", "", "1", "always"},
     {"split_strike", "text", "", "1", "always"},
-    {"position", "float64", "3", "m", "always"},
-    {"normal", "float64", "3", "1", "always"},
-    {"direction", "float64", "3", "1", "always"},
-    {"impulse", "float64", "", "N s", "always"},
-    {"contact_time", "float64", "", "s", "always"},
+    {"position", "float64", "3", "m", "struck"},
+    {"normal", "float64", "3", "1", "struck"},
+    {"direction", "float64", "3", "1", "struck"},
+    {"impulse", "float64", "", "N s", "struck"},
+    {"contact_time", "float64", "", "s", "struck"},
     {"gain", "float64", "", "s/m|1/Pa", "always"},
     {"peak", "float64", "", "1", "always"},
     {"clipped", "int64", "", "1", "always"},
-    {"modes", "int64", "", "1", "always"},
-    {"modes_above_nyquist", "int64", "", "1", "always"},
-    {"complete_to", "float64", "", "Hz", "always"},
-    {"pitch_error", "float64", "", "cent", "always"},
-    {"youngs_modulus", "float64", "", "Pa", "always"},
-    {"poisson_ratio", "float64", "", "1", "always"},
-    {"density", "float64", "", "kg/m^3", "always"},
-    {"damping_model", "text", "", "1", "always"},
-    {"alpha", "float64", "", "", "always", true},
+    {"modes", "int64", "", "1", "struck"},
+    {"modes_above_nyquist", "int64", "", "1", "struck"},
+    {"complete_to", "float64", "", "Hz", "struck"},
+    {"pitch_error", "float64", "", "cent", "struck"},
+    {"youngs_modulus", "float64", "", "Pa", "struck"},
+    {"poisson_ratio", "float64", "", "1", "struck"},
+    {"density", "float64", "", "kg/m^3", "struck"},
+    {"damping_model", "text", "", "1", "struck"},
+    {"alpha", "float64", "", "", "struck", true},
     {"negative_damping_modes", "int64", "", "1", "may"},
     {"negative_damping_low", "float64", "", "Hz", "may", true},
     {"negative_damping_high", "float64", "", "Hz", "may", true},
@@ -66,8 +66,29 @@ constexpr ColumnRule rules[] = {
     {"support_pitch_error_estimate", "float64", "", "cent", "may", true},
     {"thrift_modes_left_out", "int64", "", "1", "thrift"},
     {"thrift_error_bound", "float64", "", "dB", "thrift"},
-    {"click_peak", "float64", "", "Pa", "click"},
-    {"click_left_out", "int64", "", "1", "click"},
+    {"click_peak", "float64", "", "Pa", "struck:click"},
+    {"click_left_out", "int64", "", "1", "struck:click"},
+    {"take", "int64", "", "1", "motion"},
+    {"bodies", "text", "", "1", "motion"},
+    {"poses", "float64", "*,*,7", "m; w, x, y, z", "motion"},
+    {"pose_step", "float64", "", "s", "motion"},
+    {"energy", "float64", "*", "J", "motion"},
+    {"left", "float64", "*", "s", "motion", true},
+    {"substeps", "int64", "", "1", "motion"},
+    {"too_fast_at", "float64", "", "s", "motion", true},
+    {"strikes", "int64", "", "1", "motion"},
+    {"strike_time", "float64", "*", "s", "motion", true},
+    {"strike_bodies", "int64", "*,2", "1", "motion"},
+    {"strike_point", "float64", "*,3", "m", "motion", true},
+    {"strike_normal", "float64", "*,3", "1", "motion", true},
+    {"strike_impulse", "float64", "*,3", "N s", "motion", true},
+    {"strike_speed", "float64", "*", "m/s", "motion", true},
+    {"strike_duration", "float64", "*", "s", "motion", true},
+    {"lasting_contacts", "int64", "", "1", "motion"},
+    {"frames", "uint8", "*,*,*,3", "sRGB", "movie"},
+    {"depth", "float32", "*,*,*", "m", "may"},
+    {"masks", "uint8", "*,*,*", "1", "may"},
+    {"frame_rate", "float64", "", "Hz", "movie"},
     {"room", "int64", "", "1", "room|tail"},
     {"room_size", "float64", "3", "m", "room|tail"},
     {"room_source", "float64", "3", "m", "room|tail"},
@@ -86,10 +107,10 @@ constexpr ColumnRule rules[] = {
     {"recording_silent", "int64", "", "1", "recording"},
 };
 
-std::vector<std::string> words_of(const std::string& text) {
+std::vector<std::string> words_of(const std::string& text, char between = '|') {
   std::vector<std::string> words;
   std::istringstream in(text);
-  for (std::string word; std::getline(in, word, '|');) words.push_back(word);
+  for (std::string word; std::getline(in, word, between);) words.push_back(word);
   return words;
 }
 
@@ -102,15 +123,21 @@ core::Extent wanted_inner(const std::string& inner, const BuildConfig& config,
                           const core::Extent& found) {
   const std::uint64_t rows = config.scene.rows(), samples = config.scene.audio.samples();
   if (inner.empty()) return {};
-  if (inner == "*") return {found.empty() ? 1 : found[0]};
-  if (inner == "*,3") return {found.empty() ? 1 : found[0], 3};
   if (inner == "listeners") return {rows};
   core::Extent last = {samples};
   if (inner == "mel" && config.mel) {
     last = {static_cast<std::uint64_t>(config.mel->bands),
             static_cast<std::uint64_t>(synth::mel_frames(samples, *config.mel))};
   }
-  if (inner != "audio" && inner != "mel") return {std::stoull(inner)};
+  if (inner != "audio" && inner != "mel") {
+    core::Extent extent;
+    const std::vector<std::string> words = words_of(inner, ',');
+    for (std::size_t k = 0; k < words.size(); ++k) {
+      const bool any = words[k] == "*";
+      extent.push_back(!any ? std::stoull(words[k]) : k < found.size() ? found[k] : 1);
+    }
+    return extent;
+  }
   if (rows > 1) last.insert(last.begin(), rows);
   return last;
 }
@@ -130,9 +157,14 @@ const ColumnRule* find_rule(const std::string& column) {
 }
 
 std::optional<bool> expected(const ColumnRule& rule, const BuildConfig& config) {
-  const std::string when = rule.when;
+  std::string when = rule.when;
   if (when == "always") return true;
   if (when == "may") return {};
+  if (when.starts_with("struck")) {  // bodies that are struck, not takes
+    if (config.motion) return false;
+    if (when == "struck") return true;
+    when = when.substr(when.find(':') + 1);
+  }
   const std::vector<std::string> effects = words_of(when);
   return std::any_of(effects.begin(), effects.end(),
                      [&](const std::string& effect) { return config.scene.runs(effect); });

@@ -20,8 +20,13 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
     const auto keys = texts("key"), shapes = texts("shape"), materials = texts("material");
     const auto split_shapes = texts("split_shape"), split_strikes = texts("split_strike");
     const auto ids = shard.read<std::uint64_t>("id");
-    const auto sizes = shard.read<double>("size"), points = shard.read<double>("position");
-    const auto strikes = shard.read<std::int64_t>("strike");
+    const bool takes = shard.has("take");
+    const auto numbers = shard.read<std::int64_t>(takes ? "take" : "strike");
+    std::vector<double> sizes(keys.size(), 1), points(3 * keys.size(), 0);
+    if (!takes) {
+      sizes = shard.read<double>("size");
+      points = shard.read<double>("position");
+    }
     const bool has_room = shard.has("room"), has_noise = shard.has("noise_source");
     const auto rooms = has_room ? shard.read<std::int64_t>("room") : std::vector<std::int64_t>{};
     std::vector<double> room_sizes, room_sources, room_times;
@@ -34,13 +39,14 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
     for (std::size_t i = 0; i < keys.size(); ++i) {
       Row row;
       row.key = keys[i];
-      row.shape = shapes[i];
+      row.shape = takes ? keys[i] : shapes[i];  // a take is held out by itself
       row.material = materials[i];
       row.split_shape = split_shapes[i];
       row.split_strike = split_strikes[i];
       row.id = ids[i];
       row.size = sizes[i];
-      row.strike = strikes[i];
+      row.strike = numbers[i];
+      row.take = takes;
       for (std::size_t k = 0; k < 3; ++k) row.point[k] = points[3 * i + k] / sizes[i];
       if (has_room) {
         row.room = rooms[i];
@@ -63,8 +69,9 @@ Finding check_ids(const DatasetFolder& folder, const std::vector<Row>& rows) {
   std::map<std::uint64_t, std::string> seen;
   std::vector<std::string> items;
   for (const Row& row : rows) {
-    const std::string key =
-        fmt::format("{}/{}/{}/strike-{:04}", row.shape, row.material, row.size, row.strike);
+    const std::string key = row.take ? fmt::format("take-{:04}", row.strike)
+                                     : fmt::format("{}/{}/{}/strike-{:04}", row.shape, row.material,
+                                                   row.size, row.strike);
     if (row.key != key) items.push_back(fmt::format("{}: its labels make {}", row.key, key));
     if (row.id != core::stable_hash(row.key)) {
       items.push_back(fmt::format("{}: id {} is not of its key", row.key, row.id));

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "solvers/textures/generated_maps.hpp"
+#include "synth/motion/convex_hull.hpp"
 #include "synth/rigid_body.hpp"
 
 namespace carillon::cli {
@@ -119,6 +120,7 @@ std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
                            Eigen::AngleAxisd(turn.x(), Vec3::UnitX());
     role.start.velocity = between(body.velocity, random);
     role.start.spin = between(body.spin, random);
+    role.release = between(body.release, random);
     roles.push_back(std::move(role));
   }
   return roles;
@@ -205,6 +207,11 @@ synth::MovingBody make_body(const CastBody& cast, const Role& role, const Actor&
   body.name = role.name;
   body.rigid = actor.rigid;
   body.hulls = actor.hulls;
+  if (cast.one_hull && body.hulls.size() > 1) {
+    std::vector<Vec3> all;
+    for (const auto& hull : actor.hulls) all.insert(all.end(), hull.begin(), hull.end());
+    body.hulls = {synth::convex_hull(all).points};
+  }
   body.ball_radius = actor.ball_radius;
   body.fixed = cast.fixed;
   set_surface(body, cast.surface);
@@ -214,6 +221,7 @@ synth::MovingBody make_body(const CastBody& cast, const Role& role, const Actor&
   body.curvature = 1 / (actor.ball_radius > 0 ? actor.ball_radius : cast.edge_radius);
   if (cast.texture) body.texture = textures.on(*cast.texture, actor.box);
   body.start = role.start;
+  body.release = role.release;
   // `at` is where the box's centre goes.
   const Vec3 middle = 0.5 * (actor.box.low + actor.box.high);
   body.start.pose.origin = role.start.pose.origin - role.start.pose.turn * middle;
@@ -223,7 +231,7 @@ synth::MovingBody make_body(const CastBody& cast, const Role& role, const Actor&
 }  // namespace
 
 TakeStage set_stage(const BuildConfig& config, const std::vector<Role>& roles, Actors& actors,
-                Textures& textures) {
+                    Textures& textures) {
   const MotionConfig& motion = *config.motion;
   TakeStage stage;
   if (motion.ground) {

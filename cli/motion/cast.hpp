@@ -51,6 +51,7 @@ struct Role {
   std::size_t shape = 0;
   std::string material;
   double size = 1;
+  double release = 0;  ///< [s]
   synth::BodyState start;
 };
 
@@ -83,6 +84,6 @@ struct TakeStage {
   std::vector<synth::MotionString> strings;
 };
 TakeStage set_stage(const BuildConfig& config, const std::vector<Role>& roles, Actors& actors,
-                Textures& textures);
+                    Textures& textures);
 
 }  // namespace carillon::cli

@@ -139,6 +139,9 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
               fmt::format("its sizes are {}", fmt::join(object.sizes, ", ")));
   }
   body.fixed = node.flag("fixed", false);
+  body.release = node.range("release", Dimension::time, Range{0, 0});
+  if (!(body.release.low >= 0)) node.fail("release", "must not be negative");
+  body.one_hull = node.choice("collides_as", {"pieces", "hull"}, "pieces") == "hull";
   body.at = three(node, "at", Dimension::length);
   body.turn = three(node, "turn", Dimension::angle);
   body.velocity = three(node, "velocity", Dimension::speed);
@@ -165,17 +168,21 @@ void read_bodies(ConfigNode& node, const std::string& file_name,
     const CastBody first = read_body(entry, file_name, objects);
     int count = 1;
     std::vector<double> step = {0, 0, 0}, turn = {0, 0, 0};
+    double later = 0;
     if (entry.has("repeat")) {
       ConfigNode repeat = entry.child("repeat");
       count = static_cast<int>(repeat.integer("count", 1, 10000));
       step = repeat.quantities("step", Dimension::length, 3, step);
       turn = repeat.quantities("turn", Dimension::angle, 3, turn);
+      later = repeat.quantity("release", Dimension::time, 0);
     }
     for (int k = 0; k < count; ++k) {
       CastBody body = first;
       if (count > 1) body.name = fmt::format("{}-{:02}", first.name, k);
       shift(body.at, step, k);
       shift(body.turn, turn, k);
+      body.release.low += k * later;
+      body.release.high += k * later;
       motion.bodies.push_back(std::move(body));
     }
   }

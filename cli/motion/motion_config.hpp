@@ -43,10 +43,12 @@ struct CastBody {
   std::vector<std::string> materials;  ///< one of them is drawn; all are among the object's
   double size = 1;
   bool fixed = false;
-  Ranges3 at{};        ///< centre of its box at the start [m]
-  Ranges3 turn{};      ///< about x, then y, then z of the world [rad]
-  Ranges3 velocity{};  ///< [m/s]
-  Ranges3 spin{};      ///< [rad/s]
+  core::Range release{};  ///< held at its start until then [s]
+  bool one_hull = false;  ///< collides as the hull of all its pieces
+  Ranges3 at{};           ///< centre of its box at the start [m]
+  Ranges3 turn{};         ///< about x, then y, then z of the world [rad]
+  Ranges3 velocity{};     ///< [m/s]
+  Ranges3 spin{};         ///< [rad/s]
   SurfaceConfig surface;
   double edge_radius = 0.001;   ///< of what strikes, where it is no ball [m]
   std::string rests = "table";  ///< kind of support that lasting contacts are

@@ -81,7 +81,9 @@ void add_poses(const BuildConfig& config, const Take& take, Columns& columns) {
   columns.add<double>("poses", poses, {rows, bodies, 7}, "m; w, x, y, z");
   columns.add<double>("energy", energy, {rows}, "J");
   columns.add("pose_step", motion.step * static_cast<double>(stride), "s");
-  columns.add<double>("left", motion.left, {bodies}, "s");
+  std::vector<double> left;
+  for (const double time : motion.left) left.push_back(std::isfinite(time) ? time : kNone);
+  columns.add<double>("left", left, {bodies}, "s");
   columns.add("substeps", static_cast<std::int64_t>(motion.most_substeps));
   columns.add("too_fast_at", motion.too_fast.value_or(kNone), "s");
 }
@@ -134,7 +136,7 @@ void add_frames(const MotionCamera& camera, const Take& take, Columns& columns) 
   std::vector<float> depths;
   for (const render::SceneFrame& frame : take.frames) {
     colors.insert(colors.end(), frame.color.pixels.begin(), frame.color.pixels.end());
-    depths.insert(depths.end(), frame.depth.begin(), frame.depth.end());
+    for (const float depth : frame.depth) depths.push_back(std::isfinite(depth) ? depth : 0.0f);
     masks.insert(masks.end(), frame.mask.begin(), frame.mask.end());
   }
   const auto count = static_cast<std::uint64_t>(take.frames.size());

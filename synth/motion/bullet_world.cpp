@@ -80,8 +80,9 @@ struct BulletWorld::Impl {
   std::vector<Eigen::Quaterniond> principal;
   std::vector<std::unique_ptr<StringConstraint>> strings;
   std::vector<bool> out;
-  double step = 0;  ///< the one that is under way [s]
-  double near;      ///< contacts nearer than this are solved [m]
+  std::vector<bool> held;  ///< fixed, for ever or until it is let go
+  double step = 0;         ///< the one that is under way [s]
+  double near;             ///< contacts nearer than this are solved [m]
   std::vector<Before> before;
   std::vector<SolvedContact> solved;
 
@@ -128,6 +129,11 @@ struct BulletWorld::Impl {
     one->setUserIndex(static_cast<int>(b));
     one->setContactProcessingThreshold(near / unit);
     one->setActivationState(DISABLE_DEACTIVATION);
+    held.push_back(body.fixed || body.release > 0);
+    if (held.back()) {
+      one->setLinearFactor({0, 0, 0});
+      one->setAngularFactor({0, 0, 0});
+    }
     rigid.push_back(std::move(one));
     put_at_start(b);
     world.addRigidBody(rigid.back().get());
@@ -142,7 +148,7 @@ struct BulletWorld::Impl {
     btRigidBody& body = *rigid[b];
     body.setWorldTransform(frame);
     body.setInterpolationWorldTransform(frame);
-    if (bodies[b].fixed) return;
+    if (held[b]) return;
     body.setLinearVelocity(to_bullet(start.velocity / unit));
     body.setAngularVelocity(to_bullet(start.spin));
     body.updateInertiaTensor();
@@ -212,7 +218,7 @@ struct BulletWorld::Impl {
     }
   }
 
-  Vec3 fall_of(std::size_t b) const { return bodies[b].fixed ? Vec3(Vec3::Zero()) : gravity; }
+  Vec3 fall_of(std::size_t b) const { return held[b] ? Vec3(Vec3::Zero()) : gravity; }
 
   Vec3 velocity_at(std::size_t b, const btVector3& arm) const {
     return unit * from_bullet(rigid[b]->getVelocityInLocalPoint(arm));
@@ -341,7 +347,7 @@ std::vector<double> BulletWorld::tensions() const {
 int BulletWorld::parts(double seconds) const {
   double most = 1;
   for (std::size_t b = 0; b < impl_->rigid.size(); ++b) {
-    if (impl_->bodies[b].fixed || impl_->out[b]) continue;
+    if (impl_->held[b] || impl_->out[b]) continue;
     const CollisionShape& shape = impl_->shapes[b];
     const BodyState now = state(b);
     const double turning = impl_->bodies[b].ball_radius > 0 ? 0 : now.spin.norm() * shape.reach;
@@ -349,6 +355,17 @@ int BulletWorld::parts(double seconds) const {
     most = std::max(most, way / (kLongestWay * shape.thinnest));
   }
   return static_cast<int>(std::min<double>(std::ceil(most), kMostSubsteps + 1.0));
+}
+
+void BulletWorld::release(std::size_t body) {
+  if (impl_->bodies[body].fixed || !impl_->held[body]) return;
+  impl_->held[body] = false;
+  btRigidBody& rigid = *impl_->rigid[body];
+  rigid.setLinearFactor({1, 1, 1});
+  rigid.setAngularFactor({1, 1, 1});
+  const BodyState& start = impl_->bodies[body].start;
+  rigid.setLinearVelocity(to_bullet(start.velocity / impl_->unit));
+  rigid.setAngularVelocity(to_bullet(start.spin));
 }
 
 void BulletWorld::take_out(std::size_t body) {

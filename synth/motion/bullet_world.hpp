@@ -45,6 +45,8 @@ class BulletWorld {
   std::vector<double> tensions() const;
   /// Parts into which a step must be cut so that nothing moves too far in one.
   int parts(double seconds) const;
+  /// Lets go of a body that was held, with the velocity and spin of its start.
+  void release(std::size_t body);
   /// Takes a body out: it stays where it is and touches nothing.
   void take_out(std::size_t body);
 

@@ -35,6 +35,7 @@ struct MovingBody {
   std::vector<std::vector<Vec3>> hulls;  ///< points of convex pieces, body's coordinates [m]
   double ball_radius =
       0;               ///< > 0: a ball of this radius about the centre of mass, in place of hulls
+  double release = 0;  ///< held at its start until then [s]
   bool fixed = false;  ///< held where it is: of infinite mass
   double friction = 0.5;        ///< Coulomb's mu of a pair is sqrt(mu_a mu_b)
   double rolling_friction = 0;  ///< of a pair: sum [m], torque over normal force

@@ -26,6 +26,7 @@ void check(const MovingBody& body) {
   if (!body.fixed && !(body.rigid.mass > 0 && (body.rigid.inertia.array() > 0).all())) {
     refuse(fmt::format("a body of {} kg cannot move", body.rigid.mass), "fix it, or give it mass");
   }
+  if (!(body.release >= 0)) refuse("is let go before it begins", "");
   if (!(body.friction >= 0) || !(body.rolling_friction >= 0)) {
     refuse("friction must not be negative", "");
   }
@@ -86,7 +87,7 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
   std::vector<BodyState> states;
   for (const MovingBody& body : bodies) {
     states.push_back(body.start);
-    if (body.fixed) states.back().velocity = states.back().spin = Vec3::Zero();
+    if (body.fixed || body.release > 0) states.back().velocity = states.back().spin = Vec3::Zero();
   }
   const auto record = [&] {
     motion.states.push_back(states);
@@ -94,6 +95,11 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
   };
   record();
   for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      if (bodies[b].release > 0 && bodies[b].release <= static_cast<double>(k) * options.step) {
+        world.release(b);
+      }
+    }
     const int wanted = world.parts(options.step);
     const int parts = std::min(wanted, kMostSubsteps);
     if (wanted > kMostSubsteps && !motion.too_fast) {

@@ -9,32 +9,13 @@
 #include "render/scene_frame.hpp"
 #include "solvers/textures/displaced_mesh.hpp"
 #include "solvers/textures/generated_maps.hpp"
+#include "tests/bench/ball_mesh.hpp"
 
 namespace carillon::bench {
 namespace {
 
 using render::Scene;
 using solvers::Vec3;
-
-solvers::SurfaceMesh ball(double radius, int rings) {
-  solvers::SurfaceMesh mesh;
-  const int around = 2 * rings;
-  const auto add = [&](double polar, double turn) {
-    mesh.vertices.push_back(radius * Vec3(std::sin(polar) * std::cos(turn),
-                                          std::sin(polar) * std::sin(turn), std::cos(polar)));
-  };
-  for (int i = 0; i <= rings; ++i) {
-    for (int j = 0; j < around; ++j) add(M_PI * i / rings, M_PI * j / rings);
-  }
-  for (int i = 0; i < rings; ++i) {
-    for (int j = 0; j < around; ++j) {
-      const int a = i * around + j, b = i * around + (j + 1) % around;
-      if (i > 0) mesh.triangles.push_back({a, a + around, b});
-      if (i + 1 < rings) mesh.triangles.push_back({b, a + around, b + around});
-    }
-  }
-  return mesh;
-}
 
 /// A plate 450 x 300 mm of bricks, drawn one way or another, and a ball on it.
 Scene scene_of(const solvers::TexturedFace& face, const solvers::SurfaceMesh& mesh, bool textured) {

@@ -46,7 +46,7 @@ TEST(ConvexPieces, AHollowBallIsManyThatLeaveItHollow) {
   const double volume = 4.0 / 3 * std::numbers::pi * (std::pow(0.05, 3) - std::pow(0.045, 3));
   EXPECT_GT(pieces.size(), 8u);
   EXPECT_GE(volume_of(pieces), 0.98 * volume);
-  EXPECT_LE(volume_of(pieces), 1.31 * volume);
+  EXPECT_LE(volume_of(pieces), 1.5 * volume);
   for (const auto& piece : pieces) {
     for (const Vec3& p : piece) EXPECT_GT(p.norm(), 0.0449);
   }

@@ -189,6 +189,22 @@ TEST(Motion, APendulumOnAStringKeepsTime) {
   }
 }
 
+// Held bodies stay, and bear others, until they are let go with the motion of their start.
+TEST(Motion, AHeldBodyIsLetGoInTime) {
+  std::vector<MovingBody> bodies = {at(box_body({0.1, 0.1, 0.1}), {0, 0, 0}),
+                                    at(ball_body(0.01), {0, 0, 0.06})};
+  bodies[0].release = 0.5;
+  bodies[0].start.velocity = {1, 0, 0};
+  MotionOptions options;
+  options.seconds = 1;
+  const Motion motion = simulate_motion(bodies, {}, options);
+  EXPECT_EQ(motion.states[500][0].pose.origin, Vec3(0, 0, 0));
+  EXPECT_EQ(motion.states[500][0].velocity, Vec3(0, 0, 0));
+  EXPECT_NEAR(motion.states[500][1].pose.origin.z(), 0.06, 1e-4);
+  EXPECT_NEAR(motion.states[1000][0].pose.origin.x(), 0.5, 1e-3);
+  EXPECT_NEAR(motion.states[1000][0].pose.origin.z(), -kGravity / 8, 0.01);
+}
+
 TEST(Motion, SameInputSameBits) {
   std::vector<MovingBody> bodies = {floor_body()};
   for (int k = 0; k < 6; ++k) {

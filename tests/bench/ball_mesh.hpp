@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "solvers/surface_mesh.hpp"
+
+namespace carillon::bench {
+
+/// A ball about the origin, in `rings` rings from pole to pole.
+inline solvers::SurfaceMesh ball(double radius, int rings) {
+  solvers::SurfaceMesh mesh;
+  const int around = 2 * rings;
+  const double step = std::numbers::pi / rings;
+  for (int i = 0; i <= rings; ++i) {
+    for (int j = 0; j < around; ++j) {
+      mesh.vertices.push_back(radius * solvers::Vec3(std::sin(i * step) * std::cos(j * step),
+                                                     std::sin(i * step) * std::sin(j * step),
+                                                     std::cos(i * step)));
+    }
+  }
+  for (int i = 0; i < rings; ++i) {
+    for (int j = 0; j < around; ++j) {
+      const int a = i * around + j, b = i * around + (j + 1) % around;
+      if (i > 0) mesh.triangles.push_back({a, a + around, b});
+      if (i + 1 < rings) mesh.triangles.push_back({b, a + around, b + around});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace carillon::bench
