@@ -39,4 +39,12 @@ ContactPath::Place ContactPath::at(double time) const {
   return result;
 }
 
+double ContactPath::fastest(std::size_t step) const {
+  double longest = 0;
+  for (std::size_t k = step; k < step + 3; ++k) {
+    longest = std::max(longest, (control_[k + 1] - control_[k]).norm());
+  }
+  return longest / step_;
+}
+
 }  // namespace carillon::synth

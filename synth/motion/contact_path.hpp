@@ -23,6 +23,8 @@ class ContactPath {
   };
   /// @param time  since the first point's [s], clamped to the steps
   Place at(double time) const;
+  /// No smaller than any speed within a step [m/s].
+  double fastest(std::size_t step) const;
 
  private:
   std::vector<Vec3> control_;  ///< the points, one more before and two after

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "core/error.hpp"
 #include "synth/modal_response.hpp"
@@ -16,48 +15,6 @@
 namespace carillon::synth {
 
 namespace {
-
-constexpr double kLongestBlow = 1e5;  ///< [samples]
-constexpr double kLongestWait = 1e15;
-
-/// Of a blow of unit impulse at t within its duration [1/s].
-double force_at(const ContactForce& force, double t) {
-  if (force.samples.empty()) return contact_force(force.duration, t);
-  const double place = t / force.duration * static_cast<double>(force.samples.size() - 1);
-  const auto k = std::min(static_cast<std::size_t>(place), force.samples.size() - 2);
-  const double rest = place - static_cast<double>(k);
-  return force.samples[k] + rest * (force.samples[k + 1] - force.samples[k]);
-}
-
-/// A mode at rest under a blow: what it does at samples in contact, and its motion at the end.
-struct Pushed {
-  std::vector<double> displacement, velocity, force_rate;
-  ModalMotion end;
-};
-
-Pushed push(double eigenvalue, double decay_rate, const ContactForce& force,
-            const ForceSchedule& schedule, double first, double sample_rate, std::size_t count) {
-  Pushed pushed;
-  pushed.displacement.assign(count, 0.0);
-  pushed.velocity.assign(count, 0.0);
-  pushed.force_rate.assign(count, 0.0);
-  if (!force.samples.empty()) {
-    add_forced_motion(eigenvalue, decay_rate, schedule, {.displacement = 1}, pushed.displacement);
-    pushed.end =
-        add_forced_motion(eigenvalue, decay_rate, schedule, {.velocity = 1}, pushed.velocity);
-    return pushed;
-  }
-  const ModalResponse response(eigenvalue, decay_rate, force.duration);
-  for (std::size_t n = 0; n < count; ++n) {
-    const double t = first + static_cast<double>(n) / sample_rate;
-    const ModalMotion motion = response.during_contact(std::min(t, force.duration));
-    pushed.displacement[n] = motion.displacement;
-    pushed.velocity[n] = motion.velocity;
-    pushed.force_rate[n] = motion.force_rate;
-  }
-  pushed.end = response.after_contact(0);
-  return pushed;
-}
 
 /// Whether a place stands still over a block.
 bool still(const Drive& drive) {
@@ -109,61 +66,19 @@ void DrivenModes::strike(const Eigen::VectorXd& excitation, const ContactForce& 
     throw core::InputError(fmt::format("driven modes: a blow must have {} finite values, not {}",
                                        given_, excitation.size()));
   }
-  check(force);
-  if (!(delay >= 0 && delay * sample_rate_ < kLongestWait)) {
-    throw core::InputError(fmt::format("driven modes: a blow cannot begin after {} s", delay));
+  Eigen::VectorXd own(static_cast<Eigen::Index>(order_.size()));
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    own[static_cast<Eigen::Index>(i)] = excitation[static_cast<Eigen::Index>(order_[i])];
   }
-  if (!(force.duration * sample_rate_ <= kLongestBlow)) {
-    throw core::InputError(
-        fmt::format("driven modes: a contact of {:.4g} s is longer than {:.4g} s", force.duration,
-                    kLongestBlow / sample_rate_));
-  }
-  const long double start = static_cast<long double>(delay) * sample_rate_;
-  const long double stop = (static_cast<long double>(delay) + force.duration) * sample_rate_;
-  const long double first = std::ceil(start), free = std::ceil(stop);
-  const double begin = static_cast<double>((first - start) / sample_rate_);
-  const double rest = static_cast<double>((free - stop) / sample_rate_);
-  const auto count = static_cast<std::size_t>(free - first);
-  const ForceSchedule schedule =
-      force.samples.empty() ? ForceSchedule{} : cut_force(force, begin, sample_rate_, count);
-  const auto modes = static_cast<Eigen::Index>(order_.size());
-  const auto samples = static_cast<Eigen::Index>(count);
-  Blow blow;
-  blow.first = position_ + static_cast<std::uint64_t>(first);
-  blow.free = position_ + static_cast<std::uint64_t>(free);
-  blow.excitation.resize(modes);
-  blow.force.resize(samples);
-  for (Eigen::Index n = 0; n < samples; ++n) {
-    const double t = begin + static_cast<double>(n) / sample_rate_;
-    blow.force[n] = force_at(force, std::min(t, force.duration));
-  }
-  blow.displacement.resize(modes, samples);
-  blow.velocity.resize(modes, samples);
-  blow.force_rate.resize(modes, samples);
-  blow.end_displacement.resize(modes);
-  blow.end_velocity.resize(modes);
-  for (Eigen::Index i = 0; i < modes; ++i) {
-    const auto mode = static_cast<std::size_t>(i);
-    const double by = excitation[static_cast<Eigen::Index>(order_[mode])];
-    const double lambda = eigenvalues_[mode], d = decay_rates_[mode];
-    const Pushed pushed = push(lambda, d, force, schedule, begin, sample_rate_, count);
-    const auto row = [&](const std::vector<double>& values) {
-      return by * Eigen::Map<const Eigen::RowVectorXd>(values.data(), samples);
-    };
-    blow.displacement.row(i) = row(pushed.displacement);
-    blow.velocity.row(i) = row(pushed.velocity);
-    blow.force_rate.row(i) = row(pushed.force_rate);
-    const ModalMotion at_free = ModalResponse(lambda, d, pushed.end).after_contact(rest);
-    blow.excitation[i] = by;
-    blow.end_displacement[i] = by * at_free.displacement;
-    blow.end_velocity[i] = by * at_free.velocity;
-  }
+  DrivenBlow blow = driven_blow(eigenvalues_, decay_rates_, own, force, delay, sample_rate_);
+  blow.first += position_;
+  blow.free += position_;
   blows_.push_back(std::move(blow));
 }
 
 std::uint64_t DrivenModes::until_blow() const {
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
-  for (const Blow& blow : blows_) {
+  for (const DrivenBlow& blow : blows_) {
     least = std::min(least, blow.first > position_ ? blow.first - position_ : 0);
   }
   return least;
@@ -240,7 +155,7 @@ void DrivenModes::render(std::span<const Drive> drives, const DrivenGains& gains
       blows_.erase(blows_.begin() + static_cast<std::ptrdiff_t>(b));
     }
     std::uint64_t stretch = std::min(kBankStretch, count - done);
-    for (const Blow& blow : blows_) stretch = std::min(stretch, blow.free - position_);
+    for (const DrivenBlow& blow : blows_) stretch = std::min(stretch, blow.free - position_);
     run(drives, gains, done, stretch, rows);
     position_ += stretch;
     done += stretch;
@@ -331,7 +246,7 @@ void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, s
     }
     peak_ = std::max(peak_, to.cwiseAbs().maxCoeff());
   }
-  for (const Blow& blow : blows_) {
+  for (const DrivenBlow& blow : blows_) {
     if (blow.first >= position_ + count) continue;
     if (blow.first >= position_) peak_ = 0;
     add_blow(blow, weights, keys, after, rows.middleRows(first, length));
@@ -385,7 +300,7 @@ void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2
   }
 }
 
-void DrivenModes::add_blow(const Blow& blow, const std::array<Weights, 2>& weights,
+void DrivenModes::add_blow(const DrivenBlow& blow, const std::array<Weights, 2>& weights,
                            std::size_t keys, const Eigen::VectorXd& shares,
                            Eigen::Ref<Eigen::MatrixXd> rows) const {
   const auto modes = static_cast<Eigen::Index>(order_.size());

@@ -8,6 +8,7 @@
 
 #include "synth/contact_force.hpp"
 #include "synth/motion/driven_bank.hpp"
+#include "synth/motion/driven_blow.hpp"
 #include "synth/readout.hpp"
 
 namespace carillon::synth {
@@ -52,7 +53,7 @@ class DrivenModes {
   /// A blow that begins `delay` seconds after the next sample (any fraction of one).
   /// @param excitation  phi . impulse of the body's modes [N s kg^-1/2]
   /// @throws InputError  sizes, values that are not finite, a negative delay, a contact of more
-  ///                     than a million samples
+  ///                     than 1e5 samples
   void strike(const Eigen::VectorXd& excitation, const ContactForce& force, double delay);
 
   /// The next samples.
@@ -74,14 +75,6 @@ class DrivenModes {
   std::size_t modes() const { return order_.size(); }           ///< below Nyquist
 
  private:
-  /// A blow whose force has not ended.
-  struct Blow {
-    std::uint64_t first = 0, free = 0;  ///< samples: in contact from first to before free
-    Eigen::VectorXd excitation;         ///< in the bank's order
-    Eigen::VectorXd force;              ///< [1/s] at the samples in contact
-    Eigen::MatrixXd displacement, velocity, force_rate;  ///< modes x samples in contact
-    Eigen::VectorXd end_displacement, end_velocity;      ///< at the sample `free`
-  };
   /// Weights of the bank's motion in the rows, filled up to whole vectors; padded modes x rows.
   struct Weights {
     Eigen::MatrixXd of_q, of_v, of_force, of_rate;
@@ -94,7 +87,7 @@ class DrivenModes {
   void add_slow_rates(const Drive& drive, const std::array<Weights, 2>& weights, std::size_t keys,
                       std::size_t offset, const Eigen::VectorXd& shares,
                       Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Index total) const;
-  void add_blow(const Blow& blow, const std::array<Weights, 2>& weights, std::size_t keys,
+  void add_blow(const DrivenBlow& blow, const std::array<Weights, 2>& weights, std::size_t keys,
                 const Eigen::VectorXd& shares, Eigen::Ref<Eigen::MatrixXd> rows) const;
   void rest_inaudible(const std::array<Weights, 2>& weights, std::size_t keys);
 
@@ -103,7 +96,7 @@ class DrivenModes {
   std::size_t given_ = 0;           ///< modes given
   std::vector<double> eigenvalues_, decay_rates_;  ///< in the bank's order
   DrivenBank bank_;
-  std::vector<Blow> blows_;
+  std::vector<DrivenBlow> blows_;
   std::size_t sounding_ = 0;  ///< of the bank's modes, the first ones that do not rest
   double peak_ = 0;           ///< since the last force or blow
   std::uint64_t position_ = 0;

@@ -29,14 +29,15 @@ std::uint64_t mixed(std::uint64_t x) {
 
 /// Gradient of a lattice point times the way from it: one of twelve directions, the edges of a
 /// cube.
-double corner(std::uint64_t hash, double x, double y, double z) {
-  const auto which = static_cast<unsigned>((hash >> 32) * 12 >> 32);
+double corner(std::uint64_t half, double x, double y, double z) {
+  const auto which = static_cast<unsigned>(half * 12 >> 32);
   const unsigned axis = which >> 2;
   const double a = axis == 0 ? y : x, b = axis == 2 ? y : z;
   return ((which & 1U) != 0 ? -a : a) + ((which & 2U) != 0 ? -b : b);
 }
 
-double gradient_noise(std::uint64_t key, const Vec3& place) {
+/// Two noises, of the halves of the same hashes.
+Eigen::Array2d gradient_noise(std::uint64_t key, const Vec3& place) {
   std::uint64_t cell[3][2];
   double rest[3], fade[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -50,14 +51,16 @@ double gradient_noise(std::uint64_t key, const Vec3& place) {
     cell[axis][0] = index * kOdd[axis];
     cell[axis][1] = (index + 1) * kOdd[axis];
   }
-  double planes[2];
+  Eigen::Array2d planes[2];
   for (int k = 0; k < 2; ++k) {
-    double rows[2];
+    Eigen::Array2d rows[2];
     for (int j = 0; j < 2; ++j) {
-      double ends[2];
+      Eigen::Array2d ends[2];
       for (int i = 0; i < 2; ++i) {
         const std::uint64_t hash = mixed(key ^ mixed(cell[0][i] + cell[1][j] + cell[2][k]));
-        ends[i] = corner(hash, rest[0] - i, rest[1] - j, rest[2] - k);
+        const double x = rest[0] - i, y = rest[1] - j, z = rest[2] - k;
+        ends[i] =
+            Eigen::Array2d(corner(hash >> 32, x, y, z), corner(hash & 0xffffffffULL, x, y, z));
       }
       rows[j] = ends[0] + fade[0] * (ends[1] - ends[0]);
     }
@@ -80,12 +83,12 @@ FractalNoise::FractalNoise(std::uint64_t seed, double longest, double exponent)
   }
 }
 
-double FractalNoise::at(const Vec3& place, double shortest) const {
+Eigen::Vector2d FractalNoise::at(const Vec3& place, double shortest) const {
   // Variances of octaves fall by this factor and sum to one.
   const double fall = std::exp2(1 - exponent_);
   double variance = (1 - fall) / kVariance;
   double wave = longest_;
-  double sum = 0;
+  Eigen::Array2d sum = Eigen::Array2d::Zero();
   for (int octave = 0; octave < kMostOctaves; ++octave) {
     // Present from twice the shortest wave on.
     const double share = std::min(1.0, wave / shortest - 1);
@@ -95,7 +98,7 @@ double FractalNoise::at(const Vec3& place, double shortest) const {
     variance *= fall;
     wave /= 2;
   }
-  return sum;
+  return sum.matrix();
 }
 
 }  // namespace carillon::synth

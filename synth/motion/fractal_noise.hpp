@@ -20,9 +20,9 @@ class FractalNoise {
   /// @throws InputError  values that cannot be
   FractalNoise(std::uint64_t seed, double longest, double exponent);
 
-  /// Of unit variance with all its octaves; those finer than `shortest` [m] are left out, the last
-  /// one fades in.
-  double at(const Vec3& place, double shortest) const;
+  /// Two that know nothing of each other, of unit variance with all their octaves; those finer than
+  /// `shortest` [m] are left out, the last one fades in.
+  Eigen::Vector2d at(const Vec3& place, double shortest) const;
 
  private:
   std::uint64_t key_;

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "synth/hertz_pulse.hpp"
+#include "synth/motion/check_motion.hpp"
 #include "synth/motion/contact_places.hpp"
 #include "synth/motion/flight_delay.hpp"
 #include "synth/motion/moving_gains.hpp"
@@ -324,6 +325,7 @@ void check(const Motion& motion, std::span<const MovingBody> moving,
     throw core::InputError(
         fmt::format("moving sound: {} s at {} Hz", options.seconds, options.sample_rate));
   }
+  check_finite(motion);
   if (!(options.turn > 0)) {
     throw core::InputError(
         fmt::format("moving sound: poses must be some angle apart, not {} rad", options.turn));

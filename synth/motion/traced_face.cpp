@@ -12,8 +12,8 @@ namespace {
 constexpr double kBeside = 2e-3;  ///< of a face a contact still is on it [m]
 constexpr int kMostLevels = 8;
 
-/// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, along both axes: k such
-/// steps with strides 1, 2, ... make the triangle of 2^k texels.
+/// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, twice along both axes: k such
+/// steps with strides 1, 2, ... make two triangles of 2^k texels, one after the other.
 solvers::SurfaceMap blurred(const solvers::SurfaceMap& map, int stride) {
   solvers::SurfaceMap result = map;
   const auto index = [&](int i, int count) {
@@ -39,8 +39,7 @@ solvers::SurfaceMap blurred(const solvers::SurfaceMap& map, int stride) {
       }
     }
   };
-  pass(false);
-  pass(true);
+  for (const bool columns : {false, false, true, true}) pass(columns);
   return result;
 }
 

@@ -22,9 +22,9 @@ class TracedFace {
   /// than the map is deep and 2 mm.
   std::optional<Eigen::Vector2d> place(const Vec3& point) const;
 
-  /// Detail of the traced surface, averaged by a triangular window whose first zero is the wave of
-  /// length `width` [m], along both axes. Between the windows of 2^k texels in straight lines; a
-  /// width below a texel is none.
+  /// Detail of the traced surface, averaged along both axes: a wave of length L is sinc(width /
+  /// L)^4 as deep, so that curvatures of finer waves fall, too. Between the windows of 2^k texels
+  /// in straight lines; a width below a texel is none.
   solvers::SurfaceDetail detail(const Eigen::Vector2d& uv, double width) const;
 
   const solvers::TexturedFace& face() const { return face_; }

@@ -4,11 +4,15 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <tuple>
 
 #include "synth/equivalent_sources.hpp"
 #include "synth/motion/driven_modes.hpp"
+#include "synth/motion/motion_sound.hpp"
+#include "synth/touch/stylus.hpp"
 #include "tests/synth/radiators.hpp"
 #include "tests/synth/random_rings.hpp"
+#include "tests/synth/scraped_face.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -69,10 +73,98 @@ void driven_modes() {
   }
 }
 
+/// A second of a contact that scrapes.
+void lasting_forces() {
+  const Scrape scrape(sine_map(2e-3, 1e-6, 32, 16), 0.3, 5, 1);
+  for (const auto& [name, roughness, excitation] :
+       {std::tuple("map", 0.0, ContactExcitation::height_profile),
+        std::tuple("map and roughness", 0.05, ContactExcitation::height_profile),
+        std::tuple("texel impulses", 0.0, ContactExcitation::texel_impulses),
+        std::tuple("solver impulses", 0.0, ContactExcitation::solver_impulses)}) {
+    LastingForceOptions options;
+    options.roughness = roughness;
+    options.excitation = excitation;
+    LastingForces forces(scrape.motion, scrape.bodies, options);
+    forces.force(0);  // traces the face
+    fmt::print("force of a contact that lasts 1 s, {}: {:.1f} ms\n", name,
+               1e3 * seconds_of([&] { forces.force(0); }));
+  }
+}
+
+/// A body that is scraped, struck, flies past or rests: where the time goes.
+void whole_sounds() {
+  std::vector<double> ka;
+  for (int i = 0; i < 60; ++i) ka.push_back(0.5 + 0.3 * i);
+  const auto modes = sphere_modes(curved_sphere(0.05, Vec3::Zero(), 4, 3), 0.05, 2, ka);
+  const SourceField field(fit_equivalent_sources(modes));
+  SoundingBody body;
+  body.modes = &modes;
+  body.field = &field;
+  body.decay_rates.assign(modes.size(), 10);
+  body.rests = parse_support("table");
+  body.click = rigid_source(modes.surface, 0.3);
+  const std::vector<Listener> listeners = {{{1, 0.5, 0.8}}};
+  const auto report = [&](const char* name, const Scrape& scene,
+                          const std::vector<SoundingBody>& bodies) {
+    MotionSound sound;
+    const double whole = seconds_of(
+        [&] { sound = motion_sound(scene.motion, scene.bodies, bodies, listeners, {}); });
+    const auto part = [](const EffectUse& use) {
+      return fmt::format("{:.0f} ({})", 1e3 * use.seconds, use.calls);
+    };
+    fmt::print(
+        "{}: {:.0f} ms; impacts {}, contacts {}, damping {}, clicks {}, radiation {}, "
+        "ringing {}\n",
+        name, 1e3 * whole, part(sound.impacts), part(sound.lasting_contacts),
+        part(sound.contact_damping), part(sound.clicks), part(sound.moving_radiation),
+        part(sound.ringing));
+  };
+  const Scrape scrape(sine_map(2e-3, 1e-6, 32, 16), 0.3, 5, 1);
+  report("1 s scraped", scrape, {{}, body});
+  Scrape still(sine_map(2e-3, 1e-6, 32, 16), 0, 5, 1);
+  report("1 s at rest", still, {{}, body});
+  Scrape struck = still;
+  struck.motion.contacts.clear();
+  for (int i = 0; i < 1000; ++i) {
+    Impact impact;
+    impact.time = 1e-3 * (i + 0.3);
+    impact.bodies = {0, 1};
+    impact.points = {Vec3(0, 0, 0.05), Vec3(0, 0, 0.05)};
+    impact.normal = Vec3::UnitZ();
+    impact.impulse = Vec3(0, 0, 1e-3);
+    impact.duration = 1e-4;
+    struck.motion.impacts.push_back(impact);
+  }
+  report("1 s struck 1000 times", struck, {{}, body});
+  for (std::size_t k = 0; k < struck.motion.states.size(); ++k) {
+    const double time = 1e-3 * static_cast<double>(k);
+    struck.motion.states[k][1].pose = {
+        Eigen::Quaterniond(Eigen::AngleAxisd(20 * time, Vec3::UnitX())), Vec3(0, 0, -3 * time)};
+  }
+  report("the same, turning three times and flying", struck, {{}, body});
+}
+
+void stylus_ticks() {
+  solvers::TexturedFace face;
+  face.map = sine_map(2e-3, 1e-5, 32, 16);
+  face.size = {1, 1};
+  const std::vector<Vec3> corners = {{0.1, 0.1, 0}, {0.6, 0.1, 0}};
+  const std::vector<Vec3> hand = drawn_path(corners, 0.1, 1000);
+  for (const bool relief : {true, false}) {
+    if (!relief) face.map = normal_map_of(face.map);
+    const double seconds = seconds_of([&] { draw_stylus(face, hand, {}, {}); });
+    fmt::print("stylus over a {}: {:.2f} us a tick\n", relief ? "relief" : "normal map",
+               1e6 * seconds / static_cast<double>(hand.size()));
+  }
+}
+
 }  // namespace
 }  // namespace carillon::synth
 
 int main() {
   carillon::synth::radiation_of_poses();
   carillon::synth::driven_modes();
+  carillon::synth::lasting_forces();
+  carillon::synth::whole_sounds();
+  carillon::synth::stylus_ticks();
 }

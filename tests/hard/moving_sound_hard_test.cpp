@@ -1,0 +1,157 @@
+// Sound of moving bodies where it is hard: what is NaN, endless, huge, far away or all at once.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "../synth/radiators.hpp"
+#include "../synth/scraped_face.hpp"
+#include "core/error.hpp"
+#include "synth/motion/motion_sound.hpp"
+
+namespace carillon::synth {
+namespace {
+
+struct Ball {
+  solvers::Modes modes =
+      sphere_modes(curved_sphere(0.05, Vec3::Zero(), 4, 3), 0.05, 1, {0.5, 1, 2});
+  SourceField field{fit_equivalent_sources(modes, {.least = 100, .most = 100})};
+  SoundingBody body() const {
+    SoundingBody body;
+    body.modes = &modes;
+    body.field = &field;
+    body.decay_rates.assign(modes.size(), 10);
+    body.rests = {"felt", 0.5, 0.3, ""};
+    body.click = rigid_source(modes.surface, 0.3);
+    return body;
+  }
+};
+
+const std::vector<Listener> kListeners = {{{1, 0.5, 0.8}}};
+
+double peak(const MotionSound& sound) {
+  double largest = 0;
+  for (const float sample : sound.samples) {
+    EXPECT_TRUE(std::isfinite(sample));
+    largest = std::max(largest, std::abs(static_cast<double>(sample)));
+  }
+  return largest;
+}
+
+Impact blow(double time, double impulse, double duration) {
+  Impact impact;
+  impact.time = time;
+  impact.bodies = {0, 1};
+  impact.points = {Vec3(0, 0, 0.05), Vec3(0, 0, 0.05)};
+  impact.normal = Vec3::UnitZ();
+  impact.impulse = Vec3(0, 0, impulse);
+  impact.duration = duration;
+  return impact;
+}
+
+TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
+  const Ball ball;
+  Scrape scene(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);
+  scene.motion.contacts.resize(1000, scene.motion.contacts[0]);
+  for (int i = 0; i < 1000; ++i) scene.motion.impacts.push_back(blow(0.02, 1e-3, 1e-4));
+  const std::vector<SoundingBody> bodies = {{}, ball.body()};
+  const MotionSound sound = motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
+  EXPECT_GT(peak(sound), 0);
+  EXPECT_EQ(sound.impacts.calls, 1000u);
+  // A thousand at once are one a thousand times as strong.
+  Scrape one(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);
+  one.motion.contacts.clear();
+  scene.motion.contacts.clear();
+  one.motion.impacts = {blow(0.02, 1, 1e-4)};
+  const MotionSound many = motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
+  const MotionSound single = motion_sound(one.motion, one.bodies, bodies, kListeners, {});
+  for (std::size_t n = 0; n < many.samples.size(); ++n) {
+    ASSERT_NEAR(many.samples[n], single.samples[n], 1e-5 * peak(single));
+  }
+}
+
+TEST(MovingSoundHard, BlowsAtBothEndsOfAnyDurationAndNone) {
+  const Ball ball;
+  Scrape scene(sine_map(2e-3, 0, 32, 4), 0, 5, 0.05);
+  scene.motion.contacts.clear();
+  scene.motion.impacts = {blow(0, 1e-3, 0), blow(0, 0, 1e-4), blow(0, 1e-3, 1),
+                          blow(0.05, 1e-3, 1e-4), blow(0.0499999, 1e-3, 0)};
+  const std::vector<SoundingBody> bodies = {{}, ball.body()};
+  EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
+  MotionSoundOptions longer;
+  longer.seconds = 0.3;
+  EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, {}, longer)), 0);
+}
+
+TEST(MovingSoundHard, ABodyThatLeavesTheWorld) {
+  const Ball ball;
+  Scrape scene(sine_map(2e-3, 0, 32, 4), 0, 5, 0.3);
+  scene.motion.contacts.clear();
+  scene.motion.impacts = {blow(0.01, 1e-3, 1e-4)};
+  for (std::size_t k = 0; k < scene.motion.states.size(); ++k) {
+    // Faster than sound, away.
+    scene.motion.states[k][1].pose.origin = {0, 0, -1000.0 * static_cast<double>(k) * 1e-3};
+  }
+  const std::vector<SoundingBody> bodies = {{}, ball.body()};
+  EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
+  // Towards the listener it would be a shock wave: refused, with the time.
+  for (std::size_t k = 0; k < scene.motion.states.size(); ++k) {
+    scene.motion.states[k][1].pose.origin = {0, 0, -500 + 1000.0 * static_cast<double>(k) * 1e-3};
+  }
+  EXPECT_THROW(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}), core::InputError);
+}
+
+TEST(MovingSoundHard, HugeMassRatiosAndForces) {
+  const Ball ball;
+  for (const double mass : {1e-9, 1e9}) {
+    for (const double force : {1e-12, 1e9}) {
+      Scrape scene(sine_map(2e-3, 1e-4, 32, 4), 2, force, 0.05);
+      scene.bodies[0].rigid.mass = mass;
+      scene.bodies[0].youngs_modulus = scene.bodies[1].youngs_modulus = 2e11;
+      scene.bodies[0].ball_radius = 0.01;
+      const std::vector<SoundingBody> bodies = {{}, ball.body()};
+      peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+    }
+  }
+}
+
+TEST(MovingSoundHard, FasterThanTheTexelsCanBeSampled) {
+  // 100 m/s over texels of 0.1 mm: 23 of them from sample to sample.
+  const Ball ball;
+  Scrape scene(sine_map(1e-3, 1e-5, 10, 10), 100, 5, 0.05);
+  LastingForceOptions options;
+  options.roughness = 0;
+  options.edge_radius = 0;
+  LastingForces forces(scene.motion, scene.bodies, options);
+  const LastingForce force = forces.force(0);
+  // 100 kHz cannot be heard: m omega^2 h would be 4e5 N.
+  EXPECT_LT(force.force.cwiseAbs().maxCoeff(), 5);
+}
+
+TEST(MovingSoundHard, NumbersThatAreNone) {
+  const Ball ball;
+  const std::vector<SoundingBody> bodies = {{}, ball.body()};
+  const auto refused = [&](const Scrape& scene) {
+    EXPECT_THROW(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}),
+                 core::InputError);
+  };
+  const Scrape fine(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);
+  Scrape scene = fine;
+  scene.motion.contacts[0].steps[7].points[1].x() = NAN;
+  refused(scene);
+  scene = fine;
+  scene.motion.contacts[0].steps[7].force.z() = NAN;
+  refused(scene);
+  scene = fine;
+  scene.motion.impacts = {blow(0.01, NAN, 1e-4)};
+  refused(scene);
+  scene = fine;
+  scene.motion.impacts = {blow(0.01, 1e-3, INFINITY)};
+  refused(scene);
+  scene = fine;
+  scene.motion.states[9][1].pose.origin.x() = NAN;
+  refused(scene);
+}
+
+}  // namespace
+}  // namespace carillon::synth
