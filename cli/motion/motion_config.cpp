@@ -261,6 +261,42 @@ MotionCamera read_camera(ConfigNode node) {
   return camera;
 }
 
+StylusConfig read_stylus(ConfigNode node, const MotionConfig& motion) {
+  StylusConfig stylus;
+  stylus.body = node.text("body");
+  const auto found = std::find_if(motion.bodies.begin(), motion.bodies.end(),
+                                  [&](const CastBody& body) { return body.name == stylus.body; });
+  if (found == motion.bodies.end() || !found->texture || !found->fixed) {
+    node.fail("body",
+              found == motion.bodies.end()
+                  ? fmt::format("no body is named \"{}\"", stylus.body)
+                  : fmt::format("\"{}\" is not fixed, or has no texture", stylus.body),
+              "name a body with `fixed: true` and a `texture:`");
+  }
+  for (ConfigNode& corner : node.children("path")) {
+    stylus.path.emplace_back(corner.range("u", Dimension::length),
+                             corner.range("v", Dimension::length));
+  }
+  if (stylus.path.size() < 2) node.fail("path", "has fewer than two corners");
+  stylus.speed = node.range("speed", Dimension::speed, stylus.speed);
+  if (!(stylus.speed.low > 0)) node.fail("speed", "must be positive");
+  synth::Stylus& pen = stylus.stylus;
+  const auto positive = [&](const char* key, Dimension dimension, double& value) {
+    value = node.quantity(key, dimension, value);
+    if (!(value > 0)) node.fail(key, "must be positive");
+  };
+  positive("mass", Dimension::mass, pen.mass);
+  positive("stiffness", Dimension::none, pen.stiffness);
+  positive("largest_force", Dimension::force, pen.largest_force);
+  pen.radius = node.quantity("radius", Dimension::length, pen.radius);
+  pen.press = node.quantity("press", Dimension::force, pen.press);
+  pen.friction = node.quantity("friction", Dimension::none, pen.friction);
+  if (!(pen.radius >= 0)) node.fail("radius", "must not be negative");
+  if (!(pen.press >= 0)) node.fail("press", "must not be negative");
+  if (!(pen.friction >= 0)) node.fail("friction", "must not be negative");
+  return stylus;
+}
+
 GroundConfig read_ground(ConfigNode node, const std::string& file_name,
                          const std::vector<synth::Material>& own_materials) {
   GroundConfig ground;
@@ -301,6 +337,7 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
     motion.ground = read_ground(node.child("ground"), file_name, own_materials);
   read_bodies(node, file_name, objects, motion);
   read_strings(node, motion);
+  if (node.has("stylus")) motion.stylus = read_stylus(node.child("stylus"), motion);
   return motion;
 }
 

@@ -12,6 +12,7 @@
 #include "synth/material.hpp"
 #include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
+#include "synth/touch/stylus.hpp"
 
 namespace carillon::cli {
 
@@ -83,6 +84,14 @@ struct MotionCamera {
   }
 };
 
+/// `motion.stylus`: a pen that is drawn over a body's textured face.
+struct StylusConfig {
+  std::string body;
+  std::vector<std::pair<core::Range, core::Range>> path;  ///< corners u, v on the face [m]
+  core::Range speed{0.1, 0.1};                            ///< [m/s]
+  synth::Stylus stylus;
+};
+
 /// `motion:` of a configuration: its samples are takes of a scene that moves.
 struct MotionConfig {
   int takes = 1;
@@ -95,6 +104,7 @@ struct MotionConfig {
   std::vector<CastBody> bodies;  ///< repeats expanded
   std::vector<CastString> strings;
   std::optional<MotionCamera> camera;
+  std::optional<StylusConfig> stylus;
 };
 
 /// What a motion needs to know of an entry of `objects`.

@@ -24,7 +24,9 @@ json describe_bodies(const BuildConfig& config, const BuildPlan& plan, const Sam
   const std::size_t first = config.motion->ground ? 1 : 0;
   for (std::size_t b = 0; b < take.stage.names.size(); ++b) {
     json body = {{"name", take.stage.names[b]}, {"fixed", take.stage.moving[b].fixed}};
-    if (b >= first) {
+    if (take.touch && b + 1 == take.stage.names.size()) {
+      body["mass_kg"] = take.stage.moving[b].rigid.mass;  // the stylus
+    } else if (b >= first) {
       const Role& role = roles[b - first];
       body["shape"] = plan.shapes[role.shape].id;
       body["material"] = role.material;
@@ -148,6 +150,21 @@ void add_frames(const MotionCamera& camera, const Take& take, Columns& columns) 
   columns.add("frame_rate", camera.rate, "Hz");
 }
 
+void add_touch(const TakeTouch& touch, Columns& columns) {
+  const auto ticks = static_cast<std::uint64_t>(touch.forces.size());
+  const auto add = [&](const char* name, const std::vector<Vec3>& vectors, const char* unit) {
+    std::vector<double> values;
+    for (const Vec3& v : vectors) values.insert(values.end(), v.begin(), v.end());
+    columns.add<double>(name, values, {ticks, 3}, unit);
+  };
+  add("touch", touch.forces, "N");
+  add("touch_tip", touch.tip, "m");
+  add("touch_hand", touch.hand, "m");
+  columns.add("touch_rate", touch.rate, "Hz");
+  columns.add("touch_limited", static_cast<std::int64_t>(touch.limited));
+  columns.add("touch_held_back", static_cast<std::int64_t>(touch.held_back));
+}
+
 }  // namespace
 
 void add_take_columns(const BuildConfig& config, const BuildPlan& plan, const Sample& sample,
@@ -155,6 +172,7 @@ void add_take_columns(const BuildConfig& config, const BuildPlan& plan, const Sa
   add_labels(config, plan, sample, take, columns);
   add_poses(config, take, columns);
   add_strikes(config, take, columns);
+  if (take.touch) add_touch(*take.touch, columns);
   if (!take.frames.empty()) add_frames(*config.motion->camera, take, columns);
 }
 

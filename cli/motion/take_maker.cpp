@@ -40,6 +40,10 @@ Take TakeMaker::make(const Sample& sample, Columns* record) {
         "few: bodies may pass through one another; shorten motion.step",
         sample.key, *take.motion.too_fast, synth::kMostSubsteps);
   }
+  if (config_.scene.runs("touch")) {
+    const core::ScopedTimer timer(trace_.effects["touch"]);
+    take.touch = draw_take_stylus(config_, sample.id, take.stage, take.motion);
+  }
   Sound& sound = take.sound;
   sound.body = &scene_;
   sound.seed = config_.seed;

@@ -8,6 +8,7 @@
 
 #include "cli/build/samples_task.hpp"
 #include "cli/motion/cast.hpp"
+#include "cli/motion/drawn_stylus.hpp"
 #include "render/scene_frame.hpp"
 
 namespace carillon::cli {
@@ -18,6 +19,7 @@ struct Take {
   synth::Motion motion;
   Sound sound;  ///< its audio is listeners x samples, gain applied
   std::vector<render::SceneFrame> frames;
+  std::optional<TakeTouch> touch;
 };
 
 /// Makes takes: draws the cast, moves it, hears it and draws its frames.

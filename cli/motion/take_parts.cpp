@@ -43,8 +43,14 @@ render::Scene picture_of(const TakeStage& stage, const MotionConfig& motion) {
   }
   const std::size_t first = motion.ground ? 1 : 0;
   for (std::size_t b = first; b < stage.actors.size(); ++b) {
-    const Actor& actor = *stage.actors[b];
     render::SceneBody body;
+    if (stage.actors[b] == nullptr) {  // the stylus
+      body.mesh = pen_mesh();
+      body.appearance = {{0.05, 0.06, 0.08}, 0.35, 0};
+      scene.bodies.push_back(std::move(body));
+      continue;
+    }
+    const Actor& actor = *stage.actors[b];
     body.mesh = actor.surface;
     body.appearance = render::appearance_of(actor.ringing.materials->front().name);
     body.texture = stage.moving[b].texture;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "cli/motion/cast.hpp"
+#include "cli/motion/drawn_stylus.hpp"
 #include "render/scene_frame.hpp"
 
 namespace carillon::cli {

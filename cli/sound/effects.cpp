@@ -19,6 +19,7 @@ std::span<const Effect> effects() {
                                motion_effect,
                                lasting_contacts_effect,
                                contact_damping_effect,
+                               touch_effect,
                                movie_effect,
                                mel_effect,
                                voxels_effect,

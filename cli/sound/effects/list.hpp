@@ -19,6 +19,7 @@ extern const Effect tail_effect;
 extern const Effect motion_effect;
 extern const Effect lasting_contacts_effect;
 extern const Effect contact_damping_effect;
+extern const Effect touch_effect;
 extern const Effect movie_effect;
 extern const Effect mel_effect;
 extern const Effect voxels_effect;

@@ -8,6 +8,7 @@ namespace {
 // One core of a 2.3 GHz Xeon (docs/scenes.md).
 constexpr double kSecondsPerBodyStep = 2e-5;
 constexpr double kSecondsPerContactSample = 1e-7;  ///< of a body
+constexpr double kSecondsPerTick = 2e-6;
 constexpr double kSecondsPerPixel = 1.5e-6;
 
 /// Bodies of the cast.
@@ -53,6 +54,21 @@ SceneEffect read_damping_effect(core::ConfigNode& root, const Scene&) {
   return asked(root);
 }
 
+SceneEffect read_touch_effect(core::ConfigNode& root, const Scene& scene) {
+  SceneEffect effect = asked(root);
+  if (!effect.reason_off.empty()) return effect;
+  core::ConfigNode motion = root.child("motion");
+  if (!motion.has("stylus")) {
+    effect.asked_by.clear();
+    effect.reason_off = "no motion.stylus:";
+    return effect;
+  }
+  effect.asked_by = "motion.stylus: (" + motion.where("stylus") + ")";
+  effect.seconds_per_sound =
+      kSecondsPerTick * scene.audio.seconds / motion.quantity("step", core::Dimension::time, 0.001);
+  return effect;
+}
+
 SceneEffect read_movie_effect(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect = asked(root);
   if (!effect.reason_off.empty()) return effect;
@@ -88,6 +104,11 @@ const Effect contact_damping_effect = {.name = "contact_damping",
                                        .key = "motion",
                                        .stage = "motion",
                                        .read = read_damping_effect};
+const Effect touch_effect = {.name = "touch",
+                             .description = "force vectors of a stylus drawn over a texture",
+                             .key = "motion",
+                             .stage = "motion",
+                             .read = read_touch_effect};
 const Effect movie_effect = {.name = "movie",
                              .description = "frames of the moving scene, depth and masks",
                              .key = "motion",
