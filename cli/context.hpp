@@ -44,6 +44,7 @@ void add_features(CLI::App& program, Context& context);
 void add_fit(CLI::App& program, Context& context);
 void add_inspect(CLI::App& program, Context& context);
 void add_list(CLI::App& program, Context& context);
+void add_texture(CLI::App& program, Context& context);
 void add_modes(CLI::App& program, Context& context);
 void add_plan(CLI::App& program, Context& context);
 void add_preview(CLI::App& program, Context& context);

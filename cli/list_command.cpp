@@ -7,6 +7,7 @@
 #include "cli/material_json.hpp"
 #include "cli/sound/effect.hpp"
 #include "solvers/families.hpp"
+#include "solvers/textures/generated_maps.hpp"
 #include "synth/material.hpp"
 #include "synth/noise_generators.hpp"
 #include "synth/striker.hpp"
@@ -85,6 +86,15 @@ nlohmann::json list_noises() {
   return list;
 }
 
+nlohmann::json list_textures() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const solvers::GeneratedMap& map : solvers::generated_maps()) {
+    list.push_back(
+        {{"name", map.name}, {"description", map.description}, {"defaults", map.defaults}});
+  }
+  return list;
+}
+
 nlohmann::json list_models() {
   nlohmann::json list = nlohmann::json::array();
   for (const synth::DampingForm& form : synth::damping_forms()) {
@@ -141,10 +151,12 @@ void add_list(CLI::App& program, Context& context) {
   static const std::map<std::string, nlohmann::json (*)()> lists = {
       {"materials", list_materials}, {"shapes", list_shapes},     {"effects", list_effects},
       {"models", list_models},       {"strikers", list_strikers}, {"supports", list_supports},
-      {"noises", list_noises}};
-  const std::string names = "materials, shapes, effects, models, strikers, supports or noises";
+      {"noises", list_noises},       {"textures", list_textures}};
+  const std::string names =
+      "materials, shapes, effects, models, strikers, supports, noises or textures";
   CLI::App* command = program.add_subcommand(
-      "list", "materials, shapes, effects, damping models, strikers, supports or noises by name");
+      "list",
+      "materials, shapes, effects, damping models, strikers, supports, noises or textures by name");
   auto what = std::make_shared<std::string>();
   command->add_option("what", *what, names)->required()->check(CLI::IsMember([] {
     std::vector<std::string> known;

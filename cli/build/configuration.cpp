@@ -322,6 +322,10 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
     config.motion =
         read_motion(root.child("motion"), file_name, cast_objects(config), config.own_materials);
     check_cast(root, config);
+    if (!config.scene.runs("motion")) {
+      root.child("effects").fail("motion", "cannot be off where there is `motion:`",
+                                 "remove `motion:`, or the switch");
+    }
   }
   tell_negative_damping(root.child("damping"), config);
   read_solver(root.child("solver"), config);

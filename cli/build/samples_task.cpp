@@ -60,8 +60,15 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
-    if (config.wav) written.push_back(sound_path(config, shape, sample).string());
-    if (i < task.first + kept) continue;
+    const std::string sound = sound_path(config, shape, sample).string();
+    if (config.wav) written.push_back(sound);
+    if (i < task.first + kept) {
+      if (movies) {
+        const std::vector<std::string> files = movie_files(sample, folders);
+        written.insert(written.end(), files.begin(), files.end());
+      }
+      continue;
+    }
     trace.enter("sound", sample.key);
     const SampleResult result = add_row(sample, columns);
     if (config.scene.audio.dtype == core::SampleFormat::int16 && result.peak > 0 &&
@@ -70,7 +77,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
     }
     if (config.wav) {
       trace.enter("write", sample.key);
-      write_sound(config, written.back(), result, folders);
+      write_sound(config, sound, result, folders);
     }
     if (movies) {
       trace.enter("write", sample.key);

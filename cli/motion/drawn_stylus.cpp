@@ -1,10 +1,13 @@
 #include "cli/motion/drawn_stylus.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/error.hpp"
 #include "core/random.hpp"
 
 namespace carillon::cli {
@@ -22,8 +25,15 @@ double between(const core::Range& range, core::RandomStream& random) {
 std::vector<Vec3> hand_path(const StylusConfig& config, const solvers::TexturedFace& face,
                             core::RandomStream& random, double rate, std::size_t ticks) {
   std::vector<Vec3> corners;
-  for (const auto& [u, v] : config.path) {
-    corners.push_back(face.origin + between(u, random) * face.u + between(v, random) * face.v);
+  for (const auto& [u_range, v_range] : config.path) {
+    const double u = between(u_range, random), v = between(v_range, random);
+    if (!(u >= 0 && v >= 0 && u <= face.size.x() && v <= face.size.y())) {
+      throw core::InputError(
+          fmt::format("motion.stylus.path[{}]: {:.4g}, {:.4g} m is not on the face of {}, which is "
+                      "{:.4g} x {:.4g} m",
+                      corners.size(), u, v, config.body, face.size.x(), face.size.y()));
+    }
+    corners.push_back(face.origin + u * face.u + v * face.v);
   }
   std::vector<Vec3> hand = synth::drawn_path(corners, between(config.speed, random), rate);
   hand.resize(ticks, hand.back());

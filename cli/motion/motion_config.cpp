@@ -139,6 +139,9 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
               fmt::format("its sizes are {}", fmt::join(object.sizes, ", ")));
   }
   body.fixed = node.flag("fixed", false);
+  for (const char* key : {"velocity", "spin", "release"}) {
+    if (body.fixed && node.has(key)) node.fail(key, "has no meaning for a body that is fixed");
+  }
   body.release = node.range("release", Dimension::time, Range{0, 0});
   if (!(body.release.low >= 0)) node.fail("release", "must not be negative");
   body.one_hull = node.choice("collides_as", {"pieces", "hull"}, "pieces") == "hull";
@@ -208,6 +211,10 @@ void read_strings(ConfigNode& node, MotionConfig& motion) {
                  near.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
                               : fmt::format("did you mean \"{}\"?", near));
     }
+    if (std::any_of(motion.bodies.begin(), motion.bodies.end(),
+                    [&](const CastBody& body) { return body.name == string.body && body.fixed; })) {
+      entry.fail("body", fmt::format("\"{}\" is fixed: nothing needs to hold it", string.body));
+    }
     string.at = point(entry, "at");
     const std::vector<double> anchor = entry.quantities("anchor", Dimension::length, 3);
     std::copy(anchor.begin(), anchor.end(), string.anchor.begin());
@@ -232,6 +239,9 @@ synth::LastingForceOptions read_contacts(ConfigNode node) {
   contacts.longest = node.quantity("longest", Dimension::length, contacts.longest);
   if (!(contacts.smoothing >= 0)) node.fail("smoothing", "must not be negative");
   if (!(contacts.roughness >= 0)) node.fail("roughness", "must not be negative");
+  if (!(contacts.exponent > 1 && contacts.exponent <= 5)) {
+    node.fail("exponent", "must lie above 1 and at most at 5");
+  }
   if (!(contacts.longest > 0)) node.fail("longest", "must be positive");
   return contacts;
 }
@@ -249,7 +259,12 @@ MotionCamera read_camera(ConfigNode node) {
   view.eye = place("eye", view.eye);
   view.target = place("target", view.target);
   view.field_of_view = node.quantity("field_of_view", Dimension::angle, view.field_of_view);
-  if (!((view.eye - view.target).norm() > 0)) node.fail("eye", "is where the target is");
+  const solvers::Vec3 way = view.target - view.eye;
+  if (!(way.norm() > 0)) node.fail("eye", "is where the target is");
+  if (!(way.head<2>().norm() > 1e-6 * way.norm())) {
+    node.fail("eye", "is straight above or below the target: the picture has no upper side",
+              "move it by a little");
+  }
   if (!(view.field_of_view > 0 && view.field_of_view < 3.14)) {
     node.fail("field_of_view", "must lie between 0 and 180 deg");
   }
@@ -325,6 +340,8 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   motion.options.gravity = {gravity[0], gravity[1], gravity[2]};
   motion.options.least_speed = node.quantity("least_speed", Dimension::speed, 0.01);
   motion.options.world_radius = node.quantity("world_radius", Dimension::length, 50);
+  if (!(motion.options.least_speed >= 0)) node.fail("least_speed", "must not be negative");
+  if (!(motion.options.world_radius > 0)) node.fail("world_radius", "must be positive");
   motion.state_rate = node.quantity("state_rate", Dimension::frequency, 100);
   if (!(motion.state_rate > 0 && motion.state_rate * motion.options.step <= 1 + 1e-9)) {
     node.fail("state_rate", "must be positive and at most one state a step");

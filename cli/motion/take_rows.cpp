@@ -32,6 +32,20 @@ SampleResult TakeRows::add(const Sample& sample, Columns& columns) {
   return result;
 }
 
+std::vector<std::string> movie_files(const Sample& sample, const BuildFolders& folders) {
+  namespace fs = std::filesystem;
+  const fs::path movie = fs::path("movies") / (sample.key + ".mp4");
+  if (fs::exists(folders.output / movie)) return {movie.string()};
+  std::vector<std::string> files;
+  const fs::path folder = fs::path("movies") / sample.key;
+  if (!fs::is_directory(folders.output / folder)) return files;
+  for (const auto& entry : fs::directory_iterator(folders.output / folder)) {
+    files.push_back((folder / entry.path().filename()).string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 std::vector<std::string> write_movie(const BuildConfig& config, const Sample& sample,
                                      const SampleResult& result, const BuildFolders& folders) {
   namespace fs = std::filesystem;

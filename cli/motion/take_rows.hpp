@@ -24,6 +24,9 @@ class TakeRows {
   std::unique_ptr<synth::MelSpectrogram> mel_;
 };
 
+/// Files of a take's movie that an earlier run wrote, relative to the output folder.
+std::vector<std::string> movie_files(const Sample& sample, const BuildFolders& folders);
+
 /// Writes the frames of a take, and joins them with its sound to a movie where ffmpeg is there.
 /// @return paths of the files, relative to the output folder
 std::vector<std::string> write_movie(const BuildConfig& config, const Sample& sample,

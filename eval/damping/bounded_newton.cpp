@@ -64,10 +64,10 @@ std::optional<Step> newton_step(const VectorXd& x, const LocalModel& at, const I
 
 }  // namespace
 
-Minimum minimise(const Objective& objective, const VectorXd& start, const Box& box,
-                 const NewtonOptions& options) {
+BoundedMinimum minimise(const Objective& objective, const VectorXd& start, const Box& box,
+                        const NewtonOptions& options) {
   constexpr double most_damping = 1e16;
-  Minimum found;
+  BoundedMinimum found;
   found.x = into_box(start, box);
   found.at = objective(found.x);
   if (!is_finite(found.at)) return found;

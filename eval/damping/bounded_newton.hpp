@@ -29,7 +29,7 @@ struct NewtonOptions {
   std::function<void(const Eigen::VectorXd& x, double value, double gradient)> watch;
 };
 
-struct Minimum {
+struct BoundedMinimum {
   Eigen::VectorXd x;
   LocalModel at;
   double gradient = 0;  ///< largest component, bounds aside
@@ -42,7 +42,7 @@ struct Minimum {
 /// expected to.
 /// @param start  moved into the box; the objective must be finite there, or the minimum returned
 ///               is the start, not converged
-Minimum minimise(const Objective& objective, const Eigen::VectorXd& start, const Box& box,
-                 const NewtonOptions& options = {});
+BoundedMinimum minimise(const Objective& objective, const Eigen::VectorXd& start, const Box& box,
+                        const NewtonOptions& options = {});
 
 }  // namespace carillon::eval

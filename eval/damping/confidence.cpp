@@ -111,11 +111,11 @@ class Side {
     start += (value - near_[held_]) * valley.direction;
     NewtonOptions options;
     options.tolerance = 1e-9;
-    Minimum found = minimise(likelihood_.objective, start, box, options);
+    BoundedMinimum found = minimise(likelihood_.objective, start, box, options);
     if (!found.converged) {
       VectorXd plain = near_;
       plain[held_] = value;
-      const Minimum again = minimise(likelihood_.objective, plain, box, options);
+      const BoundedMinimum again = minimise(likelihood_.objective, plain, box, options);
       if (again.at.gradient.size() && !(again.at.value > found.at.value)) found = again;
     }
     if (!std::isfinite(found.at.value) || found.at.gradient.size() == 0) return kInfinity;

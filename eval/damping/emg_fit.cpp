@@ -133,7 +133,7 @@ EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double least_s
   for (std::size_t start = 0; start < starts.size(); ++start) {
     NewtonOptions options;
     if (watch) options.watch = watch(static_cast<int>(start));
-    const Minimum found = minimise(objective, starts[start], box, options);
+    const BoundedMinimum found = minimise(objective, starts[start], box, options);
     estimate.iterations += found.iterations;
     // A lower value that is rounding does not make up for a search that did not end.
     const double rounding = 1e-12 * (1 + std::abs(found.at.value));

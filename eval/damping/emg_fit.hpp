@@ -21,7 +21,7 @@ Box emg_box(const ScaledLaw& law, double least_sigma);
 /// with three widths, least squares of all points and of points lowered by the excess that their
 /// moments show, and three curves between.
 struct EmgEstimate {
-  Minimum best;  ///< at: of emg_objective()
+  BoundedMinimum best;  ///< at: of emg_objective()
   int iterations = 0;
 };
 EmgEstimate emg_fit(const ScaledLaw& law, const Eigen::VectorXd& target, double least_sigma,

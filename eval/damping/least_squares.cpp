@@ -110,7 +110,8 @@ Estimate least_squares(const ScaledLaw& law, const VectorXd& target, const Watch
   options.watch = [&](const VectorXd& x, double value, double gradient) {
     if (watch) watch(x, 2 * unit * value / points, gradient);
   };
-  const Minimum found = minimise(misfit_objective(law, target, unit), best, law.box, options);
+  const BoundedMinimum found =
+      minimise(misfit_objective(law, target, unit), best, law.box, options);
   return {found.x, found.converged, found.iterations};
 }
 

@@ -65,12 +65,13 @@ ContactTracker::Track* ContactTracker::find(const SolvedContact& contact, const 
   Track* nearest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   const auto& pair = contact.bodies;
+  const auto tracks = tracks_.find(pair);
+  if (tracks == tracks_.end()) return nullptr;
   // Bodies that travel together carry their places of contact along.
   const double travel = std::max(states[pair[0]].velocity.norm(), states[pair[1]].velocity.norm());
   const double near = kNearness * std::min(reach_of(bodies_[pair[0]]), reach_of(bodies_[pair[1]]));
   const double speed = speed_bound(pair, states) + travel;
-  for (Track& track : tracks_) {
-    if (track.bodies != pair) continue;
+  for (Track& track : tracks->second) {
     const double distance = (track.place - place).norm();
     const double reach = near + 1.5 * speed * (time - track.last);
     if (distance > reach || distance >= least) continue;
@@ -121,10 +122,8 @@ void ContactTracker::add(std::span<const SolvedContact> contacts, double begin, 
       strike(contact, begin, lands ? contact.approach : push / mass, mass);
     }
     if (track == nullptr) {
-      tracks_.emplace_back();
-      track = &tracks_.back();
-      track->bodies = contact.bodies;
-      track->now.force.setZero();
+      track = &tracks_[contact.bodies].emplace_back();
+      track->contact.bodies = contact.bodies;
     }
     track->place = place;
     track->last = end;
@@ -146,30 +145,39 @@ void ContactTracker::close(Track& track) {
 
 void ContactTracker::end_step(std::size_t step) {
   const double now = (static_cast<double>(step) + 1) * options_.step;
-  for (Track& track : tracks_) {
-    std::vector<ContactStep>& steps = track.contact.steps;
-    if (!track.pushed) continue;
-    if (steps.empty()) {
-      track.contact.bodies = track.bodies;
-      track.contact.first_step = step;
-    }
-    // Moments without a push in between.
-    while (track.contact.first_step + steps.size() < step) {
-      ContactStep lifted = steps.back();
-      lifted.force.setZero();
-      steps.push_back(lifted);
-    }
-    track.now.force /= options_.step;
-    steps.push_back(track.now);
-    track.now.force.setZero();
-    track.pushed = false;
-  }
   const auto over = [&](Track& track) {
     if (now - track.last <= kLongestGap * options_.step * (1 + 1e-9)) return false;
     close(track);
     return true;
   };
-  tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), over), tracks_.end());
+  for (auto pair = tracks_.begin(); pair != tracks_.end();) {
+    std::vector<Track>& tracks = pair->second;
+    for (Track& track : tracks) {
+      if (track.pushed) end_step(track, step);
+    }
+    tracks.erase(std::remove_if(tracks.begin(), tracks.end(), over), tracks.end());
+    pair = tracks.empty() ? tracks_.erase(pair) : std::next(pair);
+  }
+}
+
+void ContactTracker::end_step(Track& track, std::size_t step) const {
+  std::vector<ContactStep>& steps = track.contact.steps;
+  if (steps.empty()) track.contact.first_step = step;
+  track.now.force /= options_.step;
+  // Moments without a push in between: nothing pushes, and the places go on in a straight line.
+  const std::size_t missing = step - track.contact.first_step - steps.size();
+  for (std::size_t k = 1; k <= missing; ++k) {
+    const double share = 1 / static_cast<double>(missing - k + 2);
+    ContactStep lifted = steps.back();
+    for (std::size_t side = 0; side < 2; ++side) {
+      lifted.points[side] += share * (track.now.points[side] - lifted.points[side]);
+    }
+    lifted.force.setZero();
+    steps.push_back(lifted);
+  }
+  steps.push_back(track.now);
+  track.now.force.setZero();
+  track.pushed = false;
 }
 
 namespace {
@@ -191,7 +199,9 @@ void add_sweeps(LastingContact& contact, const Motion& motion) {
 }  // namespace
 
 void ContactTracker::finish(Motion& motion) {
-  for (Track& track : tracks_) close(track);
+  for (auto& [pair, tracks] : tracks_) {
+    for (Track& track : tracks) close(track);
+  }
   tracks_.clear();
   std::stable_sort(impacts_.begin(), impacts_.end(),
                    [](const Impact& a, const Impact& b) { return a.time < b.time; });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
@@ -35,8 +36,8 @@ class ContactTracker {
   void finish(Motion& motion);
 
  private:
+  using Pair = std::array<std::size_t, 2>;
   struct Track {
-    std::array<std::size_t, 2> bodies{};
     Vec3 place = Vec3::Zero();  ///< world, when it last pushed
     double last = 0;            ///< end of the part in which it last pushed [s]
     double usual = 0;           ///< force that it bears, a running mean [N]
@@ -52,11 +53,12 @@ class ContactTracker {
                    std::span<const BodyState> states) const;
   double speed_bound(const std::array<std::size_t, 2>& pair,
                      std::span<const BodyState> states) const;
+  void end_step(Track& track, std::size_t step) const;
   void close(Track& track);
 
   std::span<const MovingBody> bodies_;
   MotionOptions options_;
-  std::vector<Track> tracks_;
+  std::map<Pair, std::vector<Track>> tracks_;
   std::vector<Impact> impacts_;
   std::vector<LastingContact> contacts_;
 };

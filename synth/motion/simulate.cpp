@@ -36,11 +36,20 @@ void check(const MovingBody& body) {
   if (!(body.ball_radius > 0) && body.hulls.empty()) refuse("has no hull", "");
 }
 
-void check(std::span<const MotionString> strings, std::size_t bodies) {
+void check(std::span<const MotionString> strings, std::span<const MovingBody> bodies) {
   for (const MotionString& string : strings) {
-    if (string.body >= bodies) throw core::InputError("a string hangs on no body");
+    if (string.body >= bodies.size()) throw core::InputError("a string hangs on no body");
     if (!string.anchor.allFinite() || !string.at.allFinite() || !(string.length >= 0)) {
       throw core::InputError("a string's ends and length must be finite");
+    }
+    // What pulled a body up at once would be energy from nowhere.
+    const MovingBody& body = bodies[string.body];
+    const double distance = (body.start.pose.to_world(string.at) - string.anchor).norm();
+    if (string.length > 0 && string.length < (1 - 1e-6) * distance) {
+      throw core::InputError(
+          fmt::format("{}: its string of {:.4g} m does not reach: its ends are {:.4g} m apart",
+                      body.name, string.length, distance),
+          "make it longer, or leave out its length: it is then taut at the start");
     }
   }
 }
@@ -74,7 +83,7 @@ double mechanical_energy(std::span<const MovingBody> bodies, std::span<const Bod
 Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const MotionString> strings,
                        const MotionOptions& options) {
   for (const MovingBody& body : bodies) check(body);
-  check(strings, bodies.size());
+  check(strings, bodies);
   check(options);
 
   BulletWorld world(bodies, strings, options);

@@ -41,13 +41,18 @@ class Changer {
     if (!textured(0) && !textured(1)) return;
     const bool first_is_smaller = objects[0]->getUserIndex() < objects[1]->getUserIndex();
     const std::size_t preferred = first_is_smaller ? 0 : 1;
-    const std::size_t side = textured(preferred) ? preferred : 1 - preferred;
-    const Sides sides{objects[side], objects[1 - side], side == 1};
-    const MovingBody& body = bodies_[number(sides.face)];
-    if (body.texture->map.relief()) {
-      dip(manifold, sides, *body.texture);
-    } else {
-      tilt(manifold, sides, *body.texture);
+    for (const std::size_t side : {preferred, 1 - preferred}) {
+      if (!textured(side)) continue;
+      const Sides sides{objects[side], objects[1 - side], side == 1};
+      const solvers::TexturedFace& texture = *bodies_[number(sides.face)].texture;
+      const PlacedFace face = place(sides.face, texture);
+      if (!is_touched(manifold, sides, face, texture)) continue;
+      if (texture.map.relief()) {
+        dip(manifold, sides, face, texture);
+      } else {
+        tilt(manifold, sides, face, texture);
+      }
+      return;
     }
   }
 
@@ -89,20 +94,34 @@ class Changer {
     return sides.face_is_second ? on_second : Vec3(-on_second);
   }
 
+  bool is_on_face(const btManifoldPoint& point, const Sides& sides, const PlacedFace& face,
+                  const solvers::TexturedFace& texture) const {
+    const btVector3& on_face =
+        sides.face_is_second ? point.m_positionWorldOnB : point.m_positionWorldOnA;
+    const Vec3 here = face.to_face(unit_ * from_bullet(on_face));
+    return outward(point, sides).dot(face.axes.col(2)) >= kOnFace && within(here, texture.size);
+  }
+
+  /// Whether the bodies meet on the textured face, not on another side of its body.
+  bool is_touched(const btPersistentManifold& manifold, const Sides& sides, const PlacedFace& face,
+                  const solvers::TexturedFace& texture) const {
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      if (is_of_relief(point, sides) || is_on_face(point, sides, face, texture)) return true;
+    }
+    return false;
+  }
+
   /// Normal map: the normal is the map's, a ball is met at c - r n.
-  void tilt(btPersistentManifold& manifold, const Sides& sides,
+  void tilt(btPersistentManifold& manifold, const Sides& sides, const PlacedFace& face,
             const solvers::TexturedFace& texture) const {
-    const PlacedFace face = place(sides.face, texture);
     const MovingBody& other = bodies_[number(sides.other)];
     for (int k = 0; k < manifold.getNumContacts(); ++k) {
       btManifoldPoint& point = manifold.getContactPoint(k);
-      // The face's own normal, whatever was made of it in earlier steps.
+      if (!is_on_face(point, sides, face, texture)) continue;
       const btVector3& on_face =
           sides.face_is_second ? point.m_positionWorldOnB : point.m_positionWorldOnA;
       const Vec3 here = face.to_face(unit_ * from_bullet(on_face));
-      if (outward(point, sides).dot(face.axes.col(2)) < kOnFace || !within(here, texture.size)) {
-        continue;
-      }
       const Vec3 normal =
           face.axes * solvers::normal_of(solvers::slope_at(texture.map, here.head<2>()));
       point.m_normalWorldOnB = to_bullet(sides.face_is_second ? normal : Vec3(-normal));
@@ -114,20 +133,13 @@ class Changer {
   }
 
   /// Relief: contacts on the face are those of the relief.
-  void dip(btPersistentManifold& manifold, const Sides& sides,
+  void dip(btPersistentManifold& manifold, const Sides& sides, const PlacedFace& face,
            const solvers::TexturedFace& texture) {
-    const PlacedFace face = place(sides.face, texture);
     std::vector<btManifoldPoint> old;
     for (int k = manifold.getNumContacts() - 1; k >= 0; --k) {
       const btManifoldPoint& point = manifold.getContactPoint(k);
-      const btVector3& on_face =
-          sides.face_is_second ? point.m_positionWorldOnB : point.m_positionWorldOnA;
-      const Vec3 here = face.to_face(unit_ * from_bullet(on_face));
-      const bool of_the_relief = point.m_index0 == kOfTheRelief;
-      if (!of_the_relief &&
-          (outward(point, sides).dot(face.axes.col(2)) < kOnFace || !within(here, texture.size))) {
-        continue;
-      }
+      const bool of_the_relief = is_of_relief(point, sides);
+      if (!of_the_relief && !is_on_face(point, sides, face, texture)) continue;
       if (of_the_relief) old.push_back(point);
       manifold.removeContactPoint(k);
     }
@@ -169,7 +181,7 @@ class Changer {
                           -contact.depth / unit_);
     point.m_positionWorldOnA = first;
     point.m_positionWorldOnB = second;
-    point.m_index0 = kOfTheRelief;
+    point.m_index0 = mark_of(sides);
     // What pushed here before is where the solver begins.
     for (const btManifoldPoint& was : old) {
       if ((was.m_positionWorldOnB - second).length() * unit_ < 0.1 * radius_of(sides)) {
@@ -185,7 +197,11 @@ class Changer {
     return bodies_[b].ball_radius > 0 ? bodies_[b].ball_radius : shapes_[b].reach;
   }
 
-  static constexpr int kOfTheRelief = 1 << 20;
+  /// Marks a contact as one of the relief on this side, beyond any index of Bullet's.
+  static int mark_of(const Sides& sides) { return (1 << 20) + (sides.face_is_second ? 1 : 0); }
+  static bool is_of_relief(const btManifoldPoint& point, const Sides& sides) {
+    return point.m_index0 == mark_of(sides);
+  }
 
   std::span<const MovingBody> bodies_;
   std::span<const CollisionShape> shapes_;

@@ -1,6 +1,10 @@
-// Time of a frame of a moving scene: a ball on a face with a normal map, a relief, and meshes of
-// the same detail. Prints the table of docs/scenes.md. With a folder, writes a frame of each there.
+// What the detail of a face costs each sense, as a normal map, as a relief and as meshes
+// (dissertation Table 5.1): memory, and the time of a step of the motion, a frame and a tick of
+// touch. Prints the table of docs/scenes.md, all measured in one run. With a folder, writes a frame
+// of each there.
+#include <btBulletDynamicsCommon.h>
 #include <fmt/core.h>
+#include <malloc.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -9,7 +13,9 @@
 #include "render/scene_frame.hpp"
 #include "solvers/textures/displaced_mesh.hpp"
 #include "solvers/textures/generated_maps.hpp"
+#include "synth/touch/stylus.hpp"
 #include "tests/bench/ball_mesh.hpp"
+#include "tests/synth/moving_bodies.hpp"
 
 namespace carillon::bench {
 namespace {
@@ -32,27 +38,154 @@ Scene scene_of(const solvers::TexturedFace& face, const solvers::SurfaceMesh& me
   return scene;
 }
 
-double milliseconds(const std::string& name, const Scene& scene,
-                    const std::filesystem::path& folder) {
-  using Clock = std::chrono::steady_clock;
-  const auto ms = [](Clock::duration time) {
-    return std::chrono::duration<double, std::milli>(time).count();
-  };
-  const auto begin = Clock::now();
-  render::SceneRenderer renderer(scene);
-  const double set_up = ms(Clock::now() - begin);
+using Clock = std::chrono::steady_clock;
+
+/// Least seconds of some calls.
+template <class Call>
+double least_seconds(int calls, const Call& call) {
   double least = 1e9;
+  for (int i = 0; i < calls; ++i) {
+    const auto start = Clock::now();
+    call(i);
+    least = std::min(least, std::chrono::duration<double>(Clock::now() - start).count());
+  }
+  return least;
+}
+
+/// Bytes that are allocated at this moment.
+double allocated() {
+  const struct mallinfo2 info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd);
+}
+
+struct Costs {
+  std::string name;
+  double memory = 0;       ///< of the detail and what finds contacts in it [byte]
+  double motion = 0;       ///< a step of a ball that rolls on it [s]
+  double frame = 0;        ///< 512 x 384 pixels [s]
+  double plain_frame = 0;  ///< the same with one colour sample a pixel [s]
+  double touch = 0;        ///< a tick [s]
+};
+
+void time_frames(Scene scene, const std::filesystem::path& folder, Costs& costs) {
   render::SceneFrame frame;
-  for (int i = 0; i < 5; ++i) {
+  const auto draw = [&](render::SceneRenderer& renderer, int i) {
     const std::vector<render::ScenePose> poses = {
         {}, {Eigen::Quaterniond::Identity(), Vec3(0.15 + 0.01 * i, 0.15, 0.0135)}};
-    const auto start = Clock::now();
     frame = renderer.draw(poses);
-    least = std::min(least, ms(Clock::now() - start));
-  }
-  fmt::print("{:24} {:8.1f} ms to set up, {:8.1f} ms a frame\n", name, set_up, least);
-  if (!folder.empty()) write_png(folder / (name + ".png"), frame.color);
-  return least;
+  };
+  render::SceneRenderer renderer(scene);
+  costs.frame = least_seconds(5, [&](int i) { draw(renderer, i); });
+  if (!folder.empty()) write_png(folder / (costs.name + ".png"), frame.color);
+  scene.camera.samples = 1;
+  render::SceneRenderer plain(scene);
+  costs.plain_frame = least_seconds(5, [&](int i) { draw(plain, i); });
+}
+
+/// A ball that rolls over the textured face for half a second: what a step takes more than without
+/// the texture is small against the step, so the whole step is told.
+double seconds_a_step(const solvers::TexturedFace& face) {
+  std::vector<synth::MovingBody> bodies = {synth::box_body({face.size.x(), face.size.y(), 0.02}),
+                                           synth::ball_body(0.015)};
+  bodies[0].fixed = true;
+  bodies[0].start.pose.origin = {face.size.x() / 2, face.size.y() / 2, -0.01};
+  bodies[0].texture = face;
+  bodies[0].texture->origin = {-face.size.x() / 2, -face.size.y() / 2, 0.01};
+  bodies[1].start.pose.origin = {0.1, 0.15, 0.0155};
+  bodies[1].start.velocity = {0.4, 0.02, 0};
+  synth::MotionOptions options;
+  options.seconds = 0.5;
+  return least_seconds(5, [&](int) { simulate_motion(bodies, {}, options); }) / 500;
+}
+
+/// Bullet's triangles, with the tree that finds them.
+struct Triangles {
+  btTriangleIndexVertexArray array;
+  std::unique_ptr<btBvhTriangleMeshShape> shape;
+
+  explicit Triangles(const solvers::SurfaceMesh& mesh)
+      : array(static_cast<int>(mesh.triangles.size()),
+              const_cast<int*>(mesh.triangles.front().data()), sizeof(solvers::Triangle),
+              static_cast<int>(mesh.vertices.size()),
+              const_cast<double*>(mesh.vertices.front().data()), sizeof(Vec3)),
+        shape(std::make_unique<btBvhTriangleMeshShape>(&array, true)) {}
+};
+
+/// The same ball on a mesh, in Bullet alone; and a ray down onto the mesh, which is the least that
+/// touch needs of it.
+void time_triangles(const Triangles& triangles, Costs& costs) {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  world.setGravity({0, 0, -9.80665});
+  btRigidBody floor(0, nullptr, triangles.shape.get());
+  world.addRigidBody(&floor);
+  btSphereShape sphere(0.015);
+  const double mass = synth::ball_body(0.015).rigid.mass;
+  btVector3 inertia;
+  sphere.calculateLocalInertia(mass, inertia);
+  btRigidBody ball(mass, nullptr, &sphere, inertia);
+  ball.setActivationState(DISABLE_DEACTIVATION);
+  world.addRigidBody(&ball);
+  costs.motion = least_seconds(5,
+                               [&](int) {
+                                 btTransform start = btTransform::getIdentity();
+                                 start.setOrigin({0.1, 0.15, 0.0155});
+                                 ball.setWorldTransform(start);
+                                 ball.setLinearVelocity({0.4, 0.02, 0});
+                                 ball.setAngularVelocity({0, 0, 0});
+                                 for (int k = 0; k < 500; ++k) world.stepSimulation(1e-3, 0);
+                               }) /
+                 500;
+  costs.touch =
+      least_seconds(5,
+                    [&](int) {
+                      for (int k = 0; k < 1000; ++k) {
+                        const btVector3 from(0.1 + 2e-4 * k, 0.15, 0.01),
+                            to = from - btVector3(0, 0, 0.1);
+                        btCollisionWorld::ClosestRayResultCallback hit(from, to);
+                        btTransform begin = btTransform::getIdentity(), end = begin;
+                        begin.setOrigin(from);
+                        end.setOrigin(to);
+                        btCollisionWorld::rayTestSingle(begin, end, &floor, triangles.shape.get(),
+                                                        floor.getWorldTransform(), hit);
+                      }
+                    }) /
+      1000;
+  world.removeRigidBody(&ball);
+  world.removeRigidBody(&floor);
+}
+
+/// A plate whose detail is its map.
+Costs of_map(const std::string& name, const solvers::TexturedFace& face,
+             const solvers::SurfaceMesh& plate, const std::filesystem::path& folder) {
+  Costs costs;
+  costs.name = name;
+  const double before = allocated();
+  const solvers::TexturedFace copy = face;
+  costs.memory = allocated() - before;
+  costs.motion = seconds_a_step(copy);
+  const std::vector<Vec3> corners = {{0.05, 0.15, 0}, {0.35, 0.15, 0}};
+  const std::vector<Vec3> hand = synth::drawn_path(corners, 0.2, 1000);
+  costs.touch = least_seconds(5, [&](int) { synth::draw_stylus(copy, hand, {}, {}); }) /
+                static_cast<double>(hand.size());
+  time_frames(scene_of(copy, plate, true), folder, costs);
+  return costs;
+}
+
+Costs of_mesh(const std::string& name, const solvers::TexturedFace& face, int columns, int rows,
+              const std::filesystem::path& folder) {
+  Costs costs;
+  costs.name = name;
+  const double before = allocated();
+  const solvers::SurfaceMesh mesh = displaced_mesh(face, columns, rows);
+  const Triangles triangles(mesh);
+  costs.memory = allocated() - before;
+  time_triangles(triangles, costs);
+  time_frames(scene_of(face, mesh, false), folder, costs);
+  return costs;
 }
 
 void run(const std::filesystem::path& folder) {
@@ -64,12 +197,20 @@ void run(const std::filesystem::path& folder) {
     plate.vertices.emplace_back(i % 2 * face.size.x(), i / 2 * face.size.y(), 0);
   }
   plate.triangles = {{0, 1, 3}, {0, 3, 2}};
-  milliseconds("flat", scene_of(face, plate, false), folder);
-  milliseconds("relief", scene_of(face, plate, true), folder);
-  milliseconds("mesh 66500", scene_of(face, displaced_mesh(face, 265, 249), false), folder);
-  milliseconds("mesh 264200", scene_of(face, displaced_mesh(face, 599, 439), false), folder);
-  face.map = normal_map_of(face.map);
-  milliseconds("normal map", scene_of(face, plate, true), folder);
+  solvers::TexturedFace normals = face;
+  normals.map = normal_map_of(face.map);
+  const Costs all[] = {of_map("normal map", normals, plate, folder),
+                       of_map("relief", face, plate, folder),
+                       of_mesh("mesh 66500", face, 265, 249, folder),
+                       of_mesh("mesh 264200", face, 599, 439, folder)};
+  fmt::print(
+      "| detail | memory | motion, a step | picture, a frame (one sample) | touch, a tick |\n");
+  fmt::print("| --- | --- | --- | --- | --- |\n");
+  for (const Costs& costs : all) {
+    fmt::print("| {} | {:.1f} MB | {:.1f} us | {:.0f} ms ({:.0f}) | {:.2f} us |\n", costs.name,
+               1e-6 * costs.memory, 1e6 * costs.motion, 1e3 * costs.frame, 1e3 * costs.plain_frame,
+               1e6 * costs.touch);
+  }
 }
 
 }  // namespace

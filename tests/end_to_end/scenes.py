@@ -135,6 +135,31 @@ class Scenes(FolderTest):
         self.assertTrue((output / "sound.wav").is_file())
         self.assertTrue(list(output.glob("movies/take-0002*")))
 
+    def test_an_image_is_the_map_it_was_made_from(self):
+        parameters = {"size": 0.01, "depth": 0.001}
+        image = self.folder / "pebbles.png"
+        made = run_json("texture", "pebbles", "--seed", 3, "-o", image,
+                        *[w for k, v in parameters.items() for w in ("--set", f"{k}={v}")])
+        self.assertAlmostEqual(made["depth_m"], 0.001, delta=2e-4)
+        ground = self.folder / "ground.yaml"
+        ground.write_text(CONFIG.replace("ground: {material: wood, restitution: 0.5}", """ground:
+    restitution: 0.5
+    texture: TEXTURE""").replace("takes: 5", "takes: 1"))
+        ends = []
+        for name, texture in (
+                ("map", f"{{map: pebbles, parameters: {json.dumps(parameters)}}}"),
+                ("image", f"{{image: {image}, width: {made['width_m']}, "
+                          f"depth: {made['depth_m']}}}"),
+                ("none", "{map: pebbles, parameters: {depth: 1e-9}}")):
+            config = self.folder / f"{name}.yaml"
+            config.write_text(ground.read_text().replace("TEXTURE", texture))
+            run_json("build", config, "-o", self.folder / name)
+            with h5py.File(self.folder / name / "index.h5") as index:
+                ends.append(index["poses"][0, 5])  # before chaos sets in
+        numpy.testing.assert_allclose(ends[0], ends[1], atol=1e-5)
+        # The tile sinks into the pebbles until it rests on some.
+        self.assertLess(ends[0][1, 2], ends[2][1, 2] - 1e-5)
+
     def refused(self, *settings):
         words = [word for setting in settings for word in ("--set", setting)]
         result = run("plan", self.config, *words)

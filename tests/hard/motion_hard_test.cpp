@@ -229,6 +229,48 @@ TEST(MotionHard, AMinuteOnAVerticalEdge) {
   EXPECT_LE(energy_growth(motion), 0.01);
 }
 
+/// A tile whose upper face is a relief.
+MovingBody relief_tile(const solvers::SurfaceMap& map) {
+  MovingBody tile = box_body({0.1, 0.1, 0.02});
+  solvers::TexturedFace face;
+  face.map = map;
+  face.origin = {-0.05, -0.05, 0.01};
+  face.size = {0.1, 0.1};
+  tile.texture = face;
+  return tile;
+}
+
+// A relief is met on its face alone, whatever side of its body is touched.
+TEST(MotionHard, ABallFromBelowDoesNotPassAReliefsBody) {
+  std::vector<MovingBody> bodies = {relief_tile(solvers::generate_map("pebbles", {}, 128, 1)),
+                                    at(ball_body(0.01), {0.01, 0.02, -0.1})};
+  bodies[0].fixed = true;
+  bodies[1].start.velocity = {0, 0, 2};
+  set_surfaces(bodies, 0.4, 0.5);
+  const Motion motion = simulate_motion(bodies, {}, lasting(1));
+  EXPECT_FALSE(motion.impacts.empty());
+  for (const auto& states : motion.states) ASSERT_LT(states[1].pose.origin.z(), -0.0175);  // a step of 2 mm
+  EXPECT_LE(energy_growth(motion), 0.01);
+}
+
+TEST(MotionHard, TilesWithReliefsFallOnOneAnother) {
+  const solvers::SurfaceMap map =
+      solvers::generate_map("grooves", {{"wavelength", 0.01}, {"depth", 0.002}}, 128, 1);
+  std::vector<MovingBody> bodies = {floor_body()};
+  for (int k = 0; k < 3; ++k) {
+    MovingBody tile = at(relief_tile(map), {0.004 * k, 0.003 * k, 0.03 + 0.04 * k});
+    bodies.push_back(tile);
+  }
+  set_surfaces(bodies, 0.5, 0.3);
+  const Motion motion = simulate_motion(bodies, {}, lasting(5));
+  expect_finite(motion);
+  EXPECT_LE(energy_growth(motion), 0.01);
+  for (std::size_t b = 1; b < bodies.size(); ++b) {
+    EXPECT_LT(motion.states.back()[b].velocity.norm(), 0.05) << b;
+    EXPECT_GT(motion.states.back()[b].pose.origin.z(), 0.009) << b;
+  }
+}
+
 /// Kinetic energy, that of height, and what the map's integrated height would hold.
 double energy_on_map(const std::vector<MovingBody>& bodies, const Motion& motion, std::size_t k,
                      const solvers::SurfaceMap& relief) {

@@ -1,0 +1,79 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "cli/context.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "solvers/textures/generated_maps.hpp"
+#include "solvers/textures/map_image.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+struct TextureOptions {
+  std::string name;
+  std::vector<std::string> parameters;
+  int texels = 512;
+  std::uint64_t seed = 0;
+  bool normals = false;
+  std::string output;
+};
+
+/// `size=8mm` as a number in SI; counts and exponents are plain numbers.
+std::map<std::string, double> parse_parameters(const std::vector<std::string>& texts) {
+  std::map<std::string, double> values;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+      throw core::InputError(fmt::format("--set {}: no value", text), "write --set size=8mm");
+    }
+    values[text.substr(0, equals)] =
+        core::parse_quantity(text.substr(equals + 1), core::Dimension::length);
+  }
+  return values;
+}
+
+nlohmann::json write_texture(const TextureOptions& options) {
+  solvers::SurfaceMap map = solvers::generate_map(
+      options.name, parse_parameters(options.parameters), options.texels, options.seed);
+  if (options.normals) map = solvers::normal_map_of(map);
+  const solvers::MapImage image = solvers::write_map(options.output, map);
+  return {{"file", options.output}, {"columns", map.width},   {"rows", map.height},
+          {"width_m", image.width}, {"depth_m", image.depth}, {"texel_m", map.texel}};
+}
+
+}  // namespace
+
+void add_texture(CLI::App& program, Context& context) {
+  CLI::App* command =
+      program.add_subcommand("texture", "a generated map of a surface as a PNG (docs/textures.md)");
+  auto options = std::make_shared<TextureOptions>();
+  command->add_option("map", options->name, "brick, grooves, pebbles, tiles or noise")->required();
+  command->add_option("-o,--output", options->output, "PNG, 16 bits a channel")->required();
+  command->add_option("--set", options->parameters, "parameter=value (carillon list textures)")
+      ->allow_extra_args(false);
+  command->add_option("--texels", options->texels, "along the longer side")->capture_default_str();
+  command->add_option("--seed", options->seed, "of what is drawn")->capture_default_str();
+  command->add_flag("--normals", options->normals,
+                    "a normal map (RGB) in place of a relief (RGBA)");
+  command->footer(
+      "Example:\n  carillon texture brick --set mortar_depth=3mm -o brick.png\n"
+      "What it prints goes under `texture:` of a body, as `image:`, `width:` and `depth:`.");
+  command->callback([&context, options] {
+    if (!context.speaks()) return;
+    const nlohmann::json made = write_texture(*options);
+    if (context.json) {
+      fmt::print("{}\n", made.dump(2));
+      return;
+    }
+    fmt::print("texture: {{image: {}, width: {} m", options->output,
+               made.at("width_m").get<double>());
+    if (!options->normals) fmt::print(", depth: {} m", made.at("depth_m").get<double>());
+    fmt::print("}}\n");
+  });
+}
+
+}  // namespace carillon::cli
