@@ -249,7 +249,8 @@ TEST(MotionHard, ABallFromBelowDoesNotPassAReliefsBody) {
   set_surfaces(bodies, 0.4, 0.5);
   const Motion motion = simulate_motion(bodies, {}, lasting(1));
   EXPECT_FALSE(motion.impacts.empty());
-  for (const auto& states : motion.states) ASSERT_LT(states[1].pose.origin.z(), -0.0175);  // a step of 2 mm
+  for (const auto& states : motion.states)
+    ASSERT_LT(states[1].pose.origin.z(), -0.0175);  // a step of 2 mm
   EXPECT_LE(energy_growth(motion), 0.01);
 }
 
