@@ -145,7 +145,7 @@ class Scenes(FolderTest):
         ground.write_text(CONFIG.replace("ground: {material: wood, restitution: 0.5}", """ground:
     restitution: 0.5
     texture: TEXTURE""").replace("takes: 5", "takes: 1").replace(
-            "at: [0, 0, 4 mm]", "at: [0.5 m, 0, 4 mm]"))  # out of the ball's way
+            "at: [0, 0, 4 mm]", "fixed: true, at: [0.5 m, 0, 4 mm]"))  # out of the ball's way
         ends = []
         for name, texture in (
                 ("map", f"{{map: pebbles, parameters: {json.dumps(parameters)}}}"),
