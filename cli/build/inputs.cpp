@@ -16,6 +16,20 @@ std::vector<InputFile> input_files(const BuildConfig& config) {
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
     add(fmt::format("objects[{}].svg", i), config.objects[i].svg);
   }
+  if (config.motion) {
+    const MotionConfig& motion = *config.motion;
+    if (motion.ground && motion.ground->texture) {
+      add("motion.ground.texture.image", motion.ground->texture->image);
+    }
+    std::size_t next = 0;  // repeats have one image
+    for (const CastBody& body : motion.bodies) {
+      if (body.entry < next) continue;
+      next = body.entry + 1;
+      if (body.texture) {
+        add(fmt::format("motion.bodies[{}].texture.image", body.entry), body.texture->image);
+      }
+    }
+  }
   return files;
 }
 

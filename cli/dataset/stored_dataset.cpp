@@ -76,6 +76,20 @@ std::vector<std::string> find_inputs(const StoredDataset& dataset) {
       add_if(key + "svg", objects[i].text("svg"), false);
     if (objects[i].has("mesh")) add_if(key + "mesh", objects[i].text("mesh"), true);
   }
+  if (root.has("motion")) {
+    core::ConfigNode motion = root.child("motion");
+    const auto image_of = [&](core::ConfigNode node, const std::string& key) {
+      if (!node.has("texture")) return;
+      core::ConfigNode texture = node.child("texture");
+      const std::string image = key + ".texture.image";
+      if (texture.has("image") && !kept(image)) add_if(image, texture.text("image"), false);
+    };
+    if (motion.has("ground")) image_of(motion.child("ground"), "motion.ground");
+    std::vector<core::ConfigNode> bodies = motion.children("bodies");
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      image_of(bodies[i], fmt::format("motion.bodies[{}]", i));
+    }
+  }
   core::ConfigNode noise = root.child("noise");
   if (noise.has("folder")) add_if("noise.folder", noise.text("folder"), false);
   return overrides;

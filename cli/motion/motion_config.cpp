@@ -139,9 +139,6 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
               fmt::format("its sizes are {}", fmt::join(object.sizes, ", ")));
   }
   body.fixed = node.flag("fixed", false);
-  for (const char* key : {"velocity", "spin", "release"}) {
-    if (body.fixed && node.has(key)) node.fail(key, "has no meaning for a body that is fixed");
-  }
   body.release = node.range("release", Dimension::time, Range{0, 0});
   if (!(body.release.low >= 0)) node.fail("release", "must not be negative");
   body.one_hull = node.choice("collides_as", {"pieces", "hull"}, "pieces") == "hull";
@@ -149,6 +146,11 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
   body.turn = three(node, "turn", Dimension::angle);
   body.velocity = three(node, "velocity", Dimension::speed);
   body.spin = three(node, "spin", Dimension::none);
+  const auto still = [](const Ranges3& ranges) { return ranges == Ranges3{}; };
+  if (body.fixed && !(still(body.velocity) && still(body.spin) && body.release == Range{})) {
+    node.fail(body.release == Range{} ? still(body.spin) ? "velocity" : "spin" : "release",
+              "has no meaning for a body that is fixed");
+  }
   body.surface = read_surface(node);
   body.edge_radius = node.quantity("edge_radius", Dimension::length, body.edge_radius);
   if (!(body.edge_radius > 0)) node.fail("edge_radius", "must be positive");
@@ -167,8 +169,10 @@ void shift(Ranges3& ranges, const std::vector<double>& step, int times) {
 
 void read_bodies(ConfigNode& node, const std::string& file_name,
                  const std::vector<CastObject>& objects, MotionConfig& motion) {
+  std::size_t number = 0;
   for (ConfigNode& entry : node.children("bodies")) {
-    const CastBody first = read_body(entry, file_name, objects);
+    CastBody first = read_body(entry, file_name, objects);
+    first.entry = number++;
     int count = 1;
     std::vector<double> step = {0, 0, 0}, turn = {0, 0, 0};
     double later = 0;

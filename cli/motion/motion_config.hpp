@@ -39,6 +39,7 @@ struct SurfaceConfig {
 
 /// One body of the cast. Every range is drawn for each take.
 struct CastBody {
+  std::size_t entry = 0;  ///< of `motion.bodies`
   std::string name;
   std::string object;                  ///< name of an entry of `objects`
   std::vector<std::string> materials;  ///< one of them is drawn; all are among the object's

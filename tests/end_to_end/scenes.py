@@ -158,6 +158,15 @@ class Scenes(FolderTest):
             with h5py.File(self.folder / name / "index.h5") as index:
                 ends.append(index["poses"][0, :30, 2, :3])  # of the ball, to its first rebound
         numpy.testing.assert_allclose(ends[0], ends[1], atol=1e-4)
+        # The dataset keeps its image; another one under the same name is another dataset.
+        image.unlink()
+        checked = run("check", self.folder / "image")
+        self.assertEqual(checked.returncode, 0, checked.stderr + checked.stdout)
+        self.assertEqual(run("regenerate", self.folder / "image", "--sample", 0).returncode, 0)
+        run_json("texture", "pebbles", "--seed", 4, "-o", image, "--set", "size=10mm", "--set",
+                 "depth=1mm")
+        again = run("build", self.folder / "image.yaml", "-o", self.folder / "image")
+        self.assertNotIn("nothing to do", again.stdout + again.stderr)
         # It is thrown another way than by a flat ground.
         self.assertGreater(abs(ends[0][-1] - ends[2][-1]).max(), 1e-3)
 

@@ -15,11 +15,11 @@ TEST(Minimise, FindsTheEndOfABentValley) {
     return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2);
   };
   const std::vector steps = {0.1, 0.1};
-  const BoundedMinimum found = minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 5000);
+  const Minimum found = minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 5000);
   EXPECT_TRUE(found.converged);
   EXPECT_NEAR(found.x[0], 1, 1e-3);
   EXPECT_NEAR(found.x[1], 1, 1e-3);
-  const BoundedMinimum cut = minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 10);
+  const Minimum cut = minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 10);
   EXPECT_FALSE(cut.converged);
   EXPECT_LE(cut.evaluations, 11);
 }

@@ -1,5 +1,6 @@
 #include "cli/sound/effects/list.hpp"
 #include "cli/sound/scene.hpp"
+#include "core/hash.hpp"
 
 namespace carillon::cli {
 
@@ -32,12 +33,35 @@ SceneEffect asked(core::ConfigNode& root) {
   return effect;
 }
 
+/// Images of textures that a motion reads, where they are.
+std::vector<std::string> images_of(core::ConfigNode& motion, const std::string& file_name) {
+  std::vector<std::string> images;
+  const auto add = [&](core::ConfigNode node) {
+    if (!node.has("texture")) return;
+    core::ConfigNode texture = node.child("texture");
+    if (texture.has("image")) {
+      images.push_back(core::path_beside(file_name, texture.text("image")));
+    }
+  };
+  if (motion.has("ground")) add(motion.child("ground"));
+  for (core::ConfigNode& body : motion.children("bodies")) add(body);
+  return images;
+}
+
 SceneEffect read_motion_effect(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect = asked(root);
   if (!effect.reason_off.empty()) return effect;
   core::ConfigNode motion = root.child("motion");
   const double step = motion.quantity("step", core::Dimension::time, 0.001);
   effect.seconds_per_sound = kSecondsPerBodyStep * cast_size(motion) * scene.audio.seconds / step;
+  const std::vector<std::string> images = images_of(motion, scene.file_name);
+  if (!images.empty()) {
+    effect.content = [images] {
+      std::string hashes;
+      for (const std::string& image : images) hashes += core::sha256_file(image) + " ";
+      return hashes;
+    };
+  }
   return effect;
 }
 
