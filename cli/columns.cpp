@@ -65,12 +65,13 @@ void Columns::write(const core::Hdf5Group& group) const {
   }
 }
 
-nlohmann::json Columns::last_row() const {
+nlohmann::json Columns::last_row(std::size_t longest) const {
   nlohmann::json row = nlohmann::json::object();
   for (const auto& [name, column] : columns_) {
     std::visit(
         [&, &name = name, &column = column](const auto& values) {
           const std::size_t width = values.size() / column.rows;
+          if (width > longest) return;
           const std::span last = std::span(values).last(width);
           if (column.inner.empty()) {
             row[name] = last[0];

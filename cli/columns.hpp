@@ -12,6 +12,10 @@
 
 namespace carillon::cli {
 
+/// Arrays of a row that are shown to people and programs have so many values at the most; longer
+/// ones are for the dataset.
+inline constexpr std::size_t kLongestShown = 16;
+
 /// The columns of one shard, filled sample by sample and written at once. Every sample must add the
 /// same columns with the same extents: another one is an error of the program (std::logic_error).
 class Columns {
@@ -56,8 +60,8 @@ class Columns {
           column.values);
     }
   }
-  /// The last sample's values by name.
-  nlohmann::json last_row() const;
+  /// The last sample's values by name; arrays of more values than `longest` are left out.
+  nlohmann::json last_row(std::size_t longest = static_cast<std::size_t>(-1)) const;
 
  private:
   struct Column {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "cli/build/disk.hpp"
 #include "cli/build/expected_mesh.hpp"
 #include "cli/build/modes_task.hpp"
 #include "core/error.hpp"
@@ -110,7 +111,9 @@ mpi::Task samples_task(const BuildConfig& config, const BuildTask& entry, double
   // Reading the modes, and writing and syncing what was made.
   task.cost =
       0.02 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
-  task.memory = values * 4 + 6e7;
+  // Columns of takes hold far more than their sound.
+  const double columns = config.motion ? count * sample_bytes(config) : values * 4;
+  task.memory = columns + 6e7;
   for (const EffectDecision& effect : config.scene.effects) {
     if (effect.enabled) task.memory += effect.in_scene.memory;
   }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "cli/build/disk.hpp"
 #include "cli/build/identities.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
@@ -163,21 +164,6 @@ void add_samples(const BuildConfig& config, std::size_t shape_index, BuildPlan& 
   }
 }
 
-/// Bytes of a take's columns, but for small ones.
-double bytes_per_take(const BuildConfig& config) {
-  const AudioConfig& audio = config.scene.audio;
-  double bytes = 4.0 * static_cast<double>(audio.samples() * config.scene.rows());
-  bytes += 8 * 7 * audio.seconds * config.motion->state_rate *
-           static_cast<double>(config.motion->bodies.size() + 1);
-  if (config.motion->camera) {
-    const MotionCamera& camera = *config.motion->camera;
-    const double pixels = static_cast<double>(camera.view.width) * camera.view.height;
-    bytes += pixels * static_cast<double>(camera.frames(audio.seconds)) *
-             (3 + (camera.depth ? 4 : 0) + (camera.masks ? 1 : 0));
-  }
-  return bytes;
-}
-
 void add_takes(const BuildConfig& config, BuildPlan& plan) {
   std::vector<std::size_t> cast;
   for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
@@ -198,7 +184,7 @@ void add_takes(const BuildConfig& config, BuildPlan& plan) {
     plan.samples.push_back(std::move(sample));
   }
   const auto each = static_cast<std::size_t>(
-      std::clamp(bytes_per_task / bytes_per_take(config), 1.0, takes_per_task));
+      std::clamp(bytes_per_task / sample_bytes(config), 1.0, takes_per_task));
   for (std::size_t from = 0; from < plan.samples.size(); from += each) {
     BuildTask task;
     task.kind = TaskKind::samples;

@@ -119,16 +119,12 @@ void add_preview(CLI::App& program, Context& context) {
     core::write_png(folders.output / "spectrogram.png",
                     spectrogram_picture(mel, build.config.mel->bands,
                                         synth::mel_frames(count, *build.config.mel)));
-    nlohmann::json row = record.last_row();
-    for (auto it = row.begin(); it != row.end();) {  // arrays are for the dataset
-      it = it->is_array() && it->size() > 16 ? row.erase(it) : std::next(it);
-    }
     const nlohmann::json summary = {{"sample", sample.key},
                                     {"id", sample.id},
                                     {"modes", result.sound.modes},
                                     {"peak", result.peak},
                                     {"unit", result.sound.rings.readout.unit},
-                                    {"record", row},
+                                    {"record", record.last_row(kLongestShown)},
                                     {"folder", options->output}};
     if (context.json) {
       fmt::print("{}\n", summary.dump(2));

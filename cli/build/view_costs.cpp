@@ -19,6 +19,28 @@ double mel_seconds(const synth::MelOptions& mel, std::size_t samples) {
   return frames * (kSecondsPerWeight * mel.bands * bins + kSecondsPerPoint * mel.fft_size);
 }
 
+constexpr double kSecondsPerBodyStep = 2e-5;       ///< of a motion, where a body meets another
+constexpr double kSecondsPerContactSample = 1e-7;  ///< of each body, contacts coming and going
+constexpr double kSecondsPerTick = 2e-6;           ///< of a stylus
+constexpr double kSecondsPerScenePixel = 1.5e-6;   ///< of a moving scene's frame
+
+/// Of a take, whatever its listeners.
+double motion_seconds(const BuildConfig& config, std::string_view effect) {
+  const MotionConfig& motion = *config.motion;
+  const AudioConfig& audio = config.scene.audio;
+  const double steps = audio.seconds / motion.options.step;
+  const auto bodies = static_cast<double>(motion.bodies.size());
+  if (effect == "motion") return kSecondsPerBodyStep * bodies * steps;
+  if (effect == "lasting_contacts") {
+    return kSecondsPerContactSample * bodies * static_cast<double>(audio.samples());
+  }
+  if (effect == "touch") return kSecondsPerTick * steps;
+  if (effect == "movie" && motion.camera) {
+    return kSecondsPerScenePixel * motion.camera->pixels(audio.seconds);
+  }
+  return 0;
+}
+
 }  // namespace
 
 void price_views(BuildConfig& config) {
@@ -31,6 +53,8 @@ void price_views(BuildConfig& config) {
       effect.seconds_per_shape = kSecondsPerCell * std::pow(config.voxels->resolution, 3);
     } else if (name == "frames" && config.camera) {
       effect.seconds_per_shape = kSecondsPerPixel * config.camera->width * config.camera->height;
+    } else if (config.motion && decision.effect->stage == std::string_view("motion")) {
+      effect.seconds_by_modes = [seconds = motion_seconds(config, name)](int) { return seconds; };
     }
   }
 }

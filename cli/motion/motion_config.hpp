@@ -83,6 +83,10 @@ struct MotionCamera {
   std::size_t frames(double seconds) const {
     return static_cast<std::size_t>(seconds * rate + 1e-9) + 1;
   }
+  /// Of all frames of a take.
+  double pixels(double seconds) const {
+    return static_cast<double>(view.width) * view.height * static_cast<double>(frames(seconds));
+  }
 };
 
 /// `motion.stylus`: a pen that is drawn over a body's textured face.

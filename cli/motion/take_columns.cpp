@@ -17,17 +17,15 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// Who plays, in the order of the bodies' numbers.
-json describe_bodies(const BuildConfig& config, const BuildPlan& plan, const Sample& sample,
-                     const Take& take) {
+json describe_bodies(const BuildConfig& config, const BuildPlan& plan, const Take& take) {
   json bodies = json::array();
-  const std::vector<Role> roles = draw_roles(config, plan, sample.id, split_take(config, sample));
   const std::size_t first = config.motion->ground ? 1 : 0;
   for (std::size_t b = 0; b < take.stage.names.size(); ++b) {
     json body = {{"name", take.stage.names[b]}, {"fixed", take.stage.moving[b].fixed}};
     if (take.touch && b + 1 == take.stage.names.size()) {
       body["mass_kg"] = take.stage.moving[b].rigid.mass;  // the stylus
     } else if (b >= first) {
-      const Role& role = roles[b - first];
+      const Role& role = take.roles[b - first];
       body["shape"] = plan.shapes[role.shape].id;
       body["material"] = role.material;
       body["size"] = role.size;
@@ -42,7 +40,7 @@ json describe_bodies(const BuildConfig& config, const BuildPlan& plan, const Sam
 
 void add_labels(const BuildConfig& config, const BuildPlan& plan, const Sample& sample,
                 const Take& take, Columns& columns) {
-  const json bodies = describe_bodies(config, plan, sample, take);
+  const json bodies = describe_bodies(config, plan, take);
   std::set<std::string> shapes, materials;
   for (const json& body : bodies) {
     if (!body.contains("shape")) continue;

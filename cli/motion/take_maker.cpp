@@ -27,7 +27,8 @@ Take TakeMaker::make(const Sample& sample, Columns* record) {
   const core::TimeLimit clock = sample_clock(config_.limits);
   const std::string part = split_take(config_, sample);
   Take take;
-  take.stage = set_stage(config_, draw_roles(config_, plan_, sample.id, part), actors_, textures_);
+  take.roles = draw_roles(config_, plan_, sample.id, part);
+  take.stage = set_stage(config_, take.roles, actors_, textures_);
   {
     const core::ScopedTimer timer(trace_.effects["motion"]);
     synth::MotionOptions options = config_.motion->options;

@@ -15,6 +15,7 @@ namespace carillon::cli {
 
 /// A take of a scene that moves, with everything that is needed to make it again.
 struct Take {
+  std::vector<Role> roles;
   TakeStage stage;
   synth::Motion motion;
   Sound sound;  ///< its audio is listeners x samples, gain applied

@@ -211,10 +211,7 @@ json regenerate(const RegenerateOptions& options, const Context& context) {
       entry["differences"] = differences(made, *place.shard, place.row);
       entry["identical"] = entry["differences"].empty();
     }
-    entry["record"] = made.last_row();
-    for (auto it = entry["record"].begin(); it != entry["record"].end();) {
-      it = it->is_array() && it->size() > 16 ? entry["record"].erase(it) : std::next(it);
-    }
+    entry["record"] = made.last_row(kLongestShown);
     if (!options.output.empty()) {
       const fs::path path = wav_path(options, key);
       if (path.has_parent_path()) fs::create_directories(path.parent_path());

@@ -177,16 +177,6 @@ TEST(MotionHard, AHeapOfBoxesComesToRest) {
   }
 }
 
-MovingBody textured_floor(const solvers::SurfaceMap& map, double side) {
-  MovingBody body = floor_body(side);
-  solvers::TexturedFace face;
-  face.map = map;
-  face.origin = {-side / 2, -side / 2, 0.05};
-  face.size = {side, side};
-  body.texture = face;
-  return body;
-}
-
 /// Balls thrown onto a textured floor with walls around it.
 std::vector<MovingBody> balls_on(const solvers::SurfaceMap& map) {
   std::vector<MovingBody> bodies = {textured_floor(map, 1)};

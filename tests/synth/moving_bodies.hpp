@@ -48,6 +48,17 @@ inline MovingBody floor_body(double side = 4) {
   return body;
 }
 
+/// The same, its upper face textured all over.
+inline MovingBody textured_floor(const solvers::SurfaceMap& map, double side = 4) {
+  MovingBody body = floor_body(side);
+  solvers::TexturedFace face;
+  face.map = map;
+  face.origin = {-side / 2, -side / 2, 0.05};
+  face.size = {side, side};
+  body.texture = face;
+  return body;
+}
+
 inline MovingBody at(MovingBody body, const Vec3& place) {
   body.start.pose.origin = place;
   return body;

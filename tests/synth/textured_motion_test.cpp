@@ -13,17 +13,6 @@ namespace {
 
 constexpr double kGravity = 9.80665;
 
-/// The floor's upper face, textured all over.
-MovingBody textured_floor(const solvers::SurfaceMap& map, double side = 4) {
-  MovingBody body = floor_body(side);
-  solvers::TexturedFace face;
-  face.map = map;
-  face.origin = {-side / 2, -side / 2, 0.05};
-  face.size = {side, side};
-  body.texture = face;
-  return body;
-}
-
 solvers::SurfaceMap flat_relief(double depth) {
   solvers::SurfaceMap map;
   map.name = "flat";

@@ -6,29 +6,20 @@ namespace carillon::cli {
 
 namespace {
 
-// One core of a 2.3 GHz Xeon (docs/scenes.md).
-constexpr double kSecondsPerBodyStep = 2e-5;
-constexpr double kSecondsPerContactSample = 1e-7;  ///< of a body
-constexpr double kSecondsPerTick = 2e-6;
-constexpr double kSecondsPerPixel = 1.5e-6;
-
-/// Bodies of the cast.
-double cast_size(core::ConfigNode& motion) {
-  double count = 0;
-  for (core::ConfigNode& body : motion.children("bodies")) {
-    count += body.has("repeat")
-                 ? static_cast<double>(body.child("repeat").integer("count", 1, 10000))
-                 : 1.0;
-  }
-  return count;
-}
-
-SceneEffect asked(core::ConfigNode& root) {
+/// @param part  key of `motion` that asks for the effect; "": all of it does
+SceneEffect asked(core::ConfigNode& root, const std::string& part = "") {
   SceneEffect effect;
-  if (root.has("motion")) {
-    effect.asked_by = "motion: (" + root.where("motion") + ")";
-  } else {
+  if (!root.has("motion")) {
     effect.reason_off = "nothing moves: no motion:";
+    return effect;
+  }
+  core::ConfigNode motion = root.child("motion");
+  if (part.empty()) {
+    effect.asked_by = "motion: (" + root.where("motion") + ")";
+  } else if (motion.has(part)) {
+    effect.asked_by = "motion." + part + ": (" + motion.where(part) + ")";
+  } else {
+    effect.reason_off = "no motion." + part + ":";
   }
   return effect;
 }
@@ -52,8 +43,6 @@ SceneEffect read_motion_effect(core::ConfigNode& root, const Scene& scene) {
   SceneEffect effect = asked(root);
   if (!effect.reason_off.empty()) return effect;
   core::ConfigNode motion = root.child("motion");
-  const double step = motion.quantity("step", core::Dimension::time, 0.001);
-  effect.seconds_per_sound = kSecondsPerBodyStep * cast_size(motion) * scene.audio.seconds / step;
   const std::vector<std::string> images = images_of(motion, scene.file_name);
   if (!images.empty()) {
     effect.content = [images] {
@@ -65,50 +54,16 @@ SceneEffect read_motion_effect(core::ConfigNode& root, const Scene& scene) {
   return effect;
 }
 
-SceneEffect read_contacts_effect(core::ConfigNode& root, const Scene& scene) {
-  SceneEffect effect = asked(root);
-  if (!effect.reason_off.empty()) return effect;
-  core::ConfigNode motion = root.child("motion");
-  effect.seconds_per_sound =
-      kSecondsPerContactSample * cast_size(motion) * static_cast<double>(scene.audio.samples());
-  return effect;
-}
-
-SceneEffect read_damping_effect(core::ConfigNode& root, const Scene&) {
+SceneEffect read_asked(core::ConfigNode& root, const Scene&) {
   return asked(root);
 }
 
-SceneEffect read_touch_effect(core::ConfigNode& root, const Scene& scene) {
-  SceneEffect effect = asked(root);
-  if (!effect.reason_off.empty()) return effect;
-  core::ConfigNode motion = root.child("motion");
-  if (!motion.has("stylus")) {
-    effect.asked_by.clear();
-    effect.reason_off = "no motion.stylus:";
-    return effect;
-  }
-  effect.asked_by = "motion.stylus: (" + motion.where("stylus") + ")";
-  effect.seconds_per_sound =
-      kSecondsPerTick * scene.audio.seconds / motion.quantity("step", core::Dimension::time, 0.001);
-  return effect;
+SceneEffect read_touch_effect(core::ConfigNode& root, const Scene&) {
+  return asked(root, "stylus");
 }
 
-SceneEffect read_movie_effect(core::ConfigNode& root, const Scene& scene) {
-  SceneEffect effect = asked(root);
-  if (!effect.reason_off.empty()) return effect;
-  core::ConfigNode motion = root.child("motion");
-  if (!motion.has("camera")) {
-    effect.asked_by.clear();
-    effect.reason_off = "no motion.camera:";
-    return effect;
-  }
-  core::ConfigNode camera = motion.child("camera");
-  effect.asked_by = "motion.camera: (" + motion.where("camera") + ")";
-  const double pixels = static_cast<double>(camera.integer("width", 1, 4096, 128)) *
-                        static_cast<double>(camera.integer("height", 1, 4096, 128));
-  effect.seconds_per_sound = kSecondsPerPixel * pixels * scene.audio.seconds *
-                             camera.quantity("rate", core::Dimension::frequency, 25);
-  return effect;
+SceneEffect read_movie_effect(core::ConfigNode& root, const Scene&) {
+  return asked(root, "camera");
 }
 
 }  // namespace
@@ -122,12 +77,12 @@ const Effect lasting_contacts_effect = {.name = "lasting_contacts",
                                         .description = "sound of what rolls and scrapes",
                                         .key = "motion",
                                         .stage = "motion",
-                                        .read = read_contacts_effect};
+                                        .read = read_asked};
 const Effect contact_damping_effect = {.name = "contact_damping",
                                        .description = "damping by what bodies rest on meanwhile",
                                        .key = "motion",
                                        .stage = "motion",
-                                       .read = read_damping_effect};
+                                       .read = read_asked};
 const Effect touch_effect = {.name = "touch",
                              .description = "force vectors of a stylus drawn over a texture",
                              .key = "motion",

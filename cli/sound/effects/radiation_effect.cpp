@@ -35,17 +35,14 @@ constexpr double kSecondsPerFit = 2;
 FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& cache,
                     RingingBody& body) {
   FitFindings findings;
-  const auto field = std::make_shared<const synth::SourceField>(
-      synth::cached_equivalent_sources(*body.modes, config.sources, cache));
-  body.field = field;
-  const synth::EquivalentSources& fit = field->sources();
-  synth::ModalPressure pressure = field->pressure_at(body.listeners);
+  synth::EquivalentSources fit =
+      synth::cached_equivalent_sources(*body.modes, config.sources, cache);
   for (std::size_t mode = 0; mode < fit.residuals.size(); ++mode) {
     findings.largest_residual = std::max(findings.largest_residual, fit.residuals[mode]);
     if (fit.residuals[mode] <= synth::kResidualLimit) continue;
     ++findings.doubtful_modes;
     if (config.doubtful == "drop") {
-      pressure.pressure.col(static_cast<Eigen::Index>(mode)).setZero();
+      fit.amplitudes.col(static_cast<Eigen::Index>(mode)).setZero();
     }
   }
   if (findings.doubtful_modes > 0) {
@@ -63,7 +60,9 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
     findings.largest_decay_rate = std::max(findings.largest_decay_rate, fit.decay_rates[mode]);
     body.decay_rates[mode] += fit.decay_rates[mode];
   }
-  body.pressure = synth::pressure_readout(pressure, *body.modes, body.decay_rates);
+  body.field = std::make_shared<const synth::SourceField>(std::move(fit));
+  body.pressure = synth::pressure_readout(body.field->pressure_at(body.listeners), *body.modes,
+                                          body.decay_rates);
   return findings;
 }
 
