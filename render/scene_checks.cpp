@@ -41,12 +41,13 @@ void check(const std::optional<std::array<double, 3>>& color) {
 }
 
 void check(const solvers::TexturedFace& face) {
+  if (face.map == nullptr) throw core::InputError("a textured face has no map");
   const bool frame = std::abs(face.u.norm() - 1) < 1e-6 && std::abs(face.v.norm() - 1) < 1e-6 &&
                      std::abs(face.u.dot(face.v)) < 1e-6 && face.origin.allFinite();
   if (!frame || !(face.size.array() > 0).all() || !face.size.allFinite()) {
     throw core::InputError(
         fmt::format("map {}: its face needs unit vectors u and v at right angles, and an extent",
-                    face.map.name));
+                    face.map->name));
   }
 }
 

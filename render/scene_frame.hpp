@@ -44,7 +44,7 @@ struct SceneGround {
   Vec3 middle = Vec3::Zero();  ///< [m]
   double reach = 10;           ///< from the middle to its edges, where it fades away [m]
   Appearance appearance = {{0.32, 0.31, 0.30}, 0.8, 0};
-  std::optional<solvers::SurfaceMap> map;  ///< lower left corner at the ground's; u along x
+  std::shared_ptr<const solvers::SurfaceMap> map;  ///< lower left corner at the ground's; u along x
   std::optional<std::array<double, 3>> deep_color;
 };
 

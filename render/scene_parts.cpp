@@ -25,7 +25,7 @@ Drawn make_drawn(const SceneBody& body, int number, const FootprintPainter& foot
               .footprint = {}};
   drawn.body_from_mesh.translate(ball.centre).scale(ball.radius);
   if (body.texture) {
-    drawn.detail = face_detail(body.texture->map);
+    drawn.detail = face_detail(*body.texture->map);
     drawn.body_from_face = body_from_face(*body.texture);
     drawn.face_size = body.texture->size;
     if (drawn.detail->relief()) {
@@ -47,7 +47,7 @@ Drawn make_drawn(const SceneGround& ground, const FootprintPainter& footprints) 
   }
   body.mesh.triangles = {{0, 1, 3}, {0, 3, 2}};
   if (ground.map) {
-    body.texture = {*ground.map, corner, Vec3::UnitX(), Vec3::UnitY(), {side, side}};
+    body.texture = {ground.map, corner, Vec3::UnitX(), Vec3::UnitY(), {side, side}};
   }
   Drawn drawn = make_drawn(body, 0, footprints);
   drawn.fade_reach = ground.reach;

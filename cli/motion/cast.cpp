@@ -126,7 +126,7 @@ std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
   return roles;
 }
 
-const solvers::SurfaceMap& Textures::of(const TextureConfig& texture) {
+std::shared_ptr<const solvers::SurfaceMap> Textures::of(const TextureConfig& texture) {
   std::string key = texture.map + texture.image;
   for (const auto& [name, value] : texture.parameters) key += fmt::format(" {} {}", name, value);
   key += fmt::format(" {} {} {} {} {} {}", texture.texels, texture.options.width,
@@ -139,7 +139,7 @@ const solvers::SurfaceMap& Textures::of(const TextureConfig& texture) {
           ? solvers::read_map(texture.image, texture.options)
           : solvers::generate_map(texture.map, texture.parameters, texture.texels, seed_);
   if (texture.normals && map.relief()) map = solvers::normal_map_of(map);
-  return maps_.emplace(key, std::move(map)).first->second;
+  return maps_[key] = std::make_shared<const solvers::SurfaceMap>(std::move(map));
 }
 
 solvers::TexturedFace Textures::on(const TextureConfig& texture, const solvers::Box& box) {

@@ -65,13 +65,13 @@ std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
 class Textures {
  public:
   explicit Textures(std::uint64_t seed) : seed_(seed) {}
-  const solvers::SurfaceMap& of(const TextureConfig& texture);
+  std::shared_ptr<const solvers::SurfaceMap> of(const TextureConfig& texture);
   /// On a face of a box that a body fills.
   solvers::TexturedFace on(const TextureConfig& texture, const solvers::Box& box);
 
  private:
   std::uint64_t seed_;
-  std::map<std::string, solvers::SurfaceMap> maps_;
+  std::map<std::string, std::shared_ptr<const solvers::SurfaceMap>> maps_;
 };
 
 /// A take ready to move: the ground first, where there is one, then the cast. Numbers of bodies are

@@ -43,7 +43,8 @@ std::vector<Vec3> hand_path(const StylusConfig& config, const solvers::TexturedF
 }  // namespace
 
 TakeTouch draw_take_stylus(const BuildConfig& config, std::uint64_t take_id, TakeStage& stage,
-                           synth::Motion& motion) {
+                           synth::Motion& motion,
+                           const std::shared_ptr<synth::TracedMaps>& traced) {
   const StylusConfig& stylus = *config.motion->stylus;
   const std::size_t touched = static_cast<std::size_t>(
       std::find(stage.names.begin(), stage.names.end(), stylus.body) - stage.names.begin());
@@ -52,7 +53,7 @@ TakeTouch draw_take_stylus(const BuildConfig& config, std::uint64_t take_id, Tak
   const double rate = 1 / motion.step;
   core::RandomStream random(config.seed, take_id, "motion.stylus");
   const std::vector<Vec3> hand = hand_path(stylus, face, random, rate, motion.states.size());
-  const synth::Touch felt = synth::draw_stylus(face, hand, stylus.stylus, {rate});
+  const synth::Touch felt = synth::draw_stylus(face, hand, stylus.stylus, {rate, traced});
 
   TakeTouch touch;
   touch.rate = rate;

@@ -17,8 +17,9 @@ struct TakeTouch {
 /// Draws the configuration's stylus over its face, from the take's start on, and adds it to stage
 /// and motion as the last body, with its lasting contacts. Path and speed are drawn by (seed,
 /// take's id, "motion.stylus"). The face's body must be fixed.
+/// @param traced  maps traced for earlier takes
 TakeTouch draw_take_stylus(const BuildConfig& config, std::uint64_t take_id, TakeStage& stage,
-                           synth::Motion& motion);
+                           synth::Motion& motion, const std::shared_ptr<synth::TracedMaps>& traced);
 
 /// A pen whose tip is the origin, leaning back from the way it is drawn.
 solvers::SurfaceMesh pen_mesh();

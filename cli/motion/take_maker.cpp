@@ -43,7 +43,7 @@ Take TakeMaker::make(const Sample& sample, Columns* record) {
   }
   if (config_.scene.runs("touch")) {
     const core::ScopedTimer timer(trace_.effects["touch"]);
-    take.touch = draw_take_stylus(config_, sample.id, take.stage, take.motion);
+    take.touch = draw_take_stylus(config_, sample.id, take.stage, take.motion, traced_);
   }
   Sound& sound = take.sound;
   sound.body = &scene_;
@@ -70,6 +70,7 @@ void TakeMaker::hear(Take& take) {
   options.hertz_pulses = config_.motion->hertz_pulses;
   options.contacts = config_.motion->contacts;
   options.contacts.seed = config_.seed;
+  options.contacts.traced = traced_;
   const auto listeners =
       scene.runs("radiation") ? std::span(scene.listeners) : std::span<const synth::Listener>();
   synth::MotionSound heard =

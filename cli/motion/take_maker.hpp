@@ -42,6 +42,7 @@ class TakeMaker {
   SoundChain chain_;
   Actors actors_;
   Textures textures_;
+  std::shared_ptr<synth::TracedMaps> traced_ = std::make_shared<synth::TracedMaps>();
   RingingBody scene_;  ///< stands for all bodies: the origin, and listeners around it
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -73,9 +74,9 @@ SurfaceMap normal_map_of(const SurfaceMap& relief);
 
 /// Where a map lies on a body: a rectangle in the body's coordinates.
 struct TexturedFace {
-  SurfaceMap map;
-  Vec3 origin = Vec3::Zero();  ///< where u = v = 0 [m]
-  Vec3 u = Vec3::UnitX();      ///< unit vectors
+  std::shared_ptr<const SurfaceMap> map;  ///< of all faces and bodies that have it
+  Vec3 origin = Vec3::Zero();             ///< where u = v = 0 [m]
+  Vec3 u = Vec3::UnitX();                 ///< unit vectors
   Vec3 v = Vec3::UnitY();
   Eigen::Vector2d size = {0, 0};  ///< of the rectangle [m]; the map repeats or goes on inside it
   Vec3 normal() const { return u.cross(v); }  ///< outward

@@ -76,6 +76,7 @@ struct BulletWorld::Impl {
   btSequentialImpulseConstraintSolver solver;
   World world{&dispatcher, &broadphase, &solver, &configuration};
   std::vector<CollisionShape> shapes;
+  std::vector<std::optional<ReliefPeaks>> peaks;  ///< of reliefs
   std::vector<std::unique_ptr<btRigidBody>> rigid;
   std::vector<Eigen::Quaterniond> principal;
   std::vector<std::unique_ptr<StringConstraint>> strings;
@@ -118,6 +119,8 @@ struct BulletWorld::Impl {
     const MovingBody& body = bodies[b];
     shapes.push_back(collision_shape(body, unit, near / 2));
     principal.push_back(principal_turn(body.rigid));
+    peaks.emplace_back();
+    if (body.texture && body.texture->map->relief()) peaks.back().emplace(body.texture->map);
     const double mass = body.fixed ? 0 : body.rigid.mass;
     const btVector3 inertia =
         body.fixed ? btVector3(0, 0, 0) : to_bullet(body.rigid.inertia / (unit * unit));
@@ -198,7 +201,7 @@ struct BulletWorld::Impl {
 
   void change_contacts() {
     take_off_skins();
-    change_textured_contacts(dispatcher, bodies, shapes, principal, unit);
+    change_textured_contacts(dispatcher, bodies, shapes, peaks, principal, unit);
     before.clear();
     each_contact([&](btPersistentManifold& manifold, btManifoldPoint& point) {
       const std::size_t a = number(manifold.getBody0()), b = number(manifold.getBody1());

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/random.hpp"
 #include "synth/motion/contact_places.hpp"
 
 namespace carillon::synth {
@@ -89,6 +90,7 @@ LastingForces::LastingForces(const Motion& motion, std::span<const MovingBody> b
                     "be",
                     options.roughness, options.edge_radius, options.smoothing));
   }
+  if (!options_.traced) options_.traced = std::make_shared<TracedMaps>();
   using Pair = std::array<std::size_t, 2>;
   std::map<std::pair<Pair, std::size_t>, double> sums;
   for (const LastingContact& contact : motion.contacts) {
@@ -125,7 +127,9 @@ const TracedFace& LastingForces::face_of(std::size_t body, double radius) {
   const auto key = std::make_pair(body, radius);
   auto found = faces_.find(key);
   if (found == faces_.end()) {
-    found = faces_.emplace(key, TracedFace(*bodies_[body].texture, radius)).first;
+    const solvers::TexturedFace& texture = *bodies_[body].texture;
+    found =
+        faces_.emplace(key, TracedFace(texture, options_.traced->of(texture.map, radius))).first;
   }
   return found->second;
 }
@@ -174,9 +178,10 @@ LastingForces::Side LastingForces::side_of(const LastingContact& contact, std::s
   }
   if (!papers && options_.roughness > 0) {
     const double longest =
-        bodies_[body].texture ? bodies_[body].texture->map.texel : options_.longest;
+        bodies_[body].texture ? bodies_[body].texture->map->texel : options_.longest;
     // A surface of its own for each body.
-    own.noise.emplace(options_.seed + body, longest, options_.exponent);
+    own.noise.emplace(core::RandomStream(options_.seed, body, "roughness").next(), longest,
+                      options_.exponent);
   }
   for (std::size_t k = 0; k <= contact.steps.size(); ++k) {
     const std::size_t state = std::min(contact.first_step + k, motion_.states.size() - 1);
@@ -309,7 +314,7 @@ void LastingForces::add_texel_impulses(std::size_t number, LastingForce& result)
     for (std::size_t k = 0; k < contact.steps.size(); ++k) {
       const double from = static_cast<double>(k) * motion_.step;
       const double way = own.path.at(from).velocity.norm() * motion_.step;
-      const auto looks = std::max(1.0, std::ceil(kTexelSteps * way / face.map.texel));
+      const auto looks = std::max(1.0, std::ceil(kTexelSteps * way / face.map->texel));
       for (double look = 0; look < looks; ++look) {
         const double time = from + (look + 0.5) / looks * motion_.step;
         const ContactPath::Place at = own.path.at(time);
@@ -318,7 +323,7 @@ void LastingForces::add_texel_impulses(std::size_t number, LastingForce& result)
           touched = false;
           continue;
         }
-        const Vec3 normal = solvers::texel_normal(face.map, *uv);
+        const Vec3 normal = solvers::texel_normal(*face.map, *uv);
         const double rise =
             -(at.velocity.dot(face.u) * normal.x() + at.velocity.dot(face.v) * normal.y()) /
             normal.z();
@@ -326,7 +331,7 @@ void LastingForces::add_texel_impulses(std::size_t number, LastingForce& result)
         const double momentum = between(share_[number], place) * mass * rise;
         if (touched && momentum != before) {
           const double edge =
-              last_time + edge_between(last_uv, *uv, face.map.texel) * (time - last_time);
+              last_time + edge_between(last_uv, *uv, face.map->texel) * (time - last_time);
           add_impulse(own.sign * (momentum - before) * between(own.normal, place), begin + edge,
                       result);
         }

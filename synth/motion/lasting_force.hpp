@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -28,8 +29,9 @@ struct LastingForceOptions {
   double roughness = 0.05;  ///< of height_profile: rms of the fractal force over the normal force
   double exponent = 1.7;    ///< of the fractal roughness: power over wave number
   double longest = 1e-3;    ///< fractal wave where no map is [m]; a map's texel where there is one
-  double edge_radius = 1e-3;  ///< of what touches where a body has no curvature [m]
-  std::uint64_t seed = 0;     ///< of the fractal roughness
+  double edge_radius = 1e-3;                ///< of what touches where a body has no curvature [m]
+  std::uint64_t seed = 0;                   ///< of the fractal roughness
+  std::shared_ptr<TracedMaps> traced = {};  ///< kept from motion to motion; null: made anew
 };
 
 /// Force of a lasting contact at audio rate, without its slow mean (that of the geometry, which by

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "solvers/textures/surface_map.hpp"
+#include "synth/motion/relief_peaks.hpp"
 
 namespace carillon::synth {
 
@@ -20,22 +20,26 @@ struct ReliefContact {
 /// At the most so many contacts of one pair, as in Bullet's manifolds.
 inline constexpr std::size_t kMostReliefContacts = 4;
 
+/// The deepest, then those farthest from all that were taken, kMostReliefContacts at the most.
+std::vector<ReliefContact> spread_out(std::vector<ReliefContact> all);
+
 /// Directional penetration depth (Otaduy et al. 2004; dissertation 5.3.1): the body's lower side is
-/// compared with the relief along the face's normal, texel by texel; where it is lower there is
-/// contact. Each local minimum of the distance is refined between texels on the relief's spline,
-/// where the ball's own slope is that of the relief. The deepest comes first.
+/// compared with the relief along the face's normal, texel by texel, where it reaches below a
+/// block's highest; where it is lower there is contact. Each local minimum of the distance is
+/// refined between texels on the relief's spline, where the ball's own slope is that of the relief.
+/// The deepest comes first.
 /// @param centre  of the ball in the face's axes [m]
 /// @param size    of the textured rectangle [m]: nothing beyond it is touched
-std::vector<ReliefContact> ball_on_relief(const solvers::SurfaceMap& relief,
-                                          const Eigen::Vector2d& size, const Vec3& centre,
-                                          double radius);
+std::vector<ReliefContact> ball_on_relief(const ReliefPeaks& relief, const Eigen::Vector2d& size,
+                                          const Vec3& centre, double radius);
 
-/// The same of a convex body, whose triangles are rasterised at the map's resolution; of a flat
-/// side the contacts are as far apart as there are places.
+/// The same of a convex body: local minima of the distance at the texels, and its corners between
+/// them. Of each block the highest texel stands for those that are alike (all of a flat side on a
+/// flat top dip in by the same); the deepest of all texels is always found.
 /// @param points     of the hull in the face's axes [m]
 /// @param triangles  3 indices each, outward
-std::vector<ReliefContact> hull_on_relief(const solvers::SurfaceMap& relief,
-                                          const Eigen::Vector2d& size, std::span<const Vec3> points,
+std::vector<ReliefContact> hull_on_relief(const ReliefPeaks& relief, const Eigen::Vector2d& size,
+                                          std::span<const Vec3> points,
                                           std::span<const std::int32_t> triangles);
 
 }  // namespace carillon::synth

@@ -29,8 +29,9 @@ struct PlacedFace {
 class Changer {
  public:
   Changer(std::span<const MovingBody> bodies, std::span<const CollisionShape> shapes,
+          std::span<const std::optional<ReliefPeaks>> peaks,
           std::span<const Eigen::Quaterniond> principal, double unit)
-      : bodies_(bodies), shapes_(shapes), principal_(principal), unit_(unit) {}
+      : bodies_(bodies), shapes_(shapes), peaks_(peaks), principal_(principal), unit_(unit) {}
 
   void change(btPersistentManifold& manifold) {
     const std::array<const btCollisionObject*, 2> objects = {manifold.getBody0(),
@@ -47,7 +48,7 @@ class Changer {
       const solvers::TexturedFace& texture = *bodies_[number(sides.face)].texture;
       const PlacedFace face = place(sides.face, texture);
       if (!is_touched(manifold, sides, face, texture)) continue;
-      if (texture.map.relief()) {
+      if (texture.map->relief()) {
         dip(manifold, sides, face, texture);
       } else {
         tilt(manifold, sides, face, texture);
@@ -123,7 +124,7 @@ class Changer {
           sides.face_is_second ? point.m_positionWorldOnB : point.m_positionWorldOnA;
       const Vec3 here = face.to_face(unit_ * from_bullet(on_face));
       const Vec3 normal =
-          face.axes * solvers::normal_of(solvers::slope_at(texture.map, here.head<2>()));
+          face.axes * solvers::normal_of(solvers::slope_at(*texture.map, here.head<2>()));
       point.m_normalWorldOnB = to_bullet(sides.face_is_second ? normal : Vec3(-normal));
       if (!(other.ball_radius > 0)) continue;
       const btVector3& centre = sides.other->getWorldTransform().getOrigin();
@@ -153,9 +154,10 @@ class Changer {
   std::vector<ReliefContact> contacts_on(const PlacedFace& face, const Sides& sides,
                                          const solvers::TexturedFace& texture) const {
     const std::size_t b = number(sides.other);
+    const ReliefPeaks& peaks = *peaks_[number(sides.face)];
     const btTransform& frame = sides.other->getWorldTransform();
     if (bodies_[b].ball_radius > 0) {
-      return ball_on_relief(texture.map, texture.size,
+      return ball_on_relief(peaks, texture.size,
                             face.to_face(unit_ * from_bullet(frame.getOrigin())),
                             bodies_[b].ball_radius);
     }
@@ -164,7 +166,7 @@ class Changer {
       const Vec3 local = principal_[b].conjugate() * (p - bodies_[b].rigid.centre);
       points.push_back(face.to_face(unit_ * from_bullet(frame * to_bullet(local / unit_))));
     }
-    return hull_on_relief(texture.map, texture.size, points, shapes_[b].triangles);
+    return hull_on_relief(peaks, texture.size, points, shapes_[b].triangles);
   }
 
   void add(btPersistentManifold& manifold, const Sides& sides, const PlacedFace& face,
@@ -205,6 +207,7 @@ class Changer {
 
   std::span<const MovingBody> bodies_;
   std::span<const CollisionShape> shapes_;
+  std::span<const std::optional<ReliefPeaks>> peaks_;
   std::span<const Eigen::Quaterniond> principal_;
   double unit_;
   std::set<std::pair<std::size_t, std::size_t>> met_;
@@ -214,8 +217,9 @@ class Changer {
 
 void change_textured_contacts(btCollisionDispatcher& dispatcher, std::span<const MovingBody> bodies,
                               std::span<const CollisionShape> shapes,
+                              std::span<const std::optional<ReliefPeaks>> peaks,
                               std::span<const Eigen::Quaterniond> principal, double unit) {
-  Changer changer(bodies, shapes, principal, unit);
+  Changer changer(bodies, shapes, peaks, principal, unit);
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
     changer.change(*dispatcher.getManifoldByIndexInternal(m));
   }

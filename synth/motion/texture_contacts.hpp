@@ -2,9 +2,11 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <optional>
 #include <span>
 
 #include "synth/motion/collision_shape.hpp"
+#include "synth/motion/relief_peaks.hpp"
 
 namespace carillon::synth {
 
@@ -13,10 +15,12 @@ inline constexpr double kOnFace = 0.7;
 
 /// Contacts on textured faces as the textures have them (simulate_motion()); others stay.
 /// @param shapes     of the bodies, whose numbers are the objects' user indices
+/// @param peaks      of the bodies' reliefs, where they have one
 /// @param principal  turns of the principal axes, as principal_turn()
 /// @param unit       of Bullet's lengths [m]
 void change_textured_contacts(btCollisionDispatcher& dispatcher, std::span<const MovingBody> bodies,
                               std::span<const CollisionShape> shapes,
+                              std::span<const std::optional<ReliefPeaks>> peaks,
                               std::span<const Eigen::Quaterniond> principal, double unit);
 
 }  // namespace carillon::synth

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kBeside = 2e-3;  ///< of a face a contact still is on it [m]
 constexpr int kMostLevels = 8;
+constexpr std::size_t kMostTraced = 32;
 
 /// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, twice along both axes: k such
 /// steps with strides 1, 2, ... make two triangles of 2^k texels, one after the other.
@@ -45,22 +46,34 @@ solvers::SurfaceMap blurred(const solvers::SurfaceMap& map, int stride) {
 
 }  // namespace
 
-TracedFace::TracedFace(const solvers::TexturedFace& face, double radius) : face_(face) {
+std::shared_ptr<const TracedMap> TracedMaps::of(
+    const std::shared_ptr<const solvers::SurfaceMap>& map, double radius) {
+  if (map == nullptr) throw core::InputError("textured face: it has no map");
+  const auto found = made_.find({map, radius});
+  if (found != made_.end()) return found->second;
+  auto traced = std::make_shared<TracedMap>();
+  traced->levels.push_back(solvers::traced_map(*map, radius));
+  const solvers::SurfaceMap& finest = traced->levels.front();
+  for (const float height : finest.heights) {
+    traced->deepest = std::max(traced->deepest, -static_cast<double>(height));
+  }
+  const int most = std::max(finest.width, finest.height);
+  for (int k = 1; k <= kMostLevels && (1 << k) <= most; ++k) {
+    traced->levels.push_back(blurred(traced->levels.back(), 1 << (k - 1)));
+  }
+  if (made_.size() >= kMostTraced) made_.clear();
+  made_[{map, radius}] = traced;
+  return traced;
+}
+
+TracedFace::TracedFace(const solvers::TexturedFace& face, std::shared_ptr<const TracedMap> traced)
+    : face_(face), traced_(std::move(traced)) {
   const double skew =
       std::abs(face.u.dot(face.v)) + std::abs(face.u.norm() - 1) + std::abs(face.v.norm() - 1);
   if (!(skew < 1e-6) || !face.origin.allFinite() || !(face.size.minCoeff() > 0)) {
     throw core::InputError(
         "textured face: its axes must be unit vectors at right angles, its size "
         "positive");
-  }
-  levels_.push_back(solvers::traced_map(face.map, radius));
-  const solvers::SurfaceMap& finest = levels_.front();
-  for (const float height : finest.heights) {
-    deepest_ = std::max(deepest_, -static_cast<double>(height));
-  }
-  const int most = std::max(finest.width, finest.height);
-  for (int k = 1; k <= kMostLevels && (1 << k) <= most; ++k) {
-    levels_.push_back(blurred(levels_.back(), 1 << (k - 1)));
   }
 }
 
@@ -69,18 +82,19 @@ std::optional<Eigen::Vector2d> TracedFace::place(const Vec3& point) const {
   const Eigen::Vector2d uv(from.dot(face_.u), from.dot(face_.v));
   const double above = from.dot(face_.normal());
   const bool inside = uv.minCoeff() >= 0 && (face_.size - uv).minCoeff() >= 0;
-  if (!inside || !(above <= kBeside && above >= -deepest_ - kBeside)) return {};
+  if (!inside || !(above <= kBeside && above >= -traced_->deepest - kBeside)) return {};
   return uv;
 }
 
 solvers::SurfaceDetail TracedFace::detail(const Eigen::Vector2d& uv, double width) const {
-  const double texels = width / levels_.front().texel;
+  const std::vector<solvers::SurfaceMap>& levels = traced_->levels;
+  const double texels = width / levels.front().texel;
   const double level = texels > 1 ? std::log2(texels) : 0;
-  const auto below = std::min(static_cast<std::size_t>(level), levels_.size() - 1);
-  solvers::SurfaceDetail detail = solvers::detail_at(levels_[below], uv);
+  const auto below = std::min(static_cast<std::size_t>(level), levels.size() - 1);
+  solvers::SurfaceDetail detail = solvers::detail_at(levels[below], uv);
   const double share = level - static_cast<double>(below);
-  if (share <= 0 || below + 1 >= levels_.size()) return detail;
-  const solvers::SurfaceDetail above = solvers::detail_at(levels_[below + 1], uv);
+  if (share <= 0 || below + 1 >= levels.size()) return detail;
+  const solvers::SurfaceDetail above = solvers::detail_at(levels[below + 1], uv);
   detail.height += share * (above.height - detail.height);
   detail.slope += share * (above.slope - detail.slope);
   detail.curvature += share * (above.curvature - detail.curvature);

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "solvers/textures/surface_map.hpp"
@@ -10,13 +13,34 @@ namespace carillon::synth {
 
 using solvers::Vec3;
 
+/// A map as a ball-shaped tip traces it.
+struct TracedMap {
+  std::vector<solvers::SurfaceMap> levels;  ///< level k: blurred over 2^k texels
+  double deepest = 0;                       ///< below the face [m]
+};
+
+/// Maps as tips trace them, made once for each map and radius: from motion to motion the same
+/// bodies touch the same maps. The latest few are kept.
+class TracedMaps {
+ public:
+  /// @param radius  of the tip [m], >= 0; of a normal map the integrated heights are traced
+  /// @throws InputError  a radius that is negative or no number, no map
+  std::shared_ptr<const TracedMap> of(const std::shared_ptr<const solvers::SurfaceMap>& map,
+                                      double radius);
+
+ private:
+  std::map<std::pair<std::shared_ptr<const solvers::SurfaceMap>, double>,
+           std::shared_ptr<const TracedMap>>
+      made_;
+};
+
 /// A textured face as a ball-shaped tip traces it, at any width of blur: what the tip's patch of
 /// contact, or the time between two samples, averages over.
 class TracedFace {
  public:
-  /// @param radius  of the tip [m], >= 0
-  /// @throws InputError  a radius that is negative or no number, a face without map or axes
-  TracedFace(const solvers::TexturedFace& face, double radius);
+  /// @param traced  the face's map
+  /// @throws InputError  a face without axes or size
+  TracedFace(const solvers::TexturedFace& face, std::shared_ptr<const TracedMap> traced);
 
   /// Where a point of the body lies on the face; none where it lies beside it, or farther from it
   /// than the map is deep and 2 mm.
@@ -30,9 +54,8 @@ class TracedFace {
   const solvers::TexturedFace& face() const { return face_; }
 
  private:
-  solvers::TexturedFace face_;               ///< its map as it came
-  std::vector<solvers::SurfaceMap> levels_;  ///< level k: blurred over 2^k texels
-  double deepest_ = 0;
+  solvers::TexturedFace face_;  ///< its map as it came
+  std::shared_ptr<const TracedMap> traced_;
 };
 
 }  // namespace carillon::synth

@@ -48,10 +48,11 @@ void check(const Stylus& stylus, const solvers::TexturedFace& face, std::span<co
 /// The map as the tip meets it, in the face's coordinates (u, v, height).
 class Surface {
  public:
-  Surface(const solvers::TexturedFace& face, double radius)
-      : relief_(face.map.relief()),
+  Surface(const solvers::TexturedFace& face, double radius, TracedMaps& maps)
+      : relief_(face.map->relief()),
         size_(face.size),
-        map_(relief_ && radius > 0 ? solvers::traced_map(face.map, radius) : face.map) {}
+        traced_(maps.of(face.map, relief_ ? radius : 0)),
+        map_(relief_ ? traced_->levels.front() : *face.map) {}
 
   struct Plane {
     bool there = false;
@@ -73,7 +74,7 @@ class Surface {
   /// How far a place lies above the lowest of what a normal map stands for [m].
   double virtual_height(const Eigen::Vector2d& uv) const {
     if (relief_) return 0;
-    const solvers::SurfaceMap heights = solvers::integrated_relief(map_);
+    const solvers::SurfaceMap& heights = traced_->levels.front();
     const float lowest = *std::min_element(heights.heights.begin(), heights.heights.end());
     return solvers::height_at(heights, uv) - static_cast<double>(lowest);
   }
@@ -81,7 +82,8 @@ class Surface {
  private:
   bool relief_;
   Eigen::Vector2d size_;
-  solvers::SurfaceMap map_;
+  std::shared_ptr<const TracedMap> traced_;
+  const solvers::SurfaceMap& map_;
 };
 
 /// The tip as a mass between hand and face.
@@ -206,7 +208,8 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
 Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
                   const Stylus& stylus, const TouchOptions& options) {
   check(stylus, face, hand, options);
-  const Surface surface(face, stylus.radius);
+  TracedMaps own;
+  const Surface surface(face, stylus.radius, options.traced ? *options.traced : own);
   const Eigen::Matrix3d axes = axes_of(face);
   const auto to_face = [&](const Vec3& point) -> Vec3 {
     return axes.transpose() * (point - face.origin);
@@ -225,7 +228,7 @@ Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
     const double gains = stylus.press / stylus.mass / options.rate;
     const double way = (to - from).norm() + (tip.speed() + gains) / options.rate;
     const double steps =
-        std::clamp(std::ceil(kStepsPerTexel * way / face.map.texel), kLeastSteps, kMostSteps);
+        std::clamp(std::ceil(kStepsPerTexel * way / face.map->texel), kLeastSteps, kMostSteps);
     const double h = 1 / (options.rate * steps);
     const Vec3 velocity = (to - from) * options.rate;
     tip.held_back = false;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "solvers/textures/surface_map.hpp"
 #include "synth/motion/motion.hpp"
+#include "synth/motion/traced_face.hpp"
 
 namespace carillon::synth {
 
@@ -26,7 +28,8 @@ struct Stylus {
 };
 
 struct TouchOptions {
-  double rate = 1000;  ///< of the force vectors [Hz]
+  double rate = 1000;                       ///< of the force vectors [Hz]
+  std::shared_ptr<TracedMaps> traced = {};  ///< kept from motion to motion; null: made anew
 };
 
 /// What a drawn stylus felt, at every tick.

@@ -4,11 +4,14 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <tuple>
 
+#include "solvers/textures/generated_maps.hpp"
 #include "synth/equivalent_sources.hpp"
 #include "synth/motion/driven_modes.hpp"
 #include "synth/motion/motion_sound.hpp"
+#include "synth/motion/relief_contacts.hpp"
 #include "synth/touch/stylus.hpp"
 #include "tests/synth/radiators.hpp"
 #include "tests/synth/random_rings.hpp"
@@ -146,15 +149,48 @@ void whole_sounds() {
 
 void stylus_ticks() {
   solvers::TexturedFace face;
-  face.map = sine_map(2e-3, 1e-5, 32, 16);
+  face.map = std::make_shared<const solvers::SurfaceMap>(sine_map(2e-3, 1e-5, 32, 16));
   face.size = {1, 1};
   const std::vector<Vec3> corners = {{0.1, 0.1, 0}, {0.6, 0.1, 0}};
   const std::vector<Vec3> hand = drawn_path(corners, 0.1, 1000);
   for (const bool relief : {true, false}) {
-    if (!relief) face.map = normal_map_of(face.map);
+    if (!relief) face.map = std::make_shared<const solvers::SurfaceMap>(normal_map_of(*face.map));
     const double seconds = seconds_of([&] { draw_stylus(face, hand, {}, {}); });
     fmt::print("stylus over a {}: {:.2f} us a tick\n", relief ? "relief" : "normal map",
                1e6 * seconds / static_cast<double>(hand.size()));
+  }
+}
+
+/// A tile 0.1 mm deep in a map of its own size, flat and tilted by one degree.
+void relief_contacts() {
+  const std::vector<std::int32_t> bottom = {0, 2, 1, 1, 2, 3};  // seen from below
+  for (const char* name : {"brick", "pebbles"}) {
+    for (const int texels : {256, 512, 1024}) {
+      const auto map =
+          std::make_shared<const solvers::SurfaceMap>(solvers::generate_map(name, {}, texels, 1));
+      const double side = 0.16;  // of 0.45 m of bricks, 0.16 m of pebbles
+      std::optional<ReliefPeaks> peaks;
+      const double prepared = seconds_of([&] { peaks.emplace(map); });
+      fmt::print("tile of 0.16 m on {} of {}^2 texels: prepared in {:.1f} ms", name, texels,
+                 1e3 * prepared);
+      for (const double tilt : {0.0, 1.0}) {
+        const Eigen::AngleAxisd turn(tilt * std::numbers::pi / 180, Vec3(1, 2, 0).normalized());
+        std::vector<Vec3> corners;
+        double lowest = 0;
+        for (int k = 0; k < 4; ++k) {
+          corners.push_back(
+              turn * Vec3(k % 2 == 0 ? -side / 2 : side / 2, k < 2 ? -side / 2 : side / 2, 0));
+          lowest = std::min(lowest, corners.back().z());
+        }
+        for (Vec3& p : corners) p += Vec3(side / 2, side / 2, -1e-4 - lowest);
+        constexpr int kCalls = 20;
+        const double seconds = seconds_of([&] {
+          for (int k = 0; k < kCalls; ++k) hull_on_relief(*peaks, {side, side}, corners, bottom);
+        });
+        fmt::print(", {} {:.2f} ms", tilt > 0 ? "tilted" : "flat", 1e3 * seconds / kCalls);
+      }
+      fmt::print("\n");
+    }
   }
 }
 
@@ -167,4 +203,5 @@ int main() {
   carillon::synth::lasting_forces();
   carillon::synth::whole_sounds();
   carillon::synth::stylus_ticks();
+  carillon::synth::relief_contacts();
 }

@@ -190,15 +190,16 @@ Costs of_mesh(const std::string& name, const solvers::TexturedFace& face, int co
 
 void run(const std::filesystem::path& folder) {
   solvers::TexturedFace face;
-  face.map = solvers::generate_map("brick", {}, 512, 1);
-  face.size = face.map.size();
+  face.map =
+      std::make_shared<const solvers::SurfaceMap>(solvers::generate_map("brick", {}, 512, 1));
+  face.size = face.map->size();
   solvers::SurfaceMesh plate;
   for (int i = 0; i < 4; ++i) {
     plate.vertices.emplace_back(i % 2 * face.size.x(), i / 2 * face.size.y(), 0);
   }
   plate.triangles = {{0, 1, 3}, {0, 3, 2}};
   solvers::TexturedFace normals = face;
-  normals.map = normal_map_of(face.map);
+  normals.map = std::make_shared<const solvers::SurfaceMap>(normal_map_of(*face.map));
   const Costs all[] = {of_map("normal map", normals, plate, folder),
                        of_map("relief", face, plate, folder),
                        of_mesh("mesh 66500", face, 265, 249, folder),

@@ -39,7 +39,8 @@ core::Image picture_of(const Tile& tile, int width, int height) {
   // Whole repetitions reach from the ground's corner to the middle of the picture.
   const double reach = std::ceil(5 * across / relief.size().x()) * relief.size().x();
   scene.ground = render::SceneGround{{0, 0, 0}, reach, {tile.color, 0.85, 0}, {}, tile.deep};
-  scene.ground->map = tile.as_normals ? normal_map_of(relief) : relief;
+  scene.ground->map =
+      std::make_shared<const SurfaceMap>(tile.as_normals ? normal_map_of(relief) : relief);
   std::vector<render::ScenePose> poses;
   const char* materials[] = {"steel", "porcelain", "glass"};
   for (int i = 0; i < 3; ++i) {

@@ -223,7 +223,7 @@ TEST(MotionHard, AMinuteOnAVerticalEdge) {
 MovingBody relief_tile(const solvers::SurfaceMap& map) {
   MovingBody tile = box_body({0.1, 0.1, 0.02});
   solvers::TexturedFace face;
-  face.map = map;
+  face.map = std::make_shared<const solvers::SurfaceMap>(map);
   face.origin = {-0.05, -0.05, 0.01};
   face.size = {0.1, 0.1};
   tile.texture = face;

@@ -243,7 +243,7 @@ TEST(SceneRelief, WhatLiesInItCastsItsShadow) {
 TEST(SceneRelief, LooksLikeTheMeshOfTheSameDetail) {
   SurfaceMap map = brick();
   solvers::TexturedFace face;
-  face.map = map;
+  face.map = std::make_shared<const SurfaceMap>(map);
   face.size = map.size();
   Scene scene;
   scene.camera = {
@@ -280,8 +280,11 @@ TEST(SceneRelief, EndsWithItsFaceAndHasWallsWithinIt) {
   const SurfaceMap map = solvers::generate_map("pebbles", {}, 256, 1);
   SceneBody disc{turned_body({{0, -0.03}, {0.05, -0.03}, {0.05, 0}, {0, 0}}, 256), {}, {}, {}};
   SceneBody plate{box({-0.08, -0.08, -0.03}, {0.08, 0.08, 0}), {}, {}, {}};
-  const solvers::TexturedFace face{
-      map, {-0.06, -0.06, 0}, Vec3::UnitX(), Vec3::UnitY(), {0.12, 0.12}};
+  const solvers::TexturedFace face{std::make_shared<const SurfaceMap>(map),
+                                   {-0.06, -0.06, 0},
+                                   Vec3::UnitX(),
+                                   Vec3::UnitY(),
+                                   {0.12, 0.12}};
   Scene scene;
   scene.camera = {
       .width = 240, .height = 180, .eye = {0.1, -0.25, 0.15}, .target = {0, 0, 0}, .samples = 1};
@@ -355,8 +358,11 @@ TEST(SceneRelief, NormalMapsShadeLikeTheSlopesThatTheyMean) {
   scene.camera = {
       .width = 20, .height = 20, .eye = {10, -20, 15}, .target = {0, 0, 0}, .field_of_view = 0.001};
   scene.bodies.push_back({sheet(0.08, 0.08), {{0.5, 0.4, 0.3}, 0.5, 0}, {}, {}});
-  scene.bodies[0].texture =
-      solvers::TexturedFace{map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), {0.08, 0.08}};
+  scene.bodies[0].texture = solvers::TexturedFace{std::make_shared<const SurfaceMap>(map),
+                                                  Vec3::Zero(),
+                                                  Vec3::UnitX(),
+                                                  Vec3::UnitY(),
+                                                  {0.08, 0.08}};
   const std::vector<ScenePose> here = {{.origin = {-0.04, -0.04, 0}}};
   const SceneFrame mapped = draw(scene, here);
   scene.bodies[0].texture.reset();

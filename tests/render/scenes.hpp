@@ -61,7 +61,8 @@ inline solvers::SurfaceMesh sheet(double width, double height) {
 inline SceneBody slab(const solvers::SurfaceMap& map, double thickness) {
   SceneBody body;
   body.mesh = box({0, 0, -thickness}, {map.size().x(), map.size().y(), 0});
-  body.texture = solvers::TexturedFace{map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), map.size()};
+  body.texture = solvers::TexturedFace{std::make_shared<const solvers::SurfaceMap>(map),
+                                       Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), map.size()};
   return body;
 }
 

@@ -101,7 +101,7 @@ TEST(IntegratedRelief, GivesASmoothReliefBack) {
 
 TEST(DisplacedMesh, LiesOnTheReliefAndLooksOutward) {
   TexturedFace face;
-  face.map = generate_map("pebbles", {}, 128, 2);
+  face.map = std::make_shared<const SurfaceMap>(generate_map("pebbles", {}, 128, 2));
   face.origin = {1, 2, 3};
   face.u = Vec3(1, 1, 0).normalized();
   face.v = Vec3(0, 0, 1);
@@ -112,10 +112,10 @@ TEST(DisplacedMesh, LiesOnTheReliefAndLooksOutward) {
   for (const Vec3& vertex : mesh.vertices) {
     const Vec3 off = vertex - face.origin;
     const Vector2d uv(off.dot(face.u), off.dot(face.v));
-    EXPECT_NEAR(off.dot(face.normal()), height_at(face.map, uv), 1e-12);
+    EXPECT_NEAR(off.dot(face.normal()), height_at(*face.map, uv), 1e-12);
   }
   EXPECT_LT((mesh.vertices.back() - (face.origin + 0.3 * face.u + 0.2 * face.v +
-                                     height_at(face.map, {0.3, 0.2}) * face.normal()))
+                                     height_at(*face.map, {0.3, 0.2}) * face.normal()))
                 .norm(),
             1e-12);
   double projected = 0;

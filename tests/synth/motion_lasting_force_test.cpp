@@ -267,12 +267,14 @@ TEST(FractalNoise, HasUnitVarianceAndItsExponent) {
 
 TEST(TracedFace, WavesAreShallowerByTheBlur) {
   constexpr int kTexels = 32;
-  const solvers::SurfaceMap map = sine_map(2e-3, 1e-5, kTexels, 4);
-  const TracedFace face({map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), {1, 1}}, 0);
+  const auto map = std::make_shared<const solvers::SurfaceMap>(sine_map(2e-3, 1e-5, kTexels, 4));
+  TracedMaps maps;
+  const TracedFace face({map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), {1, 1}}, maps.of(map, 0));
+  EXPECT_EQ(maps.of(map, 0), maps.of(map, 0));  // made once
   const auto amplitude = [&](double texels) {
     double high = -1, low = 1;
     for (int i = 0; i < 200; ++i) {
-      const double h = face.detail({2e-3 * i / 200.0 + 0.013, 1e-3}, texels * map.texel).height;
+      const double h = face.detail({2e-3 * i / 200.0 + 0.013, 1e-3}, texels * map->texel).height;
       high = std::max(high, h);
       low = std::min(low, h);
     }

@@ -48,11 +48,21 @@ inline MovingBody floor_body(double side = 4) {
   return body;
 }
 
-/// The same, its upper face textured all over.
+/// A relief cut as deep all over [m].
+inline solvers::SurfaceMap flat_relief(double depth) {
+  solvers::SurfaceMap map;
+  map.name = "flat";
+  map.width = map.height = 16;
+  map.texel = 1e-3;
+  map.heights.assign(256, static_cast<float>(-depth));
+  return map;
+}
+
+/// A floor, its upper face textured all over.
 inline MovingBody textured_floor(const solvers::SurfaceMap& map, double side = 4) {
   MovingBody body = floor_body(side);
   solvers::TexturedFace face;
-  face.map = map;
+  face.map = std::make_shared<const solvers::SurfaceMap>(map);
   face.origin = {-side / 2, -side / 2, 0.05};
   face.size = {side, side};
   body.texture = face;

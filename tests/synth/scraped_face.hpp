@@ -31,7 +31,7 @@ struct Scrape {
     bodies[0].rigid.mass = 0.1;
     bodies[1].fixed = true;
     bodies[1].texture.emplace();
-    bodies[1].texture->map = map;
+    bodies[1].texture->map = std::make_shared<const solvers::SurfaceMap>(map);
     bodies[1].texture->size = {10, 10};
     const auto at = [=](double time) { return Vec3(0.01 + speed * time, 5, 0); };
     motion = hand_made_motion(seconds, step, 2, [&](std::size_t body, double time) {

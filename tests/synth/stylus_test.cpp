@@ -13,7 +13,7 @@ namespace {
 
 solvers::TexturedFace face_of(const solvers::SurfaceMap& map) {
   solvers::TexturedFace face;
-  face.map = map;
+  face.map = std::make_shared<const solvers::SurfaceMap>(map);
   face.size = {1, 1};
   return face;
 }
@@ -56,11 +56,11 @@ TEST(Stylus, SlowlyDrawnTheForceIsThatOfTheSlope) {
     const Touch touch = draw_stylus(face, path, stylus, {});
     ASSERT_EQ(touch.forces.size(), path.size());
     for (std::size_t k = 300; k + 1 < path.size(); ++k) {
-      const Eigen::Vector2d slope = slope_at(face.map, touch.tip[k].head<2>());
+      const Eigen::Vector2d slope = slope_at(*face.map, touch.tip[k].head<2>());
       EXPECT_NEAR(touch.forces[k].z(), 1, 0.02);
       EXPECT_NEAR(touch.forces[k].x(), -slope.x(), 0.02);
       // It sinks in by force over stiffness.
-      const double height = normal_map ? 0 : height_at(face.map, touch.tip[k].head<2>());
+      const double height = normal_map ? 0 : height_at(*face.map, touch.tip[k].head<2>());
       EXPECT_NEAR(touch.tip[k].z(), height - 1 / stylus.stiffness, 1e-5);
     }
     EXPECT_EQ(touch.held_back, 0u);
@@ -149,7 +149,7 @@ TEST(Stylus, InANarrowValleyEnergyNeverGrows) {
           double begin = energy(touch.tip[0], Vec3::Zero());
           if (normal_map) {
             // It stands for heights, and may give what lies below the start.
-            const solvers::SurfaceMap heights = integrated_relief(face.map);
+            const solvers::SurfaceMap heights = integrated_relief(*face.map);
             const float lowest = *std::min_element(heights.heights.begin(), heights.heights.end());
             begin += stylus.press *
                      (height_at(heights, hand[0].head<2>()) - static_cast<double>(lowest));

@@ -5,22 +5,12 @@
 #include <numbers>
 
 #include "solvers/textures/generated_maps.hpp"
-#include "synth/motion/relief_contacts.hpp"
 #include "tests/synth/moving_bodies.hpp"
 
 namespace carillon::synth {
 namespace {
 
 constexpr double kGravity = 9.80665;
-
-solvers::SurfaceMap flat_relief(double depth) {
-  solvers::SurfaceMap map;
-  map.name = "flat";
-  map.width = map.height = 16;
-  map.texel = 1e-3;
-  map.heights.assign(256, static_cast<float>(-depth));
-  return map;
-}
 
 solvers::SurfaceMap sloping_normals(double slope) {
   solvers::SurfaceMap map;
@@ -30,60 +20,6 @@ solvers::SurfaceMap sloping_normals(double slope) {
   map.slopes_u.assign(256, static_cast<float>(slope));
   map.slopes_v.assign(256, 0);
   return map;
-}
-
-TEST(ReliefContacts, ABallOnAFlatReliefTouchesBelowItsCentre) {
-  const solvers::SurfaceMap map = flat_relief(0.002);
-  const std::vector<ReliefContact> found =
-      ball_on_relief(map, {1, 1}, {0.5003, 0.5001, 0.0079}, 0.01);
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_NEAR(found[0].depth, 0.0001, 1e-9);
-  EXPECT_NEAR((found[0].point - Vec3(0.5003, 0.5001, -0.0021)).norm(), 0, 1e-7);
-  EXPECT_NEAR((found[0].normal - Vec3::UnitZ()).norm(), 0, 1e-6);
-  EXPECT_TRUE(ball_on_relief(map, {1, 1}, {0.5, 0.5, 0.0081}, 0.01).empty());
-  EXPECT_TRUE(ball_on_relief(map, {1, 1}, {1.5, 0.5, 0.005}, 0.01).empty());
-}
-
-// Where ball and relief touch their slopes agree, and a ball across a groove touches both sides.
-TEST(ReliefContacts, ABallInAGrooveTouchesBothSides) {
-  const double wave = 0.016, depth = 0.004, radius = 0.01;
-  const solvers::SurfaceMap map = solvers::generate_map(
-      "grooves", {{"wavelength", wave}, {"depth", depth}, {"waves", 8}}, 512, 0);
-  // Above the bottom of a groove, 0.1 mm deeper than a ball at rest would be.
-  double bottom = wave / 2;
-  for (double u = wave / 2; u < 1.5 * wave; u += wave / 400) {
-    if (solvers::height_at(map, {u, 0.01}) < solvers::height_at(map, {bottom, 0.01})) bottom = u;
-  }
-  const Eigen::Vector2d place(bottom, 0.01);
-  const double rest = solvers::traced_height(map, place, radius) + radius;
-  const std::vector<ReliefContact> found =
-      ball_on_relief(map, {1, 1}, {place.x(), place.y(), rest - 1e-4}, radius);
-  ASSERT_EQ(found.size(), 2u);
-  const Vec3 centre(place.x(), place.y(), rest - 1e-4);
-  for (const ReliefContact& contact : found) {
-    const Vec3 of_ball = (centre - contact.point) / radius;
-    EXPECT_NEAR((of_ball - contact.normal).norm(), 0, 1e-3);
-    EXPECT_NEAR(contact.depth / contact.normal.z(), 1e-4, 2e-6);
-  }
-  EXPECT_NEAR(found[0].point.x() + found[1].point.x(), 2 * bottom, 1e-4);
-}
-
-TEST(ReliefContacts, AFlatBoxTouchesFarApart) {
-  const solvers::SurfaceMap map = flat_relief(0.001);
-  const MovingBody box = box_body({0.04, 0.03, 0.02});
-  std::vector<Vec3> points;
-  for (const Vec3& p : box.hulls[0]) points.push_back(p + Vec3(0.5, 0.5, 0.01 - 0.0011));
-  const std::vector<std::int32_t> bottom = {0, 2, 1, 1, 2, 3};  // seen from below
-  const std::vector<ReliefContact> found = hull_on_relief(map, {1, 1}, points, bottom);
-  ASSERT_EQ(found.size(), kMostReliefContacts);
-  Eigen::Vector2d low(1, 1), high(0, 0);
-  for (const ReliefContact& contact : found) {
-    EXPECT_NEAR(contact.depth, 1e-4, 1e-9);
-    low = low.cwiseMin(contact.point.head<2>());
-    high = high.cwiseMax(contact.point.head<2>());
-  }
-  EXPECT_GT(high.x() - low.x(), 0.035);
-  EXPECT_GT(high.y() - low.y(), 0.025);
 }
 
 // A ball laid on a relief rolls as if its centre followed the surface that its radius traces.
