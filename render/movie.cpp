@@ -64,9 +64,7 @@ MovieResult make_movie(const fs::path& movie, const fs::path& frames, double fra
   }
   const fs::path ffmpeg = on_path("ffmpeg");
   if (ffmpeg.empty()) {
-    return {false, fmt::format("no ffmpeg on the PATH: the frames stay in {} (Debian: apt-get "
-                               "install ffmpeg)",
-                               frames.string())};
+    return {false, "no ffmpeg on the PATH (Debian: apt-get install ffmpeg)"};
   }
   fs::path unfinished = movie;
   unfinished += ".part";
@@ -93,8 +91,7 @@ MovieResult make_movie(const fs::path& movie, const fs::path& frames, double fra
   std::error_code ignored;
   if (end.code != 0 || end.signal != 0 || end.timed_out) {
     fs::remove(unfinished, ignored);
-    return {false, fmt::format("{} could not make {}; the frames stay in {}: {}", ffmpeg.string(),
-                               movie.string(), frames.string(), end.output)};
+    return {false, fmt::format("{} could not make it: {}", ffmpeg.string(), end.output)};
   }
   fs::rename(unfinished, movie);
   return {true, {}};

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "solvers/modes.hpp"
 
 namespace carillon::synth {
@@ -15,9 +18,27 @@ struct RigidBody {
 };
 
 /// Centre and inertia by the volume moments of the surface (tetrahedra under its straight pieces,
-/// cavities taken off), scaled to the mass of the modes: regions of different density count as one.
+/// cavities taken off), scaled to the mass of the modes: regions of different density count as one
+/// (what has several takes region_moments()).
 /// @throws InputError  no mass, no volume
 RigidBody rigid_body(const solvers::Modes& modes);
+
+/// Moments of a region's volume.
+struct RegionMoments {
+  double volume = 0;                                 ///< [m^3]
+  Vec3 centroid = Vec3::Zero();                      ///< [m]
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();  ///< mean of r r^T about the centroid [m^2]
+};
+
+/// Of each region of a mesh, its elements' edges taken as straight.
+/// @throws InputError  a region without volume
+std::vector<RegionMoments> region_moments(const solvers::TetMesh& mesh);
+
+/// The same of regions of different density, scaled to the mass.
+/// @param densities  of each region [kg/m^3]
+/// @throws InputError  no mass, numbers that do not match
+RigidBody rigid_body(std::span<const RegionMoments> regions, std::span<const double> densities,
+                     double mass);
 
 /// Mass-normalised rigid shapes at a point [kg^-1/2]: three translations e_k / sqrt(m), then three
 /// rotations a_k x r / sqrt(I_k) about the principal axes a_k.

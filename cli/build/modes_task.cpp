@@ -238,6 +238,9 @@ ModesTaskResult run_modes_task(const BuildConfig& config, const Shape& shape,
       if (config.motion) {
         const core::ScopedTimer timer(trace.stages["convex pieces"]);
         write_hulls(file, synth::convex_pieces(made.mesh.mesh));
+        if (made.mesh.mesh.region_names.size() > 1) {
+          write_moments(file, synth::region_moments(made.mesh.mesh));
+        }
       }
       write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
       file.flush();

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <map>
@@ -9,6 +10,7 @@
 #include "cli/build/disk.hpp"
 #include "cli/build/schedule.hpp"
 #include "cli/build/solver_plan.hpp"
+#include "cli/motion/cast.hpp"
 #include "cli/sound/scene.hpp"
 #include "cli/sweep/run_sweep.hpp"
 #include "core/progress.hpp"
@@ -38,7 +40,14 @@ nlohmann::json describe_plan(const LoadedBuild& build) {
   for (const auto& [width, tasks] : tasks_of_width) {
     groups.push_back({{"ranks", width}, {"tasks", tasks}});
   }
+  nlohmann::json shared = nlohmann::json::array();
+  if (build.config.motion) {
+    for (const ObjectSource& object : build.config.objects) {
+      if (!held_out(build.config, build.plan, object.name)) shared.push_back(object.name);
+    }
+  }
   return {{"name", build.config.name},
+          {"shared_between_parts", shared},
           {"shapes", build.plan.shapes.size()},
           {"samples", build.plan.samples.size()},
           {"tasks", {{"modes", modes_tasks}, {"samples", samples_tasks}}},
@@ -79,6 +88,10 @@ void print_plan(const nlohmann::json& plan) {
         "{} tasks on groups of {} ranks (ranks.unknowns_per_rank), or of all where there are "
         "fewer\n",
         group.at("tasks").get<std::size_t>(), group.at("ranks").get<int>());
+  }
+  if (!plan.at("shared_between_parts").empty()) {
+    fmt::print("takes of all parts of the split share {}: too few instances to hold some out\n",
+               fmt::join(plan.at("shared_between_parts").get<std::vector<std::string>>(), ", "));
   }
   const nlohmann::json& estimate = plan.at("estimate");
   fmt::print("about {} of one rank, {} of memory per rank, {} on disk before compression\n",

@@ -26,7 +26,37 @@ std::vector<std::vector<Vec3>> read_hulls(const core::Hdf5Group& file) {
   return hulls;
 }
 
+std::vector<synth::RegionMoments> read_moments(const core::Hdf5Group& file) {
+  if (!file.has("moments")) return {};
+  const auto volumes = file.read<double>("moments/volume");
+  const auto centroids = file.read<double>("moments/centroid");
+  const auto spreads = file.read<double>("moments/spread");
+  std::vector<synth::RegionMoments> moments;
+  for (std::size_t r = 0; r < volumes.size(); ++r) {
+    moments.push_back({volumes[r], Eigen::Map<const Vec3>(centroids.data() + 3 * r),
+                       Eigen::Map<const Eigen::Matrix3d>(spreads.data() + 9 * r)});
+  }
+  return moments;
+}
+
 }  // namespace
+
+void write_moments(const core::Hdf5Group& file, const std::vector<synth::RegionMoments>& moments) {
+  std::vector<double> volumes, centroids, spreads;
+  for (const synth::RegionMoments& region : moments) {
+    volumes.push_back(region.volume);
+    centroids.insert(centroids.end(), region.centroid.begin(), region.centroid.end());
+    const auto spread = region.spread.reshaped();  // symmetric
+    spreads.insert(spreads.end(), spread.begin(), spread.end());
+  }
+  const std::uint64_t count = moments.size();
+  file.write<double>("moments/volume", volumes, {count});
+  file.write<double>("moments/centroid", centroids, {count, 3});
+  file.write<double>("moments/spread", spreads, {count, 3, 3});
+  file.write_attribute("unit", "m^3", "moments/volume");
+  file.write_attribute("unit", "m", "moments/centroid");
+  file.write_attribute("unit", "m^2", "moments/spread");
+}
 
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls) {
   std::vector<double> values;
@@ -52,6 +82,7 @@ ShapeModes::ShapeModes(const BuildConfig& config, const Shape& shape, const Buil
     solved_.push_back(solvers::read_modes(file.open_group(fmt::format("set-{:03}", s))));
   }
   hulls_ = read_hulls(file);
+  moments_ = read_moments(file);
 }
 
 solvers::Modes ShapeModes::of(std::size_t variant) const {

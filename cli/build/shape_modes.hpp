@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "cli/build/modes_task.hpp"
+#include "synth/rigid_body.hpp"
 
 namespace carillon::cli {
 
@@ -22,6 +23,8 @@ class ShapeModes {
   const solvers::ModeSurface& surface() const { return solved_.front().surface; }
   /// Corners of the body's convex pieces at size 1 [m]; empty where the build has no motion.
   const std::vector<std::vector<solvers::Vec3>>& hulls() const { return hulls_; }
+  /// Of its regions at size 1; empty where it has one only.
+  const std::vector<synth::RegionMoments>& moments() const { return moments_; }
 
  private:
   solvers::Band band_;
@@ -29,9 +32,14 @@ class ShapeModes {
   ModeSets sets_;
   std::vector<solvers::Modes> solved_;
   std::vector<std::vector<solvers::Vec3>> hulls_;
+  std::vector<synth::RegionMoments> moments_;
 };
 
 /// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<solvers::Vec3>>& hulls);
+
+/// Writes `moments/volume` [regions], `moments/centroid` [regions, 3] and `moments/spread`
+/// [regions, 3, 3].
+void write_moments(const core::Hdf5Group& file, const std::vector<synth::RegionMoments>& moments);
 
 }  // namespace carillon::cli

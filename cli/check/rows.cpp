@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "core/hdf5.hpp"
 #include "core/random.hpp"
@@ -11,6 +12,18 @@
 namespace carillon::cli {
 
 using core::Hdf5Group;
+
+namespace {
+
+std::vector<std::string> shapes_of_bodies(const std::string& bodies) {
+  std::vector<std::string> shapes;
+  for (const nlohmann::json& body : nlohmann::json::parse(bodies)) {
+    if (body.contains("shape")) shapes.push_back(body.at("shape"));
+  }
+  return shapes;
+}
+
+}  // namespace
 
 std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::size_t>& tasks) {
   std::vector<Row> rows;
@@ -21,6 +34,7 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
     const auto split_shapes = texts("split_shape"), split_strikes = texts("split_strike");
     const auto ids = shard.read<std::uint64_t>("id");
     const bool takes = shard.has("take");
+    const auto bodies = takes ? texts("bodies") : std::vector<std::string>{};
     const auto numbers = shard.read<std::int64_t>(takes ? "take" : "strike");
     std::vector<double> sizes(keys.size(), 1), points(3 * keys.size(), 0);
     if (!takes) {
@@ -47,6 +61,7 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
       row.size = sizes[i];
       row.strike = numbers[i];
       row.take = takes;
+      if (takes) row.played = shapes_of_bodies(bodies[i]);
       for (std::size_t k = 0; k < 3; ++k) row.point[k] = points[3 * i + k] / sizes[i];
       if (has_room) {
         row.room = rooms[i];

@@ -16,6 +16,7 @@ struct Row {
   double size = 1;
   std::int64_t strike = 0;           ///< or take
   bool take = false;                 ///< of a scene that moves; its shape is itself
+  std::vector<std::string> played;   ///< shapes of a take's bodies
   std::array<double, 3> point{};     ///< struck, on the body at size 1 [m]
   std::optional<std::int64_t> room;  ///< number
   std::string room_text;             ///< its size, place and reverberation

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/error.hpp"
 #include "core/random.hpp"
@@ -32,6 +33,23 @@ double ball_radius(const solvers::ModeSurface& surface, const Vec3& centre) {
   return most - least <= kRoundness * most ? most : 0;
 }
 
+/// A body of several regions turns about where its weight is.
+synth::RigidBody rigid_of(const ShapeModes& shape, std::size_t variant, double size,
+                          const solvers::Modes& modes) {
+  std::vector<synth::RegionMoments> regions = shape.moments();
+  if (regions.empty()) return synth::rigid_body(modes);
+  std::vector<double> densities;
+  for (const synth::Material& material : shape.materials(variant)) {
+    densities.push_back(material.elastic.density);
+  }
+  for (synth::RegionMoments& region : regions) {
+    region.volume *= size * size * size;
+    region.centroid *= size;
+    region.spread *= size * size;
+  }
+  return synth::rigid_body(regions, densities, modes.mass);
+}
+
 std::size_t variant_of(const Shape& shape, const std::string& material, double size) {
   for (std::size_t v = 0; v < shape.variants.size(); ++v) {
     if (shape.variants[v].material == material && shape.variants[v].size == size) return v;
@@ -53,7 +71,7 @@ const Actor& Actors::of(std::size_t shape, const std::string& material, double s
   const std::size_t v = variant_of(body, material, size);
   auto made = std::make_unique<Actor>();
   made->modes = modes.of(v);
-  made->rigid = synth::rigid_body(made->modes);
+  made->rigid = rigid_of(modes, v, size, made->modes);
   made->ball_radius = ball_radius(made->modes.surface, made->rigid.centre);
   made->hulls = modes.hulls();
   for (auto& hull : made->hulls) {
@@ -88,19 +106,25 @@ Vec3 between(const Ranges3& ranges, core::RandomStream& random) {
   return value;
 }
 
-/// Shapes of an entry of `objects` that a take of this part may have.
+/// Shapes of an entry of `objects`.
 std::vector<std::size_t> instances(const BuildConfig& config, const BuildPlan& plan,
-                                   const std::string& object, const std::string& part) {
-  std::vector<std::size_t> all, own;
+                                   const std::string& object) {
+  std::vector<std::size_t> shapes;
   for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
-    if (config.objects[plan.shapes[s].source].name != object) continue;
-    all.push_back(s);
-    if (plan.shapes[s].split_shape == part) own.push_back(s);
+    if (config.objects[plan.shapes[s].source].name == object) shapes.push_back(s);
   }
-  return own.empty() ? all : own;
+  return shapes;
 }
 
 }  // namespace
+
+bool held_out(const BuildConfig& config, const BuildPlan& plan, const std::string& object) {
+  std::set<std::string> parts;
+  for (const std::size_t s : instances(config, plan, object)) {
+    parts.insert(plan.shapes[s].split_shape);
+  }
+  return parts.size() == config.split.names().size();
+}
 
 std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
                              std::uint64_t take_id, const std::string& part) {
@@ -109,7 +133,10 @@ std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
     core::RandomStream random(config.seed, take_id, "motion." + body.name);
     Role role;
     role.name = body.name;
-    const std::vector<std::size_t> shapes = instances(config, plan, body.object, part);
+    std::vector<std::size_t> shapes = instances(config, plan, body.object);
+    if (held_out(config, plan, body.object)) {
+      std::erase_if(shapes, [&](std::size_t s) { return plan.shapes[s].split_shape != part; });
+    }
     role.shape = shapes[random.index(shapes.size())];
     role.material = body.materials[random.index(body.materials.size())];
     role.size = body.size;
@@ -142,7 +169,57 @@ std::shared_ptr<const solvers::SurfaceMap> Textures::of(const TextureConfig& tex
   return maps_[key] = std::make_shared<const solvers::SurfaceMap>(std::move(map));
 }
 
-solvers::TexturedFace Textures::on(const TextureConfig& texture, const solvers::Box& box) {
+namespace {
+
+/// Least part of a side's rectangle that is flat: a disc's is 0.79, a ball's 0.
+constexpr double kLeastFlat = 0.25;
+
+/// Part of the face's rectangle that the body's flat side takes.
+double flat_part(const solvers::TexturedFace& face, const solvers::SurfaceMesh& surface) {
+  const double near = 1e-6 * face.size.norm();
+  double area = 0;
+  for (const solvers::Triangle& triangle : surface.triangles) {
+    std::array<Vec3, 3> p;
+    bool within = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = surface.vertices[static_cast<std::size_t>(triangle[k])] - face.origin;
+      within = within && std::abs(p[k].dot(face.normal())) <= near;
+    }
+    if (within) area += 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).norm();
+  }
+  return area / face.size.prod();
+}
+
+std::string side_of(const TextureConfig& texture) {
+  return fmt::format("{}{}", texture.towards_plus ? '+' : '-', texture.axis);
+}
+
+/// A blow pushes a body out of another by the shorter way: through a relief that is deep it would
+/// be the wrong one.
+void check_face(const TextureConfig& texture, const solvers::TexturedFace& face, double thickness,
+                const solvers::SurfaceMesh* surface) {
+  const double flat = surface != nullptr ? flat_part(face, *surface) : 1;
+  if (flat < kLeastFlat) {
+    throw core::InputError(
+        fmt::format("its side {} is not flat ({:.0f} % of the rectangle around it): a texture "
+                    "needs a plane",
+                    side_of(texture), 100 * flat),
+        "choose another `face:`, or a body with a flat side");
+  }
+  if (!face.map->relief()) return;
+  const double depth =
+      -static_cast<double>(*std::min_element(face.map->heights.begin(), face.map->heights.end()));
+  if (depth < thickness / 2) return;
+  throw core::InputError(
+      fmt::format("its relief is {:.3g} mm deep, the body {:.3g} mm thick below its side {}",
+                  1e3 * depth, 1e3 * thickness, side_of(texture)),
+      "a relief must be less than half as deep: take a thicker body, or another depth");
+}
+
+}  // namespace
+
+solvers::TexturedFace Textures::on(const TextureConfig& texture, const solvers::Box& box,
+                                   const solvers::SurfaceMesh* surface) {
   const Eigen::Index normal = texture.axis - 'x';
   // u and v such that u x v looks outward.
   Eigen::Index u = (normal + 1) % 3, v = (normal + 2) % 3;
@@ -155,6 +232,7 @@ solvers::TexturedFace Textures::on(const TextureConfig& texture, const solvers::
   face.origin[normal] = texture.towards_plus ? box.high[normal] : box.low[normal];
   const Vec3 sides = box.high - box.low;
   face.size = {sides[u], sides[v]};
+  check_face(texture, face, sides[normal], surface);
   return face;
 }
 
@@ -174,6 +252,17 @@ void set_surface(synth::MovingBody& body, const SurfaceConfig& surface) {
   body.friction = surface.friction;
   body.rolling_friction = surface.rolling_friction;
   body.restitution = surface.restitution;
+}
+
+/// Says whose texture it is that cannot be.
+template <class Make>
+solvers::TexturedFace textured(const std::string& body, const Make& make) {
+  try {
+    return make();
+  } catch (const core::InputError& error) {
+    throw core::InputError(fmt::format("motion: the texture of {}: {}", body, error.message()),
+                           error.hint());
+  }
 }
 
 synth::MovingBody make_ground(const BuildConfig& config, Textures& textures) {
@@ -197,7 +286,9 @@ synth::MovingBody make_ground(const BuildConfig& config, Textures& textures) {
   body.rigid.mass = 1;
   body.rigid.inertia = Vec3::Ones();
   body.rigid.centre = {0, 0, -kGroundDepth / 2};
-  if (ground.texture) body.texture = textures.on(*ground.texture, box);
+  if (ground.texture) {
+    body.texture = textured("ground", [&] { return textures.on(*ground.texture, box); });
+  }
   return body;
 }
 
@@ -219,7 +310,10 @@ synth::MovingBody make_body(const CastBody& cast, const Role& role, const Actor&
   body.youngs_modulus = elastic.youngs_modulus;
   body.poisson_ratio = elastic.poisson_ratio;
   body.curvature = 1 / (actor.ball_radius > 0 ? actor.ball_radius : cast.edge_radius);
-  if (cast.texture) body.texture = textures.on(*cast.texture, actor.box);
+  if (cast.texture) {
+    body.texture =
+        textured(cast.name, [&] { return textures.on(*cast.texture, actor.box, &actor.surface); });
+  }
   body.start = role.start;
   body.release = role.release;
   // `at` is where the box's centre goes.

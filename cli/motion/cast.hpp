@@ -55,8 +55,12 @@ struct Role {
   synth::BodyState start;
 };
 
-/// Draws a take: each body's instance among those of the take's part (of all where that has none),
-/// its material, place, turn and motion. Streams are keyed by (seed, take's id, body's name).
+/// Whether an object's instances are kept to the takes of their own part of split_shape. Where a
+/// part would have none, takes of all parts draw from all of them.
+bool held_out(const BuildConfig& config, const BuildPlan& plan, const std::string& object);
+
+/// Draws a take: each body's instance (among those of the take's part where they are held out), its
+/// material, place, turn and motion. Streams are keyed by (seed, take's id, body's name).
 /// @param part  of split_shape that the take is in
 std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
                              std::uint64_t take_id, const std::string& part);
@@ -66,8 +70,11 @@ class Textures {
  public:
   explicit Textures(std::uint64_t seed) : seed_(seed) {}
   std::shared_ptr<const solvers::SurfaceMap> of(const TextureConfig& texture);
-  /// On a face of a box that a body fills.
-  solvers::TexturedFace on(const TextureConfig& texture, const solvers::Box& box);
+  /// On a side of a body's box.
+  /// @param surface  of the body; null: it fills its box
+  /// @throws InputError  the side is not flat, or the relief half as deep as the body is thick
+  solvers::TexturedFace on(const TextureConfig& texture, const solvers::Box& box,
+                           const solvers::SurfaceMesh* surface = nullptr);
 
  private:
   std::uint64_t seed_;

@@ -18,6 +18,8 @@ using core::Range;
 
 namespace {
 
+constexpr std::size_t kMostInMasks = 255;  ///< bodies of a picture (render::Scene)
+
 Ranges3 three(ConfigNode& node, const std::string& key, Dimension dimension) {
   Ranges3 values{};
   if (!node.has(key)) return values;
@@ -359,6 +361,12 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   read_bodies(node, file_name, objects, motion);
   read_strings(node, motion);
   if (node.has("stylus")) motion.stylus = read_stylus(node.child("stylus"), motion);
+  if (motion.camera && motion.bodies.size() + (motion.stylus ? 1 : 0) > kMostInMasks) {
+    node.fail(
+        "camera",
+        fmt::format("{} bodies: pictures can tell {} apart", motion.bodies.size(), kMostInMasks),
+        "leave out the camera, or some bodies");
+  }
   return motion;
 }
 

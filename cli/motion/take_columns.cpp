@@ -84,6 +84,9 @@ void add_poses(const BuildConfig& config, const Take& take, Columns& columns) {
   std::vector<double> left;
   for (const double time : motion.left) left.push_back(std::isfinite(time) ? time : kNone);
   columns.add<double>("left", left, {bodies}, "s");
+  double overlap = 0;
+  for (const synth::Overlap& pair : motion.overlaps) overlap = std::max(overlap, pair.depth);
+  columns.add("start_overlap", overlap, "m");
   columns.add("substeps", static_cast<std::int64_t>(motion.most_substeps));
   columns.add("too_fast_at", motion.too_fast.value_or(kNone), "s");
 }
@@ -107,9 +110,8 @@ void add_strikes(const BuildConfig& config, const Take& take, Columns& columns) 
     times[k] = impact.time;
     speeds[k] = impact.speed;
     durations[k] = impact.duration;
-    const auto step = std::min(static_cast<std::size_t>(impact.time / take.motion.step),
-                               take.motion.states.size() - 1);
-    const Vec3 point = take.motion.states[step][impact.bodies[0]].pose.to_world(impact.points[0]);
+    const Vec3 point =
+        synth::pose_at(take.motion, impact.bodies[0], impact.time).to_world(impact.points[0]);
     for (std::size_t i = 0; i < 3; ++i) {
       const auto axis = static_cast<Eigen::Index>(i);
       points[3 * k + i] = point[axis];

@@ -33,6 +33,7 @@ Take TakeMaker::make(const Sample& sample, Columns* record) {
     const core::ScopedTimer timer(trace_.effects["motion"]);
     synth::MotionOptions options = config_.motion->options;
     options.seconds = config_.scene.audio.seconds;
+    options.limit = clock;
     take.motion = synth::simulate_motion(take.stage.moving, take.stage.strings, options);
   }
   if (take.motion.too_fast) {
@@ -40,6 +41,12 @@ Take TakeMaker::make(const Sample& sample, Columns* record) {
         "{}: at {:.3f} s a body moves so fast for its thickness that {} parts of a step are too "
         "few: bodies may pass through one another; shorten motion.step",
         sample.key, *take.motion.too_fast, synth::kMostSubsteps);
+  }
+  for (const synth::Overlap& overlap : take.motion.overlaps) {
+    spdlog::warn(
+        "{}: at the start {} and {} are in one another by {:.2g} mm: they are pushed apart",
+        sample.key, take.stage.names[overlap.bodies[0]], take.stage.names[overlap.bodies[1]],
+        1e3 * overlap.depth);
   }
   if (config_.scene.runs("touch")) {
     const core::ScopedTimer timer(trace_.effects["touch"]);
@@ -52,14 +59,14 @@ Take TakeMaker::make(const Sample& sample, Columns* record) {
   sound.parts = config_.scene.parts;
   sound.part = part_index(config_, part) * config_.split.names().size() + part_index(config_, part);
   sound.record = record;
-  hear(take);
+  hear(take, clock);
   if (clock.passed()) clock.refuse();
   draw(take);
   if (clock.passed()) clock.refuse();
   return take;
 }
 
-void TakeMaker::hear(Take& take) {
+void TakeMaker::hear(Take& take, const core::TimeLimit& clock) {
   const Scene& scene = config_.scene;
   synth::MotionSoundOptions options;
   options.sample_rate = scene.audio.sample_rate;
@@ -67,6 +74,7 @@ void TakeMaker::hear(Take& take) {
   options.lasting_contacts = scene.runs("lasting_contacts");
   options.contact_damping = scene.runs("contact_damping");
   options.clicks = scene.runs("click");
+  options.limit = clock;
   options.hertz_pulses = config_.motion->hertz_pulses;
   options.contacts = config_.motion->contacts;
   options.contacts.seed = config_.seed;
@@ -89,6 +97,9 @@ void TakeMaker::hear(Take& take) {
   Sound& sound = take.sound;
   sound.sample_rate = options.sample_rate;
   sound.rows = heard.rows;
+  for (const synth::SoundingBody& body : take.stage.sounding) {
+    sound.modes += body.modes != nullptr ? body.modes->size() : 0;
+  }
   sound.audio = std::move(heard.samples);
   sound.rings.readout.unit = heard.unit;
   sound.rings.readout.delays.assign(heard.rows, 0.0);

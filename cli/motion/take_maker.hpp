@@ -33,7 +33,7 @@ class TakeMaker {
   Take make(const Sample& sample, Columns* record);
 
  private:
-  void hear(Take& take);
+  void hear(Take& take, const core::TimeLimit& clock);
   void draw(Take& take);
 
   const BuildConfig& config_;

@@ -71,7 +71,8 @@ std::vector<std::string> write_movie(const BuildConfig& config, const Sample& sa
     keep(movie, fs::path("movies") / (sample.key + ".mp4"));
     return written;
   }
-  spdlog::warn("{}: no movie, but its frames: {}", sample.key, made.message);
+  spdlog::warn("{}: no movie, but its frames and sound in {}: {}", sample.key,
+               (fs::path("movies") / sample.key).string(), made.message);
   for (const fs::path& frame : frames)
     keep(frame, fs::path("movies") / sample.key / frame.filename());
   keep(sound, fs::path("movies") / sample.key / "sound.wav");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "synth/motion/collision_shape.hpp"
 #include "synth/motion/string_constraint.hpp"
@@ -23,6 +24,8 @@ constexpr double kSlop = 1e-7;
 constexpr double kNearness = 4;
 /// A body moves at the most so much of its thinnest half-extent in a part of a step.
 constexpr double kLongestWay = 0.5;
+/// Of the smaller body's reach that two may be in one another at the start unsaid.
+constexpr double kOverlap = 1e-3;
 
 btVector3 to_bullet(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
@@ -311,6 +314,22 @@ BulletWorld::BulletWorld(std::span<const MovingBody> bodies, std::span<const Mot
     : impl_(std::make_unique<Impl>(bodies, strings, options)) {}
 
 BulletWorld::~BulletWorld() = default;
+
+std::vector<Overlap> BulletWorld::overlaps() {
+  impl_->world.performDiscreteCollisionDetection();
+  std::map<std::array<std::size_t, 2>, double> depths;
+  impl_->each_contact([&](btPersistentManifold& manifold, btManifoldPoint& point) {
+    const std::size_t a = Impl::number(manifold.getBody0()), b = Impl::number(manifold.getBody1());
+    double& depth = depths[{std::min(a, b), std::max(a, b)}];
+    depth = std::max(depth, -impl_->unit * point.getDistance());
+  });
+  std::vector<Overlap> found;
+  for (const auto& [pair, depth] : depths) {
+    const double smaller = std::min(impl_->shapes[pair[0]].reach, impl_->shapes[pair[1]].reach);
+    if (depth > kOverlap * smaller) found.push_back({pair, depth});
+  }
+  return found;
+}
 
 void BulletWorld::settle(double step) {
   for (int k = 0; k < kSettlingSteps; ++k) {

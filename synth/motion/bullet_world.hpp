@@ -33,6 +33,8 @@ class BulletWorld {
   BulletWorld(const BulletWorld&) = delete;
   BulletWorld& operator=(const BulletWorld&) = delete;
 
+  /// Bodies that are in one another at the start.
+  std::vector<Overlap> overlaps();
   /// Finds the forces of what rests at the start, which the solver only knows after some steps:
   /// steps of this length, after each of which everything is put back. Nothing where nothing
   /// touches.

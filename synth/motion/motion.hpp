@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/time_limit.hpp"
 #include "solvers/textures/surface_map.hpp"
 #include "synth/rigid_body.hpp"
 
@@ -63,8 +64,9 @@ struct MotionOptions {
   double seconds = 1;
   double step = 1e-3;  ///< [s]
   Vec3 gravity = {0, 0, -9.80665};
-  double least_speed = 0.01;  ///< of approach that counts as a strike [m/s]
-  double world_radius = 50;   ///< bodies farther than this from the origin have left [m]
+  double least_speed = 0.01;   ///< of approach that counts as a strike [m/s]
+  double world_radius = 50;    ///< bodies farther than this from the origin have left [m]
+  core::TimeLimit limit = {};  ///< asked after each step
 };
 
 /// A blow between two bodies.
@@ -97,6 +99,12 @@ struct LastingContact {
   std::vector<ContactStep> steps;
 };
 
+/// Two bodies that are in one another at the start, and are pushed apart.
+struct Overlap {
+  std::array<std::size_t, 2> bodies{};  ///< the first has the smaller number
+  double depth = 0;                     ///< [m]
+};
+
 /// What happened. State k is that at time k step.
 struct Motion {
   double step = 0;
@@ -109,7 +117,11 @@ struct Motion {
   /// When a body was first so fast and thin that kMostSubsteps were too few: things may then pass
   /// through one another [s].
   std::optional<double> too_fast;
-  std::vector<double> left;  ///< time at which each body left the world [s]; infinite: never
+  std::vector<Overlap> overlaps;  ///< of more than a thousandth of the smaller body
+  std::vector<double> left;       ///< time at which each body left the world [s]; infinite: never
 };
+
+/// Where a body is at any time: between two states, as turned as far as time has gone.
+Pose pose_at(const Motion& motion, std::size_t body, double time);
 
 }  // namespace carillon::synth

@@ -40,18 +40,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_;
 };
 
-/// Between two states, as turned as far as time has gone.
-Pose pose_at(const Motion& motion, std::size_t body, double time) {
-  const double place = std::max(0.0, time / motion.step);
-  const std::size_t last = motion.states.size() - 1;
-  const auto step = std::min(static_cast<std::size_t>(place), last);
-  const Pose& from = motion.states[step][body].pose;
-  if (step == last) return from;
-  const Pose& to = motion.states[step + 1][body].pose;
-  const double share = place - static_cast<double>(step);
-  return {from.turn.slerp(share, to.turn), from.origin + share * (to.origin - from.origin)};
-}
-
 double size_of(const solvers::ModeSurface& surface) {
   Vec3 low = surface.nodes.front(), high = low;
   for (const Vec3& node : surface.nodes) {
@@ -61,12 +49,23 @@ double size_of(const solvers::ModeSurface& surface) {
   return (high - low).norm();
 }
 
+bool sounds(const SoundingBody& body) {
+  return body.modes != nullptr && body.modes->size() > 0;
+}
+
 /// Forces of the lasting contacts, each computed once for both of its bodies.
 class ContactForces {
  public:
   ContactForces(const Motion& motion, std::span<const MovingBody> moving,
-                const MotionSoundOptions& options)
-      : forces_(motion, moving, with_rate(options)), found_(motion.contacts.size()) {}
+                std::span<const SoundingBody> bodies, const MotionSoundOptions& options)
+      : forces_(motion, moving, with_rate(options)), found_(motion.contacts.size()) {
+    for (const LastingContact& contact : motion.contacts) {
+      std::size_t& last = last_.emplace_back(0);
+      for (const std::size_t body : contact.bodies) {
+        if (sounds(bodies[body])) last = std::max(last, body);
+      }
+    }
+  }
 
   const std::vector<double>& normal_force(std::size_t contact) const {
     return forces_.normal_force(contact);
@@ -74,6 +73,10 @@ class ContactForces {
   const LastingForce& force(std::size_t contact) {
     if (!found_[contact]) found_[contact] = forces_.force(contact);
     return *found_[contact];
+  }
+  /// A body has no more use of the contact's force: the last that sounds has it dropped.
+  void leave(std::size_t contact, std::size_t body) {
+    if (last_[contact] == body) found_[contact].reset();
   }
 
  private:
@@ -84,6 +87,7 @@ class ContactForces {
   }
   LastingForces forces_;
   std::vector<std::optional<LastingForce>> found_;
+  std::vector<std::size_t> last_;  ///< of each contact's bodies that sounds
 };
 
 /// A lasting contact as one of its bodies has it.
@@ -95,9 +99,7 @@ struct TouchingContact {
   /// Of its force, while it lasts; where there are listeners.
   std::vector<Eigen::Matrix3Xf> slow_rates = {};
 
-  bool acts_in(std::size_t step) const {
-    return step >= contact->first_step && step < contact->first_step + contact->steps.size();
-  }
+  std::size_t end_step() const { return contact->first_step + contact->steps.size(); }
 };
 
 /// One body's way through the motion.
@@ -134,6 +136,12 @@ class BodySound {
     }
   }
 
+  ~BodySound() {
+    for (const TouchingContact& contact : contacts_) forces_.leave(contact.number, body_);
+  }
+  BodySound(const BodySound&) = delete;
+  BodySound& operator=(const BodySound&) = delete;
+
   /// Rows as they leave the body, samples x rows.
   Eigen::MatrixXd emitted(Eigen::Index count, Eigen::Index rows) {
     Eigen::MatrixXd samples = Eigen::MatrixXd::Zero(count, rows);
@@ -145,6 +153,7 @@ class BodySound {
     for (std::size_t step = 0; begin_of(step) < count; ++step) {
       const Eigen::Index begin = begin_of(step), size = begin_of(step + 1) - begin;
       if (size == 0) continue;
+      follow(step);
       strike(static_cast<double>(begin) / options_.sample_rate,
              static_cast<double>(begin + size) / options_.sample_rate);
       const std::vector<Drive> driven = drives(step, begin, size);
@@ -170,16 +179,25 @@ class BodySound {
   const MovingGains& gains() const { return gains_; }
 
  private:
+  /// Contacts that act in a step; steps come one after the other.
+  void follow(std::size_t step) {
+    std::erase_if(acting_, [&](TouchingContact* contact) {
+      if (step < contact->end_step()) return false;
+      contact->slow_rates = {};
+      return true;
+    });
+    for (; begun_ < contacts_.size() && contacts_[begun_].contact->first_step <= step; ++begun_) {
+      if (step < contacts_[begun_].end_step()) acting_.push_back(&contacts_[begun_]);
+    }
+  }
+
   /// What drives the body from step to step, where anything does.
   std::vector<Drive> drives(std::size_t step, Eigen::Index begin, Eigen::Index size) {
     std::vector<Drive> result;
     if (!options_.lasting_contacts) return result;
     const Stopwatch watch(report_.lasting_contacts);
-    for (TouchingContact& contact : contacts_) {
-      if (!contact.acts_in(step)) {
-        contact.slow_rates = {};
-        continue;
-      }
+    for (TouchingContact* acting : acting_) {
+      TouchingContact& contact = *acting;
       const LastingForce& force = forces_.force(contact.number);
       const Eigen::Index from = begin - static_cast<Eigen::Index>(force.first_sample);
       const Eigen::Index known = std::min<Eigen::Index>(size + 1, force.force.cols() - from);
@@ -238,8 +256,8 @@ class BodySound {
     const Stopwatch watch(report_.contact_damping);
     bool rests = false;
     std::vector<double> rates = sounding_.decay_rates;
-    for (const TouchingContact& contact : contacts_) {
-      if (!contact.acts_in(step)) continue;
+    for (const TouchingContact* acting : acting_) {
+      const TouchingContact& contact = *acting;
       const std::size_t at = step - contact.contact->first_step;
       const Vec3 normal =
           motion_.states[step][body_].pose.turn.conjugate() * contact.contact->steps[at].normal;
@@ -270,7 +288,9 @@ class BodySound {
   MovingGains gains_;
   std::vector<const Impact*> impacts_;
   std::size_t struck_ = 0;
-  std::vector<TouchingContact> contacts_;
+  std::vector<TouchingContact> contacts_;  ///< in order of their begin
+  std::vector<TouchingContact*> acting_;   ///< those of the present step
+  std::size_t begun_ = 0;
   bool heard_;  ///< by listeners, as pressure
   bool damps_ = false;
   bool rested_ = false;
@@ -346,12 +366,13 @@ MotionSound motion_sound(const Motion& motion, std::span<const MovingBody> movin
   sound.rows = std::max<std::size_t>(1, listeners.size());
   sound.unit = listeners.empty() ? "m/s" : "Pa";
   const auto rows = static_cast<Eigen::Index>(sound.rows);
-  ContactForces forces(motion, moving, options);
+  ContactForces forces(motion, moving, bodies, options);
   Eigen::MatrixXd heard = Eigen::MatrixXd::Zero(count, rows);
   for (std::size_t body = 0; body < bodies.size(); ++body) {
-    if (bodies[body].modes == nullptr || bodies[body].modes->size() == 0) continue;
+    if (!sounds(bodies[body])) continue;
     BodySound own(motion, body, bodies[body], listeners, options, forces, sound);
     const Eigen::MatrixXd samples = own.emitted(count, rows);
+    if (options.limit.passed()) options.limit.refuse();
     for (Eigen::Index row = 0; row < rows; ++row) {
       if (samples.col(row).isZero(0)) continue;
       const std::vector<double> flights = own.gains().flight_times(static_cast<std::size_t>(row));

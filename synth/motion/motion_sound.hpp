@@ -25,6 +25,7 @@ struct MotionSoundOptions {
   bool hertz_pulses = false;     ///< the blows' course; false: the raised cosine
   double turn = 0.05;            ///< between key poses of the radiation [rad]
   LastingForceOptions contacts;  ///< its sample rate is the clip's
+  core::TimeLimit limit = {};    ///< asked after each body
 };
 
 /// What a part of the sound cost: a trace of what ran.

@@ -87,9 +87,10 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
   check(options);
 
   BulletWorld world(bodies, strings, options);
-  world.settle(options.step);
   ContactTracker tracker(bodies, options);
   Motion motion;
+  motion.overlaps = world.overlaps();
+  world.settle(options.step);
   motion.step = options.step;
   motion.left.assign(bodies.size(), std::numeric_limits<double>::infinity());
   const auto count = static_cast<std::size_t>(std::ceil(options.seconds / options.step - 1e-9));
@@ -142,6 +143,7 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
     tracker.end_step(k);
     motion.tensions.push_back(std::move(tensions));
     record();
+    if (options.limit.passed()) options.limit.refuse();
   }
   tracker.finish(motion);
   return motion;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/error.hpp"
 #include "tests/synth/moving_bodies.hpp"
 
 namespace carillon::synth {
@@ -203,6 +204,27 @@ TEST(Motion, AHeldBodyIsLetGoInTime) {
   EXPECT_NEAR(motion.states[500][1].pose.origin.z(), 0.06, 1e-4);
   EXPECT_NEAR(motion.states[1000][0].pose.origin.x(), 0.5, 1e-3);
   EXPECT_NEAR(motion.states[1000][0].pose.origin.z(), -kGravity / 8, 0.01);
+}
+
+TEST(Motion, BodiesInOneAnotherAtTheStartAreTold) {
+  std::vector<MovingBody> bodies = {floor_body(), at(ball_body(0.02), {0, 0, 0.01}),
+                                    at(ball_body(0.02), {0.5, 0, 0.02}),
+                                    at(box_body({0.1, 0.1, 0.1}), {1, 0, 0.05})};
+  MotionOptions options;
+  options.seconds = 0.01;
+  const Motion motion = simulate_motion(bodies, {}, options);
+  // The floor's upper side is at 0: one ball is in it by a half of its radius, the others rest.
+  ASSERT_EQ(motion.overlaps.size(), 1u);
+  EXPECT_EQ(motion.overlaps[0].bodies, (std::array<std::size_t, 2>{0, 1}));
+  EXPECT_NEAR(motion.overlaps[0].depth, 0.01, 1e-6);
+}
+
+TEST(Motion, EndsWhenItsTimeIsUp) {
+  std::vector<MovingBody> bodies = {at(ball_body(0.02), {0, 0, 10})};
+  MotionOptions options;
+  options.seconds = 1000;
+  options.limit = {1e-3, "a take", "limits.sample_time"};
+  EXPECT_THROW(simulate_motion(bodies, {}, options), core::TimeError);
 }
 
 TEST(Motion, SameInputSameBits) {
