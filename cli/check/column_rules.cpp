@@ -74,7 +74,7 @@ constexpr ColumnRule rules[] = {
     {"pose_step", "float64", "", "s", "motion"},
     {"energy", "float64", "*", "J", "motion"},
     {"left", "float64", "*", "s", "motion", true},
-    {"start_overlap", "float64", "m", "1", "motion"},
+    {"start_overlap", "float64", "", "m", "motion"},
     {"substeps", "int64", "", "1", "motion"},
     {"too_fast_at", "float64", "", "s", "motion", true},
     {"strikes", "int64", "", "1", "motion"},

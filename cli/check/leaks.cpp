@@ -121,12 +121,16 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
                                   here->second, shape.split_shape));
     }
   }
-  return judged(
-      "split_shape", std::move(items),
-      fmt::format("{} shapes, {} of them distinct, none in two parts", parts.size(), distinct),
-      "a shape is in two parts, or not where it should be",
-      "name the same shape once in objects, or remove the copies; then build into a new "
-      "folder");
+  const std::string held_text =
+      fmt::format("{} shapes, {} of them distinct, none in two parts", parts.size(), distinct);
+  return judged("split_shape", std::move(items),
+                folder.dataset.build.config.motion
+                    ? fmt::format("{} takes of {} shapes; held out: {}", rows.size(), shapes.size(),
+                                  held_text)
+                    : held_text,
+                "a shape is in two parts, or not where it should be",
+                "name the same shape once in objects, or remove the copies; then build into a new "
+                "folder");
 }
 
 Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& rows) {

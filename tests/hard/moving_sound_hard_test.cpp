@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "../synth/radiators.hpp"
 #include "../synth/scraped_face.hpp"
@@ -38,6 +39,14 @@ double peak(const MotionSound& sound) {
   return largest;
 }
 
+/// Over the ball's top instead of beside it, where a force along z moves no radial mode.
+void scrape_over_the_top(Scrape& scene) {
+  const Vec3 by(-0.06, -5, 0.05);
+  scene.bodies[1].texture->origin += by;
+  for (auto& states : scene.motion.states) states[0].pose.origin += by;
+  for (ContactStep& step : scene.motion.contacts[0].steps) step.points[1] += by;
+}
+
 Impact blow(double time, double impulse, double duration) {
   Impact impact;
   impact.time = time;
@@ -52,9 +61,16 @@ Impact blow(double time, double impulse, double duration) {
 TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
   const Ball ball;
   Scrape scene(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);
-  scene.motion.contacts.resize(1000, scene.motion.contacts[0]);
-  for (int i = 0; i < 1000; ++i) scene.motion.impacts.push_back(blow(0.02, 1e-3, 1e-4));
+  scrape_over_the_top(scene);
   const std::vector<SoundingBody> bodies = {{}, ball.body()};
+  const double of_one = peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+  EXPECT_GT(of_one, 0);
+  // A thousand share the force of one.
+  for (ContactStep& step : scene.motion.contacts[0].steps) step.force /= 1000;
+  scene.motion.contacts.resize(1000, scene.motion.contacts[0]);
+  const double of_all = peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+  EXPECT_NEAR(of_all / of_one, 1, 0.5);  // their patches are smaller
+  for (int i = 0; i < 1000; ++i) scene.motion.impacts.push_back(blow(0.02, 1e-3, 1e-4));
   const MotionSound sound = motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
   EXPECT_GT(peak(sound), 0);
   EXPECT_EQ(sound.impacts.calls, 1000u);
@@ -109,8 +125,16 @@ TEST(MovingSoundHard, HugeMassRatiosAndForces) {
       scene.bodies[0].rigid.mass = mass;
       scene.bodies[0].youngs_modulus = scene.bodies[1].youngs_modulus = 2e11;
       scene.bodies[0].ball_radius = 0.01;
+      scrape_over_the_top(scene);
       const std::vector<SoundingBody> bodies = {{}, ball.body()};
-      peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+      // The wave's own forces, were it not rounded off: F + m v^2 A k^2, along the face A k of it.
+      const double wave = 2 * std::numbers::pi / 2e-3, steep = 1e-4 * wave;
+      const double most = force + mass * 4 * steep * wave;
+      LastingForces forces(scene.motion, scene.bodies, {});
+      const LastingForce driving = forces.force(0);
+      EXPECT_LT(driving.force.colwise().norm().maxCoeff(), 2 * (1 + steep) * most);
+      EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0)
+          << mass << " kg, " << force << " N";
     }
   }
 }
