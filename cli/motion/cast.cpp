@@ -355,9 +355,11 @@ TakeStage set_stage(const BuildConfig& config, const std::vector<Role>& roles, A
     const std::size_t body = numbers.at(string.body);
     const Actor& actor = *stage.actors[body];
     const Vec3 middle = 0.5 * (actor.box.low + actor.box.high);
-    stage.strings.push_back({body, middle + Vec3(string.at[0], string.at[1], string.at[2]),
-                             Vec3(string.anchor[0], string.anchor[1], string.anchor[2]),
-                             string.length});
+    const Vec3 at = middle + Vec3(string.at[0], string.at[1], string.at[2]);
+    const Vec3 anchor(string.anchor[0], string.anchor[1], string.anchor[2]);
+    stage.sounding[body].strings.push_back(
+        {stage.strings.size(), at, anchor, synth::parse_support(string.rests)});
+    stage.strings.push_back({body, at, anchor, string.length});
   }
   return stage;
 }

@@ -226,6 +226,8 @@ void read_strings(ConfigNode& node, MotionConfig& motion) {
     std::copy(anchor.begin(), anchor.end(), string.anchor.begin());
     string.length = entry.quantity("length", Dimension::length, 0);
     if (string.length < 0) entry.fail("length", "must not be negative");
+    string.rests = entry.text("rests", string.rests);
+    at_key(entry, "rests", [&] { return synth::parse_support(string.rests); });
     motion.strings.push_back(string);
   }
 }

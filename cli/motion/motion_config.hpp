@@ -62,6 +62,7 @@ struct CastString {
   std::array<double, 3> at{};      ///< from the centre of the body's box, as it lies unturned [m]
   std::array<double, 3> anchor{};  ///< world [m]
   double length = 0;               ///< [m]; 0: taut at the start
+  std::string rests = "string";    ///< kind of support that it is to the body's modes
 };
 
 /// A flat floor at z = 0 that makes no sound.

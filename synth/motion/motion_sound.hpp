@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "synth/motion/effect_use.hpp"
 #include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
 #include "synth/motion/sounding_body.hpp"
@@ -28,12 +29,6 @@ struct MotionSoundOptions {
   core::TimeLimit limit = {};    ///< asked after each body
 };
 
-/// What a part of the sound cost: a trace of what ran.
-struct EffectUse {
-  std::uint64_t calls = 0;
-  double seconds = 0;
-};
-
 struct MotionSound {
   std::size_t rows = 0;        ///< of each listener, or the one dry row
   std::vector<float> samples;  ///< row by row
@@ -42,7 +37,7 @@ struct MotionSound {
   EffectUse ringing;           ///< blocks of modes that were not at rest
   EffectUse impacts;           ///< blows on bodies that sound: two for each impact
   EffectUse lasting_contacts;  ///< blocks in which a contact drove a body
-  EffectUse contact_damping;   ///< blocks of lasting contacts that damped a body
+  EffectUse contact_damping;   ///< blocks of contacts and strings that damped a body
   EffectUse clicks;            ///< of a blow at a listener
   EffectUse moving_radiation;  ///< poses at which gains were computed
   std::uint64_t mode_samples = 0;
@@ -53,10 +48,10 @@ struct MotionSound {
 /// Every impact strikes both of its bodies, with opposite impulses, at the surface's nearest points
 /// and for Hertz's duration. Lasting contacts drive both (LastingForces). While a contact lasts it
 /// damps the modes of its bodies by what they rest as: coefficient times normal force, at the
-/// contact's place, step by step (the diagonal of unit_dashpots()). At listeners (world
-/// coordinates) gains follow the bodies' poses, and sounds arrive after their time of flight from
-/// the body's centroid. Without listeners there is one dry row, the sum of all bodies'
-/// mean_square_velocity(). Bodies do not shade or reflect each other's sound.
+/// contact's place, step by step (the diagonal of unit_dashpots()); strings do so by their tension.
+/// At listeners (world coordinates) gains follow the bodies' poses, and sounds arrive after their
+/// time of flight from the body's centroid. Without listeners there is one dry row, the sum of all
+/// bodies' mean_square_velocity(). Bodies do not shade or reflect each other's sound.
 ///
 /// @param moving  bodies of the motion, as it moved them
 /// @param bodies  the same as they sound: those without modes are silent

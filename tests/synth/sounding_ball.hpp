@@ -1,0 +1,58 @@
+#pragma once
+
+#include <numbers>
+#include <vector>
+
+#include "synth/motion/motion_sound.hpp"
+#include "tests/synth/hand_made_motion.hpp"
+#include "tests/synth/radiators.hpp"
+
+namespace carillon::synth {
+
+inline const std::vector<MovingBody> kStill(2);
+inline constexpr double kRate = 44100, kRadius = 0.05, kPi = std::numbers::pi;
+
+/// A ball whose surface moves as Legendre's polynomial of an order at some frequencies.
+struct Ball {
+  solvers::Modes modes;
+  SourceField field;
+  SoundingBody body;
+
+  Ball(int order, const std::vector<double>& frequencies, double decay_rate)
+      : modes(sphere_modes(curved_sphere(kRadius, Vec3::Zero(), 4, 3), kRadius, order,
+                           ka_of(frequencies))),
+        field(fit(modes)) {
+    body.modes = &modes;
+    body.field = &field;
+    body.decay_rates.assign(modes.size(), decay_rate);
+  }
+  Ball(const Ball&) = delete;
+  Ball& operator=(const Ball&) = delete;
+
+  static std::vector<double> ka_of(std::vector<double> frequencies) {
+    for (double& value : frequencies) value *= 2 * kPi * kRadius / kSoundSpeed;
+    return frequencies;
+  }
+  static EquivalentSources fit(const solvers::Modes& modes) {
+    EquivalentSourcesOptions options;
+    options.least = options.most = 100;
+    return fit_equivalent_sources(modes, options);
+  }
+};
+
+inline Pose at(const Vec3& origin) {
+  return {Eigen::Quaterniond::Identity(), origin};
+}
+
+inline Impact blow(double time, const Vec3& point, const Vec3& impulse, double duration) {
+  Impact impact;
+  impact.time = time;
+  impact.bodies = {0, 1};
+  impact.points = {point, point};
+  impact.impulse = impulse;
+  impact.normal = impulse.normalized();
+  impact.duration = duration;
+  return impact;
+}
+
+}  // namespace carillon::synth
