@@ -133,12 +133,31 @@ TEST(LastingForce, OnASlopeItLeansAndGrowsWithTheAcceleration) {
   EXPECT_NEAR(force(2, 6000), 0, 1e-4);
   for (std::size_t k = 0; k < even.motion.contacts[0].steps.size(); ++k) {
     const double time = 1e-3 * static_cast<double>(k);
-    even.motion.contacts[0].steps[k].points[1].x() = 0.01 + 0.2 * time + kGain * time * time / 2;
+    ContactStep& step = even.motion.contacts[0].steps[k];
+    step.points[1].x() = 0.01 + 0.2 * time + kGain * time * time / 2;
+    step.slip.x() = 0.2 + kGain * time;
   }
   LastingForces faster(even.motion, even.bodies, bare());
   force = faster.force(0).force;
   const double more = -kMass * kSlope * kGain;
   EXPECT_NEAR(force(2, 6000), more, 2e-2 * std::abs(more));
+}
+
+// A tile whose contact hops from wave to wave as it slides does not sweep the waves between at the
+// speed of the hops.
+TEST(LastingForce, HopsOfACornerAreNoSweeps) {
+  constexpr double kSpeed = 0.1;
+  const solvers::SurfaceMap map = sine_map(2e-3, 1e-6, 32, 16);
+  const Scrape even(map, kSpeed, 5, 0.3);
+  Scrape hopping = even;
+  for (std::size_t k = 0; k < hopping.motion.contacts[0].steps.size(); ++k) {
+    const double way = kSpeed * 1e-3 * static_cast<double>(k);
+    hopping.motion.contacts[0].steps[k].points[1].x() = 0.01 + 2e-3 * std::floor(way / 2e-3);
+  }
+  const double most = normal_force(hopping, bare()).cwiseAbs().maxCoeff();
+  // 1.25 times the speed, with the square; and starts and stops of some steps.
+  EXPECT_LT(most, 3 * normal_force(even, bare()).cwiseAbs().maxCoeff());
+  EXPECT_GT(most, 0);
 }
 
 // Contacts of the same two bodies share their mass as they share their force.

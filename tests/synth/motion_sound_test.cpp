@@ -258,6 +258,7 @@ TEST(MotionSound, LastingContactsDriveBothBodies) {
     // Both surfaces' places move, as in rolling.
     const double way = 0.0002 * static_cast<double>(k);
     scrape.motion.contacts[0].steps[k].points = {Vec3(way, 0.03, 0.05), Vec3(way, 0.03, 0.05)};
+    scrape.motion.contacts[0].steps[k].slip = Vec3(0.2, 0, 0);
   }
   for (auto& states : scrape.motion.states) states[0] = states[1];
   const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}};
