@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
 
@@ -15,8 +14,8 @@ namespace {
 constexpr double kMostTicks = 1e7;
 constexpr double kLeastSteps = 8, kMostSteps = 512;  ///< of a tick
 constexpr double kStepsPerTexel = 4;
-/// Of the motion along the normal that is taken away where the face would feed energy.
-constexpr double kHeldBack = 0.8;
+/// A tick is held back where the spring is compressed by less than this share of the tip's depth.
+constexpr double kHeldBack = 0.9;
 
 void check(const Stylus& stylus, const solvers::TexturedFace& face, std::span<const Vec3> hand,
            const TouchOptions& options) {
@@ -52,7 +51,10 @@ class Surface {
       : relief_(face.map->relief()),
         size_(face.size),
         traced_(maps.of(face.map, relief_ ? radius : 0)),
-        map_(relief_ ? traced_->levels.front() : *face.map) {}
+        map_(relief_ ? traced_->levels.front() : *face.map) {
+    const std::vector<float>& heights = traced_->levels.front().heights;
+    lowest_ = static_cast<double>(*std::min_element(heights.begin(), heights.end()));
+  }
 
   struct Plane {
     bool there = false;
@@ -71,61 +73,52 @@ class Surface {
   double height(const Eigen::Vector2d& uv) const {
     return relief_ ? solvers::height_at(map_, uv) : 0.0;
   }
-  /// How far a place lies above the lowest of what a normal map stands for [m].
+  /// Of what a normal map stands for, above its lowest texel [m]; a relief stands for nothing.
   double virtual_height(const Eigen::Vector2d& uv) const {
-    if (relief_) return 0;
-    const solvers::SurfaceMap& heights = traced_->levels.front();
-    const float lowest = *std::min_element(heights.heights.begin(), heights.heights.end());
-    return solvers::height_at(heights, uv) - static_cast<double>(lowest);
+    return relief_ ? 0 : solvers::height_at(traced_->levels.front(), uv) - lowest_;
   }
+  bool relief() const { return relief_; }
 
  private:
   bool relief_;
   Eigen::Vector2d size_;
   std::shared_ptr<const TracedMap> traced_;
   const solvers::SurfaceMap& map_;
+  double lowest_ = 0;
 };
 
 /// The tip as a mass between hand and face.
 class Tip {
  public:
-  Tip(const Stylus& stylus, const Surface& surface, const Vec3& start, double allowance)
-      : stylus_(stylus), surface_(surface), place_(start), given_(-allowance) {}
+  Tip(const Stylus& stylus, const Surface& surface, const Vec3& start)
+      : stylus_(stylus), surface_(surface), place_(start) {}
 
   /// @return the face's force
   Vec3 step(const Vec3& hand, const Vec3& hand_velocity, double h) {
     const Surface::Plane plane = surface_.under(place_);
-    // Implicit in the tip's own motion: (m + h d + h^2 k) v1 = m v0 + h (forces at x0).
-    const bool presses = stylus_.press > 0;
+    // Beside the face there is nothing to press on, and a hand does not fall through the air.
+    const bool presses = stylus_.press > 0 && plane.there;
     const Vec3 springs(stylus_.hold, stylus_.hold, presses ? 0 : stylus_.hold);
     const Vec3 dampers(stylus_.hold_damping, stylus_.hold_damping,
                        presses ? 0 : stylus_.hold_damping);
+    // Implicit in the tip's own motion: (m + h d + h^2 k) v1 = m v0 + h (forces at x0).
     Vec3 forces = springs.cwiseProduct(hand - place_) + dampers.cwiseProduct(hand_velocity);
-    forces.z() -= stylus_.press;
+    if (presses) forces.z() -= stylus_.press;
     const Vec3 inertia = Vec3::Constant(stylus_.mass) + h * dampers + h * h * springs;
     Vec3 velocity = (stylus_.mass * velocity_ + h * forces).cwiseQuotient(inertia);
     Vec3 force = Vec3::Zero();
     if (plane.there) {
-      const double along = plane.normal.dot(velocity);
-      const double gives = plane.normal.dot(plane.normal.cwiseQuotient(inertia));
-      // k D / n_z at the depth D - (n . v1) h / n_z at the step's end.
-      const double steep = plane.normal.z();
-      const double spring = stylus_.stiffness / steep;
-      const double both = spring / steep * h + stylus_.damping;
-      const bool beneath = plane.depth * steep - h * along > 0;
-      const double push =
-          beneath ? std::max(0.0, (spring * plane.depth - both * along) / (1 + both * h * gives))
-                  : 0.0;
+      const double pressed =
+          presses ? stylus_.press : std::max(0.0, stylus_.hold * (place_.z() - hand.z()));
+      const double depth = compressed(plane, pressed * surface_.virtual_height(place_.head<2>()));
+      const double push = push_of(plane, depth, plane.normal.dot(velocity), inertia, h);
       force = push * plane.normal;
       velocity += h * force.cwiseQuotient(inertia);
       rub(plane.normal, push * h, inertia, velocity, force, h);
-      const double work = force.dot(velocity) * h;
-      if (work > 0 && given_ + work > 0) {
-        velocity -= kHeldBack * plane.normal.dot(velocity) * plane.normal;
-        held_back = true;
-      }
-      given_ += force.dot(velocity) * h;
-      fed_energy = std::max(fed_energy, given_);
+      // On a relief the spring alone has a potential, and is counted without the damper.
+      const double outward = plane.normal.dot(velocity);
+      const double damper = push > 0 && surface_.relief() ? stylus_.damping * outward : 0;
+      may_give_ -= std::max(0.0, push + damper) * outward * h;
     }
     velocity_ = velocity;
     place_ += h * velocity;
@@ -135,10 +128,35 @@ class Tip {
   const Vec3& place() const { return place_; }
   double speed() const { return velocity_.norm(); }
 
-  double fed_energy = 0;
   bool held_back = false;
 
  private:
+  /// How far the face's spring is compressed: by the tip's depth, but no further than what it took
+  /// compresses it. So it cannot give more, and what it took beyond its potential is lost.
+  /// @param virtual_potential  of the heights that a normal map stands for [J]
+  double compressed(const Surface::Plane& plane, double virtual_potential) {
+    if (!came_) may_give_ = virtual_potential;
+    came_ = true;
+    const double depth = std::max(0.0, plane.depth);
+    may_give_ = std::min(may_give_, stylus_.stiffness * depth * depth / 2 + virtual_potential);
+    const double paid = std::sqrt(2 * std::max(0.0, may_give_) / stylus_.stiffness);
+    held_back = held_back || paid < kHeldBack * depth;
+    return std::min(plane.depth, paid);
+  }
+
+  /// What spring and damper of the face push the tip with along the plane's normal [N].
+  /// @param outward  speed along the normal at the step's end, without them
+  double push_of(const Surface::Plane& plane, double depth, double outward, const Vec3& inertia,
+                 double h) const {
+    const double steep = plane.normal.z();
+    if (!(depth * steep - h * outward > 0)) return 0;
+    const double gives = plane.normal.dot(plane.normal.cwiseQuotient(inertia));
+    // k D / n_z at the depth D - (n . v1) h / n_z at the step's end.
+    const double spring = stylus_.stiffness / steep;
+    const double both = spring / steep * h + stylus_.damping;
+    return std::max(0.0, (spring * depth - both * outward) / (1 + both * h * gives));
+  }
+
   /// Friction stops what moves along the plane, at most by mu times the normal impulse.
   void rub(const Vec3& normal, double impulse, const Vec3& inertia, Vec3& velocity, Vec3& force,
            double h) const {
@@ -146,17 +164,21 @@ class Tip {
     const Vec3 along = velocity - normal.dot(velocity) * normal;
     const double speed = along.norm();
     if (!(speed > 0)) return;
-    const double stopping = speed * inertia.minCoeff();
-    const Vec3 rubbing = -std::min(stopping, stylus_.friction * impulse) / speed * along;
-    velocity += rubbing.cwiseQuotient(inertia);
-    force += rubbing / h;
+    // The impulse that changes this velocity alone: were the one along the normal disturbed, a
+    // tip at rest on a slope would creep.
+    const Vec3 way = along / speed;
+    const Vec3 whole = inertia.cwiseProduct(way);
+    const double stopped = std::min(speed, stylus_.friction * impulse / way.dot(whole));
+    velocity -= stopped * way;
+    force -= stopped / h * whole;
   }
 
   const Stylus& stylus_;
   const Surface& surface_;
   Vec3 place_;
   Vec3 velocity_ = Vec3::Zero();
-  double given_;  ///< by the face, beyond what it may give [J]
+  double may_give_ = 0;  ///< the face, from here on [J]
+  bool came_ = false;    ///< the tip, to the face
 };
 
 Eigen::Matrix3d axes_of(const solvers::TexturedFace& face) {
@@ -215,8 +237,10 @@ Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
     return axes.transpose() * (point - face.origin);
   };
   Vec3 start = to_face(hand[0]);
-  start.z() = std::max(start.z(), surface.height(start.head<2>()));
-  Tip tip(stylus, surface, start, stylus.press * surface.virtual_height(start.head<2>()));
+  if (surface.under(start).there) {
+    start.z() = std::max(start.z(), surface.height(start.head<2>()));
+  }
+  Tip tip(stylus, surface, start);
   Touch touch;
   touch.rate = options.rate;
   for (std::size_t tick = 0; tick < hand.size(); ++tick) {
@@ -244,57 +268,7 @@ Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
     touch.forces.push_back(force);
     touch.held_back += tip.held_back ? 1 : 0;
   }
-  touch.fed_energy = tip.fed_energy;
   return touch;
-}
-
-Motion motion_of(const Touch& touch, const solvers::TexturedFace& face) {
-  Motion motion;
-  motion.step = 1 / touch.rate;
-  motion.left.assign(2, std::numeric_limits<double>::infinity());
-  const Vec3 normal = face.normal();
-  const std::size_t ticks = touch.tip.size();
-  const auto velocity = [&](std::size_t tick) -> Vec3 {
-    if (tick + 1 >= ticks) return Vec3::Zero();
-    return (touch.tip[tick + 1] - touch.tip[tick]) * touch.rate;
-  };
-  bool touching = false;
-  for (std::size_t tick = 0; tick < ticks; ++tick) {
-    std::vector<BodyState> states(2);
-    states[0].pose.origin = touch.tip[tick];
-    states[0].velocity = velocity(tick);
-    motion.states.push_back(std::move(states));
-    if (tick + 1 == ticks) break;
-    const double push = touch.forces[tick].dot(normal);
-    if (!(push > 0)) {
-      touching = false;
-      continue;
-    }
-    if (!touching) {
-      LastingContact contact;
-      contact.bodies = {0, 1};
-      contact.first_step = tick;
-      motion.contacts.push_back(contact);
-    }
-    touching = true;
-    ContactStep step;
-    step.points = {Vec3(Vec3::Zero()), touch.tip[tick]};
-    step.normal = normal;
-    step.force = touch.forces[tick];
-    step.slip = velocity(tick) - velocity(tick).dot(normal) * normal;
-    step.sweep = {Vec3(Vec3::Zero()), step.slip};
-    motion.contacts.back().steps.push_back(step);
-  }
-  return motion;
-}
-
-MovingBody moving_stylus(const Stylus& stylus) {
-  MovingBody body;
-  body.name = "stylus";
-  body.rigid.mass = stylus.mass;
-  body.ball_radius = stylus.radius;
-  body.friction = stylus.friction;
-  return body;
 }
 
 }  // namespace carillon::synth

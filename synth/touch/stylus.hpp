@@ -19,7 +19,8 @@ struct Stylus {
   double hold = 1000;       ///< spring between hand and tip [N/m]
   double hold_damping = 9;  ///< [N s/m]
   /// Force of the hand towards the face [N]. Where it is positive the hand holds the tip along the
-  /// face only, and presses; at 0 it holds it in all directions.
+  /// face only, and presses, as long as the tip is over the face; else, and at 0, it holds it in
+  /// all directions.
   double press = 1;
   double stiffness = 5000;     ///< penalty spring of the face [N/m]
   double damping = 5;          ///< of it [N s/m]
@@ -38,8 +39,7 @@ struct Touch {
   std::vector<Vec3> hand;     ///< where the hand is [m], the face's body's coordinates
   std::vector<Vec3> tip;      ///< where the tip is [m]
   std::vector<Vec3> forces;   ///< of the face on the tip, mean over the tick, as shown [N]
-  double fed_energy = 0;      ///< most that the face has given the tip beyond what it took [J]
-  std::size_t held_back = 0;  ///< ticks in which the face would have given more, and was damped
+  std::size_t held_back = 0;  ///< ticks in which the spring pushed by less than 0.9 k D
   std::size_t limited = 0;    ///< ticks whose force was shortened to the largest
 };
 
@@ -63,13 +63,23 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
 ///
 /// The mass moves by implicit Euler steps in which the plane stands still, as many a tick as keep
 /// the way of a step to a fraction of a texel, so that no spring can make it unstable. What is left
-/// of planes that change within a step, and of normal maps, which have no potential, is bounded:
-/// what the face has given the tip (force times way, added up) beyond what it took is held at 0 (on
-/// a normal map at the press times the integrated height of where it begins), by taking away four
-/// fifths of the motion along the normal where it would give more.
+/// of planes that change within a step, and of normal maps, which have no potential, is bounded: an
+/// account is kept of what the face took and may give back (Hannaford and Ryu 2002), never more
+/// than the potential at this moment, so that nothing taken long ago is a licence (Ryu, Preusche,
+/// Hannaford and Hirzinger 2005); friction does not count. The spring is compressed by no more than
+/// the account pays for.
+/// On a relief the account is of the spring alone, without its damper, and the potential is
+/// k D^2 / 2; it is 0 where the tip comes to the face. On a normal map it is of spring and damper:
+/// together they hold the press up, and so the potential is k D^2 / 2 and the press times the
+/// integrated height above its lowest, all of which the tip brings along. (The spring alone gives
+/// downhill what the damper takes uphill, at any speed.) Where the account is empty the tip goes
+/// down and up with these heights, as on the relief.
 ///
-/// @param hand  of every tick [m], the body's coordinates; the tip begins there, or on the surface
-///              above
+/// Beside the face's rectangle the hand holds the tip in all directions and does not press; what
+/// comes back below the surface meets a spring that is compressed by nothing.
+///
+/// @param hand  of every tick [m], the body's coordinates; the tip begins there, or on the
+///              surface above
 /// @throws InputError  no path, one that is not finite, values that cannot be
 Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
                   const Stylus& stylus, const TouchOptions& options);

@@ -20,6 +20,21 @@ inline solvers::SurfaceMap sine_map(double wavelength, double amplitude, int tex
   return map;
 }
 
+/// A relief of one step from 0 down to -depth at x = 32 texels.
+inline solvers::SurfaceMap step_map(double texel, double depth) {
+  solvers::SurfaceMap map;
+  map.width = 64;
+  map.height = 4;
+  map.texel = texel;
+  map.repeats = false;
+  for (int j = 0; j < map.height; ++j) {
+    for (int i = 0; i < map.width; ++i) {
+      map.heights.push_back(i < 32 ? 0.0F : static_cast<float>(-depth));
+    }
+  }
+  return map;
+}
+
 /// A tip (body 0) that is drawn over the textured face z = 0 of a body that is held (body 1), along
 /// x from x = 0.01 m on.
 struct Scrape {
