@@ -66,6 +66,12 @@ constexpr std::array units = {
     Unit{Dimension::impulse, "N*s"},
     Unit{Dimension::impulse, "mNs", 1, kilo},
     Unit{Dimension::impulse, "mN*s", 1, kilo},
+    Unit{Dimension::stiffness, "N/m"},
+    Unit{Dimension::stiffness, "kN/m", kilo},
+    Unit{Dimension::stiffness, "N/mm", kilo},
+    Unit{Dimension::resistance, "Ns/m"},
+    Unit{Dimension::resistance, "N*s/m"},
+    Unit{Dimension::resistance, "kg/s"},
     Unit{Dimension::memory, "B"},
     Unit{Dimension::memory, "KiB", 1024},
     Unit{Dimension::memory, "MiB", 1024.0 * 1024},
@@ -133,6 +139,10 @@ std::string_view dimension_name(Dimension dimension) {
       return "force";
     case Dimension::impulse:
       return "impulse";
+    case Dimension::stiffness:
+      return "stiffness";
+    case Dimension::resistance:
+      return "mechanical resistance";
     case Dimension::memory:
       return "memory size";
     case Dimension::level:
@@ -207,6 +217,8 @@ std::string unit_name(Dimension dimension) {
       return "1";
     case Dimension::impulse:
       return "N s";
+    case Dimension::resistance:
+      return "N s/m";
     default:
       break;
   }

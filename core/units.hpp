@@ -8,19 +8,21 @@ namespace carillon::core {
 
 /// What a number measures. Values are held in the SI unit named here.
 enum class Dimension {
-  none,       ///< plain number; "%" is 0.01
-  length,     ///< m: m, cm, mm, um, km, in
-  time,       ///< s: s, ms, us, min, h
-  frequency,  ///< Hz: Hz, kHz, MHz
-  pressure,   ///< Pa: Pa, kPa, MPa, GPa
-  density,    ///< kg/m^3: kg/m^3, kg/m3, g/cm^3, g/cm3
-  mass,       ///< kg: kg, g, mg
-  speed,      ///< m/s: m/s, mm/s, km/h
-  angle,      ///< rad: rad, deg
-  force,      ///< N: N, mN, kN
-  impulse,    ///< N s: N s, N*s, Ns, mN s
-  memory,     ///< byte: B, KiB, MiB, GiB, kB, MB, GB
-  level       ///< dB: dB, a ratio held as written; what it is a ratio of is the key's matter
+  none,        ///< plain number; "%" is 0.01
+  length,      ///< m: m, cm, mm, um, km, in
+  time,        ///< s: s, ms, us, min, h
+  frequency,   ///< Hz: Hz, kHz, MHz
+  pressure,    ///< Pa: Pa, kPa, MPa, GPa
+  density,     ///< kg/m^3: kg/m^3, kg/m3, g/cm^3, g/cm3
+  mass,        ///< kg: kg, g, mg
+  speed,       ///< m/s: m/s, mm/s, km/h
+  angle,       ///< rad: rad, deg
+  force,       ///< N: N, mN, kN
+  impulse,     ///< N s: N s, N*s, Ns, mN s
+  stiffness,   ///< N/m: N/m, kN/m, N/mm
+  resistance,  ///< N s/m, of a damper: N s/m, N*s/m, Ns/m, kg/s
+  memory,      ///< byte: B, KiB, MiB, GiB, kB, MB, GB
+  level        ///< dB: dB, a ratio held as written; what it is a ratio of is the key's matter
 };
 
 /// Value of a text such as "0.12 m", "12 cm", "20 kHz" or "0.3" (SI assumed) in SI units.

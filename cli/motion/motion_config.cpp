@@ -308,15 +308,19 @@ StylusConfig read_stylus(ConfigNode node, const MotionConfig& motion) {
     value = node.quantity(key, dimension, value);
     if (!(value > 0)) node.fail(key, "must be positive");
   };
+  const auto not_negative = [&](const char* key, Dimension dimension, double& value) {
+    value = node.quantity(key, dimension, value);
+    if (!(value >= 0)) node.fail(key, "must not be negative");
+  };
   positive("mass", Dimension::mass, pen.mass);
-  positive("stiffness", Dimension::none, pen.stiffness);
+  positive("hold", Dimension::stiffness, pen.hold);
+  not_negative("hold_damping", Dimension::resistance, pen.hold_damping);
+  positive("stiffness", Dimension::stiffness, pen.stiffness);
+  not_negative("damping", Dimension::resistance, pen.damping);
   positive("largest_force", Dimension::force, pen.largest_force);
-  pen.radius = node.quantity("radius", Dimension::length, pen.radius);
-  pen.press = node.quantity("press", Dimension::force, pen.press);
-  pen.friction = node.quantity("friction", Dimension::none, pen.friction);
-  if (!(pen.radius >= 0)) node.fail("radius", "must not be negative");
-  if (!(pen.press >= 0)) node.fail("press", "must not be negative");
-  if (!(pen.friction >= 0)) node.fail("friction", "must not be negative");
+  not_negative("radius", Dimension::length, pen.radius);
+  not_negative("press", Dimension::force, pen.press);
+  not_negative("friction", Dimension::none, pen.friction);
   return stylus;
 }
 

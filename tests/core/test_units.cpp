@@ -12,10 +12,10 @@ namespace carillon::core {
 namespace {
 
 const std::vector<Dimension> dimensions = {
-    Dimension::none,     Dimension::length,  Dimension::time,    Dimension::frequency,
-    Dimension::pressure, Dimension::density, Dimension::mass,    Dimension::speed,
-    Dimension::angle,    Dimension::force,   Dimension::impulse, Dimension::memory,
-    Dimension::level};
+    Dimension::none,     Dimension::length,    Dimension::time,      Dimension::frequency,
+    Dimension::pressure, Dimension::density,   Dimension::mass,      Dimension::speed,
+    Dimension::angle,    Dimension::force,     Dimension::impulse,   Dimension::memory,
+    Dimension::level,    Dimension::stiffness, Dimension::resistance};
 
 struct Case {
   const char* text;
@@ -54,6 +54,11 @@ TEST(ParseQuantity, GivesTheNearestDoubleInSi) {
       {"0.2 N*s", Dimension::impulse, 0.2},
       {"0.2 Ns", Dimension::impulse, 0.2},
       {"200 mN s", Dimension::impulse, 0.2},
+      {"5 kN/m", Dimension::stiffness, 5000},
+      {"1.5 N/mm", Dimension::stiffness, 1500},
+      {"9 N s/m", Dimension::resistance, 9},
+      {"9 N*s/m", Dimension::resistance, 9},
+      {"9 kg/s", Dimension::resistance, 9},
       {"1.5 GiB", Dimension::memory, 1610612736},
       {"2 GB", Dimension::memory, 2e9},
       {"-6 dB", Dimension::level, -6},
@@ -152,6 +157,7 @@ TEST(ParseQuantity, AnyBytesAreANumberOrAnInputError) {
 TEST(UnitName, IsOneThatParses) {
   EXPECT_EQ(unit_name(Dimension::none), "1");
   EXPECT_EQ(unit_name(Dimension::impulse), "N s");
+  EXPECT_EQ(unit_name(Dimension::resistance), "N s/m");
   for (Dimension dimension : dimensions) {
     if (dimension == Dimension::none) continue;
     EXPECT_EQ(parse_quantity("3 " + unit_name(dimension), dimension), 3.0);
