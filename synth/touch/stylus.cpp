@@ -12,7 +12,8 @@ namespace carillon::synth {
 namespace {
 
 constexpr double kMostTicks = 1e7;
-constexpr double kLeastSteps = 8, kMostSteps = 512;  ///< of a tick
+constexpr double kStepsPerSecond = 8000;  ///< at least; springs of 50 kN/m take 4 ms a swing
+constexpr double kMostSteps = 512;        ///< of a tick
 constexpr double kStepsPerTexel = 4;
 /// A tick is held back where the spring is compressed by less than this share of the tip's depth.
 constexpr double kHeldBack = 0.9;
@@ -224,6 +225,8 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
     const double share = whole > 0 ? std::min(1.0, (way - ways[piece]) / whole) : 0;
     path.push_back(corners[piece] + share * (corners[piece + 1] - corners[piece]));
   }
+  // The rest of a tick's way, to the end itself.
+  if (ticks - std::floor(ticks) > 1e-6) path.push_back(corners.back());
   return path;
 }
 
@@ -251,8 +254,9 @@ Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
     // What the tip may go this tick.
     const double gains = stylus.press / stylus.mass / options.rate;
     const double way = (to - from).norm() + (tip.speed() + gains) / options.rate;
-    const double steps =
-        std::clamp(std::ceil(kStepsPerTexel * way / face.map->texel), kLeastSteps, kMostSteps);
+    const double steps = std::clamp(
+        std::ceil(std::max(kStepsPerTexel * way / face.map->texel, kStepsPerSecond / options.rate)),
+        1.0, kMostSteps);
     const double h = 1 / (options.rate * steps);
     const Vec3 velocity = (to - from) * options.rate;
     tip.held_back = false;

@@ -43,7 +43,7 @@ struct Touch {
   std::size_t limited = 0;    ///< ticks whose force was shortened to the largest
 };
 
-/// A path of straight lines at a constant speed: positions of the hand at every tick.
+/// A path of straight lines at a constant speed, to its end: positions of the hand at every tick.
 /// @param corners  [m], the body's coordinates
 /// @param speed    [m/s]
 /// @throws InputError  no corners, one that is not finite, a speed that is not positive, a path of
@@ -61,19 +61,20 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
 /// n_s.z, it would not be, and the tip would gain energy between the sides of a valley.) Forces are
 /// shortened to the largest where they are shown alone: the tip does not sink into the face for it.
 ///
-/// The mass moves by implicit Euler steps in which the plane stands still, as many a tick as keep
-/// the way of a step to a fraction of a texel, so that no spring can make it unstable. What is left
-/// of planes that change within a step, and of normal maps, which have no potential, is bounded: an
-/// account is kept of what the face took and may give back (Hannaford and Ryu 2002), never more
-/// than the potential at this moment, so that nothing taken long ago is a licence (Ryu, Preusche,
-/// Hannaford and Hirzinger 2005); friction does not count. The spring is compressed by no more than
-/// the account pays for.
+/// The mass moves by implicit Euler steps in which the plane stands still, at least 8,000 a second
+/// and as many as keep the way of a step to a quarter of a texel (512 a tick at most), so that no
+/// spring can make it unstable. What is left of planes that change within a step, and of normal
+/// maps, which have no potential, is bounded: an account is kept of what the face took and may give
+/// back (Hannaford and Ryu 2002), never more than the potential at this moment, so that nothing
+/// taken long ago is a licence (Ryu, Preusche, Hannaford and Hirzinger 2005). Friction, which takes
+/// all the time, is not counted. The spring is compressed by no more than the account pays for.
+///
 /// On a relief the account is of the spring alone, without its damper, and the potential is
-/// k D^2 / 2; it is 0 where the tip comes to the face. On a normal map it is of spring and damper:
-/// together they hold the press up, and so the potential is k D^2 / 2 and the press times the
-/// integrated height above its lowest, all of which the tip brings along. (The spring alone gives
-/// downhill what the damper takes uphill, at any speed.) Where the account is empty the tip goes
-/// down and up with these heights, as on the relief.
+/// k D^2 / 2. On a normal map it is of spring and damper: together they hold the press (or, where
+/// that is 0, what the hand's spring presses with), and so the potential is k D^2 / 2 and the press
+/// times the integrated height above its lowest, which the tip brings along when it comes to the
+/// face. (The spring alone gives downhill what the damper takes uphill, at any speed.) Where the
+/// account is empty the tip goes down and up with these heights, as on a relief.
 ///
 /// Beside the face's rectangle the hand holds the tip in all directions and does not press; what
 /// comes back below the surface meets a spring that is compressed by nothing.

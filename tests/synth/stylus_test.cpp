@@ -24,6 +24,9 @@ TEST(Stylus, APathIsDrawnAtItsSpeed) {
   EXPECT_LT((path[150] - Vec3(0.015, 0, 0)).norm(), 1e-12);
   EXPECT_LT((path[500] - Vec3(0.03, 0.02, 0)).norm(), 1e-12);
   EXPECT_LT((path[700] - corners[2]).norm(), 1e-12);
+  // It ends at its end, also where that is no whole number of ticks away.
+  EXPECT_EQ(drawn_path(corners, 0.3, 1000).size(), 235u);
+  EXPECT_EQ(drawn_path(corners, 0.3, 1000).back(), corners[2]);
 }
 
 // Slowly drawn, the face holds the press up; on a slope it pushes by the slope times that: forces
@@ -70,6 +73,23 @@ TEST(Stylus, OverAFlatFaceItFeelsThePressAlone) {
   for (const Vec3& force :
        draw_stylus(face_of(map), drawn_path(above, 0.2, 1000), held, {}).forces) {
     EXPECT_EQ(force.norm(), 0.0);
+  }
+}
+
+// The tick is that of what is given out, not of the tip's own motion: a slow hand is set down on a
+// slope of wide texels, and at common times the tip is where it is at any rate.
+TEST(Stylus, RatesDoNotChangeTheTipsWay) {
+  const auto face = face_of(sine_map(0.32, 0.01, 64, 4));
+  const std::vector<Vec3> corners = {{0.01, 0.5, 1e-3}, {0.012, 0.5, 0}};
+  Stylus stylus;
+  stylus.friction = 0.3;
+  const Touch fine = draw_stylus(face, drawn_path(corners, 0.01, 1000), stylus, {1000});
+  for (const int every : {2, 10, 20}) {
+    const double rate = 1000.0 / every;
+    const Touch coarse = draw_stylus(face, drawn_path(corners, 0.01, rate), stylus, {rate});
+    for (std::size_t k = 0; k + 1 < coarse.tip.size(); ++k) {
+      EXPECT_LT((coarse.tip[k] - fine.tip[k * every]).norm(), 1.5e-5) << every << ' ' << k;
+    }
   }
 }
 
