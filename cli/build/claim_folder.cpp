@@ -67,8 +67,14 @@ std::string lost(const BuildPlan& old, const BuildPlan& now) {
 }
 
 /// A task that was done from other files than those that the old configuration finds now.
-std::string done_from_others(const BuildConfig& config, const BuildPlan& plan,
+std::string done_from_others(const BuildConfig& config, BuildPlan plan,
                              const std::map<std::string, json>& entries) {
+  // Takes were cast with the bodies that there were then; files may match that came since.
+  for (BuildTask& task : plan.tasks) {
+    std::erase_if(task.cast, [&](std::size_t shape) {
+      return !entries.contains("modes/" + plan.shapes[shape].id);
+    });
+  }
   const Standing standing = sort_entries(config, plan, entries);
   for (const auto& [task, entry] : entries) {
     const bool good = standing.finished.contains(task) || standing.grown.contains(task);

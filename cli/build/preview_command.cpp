@@ -119,20 +119,24 @@ void add_preview(CLI::App& program, Context& context) {
     core::write_png(folders.output / "spectrogram.png",
                     spectrogram_picture(mel, build.config.mel->bands,
                                         synth::mel_frames(count, *build.config.mel)));
-    const nlohmann::json summary = {{"sample", sample.key},
-                                    {"id", sample.id},
-                                    {"modes", result.sound.modes},
-                                    {"peak", result.peak},
-                                    {"unit", result.sound.rings.readout.unit},
-                                    {"record", record.last_row(kLongestShown)},
-                                    {"folder", options->output}};
+    nlohmann::json summary = {{"sample", sample.key},
+                              {"id", sample.id},
+                              {"peak", result.peak},
+                              {"unit", result.sound.rings.readout.unit},
+                              {"record", record.last_row(kLongestShown)},
+                              {"folder", options->output}};
+    if (!build.config.motion) summary["modes"] = result.sound.modes;
     if (context.json) {
       fmt::print("{}\n", summary.dump(2));
-    } else {
-      fmt::print("{}: {} modes, peak {:.3g} {}; sound.wav, spectrogram.png and pictures/ in {}\n",
-                 sample.key, result.sound.modes, result.peak, result.sound.rings.readout.unit,
-                 options->output);
+      return;
     }
+    const std::string what =
+        build.config.motion
+            ? fmt::format("{} strikes", summary["record"]["strikes"].get<std::int64_t>())
+            : fmt::format("{} modes", result.sound.modes);
+    fmt::print("{}: {}, peak {:.3g} {}; sound.wav, spectrogram.png{} pictures/ in {}\n", sample.key,
+               what, result.peak, result.sound.rings.readout.unit,
+               build.config.scene.runs("movie") ? ", movies/ and" : " and", options->output);
   });
 }
 
