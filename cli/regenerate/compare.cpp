@@ -41,12 +41,18 @@ json value_json(std::span<const T> values) {
   return fmt::format("{} values", values.size());
 }
 
+/// NaN stands where nothing is stored: beyond a take's last strike.
+template <class T>
+double value_or_nothing(T value) {
+  return std::isnan(static_cast<double>(value)) ? 0.0 : static_cast<double>(value);
+}
+
 /// Energy of the difference over that of the stored values [dB].
 template <class T>
 double difference_db(std::span<const T> stored, std::span<const T> made) {
   double energy = 0, difference = 0;
   for (std::size_t i = 0; i < stored.size(); ++i) {
-    const double a = static_cast<double>(stored[i]), b = static_cast<double>(made[i]);
+    const double a = value_or_nothing(stored[i]), b = value_or_nothing(made[i]);
     energy += a * a;
     difference += (a - b) * (a - b);
   }

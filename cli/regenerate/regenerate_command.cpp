@@ -66,8 +66,10 @@ void add_regenerate(CLI::App& program, Context& context) {
       "regenerate", "samples of a dataset again, compared with what is stored");
   command->add_option("dataset", options->dataset, "folder of a dataset")->required();
   command
-      ->add_option("--sample", options->samples,
-                   "row of index.h5, key (shape/material/size/strike-NNNN) or id; may be repeated")
+      ->add_option(
+          "--sample", options->samples,
+          "row of index.h5, key (shape/material/size/strike-NNNN, take-NNNN) or id; may be "
+          "repeated")
       ->required()
       ->allow_extra_args(false);
   command

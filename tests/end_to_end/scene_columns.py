@@ -147,6 +147,16 @@ class SceneColumns(MovingTest):
         report = run_json("regenerate", self.whole, *takes)
         self.assertEqual([s["identical"] for s in report["samples"]], TAKES * [True])
 
+    def test_a_take_with_one_thing_changed_tells_how_far_its_strikes_differ(self):
+        report = run_json("regenerate", self.whole, "--sample", 1, "--set",
+                          "motion.bodies[5].restitution=0.9")
+        levels = {d["column"]: d.get("difference_db") for d in report["samples"][0]["differences"]}
+        # Rows beyond the last strike are NaN.
+        for column in ("poses", "strike_time", "strike_point", "strike_impulse", "audio"):
+            self.assertIsInstance(levels[column], float, column)
+        for column in ("room_size", "noise_source", "touch"):
+            self.assertNotIn(column, levels)
+
     def test_a_preview_is_the_take_of_the_build(self):
         output = self.folder / "preview"
         result = run("preview", self.config, "--sample", "take-0006", "-o", output)
