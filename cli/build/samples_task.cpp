@@ -46,6 +46,24 @@ void write_sound(const BuildConfig& config, const std::filesystem::path& path,
   });
 }
 
+/// Files beside a task's shard; they go with it where the task fails.
+class SideFiles {
+ public:
+  explicit SideFiles(const BuildFolders& folders) : folders_(folders) {}
+  SideFiles(const SideFiles&) = delete;
+  SideFiles& operator=(const SideFiles&) = delete;
+  ~SideFiles() {
+    std::error_code ignored;
+    for (const std::string& file : fresh_) std::filesystem::remove(folders_.output / file, ignored);
+  }
+  void add(const std::string& file) { fresh_.push_back(file); }
+  void keep() { fresh_.clear(); }
+
+ private:
+  const BuildFolders& folders_;
+  std::vector<std::string> fresh_;
+};
+
 }  // namespace
 
 std::vector<std::string> run_samples_task(const BuildConfig& config, const BuildPlan& plan,
@@ -57,6 +75,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
   const bool movies = config.scene.runs("movie") && config.motion->camera->movie;
   Columns columns;
   std::vector<std::string> written;
+  SideFiles side(folders);
   std::size_t silent = 0;
   for (std::size_t i = task.first; i < task.first + task.count; ++i) {
     const Sample& sample = plan.samples[i];
@@ -78,12 +97,15 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
     if (config.wav) {
       trace.enter("write", sample.key);
       write_sound(config, sound, result, folders);
+      side.add(sound);
     }
     if (movies) {
       trace.enter("write", sample.key);
       const core::ScopedTimer timer(trace.stages["write movie"]);
-      const std::vector<std::string> files = write_movie(config, sample, result, folders);
-      written.insert(written.end(), files.begin(), files.end());
+      for (const std::string& file : write_movie(config, sample, result, folders)) {
+        side.add(file);
+        written.push_back(file);
+      }
     }
   }
   if (silent > 0) {
@@ -102,6 +124,7 @@ std::vector<std::string> run_samples_task(const BuildConfig& config, const Build
     if (config.mel) write_mel_attributes(*config.mel, file);
     file.flush();
   });
+  side.keep();
   written.push_back(std::filesystem::relative(folders.shard_file(task), folders.output).string());
   return written;
 }

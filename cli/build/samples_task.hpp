@@ -45,7 +45,8 @@ class SampleMaker {
 /// The definition of the spectrograms, as attributes of the dataset `mel`.
 void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& file);
 
-/// Synthesizes the samples of a task and writes their shard, and WAV files when asked for.
+/// Synthesizes the samples of a task and writes their shard, and WAV files and movies when asked
+/// for; none of them stays where a sample fails.
 /// @param kept  so many of its first samples are in the shard of an earlier run, from the same
 ///              inputs: they are copied
 /// @return paths of the task's files, relative to the output folder

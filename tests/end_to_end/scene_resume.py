@@ -125,6 +125,20 @@ class SceneResume(MovingTest):
         self.assertEqual(hashes(output), hashes(self.whole))
         self.assertTrue(run_json("check", output)["passed"])
 
+    def test_a_take_that_fails_leaves_nothing_of_its_shard(self):
+        output = self.folder / "failed"
+        result = run("build", self.config, "-o", output, "--set",
+                     "motion.stylus.path[0].u=[20 mm, 380 mm]")
+        self.assertEqual(result.returncode, 3)
+        failures = json.loads((output / "failures.json").read_text())
+        # Others of the shard were made before it.
+        self.assertIn("take-0006", [f["sample"] for f in failures])
+        self.assertIn("is not on the face of floor", failures[0]["message"])
+        self.assertEqual(written(output, "sounds", "movies"), {})
+        checks = {c["name"]: c["verdict"] for c in run_json("check", output)["checks"]}
+        self.assertEqual({name for name, verdict in checks.items() if verdict != "pass"},
+                         {"counts", "failures"})
+
 
 if __name__ == "__main__":
     unittest.main()
