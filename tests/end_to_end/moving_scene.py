@@ -72,6 +72,12 @@ def write_meshes(folder):
     (folder / "top.stl").write_text(text + "endsolid top\n")
 
 
+def written(folder, *parts):
+    """When each file of these folders was written, and which one it is."""
+    return {str(path.relative_to(folder)): (path.stat().st_mtime_ns, path.stat().st_ino)
+            for part in parts for path in folder.glob(f"{part}/*")}
+
+
 class MovingTest(FolderTest):
     """Has the configuration in `config` and a build of it on one rank in `whole`."""
 
