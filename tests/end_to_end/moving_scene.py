@@ -1,5 +1,7 @@
 """A scene with everything in it that several tests build: meshes from files beside generated shapes,
 a texture, strings, a stylus and a camera; two listeners in a room, noise and a recorder."""
+import shutil
+
 from program import FolderTest, run_json
 
 CONFIG = """
@@ -50,6 +52,7 @@ split: {validation: 0.2, test: 0.2}
 TAKES = 7
 SHAPES = 7
 SHARDS = 2  # of up to four takes
+MOVIE = ".mp4" if shutil.which("ffmpeg") else ""  # else a folder of frames
 # Boxes that may narrow upwards: length (width and height are 1), and how far each side leans in.
 BOXES = {"a": (1.7, 0), "b": (1.4, 0.2)}
 

@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from interrupted import descendants, recorded, wait_for
-from moving_scene import SHAPES, SHARDS, TAKES, MovingTest, written
+from moving_scene import MOVIE, SHAPES, SHARDS, TAKES, MovingTest, written
 from program import CARILLON, run, run_json
 from same import hashes
 
@@ -42,7 +42,7 @@ class SceneResume(MovingTest):
             with self.subTest(ranks=ranks):
                 output = self.folder / f"killed-{ranks}"
                 # The first of three takes of a shard has its movie, the shard is not written.
-                self.kill_when((output / "movies" / "take-0004.mp4").exists, output, ranks=ranks)
+                self.kill_when((output / "movies" / f"take-0004{MOVIE}").exists, output, ranks=ranks)
                 done = recorded(output)
                 self.assertNotIn("samples/takes-0001", done)
                 self.assertFalse((output / "samples" / "takes-0001.h5").exists())
@@ -58,7 +58,7 @@ class SceneResume(MovingTest):
         output = self.folder / "both"
         run_json("build", self.config, "-o", output, "--set", "motion.takes=2")
         # Within the shard that has two takes and gets two more.
-        self.kill_when((output / "movies" / "take-0002.mp4").exists, output)
+        self.kill_when((output / "movies" / f"take-0002{MOVIE}").exists, output)
         checked = run("check", output)
         self.assertEqual(checked.returncode, 3)
         self.assertIn(f"of {TAKES} planned samples", checked.stdout)
