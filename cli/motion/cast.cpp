@@ -138,7 +138,9 @@ std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
       std::erase_if(shapes, [&](std::size_t s) { return plan.shapes[s].split_shape != part; });
     }
     role.shape = shapes[random.index(shapes.size())];
-    role.material = body.materials[random.index(body.materials.size())];
+    // Physical groups have one set of materials between them.
+    role.material = body.materials.empty() ? plan.shapes[role.shape].variants.front().material
+                                           : body.materials[random.index(body.materials.size())];
     role.size = body.size;
     role.start.pose.origin = between(body.at, random);
     const Vec3 turn = between(body.turn, random);

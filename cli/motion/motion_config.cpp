@@ -132,7 +132,9 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
         object.materials.end()) {
       node.fail("material",
                 fmt::format("the object \"{}\" is not made of {}", object.name, material),
-                fmt::format("its materials are {}", fmt::join(object.materials, ", ")));
+                object.materials.empty()
+                    ? std::string("its physical groups have their materials: leave this out")
+                    : fmt::format("its materials are {}", fmt::join(object.materials, ", ")));
     }
   }
   body.size = node.quantity("size", Dimension::none, object.sizes.front());

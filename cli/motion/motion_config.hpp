@@ -41,8 +41,9 @@ struct SurfaceConfig {
 struct CastBody {
   std::size_t entry = 0;  ///< of `motion.bodies`
   std::string name;
-  std::string object;                  ///< name of an entry of `objects`
-  std::vector<std::string> materials;  ///< one of them is drawn; all are among the object's
+  std::string object;  ///< name of an entry of `objects`
+  /// One of them is drawn; all are among the object's. Empty where its physical groups have theirs.
+  std::vector<std::string> materials;
   double size = 1;
   bool fixed = false;
   core::Range release{};  ///< held at its start until then [s]

@@ -6,6 +6,7 @@ import wave
 import h5py
 import numpy
 
+import msh_files
 from moving_scene import BOXES, SHAPES, SHARDS, TAKES, MovingTest
 from program import run, run_json
 from same import hashes
@@ -35,6 +36,16 @@ def slaney_mel(audio, bands, fft_size, hop, frames):
     padded = numpy.pad(audio, fft_size // 2)
     cut = numpy.stack([padded[k * hop:k * hop + fft_size] for k in range(frames)])
     return filters @ (abs(numpy.fft.rfft(window * cut)) ** 2).T
+
+
+HANGING = """
+objects: [{mesh: bar.msh, name: bar, materials: {left: steel, right: wood}}]
+modes: {max_modes: 4, order: 1}
+audio: {sample_rate: 22.05 kHz, seconds: 0.1 s}
+motion:
+  bodies: [{object: bar, at: [0, 0, 0.5 m]}]
+  strings: [{body: bar, anchor: [0, 0, 1 m]}]
+"""
 
 
 class SceneColumns(MovingTest):
@@ -117,6 +128,25 @@ class SceneColumns(MovingTest):
                         self.assertAlmostEqual(centre[axis], wanted, delta=1e-9)
             self.assertLessEqual({1, 2, 3, 4}, set(numpy.unique(masks[take, 0])))
         self.assertEqual(set(numpy.unique(masks)), set(range(8)))
+
+    def test_physical_groups_have_their_materials(self):
+        (self.folder / "bar.msh").write_text(msh_files.msh_4(*msh_files.two_part_bar()))
+        config, output = self.write("hanging.yaml", HANGING), self.folder / "hanging"
+        run_json("build", config, "-o", output)
+        with h5py.File(output / "index.h5") as index:
+            body = json.loads(index["bodies"][0])[0]
+            poses = index["poses"][0, :, 0]
+        self.assertEqual(body["material"], "left=steel,right=wood")
+        densities = {m["name"]: m["density_kg_m3"] for m in run_json("list", "materials")}
+        self.assertAlmostEqual(body["mass_kg"], 0.1 * 0.02 ** 2 * (densities["steel"] +
+                                                                   densities["wood"]), delta=1e-9)
+        # Held by its middle it tips to the side of steel: about y, with the left end down.
+        turn = 2 * poses[-1, 5]
+        self.assertLess(turn, -0.02)
+        self.assertLess(abs(poses[-1, [4, 6]]).max(), 1e-6)
+        result = run("plan", config, "--set", "motion.bodies[0].material=steel")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("leave this out", result.stderr)
 
     def test_the_string_holds_the_chime_and_the_ball_strikes(self):
         strikes = self.column("strike_bodies")
