@@ -42,7 +42,8 @@ class SceneResume(MovingTest):
             with self.subTest(ranks=ranks):
                 output = self.folder / f"killed-{ranks}"
                 # The first of three takes of a shard has its movie, the shard is not written.
-                self.kill_when((output / "movies" / f"take-0004{MOVIE}").exists, output, ranks=ranks)
+                movie = output / "movies" / f"take-0004{MOVIE}"
+                self.kill_when(movie.exists, output, ranks=ranks)
                 done = recorded(output)
                 self.assertNotIn("samples/takes-0001", done)
                 self.assertFalse((output / "samples" / "takes-0001.h5").exists())
