@@ -183,10 +183,12 @@ Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& 
       }
     }
   }
-  return judged("split_strike", std::move(items),
-                fmt::format("{} strikes, none in two parts", strikes.size()),
-                "a strike is in two parts, or not where it should be",
-                "give each point once in strikes.csv; then build into a new folder");
+  const bool takes = folder.dataset.build.config.motion.has_value();
+  return judged(
+      "split_strike", std::move(items),
+      fmt::format("{} {}, none in two parts", strikes.size(), takes ? "takes" : "strikes"),
+      "a strike is in two parts, or not where it should be",
+      "give each point once in strikes.csv; then build into a new folder");
 }
 
 namespace {
