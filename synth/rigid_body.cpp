@@ -120,6 +120,9 @@ RigidBody rigid_body(std::span<const RegionMoments> regions, std::span<const dou
     whole += part;
     centre += part * regions[r].centroid;
   }
+  if (!(whole > 0) || !std::isfinite(whole)) {
+    throw core::InputError(fmt::format("rigid motion: densities that add up to {} kg", whole));
+  }
   centre /= whole;
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (std::size_t r = 0; r < regions.size(); ++r) {

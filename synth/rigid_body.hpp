@@ -36,7 +36,7 @@ std::vector<RegionMoments> region_moments(const solvers::TetMesh& mesh);
 
 /// The same of regions of different density, scaled to the mass.
 /// @param densities  of each region [kg/m^3]
-/// @throws InputError  no mass, numbers that do not match
+/// @throws InputError  no mass, numbers that do not match, densities without weight
 RigidBody rigid_body(std::span<const RegionMoments> regions, std::span<const double> densities,
                      double mass);
 

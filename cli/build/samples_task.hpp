@@ -46,7 +46,7 @@ class SampleMaker {
 void write_mel_attributes(const synth::MelOptions& mel, const core::Hdf5Group& file);
 
 /// Synthesizes the samples of a task and writes their shard, and WAV files and movies when asked
-/// for; none of them stays where a sample fails.
+/// for; those that were written are taken away where a later sample fails.
 /// @param kept  so many of its first samples are in the shard of an earlier run, from the same
 ///              inputs: they are copied
 /// @return paths of the task's files, relative to the output folder

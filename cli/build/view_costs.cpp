@@ -1,5 +1,6 @@
 #include "cli/build/view_costs.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -19,6 +20,7 @@ double mel_seconds(const synth::MelOptions& mel, std::size_t samples) {
   return frames * (kSecondsPerWeight * mel.bands * bins + kSecondsPerPoint * mel.fft_size);
 }
 
+// One core of a 2.3 GHz Xeon (docs/scenes.md).
 constexpr double kSecondsPerBodyStep = 2e-5;       ///< of a motion, where a body meets another
 constexpr double kSecondsPerContactSample = 1e-7;  ///< of each body, contacts coming and going
 constexpr double kSecondsPerTick = 2e-6;           ///< of a stylus
@@ -41,6 +43,20 @@ double motion_seconds(const BuildConfig& config, std::string_view effect) {
   return 0;
 }
 
+/// Of the maps that a task keeps as tips trace them: a map's levels for each textured body.
+double traced_bytes(const MotionConfig& motion) {
+  constexpr double kLevels = 10, kImageSide = 1024;
+  double texels = 0;
+  const auto add = [&](const std::optional<TextureConfig>& texture) {
+    if (!texture) return;
+    const double side = texture->map.empty() ? kImageSide : texture->texels;
+    texels += kLevels * side * side;
+  };
+  for (const CastBody& body : motion.bodies) add(body.texture);
+  if (motion.ground) add(motion.ground->texture);
+  return sizeof(float) * std::min(texels, static_cast<double>(synth::kMostTracedTexels));
+}
+
 }  // namespace
 
 void price_views(BuildConfig& config) {
@@ -53,6 +69,9 @@ void price_views(BuildConfig& config) {
       effect.seconds_per_shape = kSecondsPerCell * std::pow(config.voxels->resolution, 3);
     } else if (name == "frames" && config.camera) {
       effect.seconds_per_shape = kSecondsPerPixel * config.camera->width * config.camera->height;
+    } else if (name == "lasting_contacts" && config.motion) {
+      effect.memory = traced_bytes(*config.motion);
+      effect.seconds_by_modes = [seconds = motion_seconds(config, name)](int) { return seconds; };
     } else if (config.motion && decision.effect->stage == std::string_view("motion")) {
       effect.seconds_by_modes = [seconds = motion_seconds(config, name)](int) { return seconds; };
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/build/shape_modes.hpp"
+#include "cli/motion/textures.hpp"
 #include "cli/sound/chain.hpp"
 #include "synth/motion/sounding_body.hpp"
 
@@ -64,22 +65,6 @@ bool held_out(const BuildConfig& config, const BuildPlan& plan, const std::strin
 /// @param part  of split_shape that the take is in
 std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
                              std::uint64_t take_id, const std::string& part);
-
-/// The maps of a configuration, each made once: images are read, others generated.
-class Textures {
- public:
-  explicit Textures(std::uint64_t seed) : seed_(seed) {}
-  std::shared_ptr<const solvers::SurfaceMap> of(const TextureConfig& texture);
-  /// On a side of a body's box.
-  /// @param surface  of the body; null: it fills its box
-  /// @throws InputError  the side is not flat, or the relief half as deep as the body is thick
-  solvers::TexturedFace on(const TextureConfig& texture, const solvers::Box& box,
-                           const solvers::SurfaceMesh* surface = nullptr);
-
- private:
-  std::uint64_t seed_;
-  std::map<std::string, std::shared_ptr<const solvers::SurfaceMap>> maps_;
-};
 
 /// A take ready to move: the ground first, where there is one, then the cast. Numbers of bodies are
 /// the same everywhere.

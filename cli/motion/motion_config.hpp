@@ -1,14 +1,13 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/motion/texture_config.hpp"
 #include "core/config.hpp"
 #include "render/scene_frame.hpp"
-#include "solvers/textures/map_image.hpp"
 #include "synth/material.hpp"
 #include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
@@ -17,18 +16,6 @@
 namespace carillon::cli {
 
 using Ranges3 = std::array<core::Range, 3>;
-
-/// `texture:` of a body or of the ground.
-struct TextureConfig {
-  std::string map;                           ///< a generated one's name, or "" for an image
-  std::string image;                         ///< path
-  std::map<std::string, double> parameters;  ///< of a generated map
-  int texels = 512;                          ///< likewise
-  solvers::MapImage options;                 ///< of an image
-  bool normals = false;                      ///< a relief is made a normal map
-  char axis = 'z';                           ///< the face looks along this axis of the body
-  bool towards_plus = true;                  ///< its outward normal does
-};
 
 /// What a contact is to a surface.
 struct SurfaceConfig {

@@ -19,6 +19,7 @@ SurfaceMesh displaced_mesh(const TexturedFace& face, int columns, int rows) {
     throw core::InputError(
         fmt::format("a textured face of {} m x {} m has no extent", face.size.x(), face.size.y()));
   }
+  if (face.map == nullptr) throw core::InputError("displaced mesh: the face has no map");
   const SurfaceMap relief = integrated_relief(*face.map);
   SurfaceMesh mesh;
   const Eigen::Vector2d step(face.size.x() / columns, face.size.y() / rows);

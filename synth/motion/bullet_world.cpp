@@ -79,7 +79,7 @@ struct BulletWorld::Impl {
   btSequentialImpulseConstraintSolver solver;
   World world{&dispatcher, &broadphase, &solver, &configuration};
   std::vector<CollisionShape> shapes;
-  std::vector<std::optional<ReliefPeaks>> peaks;  ///< of reliefs
+  std::vector<std::shared_ptr<const ReliefPeaks>> peaks;  ///< of reliefs
   std::vector<std::unique_ptr<btRigidBody>> rigid;
   std::vector<Eigen::Quaterniond> principal;
   std::vector<std::unique_ptr<StringConstraint>> strings;
@@ -123,7 +123,7 @@ struct BulletWorld::Impl {
     shapes.push_back(collision_shape(body, unit, near / 2));
     principal.push_back(principal_turn(body.rigid));
     peaks.emplace_back();
-    if (body.texture && body.texture->map->relief()) peaks.back().emplace(body.texture->map);
+    if (body.texture && body.texture->map->relief()) peaks.back() = peaks_of(b);
     const double mass = body.fixed ? 0 : body.rigid.mass;
     const btVector3 inertia =
         body.fixed ? btVector3(0, 0, 0) : to_bullet(body.rigid.inertia / (unit * unit));
@@ -143,6 +143,14 @@ struct BulletWorld::Impl {
     rigid.push_back(std::move(one));
     put_at_start(b);
     world.addRigidBody(rigid.back().get());
+  }
+
+  /// Bodies of one map share its peaks.
+  std::shared_ptr<const ReliefPeaks> peaks_of(std::size_t b) const {
+    for (std::size_t other = 0; other < b; ++other) {
+      if (peaks[other] && bodies[other].texture->map == bodies[b].texture->map) return peaks[other];
+    }
+    return std::make_shared<const ReliefPeaks>(bodies[b].texture->map);
   }
 
   void put_at_start(std::size_t b) {
@@ -315,7 +323,8 @@ BulletWorld::BulletWorld(std::span<const MovingBody> bodies, std::span<const Mot
 
 BulletWorld::~BulletWorld() = default;
 
-std::vector<Overlap> BulletWorld::overlaps() {
+std::vector<Overlap> BulletWorld::overlaps(double step) {
+  impl_->step = step;
   impl_->world.performDiscreteCollisionDetection();
   std::map<std::array<std::size_t, 2>, double> depths;
   impl_->each_contact([&](btPersistentManifold& manifold, btManifoldPoint& point) {

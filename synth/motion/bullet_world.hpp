@@ -34,7 +34,8 @@ class BulletWorld {
   BulletWorld& operator=(const BulletWorld&) = delete;
 
   /// Bodies that are in one another at the start.
-  std::vector<Overlap> overlaps();
+  /// @param step  of the motion [s]
+  std::vector<Overlap> overlaps(double step);
   /// Finds the forces of what rests at the start, which the solver only knows after some steps:
   /// steps of this length, after each of which everything is put back. Nothing where nothing
   /// touches.

@@ -15,6 +15,7 @@ using solvers::SurfaceMap;
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
+constexpr double kAlike = 1e-6;  ///< of a texel: depths that do not differ
 
 /// A triangle that looks down, as a height field.
 struct LowerTriangle {
@@ -64,7 +65,8 @@ std::vector<LowerTriangle> lower_side(std::span<const Vec3> points,
 class HullSearch {
  public:
   HullSearch(const ReliefPeaks& peaks, const Texels& texels, std::vector<LowerTriangle> triangles)
-      : relief_(peaks.relief()),
+      : peaks_(peaks),
+        relief_(peaks.relief()),
         texels_(texels),
         triangles_(std::move(triangles)),
         blocks_(peaks.blocks(texels)),
@@ -73,11 +75,11 @@ class HullSearch {
         seen_(static_cast<std::size_t>(texels.to_u - texels.from_u) *
                   static_cast<std::size_t>(texels.to_v - texels.from_v),
               false) {
-    for (std::size_t b = 0; b < blocks_.size(); ++b) bound(b);
     while (across_ < blocks_.size() &&
            blocks_[across_].texels.from_v == blocks_.front().texels.from_v) {
       ++across_;
     }
+    for (std::size_t t = 0; t < triangles_.size(); ++t) bound(t);
   }
 
   /// Texels where the distance is negative and least among their neighbours.
@@ -93,7 +95,8 @@ class HullSearch {
     std::vector<ReliefContact> found;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       if (!candidates[b] || !(candidates[b]->distance < 0)) continue;
-      if (bounds_[b] < least) {  // somewhere in it may be the deepest of all
+      // Somewhere in it may be the deepest of all; what lies flat is as deep everywhere.
+      if (bounds_[b] < least - kAlike * relief_.texel) {
         candidates[b] = deepest(b);
         least = std::min(least, candidates[b]->distance);
       }
@@ -109,23 +112,33 @@ class HullSearch {
     double height, distance;
   };
 
-  /// Triangles that may dip into a block, and by how much at the most.
-  void bound(std::size_t b) {
-    const Texels& own = blocks_[b].texels;
-    const Vector2d first = centre_of(relief_, own.from_u, own.from_v);
-    const Vector2d last = centre_of(relief_, own.to_u - 1, own.to_v - 1);
-    const Vector2d middle = (first + last) / 2, half = (last - first) / 2;
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      const LowerTriangle& triangle = triangles_[t];
-      if ((triangle.low.array() > last.array()).any() ||
-          (triangle.high.array() < first.array()).any()) {
-        continue;
+  /// Blocks that a triangle may dip into, and by how much at the most.
+  void bound(std::size_t t) {
+    const LowerTriangle& triangle = triangles_[t];
+    const auto texel = [&](double place) { return place / relief_.texel - 0.5; };
+    const auto reached = [&](std::size_t first, std::size_t stride, std::size_t count, auto from,
+                             auto to, double low, double high) {
+      std::size_t begin = 0, end = count;
+      while (begin < end && blocks_[first + begin * stride].texels.*to - 1 < texel(low)) ++begin;
+      while (end > begin && blocks_[first + (end - 1) * stride].texels.*from > texel(high)) --end;
+      return std::pair(begin, end);
+    };
+    const auto [left, right] =
+        reached(0, 1, across_, &Texels::from_u, &Texels::to_u, triangle.low.x(), triangle.high.x());
+    const auto [bottom, top] = reached(0, across_, blocks_.size() / across_, &Texels::from_v,
+                                       &Texels::to_v, triangle.low.y(), triangle.high.y());
+    for (std::size_t row = bottom; row < top; ++row) {
+      for (std::size_t b = row * across_ + left; b < row * across_ + right; ++b) {
+        const Texels& own = blocks_[b].texels;
+        const Vector2d first = centre_of(relief_, own.from_u, own.from_v);
+        const Vector2d last = centre_of(relief_, own.to_u - 1, own.to_v - 1);
+        const Vector2d middle = (first + last) / 2, half = (last - first) / 2;
+        const double plane = triangle.plane(middle) - triangle.slope.cwiseAbs().dot(half);
+        const double distance = std::max(triangle.lowest, plane) - blocks_[b].highest;
+        if (!(distance < 0)) continue;
+        above_[b].push_back(t);
+        bounds_[b] = std::min(bounds_[b], distance);
       }
-      const double plane = triangle.plane(middle) - triangle.slope.cwiseAbs().dot(half);
-      const double distance = std::max(triangle.lowest, plane) - blocks_[b].highest;
-      if (!(distance < 0)) continue;
-      above_[b].push_back(t);
-      bounds_[b] = std::min(bounds_[b], distance);
     }
   }
 
@@ -136,7 +149,7 @@ class HullSearch {
     for (const std::size_t t : above_[block]) {
       dip.height = std::min(dip.height, triangles_[t].height(uv));
     }
-    if (dip.height < 0) dip.distance = dip.height - solvers::height_at(relief_, uv);
+    if (dip.height < 0) dip.distance = dip.height - peaks_.height(u, v);
     return dip;
   }
 
@@ -193,6 +206,7 @@ class HullSearch {
     return contact;
   }
 
+  const ReliefPeaks& peaks_;
   const SurfaceMap& relief_;
   Texels texels_;
   std::vector<LowerTriangle> triangles_;

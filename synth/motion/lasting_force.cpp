@@ -9,8 +9,8 @@
 
 #include "core/error.hpp"
 #include "core/random.hpp"
-#include "synth/motion/collision_shape.hpp"
 #include "synth/motion/contact_places.hpp"
+#include "synth/motion/contact_way.hpp"
 
 namespace carillon::synth {
 
@@ -22,9 +22,6 @@ constexpr double kStill = 1e-4;  ///< what creeps slower than this is at rest [m
 /// A map is averaged over so much of the way between two samples: waves of half the sample rate are
 /// 42 dB weaker for it, those of an eighth 2 dB.
 constexpr double kApart = 1.5;
-/// A place of contact goes at most so many times as fast as the bodies slide and turn.
-constexpr double kFastest = 1.25;
-constexpr std::size_t kEased = 5;  ///< steps to both sides over which such a way starts and stops
 constexpr double kTexelSteps = 8;  ///< looks at the way per texel
 
 /// A value of each step, between steps in straight lines; the last goes on.
@@ -61,23 +58,6 @@ double edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to, doub
   return edges > 0 ? sum / edges : 0.5;
 }
 
-/// Means over a triangle of steps, as wide as there are steps to both sides: an even way stays.
-std::vector<Vec3> eased(const std::vector<Vec3>& points) {
-  std::vector<Vec3> result;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const std::size_t wide = std::min({kEased, k, points.size() - 1 - k});
-    Vec3 off = Vec3::Zero();
-    double sum = static_cast<double>(wide) + 1;
-    for (std::size_t j = 1; j <= wide; ++j) {
-      const double weight = static_cast<double>(wide + 1 - j);
-      off += weight * ((points[k - j] - points[k]) + (points[k + j] - points[k]));
-      sum += 2 * weight;
-    }
-    result.push_back(points[k] + off / sum);
-  }
-  return result;
-}
-
 double fade(double time, double length) {
   const double ramp = std::min(kFade, length / 4);
   const double near = std::min(time, length - time);
@@ -112,7 +92,6 @@ LastingForces::LastingForces(const Motion& motion, std::span<const MovingBody> b
                     options.roughness, options.edge_radius, options.smoothing));
   }
   if (!options_.traced) options_.traced = std::make_shared<TracedMaps>();
-  for (const MovingBody& body : bodies) reaches_.push_back(reach_of(body));
   using Pair = std::array<std::size_t, 2>;
   std::map<std::pair<Pair, std::size_t>, double> sums;
   for (const LastingContact& contact : motion.contacts) {
@@ -168,36 +147,9 @@ LastingForce LastingForces::silence(const LastingContact& contact) const {
   return result;
 }
 
-std::vector<Vec3> LastingForces::points_of(const LastingContact& contact, std::size_t side) const {
-  const std::size_t body = contact.bodies[side], other = contact.bodies[1 - side];
-  const double reach = std::min(reaches_[body], reaches_[other]);
-  const bool round = bodies_[body].ball_radius > 0 || bodies_[other].ball_radius > 0;
-  std::vector<Vec3> points;
-  for (std::size_t k = 0; k < contact.steps.size(); ++k) {
-    points.push_back(contact.steps[k].points[side]);
-    const std::size_t state = std::min(contact.first_step + k, motion_.states.size() - 1);
-    const std::vector<BodyState>& states = motion_.states[state];
-    if (k > 0 && !round) {
-      // What hops from ridge to ridge, or along a side that lies flat, does not sweep the way
-      // between at the speed of the hop.
-      const double turning = (states[body].spin - states[other].spin).norm() * reach;
-      const double longest = kFastest * (contact.steps[k].slip.norm() + turning) * motion_.step;
-      const Vec3 way = points[k] - points[k - 1];
-      if (way.norm() > longest) points[k] = points[k - 1] + longest / way.norm() * way;
-    }
-    if (!bodies_[body].texture || !(bodies_[other].ball_radius > 0)) continue;
-    // A ball is traced by where its centre is: on a relief it touches beside that.
-    const Vec3 normal = bodies_[body].texture->normal();
-    const Vec3 centre =
-        states[body].pose.to_body(states[other].pose.to_world(bodies_[other].rigid.centre));
-    points.back() = centre + normal.dot(points.back() - centre) * normal;
-  }
-  return round ? points : eased(points);
-}
-
 LastingForces::Side LastingForces::side_of(const LastingContact& contact, std::size_t side) {
   Side own = {.face = nullptr,
-              .path = ContactPath(points_of(contact, side), motion_.step),
+              .path = ContactPath(contact_way(motion_, bodies_, contact, side), motion_.step),
               .u = {},
               .v = {},
               .normal = {},

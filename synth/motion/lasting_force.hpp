@@ -76,7 +76,6 @@ class LastingForces {
   };
 
   LastingForce silence(const LastingContact& contact) const;
-  std::vector<Vec3> points_of(const LastingContact& contact, std::size_t side) const;
   Side side_of(const LastingContact& contact, std::size_t side);
   Felt feel(const LastingContact& contact, std::size_t side, const Side& own, double force,
             double time) const;
@@ -91,7 +90,6 @@ class LastingForces {
   const Motion& motion_;
   std::span<const MovingBody> bodies_;
   LastingForceOptions options_;
-  std::vector<double> reaches_;              ///< of the bodies [m]
   std::vector<std::vector<double>> normal_;  ///< of each contact, each step
   std::vector<std::vector<double>> share_;   ///< of its pair's normal force
   std::map<std::pair<std::size_t, double>, TracedFace> faces_;

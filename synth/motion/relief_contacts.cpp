@@ -129,7 +129,7 @@ std::vector<ReliefContact> ball_on_relief(const ReliefPeaks& peaks, const Vector
     if (!texels.have(u, v) || !((uv - middle).squaredNorm() < reach * reach)) return kNothing;
     const double height = ball.height(uv);
     // Above the face it is above its relief.
-    return height < 0 ? height - solvers::height_at(relief, uv) : kNothing;
+    return height < 0 ? height - peaks.height(u, v) : kNothing;
   };
   constexpr int kWidth = ReliefPeaks::kSide + 2;
   std::array<double, static_cast<std::size_t>(kWidth) * kWidth> distances;  // a block's, and around

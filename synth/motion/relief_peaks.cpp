@@ -60,14 +60,32 @@ ReliefPeaks::ReliefPeaks(std::shared_ptr<const solvers::SurfaceMap> relief)
       rows_(blocks_along(relief_->height)) {
   peaks_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
   for (Peak& peak : peaks_) peak.height = -std::numeric_limits<double>::infinity();
-  for (int v = 0; v < relief_->height; ++v) {
-    for (int u = 0; u < relief_->width; ++u) {
+  // Where a map does not repeat its edges go on as they are, without what smooths them inside.
+  const int beyond = relief_->repeats ? 0 : 1;
+  for (int v = -beyond; v < relief_->height + beyond; ++v) {
+    for (int u = -beyond; u < relief_->width + beyond; ++u) {
+      const int row = std::clamp(v, 0, relief_->height - 1);
+      const int column = std::clamp(u, 0, relief_->width - 1);
       const double height = solvers::height_at(*relief_, centre_of(*relief_, u, v));
-      Peak& peak = peaks_[static_cast<std::size_t>(v / kSide * columns_ + u / kSide)];
+      if (row == v && column == u) heights_.push_back(height);
+      Peak& peak = peaks_[static_cast<std::size_t>(row / kSide * columns_ + column / kSide)];
       if (!(height > peak.height)) continue;
-      peak = {height, static_cast<std::int8_t>(u % kSide), static_cast<std::int8_t>(v % kSide)};
+      peak = {height, static_cast<std::int8_t>(column % kSide),
+              static_cast<std::int8_t>(row % kSide)};
     }
   }
+}
+
+double ReliefPeaks::height(int u, int v) const {
+  const int width = relief_->width, height = relief_->height;
+  if (relief_->repeats) {
+    u = u % width + (u % width < 0 ? width : 0);
+    v = v % height + (v % height < 0 ? height : 0);
+  } else if (u < 0 || v < 0 || u >= width || v >= height) {
+    return solvers::height_at(*relief_, centre_of(*relief_, u, v));
+  }
+  return heights_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(u)];
 }
 
 std::vector<ReliefPeaks::Block> ReliefPeaks::blocks(const Texels& texels) const {

@@ -36,11 +36,14 @@ class ReliefPeaks {
 
   struct Block {
     Texels texels;
-    double highest = 0;          ///< of the heights at their centres [m]
-    int peak_u = 0, peak_v = 0;  ///< where that is
+    double highest = 0;          ///< no texel's height is above [m]
+    int peak_u = 0, peak_v = 0;  ///< where that is, but at the edges of a map that does not repeat
   };
   /// Blocks that these texels lie in, row by row; blocks at the edges may reach beyond them.
   std::vector<Block> blocks(const Texels& texels) const;
+
+  /// At a texel's centre [m].
+  double height(int u, int v) const;
 
   const solvers::SurfaceMap& relief() const { return *relief_; }
 
@@ -53,6 +56,7 @@ class ReliefPeaks {
   std::shared_ptr<const solvers::SurfaceMap> relief_;
   int columns_, rows_;
   std::vector<Peak> peaks_;
+  std::vector<double> heights_;  ///< of the map's own texels [m]
 };
 
 }  // namespace carillon::synth

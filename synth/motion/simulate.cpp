@@ -34,6 +34,7 @@ void check(const MovingBody& body) {
     refuse(fmt::format("restitution must lie between 0 and 1, not {}", body.restitution), "");
   }
   if (!(body.ball_radius > 0) && body.hulls.empty()) refuse("has no hull", "");
+  if (body.texture && body.texture->map == nullptr) refuse("its texture has no map", "");
 }
 
 void check(std::span<const MotionString> strings, std::span<const MovingBody> bodies) {
@@ -89,7 +90,7 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
   BulletWorld world(bodies, strings, options);
   ContactTracker tracker(bodies, options);
   Motion motion;
-  motion.overlaps = world.overlaps();
+  motion.overlaps = world.overlaps(options.step);
   world.settle(options.step);
   motion.step = options.step;
   motion.left.assign(bodies.size(), std::numeric_limits<double>::infinity());

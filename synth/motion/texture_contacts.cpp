@@ -29,7 +29,7 @@ struct PlacedFace {
 class Changer {
  public:
   Changer(std::span<const MovingBody> bodies, std::span<const CollisionShape> shapes,
-          std::span<const std::optional<ReliefPeaks>> peaks,
+          std::span<const std::shared_ptr<const ReliefPeaks>> peaks,
           std::span<const Eigen::Quaterniond> principal, double unit)
       : bodies_(bodies), shapes_(shapes), peaks_(peaks), principal_(principal), unit_(unit) {}
 
@@ -207,7 +207,7 @@ class Changer {
 
   std::span<const MovingBody> bodies_;
   std::span<const CollisionShape> shapes_;
-  std::span<const std::optional<ReliefPeaks>> peaks_;
+  std::span<const std::shared_ptr<const ReliefPeaks>> peaks_;
   std::span<const Eigen::Quaterniond> principal_;
   double unit_;
   std::set<std::pair<std::size_t, std::size_t>> met_;
@@ -217,7 +217,7 @@ class Changer {
 
 void change_textured_contacts(btCollisionDispatcher& dispatcher, std::span<const MovingBody> bodies,
                               std::span<const CollisionShape> shapes,
-                              std::span<const std::optional<ReliefPeaks>> peaks,
+                              std::span<const std::shared_ptr<const ReliefPeaks>> peaks,
                               std::span<const Eigen::Quaterniond> principal, double unit) {
   Changer changer(bodies, shapes, peaks, principal, unit);
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {

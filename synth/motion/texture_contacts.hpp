@@ -2,7 +2,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include <optional>
+#include <memory>
 #include <span>
 
 #include "synth/motion/collision_shape.hpp"
@@ -20,7 +20,7 @@ inline constexpr double kOnFace = 0.7;
 /// @param unit       of Bullet's lengths [m]
 void change_textured_contacts(btCollisionDispatcher& dispatcher, std::span<const MovingBody> bodies,
                               std::span<const CollisionShape> shapes,
-                              std::span<const std::optional<ReliefPeaks>> peaks,
+                              std::span<const std::shared_ptr<const ReliefPeaks>> peaks,
                               std::span<const Eigen::Quaterniond> principal, double unit);
 
 }  // namespace carillon::synth

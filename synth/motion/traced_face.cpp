@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kBeside = 2e-3;  ///< of a face a contact still is on it [m]
 constexpr int kMostLevels = 8;
-constexpr std::size_t kMostTraced = 32;
 
 /// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, twice along both axes: k such
 /// steps with strides 1, 2, ... make two triangles of 2^k texels, one after the other.
@@ -46,23 +45,46 @@ solvers::SurfaceMap blurred(const solvers::SurfaceMap& map, int stride) {
 
 }  // namespace
 
-std::shared_ptr<const TracedMap> TracedMaps::of(
-    const std::shared_ptr<const solvers::SurfaceMap>& map, double radius) {
+std::size_t TracedMaps::Made::texels() const {
+  return traced->levels.size() * traced->levels.front()->heights.size();
+}
+
+TracedMap& TracedMaps::made(const SharedMap& map, double radius) {
   if (map == nullptr) throw core::InputError("textured face: it has no map");
-  const auto found = made_.find({map, radius});
-  if (found != made_.end()) return found->second;
+  for (const Made& one : made_) {
+    if (one.map == map && one.radius == radius) return *one.traced;
+  }
   auto traced = std::make_shared<TracedMap>();
-  traced->levels.push_back(solvers::traced_map(*map, radius));
-  const solvers::SurfaceMap& finest = traced->levels.front();
-  for (const float height : finest.heights) {
+  traced->levels.push_back(
+      std::make_shared<const solvers::SurfaceMap>(solvers::traced_map(*map, radius)));
+  for (const float height : traced->levels.front()->heights) {
     traced->deepest = std::max(traced->deepest, -static_cast<double>(height));
   }
-  const int most = std::max(finest.width, finest.height);
-  for (int k = 1; k <= kMostLevels && (1 << k) <= most; ++k) {
-    traced->levels.push_back(blurred(traced->levels.back(), 1 << (k - 1)));
+  made_.push_back({map, radius, traced});
+  return *traced;
+}
+
+SharedMap TracedMaps::finest(const SharedMap& map, double radius) {
+  return made(map, radius).levels.front();
+}
+
+std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double radius) {
+  std::vector<SharedMap>& levels = made(map, radius).levels;
+  const int most = std::max(levels.front()->width, levels.front()->height);
+  for (auto k = static_cast<int>(levels.size()); k <= kMostLevels && (1 << k) <= most; ++k) {
+    levels.push_back(
+        std::make_shared<const solvers::SurfaceMap>(blurred(*levels.back(), 1 << (k - 1))));
   }
-  if (made_.size() >= kMostTraced) made_.clear();
-  made_[{map, radius}] = traced;
+  const auto found = std::find_if(made_.begin(), made_.end(), [&](const Made& one) {
+    return one.map == map && one.radius == radius;
+  });
+  const std::shared_ptr<const TracedMap> traced = found->traced;
+  std::size_t texels = 0;
+  for (const Made& one : made_) texels += one.texels();
+  while (texels > kMostTracedTexels && made_.size() > 1) {
+    texels -= made_.front().texels();
+    made_.pop_front();
+  }
   return traced;
 }
 
@@ -87,14 +109,14 @@ std::optional<Eigen::Vector2d> TracedFace::place(const Vec3& point) const {
 }
 
 solvers::SurfaceDetail TracedFace::detail(const Eigen::Vector2d& uv, double width) const {
-  const std::vector<solvers::SurfaceMap>& levels = traced_->levels;
-  const double texels = width / levels.front().texel;
+  const std::vector<SharedMap>& levels = traced_->levels;
+  const double texels = width / levels.front()->texel;
   const double level = texels > 1 ? std::log2(texels) : 0;
   const auto below = std::min(static_cast<std::size_t>(level), levels.size() - 1);
-  solvers::SurfaceDetail detail = solvers::detail_at(levels[below], uv);
+  solvers::SurfaceDetail detail = solvers::detail_at(*levels[below], uv);
   const double share = level - static_cast<double>(below);
   if (share <= 0 || below + 1 >= levels.size()) return detail;
-  const solvers::SurfaceDetail above = solvers::detail_at(levels[below + 1], uv);
+  const solvers::SurfaceDetail above = solvers::detail_at(*levels[below + 1], uv);
   detail.height += share * (above.height - detail.height);
   detail.slope += share * (above.slope - detail.slope);
   detail.curvature += share * (above.curvature - detail.curvature);

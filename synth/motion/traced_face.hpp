@@ -1,10 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <map>
+#include <deque>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "solvers/textures/surface_map.hpp"
@@ -13,25 +12,37 @@ namespace carillon::synth {
 
 using solvers::Vec3;
 
+using SharedMap = std::shared_ptr<const solvers::SurfaceMap>;
+
 /// A map as a ball-shaped tip traces it.
 struct TracedMap {
-  std::vector<solvers::SurfaceMap> levels;  ///< level k: blurred over 2^k texels
-  double deepest = 0;                       ///< below the face [m]
+  std::vector<SharedMap> levels;  ///< level k: blurred over 2^k texels
+  double deepest = 0;             ///< below the face [m]
 };
 
+/// Texels that TracedMaps keeps at the most, of all maps and levels.
+inline constexpr std::size_t kMostTracedTexels = std::size_t{1} << 26;
+
 /// Maps as tips trace them, made once for each map and radius: from motion to motion the same
-/// bodies touch the same maps. The latest few are kept.
+/// bodies touch the same maps. Beyond kMostTracedTexels the oldest are dropped.
 class TracedMaps {
  public:
+  /// The map alone, without blur.
+  SharedMap finest(const SharedMap& map, double radius);
   /// @param radius  of the tip [m], >= 0; of a normal map the integrated heights are traced
   /// @throws InputError  a radius that is negative or no number, no map
-  std::shared_ptr<const TracedMap> of(const std::shared_ptr<const solvers::SurfaceMap>& map,
-                                      double radius);
+  std::shared_ptr<const TracedMap> of(const SharedMap& map, double radius);
 
  private:
-  std::map<std::pair<std::shared_ptr<const solvers::SurfaceMap>, double>,
-           std::shared_ptr<const TracedMap>>
-      made_;
+  struct Made {
+    SharedMap map;
+    double radius = 0;
+    std::shared_ptr<TracedMap> traced;
+    std::size_t texels() const;
+  };
+  TracedMap& made(const SharedMap& map, double radius);
+
+  std::deque<Made> made_;  ///< the oldest first
 };
 
 /// A textured face as a ball-shaped tip traces it, at any width of blur: what the tip's patch of

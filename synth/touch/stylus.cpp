@@ -33,6 +33,7 @@ void check(const Stylus& stylus, const solvers::TexturedFace& face, std::span<co
         "stylus: mass, springs, largest force and rate must be positive, damping, press, friction "
         "and radius not negative, and all of them finite");
   }
+  if (face.map == nullptr) throw core::InputError("stylus: the face has no map");
   if (!(face.size.minCoeff() > 0) || !(std::abs(face.u.dot(face.v)) < 1e-6)) {
     throw core::InputError("stylus: the face has no size, or axes that are not at right angles");
   }
@@ -51,9 +52,9 @@ class Surface {
   Surface(const solvers::TexturedFace& face, double radius, TracedMaps& maps)
       : relief_(face.map->relief()),
         size_(face.size),
-        traced_(maps.of(face.map, relief_ ? radius : 0)),
-        map_(relief_ ? traced_->levels.front() : *face.map) {
-    const std::vector<float>& heights = traced_->levels.front().heights;
+        traced_(maps.finest(face.map, relief_ ? radius : 0)),
+        map_(relief_ ? *traced_ : *face.map) {
+    const std::vector<float>& heights = traced_->heights;
     lowest_ = static_cast<double>(*std::min_element(heights.begin(), heights.end()));
   }
 
@@ -76,14 +77,14 @@ class Surface {
   }
   /// Of what a normal map stands for, above its lowest texel [m]; a relief stands for nothing.
   double virtual_height(const Eigen::Vector2d& uv) const {
-    return relief_ ? 0 : solvers::height_at(traced_->levels.front(), uv) - lowest_;
+    return relief_ ? 0 : solvers::height_at(*traced_, uv) - lowest_;
   }
   bool relief() const { return relief_; }
 
  private:
   bool relief_;
   Eigen::Vector2d size_;
-  std::shared_ptr<const TracedMap> traced_;
+  SharedMap traced_;
   const solvers::SurfaceMap& map_;
   double lowest_ = 0;
 };

@@ -62,12 +62,13 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
 /// shortened to the largest where they are shown alone: the tip does not sink into the face for it.
 ///
 /// The mass moves by implicit Euler steps in which the plane stands still, at least 8,000 a second
-/// and as many as keep the way of a step to a quarter of a texel (512 a tick at most), so that no
-/// spring can make it unstable. What is left of planes that change within a step, and of normal
-/// maps, which have no potential, is bounded: an account is kept of what the face took and may give
-/// back (Hannaford and Ryu 2002), never more than the potential at this moment, so that nothing
-/// taken long ago is a licence (Ryu, Preusche, Hannaford and Hirzinger 2005). Friction, which takes
-/// all the time, is not counted. The spring is compressed by no more than the account pays for.
+/// (512 a tick at most) and as many as keep the way of a step to a quarter of a texel (512 a tick
+/// at most), so that no spring can make it unstable. What is left of planes that change within a
+/// step, and of normal maps, which have no potential, is bounded: an account is kept of what the
+/// face took and may give back (Hannaford and Ryu 2002), never more than the potential at this
+/// moment, so that nothing taken long ago is a licence (Ryu, Preusche, Hannaford and Hirzinger
+/// 2005). Friction, which takes all the time, is not counted. The spring is compressed by no more
+/// than the account pays for.
 ///
 /// On a relief the account is of the spring alone, without its damper, and the potential is
 /// k D^2 / 2. On a normal map it is of spring and damper: together they hold the press (or, where

@@ -246,9 +246,11 @@ class Evaluate(FolderTest):
         process.wait()
         kept = {path: path.stat().st_mtime_ns for path in features.glob("*.h5")}
         again = run_json("evaluate", self.config, "-o", output)
-        self.assertEqual(again["tasks_run"]["features"], 12 - len(kept))
-        for path, modified in kept.items():
-            self.assertEqual(path.stat().st_mtime_ns, modified)
+        # What was written last may not have been recorded yet.
+        unrecorded = again["tasks_run"]["features"] - (12 - len(kept))
+        self.assertIn(unrecorded, (0, 1))
+        changed = [path for path, modified in kept.items() if path.stat().st_mtime_ns != modified]
+        self.assertEqual(len(changed), unrecorded)
         self.assertEqual(findings(output), findings(self.output))
 
     def test_goes_on_after_an_interrupt(self):

@@ -150,6 +150,7 @@ TEST(LastingForce, HopsOfACornerAreNoSweeps) {
   const solvers::SurfaceMap map = sine_map(2e-3, 1e-6, 32, 16);
   const Scrape even(map, kSpeed, 5, 0.3);
   Scrape hopping = even;
+  for (MovingBody& body : hopping.bodies) body.hulls = {{Vec3(0.05, 0.05, 0.05)}};
   for (std::size_t k = 0; k < hopping.motion.contacts[0].steps.size(); ++k) {
     const double way = kSpeed * 1e-3 * static_cast<double>(k);
     hopping.motion.contacts[0].steps[k].points[1].x() = 0.01 + 2e-3 * std::floor(way / 2e-3);

@@ -175,6 +175,35 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
   EXPECT_GT(apart, 5);
 }
 
+// Beyond its edges a map goes on as high as its last texels are, which the spline rounds off
+// inside.
+TEST(ReliefContacts, EdgesThatGoOnAreAsHighAsTheirTexels) {
+  solvers::SurfaceMap map = flat_relief(0.001);
+  map.repeats = false;
+  for (int v = 0; v < map.height; ++v) {
+    map.heights[static_cast<std::size_t>((v + 1) * map.width - 1)] = 0;
+  }
+  const ReliefPeaks peaks = peaks_of(map);
+  const double side = map.size().x(), depth = 1e-6;
+  const Eigen::Vector2d size(3 * side, side);
+  const double top = solvers::height_at(map, {2 * side, side / 2});
+  ASSERT_NEAR(top, 0, 1e-12);
+  ASSERT_LT(solvers::height_at(map, {side - map.texel / 2, side / 2}), -1e-4);
+  std::vector<Vec3> points;
+  const MovingBody box = box_body(Vec3(0.4, 0.4, 0.4) * side);
+  for (const Vec3& p : box.hulls[0]) {
+    points.push_back(p + Vec3(2 * side, side / 2, 0.2 * side - depth));
+  }
+  const ConvexHull hull = convex_hull(points);
+  const std::vector<ReliefContact> found = hull_on_relief(peaks, size, hull.points, hull.triangles);
+  ASSERT_FALSE(found.empty());
+  EXPECT_NEAR(found[0].depth, depth, 1e-9);
+  const std::vector<ReliefContact> ball =
+      ball_on_relief(peaks, size, {2 * side, side / 2, side - depth}, side);
+  ASSERT_FALSE(ball.empty());
+  EXPECT_NEAR(ball[0].depth, depth, 1e-9);
+}
+
 // The same of a ball, whose contacts lie between the texels.
 TEST(ReliefContacts, TheDeepestOfABallIsNoLessThanThatOfAllTexels) {
   int touching = 0;

@@ -56,6 +56,8 @@ TEST(RigidBody, RefusesWhatHasNoMassOrNoVolume) {
       region_moments(test::box_mesh({1, 1, 1}, {1, 1, 1}, 1));
   EXPECT_THROW(rigid_body(regions, std::vector<double>{1}, 0), core::InputError);
   EXPECT_THROW(rigid_body(regions, std::vector<double>{1, 2}, 1), core::InputError);
+  EXPECT_THROW(rigid_body(regions, std::vector<double>{0}, 1), core::InputError);
+  EXPECT_THROW(rigid_body(regions, std::vector<double>{std::nan("")}, 1), core::InputError);
   solvers::TetMesh empty = test::box_mesh({1, 1, 1}, {1, 1, 1}, 1);
   empty.region_names.push_back("nothing");
   EXPECT_THROW(region_moments(empty), core::InputError);
