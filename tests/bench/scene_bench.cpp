@@ -13,6 +13,7 @@
 #include "render/scene_frame.hpp"
 #include "solvers/textures/displaced_mesh.hpp"
 #include "solvers/textures/generated_maps.hpp"
+#include "synth/motion/relief_peaks.hpp"
 #include "synth/touch/stylus.hpp"
 #include "tests/bench/ball_mesh.hpp"
 #include "tests/synth/moving_bodies.hpp"
@@ -94,8 +95,12 @@ double seconds_a_step(const solvers::TexturedFace& face) {
   bodies[1].start.pose.origin = {0.1, 0.15, 0.0155};
   bodies[1].start.velocity = {0.4, 0.02, 0};
   synth::MotionOptions options;
-  options.seconds = 0.5;
-  return least_seconds(5, [&](int) { simulate_motion(bodies, {}, options); }) / 500;
+  const auto seconds_of = [&](double steps) {
+    options.seconds = steps * options.step;
+    return least_seconds(5, [&](int) { simulate_motion(bodies, {}, options); });
+  };
+  // What is prepared once is not a step's.
+  return (seconds_of(501) - seconds_of(1)) / 500;
 }
 
 /// Bullet's triangles, with the tree that finds them.
@@ -164,12 +169,16 @@ Costs of_map(const std::string& name, const solvers::TexturedFace& face,
   Costs costs;
   costs.name = name;
   const double before = allocated();
-  const solvers::TexturedFace copy = face;
+  solvers::TexturedFace copy = face;
+  copy.map = std::make_shared<const solvers::SurfaceMap>(*face.map);
+  std::optional<synth::ReliefPeaks> peaks;
+  if (copy.map->relief()) peaks.emplace(copy.map);
   costs.memory = allocated() - before;
   costs.motion = seconds_a_step(copy);
   const std::vector<Vec3> corners = {{0.05, 0.15, 0}, {0.35, 0.15, 0}};
   const std::vector<Vec3> hand = synth::drawn_path(corners, 0.2, 1000);
-  costs.touch = least_seconds(5, [&](int) { synth::draw_stylus(copy, hand, {}, {}); }) /
+  const synth::TouchOptions options{1000, std::make_shared<synth::TracedMaps>()};
+  costs.touch = least_seconds(5, [&](int) { synth::draw_stylus(copy, hand, {}, options); }) /
                 static_cast<double>(hand.size());
   time_frames(scene_of(copy, plate, true), folder, costs);
   return costs;
