@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli/build/build.hpp"
 #include "cli/build/costs.hpp"
@@ -42,8 +43,10 @@ nlohmann::json describe_plan(const LoadedBuild& build) {
   }
   nlohmann::json shared = nlohmann::json::array();
   if (build.config.motion) {
-    for (const ObjectSource& object : build.config.objects) {
-      if (!held_out(build.config, build.plan, object.name)) shared.push_back(object.name);
+    std::set<std::string> played;
+    for (const CastBody& body : build.config.motion->bodies) played.insert(body.object);
+    for (const std::string& object : played) {
+      if (!held_out(build.config, build.plan, object)) shared.push_back(object);
     }
   }
   return {{"name", build.config.name},

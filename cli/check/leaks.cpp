@@ -76,8 +76,12 @@ std::set<std::string> held_out_shapes(const DatasetFolder& folder) {
   const BuildConfig& config = folder.dataset.build.config;
   const BuildPlan& plan = folder.dataset.build.plan;
   if (!config.motion) return held;
+  std::vector<bool> of_object;
+  for (const ObjectSource& object : config.objects) {
+    of_object.push_back(held_out(config, plan, object.name));
+  }
   for (const Shape& shape : plan.shapes) {
-    if (held_out(config, plan, config.objects[shape.source].name)) held.insert(shape.id);
+    if (of_object[shape.source]) held.insert(shape.id);
   }
   return held;
 }

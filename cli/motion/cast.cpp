@@ -93,14 +93,10 @@ const Actor& Actors::of(std::size_t shape, const std::string& material, double s
 
 namespace {
 
-double between(const core::Range& range, core::RandomStream& random) {
-  return range.low + (range.high - range.low) * random.uniform();
-}
-
 Vec3 between(const Ranges3& ranges, core::RandomStream& random) {
   Vec3 value;
   for (std::size_t k = 0; k < 3; ++k) {
-    value[static_cast<Eigen::Index>(k)] = between(ranges[k], random);
+    value[static_cast<Eigen::Index>(k)] = random.uniform(ranges[k].low, ranges[k].high);
   }
   return value;
 }
@@ -148,7 +144,7 @@ std::vector<Role> draw_roles(const BuildConfig& config, const BuildPlan& plan,
                            Eigen::AngleAxisd(turn.x(), Vec3::UnitX());
     role.start.velocity = between(body.velocity, random);
     role.start.spin = between(body.spin, random);
-    role.release = between(body.release, random);
+    role.release = random.uniform(body.release.low, body.release.high);
     roles.push_back(std::move(role));
   }
   return roles;

@@ -16,17 +16,14 @@ using solvers::Vec3;
 
 namespace {
 
-double between(const core::Range& range, core::RandomStream& random) {
-  return range.low + (range.high - range.low) * random.uniform();
-}
-
 /// The hand's way over the face in its body's coordinates, as many ticks as the clip has; it stops
 /// at the path's end.
 std::vector<Vec3> hand_path(const StylusConfig& config, const solvers::TexturedFace& face,
                             core::RandomStream& random, double rate, std::size_t ticks) {
   std::vector<Vec3> corners;
   for (const auto& [u_range, v_range] : config.path) {
-    const double u = between(u_range, random), v = between(v_range, random);
+    const double u = random.uniform(u_range.low, u_range.high),
+                 v = random.uniform(v_range.low, v_range.high);
     if (!(u >= 0 && v >= 0 && u <= face.size.x() && v <= face.size.y())) {
       throw core::InputError(
           fmt::format("motion.stylus.path[{}]: {:.4g}, {:.4g} m is not on the face of {}, which is "
@@ -35,7 +32,8 @@ std::vector<Vec3> hand_path(const StylusConfig& config, const solvers::TexturedF
     }
     corners.push_back(face.origin + u * face.u + v * face.v);
   }
-  std::vector<Vec3> hand = synth::drawn_path(corners, between(config.speed, random), rate);
+  std::vector<Vec3> hand =
+      synth::drawn_path(corners, random.uniform(config.speed.low, config.speed.high), rate);
   hand.resize(ticks, hand.back());
   return hand;
 }

@@ -97,9 +97,6 @@ void TakeMaker::hear(Take& take, const core::TimeLimit& clock) {
   Sound& sound = take.sound;
   sound.sample_rate = options.sample_rate;
   sound.rows = heard.rows;
-  for (const synth::SoundingBody& body : take.stage.sounding) {
-    sound.modes += body.modes != nullptr ? body.modes->size() : 0;
-  }
   sound.audio = std::move(heard.samples);
   sound.rings.readout.unit = heard.unit;
   sound.rings.readout.delays.assign(heard.rows, 0.0);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "synth/motion/bullet_vectors.hpp"
 #include "synth/motion/collision_shape.hpp"
 #include "synth/motion/string_constraint.hpp"
 #include "synth/motion/texture_contacts.hpp"
@@ -26,26 +27,6 @@ constexpr double kNearness = 4;
 constexpr double kLongestWay = 0.5;
 /// Of the smaller body's reach that two may be in one another at the start unsaid.
 constexpr double kOverlap = 1e-3;
-
-btVector3 to_bullet(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-Vec3 from_bullet(const btVector3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
-/// Median of the largest extents of what moves [m].
-double unit_of(std::span<const MovingBody> bodies) {
-  std::vector<double> reaches;
-  for (const MovingBody& body : bodies) {
-    if (!body.fixed) reaches.push_back(reach_of(body));
-  }
-  if (reaches.empty()) return 1;
-  std::nth_element(reaches.begin(), reaches.begin() + static_cast<long>(reaches.size() / 2),
-                   reaches.end());
-  const double unit = reaches[reaches.size() / 2];
-  return unit > 0 ? unit : 1;
-}
 
 /// Bullet's world with contacts as this house has them: changed after they were found, before they
 /// are solved.
@@ -93,7 +74,7 @@ struct BulletWorld::Impl {
   Impl(std::span<const MovingBody> all, std::span<const MotionString> ropes,
        const MotionOptions& options)
       : bodies(all),
-        unit(unit_of(all)),
+        unit(median_reach(all)),
         gravity(options.gravity),
         out(all.size(), false),
         near(kNearness * gravity.norm() * options.step * options.step) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "synth/motion/bullet_vectors.hpp"
 #include "synth/motion/convex_hull.hpp"
 
 namespace carillon::synth {
@@ -18,10 +19,6 @@ namespace {
 constexpr int kMostCorners = 192;
 /// Bullet's margin around hulls, in its units.
 constexpr btScalar kMargin = 5e-4;
-
-btVector3 to_bullet(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 /// Those that reach farthest in directions of a Fibonacci lattice.
 std::vector<Vec3> fewer_points(const std::vector<Vec3>& points) {
@@ -93,6 +90,18 @@ double reach_of(const MovingBody& body) {
     for (const Vec3& p : piece) reach = std::max(reach, (p - body.rigid.centre).norm());
   }
   return reach;
+}
+
+double median_reach(std::span<const MovingBody> bodies) {
+  std::vector<double> reaches;
+  for (const MovingBody& body : bodies) {
+    if (!body.fixed) reaches.push_back(reach_of(body));
+  }
+  if (reaches.empty()) return 1;
+  std::nth_element(reaches.begin(), reaches.begin() + static_cast<long>(reaches.size() / 2),
+                   reaches.end());
+  const double unit = reaches[reaches.size() / 2];
+  return unit > 0 ? unit : 1;
 }
 
 CollisionShape collision_shape(const MovingBody& body, double unit, double skin) {

@@ -3,6 +3,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "synth/motion/motion.hpp"
@@ -34,5 +35,8 @@ Eigen::Quaterniond principal_turn(const RigidBody& rigid);
 
 /// Longest distance from the centre of mass [m].
 double reach_of(const MovingBody& body);
+
+/// Median reach of what moves [m]; 1 where nothing does.
+double median_reach(std::span<const MovingBody> bodies);
 
 }  // namespace carillon::synth

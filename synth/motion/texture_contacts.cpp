@@ -4,18 +4,12 @@
 #include <set>
 #include <utility>
 
+#include "synth/motion/bullet_vectors.hpp"
 #include "synth/motion/relief_contacts.hpp"
 
 namespace carillon::synth {
 
 namespace {
-
-btVector3 to_bullet(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-Vec3 from_bullet(const btVector3& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 /// A textured face where it is now.
 struct PlacedFace {

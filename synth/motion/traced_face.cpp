@@ -49,10 +49,10 @@ std::size_t TracedMaps::Made::texels() const {
   return traced->levels.size() * traced->levels.front()->heights.size();
 }
 
-TracedMap& TracedMaps::made(const SharedMap& map, double radius) {
+std::shared_ptr<TracedMap> TracedMaps::made(const SharedMap& map, double radius) {
   if (map == nullptr) throw core::InputError("textured face: it has no map");
   for (const Made& one : made_) {
-    if (one.map == map && one.radius == radius) return *one.traced;
+    if (one.map == map && one.radius == radius) return one.traced;
   }
   auto traced = std::make_shared<TracedMap>();
   traced->levels.push_back(
@@ -61,31 +61,32 @@ TracedMap& TracedMaps::made(const SharedMap& map, double radius) {
     traced->deepest = std::max(traced->deepest, -static_cast<double>(height));
   }
   made_.push_back({map, radius, traced});
-  return *traced;
+  return traced;
 }
 
 SharedMap TracedMaps::finest(const SharedMap& map, double radius) {
-  return made(map, radius).levels.front();
+  return made(map, radius)->levels.front();
 }
 
 std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double radius) {
-  std::vector<SharedMap>& levels = made(map, radius).levels;
+  const std::shared_ptr<TracedMap> traced = made(map, radius);
+  std::vector<SharedMap>& levels = traced->levels;
   const int most = std::max(levels.front()->width, levels.front()->height);
   for (auto k = static_cast<int>(levels.size()); k <= kMostLevels && (1 << k) <= most; ++k) {
     levels.push_back(
         std::make_shared<const solvers::SurfaceMap>(blurred(*levels.back(), 1 << (k - 1))));
   }
-  const auto found = std::find_if(made_.begin(), made_.end(), [&](const Made& one) {
-    return one.map == map && one.radius == radius;
-  });
-  const std::shared_ptr<const TracedMap> traced = found->traced;
+  drop_oldest();
+  return traced;
+}
+
+void TracedMaps::drop_oldest() {
   std::size_t texels = 0;
   for (const Made& one : made_) texels += one.texels();
   while (texels > kMostTracedTexels && made_.size() > 1) {
     texels -= made_.front().texels();
     made_.pop_front();
   }
-  return traced;
 }
 
 TracedFace::TracedFace(const solvers::TexturedFace& face, std::shared_ptr<const TracedMap> traced)

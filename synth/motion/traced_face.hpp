@@ -40,7 +40,8 @@ class TracedMaps {
     std::shared_ptr<TracedMap> traced;
     std::size_t texels() const;
   };
-  TracedMap& made(const SharedMap& map, double radius);
+  std::shared_ptr<TracedMap> made(const SharedMap& map, double radius);
+  void drop_oldest();
 
   std::deque<Made> made_;  ///< the oldest first
 };

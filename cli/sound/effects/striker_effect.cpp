@@ -130,14 +130,10 @@ Strikers read_strikers(core::ConfigNode& root) {
   return strikers;
 }
 
-double between(const core::Range& range, core::RandomStream& random) {
-  return range.low + (range.high - range.low) * random.uniform();
-}
-
 /// Uniform in the logarithm, or plainly where the range begins at 0.
 double draw_speed(const core::Range& range, core::RandomStream& random) {
   if (range.low > 0 && range.high > range.low) return random.log_uniform(range.low, range.high);
-  return between(range, random);
+  return random.uniform(range.low, range.high);
 }
 
 /// The body as the striker meets it. Faces do not know their region: of several materials the most
@@ -191,8 +187,8 @@ void strike(Sound& sound, const Strikers& strikers) {
   const std::string& kind = strikers.kinds[chosen];
   if (kind == kBurst) {
     synth::NoiseBurst burst;
-    burst.hardness = between(strikers.hardness, random);
-    burst.size = between(strikers.size, random);
+    burst.hardness = random.uniform(strikers.hardness.low, strikers.hardness.high);
+    burst.size = random.uniform(strikers.size.low, strikers.size.high);
     core::RandomStream noise(sound.seed, sound.id, "striker.noise");
     set_burst(sound, synth::noise_burst(burst, sound.sample_rate, noise));
     record(sound, kind, 0, {}, burst);
