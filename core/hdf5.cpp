@@ -13,13 +13,14 @@ namespace carillon::core {
 
 namespace hdf5 {
 
+// File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None are
+// needed: a file has one writer, and its name only when it is whole. HDF5 looks at this when it is
+// first called; a file's own property does not reach the sources of a virtual dataset. Set before
+// there are threads: another that reads the environment meanwhile would crash.
+[[maybe_unused]] static const int without_locks = setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
+
 std::recursive_mutex& turn() {
   static std::recursive_mutex mutex;
-  // File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None
-  // are needed: a file has one writer, and its name only when it is whole. HDF5 looks at this when
-  // it is first called; a file's own property does not reach the sources of a virtual dataset.
-  static const int without_locks = setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
-  static_cast<void>(without_locks);
   return mutex;
 }
 

@@ -25,13 +25,15 @@ Shader compile(GLenum kind, const std::string& source) {
   return shader;
 }
 
+// Read by Mesa when its first context is made; a user's own setting stays. No worker threads, and
+// no files in the user's cache folder that many ranks would write at once. Set before there are
+// threads of ours: another that reads the environment meanwhile would crash.
+[[maybe_unused]] const int without_threads = setenv("LP_NUM_THREADS", "0", 0);
+[[maybe_unused]] const int without_cache = setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
+
 }  // namespace
 
 OffscreenContext::OffscreenContext() {
-  // Read by Mesa when its first context is made; a user's own setting stays. No worker threads, and
-  // no files in the user's cache folder that many ranks would write at once.
-  setenv("LP_NUM_THREADS", "0", 0);
-  setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
   const std::array<int, 12> attributes = {OSMESA_FORMAT,
                                           OSMESA_RGBA,
                                           OSMESA_DEPTH_BITS,
