@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <span>
 #include <string>
 
 namespace CLI {
@@ -52,6 +53,7 @@ void add_regenerate(CLI::App& program, Context& context);
 void add_strike(CLI::App& program, Context& context);
 
 /// Runs the program: parses, calls the command, turns errors into messages and exit codes.
-int run(int argc, char** argv, MPI_Comm world);
+/// @param more  commands beside those that every program has
+int run(int argc, char** argv, MPI_Comm world, std::span<const AddCommand> more = {});
 
 }  // namespace carillon::cli

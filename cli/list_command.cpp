@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/context.hpp"
+#include "cli/learn/known_methods.hpp"
 #include "cli/material_json.hpp"
 #include "cli/sound/effect.hpp"
 #include "solvers/families.hpp"
@@ -110,6 +111,22 @@ nlohmann::json list_models() {
   return list;
 }
 
+nlohmann::json list_classifiers() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const eval::Method& method : known_methods()) {
+    const nlohmann::ordered_json all = eval::to_json(method);
+    nlohmann::json entry = {{"name", method.name}, {"senses", all.at("senses")}};
+    if (method.kind == eval::MethodKind::network) {
+      entry["branches"] = all.at("branches");
+      if (method.branches.size() > 1) entry["fusion"] = all.at("fusion");
+    } else {
+      entry["baseline"] = all.at("kind");
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
 void print_value(const nlohmann::json& value) {
   if (value.is_string()) {
     fmt::print("{}", value.get<std::string>());
@@ -149,14 +166,17 @@ void print_list(const nlohmann::json& list) {
 
 void add_list(CLI::App& program, Context& context) {
   static const std::map<std::string, nlohmann::json (*)()> lists = {
-      {"materials", list_materials}, {"shapes", list_shapes},     {"effects", list_effects},
-      {"models", list_models},       {"strikers", list_strikers}, {"supports", list_supports},
-      {"noises", list_noises},       {"textures", list_textures}};
+      {"materials", list_materials},    {"shapes", list_shapes},
+      {"effects", list_effects},        {"models", list_models},
+      {"strikers", list_strikers},      {"supports", list_supports},
+      {"noises", list_noises},          {"textures", list_textures},
+      {"classifiers", list_classifiers}};
   const std::string names =
-      "materials, shapes, effects, models, strikers, supports, noises or textures";
+      "materials, shapes, effects, models, strikers, supports, noises, textures or classifiers";
   CLI::App* command = program.add_subcommand(
       "list",
-      "materials, shapes, effects, damping models, strikers, supports, noises or textures by name");
+      "materials, shapes, effects, damping models, strikers, supports, noises, textures or "
+      "classifiers by name");
   auto what = std::make_shared<std::string>();
   command->add_option("what", *what, names)->required()->check(CLI::IsMember([] {
     std::vector<std::string> known;

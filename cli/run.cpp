@@ -58,7 +58,7 @@ int fail(const Context& context, ExitCode code, const char* message) {
 
 }  // namespace
 
-int run(int argc, char** argv, MPI_Comm world) {
+int run(int argc, char** argv, MPI_Comm world, std::span<const AddCommand> more) {
   // Standard output belongs to results: a warning among them would spoil --json.
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
       "carillon", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
@@ -82,6 +82,7 @@ int run(int argc, char** argv, MPI_Comm world) {
                   "folder for meshes and modes that can be used again; \"\" for none")
       ->capture_default_str();
   for (const AddCommand add : commands) add(program, context);
+  for (const AddCommand add : more) add(program, context);
   program.footer(
       "Exit codes: 0 done, 1 internal error, 2 wrong usage, configuration or input, or a body "
       "that\n"

@@ -17,6 +17,7 @@ find_package(hwy REQUIRED)
 
 include(CarillonPetsc)
 include(CarillonHdf5)
+include(CarillonTorch)
 carillon_pkg_config(SNDFILE sndfile)
 carillon_pkg_config(FFTW3 fftw3)
 carillon_pkg_config(SOXR soxr)

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "cli/context.hpp"
+
+namespace carillon::cli {
+
+inline constexpr const char* train_summary =
+    "classifiers that tell shapes and materials apart; goes on where it stopped";
+
+/// Commands of carillon-learn.
+void add_train(CLI::App& program, Context& context);
+
+/// In their place where there is no carillon-learn: they are listed, and say what is missing.
+void add_missing_train(CLI::App& program, Context& context);
+
+}  // namespace carillon::cli

@@ -1,0 +1,190 @@
+#include "cli/learn/learning_config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "cli/learn/known_methods.hpp"
+
+namespace carillon::cli {
+
+using core::ConfigNode;
+using core::Dimension;
+
+namespace {
+
+constexpr std::int64_t many = 1000000;
+
+template <class T, std::size_t n>
+std::vector<std::string> names_of(const T (&all)[n]) {
+  std::vector<std::string> names;
+  for (const T value : all) names.emplace_back(name_of(value));
+  return names;
+}
+
+/// The value of a list that a text names; the text is known to be among them.
+template <class T, std::size_t n>
+T named(const T (&all)[n], const std::string& name) {
+  return *std::find_if(all, all + n, [&](T value) { return name_of(value) == name; });
+}
+
+/// Some of a list, each at most once.
+template <class T, std::size_t n>
+std::vector<T> read_some(ConfigNode& node, const std::string& key, const T (&all)[n],
+                         const std::vector<T>& fallback) {
+  std::vector<std::string> texts;
+  for (const T value : fallback) texts.emplace_back(name_of(value));
+  texts = node.texts(key, texts);
+  const std::vector<std::string> allowed = names_of(all);
+  std::vector<T> some;
+  for (const std::string& text : texts) {
+    if (std::find(allowed.begin(), allowed.end(), text) == allowed.end()) {
+      node.fail(key, fmt::format("unknown value \"{}\"", text),
+                fmt::format("one or more of {}", fmt::join(allowed, ", ")));
+    }
+    const T value = named(all, text);
+    if (std::find(some.begin(), some.end(), value) != some.end()) {
+      node.fail(key, fmt::format("\"{}\" stands here twice", text));
+    }
+    some.push_back(value);
+  }
+  if (some.empty()) {
+    node.fail(key, "names nothing", fmt::format("one or more of {}", fmt::join(allowed, ", ")));
+  }
+  return some;
+}
+
+double positive(ConfigNode& node, const std::string& key, double fallback) {
+  const double value = node.quantity(key, Dimension::none, fallback);
+  if (!(value > 0)) node.fail(key, "must be positive");
+  return value;
+}
+
+void read_steps(ConfigNode& node, eval::LearningOptions& learning) {
+  learning.epochs = node.integer("epochs", 1, many, learning.epochs);
+  learning.patience = node.integer("patience", 1, many, learning.patience);
+  learning.batch = node.integer("batch", 1, many, learning.batch);
+}
+
+void read_sizes(ConfigNode& node, eval::LayerSizes& sizes) {
+  const auto pair = [&](const char* key, std::int64_t& bands, std::int64_t& frames) {
+    const auto sides = node.quantities(
+        key, Dimension::none, 2,
+        std::vector<double>{static_cast<double>(bands), static_cast<double>(frames)});
+    for (const double side : sides) {
+      if (!(side >= 1 && side <= 1024 && side == std::floor(side))) {
+        node.fail(key, "takes two whole numbers, bands and frames");
+      }
+    }
+    bands = static_cast<std::int64_t>(sides[0]);
+    frames = static_cast<std::int64_t>(sides[1]);
+  };
+  sizes.width = node.integer("width", 1, many, sizes.width);
+  sizes.filters = node.integer("filters", 1, many, sizes.filters);
+  pair("kernel", sizes.kernel_bands, sizes.kernel_frames);
+  pair("pool", sizes.pool_bands, sizes.pool_frames);
+  sizes.dropout = node.quantity("dropout", Dimension::none, sizes.dropout);
+  if (!(sizes.dropout >= 0 && sizes.dropout < 1)) node.fail("dropout", "must lie within 0 and 1");
+  sizes.fused = node.integer("fused", 1, many, sizes.fused);
+  sizes.factors = node.integer("factors", 1, many, sizes.factors);
+}
+
+eval::Method read_method(ConfigNode& node, const std::string& name,
+                         const eval::LearningOptions& common) {
+  const auto known = std::find_if(known_methods().begin(), known_methods().end(),
+                                  [&](const eval::Method& method) { return method.name == name; });
+  eval::Method method = known == known_methods().end() ? eval::Method{} : *known;
+  const eval::LearningOptions own = method.learning;
+  method.name = name;
+  method.learning = common;
+  method.learning.learning_rate = own.learning_rate;
+  method.learning.weight_decay = own.weight_decay;
+  if (node.has("branches") && node.has("baseline")) {
+    node.fail("baseline", "a network with `branches` is no baseline");
+  }
+  const bool asks = node.has("branches") || node.has("baseline");
+  if (known == known_methods().end() && !asks) {
+    node.fail("", fmt::format("no classifier is known by the name \"{}\"", name),
+              "say what it is: branches: [isnn, voxnet], or baseline: linear_svm and senses; "
+              "names that are known: carillon list classifiers");
+  }
+  if (node.has("baseline")) {
+    method.kind =
+        named(eval::all_method_kinds, node.choice("baseline", {"nearest_neighbour", "linear_svm"}));
+    method.branches.clear();
+    method.senses.clear();
+  }
+  if (method.kind == eval::MethodKind::network) {
+    method.branches = read_some(node, "branches", eval::all_branches, method.branches);
+    method.senses.clear();
+    for (const eval::Branch branch : method.branches) {
+      method.senses.push_back(eval::sense_of(branch));
+    }
+    method.fusion = named(eval::all_fusions, node.choice("fusion", names_of(eval::all_fusions),
+                                                         std::string(name_of(method.fusion))));
+    read_sizes(node, method.sizes);
+  } else {
+    method.senses = read_some(node, "senses", eval::all_senses, method.senses);
+  }
+  if (method.kind == eval::MethodKind::nearest_neighbour) {
+    method.neighbours = node.integer("neighbours", 1, many, method.neighbours);
+    return method;
+  }
+  read_steps(node, method.learning);
+  method.learning.learning_rate = positive(node, "learning_rate", method.learning.learning_rate);
+  method.learning.weight_decay =
+      node.quantity("weight_decay", Dimension::none, method.learning.weight_decay);
+  if (!(method.learning.weight_decay >= 0)) node.fail("weight_decay", "must not be negative");
+  return method;
+}
+
+eval::TaskSpec read_task(ConfigNode& node, const std::string& name) {
+  eval::TaskSpec task;
+  task.name = name;
+  task.column = node.text("column");
+  task.split = node.choice("split", {"split_shape", "split_strike"},
+                           task.column == "shape" ? "split_strike" : "split_shape");
+  if (task.column == "shape" && task.split == "split_shape") {
+    node.fail("split", "whole shapes are held out: none that is tested could have been learnt",
+              "split_strike holds out strikes of each shape");
+  }
+  if (node.has("classes")) {
+    ConfigNode classes = node.child("classes");
+    for (const std::string& label : classes.keys()) task.classes[label] = classes.texts(label);
+  }
+  return task;
+}
+
+}  // namespace
+
+LearningConfig read_learning(ConfigNode& node) {
+  LearningConfig config;
+  eval::LearningOptions common;
+  common.seed = static_cast<std::uint64_t>(
+      node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  read_steps(node, common);
+  common.memory = node.quantity("memory", Dimension::memory, common.memory);
+  if (!(common.memory > 0)) node.fail("memory", "must be positive");
+  config.listener = static_cast<std::size_t>(node.integer("listener", 0, many, 0));
+  ConfigNode tasks = node.child("tasks");
+  for (const std::string& name : tasks.keys()) {
+    ConfigNode task = tasks.child(name);
+    config.tasks.push_back(read_task(task, name));
+  }
+  if (config.tasks.empty()) {
+    node.fail("tasks", "names nothing that could be learnt",
+              "for example tasks: {geometry: {column: shape}, material: {column: material}}");
+  }
+  ConfigNode methods = node.child("methods");
+  for (const std::string& name : methods.keys()) {
+    ConfigNode method = methods.child(name);
+    config.methods.push_back(read_method(method, name, common));
+  }
+  if (config.methods.empty()) {
+    node.fail("methods", "names no classifier", "for example methods: {isnn-a: {}}");
+  }
+  return config;
+}
+
+}  // namespace carillon::cli

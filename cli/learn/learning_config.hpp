@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/config.hpp"
+#include "eval/learning/method.hpp"
+#include "eval/learning/task.hpp"
+
+namespace carillon::cli {
+
+/// What the section `train` asks for: every method learns every task.
+struct LearningConfig {
+  std::vector<eval::TaskSpec> tasks;
+  std::vector<eval::Method> methods;  ///< their seed is that of the section
+  std::size_t listener = 0;
+};
+
+/// @throws ConfigError
+LearningConfig read_learning(core::ConfigNode& node);
+
+}  // namespace carillon::cli

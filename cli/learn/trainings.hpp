@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli/context.hpp"
+#include "eval/learning/training.hpp"
+
+namespace carillon::cli {
+
+/// One classifier that learns one task from one source.
+struct TrainingJob {
+  std::string key;  ///< for people: geometry/isnn-a/seed-1
+  eval::TaskSpec task;
+  eval::Method method;
+  std::filesystem::path folder;  ///< ends with a hash of all that decides the result
+  std::string inputs;            ///< that hash
+};
+
+/// @param models  folder of all trainings
+TrainingJob make_job(const eval::SampleSource& source, const eval::TaskSpec& task,
+                     const eval::Method& method, const std::filesystem::path& models);
+
+/// How a job ended; the same on every rank.
+struct JobEnd {
+  bool interrupted = false;
+  bool was_there = false;        ///< an earlier run had finished it
+  nlohmann::ordered_json found;  ///< training.json
+};
+
+/// Trains, answers for the parts that were held out and keeps in the job's folder: `model`,
+/// `checkpoint` while it goes on, `curves.csv`, `answers.h5` and `training.json`, which is written
+/// last. What is there is not made again.
+/// @throws InputError, FileError  on every rank alike
+/// @note Collective on the context's world.
+JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context& context);
+
+}  // namespace carillon::cli

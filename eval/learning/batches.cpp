@@ -1,0 +1,182 @@
+#include "eval/learning/batches.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/random.hpp"
+#include "core/trace.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+/// Rows that are read in one go: about a chunk of a shard.
+constexpr std::size_t block_rows = 64;
+
+template <class T>
+void shuffle(std::vector<T>& values, core::RandomStream& random) {
+  for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[random.index(i)]);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, int rank,
+                                        int size) {
+  const auto ranks = static_cast<std::size_t>(size);
+  // Small enough that no rank has much more than another.
+  const std::size_t block = std::clamp<std::size_t>(rows.size() / (16 * ranks), 1, block_rows);
+  std::vector<std::uint32_t> own;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (i / block % ranks == static_cast<std::size_t>(rank)) own.push_back(rows[i]);
+  }
+  return own;
+}
+
+BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples,
+                         std::vector<Sense> senses, std::vector<std::uint32_t> rows, double memory)
+    : source_(source),
+      samples_(samples),
+      senses_(std::move(senses)),
+      rows_(std::move(rows)),
+      bodies_(senses_.size()) {
+  double row_bytes = 1;
+  for (const Sense sense : senses_) {
+    const SenseLayout layout = require_layout(source, sense);
+    layouts_.push_back(layout);
+    if (!layout.of_bodies) row_bytes += static_cast<double>(values_in(layout.extent)) * 4;
+  }
+  const auto fitting = static_cast<std::size_t>(std::max(1.0, memory / row_bytes));
+  // Two windows are there at a time: one in use, one coming.
+  window_rows_ = fitting >= rows_.size()
+                     ? rows_.size()
+                     : std::max(block_rows, fitting / 2 / block_rows * block_rows);
+}
+
+BatchReader::~BatchReader() {
+  if (coming_.valid()) coming_.wait();
+}
+
+BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
+  Window window;
+  window.rows = std::move(rows);
+  std::vector<bool> heard(window.rows.size(), true);
+  for (std::size_t s = 0; s < senses_.size(); ++s) {
+    std::vector<float>& values = window.values.emplace_back();
+    if (layouts_[s].of_bodies) continue;
+    const std::size_t each = values_in(layouts_[s].extent);
+    values.resize(window.rows.size() * each);
+    // Rows rise within a block.
+    for (std::size_t first = 0; first < window.rows.size();) {
+      std::size_t end = first + 1;
+      while (end < window.rows.size() && end - first < block_rows &&
+             window.rows[end] > window.rows[end - 1]) {
+        ++end;
+      }
+      const auto entries = std::span(window.rows).subspan(first, end - first);
+      const std::vector<bool> full = source_.read(
+          senses_[s], entries, std::span(values).subspan(first * each, entries.size() * each));
+      for (std::size_t i = 0; i < full.size(); ++i) heard[first + i] = heard[first + i] && full[i];
+      first = end;
+    }
+  }
+  window.silent = static_cast<std::size_t>(std::count(heard.begin(), heard.end(), false));
+  return window;
+}
+
+void BatchReader::load_bodies() {
+  for (std::size_t s = 0; s < senses_.size(); ++s) {
+    const SenseLayout& layout = layouts_[s];
+    if (!layout.of_bodies || !bodies_[s].empty()) continue;
+    const std::size_t each = values_in(layout.extent);
+    bodies_[s].resize(layout.entries * each);
+    for (std::size_t first = 0; first < layout.entries; first += block_rows) {
+      std::vector<std::uint32_t> entries(std::min(block_rows, layout.entries - first));
+      std::iota(entries.begin(), entries.end(), static_cast<std::uint32_t>(first));
+      source_.read(senses_[s], entries,
+                   std::span(bodies_[s]).subspan(first * each, entries.size() * each));
+    }
+  }
+}
+
+/// Blocks in random order, as many to a window as it holds.
+void BatchReader::plan_windows(std::optional<std::uint64_t> order) {
+  plan_.clear();
+  std::vector<std::size_t> blocks((rows_.size() + block_rows - 1) / block_rows);
+  std::iota(blocks.begin(), blocks.end(), std::size_t{0});
+  if (order) {
+    core::RandomStream random(*order, 0, "learning.blocks");
+    shuffle(blocks, random);
+  }
+  for (const std::size_t block : blocks) {
+    if (plan_.empty() || plan_.back().size() + block_rows > window_rows_) plan_.emplace_back();
+    const auto first = rows_.begin() + static_cast<std::ptrdiff_t>(block * block_rows);
+    const auto end = rows_.begin() +
+                     static_cast<std::ptrdiff_t>(std::min(rows_.size(), (block + 1) * block_rows));
+    plan_.back().insert(plan_.back().end(), first, end);
+  }
+}
+
+void BatchReader::begin(std::optional<std::uint64_t> order) {
+  if (coming_.valid()) coming_.wait();
+  coming_ = {};
+  load_bodies();
+  seed_ = order;
+  window_number_ = 0;
+  used_ = 0;
+  order_.clear();
+  if (!counted_) silent_rows_ = 0;
+  if (window_rows_ >= rows_.size()) {
+    plan_ = {rows_};  // whole, in the order of the file; kept from pass to pass
+  } else {
+    plan_windows(order);
+    window_.reset();
+  }
+}
+
+void BatchReader::next_window() {
+  const double start = core::monotonic_seconds();
+  if (!(window_ && window_->rows == plan_[window_number_])) {
+    window_ = coming_.valid() ? coming_.get() : load(plan_[window_number_]);
+    if (!counted_) silent_rows_ += window_->silent;
+  }
+  waited_s_ += core::monotonic_seconds() - start;
+  order_.resize(window_->rows.size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  if (seed_) {
+    core::RandomStream random(*seed_, window_number_, "learning.rows");
+    shuffle(order_, random);
+  }
+  used_ = 0;
+  ++window_number_;
+  if (window_number_ < plan_.size()) {
+    coming_ = std::async(std::launch::async, [this, rows = plan_[window_number_]]() mutable {
+      return load(std::move(rows));
+    });
+  }
+}
+
+bool BatchReader::next(std::size_t size, Batch& batch) {
+  batch.rows.clear();
+  batch.labels.clear();
+  batch.senses.assign(senses_.size(), {});
+  while (batch.rows.size() < size) {
+    if (used_ == order_.size()) {
+      if (window_number_ == plan_.size() || rows_.empty()) break;
+      next_window();
+    }
+    const std::size_t at = order_[used_++];
+    const std::uint32_t row = window_->rows[at];
+    batch.rows.push_back(row);
+    batch.labels.push_back(samples_.label[row]);
+    for (std::size_t s = 0; s < senses_.size(); ++s) {
+      const std::size_t each = values_in(layouts_[s].extent);
+      const float* from = layouts_[s].of_bodies ? bodies_[s].data() + samples_.bodies[row] * each
+                                                : window_->values[s].data() + at * each;
+      batch.senses[s].insert(batch.senses[s].end(), from, from + each);
+    }
+  }
+  if (window_number_ == plan_.size() && used_ == order_.size()) counted_ = true;
+  return !batch.rows.empty();
+}
+
+}  // namespace carillon::eval

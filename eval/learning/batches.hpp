@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <future>
+#include <optional>
+#include <vector>
+
+#include "eval/learning/sample_source.hpp"
+#include "eval/learning/task.hpp"
+
+namespace carillon::eval {
+
+/// Samples of one step.
+struct Batch {
+  std::vector<std::uint32_t> rows;
+  std::vector<std::int64_t> labels;
+  std::vector<std::vector<float>> senses;  ///< of each sense rows x extent values
+};
+
+/// Rows that a rank learns from: blocks of neighbours, dealt to the ranks in turn, so that each
+/// part of a file is read by one rank.
+std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, int rank, int size);
+
+/// Hands out samples in random order. What fits into memory is read once; else each pass reads
+/// windows of randomly chosen blocks, the next one by another thread while the last is used.
+///
+/// One reader at a time may be between `begin` and its end: HDF5 takes calls from one thread.
+class BatchReader {
+ public:
+  /// @param rows    ascending
+  /// @param memory  for samples [B]; the order of samples depends on whether all fit
+  /// @throws InputError  the source lacks a sense; says how to get it
+  BatchReader(SampleSource& source, const LabelledSamples& samples, std::vector<Sense> senses,
+              std::vector<std::uint32_t> rows, double memory);
+  ~BatchReader();
+  BatchReader(const BatchReader&) = delete;
+  BatchReader& operator=(const BatchReader&) = delete;
+
+  /// A new pass over all rows.
+  /// @param order  seed of a random order; nothing: as they are numbered
+  void begin(std::optional<std::uint64_t> order);
+  /// The next samples, `size` of them while there are so many.
+  /// @return false, and an empty batch, after the last
+  /// @throws as SampleSource::read
+  bool next(std::size_t size, Batch& batch);
+
+  const std::vector<SenseLayout>& layouts() const { return layouts_; }
+  std::size_t rows() const { return rows_.size(); }
+  /// Rows of the first pass of which some sense was empty: silent clips.
+  std::size_t silent() const { return silent_rows_; }
+  /// Time that `next` waited for files [s].
+  double waited_s() const { return waited_s_; }
+
+ private:
+  struct Window {
+    std::vector<std::uint32_t> rows;         ///< as they are in `values`
+    std::vector<std::vector<float>> values;  ///< of each sense; empty for those of bodies
+    std::size_t silent = 0;
+  };
+  Window load(std::vector<std::uint32_t> rows);
+  void load_bodies();
+  void plan_windows(std::optional<std::uint64_t> order);
+  void next_window();
+
+  SampleSource& source_;
+  const LabelledSamples& samples_;
+  std::vector<Sense> senses_;
+  std::vector<SenseLayout> layouts_;
+  std::vector<std::uint32_t> rows_;
+  std::size_t window_rows_ = 0;
+  std::vector<std::vector<float>> bodies_;        ///< all entries of senses that are of bodies
+  std::vector<std::vector<std::uint32_t>> plan_;  ///< rows of each window of this pass
+  std::size_t window_number_ = 0;                 ///< the next of the plan
+  std::optional<Window> window_;
+  std::future<Window> coming_;
+  std::vector<std::size_t> order_;  ///< of the window's rows
+  std::size_t used_ = 0;
+  std::optional<std::uint64_t> seed_;
+  std::size_t silent_rows_ = 0;
+  bool counted_ = false;
+  double waited_s_ = 0;
+};
+
+}  // namespace carillon::eval

@@ -1,0 +1,229 @@
+#include "eval/learning/dataset_source.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/hash.hpp"
+#include "core/hdf5.hpp"
+#include "synth/mel.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+/// Where a sense lies in index.h5.
+struct Column {
+  std::string name;
+  bool of_bodies = false;
+};
+
+class DatasetSource final : public SampleSource {
+ public:
+  DatasetSource(const std::filesystem::path& folder, std::size_t listener)
+      : name_(folder.string()),
+        file_(core::Hdf5Group::open_file(folder / "index.h5")),
+        listener_(listener) {
+    const std::filesystem::path description = folder / "dataset.json";
+    content_ =
+        core::sha256_file(std::filesystem::exists(description) ? description : folder / "index.h5");
+    keys_ = file_.read<std::string>("key");
+    sample_rate_ = file_.number_attribute("sample_rate_hz");
+    if (file_.has("shape_index")) {
+      bodies_ = file_.read<std::uint32_t>("shape_index");
+    } else {
+      for (std::size_t i = 0; i < keys_.size(); ++i) {
+        bodies_.push_back(static_cast<std::uint32_t>(i));
+      }
+    }
+    const core::Extent audio = file_.extent("audio");
+    listeners_ = audio.size() == 3 ? static_cast<std::size_t>(audio[1]) : 1;
+    if (listener_ >= listeners_) {
+      throw core::InputError(fmt::format("{}: there is no listener {}", name_, listener_),
+                             fmt::format("it has {}, counted from 0", listeners_));
+    }
+  }
+
+  const std::string& name() const override { return name_; }
+  std::size_t size() const override { return keys_.size(); }
+  std::vector<std::string> keys() const override { return keys_; }
+  std::vector<std::uint32_t> bodies() const override { return bodies_; }
+  std::string content() const override {
+    return fmt::format("{} listener {}", content_, listener_);
+  }
+
+  std::vector<std::string> labels(const std::string& column) const override {
+    if (file_.has(column) && !file_.is_group(column) && file_.is_text(column)) {
+      return file_.read<std::string>(column);
+    }
+    std::vector<std::string> there;
+    for (const std::string& other : file_.names()) {
+      if (!file_.is_group(other) && file_.is_text(other)) there.push_back(other);
+    }
+    throw core::InputError(fmt::format("{}: no column of texts \"{}\"", name_, column),
+                           fmt::format("there are {}", fmt::join(there, ", ")));
+  }
+
+  std::optional<SenseLayout> layout(Sense sense) const override {
+    const std::optional<Column> column = column_of(sense);
+    if (!column) return std::nullopt;
+    const core::Extent stored = file_.extent(column->name);
+    return SenseLayout{extent_of(sense, stored, *column), static_cast<std::size_t>(stored[0]),
+                       column->of_bodies};
+  }
+
+  std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+                         std::span<float> values) override {
+    std::vector<bool> heard(entries.size(), true);
+    if (entries.empty()) return heard;
+    const Column column = column_of(sense).value();
+    const std::size_t each = values.size() / entries.size();
+    const auto prepare_all = [&](const auto& raw, std::size_t row, const auto& prepare_row) {
+      for (std::size_t i = 0; i < entries.size(); ++i) {
+        heard[i] = prepare_row(i, std::span(raw).subspan((entries[i] - entries[0]) * row, row),
+                               values.subspan(i * each, each));
+      }
+    };
+    const std::size_t count = entries.back() - entries[0] + 1;
+    if (sense == Sense::voxels || sense == Sense::image) {
+      const auto raw = file_.read_rows<std::uint8_t>(column.name, entries[0], count);
+      prepare_all(raw, raw.size() / count,
+                  [&](std::size_t, std::span<const std::uint8_t> row, std::span<float> to) {
+                    prepare_bytes(sense, column, row, to);
+                    return true;
+                  });
+    } else {
+      const auto raw = file_.read_rows<float>(column.name, entries[0], count);
+      prepare_all(raw, raw.size() / count,
+                  [&](std::size_t i, std::span<const float> row, std::span<float> to) {
+                    return prepare_named(sense, column, entries[i], row, to);
+                  });
+    }
+    return heard;
+  }
+
+ private:
+  /// What a sense is made from.
+  std::optional<Column> column_of(Sense sense) const {
+    switch (sense) {
+      case Sense::spectrogram:
+        return Column{file_.has("mel") ? "mel" : "audio"};
+      case Sense::waveform:
+        return Column{"audio"};
+      case Sense::touch:
+        if (file_.has("touch")) return Column{"touch"};
+        return std::nullopt;
+      case Sense::voxels:
+      case Sense::image:
+        break;
+    }
+    const std::string own = sense == Sense::voxels ? "voxels" : "frames";
+    const std::string of_body = sense == Sense::voxels ? "shapes/voxels" : "shapes/frame";
+    if (file_.has(own)) return Column{own};
+    if (file_.has("shape_index") && file_.has(of_body)) return Column{of_body, true};
+    return std::nullopt;
+  }
+
+  SenseExtent extent_of(Sense sense, const core::Extent& stored, const Column& column) const {
+    const auto side = [&](std::size_t from_last) {
+      return static_cast<std::int64_t>(stored[stored.size() - from_last]);
+    };
+    switch (sense) {
+      case Sense::spectrogram:
+        if (column.name == "audio")
+          return {1, prepare::spectrogram_bands, prepare::spectrogram_frames};
+        return {1, side(2), side(1)};
+      case Sense::waveform:
+        return {1, static_cast<std::int64_t>(std::llround(static_cast<double>(side(1)) *
+                                                          prepare::waveform_rate / sample_rate_))};
+      case Sense::voxels:
+        return {1, side(3), side(2), side(1)};
+      case Sense::image:
+        return {3, prepare::image_side, prepare::image_side};
+      case Sense::touch:
+        return {3, side(2)};
+    }
+    return {};
+  }
+
+  /// Of takes the first frame.
+  void prepare_bytes(Sense sense, const Column& column, std::span<const std::uint8_t> row,
+                     std::span<float> values) const {
+    if (sense == Sense::voxels) {
+      std::transform(row.begin(), row.end(), values.begin(),
+                     [](std::uint8_t cell) { return cell != 0 ? 1.0F : -1.0F; });
+      return;
+    }
+    const core::Extent stored = file_.extent(column.name);
+    const std::size_t height = stored[stored.size() - 3], width = stored[stored.size() - 2];
+    prepare::image(row.first(height * width * 3), height, width, values);
+  }
+
+  bool prepare_named(Sense sense, const Column& column, std::size_t sample,
+                     std::span<const float> row, std::span<float> values) {
+    try {
+      return prepare_one(sense, column, row, values);
+    } catch (const core::InputError& error) {
+      throw core::InputError(
+          fmt::format("{}: sample {}: {}", name_, keys_[sample], error.message()),
+          "carillon check tells whether the dataset is whole");
+    }
+  }
+
+  /// The part of a row that a listener hears.
+  std::span<const float> heard_by_listener(std::span<const float> row) const {
+    const std::size_t each = row.size() / listeners_;
+    return row.subspan(listener_ * each, each);
+  }
+
+  bool prepare_one(Sense sense, const Column& column, std::span<const float> row,
+                   std::span<float> values) {
+    if (sense == Sense::touch) {
+      prepare::touch(row, values);
+      return std::any_of(values.begin(), values.end(), [](float value) { return value != 0; });
+    }
+    const std::span<const float> own = heard_by_listener(row);
+    if (sense == Sense::waveform) {
+      const std::vector<float> prepared = prepare::waveform(own, sample_rate_);
+      std::copy_n(prepared.begin(), std::min(prepared.size(), values.size()), values.begin());
+      return std::any_of(prepared.begin(), prepared.end(), [](float value) { return value != 0; });
+    }
+    if (column.name == "mel") {
+      std::copy(own.begin(), own.end(), values.begin());
+    } else {
+      const std::vector<float> made = spectrogram_of(own);
+      std::copy_n(made.begin(), values.size(), values.begin());
+    }
+    return prepare::spectrogram(values);
+  }
+
+  std::vector<float> spectrogram_of(std::span<const float> clip) {
+    if (!mel_) {
+      mel_ = std::make_unique<synth::MelSpectrogram>(
+          prepare::spectrogram_options(clip.size(), sample_rate_));
+    }
+    return (*mel_)(clip);
+  }
+
+  std::string name_;
+  core::Hdf5Group file_;
+  std::size_t listener_;
+  std::size_t listeners_ = 1;
+  std::string content_;
+  std::vector<std::string> keys_;
+  std::vector<std::uint32_t> bodies_;
+  double sample_rate_ = 44100;
+  std::unique_ptr<synth::MelSpectrogram> mel_;
+};
+
+}  // namespace
+
+std::unique_ptr<SampleSource> open_dataset_source(const std::filesystem::path& folder,
+                                                  std::size_t listener) {
+  return std::make_unique<DatasetSource>(folder, listener);
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "eval/learning/sample_source.hpp"
+
+namespace carillon::eval {
+
+/// Samples of a dataset's folder (docs/format.md).
+///
+/// Spectrograms come from the column `mel`; where there is none they are made from `audio` with 64
+/// bands and 25 frames. Voxels and frames are the bodies', or of takes the sample's own.
+///
+/// @param listener  whose audio, where there are several
+/// @throws FileError   no index.h5 that can be read
+///         InputError  no such listener
+std::unique_ptr<SampleSource> open_dataset_source(const std::filesystem::path& folder,
+                                                  std::size_t listener = 0);
+
+}  // namespace carillon::eval

@@ -1,0 +1,73 @@
+#include "eval/learning/epochs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace carillon::eval {
+
+nlohmann::json to_json(const Epoch& epoch) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+  };
+  return {{"number", epoch.number},
+          {"train_loss", epoch.train_loss},
+          {"train_accuracy", epoch.train_accuracy},
+          {"validation_loss", number(epoch.validation_loss)},
+          {"validation_accuracy", number(epoch.validation_accuracy)},
+          {"learning_rate", epoch.learning_rate},
+          {"seconds", epoch.seconds},
+          {"waited_s", epoch.waited_s},
+          {"ranks", epoch.ranks}};
+}
+
+Epoch epoch_from(const nlohmann::json& json) {
+  const auto number = [&](const char* key) {
+    return json.at(key).is_null() ? std::numeric_limits<double>::quiet_NaN()
+                                  : json.at(key).get<double>();
+  };
+  return {.number = json.at("number"),
+          .train_loss = json.at("train_loss"),
+          .train_accuracy = json.at("train_accuracy"),
+          .validation_loss = number("validation_loss"),
+          .validation_accuracy = number("validation_accuracy"),
+          .learning_rate = json.at("learning_rate"),
+          .seconds = json.at("seconds"),
+          .waited_s = json.at("waited_s"),
+          .ranks = json.at("ranks")};
+}
+
+std::int64_t best_of(const std::vector<Epoch>& epochs) {
+  std::int64_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Epoch& epoch : epochs) {
+    if (std::isnan(epoch.validation_loss) || epoch.validation_loss < least) {
+      least = std::isnan(epoch.validation_loss) ? least : epoch.validation_loss;
+      best = epoch.number;
+    }
+  }
+  return best;
+}
+
+bool ends_after(const std::vector<Epoch>& epochs, const LearningOptions& options) {
+  const auto made = static_cast<std::int64_t>(epochs.size());
+  return made >= options.epochs || made - best_of(epochs) >= options.patience;
+}
+
+double learning_rate_after(const std::vector<Epoch>& epochs, const Method& method) {
+  const LearningOptions& options = method.learning;
+  if (method.kind == MethodKind::linear_svm) {
+    return options.learning_rate / (1.0 + 0.2 * static_cast<double>(epochs.size()));
+  }
+  const std::int64_t half = std::max<std::int64_t>(1, options.patience / 2);
+  double rate = options.learning_rate, least = std::numeric_limits<double>::infinity();
+  std::int64_t since = 0;
+  for (const Epoch& epoch : epochs) {
+    since = epoch.validation_loss < least || std::isnan(epoch.validation_loss) ? 0 : since + 1;
+    least = std::min(least, std::isnan(epoch.validation_loss) ? least : epoch.validation_loss);
+    if (since > 0 && since % half == 0) rate /= 3;
+  }
+  return rate;
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/random.hpp"
+#include "eval/learning/learner_state.hpp"
+#include "eval/learning/sealed_file.hpp"
+#include "eval/learning/weights.hpp"
+
+namespace carillon::eval {
+
+std::vector<torch::Tensor> tensors_of(Batch& batch, const std::vector<SenseLayout>& layouts) {
+  std::vector<torch::Tensor> senses;
+  for (std::size_t s = 0; s < layouts.size(); ++s) {
+    std::vector<std::int64_t> extent = {static_cast<std::int64_t>(batch.rows.size())};
+    extent.insert(extent.end(), layouts[s].extent.begin(), layouts[s].extent.end());
+    senses.push_back(torch::from_blob(batch.senses[s].data(), extent));
+  }
+  return senses;
+}
+
+torch::Tensor Learner::State::loss(const torch::Tensor& logits, const torch::Tensor& labels) const {
+  namespace functional = torch::nn::functional;
+  if (method.kind != MethodKind::linear_svm) {
+    return functional::cross_entropy(logits, labels,
+                                     functional::CrossEntropyFuncOptions().reduction(torch::kSum));
+  }
+  const torch::Tensor sides =
+      functional::one_hot(labels, static_cast<std::int64_t>(classes.size())) * 2 - 1;
+  return torch::relu(1 - sides * logits).sum();
+}
+
+Tally Learner::State::look_at(Batch& batch, const std::vector<SenseLayout>& layouts, bool learn) {
+  const torch::Tensor labels = torch::from_blob(
+      batch.labels.data(), {static_cast<std::int64_t>(batch.labels.size())}, torch::kInt64);
+  const torch::Tensor logits = classifier->forward(tensors_of(batch, layouts));
+  const torch::Tensor lost = loss(logits, labels);
+  if (learn) lost.backward();
+  return {.loss = lost.item<float>(),
+          .right = logits.argmax(1).eq(labels).sum().item<float>(),
+          .samples = static_cast<float>(batch.rows.size())};
+}
+
+Learner::Learner(const Method& method, const std::vector<SenseExtent>& extents,
+                 const std::vector<std::string>& classes)
+    : state_(std::make_unique<State>()) {
+  torch::manual_seed(core::stable_hash(fmt::format("weights {}", method.learning.seed)));
+  state_->method = method;
+  state_->extents = extents;
+  state_->classes = classes;
+  state_->classifier = make_classifier(method, extents, static_cast<std::int64_t>(classes.size()));
+  state_->classifier->eval();
+}
+
+Learner::~Learner() = default;
+Learner::Learner(Learner&&) noexcept = default;
+
+std::vector<float> Learner::predict(SampleSource& source, const LabelledSamples& samples,
+                                    const std::vector<std::uint32_t>& rows,
+                                    const LearningRanks& ranks) {
+  const std::size_t classes = state_->classes.size();
+  std::vector<float> logits(rows.size() * classes, 0.0F);
+  std::exception_ptr error;
+  try {
+    const torch::NoGradGuard no_gradient;
+    std::vector<std::uint32_t> own = rows_of_rank(rows, ranks.rank, ranks.size);
+    BatchReader reader(source, samples, state_->method.senses, own, state_->method.learning.memory);
+    reader.begin({});
+    for (Batch batch; reader.next(answer_batch, batch);) {
+      const torch::Tensor answers =
+          state_->classifier->forward(tensors_of(batch, reader.layouts())).contiguous();
+      for (std::size_t i = 0; i < batch.rows.size(); ++i) {
+        const auto at = static_cast<std::size_t>(
+            std::lower_bound(rows.begin(), rows.end(), batch.rows[i]) - rows.begin());
+        std::copy_n(answers.data_ptr<float>() + i * classes, classes,
+                    logits.begin() + static_cast<std::ptrdiff_t>(at * classes));
+      }
+    }
+  } catch (...) {
+    error = std::current_exception();
+  }
+  ranks.agree(error);
+  ranks.sum(logits);
+  return logits;
+}
+
+std::vector<float> Learner::predict(const std::vector<std::vector<float>>& senses) {
+  const torch::NoGradGuard no_gradient;
+  std::vector<torch::Tensor> tensors;
+  for (std::size_t s = 0; s < senses.size(); ++s) {
+    std::vector<std::int64_t> extent = {1};
+    extent.insert(extent.end(), state_->extents[s].begin(), state_->extents[s].end());
+    tensors.push_back(torch::tensor(senses[s]).view(extent));
+  }
+  const torch::Tensor logits = state_->classifier->forward(tensors).contiguous();
+  return {logits.data_ptr<float>(), logits.data_ptr<float>() + logits.numel()};
+}
+
+void Learner::save(const std::filesystem::path& path, const nlohmann::json& notes) const {
+  write_sealed(path, {{{"method", to_json(state_->method)},
+                       {"extents", state_->extents},
+                       {"classes", state_->classes},
+                       {"notes", notes}},
+                      {to_bytes(*state_->classifier)}});
+}
+
+Learner Learner::load(const std::filesystem::path& path, nlohmann::json& notes) {
+  const SealedFile file = read_sealed(path);
+  Learner learner(method_from(file.header.at("method")),
+                  file.header.at("extents").get<std::vector<SenseExtent>>(),
+                  file.header.at("classes").get<std::vector<std::string>>());
+  from_bytes(file.blocks.at(0), *learner.state_->classifier);
+  notes = file.header.at("notes");
+  return learner;
+}
+
+const Method& Learner::method() const {
+  return state_->method;
+}
+
+const std::vector<std::string>& Learner::classes() const {
+  return state_->classes;
+}
+
+void use_learning_threads(int threads) {
+  torch::set_num_threads(threads);
+}
+
+}  // namespace carillon::eval

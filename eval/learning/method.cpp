@@ -1,0 +1,143 @@
+#include "eval/learning/method.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
+namespace carillon::eval {
+
+std::string_view name_of(Branch branch) {
+  switch (branch) {
+    case Branch::isnn:
+      return "isnn";
+    case Branch::soundnet5:
+      return "soundnet5";
+    case Branch::soundnet8:
+      return "soundnet8";
+    case Branch::voxnet:
+      return "voxnet";
+    case Branch::image:
+      return "image";
+    case Branch::touch:
+      return "touch";
+  }
+  return "";
+}
+
+std::string_view name_of(Fusion fusion) {
+  switch (fusion) {
+    case Fusion::concatenate:
+      return "concatenate";
+    case Fusion::add:
+      return "add";
+    case Fusion::multiply:
+      return "multiply";
+    case Fusion::bilinear:
+      return "bilinear";
+  }
+  return "";
+}
+
+std::string_view name_of(MethodKind kind) {
+  switch (kind) {
+    case MethodKind::network:
+      return "network";
+    case MethodKind::nearest_neighbour:
+      return "nearest_neighbour";
+    case MethodKind::linear_svm:
+      return "linear_svm";
+  }
+  return "";
+}
+
+Sense sense_of(Branch branch) {
+  switch (branch) {
+    case Branch::isnn:
+      return Sense::spectrogram;
+    case Branch::soundnet5:
+    case Branch::soundnet8:
+      return Sense::waveform;
+    case Branch::voxnet:
+      return Sense::voxels;
+    case Branch::image:
+      return Sense::image;
+    case Branch::touch:
+      return Sense::touch;
+  }
+  return Sense::spectrogram;
+}
+
+namespace {
+
+/// The value of a list whose name a text is.
+template <class T, std::size_t n>
+T named(const T (&all)[n], const std::string& text) {
+  for (const T value : all) {
+    if (name_of(value) == text) return value;
+  }
+  throw core::InputError(fmt::format("\"{}\" is known to another version of the program", text));
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const Method& method) {
+  nlohmann::ordered_json json = {{"name", method.name}, {"kind", name_of(method.kind)}};
+  json["branches"] = nlohmann::json::array();
+  for (const Branch branch : method.branches) json["branches"].push_back(name_of(branch));
+  json["senses"] = nlohmann::json::array();
+  for (const Sense sense : method.senses) json["senses"].push_back(name_of(sense));
+  json["fusion"] = name_of(method.fusion);
+  json["neighbours"] = method.neighbours;
+  const LayerSizes& sizes = method.sizes;
+  json["sizes"] = {{"width", sizes.width},
+                   {"filters", sizes.filters},
+                   {"kernel", {sizes.kernel_bands, sizes.kernel_frames}},
+                   {"pool", {sizes.pool_bands, sizes.pool_frames}},
+                   {"dropout", sizes.dropout},
+                   {"fused", sizes.fused},
+                   {"factors", sizes.factors}};
+  const LearningOptions& learning = method.learning;
+  json["learning"] = {{"epochs", learning.epochs},
+                      {"patience", learning.patience},
+                      {"batch", learning.batch},
+                      {"learning_rate", learning.learning_rate},
+                      {"weight_decay", learning.weight_decay},
+                      {"seed", learning.seed},
+                      {"memory", learning.memory}};
+  return json;
+}
+
+Method method_from(const nlohmann::json& json) {
+  Method method;
+  method.name = json.at("name");
+  method.kind = named(all_method_kinds, json.at("kind"));
+  for (const std::string branch : json.at("branches")) {
+    method.branches.push_back(named(all_branches, branch));
+  }
+  for (const std::string sense : json.at("senses")) {
+    method.senses.push_back(named(all_senses, sense));
+  }
+  method.fusion = named(all_fusions, json.at("fusion"));
+  method.neighbours = json.at("neighbours");
+  const nlohmann::json& sizes = json.at("sizes");
+  method.sizes = {.width = sizes.at("width"),
+                  .filters = sizes.at("filters"),
+                  .kernel_bands = sizes.at("kernel").at(0),
+                  .kernel_frames = sizes.at("kernel").at(1),
+                  .pool_bands = sizes.at("pool").at(0),
+                  .pool_frames = sizes.at("pool").at(1),
+                  .dropout = sizes.at("dropout"),
+                  .fused = sizes.at("fused"),
+                  .factors = sizes.at("factors")};
+  const nlohmann::json& learning = json.at("learning");
+  method.learning = {.epochs = learning.at("epochs"),
+                     .patience = learning.at("patience"),
+                     .batch = learning.at("batch"),
+                     .learning_rate = learning.at("learning_rate"),
+                     .weight_decay = learning.at("weight_decay"),
+                     .seed = learning.at("seed"),
+                     .memory = learning.at("memory")};
+  return method;
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "eval/learning/sense.hpp"
+
+namespace carillon::eval {
+
+/// Part of a network that turns one sense into features.
+enum class Branch {
+  isnn,       ///< spectrogram: one convolution with a tall kernel, one dense layer (Sterling
+              ///< 2019, 6.3.2)
+  soundnet5,  ///< waveform (Aytar et al. 2016), trained from scratch
+  soundnet8,
+  voxnet,  ///< voxels (Maturana and Scherer 2015)
+  image,   ///< three small convolutions
+  touch    ///< three small convolutions over time
+};
+
+/// How the branches' features become one vector (Sterling 2019, 6.3.2.2).
+enum class Fusion {
+  concatenate,
+  add,
+  multiply,  ///< element-wise product of projections (Park et al. 2016)
+  bilinear   ///< multimodal factorised bilinear pooling (Yu et al. 2017)
+};
+
+enum class MethodKind { network, nearest_neighbour, linear_svm };
+
+/// Layer sizes that the papers do not give.
+struct LayerSizes {
+  std::int64_t width = 128;                           ///< of each branch's first dense layer
+  std::int64_t filters = 32;                          ///< of ISNN's convolution
+  std::int64_t kernel_bands = 32, kernel_frames = 4;  ///< its kernel
+  std::int64_t pool_bands = 2, pool_frames = 2;       ///< its maximum's window
+  double dropout = 0.3;                               ///< before and after ISNN's dense layer
+  std::int64_t fused = 256;                           ///< outputs of bilinear pooling
+  std::int64_t factors = 5;                           ///< products that each of these sums
+};
+
+/// How the numbers of a network are found.
+struct LearningOptions {
+  std::int64_t epochs = 60;     ///< at most
+  std::int64_t patience = 8;    ///< epochs without a better validation loss, then it ends
+  std::int64_t batch = 64;      ///< samples of a step, over all ranks
+  double learning_rate = 1e-3;  ///< of Adam; a third of it after each half of the patience
+  double weight_decay = 1e-4;
+  std::uint64_t seed = 0;        ///< of the first weights, the order of samples and dropout
+  double memory = 2147483648.0;  ///< of a rank for samples [B]; more than fits is read every epoch
+};
+
+/// A classifier and how it is trained.
+struct Method {
+  std::string name;
+  MethodKind kind = MethodKind::network;
+  std::vector<Branch> branches;  ///< of a network
+  Fusion fusion = Fusion::concatenate;
+  std::vector<Sense> senses;  ///< what it perceives; of a network, those of its branches
+  LayerSizes sizes;
+  LearningOptions learning;
+  std::int64_t neighbours = 1;  ///< of nearest_neighbour
+};
+
+std::string_view name_of(Branch branch);
+std::string_view name_of(Fusion fusion);
+std::string_view name_of(MethodKind kind);
+Sense sense_of(Branch branch);
+
+inline constexpr Branch all_branches[] = {Branch::isnn,   Branch::soundnet5, Branch::soundnet8,
+                                          Branch::voxnet, Branch::image,     Branch::touch};
+inline constexpr Fusion all_fusions[] = {Fusion::concatenate, Fusion::add, Fusion::multiply,
+                                         Fusion::bilinear};
+inline constexpr MethodKind all_method_kinds[] = {
+    MethodKind::network, MethodKind::nearest_neighbour, MethodKind::linear_svm};
+
+/// Everything that decides a trained classifier's numbers, beside its samples.
+nlohmann::ordered_json to_json(const Method& method);
+/// @throws InputError  a name that this version does not know
+Method method_from(const nlohmann::json& json);
+
+}  // namespace carillon::eval

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "eval/learning/sense.hpp"
+
+namespace carillon::eval {
+
+/// What a source has of one sense.
+struct SenseLayout {
+  SenseExtent extent;
+  std::size_t entries = 0;  ///< samples; or bodies, whose voxels and frame are one for many samples
+  bool of_bodies = false;
+};
+
+/// Samples that networks learn from: a dataset, or recordings with labels.
+class SampleSource {
+ public:
+  virtual ~SampleSource() = default;
+
+  /// For messages.
+  virtual const std::string& name() const = 0;
+  virtual std::size_t size() const = 0;
+  virtual std::vector<std::string> keys() const = 0;
+  /// Body of each sample, counted from 0; its entry in senses that are of bodies.
+  virtual std::vector<std::uint32_t> bodies() const = 0;
+  /// A column of texts: labels and splits.
+  /// @throws InputError  there is none; names those that there are
+  virtual std::vector<std::string> labels(const std::string& column) const = 0;
+
+  /// Nothing where the source has no such sense.
+  virtual std::optional<SenseLayout> layout(Sense sense) const = 0;
+  /// Some entries, prepared. They are read in one go: they should not lie far apart.
+  /// @param entries  ascending
+  /// @param values   entries x extent
+  /// @return of each whether anything is in it: silent clips are not refused
+  /// @throws InputError  a value is not finite; names the sample
+  ///         FileError   not readable
+  virtual std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+                                 std::span<float> values) = 0;
+
+  /// Hash of what the values are made of: equal for equal contents.
+  virtual std::string content() const = 0;
+};
+
+/// What a source has of a sense that is needed.
+/// @throws InputError  nothing; says how to get it
+SenseLayout require_layout(const SampleSource& source, Sense sense);
+
+}  // namespace carillon::eval

@@ -1,0 +1,50 @@
+#include "eval/learning/sealed_file.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+
+namespace carillon::eval {
+
+void write_sealed(const std::filesystem::path& path, const SealedFile& file) {
+  std::string body;
+  std::vector<std::size_t> sizes;
+  for (const std::string& block : file.blocks) {
+    body += block;
+    sizes.push_back(block.size());
+  }
+  const nlohmann::json line = {
+      {"header", file.header}, {"blocks", sizes}, {"sha256", core::sha256(body)}};
+  core::write_text_durably(path, line.dump() + "\n" + body);
+}
+
+SealedFile read_sealed(const std::filesystem::path& path) {
+  const std::string text = core::read_file(path);
+  const std::size_t end = text.find('\n');
+  const auto damaged = [&](const std::string& how) {
+    return core::InputError(fmt::format("{}: {}", path.string(), how),
+                            "take it from where it was made, or train again");
+  };
+  if (end == std::string::npos) throw damaged("cut short, or no file of this program");
+  const nlohmann::json line = nlohmann::json::parse(
+      text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+  if (!line.is_object() || !line.contains("sha256") || !line.contains("blocks")) {
+    throw damaged("no file of this program");
+  }
+  const std::string body = text.substr(end + 1);
+  if (core::sha256(body) != line.at("sha256").get<std::string>()) {
+    throw damaged(fmt::format("cut short or changed ({} bytes after its header)", body.size()));
+  }
+  SealedFile file;
+  file.header = line.at("header");
+  std::size_t at = 0;
+  for (const std::size_t size : line.at("blocks").get<std::vector<std::size_t>>()) {
+    file.blocks.push_back(body.substr(at, size));
+    at += size;
+  }
+  return file;
+}
+
+}  // namespace carillon::eval

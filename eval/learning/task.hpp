@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "eval/learning/sample_source.hpp"
+
+namespace carillon::eval {
+
+enum class Part : std::uint8_t { train, validation, test };
+
+/// What is to be told from what, and which samples it is learnt from.
+struct TaskSpec {
+  std::string name;
+  std::string column;  ///< of labels: shape, family, material
+  std::string split;   ///< column that says train, validation or test
+  /// Labels that count as one class; empty: each is a class of its own. With it, labels that stand
+  /// nowhere in it are left out.
+  std::map<std::string, std::vector<std::string>> classes;
+};
+
+/// A task's samples. Nothing depends on the order in which labels occur.
+struct LabelledSamples {
+  std::vector<std::string> classes;   ///< in byte order
+  std::vector<std::int32_t> label;    ///< of each sample: class, or -1: not of this task
+  std::vector<Part> part;             ///< of each sample
+  std::vector<std::string> keys;      ///< of each sample
+  std::vector<std::uint32_t> bodies;  ///< of each sample
+
+  /// Samples of the task in a part, ascending.
+  std::vector<std::uint32_t> rows(Part part) const;
+};
+
+/// @throws InputError  no such column, a part that is none of the three, less than two classes, no
+///                     sample to learn from; names the source and the remedy
+LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task);
+
+/// Classes that nothing is learnt of, or that are not tested: sentences for people.
+std::vector<std::string> remarks(const LabelledSamples& samples);
+
+}  // namespace carillon::eval

@@ -1,0 +1,295 @@
+#include "eval/learning/training.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/random.hpp"
+#include "core/trace.hpp"
+#include "eval/learning/learner_state.hpp"
+#include "eval/learning/sealed_file.hpp"
+#include "eval/learning/weights.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// One training on its way.
+class Training {
+ public:
+  Training(Learner::State& learner, SampleSource& source, const LabelledSamples& samples,
+           const LearningRanks& ranks, const Checkpoint& checkpoint, const LearningWatch& watch);
+  Trained run();
+
+ private:
+  using Optimizer = std::unique_ptr<torch::optim::Optimizer>;
+  void resume();
+  void keep() const;
+  std::optional<Epoch> one_epoch();
+  Tally step(std::size_t share);
+  Tally validate();
+  Tally sum(Tally tally, std::span<float> gradients, const std::exception_ptr& error);
+  void set_rate(double rate);
+
+  Learner::State& learner_;
+  const LearningRanks& ranks_;
+  const Checkpoint& checkpoint_;
+  const LearningWatch& watch_;
+  const Method& method_;
+  std::size_t train_rows_, validation_rows_;  ///< of all ranks
+  BatchReader reader_, validation_;
+  Optimizer optimizer_;
+  std::vector<float> flat_;
+  std::string best_;
+  Trained trained_;
+};
+
+Training::Training(Learner::State& learner, SampleSource& source, const LabelledSamples& samples,
+                   const LearningRanks& ranks, const Checkpoint& checkpoint,
+                   const LearningWatch& watch)
+    : learner_(learner),
+      ranks_(ranks),
+      checkpoint_(checkpoint),
+      watch_(watch),
+      method_(learner.method),
+      train_rows_(samples.rows(Part::train).size()),
+      validation_rows_(samples.rows(Part::validation).size()),
+      reader_(source, samples, method_.senses,
+              rows_of_rank(samples.rows(Part::train), ranks.rank, ranks.size),
+              method_.learning.memory),
+      validation_(source, samples, method_.senses,
+                  rows_of_rank(samples.rows(Part::validation), ranks.rank, ranks.size),
+                  method_.learning.memory) {
+  const LearningOptions& options = method_.learning;
+  if (method_.kind == MethodKind::linear_svm) {
+    optimizer_ = std::make_unique<torch::optim::SGD>(
+        learner_.classifier->parameters(),
+        torch::optim::SGDOptions(options.learning_rate).weight_decay(options.weight_decay));
+  } else {
+    optimizer_ = std::make_unique<torch::optim::Adam>(
+        learner_.classifier->parameters(),
+        torch::optim::AdamOptions(options.learning_rate).weight_decay(options.weight_decay));
+  }
+  trained_.parameters = parameter_count(*learner_.classifier);
+  flat_.resize(static_cast<std::size_t>(trained_.parameters) + Tally::numbers);
+}
+
+/// Goes on from the checkpoint where there is one that can be used.
+void Training::resume() {
+  std::string found;
+  if (ranks_.rank == 0 && !checkpoint_.file.empty() && std::filesystem::exists(checkpoint_.file)) {
+    try {
+      const SealedFile file = read_sealed(checkpoint_.file);
+      if (file.header.value("inputs", "") == checkpoint_.inputs) found = "there";
+    } catch (const core::InputError& error) {
+      trained_.remarks.push_back(fmt::format("{}; training begins anew", error.message()));
+    }
+  }
+  if (ranks_.share(found).empty()) return;
+  // Weights are no text: every rank reads the file.
+  std::exception_ptr error;
+  try {
+    const SealedFile file = read_sealed(checkpoint_.file);
+    from_bytes(file.blocks.at(0), *learner_.classifier);
+    from_bytes(file.blocks.at(1), *optimizer_);
+    best_ = file.blocks.at(2);
+    for (const nlohmann::json& epoch : file.header.at("epochs")) {
+      trained_.epochs.push_back(epoch_from(epoch));
+    }
+    trained_.silent = file.header.at("silent");
+  } catch (...) {
+    error = std::current_exception();
+  }
+  ranks_.agree(error);
+  trained_.resumed = static_cast<std::int64_t>(trained_.epochs.size());
+  if (!trained_.epochs.empty() && trained_.epochs.back().ranks != ranks_.size) {
+    trained_.remarks.push_back(
+        fmt::format("goes on with {} ranks after {} epochs with {}: the same samples in another "
+                    "order, so the numbers are not those of either alone",
+                    ranks_.size, trained_.epochs.size(), trained_.epochs.back().ranks));
+  }
+}
+
+void Training::keep() const {
+  if (ranks_.rank != 0 || checkpoint_.file.empty()) return;
+  nlohmann::json header = {{"inputs", checkpoint_.inputs}, {"silent", trained_.silent}};
+  for (const Epoch& epoch : trained_.epochs) header["epochs"].push_back(to_json(epoch));
+  write_sealed(checkpoint_.file,
+               {header, {to_bytes(*learner_.classifier), to_bytes(*optimizer_), best_}});
+}
+
+/// Adds up over ranks; the gradients too where there are some. All throw where one met an error.
+Tally Training::sum(Tally tally, std::span<float> gradients, const std::exception_ptr& error) {
+  tally.failed = error ? 1 : 0;
+  tally.stop = watch_.stop && watch_.stop() ? 1 : 0;
+  const std::span<float> all =
+      gradients.empty() ? std::span(flat_).first(Tally::numbers) : std::span(flat_);
+  tally.put(all.last(Tally::numbers));
+  ranks_.sum(all);
+  const Tally total = Tally::of(all.last(Tally::numbers));
+  if (total.failed > 0) {
+    ranks_.agree(error);
+    throw core::Error("another rank failed");  // not reached: agree throws on all
+  }
+  return total;
+}
+
+/// One step of this rank's share; all ranks move by the mean gradient of all their samples.
+Tally Training::step(std::size_t share) {
+  Tally tally;
+  const std::span<float> gradients = std::span(flat_).first(flat_.size() - Tally::numbers);
+  const std::exception_ptr error = [&]() -> std::exception_ptr {
+    try {
+      optimizer_->zero_grad();
+      Batch batch;
+      if (reader_.next(share, batch)) tally = learner_.look_at(batch, reader_.layouts(), true);
+      gather_gradients(*learner_.classifier, gradients);
+    } catch (...) {
+      return std::current_exception();
+    }
+    return nullptr;
+  }();
+  const Tally total = sum(tally, gradients, error);
+  if (!std::isfinite(total.loss)) {
+    throw core::InputError(
+        "training: the loss is no number any more",
+        "a lower learning_rate; carillon check tells whether the data are whole");
+  }
+  if (total.samples > 0) {
+    scatter_gradients(gradients, 1 / total.samples, *learner_.classifier);
+    optimizer_->step();
+  }
+  return total;
+}
+
+Tally Training::validate() {
+  learner_.classifier->eval();
+  Tally tally;
+  std::exception_ptr error;
+  try {
+    const torch::NoGradGuard no_gradient;
+    validation_.begin({});
+    for (Batch batch; validation_.next(answer_batch, batch);) {
+      const Tally of_batch = learner_.look_at(batch, validation_.layouts(), false);
+      tally.loss += of_batch.loss;
+      tally.right += of_batch.right;
+      tally.samples += of_batch.samples;
+    }
+  } catch (...) {
+    error = std::current_exception();
+  }
+  const Tally total = sum(tally, {}, error);
+  learner_.classifier->train();
+  return total;
+}
+
+void Training::set_rate(double rate) {
+  for (torch::optim::OptimizerParamGroup& group : optimizer_->param_groups()) {
+    if (method_.kind == MethodKind::linear_svm) {
+      static_cast<torch::optim::SGDOptions&>(group.options()).lr(rate);
+    } else {
+      static_cast<torch::optim::AdamOptions&>(group.options()).lr(rate);
+    }
+  }
+}
+
+/// @return nothing when a rank asked to stop
+std::optional<Epoch> Training::one_epoch() {
+  const double start = core::monotonic_seconds();
+  const LearningOptions& options = method_.learning;
+  Epoch epoch{.number = static_cast<std::int64_t>(trained_.epochs.size()) + 1,
+              .validation_loss = missing,
+              .validation_accuracy = missing,
+              .learning_rate = learning_rate_after(trained_.epochs, method_),
+              .ranks = ranks_.size};
+  set_rate(epoch.learning_rate);
+  const auto random = [&](const char* what) {
+    return core::stable_hash(
+        fmt::format("{} {} {} {}", what, options.seed, epoch.number, ranks_.rank));
+  };
+  torch::manual_seed(random("dropout"));
+  const double waited = reader_.waited_s() + validation_.waited_s();
+  ranks_.agree([&]() -> std::exception_ptr {
+    try {
+      reader_.begin(random("order"));
+    } catch (...) {
+      return std::current_exception();
+    }
+    return nullptr;
+  }());
+  const auto size = static_cast<std::size_t>(ranks_.size),
+             rank = static_cast<std::size_t>(ranks_.rank);
+  const auto batch = static_cast<std::size_t>(options.batch);
+  const std::size_t share = std::max<std::size_t>(1, batch / size + (rank < batch % size ? 1 : 0));
+  Tally total;
+  while (static_cast<std::size_t>(total.samples) < train_rows_) {
+    const Tally of_step = step(share);
+    total.loss += of_step.loss;
+    total.right += of_step.right;
+    total.samples += of_step.samples;
+    if (of_step.stop > 0) return std::nullopt;
+    epoch.train_loss = total.loss / total.samples;
+    epoch.train_accuracy = total.right / total.samples;
+    if (watch_.step) watch_.step(total.samples, static_cast<double>(train_rows_), epoch);
+  }
+  if (ranks_.size > 1) {
+    std::vector<float> statistics = running_statistics(*learner_.classifier);
+    ranks_.sum(statistics);
+    set_running_statistics(statistics, 1 / static_cast<float>(ranks_.size), *learner_.classifier);
+  }
+  const Tally validated = validate();
+  if (validated.stop > 0) return std::nullopt;
+  if (validated.samples > 0) {
+    epoch.validation_loss = validated.loss / validated.samples;
+    epoch.validation_accuracy = validated.right / validated.samples;
+  }
+  epoch.waited_s = reader_.waited_s() + validation_.waited_s() - waited;
+  epoch.seconds = core::monotonic_seconds() - start;
+  return epoch;
+}
+
+Trained Training::run() {
+  resume();
+  learner_.classifier->train();
+  while (!ends_after(trained_.epochs, method_.learning)) {
+    const std::optional<Epoch> epoch = one_epoch();
+    if (!epoch) {
+      trained_.interrupted = true;
+      break;
+    }
+    if (trained_.epochs.empty()) {
+      float silent = static_cast<float>(reader_.silent());
+      ranks_.sum(std::span(&silent, 1));
+      trained_.silent = static_cast<std::size_t>(silent);
+    }
+    trained_.epochs.push_back(*epoch);
+    if (best_of(trained_.epochs) == epoch->number) best_ = to_bytes(*learner_.classifier);
+    std::exception_ptr error;
+    try {
+      keep();
+    } catch (...) {
+      error = std::current_exception();
+    }
+    ranks_.agree(error);
+    if (watch_.epoch) watch_.epoch(*epoch);
+  }
+  trained_.best = best_of(trained_.epochs);
+  if (!best_.empty()) from_bytes(best_, *learner_.classifier);
+  learner_.classifier->eval();
+  return std::move(trained_);
+}
+
+}  // namespace
+
+Trained Learner::train(SampleSource& source, const LabelledSamples& samples,
+                       const LearningRanks& ranks, const Checkpoint& checkpoint,
+                       const LearningWatch& watch) {
+  return Training(*state_, source, samples, ranks, checkpoint, watch).run();
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "eval/learning/networks.hpp"
+
+namespace carillon::eval {
+
+/// Bytes of torch's archive.
+std::string to_bytes(const torch::nn::Module& module);
+std::string to_bytes(const torch::optim::Optimizer& optimizer);
+void from_bytes(const std::string& bytes, torch::nn::Module& module);
+void from_bytes(const std::string& bytes, torch::optim::Optimizer& optimizer);
+
+/// Numbers that are learnt.
+std::int64_t parameter_count(const torch::nn::Module& module);
+
+/// All gradients in a row, for one sum over ranks; zeros where there is none.
+void gather_gradients(const torch::nn::Module& module, std::span<float> flat);
+/// @param scale  each is multiplied by it
+void scatter_gradients(std::span<const float> flat, float scale, torch::nn::Module& module);
+
+/// Running means and variances of batch normalisation, averaged over ranks.
+std::vector<float> running_statistics(const torch::nn::Module& module);
+void set_running_statistics(std::span<const float> flat, float scale, torch::nn::Module& module);
+
+}  // namespace carillon::eval

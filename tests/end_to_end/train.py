@@ -1,0 +1,196 @@
+"""Classifiers: what `carillon train` learns and keeps, whatever was killed on the way and on however
+many ranks; what it refuses."""
+import csv
+import json
+import shutil
+import signal
+import subprocess
+import unittest
+
+import h5py
+import numpy
+
+from interrupted import wait_for
+from program import CARILLON, CONFIGS, FolderTest, run, run_json
+
+CONFIG = """
+name: small
+seed: 3
+materials: [steel, wood]
+objects:
+  - {shape: bar, parameters: {length: 20 cm, width: 2 cm, height: 8 mm}}
+  - {shape: tile, parameters: {length: 16 cm, width: 12 cm, thickness: 6 mm}}
+  - {shape: block, count: 2}
+modes: {max_modes: 20, order: 2, element_size: 20 mm, max_frequency: 7 kHz}
+strikes: {per_object: 25}
+audio: {seconds: 0.5 s, sample_rate: 22050 Hz}
+mel: {bands: 32, frames: 12}
+split: {validation: 0.2, test: 0.2}
+train:
+  seed: 2
+  epochs: 6
+  tasks:
+    geometry: {column: shape}
+    hardness: {column: material, split: split_strike, classes: {soft: [wood], hard: [steel]}}
+  methods:
+    nearest-neighbour-a: {}
+    linear-svm-a: {}
+    isnn-a: {filters: 8, width: 32, kernel: [16, 4]}
+    both: {branches: [isnn, image], fusion: add, filters: 4, width: 16, kernel: [8, 4], epochs: 3}
+camera: {width: 64, height: 64}
+"""
+
+
+def training(found, key):
+    return next(line for line in found["trainings"] if line["key"] == key)
+
+
+def answers(line):
+    """Labels and scores of the part that was held out for testing."""
+    with h5py.File(f"{line['folder']}/answers.h5") as file:
+        test = file["test"]
+        return (test["key"].asstr()[:], test["label"][:], test["scores"][:],
+                file["classes"].asstr()[:])
+
+
+class Train(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.config = cls.write(cls, "small.yaml", CONFIG)
+        cls.output = cls.folder / "out"
+        cls.found = run_json("train", cls.config, "-o", cls.output, ranks=2)
+
+    def other(self, name):
+        """A copy of the dataset, and a configuration that names it."""
+        copy = self.folder / name
+        shutil.copytree(self.output, copy, ignore=shutil.ignore_patterns("evaluation"))
+        train = CONFIG[CONFIG.index("train:"):CONFIG.index("camera:")]
+        config = self.write(f"{name}.yaml", f"data: {copy}\n{train}")
+        return copy, config
+
+    def test_learns_and_answers_for_what_was_held_out(self):
+        self.assertEqual(len(self.found["trainings"]), 8)
+        with h5py.File(self.output / "index.h5") as file:
+            split = file["split_strike"].asstr()[:]
+            key = file["key"].asstr()[:]
+            labels = {"geometry": file["shape"].asstr()[:],
+                      "hardness": ["soft" if m == "wood" else "hard"
+                                   for m in file["material"].asstr()[:]]}
+        for line in self.found["trainings"]:
+            task = line["task"]["name"]
+            expected = {k: l for k, l, s in zip(key, labels[task], split) if s == "test"}
+            keys, label, scores, classes = answers(line)
+            self.assertEqual({k: classes[c] for k, c in zip(keys, label)}, expected)
+            self.assertEqual(list(classes), sorted(set(labels[task])))
+            self.assertAlmostEqual(line["test_accuracy"],
+                                   numpy.mean(scores.argmax(1) == label), 12)
+            self.assertEqual(line["samples"]["test"], len(expected))
+            self.assertGreater(line["test_accuracy"], 1.5 / len(classes), line["key"])
+        self.assertGreater(training(self.found, "geometry/isnn-a/seed-2")["test_accuracy"], 0.8)
+
+    def test_keeps_curves(self):
+        line = training(self.found, "geometry/isnn-a/seed-2")
+        with open(f"{line['folder']}/curves.csv", newline="") as file:
+            curve = list(csv.DictReader(file))
+        self.assertEqual(len(curve), line["epochs"])
+        self.assertEqual({row["ranks"] for row in curve}, {"2"})
+        losses = [float(row["validation_loss"]) for row in curve]
+        self.assertEqual(numpy.argmin(losses) + 1, line["best_epoch"])
+        self.assertLess(float(curve[-1]["train_loss"]), float(curve[0]["train_loss"]))
+
+    def test_is_not_trained_twice(self):
+        again = run_json("train", self.config, "-o", self.output)
+        self.assertTrue(all(line["was_there"] for line in again["trainings"]))
+        for line in again["trainings"]:
+            self.assertEqual(line["test_accuracy"],
+                             training(self.found, line["key"])["test_accuracy"])
+
+    def test_is_the_same_on_as_many_ranks(self):
+        _, config = self.other("same")
+        again = run_json("train", config, "-o", self.folder / "again", ranks=2)
+        for line in again["trainings"]:
+            first = training(self.found, line["key"])
+            numpy.testing.assert_array_equal(answers(line)[2], answers(first)[2], line["key"])
+
+    def test_goes_on_after_it_was_stopped_and_on_other_ranks(self):
+        _, config = self.other("stopped")
+        output = self.folder / "stopped-out"
+        command = [CARILLON, "train", config, "-o", output, "--set", "train.epochs=400",
+                   "--set", "train.patience=400", "--set", "train.tasks={a: {column: shape}}",
+                   "--set", "train.methods={isnn-a: {filters: 8, width: 32, kernel: [16, 4]}}"]
+        process = subprocess.Popen([*map(str, command)], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        self.assertTrue(wait_for(lambda: list(output.rglob("checkpoint")), 100))
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(60), 130)
+        made = list(output.rglob("checkpoint"))
+        self.assertEqual(len(made), 1)
+        header = json.loads(made[0].read_bytes().split(b"\n", 1)[0])["header"]
+        stopped = len(header["epochs"])
+        self.assertLess(stopped, 400)
+        # The patience is no part of what is kept: it is the same training with the same end.
+        result = run(*command[1:], "--json", ranks=2)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        line = json.loads(result.stdout)["trainings"][0]
+        with open(f"{line['folder']}/curves.csv", newline="") as file:
+            ranks = [row["ranks"] for row in csv.DictReader(file)]
+        self.assertEqual(ranks[:stopped], ["1"] * stopped)
+        self.assertEqual(set(ranks[stopped:]), {"2"})
+        self.assertTrue(any("goes on with 2 ranks" in remark for remark in line["remarks"]))
+
+    def test_refuses_nan_by_the_samples_name(self):
+        for ranks in (1, 2):
+            copy, config = self.other(f"nan{ranks}")
+            shard = sorted((copy / "samples").glob("*.h5"))[-1]
+            with h5py.File(shard, "r+") as file:
+                row = list(file["split_strike"].asstr()[:]).index("train")
+                key = file["key"].asstr()[row]
+                file["mel"][row, 3, 4] = numpy.nan
+            result = run("train", config, "-o", self.folder / f"nan-out{ranks}", ranks=ranks)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn(key, result.stderr)
+
+    def test_refuses_a_split_that_leaks(self):
+        copy, config = self.other("leak")
+        shard = sorted((copy / "samples").glob("*.h5"))[0]
+        with h5py.File(shard, "r+") as file:
+            row = list(file["split_strike"].asstr()[:]).index("test")
+            file["split_strike"][row] = "train"
+        result = run("train", config, "-o", self.folder / "leak-out")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("leaks", result.stderr)
+
+    def test_says_what_a_dataset_lacks(self):
+        _, config = self.other("lacks")
+        result = run("train", config, "-o", self.folder / "lacks-out",
+                     "--set", "train.methods={voxnet: {}}")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("has no voxels", result.stderr)
+        self.assertIn("voxels: {resolution: 30}", result.stderr)
+
+    def test_says_what_is_wrong_in_a_configuration(self):
+        for override, said in (("train.methods={isn-a: {}}", "no classifier is known"),
+                               ("train.methods={a: {branches: [ear]}}", "unknown value"),
+                               ("train.methods={a: {branches: []}}", "names nothing"),
+                               ("train.tasks={a: {column: shape, split: split_shape}}",
+                                "whole shapes are held out"),
+                               ("train.tasks={a: {column: weight}}", "no column of texts"),
+                               ("train.batch=0", "batch"), ("train.memori=1 GiB", "memory")):
+            result = run("train", self.config, "-o", self.output, "--set", override)
+            self.assertEqual(result.returncode, 2, override)
+            self.assertIn(said, result.stderr, override)
+
+
+class SmokeConfig(FolderTest):
+    def test_trains_in_a_minute(self):
+        found = run_json("train", CONFIGS / "learning-smoke.yaml", "-o", self.folder / "out",
+                         ranks=2)
+        best = {task: max(line["test_accuracy"] for line in found["trainings"]
+                          if line["task"]["name"] == task) for task in ("geometry", "material")}
+        self.assertGreater(best["geometry"], 0.9)
+        self.assertGreater(best["material"], 0.9)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,247 @@
+// Training: what is learnt, that it is the same again, goes on as if it had not stopped, and what
+// becomes of bad samples and damaged checkpoints.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "eval/learning/nearest_neighbour.hpp"
+#include "eval/learning/training.hpp"
+#include "tests/core/temporary_folder.hpp"
+#include "tests/eval/learning/made_source.hpp"
+
+namespace carillon::eval {
+namespace {
+
+std::vector<SenseExtent> extents_of(const Method& method, const SampleSource& source) {
+  std::vector<SenseExtent> extents;
+  for (const Sense sense : method.senses) extents.push_back(require_layout(source, sense).extent);
+  return extents;
+}
+
+double accuracy(const std::vector<float>& scores, const std::vector<std::uint32_t>& rows,
+                const LabelledSamples& samples) {
+  const std::size_t classes = samples.classes.size();
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto first = scores.begin() + static_cast<std::ptrdiff_t>(i * classes);
+    if (std::max_element(first, first + static_cast<std::ptrdiff_t>(classes)) - first ==
+        samples.label[rows[i]]) {
+      ++right;
+    }
+  }
+  return static_cast<double>(right) / static_cast<double>(rows.size());
+}
+
+struct Course {
+  Trained trained;
+  std::vector<float> scores;
+  double test_accuracy = 0;
+};
+
+Course train(const Method& method, MadeSource& source, const Checkpoint& checkpoint = {},
+             const LearningWatch& watch = {}) {
+  const LabelledSamples samples = label_samples(source, made_task());
+  Learner learner(method, extents_of(method, source), samples.classes);
+  Course run;
+  run.trained = learner.train(source, samples, {}, checkpoint, watch);
+  const auto rows = samples.rows(Part::test);
+  run.scores = learner.predict(source, samples, rows, {});
+  run.test_accuracy = accuracy(run.scores, rows, samples);
+  return run;
+}
+
+Method svm(std::vector<Sense> senses) {
+  Method method = made_method({});
+  method.kind = MethodKind::linear_svm;
+  method.senses = std::move(senses);
+  method.learning.learning_rate = 1e-2;
+  return method;
+}
+
+TEST(Training, LearnsWhatTellsClassesApart) {
+  MadeSource source(600, 3);
+  const Course run = train(made_method({Branch::isnn}), source);
+  EXPECT_GT(run.test_accuracy, 0.98);
+  EXPECT_EQ(run.trained.epochs.size(), 8u);
+  EXPECT_LT(run.trained.epochs.back().train_loss, run.trained.epochs.front().train_loss / 2);
+}
+
+TEST(Training, OfALinearSupportVectorMachineLearnsToo) {
+  MadeSource source(600, 3);
+  EXPECT_GT(train(svm({Sense::spectrogram}), source).test_accuracy, 0.95);
+}
+
+TEST(Training, IsTheSameAgainAndAnotherOfAnotherSeed) {
+  MadeSource source(300, 3, 1.5);
+  Method method = made_method({Branch::isnn});
+  const Course first = train(method, source), again = train(method, source);
+  EXPECT_EQ(first.scores, again.scores);
+  method.learning.seed = 5;
+  EXPECT_NE(train(method, source).scores, first.scores);
+}
+
+TEST(Training, GoesOnAsIfItHadNotStopped) {
+  const core::TemporaryFolder folder;
+  const Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
+  MadeSource source(300, 3, 1.0);
+  for (const Method& method : {made_method({Branch::soundnet5}), svm({Sense::spectrogram})}) {
+    Method shorter = method;
+    shorter.learning.epochs = 4;
+    const Course whole = train(shorter, source);
+    int steps = 0;
+    LearningWatch watch;
+    watch.stop = [&] { return ++steps == 25; };  // in the third epoch of 180 samples
+    const Course stopped = train(shorter, source, checkpoint, watch);
+    ASSERT_TRUE(stopped.trained.interrupted);
+    ASSERT_EQ(stopped.trained.epochs.size(), 2u);
+    const Course rest = train(shorter, source, checkpoint);
+    EXPECT_EQ(rest.trained.resumed, 2);
+    EXPECT_EQ(rest.trained.epochs.size(), 4u);
+    EXPECT_EQ(rest.scores, whole.scores);
+    for (std::size_t e = 0; e < 4; ++e) {
+      EXPECT_EQ(rest.trained.epochs[e].train_loss, whole.trained.epochs[e].train_loss);
+    }
+    std::filesystem::remove(checkpoint.file);
+  }
+}
+
+TEST(Training, BeginsAnewWhereACheckpointIsCutShortOrOfSomethingElse) {
+  const core::TemporaryFolder folder;
+  const Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
+  MadeSource source(300, 3);
+  Method method = made_method({Branch::isnn});
+  method.learning.epochs = 2;
+  const Course whole = train(method, source, checkpoint);
+  const std::string bytes = core::read_file(checkpoint.file);
+  std::ofstream(checkpoint.file, std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  const Course anew = train(method, source, checkpoint);
+  EXPECT_EQ(anew.trained.resumed, 0);
+  ASSERT_EQ(anew.trained.remarks.size(), 1u);
+  EXPECT_NE(anew.trained.remarks[0].find("cut short"), std::string::npos);
+  EXPECT_EQ(anew.scores, whole.scores);
+  const Course other = train(method, source, {checkpoint.file, "other inputs"});
+  EXPECT_EQ(other.trained.resumed, 0);
+}
+
+TEST(Training, EndsWhereNothingGetsBetterAndKeepsTheBestWeights) {
+  MadeSource source(150, 3, 3.0);  // noise: it learns by heart, and validation shows it
+  Method method = made_method({Branch::isnn});
+  method.learning.epochs = 100;
+  method.learning.patience = 5;
+  method.learning.learning_rate = 5e-3;
+  const Course run = train(method, source);
+  const auto& epochs = run.trained.epochs;
+  ASSERT_LT(epochs.size(), 100u);
+  EXPECT_EQ(static_cast<std::int64_t>(epochs.size()), run.trained.best + 5);
+  const LabelledSamples samples = label_samples(source, made_task());
+  Learner learner(method, extents_of(method, source), samples.classes);
+  learner.train(source, samples, {}, {}, {});
+  const auto rows = samples.rows(Part::validation);
+  const auto scores = learner.predict(source, samples, rows, {});
+  EXPECT_NEAR(accuracy(scores, rows, samples),
+              epochs[static_cast<std::size_t>(run.trained.best - 1)].validation_accuracy, 1e-6);
+}
+
+TEST(Training, CountsSilentClipsAndRefusesNaNByTheSamplesName) {
+  MadeSource source(300, 3);
+  Method method = made_method({Branch::isnn});
+  method.learning.epochs = 1;
+  source.silent = 0;
+  EXPECT_EQ(train(method, source).trained.silent, 1u);
+  source.not_finite = 30;
+  try {
+    train(method, source);
+    FAIL();
+  } catch (const core::InputError& error) {
+    EXPECT_NE(error.message().find("sample-30"), std::string::npos);
+  }
+}
+
+TEST(Training, SaysWhereTheLossIsNoNumberAnyMore) {
+  MadeSource source(300, 3);
+  Method method = made_method({Branch::isnn});
+  method.learning.learning_rate = 1e30;
+  EXPECT_THROW(train(method, source), core::InputError);
+}
+
+TEST(Training, BearsAClassOfOneSampleAndNoneToValidateWith) {
+  MadeSource source(120, 3);
+  source.columns["split"] = std::vector<std::string>(120, "train");
+  source.columns["label"] = source.labels("label");
+  source.columns["label"][7] = "alone";
+  for (std::size_t i = 90; i < 120; ++i) source.columns["split"][i] = "test";
+  Method method = made_method({Branch::isnn});
+  const Course run = train(method, source);
+  EXPECT_EQ(run.trained.best, 8);
+  EXPECT_TRUE(std::isnan(run.trained.epochs[0].validation_loss));
+  EXPECT_GT(run.test_accuracy, 0.9);
+}
+
+TEST(SavedLearner, AnswersAsItDid) {
+  const core::TemporaryFolder folder;
+  MadeSource source(300, 3);
+  const LabelledSamples samples = label_samples(source, made_task());
+  Method method = made_method({Branch::isnn, Branch::voxnet}, Fusion::multiply);
+  method.learning.epochs = 1;
+  Learner learner(method, extents_of(method, source), samples.classes);
+  learner.train(source, samples, {}, {}, {});
+  learner.save(folder.path() / "model", {{"note", 7}});
+  nlohmann::json notes;
+  Learner loaded = Learner::load(folder.path() / "model", notes);
+  EXPECT_EQ(notes.at("note"), 7);
+  EXPECT_EQ(loaded.classes(), samples.classes);
+  EXPECT_EQ(to_json(loaded.method()), to_json(method));
+  const auto rows = samples.rows(Part::test);
+  const auto scores = learner.predict(source, samples, rows, {});
+  EXPECT_EQ(loaded.predict(source, samples, rows, {}), scores);
+  // One at a time, from prepared values.
+  std::vector<float> sound(96), body(1728);
+  source.read(Sense::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
+  source.read(Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, body);
+  const auto alone = loaded.predict({sound, body});
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(alone[c], scores[c], 1e-5);
+}
+
+TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {
+  MadeSource source(300, 3, 2.0);
+  const LabelledSamples samples = label_samples(source, made_task());
+  Method method = svm({Sense::spectrogram, Sense::voxels});
+  method.kind = MethodKind::nearest_neighbour;
+  method.neighbours = 5;
+  const auto rows = samples.rows(Part::test), known = samples.rows(Part::train);
+  const auto shares = ask_neighbours(method, source, samples, rows, {});
+  const auto values_of = [&](std::uint32_t row) {
+    std::vector<float> values(96 + 1728);
+    source.read(Sense::spectrogram, std::vector<std::uint32_t>{row}, std::span(values).first(96));
+    source.read(Sense::voxels, std::vector<std::uint32_t>{row % 3}, std::span(values).subspan(96));
+    return values;
+  };
+  for (std::size_t i = 0; i < rows.size(); i += 7) {
+    const auto own = values_of(rows[i]);
+    std::vector<std::pair<double, std::int32_t>> distances;
+    for (const std::uint32_t other : known) {
+      const auto values = values_of(other);
+      double square = 0;
+      for (std::size_t v = 0; v < own.size(); ++v) square += std::pow(own[v] - values[v], 2);
+      distances.emplace_back(square, samples.label[other]);
+    }
+    std::sort(distances.begin(), distances.end());
+    std::vector<double> expected(3, 0);
+    for (int n = 0; n < 5; ++n)
+      expected[static_cast<std::size_t>(distances[static_cast<std::size_t>(n)].second)] += 0.2;
+    const double most = *std::max_element(expected.begin(), expected.end());
+    for (const auto& [distance, label] : distances) {
+      if (expected[static_cast<std::size_t>(label)] != most) continue;
+      expected[static_cast<std::size_t>(label)] += 0.1;
+      break;
+    }
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(shares[i * 3 + c], expected[c], 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace carillon::eval

@@ -1,0 +1,235 @@
+// Layers: extents, gradients against finite differences, and fusions against their formulas.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "eval/learning/networks.hpp"
+#include "eval/learning/weights.hpp"
+#include "tests/eval/learning/made_source.hpp"
+
+namespace carillon::eval {
+namespace {
+
+/// Extents of real data, except of voxels, which are fewer.
+SenseExtent extent_of(Sense sense) {
+  switch (sense) {
+    case Sense::spectrogram:
+      return {1, 64, 25};
+    case Sense::waveform:
+      return {1, 22050};
+    case Sense::voxels:
+      return {1, 12, 12, 12};
+    case Sense::image:
+      return {3, 64, 64};
+    case Sense::touch:
+      return {3, 400};
+  }
+  return {};
+}
+
+std::vector<SenseExtent> extents_of(const Method& method) {
+  std::vector<SenseExtent> extents;
+  for (const Sense sense : method.senses) extents.push_back(extent_of(sense));
+  return extents;
+}
+
+std::vector<torch::Tensor> random_senses(const Method& method, std::int64_t samples) {
+  std::vector<torch::Tensor> senses;
+  for (SenseExtent extent : extents_of(method)) {
+    extent.insert(extent.begin(), samples);
+    senses.push_back(torch::randn(extent));
+  }
+  return senses;
+}
+
+class Branches : public testing::TestWithParam<Branch> {};
+
+TEST_P(Branches, GiveFeaturesAndLogitsAndEveryWeightLearns) {
+  torch::manual_seed(1);
+  const Method method = made_method({GetParam()});
+  const auto network = make_classifier(method, extents_of(method), 5);
+  const auto senses = random_senses(method, 4);
+  network->train();
+  EXPECT_EQ(network->features(senses).sizes(), (std::vector<std::int64_t>{4, 16}));
+  const torch::Tensor logits = network->forward(senses);
+  EXPECT_EQ(logits.sizes(), (std::vector<std::int64_t>{4, 5}));
+  logits.square().sum().backward();
+  for (const auto& item : network->named_parameters()) {
+    EXPECT_TRUE(item.value().grad().defined()) << item.key();
+    EXPECT_TRUE(torch::isfinite(item.value().grad()).all().item<bool>()) << item.key();
+  }
+}
+INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(all_branches),
+                         [](const auto& name) { return std::string(name_of(name.param)); });
+
+TEST(Branches, SayWhatTheyNeedWhereASenseIsTooSmall) {
+  EXPECT_THROW(make_classifier(made_method({Branch::isnn}), {{1, 4, 25}}, 3), core::InputError);
+  EXPECT_THROW(make_classifier(made_method({Branch::voxnet}), {{1, 8, 8, 8}}, 3), core::InputError);
+  EXPECT_THROW(make_classifier(made_method({Branch::soundnet5}), {{1, 4000}}, 3), core::InputError);
+  EXPECT_THROW(make_classifier(made_method({Branch::touch}), {{3, 20}}, 3), core::InputError);
+}
+
+TEST(Soundnet8, HasThePapersWeights) {
+  // Aytar et al. 2016: convolutions of 64, 32, 16, 8, 4, 4, 4 samples; with biases, and two numbers
+  // of each normalised channel.
+  const std::int64_t channels[] = {1, 16, 32, 64, 128, 256, 512, 1024};
+  const std::int64_t kernels[] = {64, 32, 16, 8, 4, 4, 4};
+  std::int64_t expected = 0;
+  for (int i = 0; i < 7; ++i)
+    expected += channels[i] * channels[i + 1] * kernels[i] + 3 * channels[i + 1];
+  expected += 1024 * 16 + 16 + 16 * 5 + 5;  // this network's dense layers
+  const Method method = made_method({Branch::soundnet8});
+  EXPECT_EQ(parameter_count(*make_classifier(method, extents_of(method), 5)), expected);
+}
+
+class Fusions : public testing::TestWithParam<Fusion> {};
+
+TEST_P(Fusions, HaveTheGradientOfFiniteDifferences) {
+  torch::manual_seed(2);
+  Method method = made_method({Branch::isnn, Branch::touch, Branch::image}, GetParam());
+  method.sizes.dropout = 0;
+  const auto network = make_classifier(method, extents_of(method), 3);
+  network->to(torch::kFloat64);
+  network->eval();  // no dropout
+  auto senses = random_senses(method, 2);
+  for (torch::Tensor& sense : senses) sense = sense.to(torch::kFloat64);
+  const auto loss = [&] {
+    return torch::nn::functional::cross_entropy(network->forward(senses),
+                                                torch::tensor({0, 2}, torch::kInt64));
+  };
+  loss().backward();
+  for (const auto& item : network->named_parameters()) {
+    torch::Tensor weights = item.value();
+    const torch::Tensor gradient = weights.grad().flatten();
+    torch::Tensor flat = weights.data().view(-1);
+    const std::int64_t at = gradient.abs().argmax().item<std::int64_t>();
+    const double before = flat[at].item<double>(), step = 1e-6;
+    const torch::NoGradGuard no_gradient;
+    flat[at] = before + step;
+    const double above = loss().item<double>();
+    flat[at] = before - step;
+    const double below = loss().item<double>();
+    flat[at] = before;
+    EXPECT_NEAR((above - below) / (2 * step), gradient[at].item<double>(),
+                1e-7 + 1e-4 * std::abs(gradient[at].item<double>()))
+        << item.key();
+  }
+}
+
+TEST_P(Fusions, TakeAnyNumberOfBranches) {
+  const Method method =
+      made_method({Branch::isnn, Branch::voxnet, Branch::touch, Branch::image}, GetParam());
+  const auto network = make_classifier(method, extents_of(method), 3);
+  EXPECT_EQ(network->forward(random_senses(method, 2)).size(1), 3);
+}
+INSTANTIATE_TEST_SUITE_P(All, Fusions, testing::ValuesIn(all_fusions),
+                         [](const auto& name) { return std::string(name_of(name.param)); });
+
+/// Features of the branches of a network alone, by networks of one branch with the same weights.
+std::vector<torch::Tensor> branch_features(const Classifier& fused, const Method& method,
+                                           const std::vector<torch::Tensor>& senses) {
+  std::vector<torch::Tensor> features;
+  for (std::size_t b = 0; b < method.branches.size(); ++b) {
+    const Method alone = made_method({method.branches[b]});
+    const auto network = make_classifier(alone, extents_of(alone), 3);
+    network->eval();
+    const torch::NoGradGuard no_gradient;
+    const std::string prefix = "branch" + std::to_string(b) + ".";
+    auto weights = network->named_parameters();
+    for (const auto& item : fused.named_parameters()) {
+      if (item.key().starts_with(prefix)) {
+        weights["branch0." + item.key().substr(prefix.size())].copy_(item.value());
+      }
+    }
+    features.push_back(network->features({senses[b]}));
+  }
+  return features;
+}
+
+class FusionFormulas : public testing::TestWithParam<Fusion> {};
+
+TEST_P(FusionFormulas, AreThoseOfThePapers) {
+  torch::manual_seed(3);
+  const Method method = made_method({Branch::isnn, Branch::voxnet}, GetParam());
+  const auto network = make_classifier(method, extents_of(method), 3);
+  network->eval();
+  const auto senses = random_senses(method, 4);
+  const auto features = branch_features(*network, method, senses);
+  const auto weights = network->named_parameters();
+  const auto project = [&](std::size_t b) {
+    const std::string layer = "product.projection" + std::to_string(b);
+    return features[b].matmul(weights[layer + ".weight"].t()) + weights[layer + ".bias"];
+  };
+  torch::Tensor expected;
+  switch (GetParam()) {
+    case Fusion::concatenate:
+      expected = torch::cat(features, 1);
+      break;
+    case Fusion::add:
+      expected = features[0] + features[1];
+      break;
+    case Fusion::multiply:
+      expected = torch::tanh(project(0)) * torch::tanh(project(1));
+      break;
+    case Fusion::bilinear: {
+      // Sum over groups of 3, signed root, unit length: written out.
+      const torch::Tensor product = (project(0) * project(1)).contiguous();
+      expected = torch::zeros({4, 12});
+      for (int n = 0; n < 4; ++n) {
+        double square = 0;
+        for (int o = 0; o < 12; ++o) {
+          double sum = 0;
+          for (int k = 0; k < 3; ++k) sum += product[n][3 * o + k].item<double>();
+          expected[n][o] = std::copysign(std::sqrt(std::abs(sum)), sum);
+          square += std::abs(sum);
+        }
+        for (int o = 0; o < 12; ++o) expected[n][o] = expected[n][o] / std::sqrt(square);
+      }
+    }
+  }
+  EXPECT_LT((network->features(senses) - expected).abs().max().item<double>(), 1e-5);
+}
+INSTANTIATE_TEST_SUITE_P(All, FusionFormulas, testing::ValuesIn(all_fusions),
+                         [](const auto& name) { return std::string(name_of(name.param)); });
+
+TEST(Bilinear, HasAFiniteGradientWhereNothingIsFelt) {
+  Method method = made_method({Branch::isnn, Branch::voxnet}, Fusion::bilinear);
+  const auto network = make_classifier(method, extents_of(method), 3);
+  {
+    const torch::NoGradGuard no_gradient;
+    for (torch::Tensor& weight : network->parameters()) weight.zero_();
+  }
+  network->forward(random_senses(method, 2)).sum().backward();
+  for (const torch::Tensor& weight : network->parameters()) {
+    EXPECT_TRUE(torch::isfinite(weight.grad()).all().item<bool>());
+  }
+}
+
+TEST(Weights, ComeBackAndGradientsGoRoundUnchanged) {
+  torch::manual_seed(4);
+  const Method method = made_method({Branch::soundnet5});
+  const auto first = make_classifier(method, extents_of(method), 3);
+  const auto second = make_classifier(method, extents_of(method), 3);
+  const auto senses = random_senses(method, 3);
+  first->train();
+  first->forward(senses).square().sum().backward();
+  from_bytes(to_bytes(*first), *second);
+  first->eval();
+  second->eval();
+  EXPECT_TRUE(first->forward(senses).equal(second->forward(senses)));
+  std::vector<float> flat(static_cast<std::size_t>(parameter_count(*first)));
+  gather_gradients(*first, flat);
+  scatter_gradients(flat, 2, *second);
+  for (std::size_t i = 0; i < first->parameters().size(); ++i) {
+    EXPECT_TRUE((first->parameters()[i].grad() * 2).equal(second->parameters()[i].grad()));
+  }
+  auto statistics = running_statistics(*first);
+  EXPECT_EQ(statistics.size(), 2u * (32 + 64 + 128 + 256));
+  set_running_statistics(statistics, 0.5, *second);
+  const auto halves = running_statistics(*second);
+  for (std::size_t i = 0; i < halves.size(); ++i) EXPECT_EQ(halves[i], statistics[i] / 2);
+}
+
+}  // namespace
+}  // namespace carillon::eval

@@ -1,0 +1,316 @@
+// What networks are given: prepared senses, tasks, order of samples, and files that know whether
+// they are whole.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "eval/learning/batches.hpp"
+#include "eval/learning/epochs.hpp"
+#include "eval/learning/sealed_file.hpp"
+#include "tests/core/temporary_folder.hpp"
+#include "tests/eval/learning/made_source.hpp"
+
+namespace carillon::eval {
+namespace {
+
+TEST(PreparedSpectrogram, IsDecibelsBelowTheLoudestCell) {
+  std::vector<float> power = {1e-3F, 1e-6F, 1e-3F * 1e-6F, 1e-12F, 0};
+  EXPECT_TRUE(prepare::spectrogram(power));
+  EXPECT_FLOAT_EQ(power[0], 1);
+  EXPECT_NEAR(power[1], 0.5, 1e-6);  // 30 of 60 dB
+  EXPECT_NEAR(power[2], 0, 1e-6);
+  EXPECT_EQ(power[3], 0);
+  EXPECT_EQ(power[4], 0);
+}
+
+RC_GTEST_PROP(PreparedSpectrogram, DoesNotDependOnLevel, ()) {
+  const auto cells =
+      *rc::gen::nonEmpty(rc::gen::container<std::vector<int>>(rc::gen::inRange(-90, 1)));
+  const double gain = std::pow(10.0, *rc::gen::inRange(-60, 60) / 10.0);
+  std::vector<float> quiet, loud;
+  for (const int cell : cells) {
+    quiet.push_back(static_cast<float>(std::pow(10.0, cell / 10.0)));
+    loud.push_back(static_cast<float>(gain * std::pow(10.0, cell / 10.0)));
+  }
+  prepare::spectrogram(quiet);
+  prepare::spectrogram(loud);
+  for (std::size_t i = 0; i < quiet.size(); ++i) {
+    RC_ASSERT(std::abs(quiet[i] - loud[i]) < 1e-5F);
+    RC_ASSERT(quiet[i] >= 0 && quiet[i] <= 1);
+  }
+}
+
+TEST(PreparedSpectrogram, OfSilenceIsEmptyAndOfNaNRefused) {
+  std::vector<float> silence(10, 0.0F);
+  EXPECT_FALSE(prepare::spectrogram(silence));
+  EXPECT_EQ(silence, std::vector<float>(10, 0.0F));
+  std::vector<float> broken = {1, std::numeric_limits<float>::quiet_NaN()};
+  EXPECT_THROW(prepare::spectrogram(broken), core::InputError);
+  broken[1] = std::numeric_limits<float>::infinity();
+  EXPECT_THROW(prepare::spectrogram(broken), core::InputError);
+}
+
+TEST(PreparedSpectrogram, HasThePapersExtentForClipsOfAnyLength) {
+  EXPECT_EQ(prepare::spectrogram_options(44100, 44100).hop, 1837);
+  for (const std::size_t samples : {44100U, 48000U, 22050U, 13000U}) {
+    const auto options = prepare::spectrogram_options(samples, 44100);
+    EXPECT_EQ(synth::mel_frames(samples, options), 25) << samples;
+  }
+}
+
+TEST(PreparedWaveform, KeepsATonesFrequencyAndItsPeakIsOne) {
+  std::vector<float> clip(44100);
+  for (std::size_t i = 0; i < clip.size(); ++i) {
+    clip[i] = 0.01F * static_cast<float>(
+                          std::sin(2 * std::numbers::pi * 1000 * static_cast<double>(i) / 44100));
+  }
+  const auto prepared = prepare::waveform(clip, 44100);
+  ASSERT_EQ(prepared.size(), 22050u);
+  double in = 0, out = 0, most = 0;
+  for (std::size_t i = 2000; i < 20000; ++i) {
+    const double phase = 2 * std::numbers::pi * 1000 * static_cast<double>(i) / 22050;
+    in += prepared[i] * std::sin(phase);
+    out += prepared[i] * prepared[i];
+    most = std::max(most, static_cast<double>(std::abs(prepared[i])));
+  }
+  EXPECT_NEAR(in / out, 1, 0.02);  // all of it is that tone, of amplitude 1
+  EXPECT_NEAR(most, 1, 0.02);
+}
+
+TEST(PreparedImage, IsTheMeanOfWhatEachPixelCovers) {
+  // 128 x 128: each new pixel covers 2 x 2; red rises with the row, blue with the column.
+  std::vector<std::uint8_t> pixels(128 * 128 * 3, 0);
+  for (std::size_t y = 0; y < 128; ++y) {
+    for (std::size_t x = 0; x < 128; ++x) {
+      pixels[(y * 128 + x) * 3] = static_cast<std::uint8_t>(y);
+      pixels[(y * 128 + x) * 3 + 2] = static_cast<std::uint8_t>(2 * x);
+    }
+  }
+  std::vector<float> planes(3 * 64 * 64);
+  prepare::image(pixels, 128, 128, planes);
+  EXPECT_NEAR(planes[10 * 64 + 3], 20.5 / 255, 1e-6);
+  EXPECT_EQ(planes[4096 + 77], 0);
+  EXPECT_NEAR(planes[2 * 4096 + 10 * 64 + 3], 13.0 / 255, 1e-6);
+  // Smaller pictures are drawn larger.
+  std::vector<std::uint8_t> one = {255, 0, 51};
+  prepare::image(one, 1, 1, planes);
+  EXPECT_EQ(planes[0], 1);
+  EXPECT_EQ(planes[4095], 1);
+  EXPECT_NEAR(planes[3 * 4096 - 1], 0.2, 1e-6);
+}
+
+TEST(PreparedTouch, HasUnitRootMeanSquareAxisByAxis) {
+  const std::vector<float> force = {1, 2, 3, 4, 5, 6};
+  std::vector<float> planes(6);
+  prepare::touch(force, planes);
+  const double scale = std::sqrt(6.0 / 91);
+  const double expected[] = {1, 4, 2, 5, 3, 6};
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(planes[i], scale * expected[i], 1e-6);
+}
+
+TEST(Task, ClassesDoNotDependOnTheOrderOfLabels) {
+  MadeSource source(60, 4), turned(60, 4);
+  std::vector<std::string> labels = source.labels("label");
+  std::vector<std::string> names = labels;
+  std::rotate(names.begin(), names.begin() + 2, names.end());
+  turned.columns["label"] = names;
+  const auto first = label_samples(source, made_task()),
+             second = label_samples(turned, made_task());
+  EXPECT_EQ(first.classes, second.classes);
+  for (std::size_t i = 0; i < 60; ++i) {
+    EXPECT_EQ(first.classes[static_cast<std::size_t>(first.label[i])], labels[i]);
+    EXPECT_EQ(second.classes[static_cast<std::size_t>(second.label[i])], names[i]);
+  }
+}
+
+TEST(Task, ClassesMayHoldSeveralLabelsAndLeaveOthersOut) {
+  const MadeSource source(60, 4);
+  TaskSpec task = made_task();
+  task.classes = {{"low", {"class-0", "class-1"}}, {"high", {"class-3"}}};
+  const auto samples = label_samples(source, task);
+  EXPECT_EQ(samples.classes, (std::vector<std::string>{"high", "low"}));
+  EXPECT_EQ(samples.label[0], 1);
+  EXPECT_EQ(samples.label[1], 1);
+  EXPECT_EQ(samples.label[2], -1);
+  EXPECT_EQ(samples.label[3], 0);
+  for (const std::uint32_t row : samples.rows(Part::train)) EXPECT_NE(row % 4, 2u);
+  task.classes["high"].push_back("class-0");
+  EXPECT_THROW(label_samples(source, task), core::InputError);
+}
+
+TEST(Task, RefusesWhatCannotBeLearnt) {
+  MadeSource source(20, 2);
+  source.columns["label"] = std::vector<std::string>(20, "one");
+  EXPECT_THROW(label_samples(source, made_task()), core::InputError);
+  source.columns.clear();
+  source.columns["split"] = std::vector<std::string>(20, "test");
+  EXPECT_THROW(label_samples(source, made_task()), core::InputError);
+  source.columns["split"][3] = "tset";
+  EXPECT_THROW(label_samples(source, made_task()), core::InputError);
+}
+
+TEST(Task, TellsOfClassesThatAreNotLearntOrNotTested) {
+  MadeSource source(60, 4);
+  source.columns["split"] = source.labels("split");
+  for (std::size_t i = 0; i < 60; ++i) {
+    if (i % 4 == 2) source.columns["split"][i] = "test";
+    if (i % 4 == 1) source.columns["split"][i] = "train";
+  }
+  const auto texts = remarks(label_samples(source, made_task()));
+  ASSERT_EQ(texts.size(), 2u);
+  EXPECT_NE(texts[0].find("nothing is learnt of class-2"), std::string::npos);
+  EXPECT_NE(texts[1].find("class-1 not tested"), std::string::npos);
+}
+
+RC_GTEST_PROP(RowsOfRanks, AreSharedOutWithoutRestAndEvenly, ()) {
+  const auto count = *rc::gen::inRange<std::size_t>(0, 3000);
+  const int size = *rc::gen::inRange(1, 9);
+  std::vector<std::uint32_t> rows(count);
+  for (std::size_t i = 0; i < count; ++i) rows[i] = static_cast<std::uint32_t>(3 * i);
+  std::multiset<std::uint32_t> all;
+  std::size_t least = count, most = 0;
+  for (int rank = 0; rank < size; ++rank) {
+    const auto own = rows_of_rank(rows, rank, size);
+    RC_ASSERT(std::is_sorted(own.begin(), own.end()));
+    all.insert(own.begin(), own.end());
+    least = std::min(least, own.size());
+    most = std::max(most, own.size());
+  }
+  RC_ASSERT(std::vector<std::uint32_t>(all.begin(), all.end()) == rows);
+  RC_ASSERT(most - least <= 1 + count / (16 * static_cast<std::size_t>(size)));
+}
+
+std::vector<std::uint32_t> one_pass(BatchReader& reader, std::optional<std::uint64_t> order) {
+  std::vector<std::uint32_t> rows;
+  reader.begin(order);
+  for (Batch batch; reader.next(7, batch);) {
+    rows.insert(rows.end(), batch.rows.begin(), batch.rows.end());
+  }
+  return rows;
+}
+
+/// Memory for all samples, or for two windows of 64.
+class Batches : public testing::TestWithParam<double> {};
+
+TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
+  MadeSource source(600, 3);
+  const auto samples = label_samples(source, made_task());
+  const auto rows = samples.rows(Part::train);
+  BatchReader reader(source, samples, {Sense::spectrogram, Sense::voxels}, rows, GetParam());
+  const auto first = one_pass(reader, 1), again = one_pass(reader, 1), other = one_pass(reader, 2);
+  EXPECT_EQ(first, again);
+  EXPECT_NE(first, other);
+  EXPECT_NE(first, rows);
+  auto sorted = other;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(sorted, rows);
+  EXPECT_EQ(one_pass(reader, {}), rows);
+  reader.begin(3);
+  Batch batch;
+  ASSERT_TRUE(reader.next(10, batch));
+  for (std::size_t i = 0; i < 10; ++i) {
+    std::vector<float> own(96), body(1728);
+    source.read(Sense::spectrogram, std::vector<std::uint32_t>{batch.rows[i]}, own);
+    source.read(Sense::voxels, std::vector<std::uint32_t>{batch.rows[i] % 3}, body);
+    EXPECT_TRUE(std::equal(own.begin(), own.end(),
+                           batch.senses[0].begin() + static_cast<std::ptrdiff_t>(i * 96)));
+    EXPECT_TRUE(std::equal(body.begin(), body.end(),
+                           batch.senses[1].begin() + static_cast<std::ptrdiff_t>(i * 1728)));
+    EXPECT_EQ(batch.labels[i], batch.rows[i] % 3);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(InMemoryAndInWindows, Batches, testing::Values(1e9, 128 * 96 * 4.0));
+
+TEST(Batches, ThatFitAreReadOnce) {
+  MadeSource source(600, 3);
+  const auto samples = label_samples(source, made_task());
+  BatchReader reader(source, samples, {Sense::spectrogram}, samples.rows(Part::train), 1e9);
+  for (std::uint64_t pass = 0; pass < 4; ++pass) one_pass(reader, pass);
+  EXPECT_EQ(source.reads, samples.rows(Part::train).size());
+}
+
+TEST(Batches, CountSilenceOnceAndNameWhatIsMissing) {
+  MadeSource source(600, 3);
+  source.silent = 15;
+  const auto samples = label_samples(source, made_task());
+  BatchReader reader(source, samples, {Sense::spectrogram}, samples.rows(Part::train),
+                     128 * 96 * 4);
+  for (std::uint64_t pass = 0; pass < 3; ++pass) one_pass(reader, pass);
+  EXPECT_EQ(reader.silent(), 1u);
+  EXPECT_THROW(BatchReader(source, samples, {Sense::touch}, {0, 1}, 1e9), core::InputError);
+}
+
+TEST(Batches, PassOnWhatAnotherThreadMet) {
+  MadeSource source(600, 3);
+  source.not_finite = 300;
+  const auto samples = label_samples(source, made_task());
+  BatchReader reader(source, samples, {Sense::spectrogram}, samples.rows(Part::train),
+                     128 * 96 * 4);
+  EXPECT_THROW(one_pass(reader, {}), core::InputError);
+}
+
+TEST(SealedFile, ComesBackWholeOrNotAtAll) {
+  const core::TemporaryFolder folder;
+  const auto path = folder.path() / "sealed";
+  const std::string bytes("a\0b\nc", 5);
+  write_sealed(path, {{{"what", "test"}}, {bytes, "", "third"}});
+  const SealedFile file = read_sealed(path);
+  EXPECT_EQ(file.header.at("what"), "test");
+  EXPECT_EQ(file.blocks, (std::vector<std::string>{bytes, "", "third"}));
+  const std::string whole = core::read_file(path);
+  for (const std::size_t length :
+       {std::size_t{0}, std::size_t{10}, whole.size() - 6, whole.size() - 1}) {
+    std::ofstream(path, std::ios::binary) << whole.substr(0, length);
+    EXPECT_THROW(read_sealed(path), core::InputError) << length;
+  }
+  std::string changed = whole;
+  changed.back() = 'X';
+  std::ofstream(path, std::ios::binary) << changed;
+  EXPECT_THROW(read_sealed(path), core::InputError);
+  EXPECT_THROW(read_sealed(folder.path() / "none"), core::FileError);
+}
+
+Epoch epoch_of(std::int64_t number, double validation_loss) {
+  return {.number = number, .validation_loss = validation_loss};
+}
+
+TEST(Epochs, KeepTheBestAndEndAfterThePatience) {
+  const LearningOptions options{.epochs = 20, .patience = 3};
+  std::vector<Epoch> epochs = {epoch_of(1, 2), epoch_of(2, 1), epoch_of(3, 1.5), epoch_of(4, 1)};
+  EXPECT_EQ(best_of(epochs), 2);
+  EXPECT_FALSE(ends_after(epochs, options));
+  epochs.push_back(epoch_of(5, 3));
+  EXPECT_TRUE(ends_after(epochs, options));
+  epochs[4] = epoch_of(5, 0.5);
+  EXPECT_EQ(best_of(epochs), 5);
+  EXPECT_FALSE(ends_after(epochs, options));
+  // Without samples to validate with, the last.
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(best_of({epoch_of(1, none), epoch_of(2, none)}), 2);
+  EXPECT_EQ(best_of({}), 0);
+}
+
+TEST(Epochs, LowerTheLearningRateWhereNothingGetsBetter) {
+  Method method;
+  method.learning = {.patience = 4, .learning_rate = 0.9};
+  std::vector<Epoch> epochs = {epoch_of(1, 2), epoch_of(2, 1)};
+  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.9);
+  epochs.push_back(epoch_of(3, 1));
+  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.9);
+  epochs.push_back(epoch_of(4, 1.1));
+  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.3);
+  epochs.push_back(epoch_of(5, 0.5));
+  epochs.push_back(epoch_of(6, 0.6));
+  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.3);
+}
+
+}  // namespace
+}  // namespace carillon::eval
