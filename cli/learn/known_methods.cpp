@@ -26,7 +26,7 @@ Method baseline(const char* name, MethodKind kind, std::vector<Sense> senses) {
   method.kind = kind;
   method.senses = std::move(senses);
   if (kind == MethodKind::linear_svm) {
-    method.learning.learning_rate = 1e-3;
+    method.learning.learning_rate = 0.1;
     method.learning.weight_decay = 1e-5;
   }
   return method;

