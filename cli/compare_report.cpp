@@ -73,9 +73,11 @@ void print_modes(const ComparedFiles& compared) {
   fmt::print("matched modes: {} of {} and {}", modes.matched.size(),
              compared.reference.set.features.size(), compared.other.set.features.size());
   if (!std::isnan(modes.unmatched_level)) {
-    fmt::print("; {} % and {} % of the energy, {:.1f} dB is unmatched",
-               figure(100 * modes.reference_share, 0, 2), figure(100 * modes.other_share, 0, 2),
-               modes.unmatched_level);
+    fmt::print("; {} % and {} % of the energy", figure(100 * modes.reference_share, 0, 2),
+               figure(100 * modes.other_share, 0, 2));
+    if (std::isfinite(modes.unmatched_level)) {
+      fmt::print(", {:.1f} dB of both unmatched", modes.unmatched_level);
+    }
   }
   fmt::print("\n");
   const auto tell = [](const char* name, const eval::JndSummary& summary) {
@@ -139,7 +141,7 @@ void print_comparison(const ComparedFiles& compared) {
   fmt::print("{} against {}: {:.3f} s from both onsets at {:g} Hz\n", compared.other_file,
              compared.reference_file, comparison.seconds, comparison.sample_rate);
   print_modes(compared);
-  fmt::print("energy {:+.2f} dB\n", comparison.level);
+  if (std::isfinite(comparison.level)) fmt::print("energy {:+.2f} dB\n", comparison.level);
   fmt::print(
       "loudness: {:.1f} and {:.1f} sone at the loudest, differing by {:.3f} sone/Bark rms "
       "({} % of both)\n",
