@@ -37,6 +37,13 @@ void check(std::span<const Feature> features) {
   }
 }
 
+/// The same modes with their amplitudes a time after the onset.
+std::vector<Feature> later(std::span<const Feature> features, double time) {
+  std::vector<Feature> modes(features.begin(), features.end());
+  for (Feature& mode : modes) mode.amplitude *= std::exp(-mode.decay_rate * time);
+  return modes;
+}
+
 void set_errors(MatchedMode& pair, const Feature& a, const Feature& b, const JustNoticeable& jnd) {
   const double first = std::max(a.decay_rate, kSlowest), second = std::max(b.decay_rate, kSlowest);
   pair.cents = cents_between(a, b);
@@ -75,8 +82,9 @@ ModeComparison compare_modes(std::span<const Feature> reference, std::span<const
                              const ModeComparisonOptions& options) {
   check(reference);
   check(other);
-  const auto places = places_of(reference, options.match);
-  const auto others = places_of(other, options.match);
+  const auto heard = later(reference, options.from), heard_other = later(other, options.from);
+  const auto places = places_of(heard, options.match);
+  const auto others = places_of(heard_other, options.match);
   std::vector<double> gains(reference.size() * other.size(), 0.0);
   for (std::size_t i = 0; i < reference.size(); ++i) {
     for (std::size_t j = 0; j < other.size(); ++j) {
@@ -92,7 +100,7 @@ ModeComparison compare_modes(std::span<const Feature> reference, std::span<const
   Energies first, second;
   std::vector<bool> taken(other.size(), false);
   for (std::size_t i = 0; i < reference.size(); ++i) {
-    first.all += energy(reference[i]);
+    first.all += energy(heard[i]);
     if (partners[i] == unpaired) {
       comparison.reference_only.push_back(i);
       continue;
@@ -104,11 +112,11 @@ ModeComparison compare_modes(std::span<const Feature> reference, std::span<const
     set_errors(pair, reference[i], other[pair.other], options.jnd);
     comparison.matched.push_back(pair);
     taken[pair.other] = true;
-    first.matched += energy(reference[i]);
+    first.matched += energy(heard[i]);
   }
   for (std::size_t j = 0; j < other.size(); ++j) {
-    second.all += energy(other[j]);
-    if (taken[j]) second.matched += energy(other[j]);
+    second.all += energy(heard_other[j]);
+    if (taken[j]) second.matched += energy(heard_other[j]);
     if (!taken[j]) comparison.other_only.push_back(j);
   }
   std::sort(comparison.matched.begin(), comparison.matched.end(),

@@ -27,9 +27,9 @@ struct MatchedMode {
   std::size_t other = 0;      ///< and in the other's
   double cents = 0;           ///< 1200 log2 of the other's frequency over the reference's
   double decay_ratio = 1;     ///< the other's decay rate over the reference's
-  double level = 0;           ///< 20 log10 of the other's amplitude over the reference's [dB]
-  double pitch_jnd = 0;       ///< size of the error over its JND
-  double decay_jnd = 0;       ///< NaN where either decay is a room's
+  double level = 0;  ///< 20 log10 of the other's amplitude at the onset over the reference's [dB]
+  double pitch_jnd = 0;  ///< size of the error over its JND
+  double decay_jnd = 0;  ///< NaN where either decay is a room's
   double level_jnd = 0;
   double weight = 0;  ///< geometric mean of the prominences (match_ratio.hpp)
 };
@@ -58,6 +58,10 @@ struct ModeComparisonOptions {
   MatchScale match;
   /// Tones further apart are not the same mode [cents].
   double widest = 100;
+  /// After the onset [s]: energies and weights count from there on, so that a mode which is over
+  /// before anything of it was recorded, and whose amplitude at the onset is a guess, weighs
+  /// little.
+  double from = 0;
 };
 
 /// Which modes of two sounds are the same, and how far apart they are.
@@ -66,7 +70,8 @@ struct ModeComparisonOptions {
 /// 3.6, in match_ratio.hpp) times their weight is greatest. Level and decay only choose among
 /// partners: however far off they are, the pair is matched and the error shows it. Exchanging the
 /// sounds changes signs and inverts ratios, nothing else.
-/// @throws InputError  a frequency or amplitude that is not positive
+/// @throws InputError  a frequency or amplitude that is not positive, or a decay rate that is not
+///                     finite
 ModeComparison compare_modes(std::span<const Feature> reference, std::span<const Feature> other,
                              const ModeComparisonOptions& options = {});
 

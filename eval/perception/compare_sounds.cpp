@@ -84,7 +84,10 @@ SoundComparison compare_sounds(const HeardSound& reference, const HeardSound& ot
   second.resize(count);
   comparison.seconds = static_cast<double>(count) / comparison.sample_rate;
   comparison.level = 10 * std::log10(sum_of_squares(second) / sum_of_squares(first));
-  comparison.modes = compare_modes(reference.set.features, other.set.features, options.modes);
+  ModeComparisonOptions modes = options.modes;
+  modes.from = std::max(
+      {modes.from, reference.set.begin - reference.set.onset, other.set.begin - other.set.onset});
+  comparison.modes = compare_modes(reference.set.features, other.set.features, modes);
   comparison.loudness =
       compare_loudness(first, second, comparison.sample_rate, options.loudest_level);
   comparison.spectra = spectral_distance(first, second);

@@ -133,6 +133,25 @@ TEST(CompareModes, TellsTheEnergyOfWhatIsNotMatched) {
   EXPECT_THROW(compare_modes(bowl, std::vector{mode(100, 1, std::nan(""))}), core::InputError);
 }
 
+TEST(CompareModes, DoesNotWeighWhatIsOverBeforeItIsRecorded) {
+  // Its amplitude at the onset is extrapolated over three of its time constants.
+  auto guessed = bowl;
+  guessed.push_back(mode(8000, 1500, 40));
+  ModeComparisonOptions options;
+  EXPECT_LT(compare_modes(bowl, guessed, options).other_share, 0.2);
+  options.from = 0.003;
+  double energy = 0;
+  for (const Feature& one : bowl) {
+    energy += std::pow(one.amplitude * std::exp(-one.decay_rate * 0.003), 2) / (4 * one.decay_rate);
+  }
+  const double over = std::pow(40 * std::exp(-1500 * 0.003), 2) / (4 * 1500);
+  const ModeComparison comparison = compare_modes(bowl, guessed, options);
+  EXPECT_NEAR(comparison.other_share, energy / (energy + over), 1e-12);
+  EXPECT_GT(comparison.other_share, 0.99);
+  // Levels are those at the onset all the same.
+  EXPECT_NEAR(compare_modes(bowl, changed(bowl, 0, 1.33, 3), options).level.worst, 3, 1e-9);
+}
+
 TEST(CompareModes, KeepsNearlyEqualModesInOrder) {
   // Each is 1 Hz up; the nearest one by itself would pair 1001 with 1001 and leave 1000 to 1002.
   const std::vector<Feature> pair = {mode(1000, 2, 1), mode(1001, 2, 1)};
