@@ -39,6 +39,7 @@ using AddCommand = void (*)(CLI::App& program, Context& context);
 void add_accuracy(CLI::App& program, Context& context);
 void add_build(CLI::App& program, Context& context);
 void add_check(CLI::App& program, Context& context);
+void add_compare(CLI::App& program, Context& context);
 void add_estimate(CLI::App& program, Context& context);
 void add_evaluate(CLI::App& program, Context& context);
 void add_features(CLI::App& program, Context& context);

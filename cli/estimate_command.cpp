@@ -6,6 +6,7 @@
 #include "cli/body.hpp"
 #include "cli/estimate_report.hpp"
 #include "cli/feature_options.hpp"
+#include "cli/recording.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -84,19 +85,9 @@ struct Recording {
 };
 
 Recording listen(const EstimateOptions& options) {
-  const core::AudioClip clip = core::read_audio(options.recording);
-  if (options.channel > clip.channels) {
-    throw core::InputError(
-        fmt::format("{} has {} channel{}, not {}", options.recording, clip.channels,
-                    clip.channels == 1 ? "" : "s", options.channel),
-        "--channel counts from 1");
-  }
+  ChannelClip clip = read_channel(options.recording, options.channel);
   Recording recording;
-  const auto channels = static_cast<std::size_t>(clip.channels);
-  for (auto i = static_cast<std::size_t>(options.channel - 1); i < clip.samples.size();
-       i += channels) {
-    recording.samples.push_back(clip.samples[i]);
-  }
+  recording.samples = std::move(clip.samples);
   eval::FeatureOptions features;
   if (!options.onset.empty()) {
     features.onset = core::parse_quantity(options.onset, core::Dimension::time);

@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/compare_report.hpp"
+#include "cli/context.hpp"
+#include "cli/feature_options.hpp"
+#include "cli/recording.hpp"
+#include "core/error.hpp"
+#include "core/trace.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+struct CompareOptions {
+  std::string reference, other;
+  int channel = 1;
+  double loudest_level = 80;
+  double widest = 100;
+  FeatureArguments features;
+};
+
+eval::HeardSound hear(const std::string& file, int channel, const eval::FeatureOptions& options) {
+  ChannelClip clip = read_channel(file, channel);
+  try {
+    eval::FeatureSet set = eval::extract_features(clip.samples, clip.sample_rate, options);
+    return {std::move(clip.samples), std::move(set)};
+  } catch (const core::InputError& error) {
+    throw core::InputError(file + ": " + error.message(), error.hint());
+  }
+}
+
+void run_compare(const CompareOptions& options, Context& context) {
+  const eval::FeatureOptions wanted = feature_options(options.features);
+  eval::SoundComparisonOptions how;
+  how.loudest_level = options.loudest_level;
+  how.modes.widest = options.widest;
+  if (!context.speaks()) return;
+  const double start = core::monotonic_seconds();
+  ComparedFiles compared{options.reference,
+                         options.other,
+                         hear(options.reference, options.channel, wanted),
+                         hear(options.other, options.channel, wanted),
+                         {}};
+  compared.comparison = eval::compare_sounds(compared.reference, compared.other, how);
+  if (context.json) {
+    nlohmann::json json = to_json(compared);
+    json["timing"] = {{"compare_s", core::monotonic_seconds() - start}};
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    print_comparison(compared);
+  }
+}
+
+}  // namespace
+
+void add_compare(CLI::App& program, Context& context) {
+  auto options = std::make_shared<CompareOptions>();
+  CLI::App* command = program.add_subcommand("compare",
+                                             "two sounds of one object: errors of modes in "
+                                             "just-noticeable differences, loudness, spectra");
+  command->add_option("reference", options->reference, "audio file")->required();
+  command->add_option("other", options->other, "audio file that is compared with it")->required();
+  command->add_option("--channel", options->channel, "of both, from 1")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command
+      ->add_option("--loudest-level", options->loudest_level,
+                   "that the louder one's loudest moment is heard at [dB re 20 uPa]")
+      ->check(CLI::Range(0.0, 140.0))
+      ->capture_default_str();
+  command->add_option("--widest", options->widest, "modes further apart are not the same [cents]")
+      ->check(CLI::Range(0.1, 2400.0))
+      ->capture_default_str();
+  add_feature_arguments(*command, options->features);
+  command->footer(
+      "Example:\n"
+      "  carillon estimate bowl.wav bowl.obj --at 0.06,0,0.05 --poisson-ratio 0.2 -o again.wav\n"
+      "  carillon compare bowl.wav again.wav\n"
+      "What the numbers mean: docs/comparison.md");
+  command->callback([&context, options] { run_compare(*options, context); });
+}
+
+}  // namespace carillon::cli

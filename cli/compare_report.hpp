@@ -1,0 +1,25 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "eval/perception/compare_sounds.hpp"
+
+namespace carillon::cli {
+
+/// Two files, what is heard in them, and how they differ.
+struct ComparedFiles {
+  std::string reference_file;
+  std::string other_file;
+  eval::HeardSound reference;
+  eval::HeardSound other;
+  eval::SoundComparison comparison;
+};
+
+/// As --json prints it; docs/comparison.md names the fields.
+nlohmann::json to_json(const ComparedFiles& compared);
+
+/// For people.
+void print_comparison(const ComparedFiles& compared);
+
+}  // namespace carillon::cli

@@ -1,0 +1,115 @@
+#include "eval/classification/confusion.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "eval/classification/score_rows.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double share(std::size_t part, std::size_t whole) {
+  return whole == 0 ? nan : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+std::size_t row_sum(const Confusion& confusion, std::size_t row) {
+  std::size_t sum = 0;
+  for (std::size_t c = 0; c < confusion.classes; ++c) sum += confusion.at(row, c);
+  return sum;
+}
+
+std::size_t column_sum(const Confusion& confusion, std::size_t column) {
+  std::size_t sum = 0;
+  for (std::size_t c = 0; c < confusion.classes; ++c) sum += confusion.at(c, column);
+  return sum;
+}
+
+}  // namespace
+
+Confusion count_confusion(std::span<const std::size_t> truth,
+                          std::span<const std::size_t> predicted, std::size_t classes) {
+  if (classes == 0) throw core::InputError("a confusion matrix of no classes");
+  check_classes(truth, predicted.size(), classes);
+  check_classes(predicted, truth.size(), classes);
+  Confusion confusion{classes, std::vector<std::size_t>(classes * classes, 0)};
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    ++confusion.counts[truth[i] * classes + predicted[i]];
+  }
+  return confusion;
+}
+
+double accuracy(const Confusion& confusion) {
+  std::size_t right = 0, all = 0;
+  for (std::size_t c = 0; c < confusion.classes; ++c) {
+    right += confusion.at(c, c);
+    all += row_sum(confusion, c);
+  }
+  return share(right, all);
+}
+
+std::vector<double> recalls(const Confusion& confusion) {
+  std::vector<double> values;
+  for (std::size_t c = 0; c < confusion.classes; ++c) {
+    values.push_back(share(confusion.at(c, c), row_sum(confusion, c)));
+  }
+  return values;
+}
+
+std::vector<double> precisions(const Confusion& confusion) {
+  std::vector<double> values;
+  for (std::size_t c = 0; c < confusion.classes; ++c) {
+    values.push_back(share(confusion.at(c, c), column_sum(confusion, c)));
+  }
+  return values;
+}
+
+double balanced_accuracy(const Confusion& confusion) {
+  double sum = 0;
+  std::size_t occurring = 0;
+  for (const double recall : recalls(confusion)) {
+    if (std::isnan(recall)) continue;
+    sum += recall;
+    ++occurring;
+  }
+  return occurring == 0 ? nan : sum / static_cast<double>(occurring);
+}
+
+std::vector<double> row_shares(const Confusion& confusion) {
+  std::vector<double> shares;
+  for (std::size_t r = 0; r < confusion.classes; ++r) {
+    const std::size_t samples = row_sum(confusion, r);
+    for (std::size_t c = 0; c < confusion.classes; ++c) {
+      shares.push_back(share(confusion.at(r, c), samples));
+    }
+  }
+  return shares;
+}
+
+ConfusionDifference confusion_difference(const Confusion& a, const Confusion& b) {
+  if (a.classes != b.classes) {
+    throw core::InputError(fmt::format(
+        "confusion matrices of {} and of {} classes cannot be compared", a.classes, b.classes));
+  }
+  const std::vector<double> first = row_shares(a), second = row_shares(b);
+  ConfusionDifference difference;
+  double squares = 0;
+  for (std::size_t r = 0; r < a.classes; ++r) {
+    double row = 0;
+    for (std::size_t i = r * a.classes; i < (r + 1) * a.classes; ++i) {
+      row += (first[i] - second[i]) * (first[i] - second[i]);
+    }
+    if (std::isnan(row)) continue;
+    squares += row;
+    ++difference.rows;
+  }
+  difference.norm = difference.rows == 0 ? nan : std::sqrt(squares);
+  return difference;
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,194 @@
+#include "eval/classification/intervals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "eval/classification/score_rows.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Samples, and those that are right, of every group and class: groups x classes.
+struct GroupCounts {
+  std::size_t groups = 0;
+  std::size_t classes = 0;
+  std::vector<double> right;
+  std::vector<double> samples;
+};
+
+GroupCounts count_groups(const TestedSamples& tested, std::span<const std::size_t> predicted) {
+  check_classes(tested.truth, predicted.size(), tested.classes);
+  check_classes(predicted, tested.truth.size(), tested.classes);
+  if (tested.groups.size() != tested.truth.size()) {
+    throw core::InputError(
+        fmt::format("{} groups of {} samples", tested.groups.size(), tested.truth.size()));
+  }
+  if (tested.truth.empty()) throw core::InputError("an accuracy of no samples has no interval");
+  std::vector<std::size_t> names(tested.groups.begin(), tested.groups.end());
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  GroupCounts counts{names.size(), tested.classes, {}, {}};
+  counts.right.assign(counts.groups * counts.classes, 0);
+  counts.samples = counts.right;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    const auto group = static_cast<std::size_t>(
+        std::lower_bound(names.begin(), names.end(), tested.groups[i]) - names.begin());
+    const std::size_t at = group * counts.classes + tested.truth[i];
+    counts.samples[at] += 1;
+    counts.right[at] += predicted[i] == tested.truth[i] ? 1 : 0;
+  }
+  return counts;
+}
+
+/// Right ones and samples, summed to what an accuracy is the mean ratio of: each class, or all.
+struct Ratios {
+  std::vector<double> right;
+  std::vector<double> samples;
+
+  Ratios(std::size_t classes, AccuracyKind kind)
+      : right(kind == AccuracyKind::plain ? 1 : classes), samples(right.size()) {}
+
+  void add(const GroupCounts& counts, std::size_t group) {
+    for (std::size_t c = 0; c < counts.classes; ++c) {
+      const std::size_t to = right.size() == 1 ? 0 : c;
+      right[to] += counts.right[group * counts.classes + c];
+      samples[to] += counts.samples[group * counts.classes + c];
+    }
+  }
+
+  double occurring() const {
+    return static_cast<double>(
+        std::count_if(samples.begin(), samples.end(), [](double number) { return number > 0; }));
+  }
+
+  double mean() const {
+    double sum = 0;
+    for (std::size_t c = 0; c < right.size(); ++c)
+      sum += samples[c] > 0 ? right[c] / samples[c] : 0;
+    return sum / occurring();
+  }
+};
+
+Ratios all_groups(const GroupCounts& counts, AccuracyKind kind) {
+  Ratios ratios(counts.classes, kind);
+  for (std::size_t g = 0; g < counts.groups; ++g) ratios.add(counts, g);
+  return ratios;
+}
+
+/// What each group adds to the accuracy's deviation, to first order; adds it to `influences`.
+void add_influences(const GroupCounts& counts, AccuracyKind kind, std::vector<double>& influences) {
+  const Ratios all = all_groups(counts, kind);
+  for (std::size_t g = 0; g < counts.groups; ++g) {
+    Ratios one(counts.classes, kind);
+    one.add(counts, g);
+    for (std::size_t c = 0; c < all.right.size(); ++c) {
+      if (all.samples[c] == 0) continue;
+      const double ratio = all.right[c] / all.samples[c];
+      influences[g] += (one.right[c] - ratio * one.samples[c]) / (all.samples[c] * all.occurring());
+    }
+  }
+}
+
+double students_t(double probability, double freedom) {
+  return boost::math::quantile(boost::math::students_t(freedom), 0.5 + 0.5 * probability);
+}
+
+void check_probability(double probability) {
+  if (!(probability > 0 && probability < 1)) {
+    throw core::InputError(fmt::format("an interval of probability {}", probability),
+                           "0.95, for instance");
+  }
+}
+
+/// Hesterberg's probability, whose percentiles are as wide as Student's t.
+double expanded(double probability, double groups) {
+  const double widest = std::sqrt(groups / (groups - 1)) * students_t(probability, groups - 1);
+  return 1 - 2 * boost::math::cdf(boost::math::normal(), -widest);
+}
+
+}  // namespace
+
+Bounds wilson_interval(double right, double samples, double probability) {
+  check_probability(probability);
+  if (!(right >= 0 && right <= samples) || !std::isfinite(samples)) {
+    throw core::InputError(fmt::format("{} of {} samples are no share", right, samples));
+  }
+  if (samples == 0) return {0, 1};
+  const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * probability);
+  const double share = right / samples, square = z * z / samples;
+  const double middle = (share + square / 2) / (1 + square);
+  const double half =
+      z * std::sqrt(share * (1 - share) / samples + square / (4 * samples)) / (1 + square);
+  // Rounding must not cut off what was seen.
+  return {std::clamp(middle - half, 0.0, share), std::clamp(middle + half, share, 1.0)};
+}
+
+Bounds grouped_interval(const TestedSamples& tested, std::span<const std::size_t> predicted,
+                        AccuracyKind kind, core::RandomStream& random, double probability,
+                        int draws) {
+  check_probability(probability);
+  const GroupCounts counts = count_groups(tested, predicted);
+  const auto groups = static_cast<double>(counts.groups);
+  Bounds bounds;
+  if (counts.groups > 1) {
+    std::vector<double> places(counts.groups);
+    std::iota(places.begin(), places.end(), 0);
+    const auto statistic = [&](std::span<const double> drawn) {
+      Ratios ratios(counts.classes, kind);
+      for (const double place : drawn) ratios.add(counts, static_cast<std::size_t>(place));
+      return ratios.mean();
+    };
+    bounds = bootstrap(places, statistic, random, expanded(probability, groups), draws);
+  }
+  if (bounds.low < bounds.high) return bounds;
+  return wilson_interval(groups * all_groups(counts, kind).mean(), groups, probability);
+}
+
+SeedsSummary interval_over_seeds(const TestedSamples& tested,
+                                 std::span<const std::vector<std::size_t>> predicted,
+                                 AccuracyKind kind, double probability) {
+  check_probability(probability);
+  if (predicted.empty()) throw core::InputError("an accuracy over no seeds");
+  std::vector<double> accuracies, influences;
+  for (const std::vector<std::size_t>& one : predicted) {
+    const GroupCounts counts = count_groups(tested, one);
+    influences.resize(counts.groups);
+    accuracies.push_back(all_groups(counts, kind).mean());
+    add_influences(counts, kind, influences);
+  }
+  SeedsSummary summary{mean(accuracies), nan, {nan, nan}, {nan, nan}};
+  const auto seeds = static_cast<double>(accuracies.size());
+  const auto groups = static_cast<double>(influences.size());
+  if (accuracies.size() < 2) return summary;
+  double squares = 0;
+  for (const double one : accuracies) squares += (one - summary.mean) * (one - summary.mean);
+  summary.deviation = std::sqrt(squares / (seeds - 1));
+  const auto around = [&](double variance, double freedom) {
+    const double half = students_t(probability, freedom) * std::sqrt(variance);
+    return Bounds{std::max(0.0, summary.mean - half), std::min(1.0, summary.mean + half)};
+  };
+  const double of_seeds = squares / (seeds - 1) / seeds;
+  summary.seeds = around(of_seeds, seeds - 1);
+  if (influences.size() < 2) return summary;
+  double of_groups = 0;
+  for (const double one : influences) of_groups += one * one / (seeds * seeds);
+  of_groups *= groups / (groups - 1);
+  const double both = of_seeds + of_groups;
+  summary.seeds_and_groups = both > 0 ? around(both, both * both /
+                                                         (of_seeds * of_seeds / (seeds - 1) +
+                                                          of_groups * of_groups / (groups - 1)))
+                                      : wilson_interval(groups * summary.mean, groups, probability);
+  return summary;
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,207 @@
+#include "eval/classification/calibration.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/random.hpp"
+
+namespace carillon::eval {
+namespace {
+
+// Expected values of the next four tests:
+// import numpy as np; from scipy import special, optimize
+// nll = lambda t: np.mean(special.logsumexp(z / t, axis=1) - (z / t)[np.arange(6), y])
+// p = special.softmax(z, axis=1); confidence = p.max(1); right = p.argmax(1) == y
+const std::vector<double> z = {2, 1, 0, 0.5, 2.5, -1, 3, 0, 1, -1, 0.2, 1.5, 1, 0.9, 0.8, 4, 1, 2};
+const std::vector<std::size_t> y = {0, 1, 2, 2, 0, 0};
+const ScoreRows logits{z, 3};
+
+TEST(NegativeLogLikelihood, IsSciPys) {
+  EXPECT_NEAR(negative_log_likelihood(logits, y), 0.7009896104428543, 1e-14);
+  EXPECT_NEAR(negative_log_likelihood(logits, y, 0.3), 1.2536859820626747, 1e-14);
+  EXPECT_TRUE(std::isnan(negative_log_likelihood({{}, 3}, {})));
+}
+
+TEST(NegativeLogLikelihood, StaysFiniteOfHugeLogits) {
+  const std::vector<double> huge = {1e300, -1e300, 5e3, 0};
+  const ScoreRows rows{huge, 2};
+  EXPECT_EQ(negative_log_likelihood(rows, std::vector<std::size_t>{0, 0}), 0);
+  EXPECT_EQ(negative_log_likelihood({std::span(huge).subspan(2), 2}, std::vector<std::size_t>{1}),
+            5e3);
+}
+
+TEST(FitTemperature, IsSciPys) {
+  // optimize.minimize_scalar(nll, bounds=(0.01, 50), method='bounded', options={'xatol': 1e-13})
+  const FittedTemperature fitted = fit_temperature(logits, y);
+  EXPECT_NEAR(fitted.value, 1.012089496558304, 1e-6);
+  EXPECT_NEAR(fitted.before, 0.7009896104428543, 1e-14);
+  EXPECT_NEAR(fitted.after, 0.7009525843234102, 1e-14);
+  EXPECT_FALSE(fitted.at_end);
+}
+
+TEST(Reliability, IsCountedByHand) {
+  const std::vector<double> p = softmax(logits);
+  const auto diagram = reliability({p, 3}, y);
+  ASSERT_EQ(diagram.size(), 15U);
+  // Confidences 0.665, 0.858, 0.844 (wrong), 0.738, 0.367, 0.844.
+  EXPECT_EQ(diagram[12].samples, 3U);
+  EXPECT_NEAR(diagram[12].accuracy, 2.0 / 3, 1e-15);
+  EXPECT_NEAR(diagram[12].confidence, (0.85797681 + 2 * 0.84379473) / 3, 1e-8);
+  EXPECT_EQ(diagram[0].samples, 0U);
+  EXPECT_TRUE(std::isnan(diagram[0].accuracy));
+  EXPECT_NEAR(expected_calibration_error(diagram), 0.2958239612115231, 1e-14);
+  EXPECT_NEAR(expected_calibration_error(reliability({p, 3}, y, 2)), 0.11396853468781097, 1e-14);
+  EXPECT_NEAR(brier_score({p, 3}, y), 0.4109823130124473, 1e-14);
+}
+
+TEST(Reliability, PutsEdgesIntoTheBinBelow) {
+  const std::vector<double> p = {0.6, 0.4, 1, 0, 0.5, 0.5};
+  const std::vector<std::size_t> truth = {0, 0, 0};
+  const auto diagram = reliability({p, 2}, truth, 5);
+  EXPECT_EQ(diagram[2].samples, 2U);  // (0.4, 0.6]
+  EXPECT_EQ(diagram[4].samples, 1U);
+}
+
+TEST(ExpectedCalibrationError, OfRightProbabilitiesTendsToNothing) {
+  // Truth is drawn from the very probabilities; what is left is chance.
+  double last = 1;
+  for (const std::size_t count : {200U, 2000U, 20000U, 200000U}) {
+    core::RandomStream random(3, count, "test.calibration");
+    std::vector<double> p;
+    std::vector<std::size_t> truth;
+    for (std::size_t i = 0; i < count; ++i) {
+      std::vector<double> row;
+      for (int c = 0; c < 4; ++c) row.push_back(2 * random.normal());
+      row = softmax({row, 4});
+      const double place = random.uniform();
+      double sum = 0;
+      std::size_t drawn = 0;
+      while (drawn < 3 && (sum += row[drawn]) < place) ++drawn;
+      truth.push_back(drawn);
+      p.insert(p.end(), row.begin(), row.end());
+    }
+    const double error = expected_calibration_error(reliability({p, 4}, truth));
+    EXPECT_LT(error, 0.6 * std::sqrt(15.0 / static_cast<double>(count)));
+    EXPECT_LT(error, last);
+    last = error;
+    // Sharpened, they promise too much, and the temperature takes it back.
+    std::vector<double> sharp;
+    for (const double one : p) sharp.push_back(2.5 * std::log(one));
+    if (count < 20000) continue;
+    EXPECT_GT(expected_calibration_error(reliability({softmax({sharp, 4}), 4}, truth)), 0.1);
+    EXPECT_NEAR(fit_temperature({sharp, 4}, truth).value, 2.5, 0.06);
+  }
+}
+
+struct Drawn {
+  std::size_t classes = 0;
+  std::vector<double> values;
+  std::vector<std::size_t> truth;
+};
+
+Drawn any_logits() {
+  Drawn drawn;
+  drawn.classes = *rc::gen::inRange<std::size_t>(2, 6);
+  const auto count = *rc::gen::inRange<std::size_t>(1, 30);
+  for (std::size_t i = 0; i < count * drawn.classes; ++i) {
+    drawn.values.push_back(0.01 * *rc::gen::inRange(-500, 500));
+  }
+  drawn.truth = *rc::gen::container<std::vector<std::size_t>>(
+      count, rc::gen::inRange<std::size_t>(0, drawn.classes));
+  return drawn;
+}
+
+TEST(FitTemperature, OfScaledLogitsIsScaled) {
+  EXPECT_TRUE(rc::check("T(s z) = s T(z)", [] {
+    const Drawn drawn = any_logits();
+    const double scale = std::pow(10, 0.1 * *rc::gen::inRange(-30, 30));
+    std::vector<double> scaled;
+    for (const double one : drawn.values) scaled.push_back(scale * one);
+    const auto fitted = fit_temperature({drawn.values, drawn.classes}, drawn.truth);
+    const auto other = fit_temperature({scaled, drawn.classes}, drawn.truth);
+    RC_ASSERT(fitted.at_end == other.at_end);
+    RC_ASSERT(std::abs(other.after - fitted.after) < 1e-9 * (1 + fitted.after));
+    if (!fitted.at_end) RC_ASSERT(std::abs(other.value / (scale * fitted.value) - 1) < 1e-5);
+  }));
+}
+
+TEST(FitTemperature, IsTheLeastOfAllTemperatures) {
+  EXPECT_TRUE(rc::check("a minimum", [] {
+    const Drawn drawn = any_logits();
+    const ScoreRows rows{drawn.values, drawn.classes};
+    const auto fitted = fit_temperature(rows, drawn.truth);
+    RC_ASSERT(fitted.after <= fitted.before + 1e-12);
+    const double other = std::pow(10, 0.1 * *rc::gen::inRange(-15, 20));
+    RC_ASSERT(fitted.after <= negative_log_likelihood(rows, drawn.truth, other) + 1e-3);
+    if (!fitted.at_end) {
+      RC_ASSERT(fitted.after <= negative_log_likelihood(rows, drawn.truth, other) + 1e-12);
+    }
+  }));
+}
+
+TEST(FitTemperature, TellsWhereThereIsNoMinimum) {
+  // All right by a margin: ever surer.
+  const std::vector<double> clear = {3, 0, 0, 3};
+  auto fitted = fit_temperature({clear, 2}, std::vector<std::size_t>{0, 1});
+  EXPECT_TRUE(fitted.at_end);
+  EXPECT_NEAR(fitted.value, 3e-3, 1e-12);
+  EXPECT_NEAR(fitted.after, 0, 1e-12);
+  // All wrong: ever less sure, down to chance.
+  fitted = fit_temperature({clear, 2}, std::vector<std::size_t>{1, 0});
+  EXPECT_TRUE(fitted.at_end);
+  EXPECT_NEAR(fitted.value, 3e3, 1e-6);
+  EXPECT_NEAR(fitted.after, std::log(2), 1e-3);
+  // Equal logits, and one class alone: nothing depends on it.
+  const std::vector<double> equal(6, 0.7);
+  for (const std::size_t classes : {1U, 2U, 3U}) {
+    fitted = fit_temperature({equal, classes}, std::vector<std::size_t>(6 / classes, 0));
+    EXPECT_TRUE(fitted.at_end);
+    EXPECT_EQ(fitted.value, 1);
+    EXPECT_NEAR(fitted.after, std::log(static_cast<double>(classes)), 1e-15);
+  }
+}
+
+TEST(Calibration, RefusesWhatIsNoNumber) {
+  std::vector<double> bad = z;
+  const auto message = [&](double value) {
+    bad[10] = value;
+    try {
+      fit_temperature({bad, 3}, y);
+    } catch (const core::InputError& error) {
+      return error.message();
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(message(std::nan("")), "logits: row 3, column 1 is nan");
+  EXPECT_EQ(message(std::numeric_limits<double>::infinity()), "logits: row 3, column 1 is inf");
+  EXPECT_THROW(softmax({bad, 3}), core::InputError);
+  EXPECT_THROW(predicted_classes({bad, 3}), core::InputError);
+  EXPECT_THROW(fit_temperature({{}, 3}, {}), core::InputError);
+  EXPECT_THROW(negative_log_likelihood(logits, y, 0), core::InputError);
+  EXPECT_THROW(negative_log_likelihood({z, 4}, y), core::InputError);
+  EXPECT_THROW(negative_log_likelihood({z, 0}, y), core::InputError);
+  EXPECT_THROW(reliability(logits, y), core::InputError);  // no probabilities
+  EXPECT_THROW(brier_score(logits, y), core::InputError);
+  EXPECT_THROW(reliability({softmax(logits), 3}, y, 0), core::InputError);
+  EXPECT_TRUE(std::isnan(expected_calibration_error(reliability({{}, 3}, {}))));
+  EXPECT_TRUE(std::isnan(brier_score({{}, 3}, {})));
+}
+
+TEST(PredictedClasses, AreTheFirstOfEqualScores) {
+  const std::vector<double> scores = {1, 1, 0, 0, 2, 2, -1, -1, -1};
+  EXPECT_EQ(predicted_classes({scores, 3}), (std::vector<std::size_t>{0, 1, 0}));
+}
+
+TEST(BrierScore, IsOfCertainty) {
+  const std::vector<double> sure = {1, 0, 0, 1};
+  EXPECT_EQ(brier_score({sure, 2}, std::vector<std::size_t>{0, 1}), 0);
+  EXPECT_EQ(brier_score({sure, 2}, std::vector<std::size_t>{1, 0}), 2);
+  EXPECT_EQ(brier_score({std::vector(4, 0.5), 2}, std::vector<std::size_t>{1, 0}), 0.5);
+}
+
+}  // namespace
+}  // namespace carillon::eval
