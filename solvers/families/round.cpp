@@ -43,7 +43,8 @@ MeshResult mesh_cylinder(const GeneratedShape& shape, const MeshOptions& options
 
 Meridian cylinder_meridian(const GeneratedShape& shape) {
   check_parameters(shape);
-  return shell_meridian(cylinder(shape));
+  // A shell's joints would fall together where the wall is thicker than the radius.
+  return rectangular_meridian({0, parameter(shape, "radius")}, {0, parameter(shape, "length")});
 }
 
 /// Hollow cylinder about z, [0, length] along it: cells around, along and through the wall, layers
