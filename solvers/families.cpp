@@ -18,9 +18,11 @@ std::vector<Family> register_families() {
     for (auto& family : some) all.push_back(std::move(family));
   };
   add(box_families());     // bar, block, tile
-  add(round_families());   // disc, tube, ring
+  add(round_families());   // disc, cylinder, tube, ring
   add(vessel_families());  // plate, bowl, cup, vase, bell
-  add({wrench_family(), sphere_family(), turned_family()});
+  add(hollow_families());  // box, can, bauble
+  add(ball_families());    // sphere, pebble
+  add({wrench_family(), turned_family()});
   return all;
 }
 

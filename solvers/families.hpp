@@ -32,8 +32,8 @@ struct Family {
   Meridian (*meridian)(const GeneratedShape& shape) = nullptr;
 };
 
-/// All families: bar, block, tile, disc, plate (dinner plate), bowl, cup, vase, bell, tube, ring,
-/// wrench, sphere, turned.
+/// All families: bar, block, tile, disc, cylinder, tube, ring, plate (dinner plate), bowl, cup,
+/// vase, bell, box, can, bauble, sphere, pebble, wrench, turned.
 std::span<const Family> families();
 /// @throws InputError  unknown; names the nearest
 const Family& find_family(const std::string& name);

@@ -42,92 +42,6 @@ std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t
   return limit;
 }
 
-void read_family(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
-  source.family = node.text("shape");
-  at_key(node, "shape", [&] { solvers::find_family(source.family); });
-  const solvers::Family& family = solvers::find_family(source.family);
-  source.name = node.text("name", source.family);
-  source.count = static_cast<int>(node.integer("count", 1, 1000000, 1));
-  if (source.family == "turned") {
-    if (node.has("svg")) {
-      source.svg = path_beside(file_name, node.text("svg"));
-      const double height = node.quantity("height", Dimension::length);
-      at_key(node, "svg", [&] { source.profile = solvers::profile_from_svg(source.svg, height); });
-    } else {
-      for (ConfigNode& point : node.children("profile")) {
-        source.profile.push_back({point.quantity("radius", Dimension::length),
-                                  point.quantity("height", Dimension::length)});
-      }
-    }
-  }
-  ConfigNode parameters = node.child("parameters");
-  for (const solvers::FamilyParameter& p : family.parameters) {
-    source.parameters[p.name] = parameters.range(p.name, Dimension::length, Range{p.low, p.high});
-  }
-}
-
-void read_files(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
-  source.pattern = path_beside(file_name, node.text("mesh"));
-  source.name = node.text("name", "");
-  source.file.length = zero_or_more(node, "length", Dimension::length);
-  source.file.thickness = zero_or_more(node, "thickness", Dimension::length);
-  source.file.wrap_tolerance = node.quantity("wrap_tolerance", Dimension::none, 0.002);
-  if (!(source.file.wrap_tolerance >= 1e-4 && source.file.wrap_tolerance <= 0.05)) {
-    node.fail("wrap_tolerance", "must lie between 0.0001 and 0.05 of the box diagonal");
-  }
-}
-
-/// Equal variants would be the same samples twice.
-template <class T>
-void refuse_doubles(const ConfigNode& node, const std::string& key, const std::vector<T>& values) {
-  if (std::set<T>(values.begin(), values.end()).size() != values.size()) {
-    node.fail(key, "the same value stands here twice");
-  }
-}
-
-void read_object_materials(ConfigNode& node, ObjectSource& source, const BuildConfig& config,
-                           const std::vector<std::string>& shared) {
-  if (node.is_mapping("materials")) {
-    ConfigNode groups = node.child("materials");
-    for (const std::string& group : groups.keys()) source.groups[group] = groups.text(group);
-  } else {
-    source.materials = node.texts("materials", shared);
-    if (source.materials.empty()) node.fail("materials", "no material is named");
-  }
-  at_key(node, "materials", [&] {
-    for (const std::string& name : source.materials) {
-      synth::parse_material(name, config.own_materials);
-    }
-    for (const auto& [group, name] : source.groups) {
-      synth::parse_material(name, config.own_materials);
-    }
-  });
-  source.sizes = node.quantities("sizes", Dimension::none, 0, std::vector<double>{1});
-  if (source.sizes.empty()) node.fail("sizes", "no size is named");
-  refuse_doubles(node, "materials", source.materials);
-  refuse_doubles(node, "sizes", source.sizes);
-  for (const double size : source.sizes) {
-    if (!(size > 0)) node.fail("sizes", "a size is a positive factor on every length");
-  }
-}
-
-ObjectSource read_object(ConfigNode& node, const BuildConfig& config,
-                         const std::vector<std::string>& shared_materials,
-                         const std::string& file_name) {
-  ObjectSource source;
-  if (node.has("shape") == node.has("mesh")) {
-    node.fail("", "an object is either a `shape:` (a family) or a `mesh:` (files)");
-  }
-  if (node.has("shape")) {
-    read_family(node, source, file_name);
-  } else {
-    read_files(node, source, file_name);
-  }
-  source.file.any_size = node.flag("any_size", false);
-  read_object_materials(node, source, config, shared_materials);
-  return source;
-}
-
 void read_modes(ConfigNode node, BuildConfig& config) {
   config.band.min_frequency = node.quantity("min_frequency", Dimension::frequency, 20);
   // Modes at or above half the sample rate would not sound.
@@ -258,6 +172,16 @@ void check_cast(ConfigNode& root, const BuildConfig& config) {
     root.fail("objects", fmt::format("objects[{}] (\"{}\") plays no part in the motion", i, name),
               "name it under motion.bodies, or remove it");
   }
+  for (const ObjectSource& source : config.objects) {
+    if (source.drawn_size) {
+      root.fail("objects",
+                fmt::format("\"{}\" has a drawn size, which bodies in motion lack", source.name),
+                "give it `sizes`, and the body one of them");
+    }
+  }
+  if (root.has("variants")) {
+    root.fail("variants", "does not go with `motion`", "bodies have their material and size there");
+  }
   ConfigNode radiation = root.child("radiation");
   const std::string model = radiation.text("model", "equivalent_sources");
   if (config.scene.runs("radiation") && model != "equivalent_sources") {
@@ -307,10 +231,11 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   }
   const std::vector<std::string> materials = root.texts("materials", std::vector<std::string>{});
   for (ConfigNode& node : root.children("objects")) {
-    config.objects.push_back(read_object(node, config, materials, file_name));
+    config.objects.push_back(read_object(node, materials, config.own_materials, file_name));
   }
   if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
 
+  if (!root.has("motion")) config.sounding = read_variant_choice(root.child("variants"));
   config.split = read_split(root.child("split"));
   config.scene = read_scene(root, file_name, registry,
                             {.materials = named_materials(config),

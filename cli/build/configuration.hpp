@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/build/limits.hpp"
+#include "cli/build/objects.hpp"
 #include "cli/build/ranks.hpp"
 #include "cli/motion/motion_config.hpp"
 #include "cli/sound/scene.hpp"
@@ -17,21 +18,6 @@
 #include "synth/mel.hpp"
 
 namespace carillon::cli {
-
-/// One entry of `objects:`: a family of generated bodies or files that match a pattern.
-struct ObjectSource {
-  std::string name;    ///< instances are name-000, name-001, ...; files keep their own names
-  std::string family;  ///< "" for files
-  int count = 1;       ///< instances of a family
-  std::map<std::string, core::Range> parameters;  ///< [m], every parameter of the family
-  std::vector<std::array<double, 2>> profile;     ///< of the family "turned" [m]
-  std::string svg;                                ///< path of the profile's file; "" for none
-  std::string pattern;                            ///< glob of mesh files
-  solvers::MeshFile file;              ///< options of those files; any_size counts for families too
-  std::vector<std::string> materials;  ///< one variant each
-  std::map<std::string, std::string> groups;  ///< instead: physical group -> material
-  std::vector<double> sizes;                  ///< factors on every length
-};
 
 struct SplitConfig {
   double validation = 0.1;
@@ -49,6 +35,7 @@ struct BuildConfig {
   std::string materials_file;  ///< path; "" for none
   std::vector<synth::Material> own_materials;
   std::vector<ObjectSource> objects;
+  VariantChoice sounding;  ///< variants of each body that samples are made of
   solvers::Band band;
   solvers::SolveOptions solver;  ///< all but the band
   solvers::MeshOptions mesh;

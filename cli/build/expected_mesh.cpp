@@ -14,9 +14,12 @@ namespace carillon::cli {
 
 namespace {
 
-ExpectedBody box(double x, double y, double z) {
-  return {x * y * z, x * y * z / (x * y + y * z + z * x), std::max({x, y, z}), {}};
+/// @param share  of the box that the body fills
+ExpectedBody box(double x, double y, double z, double share = 1) {
+  return {share * x * y * z, x * y * z / (x * y + y * z + z * x), std::max({x, y, z}), {}};
 }
+
+constexpr double ellipsoid = std::numbers::pi / 6;
 
 ExpectedBody generated(const solvers::GeneratedShape& shape) {
   const auto at = [&](const char* name) { return shape.parameters.at(name); };
@@ -28,6 +31,16 @@ ExpectedBody generated(const solvers::GeneratedShape& shape) {
     // Two thirds of the way is handle, a third head.
     const double width = (2 * at("handle_width") + 1.3 * at("head_radius")) / 3;
     return box(at("length"), width, at("thickness"));
+  }
+  // Volumes of ellipsoids beside those of their boxes.
+  if (shape.family == "pebble") return box(at("length"), at("width"), at("height"), ellipsoid);
+  if (shape.family == "box" || shape.family == "bauble") {
+    const double share = shape.family == "box" ? 1 : ellipsoid, wall = at("wall");
+    ExpectedBody body = box(at("length"), at("width"), at("height"), share);
+    body.volume -=
+        share * (at("length") - 2 * wall) * (at("width") - 2 * wall) * (at("height") - 2 * wall);
+    body.thickness = wall;
+    return body;
   }
   const solvers::Family& family = solvers::find_family(shape.family);
   const solvers::MeridianSize size = solvers::measure(family.meridian(shape));
@@ -135,6 +148,10 @@ void count_tetrahedra(const Shape& shape, ExpectedBody& body) {
 }
 
 }  // namespace
+
+double longest_side(const solvers::GeneratedShape& shape) {
+  return generated(shape).longest_side;
+}
 
 ExpectedBody expected_body(const Shape& shape) {
   const bool file = !shape.path.empty();

@@ -13,6 +13,10 @@ struct ExpectedBody {
   solvers::MeshSize mesh;   ///< as the mesher will make it, within a factor of about 1.5
 };
 
+/// Of the box around a generated body [m], from its parameters.
+/// @throws InputError  they do not fit together
+double longest_side(const solvers::GeneratedShape& shape);
+
 /// From the family's parameters or what the plan found of the file's triangles, and the order and
 /// size of the elements. Depends on these alone, not on a cache. A file that could not be read is
 /// taken for a body of middling size: its task will say what is wrong with it.

@@ -55,9 +55,9 @@ FoundMesh find_mesh(const std::string& path) {
   return found;
 }
 
-std::vector<FoundMesh> find_meshes(const std::string& pattern) {
+std::vector<FoundMesh> find_meshes(const ObjectSource& source) {
   std::vector<FoundMesh> found;
-  for (const auto& path : core::glob_files(pattern)) found.push_back(find_mesh(path.string()));
+  for (const std::string& path : object_files(source)) found.push_back(find_mesh(path));
   return found;
 }
 

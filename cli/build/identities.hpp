@@ -13,9 +13,8 @@ namespace carillon::cli {
 /// why
 FoundMesh find_mesh(const std::string& path);
 
-/// Mesh files that match the pattern of an entry of `objects:`, in the order of their names. Empty
-/// where nothing matches.
-std::vector<FoundMesh> find_meshes(const std::string& pattern);
+/// Mesh files of an entry of `objects:`, in the order of their names. Empty where nothing matches.
+std::vector<FoundMesh> find_meshes(const ObjectSource& source);
 
 /// Fills Shape::identity, so that one shape under two names, turned, at another size or with its
 /// vertices numbered otherwise falls into one part of a split. Of files the signature's name (that

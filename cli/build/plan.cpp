@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cli/build/disk.hpp"
+#include "cli/build/expected_mesh.hpp"
 #include "cli/build/identities.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
@@ -31,27 +32,67 @@ std::string part_of_split(const BuildConfig& config, const std::string& identity
 
 namespace {
 
+/// Where its folder says train or test, validation is a share of train.
+std::string part_of_shape(const BuildConfig& config, const Shape& shape) {
+  if (shape.given_part == "test") return "test";
+  if (shape.given_part.empty()) return part_of_split(config, shape.identity, "split.shape");
+  core::RandomStream random(config.seed, core::stable_hash(shape.identity), "split.shape");
+  return random.uniform() < config.split.validation ? "validation" : "train";
+}
+
 constexpr std::size_t samples_per_task = 256;
 /// A task of takes holds about so many bytes of them at once.
 constexpr double bytes_per_task = 2.5e8;
 /// A take is seconds of work.
 constexpr double takes_per_task = 4;
 
-std::vector<Variant> make_variants(const ObjectSource& source) {
+/// An instance's own size, drawn within three deviations; six digits, for its key. Not one of
+/// those that are given: equal variants would be the same samples twice.
+double draw_size(const BuildConfig& config, const ObjectSource& source, const std::string& id) {
+  core::RandomStream random(config.seed, core::stable_hash(id), "shape.size");
+  const std::vector<double>& given = source.sizes;
+  for (;;) {
+    const double away = random.normal();
+    if (std::abs(away) > 3) continue;
+    const double drawn = source.drawn_size->mean + away * source.drawn_size->deviation;
+    const double size = std::stod(fmt::format("{:.6g}", drawn));
+    if (std::find(given.begin(), given.end(), size) == given.end()) return size;
+  }
+}
+
+std::vector<Variant> make_variants(const BuildConfig& config, const ObjectSource& source,
+                                   const std::string& id) {
   std::vector<std::string> materials = source.materials;
   if (!source.groups.empty()) {
     std::vector<std::string> parts;
     for (const auto& [group, name] : source.groups) parts.push_back(group + "=" + name);
     materials = {fmt::format("{}", fmt::join(parts, ","))};
   }
+  std::vector<double> sizes = source.sizes;
+  if (source.drawn_size) sizes.push_back(draw_size(config, source, id));
+  const auto chosen = [](Which which, std::size_t i, std::size_t count) {
+    return which == Which::all || i == (which == Which::first ? 0 : count - 1);
+  };
   std::vector<Variant> variants;
-  for (const std::string& material : materials) {
-    for (const double size : source.sizes) variants.push_back({material, size});
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    for (std::size_t s = 0; s < sizes.size(); ++s) {
+      variants.push_back({materials[m], sizes[s],
+                          chosen(config.sounding.materials, m, materials.size()) &&
+                              chosen(config.sounding.sizes, s, sizes.size())});
+    }
   }
   return variants;
 }
 
-/// Draws an instance's parameters; combinations that the family refuses are drawn again.
+void scale(solvers::GeneratedShape& shape, double factor) {
+  for (auto& [name, value] : shape.parameters) value *= factor;
+  for (auto& point : shape.profile) {
+    for (double& value : point) value *= factor;
+  }
+}
+
+/// Draws an instance's parameters, and scales them to the length that is asked for; combinations
+/// that the family refuses are drawn again.
 solvers::GeneratedShape draw_shape(const BuildConfig& config, const ObjectSource& source,
                                    const std::string& id) {
   constexpr int tries = 1000;
@@ -65,6 +106,7 @@ solvers::GeneratedShape draw_shape(const BuildConfig& config, const ObjectSource
     }
     try {
       family.check(shape);
+      if (source.file.length > 0) scale(shape, source.file.length / longest_side(shape));
       return shape;
     } catch (const InputError& error) {
       refusal = error.message();
@@ -90,15 +132,21 @@ void add_family(const BuildConfig& config, std::size_t index, BuildPlan& plan) {
 void add_files(const BuildConfig& config, std::size_t index, const FindMeshes& find,
                BuildPlan& plan) {
   const ObjectSource& source = config.objects[index];
-  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(source.pattern);
+  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(source);
   if (meshes.empty()) {
-    throw InputError(fmt::format("objects[{}].mesh: nothing matches {}", index, source.pattern));
+    throw InputError(fmt::format("objects[{}].{}: nothing matches {}", index,
+                                 source.modelnet ? "modelnet" : "mesh", source.pattern));
   }
   for (const FoundMesh& mesh : meshes) {
     Shape shape;
     const std::string stem = std::filesystem::path(mesh.path).stem().string();
     shape.id = file_safe(source.name.empty() ? stem : fmt::format("{}-{}", source.name, stem));
     shape.family = source.name.empty() ? "mesh" : source.name;
+    if (source.modelnet) {
+      const auto [family, part] = modelnet_place(mesh.path);
+      shape.family = family;
+      shape.given_part = part;
+    }
     shape.path = mesh.path;
     shape.source = index;
     shape.request.file = source.file;
@@ -143,6 +191,7 @@ void add_samples(const BuildConfig& config, std::size_t shape_index, BuildPlan& 
   const std::size_t first = plan.samples.size();
   for (const int strike : strike_numbers(config, shape)) {
     for (std::size_t v = 0; v < shape.variants.size(); ++v) {
+      if (!shape.variants[v].sounds) continue;
       Sample sample;
       sample.key = fmt::format("{}/{}/{}/strike-{:04}", shape.id, shape.variants[v].material,
                                shape.variants[v].size, strike);
@@ -213,8 +262,8 @@ BuildPlan make_plan(const BuildConfig& config, const FindMeshes& find) {
                        "give one of the entries of objects another `name:`");
     }
     shape.request.options = config.mesh;
-    shape.variants = make_variants(config.objects[shape.source]);
-    shape.split_shape = part_of_split(config, shape.identity, "split.shape");
+    shape.variants = make_variants(config, config.objects[shape.source], shape.id);
+    shape.split_shape = part_of_shape(config, shape);
   }
   for (std::size_t i = 0; i < plan.shapes.size(); ++i) {
     plan.tasks.push_back({TaskKind::modes, "modes/" + plan.shapes[i].id, i, 0, 0});

@@ -21,6 +21,7 @@ struct FileSurface {
 struct Variant {
   std::string material;  ///< name, or group=name,... for a body of several
   double size = 1;       ///< factor on every length
+  bool sounds = true;    ///< samples are made of it; the modes serve the others, too
 };
 
 /// One body: what to mesh, and the variants that ring.
@@ -32,6 +33,7 @@ struct Shape {
   solvers::MeshRequest request;
   std::vector<Variant> variants;
   std::string split_shape;  ///< train, validation or test
+  std::string given_part;   ///< train or test where the file's folder says it; "" elsewhere
   std::string identity;     ///< what decides the split; shapes of equal surfaces have the same
   std::string sha256;       ///< of the file; "" for generated shapes
   solvers::ShapeSignature signature;   ///< of the file; empty where it cannot be read

@@ -47,7 +47,7 @@ FoundMesh from_json(const json& found) {
   return mesh;
 }
 
-/// Paths by pattern, as rank 0 sees them.
+/// Paths by files_key(), as rank 0 sees them.
 std::map<std::string, std::vector<std::string>> look_up(std::span<const LoadedBuild> builds,
                                                         MPI_Comm world) {
   std::map<std::string, std::vector<std::string>> paths;
@@ -55,9 +55,8 @@ std::map<std::string, std::vector<std::string>> look_up(std::span<const LoadedBu
     if (mpi::rank(world) != 0) return;
     for (const LoadedBuild& build : builds) {
       for (const ObjectSource& object : build.config.objects) {
-        if (!object.family.empty() || paths.contains(object.pattern)) continue;
-        std::vector<std::string>& found = paths[object.pattern];
-        for (const auto& path : core::glob_files(object.pattern)) found.push_back(path.string());
+        if (!object.family.empty() || paths.contains(files_key(object))) continue;
+        paths[files_key(object)] = object_files(object);
       }
     }
   });
@@ -96,21 +95,20 @@ void check_sizes(const std::set<std::string>& paths, MPI_Comm world) {
 }  // namespace
 
 SharedMeshes::SharedMeshes(std::span<const LoadedBuild> builds, MPI_Comm world) {
-  const auto by_pattern = look_up(builds, world);
+  const auto by_key = look_up(builds, world);
   std::set<std::string> paths;
-  for (const auto& [pattern, found] : by_pattern) paths.insert(found.begin(), found.end());
+  for (const auto& [key, found] : by_key) paths.insert(found.begin(), found.end());
   const std::map<std::string, FoundMesh> meshes = read_together(paths, world);
   check_sizes(paths, world);
-  for (const auto& [pattern, found] : by_pattern) {
-    std::vector<FoundMesh>& list = by_pattern_[pattern];
+  for (const auto& [key, found] : by_key) {
+    std::vector<FoundMesh>& list = by_key_[key];
     for (const std::string& path : found) list.push_back(meshes.at(path));
   }
 }
 
 FindMeshes SharedMeshes::of(const BuildConfig& config) const {
-  return [this, &config](std::size_t object) {
-    return by_pattern_.at(config.objects[object].pattern);
-  };
+  return
+      [this, &config](std::size_t object) { return by_key_.at(files_key(config.objects[object])); };
 }
 
 }  // namespace carillon::cli

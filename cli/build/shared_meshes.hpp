@@ -11,7 +11,7 @@
 
 namespace carillon::cli {
 
-/// Mesh files of builds, by the pattern that finds them.
+/// Mesh files of builds, by the entry of `objects:` that finds them.
 class SharedMeshes {
  public:
   /// Looks the files of all builds up on rank 0 and reads each once: the ranks share the reading,
@@ -25,7 +25,7 @@ class SharedMeshes {
   FindMeshes of(const BuildConfig& config) const;
 
  private:
-  std::map<std::string, std::vector<FoundMesh>> by_pattern_;
+  std::map<std::string, std::vector<FoundMesh>> by_key_;
 };
 
 }  // namespace carillon::cli

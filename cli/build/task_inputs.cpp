@@ -18,6 +18,7 @@ std::string without_growth(const BuildConfig& config) {
   root.remove("limits");  // they decide what fails and no value
   root.remove("objects");
   root.remove("materials");
+  root.remove("variants");
   if (root["strikes"].IsMap()) root["strikes"].remove("per_object");
   if (root["motion"].IsMap()) root["motion"].remove("takes");
   return YAML::Dump(root);

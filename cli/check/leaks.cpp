@@ -115,6 +115,9 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
     distinct += first == s && parts.contains(shapes[s].id) ? 1 : 0;
     const auto here = parts.find(shapes[s].id), there = parts.find(shapes[first].id);
     if (here == parts.end() || there == parts.end() || here->second == there->second) continue;
+    // Copies between given parts are theirs who gave them.
+    const std::string &one = shapes[s].given_part, &other = shapes[first].given_part;
+    if (!one.empty() && !other.empty() && one != other) continue;
     items.push_back(fmt::format("{} ({}) and {} ({}) are the same shape", shapes[first].id,
                                 there->second, shapes[s].id, here->second));
   }

@@ -75,6 +75,7 @@ std::vector<std::string> find_inputs(const StoredDataset& dataset) {
     if (objects[i].has("svg") && !kept(key + "svg"))
       add_if(key + "svg", objects[i].text("svg"), false);
     if (objects[i].has("mesh")) add_if(key + "mesh", objects[i].text("mesh"), true);
+    if (objects[i].has("modelnet")) add_if(key + "modelnet", objects[i].text("modelnet"), false);
   }
   if (root.has("motion")) {
     core::ConfigNode motion = root.child("motion");

@@ -102,8 +102,11 @@ std::string why_solve(const StoredDataset& dataset, const LoadedBuild& build, co
 /// A mesh file where it is now.
 Shape with_mesh(const StoredDataset& dataset, Shape shape, const BuildConfig& config) {
   if (shape.path.empty() || fs::is_regular_file(shape.path)) return shape;
-  const fs::path found = fs::path(config.objects[shape.source].pattern).parent_path() /
-                         fs::path(shape.path).filename();
+  const ObjectSource& source = config.objects[shape.source];
+  fs::path folder = fs::path(source.pattern).parent_path();
+  if (source.modelnet)
+    folder = folder.parent_path().parent_path() / shape.family / shape.given_part;
+  const fs::path found = folder / fs::path(shape.path).filename();
   if (!fs::is_regular_file(found)) {
     throw InputError(
         fmt::format("{}: its modes must be solved again, and its mesh {} is not there", shape.id,

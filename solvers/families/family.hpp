@@ -11,8 +11,9 @@ namespace carillon::solvers {
 std::vector<Family> box_families();
 std::vector<Family> round_families();
 std::vector<Family> vessel_families();
+std::vector<Family> hollow_families();
+std::vector<Family> ball_families();
 Family wrench_family();
-Family sphere_family();
 Family turned_family();
 
 /// Value of a parameter of a checked shape.

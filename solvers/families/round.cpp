@@ -29,6 +29,24 @@ Meridian disc_meridian(const GeneratedShape& shape) {
   return shell_meridian(disc(shape));
 }
 
+/// A disc of any thickness, in layers.
+Shell cylinder(const GeneratedShape& shape) {
+  return disc({"disc",
+               {{"radius", parameter(shape, "radius")}, {"thickness", parameter(shape, "length")}},
+               {}});
+}
+
+MeshResult mesh_cylinder(const GeneratedShape& shape, const MeshOptions& options) {
+  check_parameters(shape);
+  return mesh_shell(cylinder(shape), options);
+}
+
+Meridian cylinder_meridian(const GeneratedShape& shape) {
+  check_parameters(shape);
+  // A shell's joints would fall together where the wall is thicker than the radius.
+  return rectangular_meridian({0, parameter(shape, "radius")}, {0, parameter(shape, "length")});
+}
+
 /// Hollow cylinder about z, [0, length] along it: cells around, along and through the wall, layers
 /// along the shorter of the last two.
 MeshResult mesh_annulus(double inner, double outer, double length, const MeshOptions& options) {
@@ -114,6 +132,12 @@ std::vector<Family> round_families() {
            check_parameters,
            mesh_disc,
            disc_meridian},
+          {"cylinder",
+           "solid cylinder",
+           {{"radius", 0.02, 0.05, "[m]"}, {"length", 0.05, 0.15, "along z [m]"}},
+           check_parameters,
+           mesh_cylinder,
+           cylinder_meridian},
           {"tube",
            "round tube, open at both ends",
            {{"radius", 0.01, 0.04, "outer radius [m]"},

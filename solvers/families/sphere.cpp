@@ -91,6 +91,21 @@ MeshResult mesh_sphere(const GeneratedShape& shape, const MeshOptions& options) 
   return finish(std::move(mesh), straightened);
 }
 
+/// A ball of the same volume, drawn out along the axes.
+MeshResult mesh_pebble(const GeneratedShape& shape, const MeshOptions& options) {
+  check_parameters(shape);
+  const Vec3 half =
+      Vec3(parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "height")) / 2;
+  const double radius = std::cbrt(half.prod());
+  MeshOptions of_ball = options;
+  of_ball.element_size *= radius / half.maxCoeff();
+  MeshResult ball = mesh_sphere({"sphere", {{"radius", radius}}, {}}, of_ball);
+  const Vec3 stretch = half / radius;
+  for (auto* nodes : {&ball.mesh.nodes, &ball.mesh.finer_nodes, &ball.mesh.finer_gaps})
+    for (Vec3& node : *nodes) node = node.cwiseProduct(stretch);
+  return finish(std::move(ball.mesh), ball.quality.straightened);
+}
+
 Meridian sphere_meridian(const GeneratedShape& shape) {
   check_parameters(shape);
   return ball_meridian(parameter(shape, "radius"));
@@ -98,13 +113,20 @@ Meridian sphere_meridian(const GeneratedShape& shape) {
 
 }  // namespace
 
-Family sphere_family() {
-  return {"sphere",
-          "solid ball about the origin",
-          {{"radius", 0.01, 0.06, "[m]"}},
-          check_parameters,
-          mesh_sphere,
-          sphere_meridian};
+std::vector<Family> ball_families() {
+  return {{"sphere",
+           "solid ball about the origin",
+           {{"radius", 0.01, 0.06, "[m]"}},
+           check_parameters,
+           mesh_sphere,
+           sphere_meridian},
+          {"pebble",
+           "solid ellipsoid about the origin",
+           {{"length", 0.05, 0.12, "along x [m]"},
+            {"width", 0.04, 0.08, "along y [m]"},
+            {"height", 0.03, 0.06, "along z [m]"}},
+           check_parameters,
+           mesh_pebble}};
 }
 
 }  // namespace carillon::solvers

@@ -1,0 +1,129 @@
+// Closed bodies with a hollow inside. From outside they look like the solid ones: block, cylinder
+// and pebble.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/families/cube_grid.hpp"
+#include "solvers/families/family.hpp"
+#include "solvers/families/sizing.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+Vec3 sides_of(const GeneratedShape& shape) {
+  return {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "height")};
+}
+
+void check_box(const GeneratedShape& shape) {
+  check_parameters(shape);
+  require(4 * parameter(shape, "wall") <= sides_of(shape).minCoeff(), shape,
+          "the wall must not be thicker than a quarter of the shortest side");
+}
+
+/// Where the block of these sides lies, its walls mitred along the edges.
+MeshResult mesh_hollow_box(const GeneratedShape& shape, const MeshOptions& options) {
+  check_box(shape);
+  const Vec3 sides = sides_of(shape);
+  const double wall = parameter(shape, "wall");
+  const auto cells = [&](double cell) {
+    return std::array{cells_along(sides.x(), cell), cells_along(sides.y(), cell),
+                      cells_along(sides.z(), cell)};
+  };
+  const auto count = [&](double cell) {
+    return 6 * cube_cells(cells(cell)) * layers_through(wall, cell, options);
+  };
+  const double cell = cell_size(options, wall, sides.maxCoeff(), count);
+  const Vec3 half = sides / 2;
+  return finish(extrude(cube_grid(cells(cell)), layers_through(wall, cell, options), options.order,
+                        [=](const Vec2& chart, double t) -> Vec3 {
+                          const Vec3 reach = half.array() - (1 - t) * wall;
+                          return on_cube(chart).cwiseProduct(reach) + Vec3(0, 0, half.z());
+                        }));
+}
+
+void check_can(const GeneratedShape& shape) {
+  check_parameters(shape);
+  const double wall = parameter(shape, "wall");
+  require(2 * wall <= parameter(shape, "radius"), shape,
+          "the wall must not be thicker than half the radius");
+  require(4 * wall <= parameter(shape, "length"), shape,
+          "the wall must not be thicker than a quarter of the length");
+}
+
+GeneratedShape turned_can(const GeneratedShape& shape) {
+  check_can(shape);
+  const double r = parameter(shape, "radius"), h = parameter(shape, "length");
+  const double w = parameter(shape, "wall");
+  return {"turned",
+          {},
+          {{0, 0}, {r, 0}, {r, h}, {0, h}, {0, h - w}, {r - w, h - w}, {r - w, w}, {0, w}}};
+}
+
+MeshResult mesh_can(const GeneratedShape& shape, const MeshOptions& options) {
+  return turned_family().mesh(turned_can(shape), options);
+}
+
+Meridian can_meridian(const GeneratedShape& shape) {
+  return turned_family().meridian(turned_can(shape));
+}
+
+/// Cells of a cube's surface blown up to an ellipsoid, of nearly equal angles.
+MeshResult mesh_bauble(const GeneratedShape& shape, const MeshOptions& options) {
+  check_box(shape);
+  const Vec3 half = sides_of(shape) / 2;
+  const double wall = parameter(shape, "wall");
+  // Where the long axis ends the surface bends with the smallest radius.
+  const double tightest = std::pow(half.minCoeff(), 2) / half.maxCoeff();
+  const auto cells = [&](double cell) {
+    const double longest = std::min(cell, max_chord(half.minCoeff(), wall));
+    const auto along = [&](double reach) {
+      const double by_bend = std::numbers::pi / 2 * std::sqrt(reach / tightest) / max_element_angle;
+      return std::max(cells_along(reach * std::numbers::pi / 2, longest),
+                      static_cast<int>(std::ceil(by_bend * (1 - 1e-9))));
+    };
+    return std::array{along(half.x()), along(half.y()), along(half.z())};
+  };
+  const auto count = [&](double cell) {
+    return 6 * cube_cells(cells(cell)) * layers_through(wall, cell, options);
+  };
+  const double cell = cell_size(options, wall, 2 * half.maxCoeff(), count);
+  return finish(extrude(cube_grid(cells(cell)), layers_through(wall, cell, options), options.order,
+                        [=](const Vec2& chart, double t) -> Vec3 {
+                          const Vec3 even = (on_cube(chart).array() * (std::numbers::pi / 4)).tan();
+                          const Vec3 reach = half.array() - (1 - t) * wall;
+                          return even.normalized().cwiseProduct(reach);
+                        }));
+}
+
+}  // namespace
+
+std::vector<Family> hollow_families() {
+  return {{"box",
+           "hollow rectangular box, closed all around: a block from outside",
+           {{"length", 0.05, 0.15, "along x [m]"},
+            {"width", 0.04, 0.1, "along y [m]"},
+            {"height", 0.03, 0.08, "along z [m]"},
+            {"wall", 0.0015, 0.005, "thickness [m]"}},
+           check_box,
+           mesh_hollow_box},
+          {"can",
+           "hollow cylinder, closed at both ends: a cylinder from outside",
+           {{"radius", 0.02, 0.05, "[m]"},
+            {"length", 0.05, 0.15, "along z [m]"},
+            {"wall", 0.0015, 0.005, "thickness [m]"}},
+           check_can,
+           mesh_can,
+           can_meridian},
+          {"bauble",
+           "hollow ellipsoid about the origin: a pebble from outside",
+           {{"length", 0.05, 0.12, "along x [m]"},
+            {"width", 0.04, 0.08, "along y [m]"},
+            {"height", 0.03, 0.06, "along z [m]"},
+            {"wall", 0.0015, 0.005, "thickness at the ends of the axes [m]"}},
+           check_box,
+           mesh_bauble}};
+}
+
+}  // namespace carillon::solvers
