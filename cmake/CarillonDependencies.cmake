@@ -26,10 +26,7 @@ carillon_pkg_config(OSMESA osmesa)
 carillon_pkg_config(NLOPT nlopt)
 carillon_pkg_config(BULLET bullet-float64)
 
-# Dense products of Eigen go to BLAS, whose kernels fit the machine at run time.
-add_library(carillon_blas INTERFACE)
-target_link_libraries(carillon_blas INTERFACE BLAS::BLAS)
-target_compile_definitions(carillon_blas INTERFACE EIGEN_USE_BLAS)
+target_link_libraries(carillon_options INTERFACE BLAS::BLAS)
 
 carillon_find(carillon_metis METIS LIBRARY metis HEADER metis.h)
 carillon_find(carillon_gmsh GMSH LIBRARY gmsh HEADER gmsh.h)

@@ -32,6 +32,9 @@ if(NOT SLEPC_FOUND)
     "SLEPC_DIR and, for a PETSc that was not installed, PETSC_ARCH. ${CARILLON_FIND_HELP}")
 endif()
 
+# What its own sources were compiled with is no concern of ours.
+set_property(TARGET PkgConfig::SLEPC PROPERTY INTERFACE_COMPILE_OPTIONS)
+
 # Real numbers in double precision, with MPI.
 include(CheckCSourceCompiles)
 set(CMAKE_REQUIRED_INCLUDES ${SLEPC_INCLUDE_DIRS} ${MPI_C_INCLUDE_DIRS})

@@ -2,13 +2,12 @@
 
 #include <dlfcn.h>
 #include <fmt/core.h>
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <memory>
-
-extern "C" void dgemm_();
 
 namespace carillon::solvers {
 namespace {

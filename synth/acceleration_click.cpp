@@ -19,7 +19,7 @@ namespace carillon::synth {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Time constants after which a free click is over: 1e-11 of it is left.
 constexpr double kFree = 25;
@@ -55,7 +55,7 @@ class SphereResponse {
   double impulse(double t) const {
     if (sampled_) return sampled_->impulse(t);
     if (t >= duration_) return 1;
-    return t / duration_ - std::sin(2 * kPi * t / duration_) / (2 * kPi);
+    return t / duration_ - std::sin(2 * pi * t / duration_) / (2 * pi);
   }
 
   double rate_;
@@ -132,9 +132,9 @@ Vec3 equivalent_radii(const Vec3& semi_axes) {
   Vec3 radii;
   for (int i = 0; i < 3; ++i) {
     // The three alphas sum to 2: nothing cancels in 2 - alpha_i for flat bodies.
-    const double volume = 4 * kPi / 3 * product;
+    const double volume = 4 * pi / 3 * product;
     const double moved = 2 * volume / (alpha[(i + 1) % 3] + alpha[(i + 2) % 3]);
-    radii[i] = longest * std::cbrt(moved / (2 * kPi));
+    radii[i] = longest * std::cbrt(moved / (2 * pi));
   }
   return radii;
 }
@@ -170,7 +170,7 @@ std::vector<float> acceleration_click(const RigidSource& source, const Vec3& imp
     const double cosine = source.axes.col(axis).dot(offset) / distance;
     if (along == 0 || cosine == 0) continue;
     const double radius = source.radii[axis];
-    const double mass = source.mass + kAirDensity * 2 * kPi / 3 * radius * radius * radius;
+    const double mass = source.mass + kAirDensity * 2 * pi / 3 * radius * radius * radius;
     const double factor =
         kAirDensity * cosine * radius * kSoundSpeed * kSoundSpeed * (along / mass) * sample_rate;
     const SphereResponse response(radius, force);

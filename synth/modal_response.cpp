@@ -11,7 +11,7 @@ namespace carillon::synth {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Poles nearer than this share of d are treated as one pair: a sum of two exponentials would lose
 /// more than a digit.
@@ -30,7 +30,7 @@ Complex exponential_difference(const Complex& x, const Complex& exp_x, const Com
 
 /// I(s, t): convolution of the unit raised cosine with exp(s t), 0 <= t <= T.
 Complex convolution(const Complex& s, double contact_time, double t) {
-  const double turn = 2 * kPi * (t / contact_time);
+  const double turn = 2 * pi * (t / contact_time);
   const Complex x = s * t;
   const Complex exp_x = std::exp(x);
   const Complex up(std::cos(turn), std::sin(turn));
@@ -44,25 +44,25 @@ Complex convolution(const Complex& s, double contact_time, double t) {
 /// both are taken relative to it.
 Complex pulse_transform(const Complex& s, double contact_time) {
   const Complex x = s * contact_time;
-  if (std::abs(x.imag()) < kPi) {
-    return phi1(x) * (2 * kPi / (x - Complex(0, 2 * kPi))) * (2 * kPi / (x + Complex(0, 2 * kPi)));
+  if (std::abs(x.imag()) < pi) {
+    return phi1(x) * (2 * pi / (x - Complex(0, 2 * pi))) * (2 * pi / (x + Complex(0, 2 * pi)));
   }
-  const Complex zero(0, std::copysign(2 * kPi, x.imag()));
+  const Complex zero(0, std::copysign(2 * pi, x.imag()));
   const Complex offset = x - zero;
   // exp(x) = exp(offset), so that phi1(x) = offset phi1(offset) / x.
-  return phi1(offset) * (2 * kPi / x) * (2 * kPi / (offset + 2.0 * zero));
+  return phi1(offset) * (2 * pi / x) * (2 * pi / (offset + 2.0 * zero));
 }
 
 }  // namespace
 
 double contact_force(double contact_time, double t) {
   if (!(contact_time > 0) || t < 0 || t > contact_time) return 0;
-  const double sine = std::sin(kPi * (t / contact_time));
+  const double sine = std::sin(pi * (t / contact_time));
   return 2 * sine * sine / contact_time;
 }
 
 double slow_share(double omega, double contact_time) {
-  return 1 / (1 + std::pow(2 * kPi / (omega * contact_time), 8));
+  return 1 / (1 + std::pow(2 * pi / (omega * contact_time), 8));
 }
 
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contact_time)
@@ -72,7 +72,7 @@ ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contac
   slow_share_ = given_ ? 0 : slow_share(std::sqrt(eigenvalue), contact_time);
   if (given_ || near_critical_) return;
   const Complex first = first_pole() * contact_time;
-  contact_splits_ = std::abs(first) >= kApart && std::abs(first - Complex(0, 2 * kPi)) >= kApart;
+  contact_splits_ = std::abs(first) >= kApart && std::abs(first - Complex(0, 2 * pi)) >= kApart;
 }
 
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const ModalMotion& at_end)
@@ -125,7 +125,7 @@ ModalMotion ModalResponse::during_contact(double t) const {
     const double radius = 2 / t;
     const double split_squared = oscillates_ ? -split_ * split_ : split_ * split_;
     for (int k = 0; k < kPoints; ++k) {
-      const Complex offset = std::polar(radius, kPi * (k + 0.5) / kPoints);
+      const Complex offset = std::polar(radius, pi * (k + 0.5) / kPoints);
       const Complex s = -decay_rate_ + offset;
       const Complex term =
           convolution(s, contact_time_, t) * offset / (offset * offset - split_squared);
@@ -142,7 +142,7 @@ ModalMotion ModalResponse::during_contact(double t) const {
     q = (first - second) / (2 * split_);
     v = (first_pole().real() * first - second_pole().real() * second) / (2 * split_);
   }
-  const double turn = 2 * kPi / contact_time_;
+  const double turn = 2 * pi / contact_time_;
   return {q, v, contact_force(contact_time_, t) - 2 * decay_rate_ * v - eigenvalue_ * q,
           slow_share_ * turn * std::sin(turn * t) / contact_time_};
 }
@@ -209,15 +209,14 @@ std::array<Partial, 2> ModalResponse::contact_partials(const Weights& weights) c
   // The part of I(s, t) with exp(s t): Omega^2 / (s T (s^2 + Omega^2)), Omega = 2 pi / T.
   const auto transform = [&](const Complex& s) {
     const Complex x = s * contact_time_;
-    return (1.0 / x) * (2 * kPi / (x - Complex(0, 2 * kPi))) *
-           (2 * kPi / (x + Complex(0, 2 * kPi)));
+    return (1.0 / x) * (2 * pi / (x - Complex(0, 2 * pi))) * (2 * pi / (x + Complex(0, 2 * pi)));
   };
   return partials_of(weights,
                      {transform(first_pole()), oscillates_ ? 0 : transform(second_pole())});
 }
 
 ForcedMotion ModalResponse::forced_motion(const Weights& weights) const {
-  const Complex frequency(0, 2 * kPi / contact_time_);
+  const Complex frequency(0, 2 * pi / contact_time_);
   const Complex response = 1.0 / ((frequency - first_pole()) * (frequency - second_pole()));
   const Complex power =
       weights.displacement + frequency * (weights.velocity + frequency * weights.acceleration);

@@ -14,7 +14,7 @@ namespace carillon::synth {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Depth of the sources: this share of the distance between layers, and of the largest ball inside
 /// that touches the surface there, so that walls hold them in their middle and edges are not met.
@@ -32,14 +32,14 @@ constexpr int kDirections = 200;
 
 double monopole_flux(const Vec3& from_source, const Vec3& area) {
   const double r = from_source.norm();
-  return -from_source.dot(area) / (4 * kPi * r * r * r);
+  return -from_source.dot(area) / (4 * pi * r * r * r);
 }
 
 double dipole_flux(const Vec3& from_source, const Vec3& area, const Vec3& direction) {
   const double r2 = from_source.squaredNorm();
   const double r3 = r2 * std::sqrt(r2);
   return (area.dot(direction) - 3 * from_source.dot(area) * from_source.dot(direction) / r2) /
-         (4 * kPi * r3);
+         (4 * pi * r3);
 }
 
 /// Static flux through patches: by points where they are far apart, exact where they are near.
@@ -82,11 +82,11 @@ void add_static_flux(const OuterTriangles& surface, SourceLayers& layers) {
           gradient += solid_angle_gradient(corner(a, point), corner(b, point), core);
         }
         const double dipole =
-            -gradient.dot(layers.directions[static_cast<std::size_t>(t)]) / (4 * kPi);
+            -gradient.dot(layers.directions[static_cast<std::size_t>(t)]) / (4 * pi);
         for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(layers.strengths, t);
              entry; ++entry) {
           layers.static_dipoles(row, entry.col()) += dipole * entry.value();
-          layers.static_monopoles(row, entry.col()) += -angle / (4 * kPi) * entry.value();
+          layers.static_monopoles(row, entry.col()) += -angle / (4 * pi) * entry.value();
         }
       }
     }
@@ -169,7 +169,7 @@ Eigen::MatrixXcd layer_fluxes(const SourceLayers& layers, double wavenumber) {
       const double across = patches.normals[i].dot(direction);
       const WaveParts wave_part = wave_parts(wavenumber * r);
       const double turned = along * way.dot(direction) / r;
-      const double scale = patches.areas[i] / (4 * kPi * r * r);
+      const double scale = patches.areas[i] / (4 * pi * r * r);
       const double real =
           (wave_part.first_real * across - wave_part.second_real * turned) / r -
           along * (monopoles.real() * wave_part.first_real - wavenumber * wave_part.first_imag);
@@ -196,7 +196,7 @@ Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
   for (int i = 0; i < kDirections; ++i) {
     // Points of a spiral (Saff and Kuijlaars 1997), equal in area.
     const double z = 1 - (2 * i + 1.0) / kDirections;
-    const double turn = kPi * (3 - std::sqrt(5.0)) * i;
+    const double turn = pi * (3 - std::sqrt(5.0)) * i;
     const double across = std::sqrt(1 - z * z);
     const Vec3 way(across * std::cos(turn), across * std::sin(turn), z);
     for (Eigen::Index j = 0; j < count; ++j) {
@@ -210,7 +210,7 @@ Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
   const Eigen::MatrixXcd pressures = rays * (layers.patch_strengths * strengths);
   // |p|^2 r^2 / (2 rho c) over the sphere, p r = sum / (4 pi).
   return pressures.colwise().squaredNorm().transpose() /
-         (8 * kPi * kAirDensity * kSoundSpeed * kDirections);
+         (8 * pi * kAirDensity * kSoundSpeed * kDirections);
 }
 
 }  // namespace carillon::synth

@@ -13,7 +13,7 @@ namespace carillon::synth {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A hollow tighter than the striker is met as if 1/R were this share of the striker's.
 constexpr double kTightestHollow = 0.1;
@@ -45,7 +45,7 @@ Striker ball(std::string name, const Material& material, double radius, double r
 }  // namespace
 
 double ball_mass(double radius, double density) {
-  return density * 4 * kPi / 3 * radius * radius * radius;
+  return density * 4 * pi / 3 * radius * radius * radius;
 }
 
 const std::vector<Striker>& preset_strikers() {

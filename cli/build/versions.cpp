@@ -1,4 +1,3 @@
-#include <CGAL/version.h>
 #include <fftw3.h>
 #include <fmt/format.h>
 #include <gmsh.h>
@@ -24,7 +23,7 @@ nlohmann::json library_versions() {
        fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
       {"hdf5", fmt::format("{}.{}.{}", H5_VERS_MAJOR, H5_VERS_MINOR, H5_VERS_RELEASE)},
       {"fftw", std::string(fftw_version)},
-      {"cgal", CGAL_VERSION_STR},
+      {"cgal", CARILLON_CGAL_VERSION},
       {"gmsh", GMSH_API_VERSION},
       {"mpi", mpi_text.substr(0, mpi_text.find(','))}};
   for (const auto& [library, version] : solvers::library_versions()) versions[library] = version;
