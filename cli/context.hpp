@@ -41,7 +41,6 @@ void add_build(CLI::App& program, Context& context);
 void add_check(CLI::App& program, Context& context);
 void add_compare(CLI::App& program, Context& context);
 void add_estimate(CLI::App& program, Context& context);
-void add_evaluate(CLI::App& program, Context& context);
 void add_features(CLI::App& program, Context& context);
 void add_fit(CLI::App& program, Context& context);
 void add_inspect(CLI::App& program, Context& context);

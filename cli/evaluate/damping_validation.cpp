@@ -40,12 +40,12 @@ class Run {
         context_(context),
         store_(datasets, sounds_, validation.keep_reverberant) {}
 
-  int run();
+  EvaluationEnd run();
 
  private:
   StageEnd find_features();
   StageEnd fit();
-  void finish(double seconds);
+  ordered_json finish(double seconds);
   bool keep_stage(const char* name, const StageEnd& end);
 
   const DampingValidation& validation_;
@@ -157,7 +157,8 @@ StageEnd Run::fit() {
 }
 
 /// Tables, files and the picture.
-void Run::finish(double seconds) {
+/// @return what --json prints, on rank 0
+ordered_json Run::finish(double seconds) {
   const double start = core::monotonic_seconds();
   ordered_json document = damping_document(validation_, datasets_, fits_, results_, context_.world);
   document["failures"] = failures_;
@@ -176,13 +177,11 @@ void Run::finish(double seconds) {
     timing_["damping_s"] = seconds + core::monotonic_seconds() - start;
     core::write_text_durably(folder_ / "damping-trace.json",
                              ordered_json{{"timing", timing_}, {"tasks_run", ran_}}.dump(1) + "\n");
-    if (context_.json) {
-      document["output"] = folder_.string();
-      document["tasks_run"] = ran_;
-      document["timing"] = timing_;
-      document["interrupted"] = false;
-      fmt::print("{}\n", document.dump(1));
-    } else {
+    document["output"] = folder_.string();
+    document["tasks_run"] = ran_;
+    document["timing"] = timing_;
+    document["interrupted"] = false;
+    if (!context_.json) {
       fmt::print("{}", damping_text(validation_, document));
       for (const auto& [name, value] : timing_.items()) {
         if (name.ends_with("_rank_s")) continue;
@@ -198,19 +197,26 @@ void Run::finish(double seconds) {
     }
     if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
   });
+  return document;
 }
 
-int Run::run() {
+EvaluationEnd Run::run() {
   const double start = core::monotonic_seconds();
-  if (!keep_stage("features", find_features())) return exit_interrupted;
-  if (!keep_stage("fits", fit())) return exit_interrupted;
-  finish(core::monotonic_seconds() - start);
-  return failures_.empty() ? exit_done : exit_failures;
+  if (!keep_stage("features", find_features())) return {exit_interrupted};
+  if (!keep_stage("fits", fit())) return {exit_interrupted};
+  ordered_json document = finish(core::monotonic_seconds() - start);
+  return {failures_.empty() ? exit_done : exit_failures, std::move(document)};
 }
 
 }  // namespace
 
-RunEvaluation read_damping_validation(core::ConfigNode& node, const EvaluatedDatasets& datasets) {
+RunEvaluation read_damping_validation(core::ConfigNode& node, core::ConfigNode&,
+                                      const EvaluatedDatasets& datasets) {
+  for (const Condition& condition : datasets.conditions()) {
+    if (condition.build != nullptr) continue;
+    node.fail("", fmt::format("the damping of {} is not known", condition.folder.string()),
+              "damping validation builds its own datasets: give objects and materials, not `data`");
+  }
   return [validation = read_damping_config(node, datasets), &datasets](const fs::path& folder,
                                                                        const Context& context) {
     return Run(validation, datasets, folder, context).run();

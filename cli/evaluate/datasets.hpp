@@ -9,17 +9,20 @@
 
 namespace carillon::cli {
 
-/// One dataset that is evaluated: a variant of a sweep, or the build itself.
+/// One dataset that is evaluated: a variant of a sweep, the build itself, or a folder that is
+/// there.
 struct Condition {
   std::string name;  ///< the variant's values, "noise and room"; of a build its own
   std::filesystem::path folder;
-  const LoadedBuild* build = nullptr;
+  std::string place{};                 ///< folder among those of its sweep; "" where it is alone
+  const LoadedBuild* build = nullptr;  ///< null: the configuration does not build it
 };
 
-/// The datasets of a configuration, before or after they are built.
+/// The datasets of a configuration, before or after they are built; with a key `data` the dataset
+/// whose folder it names.
 class EvaluatedDatasets {
  public:
-  /// Reads the configuration and plans every dataset.
+  /// Reads the configuration and plans every dataset that is its own.
   /// @throws ConfigError, InputError, FileError  on every rank alike
   /// @note Collective on world.
   EvaluatedDatasets(const BuildOptions& options, MPI_Comm world);
@@ -39,6 +42,8 @@ class EvaluatedDatasets {
   int build(const Context& context) const;
 
  private:
+  void plan(MPI_Comm world);
+
   BuildOptions options_;
   std::string name_;
   std::filesystem::path output_;

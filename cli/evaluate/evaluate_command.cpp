@@ -13,36 +13,46 @@ namespace carillon::cli {
 
 namespace {
 
-constexpr EvaluationSection sections[] = {{"damping", read_damping_validation}};
+using nlohmann::ordered_json;
+
+using Sections = std::span<const EvaluationSection>;
+
+struct AskedSection {
+  const char* name;
+  RunEvaluation run;
+};
 
 /// What every section of the configuration asks for, in the order of the list.
-std::vector<RunEvaluation> read_sections(const BuildOptions& options,
-                                         const EvaluatedDatasets& datasets, MPI_Comm world) {
+std::vector<AskedSection> read_sections(const BuildOptions& options, Sections sections,
+                                        const EvaluatedDatasets& datasets, MPI_Comm world) {
   const std::string text = shared_text(options.config, world);
-  std::vector<RunEvaluation> asked;
+  std::vector<AskedSection> asked;
   mpi::agreed(world, [&] {
     core::ConfigNode root = core::ConfigNode::parse(text, options.config, options.overrides);
     if (!root.has("evaluate")) {
       root.fail("evaluate", "says what is to be found out, and is missing",
-                "for example evaluate: {damping: {}}; docs/damping-validation.md");
+                "for example evaluate: {damping: {}} (docs/damping-validation.md) or "
+                "{classification: {}} (docs/learning.md)");
     }
     core::ConfigNode node = root.child("evaluate");
-    for (const EvaluationSection& section : evaluation_sections()) {
+    for (const EvaluationSection& section : sections) {
       if (!node.has(section.name)) continue;
       core::ConfigNode own = node.child(section.name);
-      asked.push_back(section.read(own, datasets));
+      asked.push_back({section.name, section.read(own, root, datasets)});
     }
     node.finish();
-    if (asked.empty()) root.fail("evaluate", "asks for nothing", "give it a section: damping: {}");
+    if (asked.empty())
+      root.fail("evaluate", "asks for nothing",
+                "give it a section: damping: {} or classification: {}");
   });
   return asked;
 }
 
 /// @return the exit code, the same on every rank
-int run_evaluate(BuildOptions options, const Context& context) {
+int run_evaluate(BuildOptions options, Sections sections, const Context& context) {
   options.tell = !context.json;
   const EvaluatedDatasets datasets(options, context.world);
-  const std::vector<RunEvaluation> asked = read_sections(options, datasets, context.world);
+  const std::vector<AskedSection> asked = read_sections(options, sections, datasets, context.world);
   int exit_code = datasets.build(context);
   if (exit_code == exit_interrupted) return exit_code;
   const mpi::FolderLock lock(datasets.output(), context.world, lock_patience_s);
@@ -53,21 +63,24 @@ int run_evaluate(BuildOptions options, const Context& context) {
     std::filesystem::create_directories(folder, error);
     if (error) throw core::FileError(fmt::format("{}: {}", folder.string(), error.message()));
   });
-  for (const RunEvaluation& run : asked) {
-    const int code = run(folder, context);
+  ordered_json documents = ordered_json::object();
+  for (const AskedSection& section : asked) {
+    EvaluationEnd end = section.run(folder, context);
+    const int code = end.exit_code;
     if (code == exit_interrupted) return code;
+    documents[section.name] = std::move(end.document);
     if (code != exit_done) exit_code = code;
+  }
+  if (context.json && context.speaks()) {
+    // One section's document stands for itself.
+    fmt::print("{}\n", (asked.size() == 1 ? documents[asked[0].name] : documents).dump(1));
   }
   return exit_code;
 }
 
 }  // namespace
 
-std::span<const EvaluationSection> evaluation_sections() {
-  return sections;
-}
-
-void add_evaluate(CLI::App& program, Context& context) {
+void add_evaluate(CLI::App& program, Context& context, Sections sections) {
   CLI::App* command = program.add_subcommand(
       "evaluate",
       "datasets, and what can be learnt back from their sounds; carries on where an "
@@ -87,8 +100,11 @@ void add_evaluate(CLI::App& program, Context& context) {
       "  mpirun -n 4 carillon evaluate configs/damping-validation.yaml\n"
       "  carillon evaluate configs/damping-validation.yaml --set strikes.per_object=20 \\\n"
       "    --set 'evaluate.damping.sounds=[1, 5, 20]' --output small\n"
-      "What was found lies in OUTPUT/evaluation: docs/damping-validation.md.");
-  command->callback([&context, options] { context.exit_code = run_evaluate(*options, context); });
+      "  mpirun -n 2 carillon evaluate configs/learning-smoke.yaml\n"
+      "What was found lies in OUTPUT/evaluation: docs/damping-validation.md, docs/learning.md.");
+  command->callback([&context, options, sections] {
+    context.exit_code = run_evaluate(*options, sections, context);
+  });
 }
 
 }  // namespace carillon::cli

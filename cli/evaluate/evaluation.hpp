@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <span>
 
 #include "cli/context.hpp"
@@ -10,26 +11,35 @@
 
 namespace carillon::cli {
 
+/// How a section ended; the same on every rank.
+struct EvaluationEnd {
+  int exit_code = exit_done;
+  nlohmann::ordered_json document{};  ///< for --json, on rank 0; null where it was interrupted
+};
+
 /// Runs what a section asks for on datasets that are built, and keeps what it finds.
 /// @param folder  `evaluation` of the output, which exists and is locked by this run
-/// @return exit code, the same on every rank
 /// @note Collective on the context's world.
 using RunEvaluation =
-    std::function<int(const std::filesystem::path& folder, const Context& context)>;
+    std::function<EvaluationEnd(const std::filesystem::path& folder, const Context& context)>;
 
 /// One section of `evaluate:`: a question that is put to datasets.
 struct EvaluationSection {
   const char* name;
   /// Reads the section before anything is built; what it returns runs afterwards.
+  /// @param root      the configuration, where the section needs more of it
   /// @param datasets  planned; outlives what is returned
   /// @throws ConfigError
-  RunEvaluation (*read)(core::ConfigNode& node, const EvaluatedDatasets& datasets);
+  RunEvaluation (*read)(core::ConfigNode& node, core::ConfigNode& root,
+                        const EvaluatedDatasets& datasets);
 };
 
-/// Every section that there is. A new one is a file and a line of evaluate_command.cpp.
-std::span<const EvaluationSection> evaluation_sections();
-
 /// `damping`: are damping parameters found again? (docs/damping-validation.md)
-RunEvaluation read_damping_validation(core::ConfigNode& node, const EvaluatedDatasets& datasets);
+RunEvaluation read_damping_validation(core::ConfigNode& node, core::ConfigNode& root,
+                                      const EvaluatedDatasets& datasets);
+
+/// The command, with all sections that a program has.
+/// @param sections  outlive the program's run
+void add_evaluate(CLI::App& program, Context& context, std::span<const EvaluationSection> sections);
 
 }  // namespace carillon::cli

@@ -9,8 +9,12 @@ inline constexpr const char* train_summary =
 
 /// Commands of carillon-learn.
 void add_train(CLI::App& program, Context& context);
+/// With every section.
+void add_full_evaluate(CLI::App& program, Context& context);
 
 /// In their place where there is no carillon-learn: they are listed, and say what is missing.
 void add_missing_train(CLI::App& program, Context& context);
+/// Without the sections that need libtorch.
+void add_plain_evaluate(CLI::App& program, Context& context);
 
 }  // namespace carillon::cli

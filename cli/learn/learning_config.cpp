@@ -156,8 +156,6 @@ eval::TaskSpec read_task(ConfigNode& node, const std::string& name) {
   return task;
 }
 
-}  // namespace
-
 LearningConfig read_learning(ConfigNode& node) {
   LearningConfig config;
   eval::LearningOptions common;
@@ -184,6 +182,20 @@ LearningConfig read_learning(ConfigNode& node) {
   if (config.methods.empty()) {
     node.fail("methods", "names no classifier", "for example methods: {isnn-a: {}}");
   }
+  return config;
+}
+
+}  // namespace
+
+LearningConfig read_train_section(ConfigNode& root) {
+  if (!root.has("train")) {
+    root.fail("train", "says what is learnt by what, and is missing",
+              "for example train: {tasks: {material: {column: material}}, methods: {isnn-a: {}}}; "
+              "docs/learning.md");
+  }
+  ConfigNode node = root.child("train");
+  LearningConfig config = read_learning(node);
+  node.finish();
   return config;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
+#include <cstddef>
 #include <vector>
 
 #include "core/config.hpp"
@@ -17,7 +16,8 @@ struct LearningConfig {
   std::size_t listener = 0;
 };
 
-/// @throws ConfigError
-LearningConfig read_learning(core::ConfigNode& node);
+/// The section `train` of a configuration.
+/// @throws ConfigError  it is missing, or wrong
+LearningConfig read_train_section(core::ConfigNode& root);
 
 }  // namespace carillon::cli

@@ -2,15 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <set>
 
 #include "cli/build/run_builds.hpp"
 #include "cli/learn/commands.hpp"
 #include "cli/learn/learning_config.hpp"
-#include "cli/learn/learning_data.hpp"
-#include "cli/learn/trainings.hpp"
+#include "cli/learn/run_trainings.hpp"
 #include "core/progress.hpp"
-#include "eval/learning/dataset_source.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/folder_lock.hpp"
 #include "mpi/interrupt.hpp"
@@ -26,47 +23,21 @@ LearningConfig read_config(const BuildOptions& options, MPI_Comm world) {
   LearningConfig config;
   mpi::agreed(world, [&] {
     core::ConfigNode root = core::ConfigNode::parse(text, options.config, options.overrides);
-    if (!root.has("train")) {
-      root.fail(
-          "train", "says what is learnt by what, and is missing",
-          "for example train: {tasks: {material: {column: material}}, methods: {isnn-a: {}}}; "
-          "docs/learning.md");
-    }
-    core::ConfigNode node = root.child("train");
-    config = read_learning(node);
-    node.finish();
+    config = read_train_section(root);
   });
   return config;
 }
 
-/// Every method on every task of one source.
-/// @return whether it was interrupted
-bool train_source(const LearningData::Named& named, const LearningConfig& config,
-                  const std::filesystem::path& models, ordered_json& found,
-                  const Context& context) {
-  std::unique_ptr<eval::SampleSource> source;
-  mpi::agreed(context.world, [&] {
-    std::set<std::string> splits;
-    for (const eval::TaskSpec& task : config.tasks) splits.insert(task.split);
-    if (context.speaks()) {
-      for (const std::string& split : splits) require_clean_split(named.folder, split);
-    }
-  });
-  mpi::agreed(context.world,
-              [&] { source = eval::open_dataset_source(named.folder, config.listener); });
-  for (const eval::TaskSpec& task : config.tasks) {
-    for (const eval::Method& method : config.methods) {
-      TrainingJob job = make_job(*source, task, method, models / named.name);
-      if (!named.name.empty()) job.key = named.name + "/" + job.key;
-      const JobEnd end = run_job(job, *source, context);
-      if (end.interrupted) return true;
-      ordered_json line = end.found;
-      line["folder"] = job.folder.string();
-      line["was_there"] = end.was_there;
-      found.push_back(line);
-    }
+ordered_json lines_of(const TrainingsEnd& end) {
+  ordered_json lines = ordered_json::array();
+  for (const TrainedClassifier& trained : end.trained) {
+    ordered_json line = trained.found;
+    line["key"] = trained.job.key;
+    line["folder"] = trained.job.folder.string();
+    line["was_there"] = trained.was_there;
+    lines.push_back(std::move(line));
   }
-  return false;
+  return lines;
 }
 
 void print(const ordered_json& found) {
@@ -88,30 +59,27 @@ void print(const ordered_json& found) {
 int run_train(BuildOptions options, const Context& context) {
   options.tell = !context.json;
   const LearningConfig config = read_config(options, context.world);
-  const LearningData data(options, context.world);
-  const int exit_code = data.build(context);
+  const EvaluatedDatasets datasets(options, context.world);
+  const int exit_code = datasets.build(context);
   if (exit_code == exit_interrupted) return exit_code;
-  const mpi::FolderLock lock(data.output(), context.world, lock_patience_s);
+  const mpi::FolderLock lock(datasets.output(), context.world, lock_patience_s);
   const mpi::InterruptGuard guard;
-  const std::filesystem::path models = data.output() / "evaluation" / "models";
-  ordered_json found = ordered_json::array();
-  bool interrupted = false;
-  for (const LearningData::Named& named : data.sources()) {
-    interrupted = train_source(named, config, models, found, context);
-    if (interrupted) break;
-  }
+  const std::uint64_t seeds[] = {config.methods.front().learning.seed};
+  const TrainingsEnd end = run_trainings(config, seeds, datasets, context);
   if (context.speaks()) {
+    const std::filesystem::path models = datasets.output() / "evaluation" / "models";
+    const ordered_json found = lines_of(end);
     if (context.json) {
       fmt::print("{}\n", ordered_json{{"output", models.string()},
                                       {"trainings", found},
-                                      {"interrupted", interrupted}}
+                                      {"interrupted", end.interrupted}}
                              .dump(1));
     } else if (!found.empty()) {
       print(found);
       fmt::print("\n{}: of each model, curves.csv, answers.h5, training.json\n", models.string());
     }
   }
-  return interrupted ? exit_interrupted : exit_code;
+  return end.interrupted ? exit_interrupted : exit_code;
 }
 
 }  // namespace

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <cmath>
 
+#include "cli/learn/answers.hpp"
 #include "cli/learn/mpi_learning.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
-#include "core/hdf5.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "eval/learning/nearest_neighbour.hpp"
@@ -31,54 +30,6 @@ json to_json(const eval::TaskSpec& task) {
           {"column", task.column},
           {"split", task.split},
           {"classes", task.classes}};
-}
-
-std::string part_name(eval::Part part) {
-  return part == eval::Part::validation ? "validation" : "test";
-}
-
-/// What a classifier says of one part, and how often it is right.
-struct Answers {
-  std::vector<std::uint32_t> rows;
-  std::vector<float> scores;  ///< rows x classes
-  double accuracy = 0;        ///< NaN of no rows
-};
-
-double accuracy_of(const Answers& answers, const eval::LabelledSamples& samples) {
-  const std::size_t classes = samples.classes.size();
-  std::size_t right = 0;
-  for (std::size_t i = 0; i < answers.rows.size(); ++i) {
-    const auto first = answers.scores.begin() + static_cast<std::ptrdiff_t>(i * classes);
-    const auto best = std::max_element(first, first + static_cast<std::ptrdiff_t>(classes)) - first;
-    if (best == samples.label[answers.rows[i]]) ++right;
-  }
-  return static_cast<double>(right) / static_cast<double>(answers.rows.size());
-}
-
-void write_answers(const std::filesystem::path& path, const Answers* parts,
-                   const eval::LabelledSamples& samples) {
-  core::write_durably(path, [&](const std::filesystem::path& temporary) {
-    const core::Hdf5Group file = core::Hdf5Group::create_file(temporary);
-    file.write<std::string>("classes", samples.classes, {samples.classes.size()});
-    for (const eval::Part part : {eval::Part::validation, eval::Part::test}) {
-      const Answers& answers = parts[part == eval::Part::test ? 1 : 0];
-      std::vector<std::string> keys;
-      std::vector<std::int32_t> labels;
-      std::vector<std::uint32_t> bodies;
-      for (const std::uint32_t row : answers.rows) {
-        keys.push_back(samples.keys[row]);
-        labels.push_back(samples.label[row]);
-        bodies.push_back(samples.bodies[row]);
-      }
-      const core::Hdf5Group group = file.create_group(part_name(part));
-      const std::uint64_t count = answers.rows.size();
-      group.write<std::string>("key", keys, {count});
-      group.write<std::int32_t>("label", labels, {count});
-      group.write<std::uint32_t>("body", bodies, {count});
-      group.write<float>("scores", answers.scores, {count, samples.classes.size()});
-    }
-    file.flush();
-  });
 }
 
 std::string curves_csv(const eval::Trained& trained) {
@@ -128,10 +79,9 @@ ordered_json describe(const TrainingJob& job, const eval::SampleSource& source,
                         {"task", to_json(job.task)},
                         {"method", eval::to_json(job.method)},
                         {"classes", samples.classes}};
-  for (const eval::Part part : {eval::Part::train, eval::Part::validation, eval::Part::test}) {
-    found["samples"][part == eval::Part::train ? "train" : part_name(part)] =
-        samples.rows(part).size();
-  }
+  found["samples"] = {{"train", samples.rows(eval::Part::train).size()},
+                      {"validation", samples.rows(eval::Part::validation).size()},
+                      {"test", samples.rows(eval::Part::test).size()}};
   return found;
 }
 
@@ -182,8 +132,9 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
   mpi::agreed(context.world, [&] { samples = eval::label_samples(source, job.task); });
   end.found = describe(job, source, samples);
   std::vector<std::string> remarks = eval::remarks(samples);
-  Answers answers[2] = {{samples.rows(eval::Part::validation), {}},
-                        {samples.rows(eval::Part::test), {}}};
+  const std::vector<std::uint32_t> validation = samples.rows(eval::Part::validation);
+  const std::vector<std::uint32_t> test = samples.rows(eval::Part::test);
+  Answers answers{samples.classes, asked(samples, validation), asked(samples, test)};
   const double start = core::monotonic_seconds();
   std::unique_ptr<eval::Learner> learner;
   const bool neighbours = job.method.kind == eval::MethodKind::nearest_neighbour;
@@ -208,18 +159,23 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
     }
     add_training(end.found, trained);
   }
-  for (Answers& part : answers) {
-    part.scores = neighbours ? eval::ask_neighbours(job.method, source, samples, part.rows, ranks)
-                             : learner->predict(source, samples, part.rows, ranks);
-    part.accuracy = accuracy_of(part, samples);
-  }
+  const auto ask = [&](const std::vector<std::uint32_t>& rows) {
+    return neighbours ? eval::ask_neighbours(job.method, source, samples, rows, ranks)
+                      : learner->predict(source, samples, rows, ranks);
+  };
+  answers.validation.scores = ask(validation);
+  answers.test.scores = ask(test);
   const auto number = [](double value) { return std::isfinite(value) ? json(value) : json(); };
-  end.found["validation_accuracy"] = number(answers[0].accuracy);
-  end.found["test_accuracy"] = number(answers[1].accuracy);
+  const std::size_t classes = samples.classes.size();
+  const eval::Confusion tested = confusion_of(answers.test, classes);
+  end.found["validation_accuracy"] =
+      number(eval::accuracy(confusion_of(answers.validation, classes)));
+  end.found["test_accuracy"] = number(eval::accuracy(tested));
+  end.found["test_balanced_accuracy"] = number(eval::balanced_accuracy(tested));
   end.found["timing"]["seconds"] = core::monotonic_seconds() - start;
   end.found["ranks"] = ranks.size;
   end.found["remarks"] = remarks;
-  watched.finish(fmt::format("test {:.1f} %", 100 * answers[1].accuracy));
+  watched.finish(fmt::format("test {:.1f} %", 100 * eval::accuracy(tested)));
   end.found = ordered_json::parse(mpi::broadcast(end.found.dump(), 0, context.world));
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
@@ -228,7 +184,7 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
       learner->save(job.folder / "model", end.found);
       core::write_text_durably(job.folder / "curves.csv", curves_csv(trained));
     }
-    write_answers(job.folder / "answers.h5", answers, samples);
+    write_answers(job.folder / "answers.h5", answers);
     core::write_text_durably(record, end.found.dump(1) + "\n");
     std::filesystem::remove(job.folder / "checkpoint");
     for (const std::string& remark : remarks) spdlog::warn("{}: {}", job.key, remark);

@@ -1,0 +1,66 @@
+#include "cli/learn/answers.hpp"
+
+#include "core/files.hpp"
+#include "core/hdf5.hpp"
+#include "eval/classification/score_rows.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+void write_part(const core::Hdf5Group& group, const PartAnswers& part, std::uint64_t classes) {
+  const std::uint64_t count = part.samples();
+  group.write<std::string>("key", part.keys, {count});
+  group.write<std::int32_t>("label", part.labels, {count});
+  group.write<std::uint32_t>("body", part.bodies, {count});
+  group.write<float>("scores", part.scores, {count, classes});
+}
+
+PartAnswers read_part(const core::Hdf5Group& group) {
+  return {group.read<std::string>("key"), group.read<std::int32_t>("label"),
+          group.read<std::uint32_t>("body"), group.read<float>("scores")};
+}
+
+}  // namespace
+
+PartAnswers asked(const eval::LabelledSamples& samples, const std::vector<std::uint32_t>& rows) {
+  PartAnswers part;
+  for (const std::uint32_t row : rows) {
+    part.keys.push_back(samples.keys[row]);
+    part.labels.push_back(samples.label[row]);
+    part.bodies.push_back(samples.bodies[row]);
+  }
+  return part;
+}
+
+std::vector<std::size_t> true_classes(const PartAnswers& part) {
+  return {part.labels.begin(), part.labels.end()};
+}
+
+std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t classes) {
+  const std::vector<double> scores(part.scores.begin(), part.scores.end());
+  return eval::predicted_classes({scores, classes});
+}
+
+eval::Confusion confusion_of(const PartAnswers& part, std::size_t classes) {
+  return eval::count_confusion(true_classes(part), likely_classes(part, classes), classes);
+}
+
+void write_answers(const std::filesystem::path& path, const Answers& answers) {
+  core::write_durably(path, [&](const std::filesystem::path& temporary) {
+    const core::Hdf5Group file = core::Hdf5Group::create_file(temporary);
+    const std::uint64_t classes = answers.classes.size();
+    file.write<std::string>("classes", answers.classes, {classes});
+    write_part(file.create_group("validation"), answers.validation, classes);
+    write_part(file.create_group("test"), answers.test, classes);
+    file.flush();
+  });
+}
+
+Answers read_answers(const std::filesystem::path& path) {
+  const core::Hdf5Group file = core::Hdf5Group::open_file(path);
+  return {file.read<std::string>("classes"), read_part(file.open_group("validation")),
+          read_part(file.open_group("test"))};
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "eval/classification/confusion.hpp"
+#include "eval/learning/task.hpp"
+
+namespace carillon::cli {
+
+/// What a classifier says of the samples of one part.
+struct PartAnswers {
+  std::vector<std::string> keys;      ///< of each sample
+  std::vector<std::int32_t> labels;   ///< true class of each
+  std::vector<std::uint32_t> bodies;  ///< body of each
+  std::vector<float> scores;          ///< samples x classes: logits; of neighbours shares
+
+  std::size_t samples() const { return keys.size(); }
+};
+
+/// `answers.h5` of a training.
+struct Answers {
+  std::vector<std::string> classes;
+  PartAnswers validation, test;
+};
+
+/// What is known of the samples before a classifier is asked.
+/// @param rows  of the part
+PartAnswers asked(const eval::LabelledSamples& samples, const std::vector<std::uint32_t>& rows);
+
+/// The true and the most likely class of each sample.
+std::vector<std::size_t> true_classes(const PartAnswers& part);
+std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t classes);
+eval::Confusion confusion_of(const PartAnswers& part, std::size_t classes);
+
+/// @throws StorageError
+void write_answers(const std::filesystem::path& path, const Answers& answers);
+/// @throws FileError  no such file, or not one of answers
+Answers read_answers(const std::filesystem::path& path);
+
+}  // namespace carillon::cli

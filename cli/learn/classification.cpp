@@ -1,0 +1,199 @@
+#include "cli/learn/classification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "cli/learn/answers.hpp"
+#include "cli/learn/published_accuracies.hpp"
+#include "core/error.hpp"
+#include "core/random.hpp"
+#include "eval/classification/intervals.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+/// One method on one task of one dataset: its classifiers differ by their seed alone.
+struct Group {
+  std::vector<const TrainedClassifier*> classifiers;
+  std::vector<Answers> answers;
+
+  const TrainingJob& job() const { return classifiers.front()->job; }
+  const PartAnswers& test() const { return answers.front().test; }
+  std::size_t classes() const { return answers.front().classes.size(); }
+};
+
+std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
+  std::vector<Group> groups;
+  for (const TrainedClassifier& one : trained) {
+    const bool fits = !groups.empty() &&
+                      groups.back().classifiers.front()->condition == one.condition &&
+                      groups.back().job().task.name == one.job.task.name &&
+                      groups.back().job().method.name == one.job.method.name;
+    if (!fits) groups.emplace_back();
+    Group& group = groups.back();
+    group.classifiers.push_back(&one);
+    group.answers.push_back(read_answers(one.job.folder / "answers.h5"));
+    if (group.answers.back().test.keys != group.test().keys) {
+      throw core::InputError(
+          fmt::format("{} answered for other samples than its other seeds", one.job.key),
+          "its folder was changed; delete it, and it is trained again");
+    }
+  }
+  return groups;
+}
+
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json();
+}
+
+ordered_json interval(const eval::Bounds& bounds) {
+  return ordered_json::array({number(bounds.low), number(bounds.high)});
+}
+
+/// Samples whose answers stand and fall together: those of a body where bodies are held out.
+std::vector<std::size_t> groups_of(const Group& group) {
+  const PartAnswers& test = group.test();
+  std::vector<std::size_t> groups(test.samples());
+  std::iota(groups.begin(), groups.end(), std::size_t{0});
+  if (group.job().task.split == "split_shape") {
+    groups.assign(test.bodies.begin(), test.bodies.end());
+  }
+  return groups;
+}
+
+/// `mean`, its 95 % interval, and the standard deviation between seeds.
+ordered_json summary(const Group& group, const eval::TestedSamples& tested,
+                     const std::vector<std::vector<std::size_t>>& predicted,
+                     eval::AccuracyKind kind) {
+  const eval::SeedsSummary seeds = eval::interval_over_seeds(tested, predicted, kind);
+  eval::Bounds bounds = seeds.seeds_and_groups;
+  if (predicted.size() == 1) {
+    core::RandomStream random(0, core::stable_hash(group.job().inputs), "evaluate.classification");
+    bounds = eval::grouped_interval(tested, predicted.front(), kind, random);
+  }
+  return {{"mean", number(seeds.mean)},
+          {"interval95", interval(bounds)},
+          {"deviation", number(seeds.deviation)}};
+}
+
+/// Letters as the papers' tables have them.
+std::string letters(const eval::Method& method) {
+  std::string text;
+  for (const eval::Sense sense : method.senses) {
+    switch (sense) {
+      case eval::Sense::spectrogram:
+      case eval::Sense::waveform:
+        text += 'A';
+        break;
+      case eval::Sense::voxels:
+        text += 'V';
+        break;
+      case eval::Sense::image:
+        text += 'I';
+        break;
+      case eval::Sense::touch:
+        text += 'T';
+        break;
+    }
+  }
+  return text;
+}
+
+double mean_of(const Group& group, const std::function<ordered_json(const ordered_json&)>& value) {
+  double sum = 0;
+  for (const TrainedClassifier* one : group.classifiers) {
+    const ordered_json found = value(one->found);
+    sum += found.is_number() ? found.get<double>() : NAN;
+  }
+  return sum / static_cast<double>(group.classifiers.size());
+}
+
+ordered_json row_of(const Group& group, const ClassificationSpec& spec,
+                    const EvaluatedDatasets& datasets) {
+  const TrainingJob& job = group.job();
+  const Condition& condition = datasets.conditions()[group.classifiers.front()->condition];
+  const std::vector<std::size_t> truth = true_classes(group.test());
+  const std::vector<std::size_t> groups = groups_of(group);
+  std::vector<std::vector<std::size_t>> predicted;
+  for (const Answers& answers : group.answers) {
+    predicted.push_back(likely_classes(answers.test, group.classes()));
+  }
+  eval::Confusion confusion{group.classes(),
+                            std::vector<std::size_t>(group.classes() * group.classes(), 0)};
+  for (const std::vector<std::size_t>& one : predicted) {
+    const eval::Confusion counts = eval::count_confusion(truth, one, group.classes());
+    std::transform(counts.counts.begin(), counts.counts.end(), confusion.counts.begin(),
+                   confusion.counts.begin(), std::plus<>());
+  }
+  std::vector<std::size_t> distinct = groups;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  ordered_json row = {{"dataset", condition.name},      {"task", job.task.name},
+                      {"method", job.method.name},      {"senses", letters(job.method)},
+                      {"seeds", ordered_json::array()}, {"samples", truth.size()},
+                      {"groups", distinct.size()},      {"classes", group.answers.front().classes}};
+  for (const TrainedClassifier* one : group.classifiers) {
+    row["seeds"].push_back(one->job.method.learning.seed);
+  }
+  const eval::TestedSamples tested{truth, groups, group.classes()};
+  for (const auto& [name, kind] : {std::pair{"accuracy", eval::AccuracyKind::plain},
+                                   std::pair{"balanced_accuracy", eval::AccuracyKind::balanced}}) {
+    row[name] = truth.empty() ? ordered_json() : summary(group, tested, predicted, kind);
+  }
+  row["recalls"] = ordered_json::array();
+  for (const double recall : eval::recalls(confusion)) row["recalls"].push_back(number(recall));
+  row["confusion"] = ordered_json::array();
+  for (std::size_t c = 0; c < group.classes(); ++c) {
+    const auto first = confusion.counts.begin() + static_cast<std::ptrdiff_t>(c * group.classes());
+    row["confusion"].push_back(
+        std::vector<std::size_t>(first, first + static_cast<std::ptrdiff_t>(group.classes())));
+  }
+  row["validation_accuracy"] = number(mean_of(
+      group, [](const ordered_json& found) { return ordered_json(found["validation_accuracy"]); }));
+  row["parameters"] = group.classifiers.front()->found.value("parameters", 0);
+  row["training_s"] = mean_of(group, [](const ordered_json& found) {
+    return ordered_json(found.at("timing").at("seconds"));
+  });
+  row["published"] = nullptr;
+  if (const auto of_task = spec.published.find(job.task.name); of_task != spec.published.end()) {
+    if (const auto set = of_task->second.find(condition.name); set != of_task->second.end()) {
+      if (const auto accuracy = published_accuracy(set->second, job.method.name)) {
+        row["published"] = {{"set", set->second}, {"accuracy", *accuracy}};
+      }
+    }
+  }
+  return row;
+}
+
+}  // namespace
+
+ordered_json classification_document(const ClassificationSpec& spec,
+                                     const EvaluatedDatasets& datasets,
+                                     const std::vector<TrainedClassifier>& trained) {
+  ordered_json document = {{"name", datasets.name()}, {"tasks", ordered_json::array()}};
+  for (const eval::TaskSpec& task : spec.learning.tasks) {
+    document["tasks"].push_back(
+        {{"name", task.name},
+         {"column", task.column},
+         {"split", task.split},
+         {"groups_are", task.split == "split_shape" ? "bodies" : "strikes"}});
+  }
+  document["datasets"] = ordered_json::array();
+  for (const Condition& condition : datasets.conditions()) {
+    document["datasets"].push_back({{"name", condition.name}, {"folder", condition.folder}});
+  }
+  document["rows"] = ordered_json::array();
+  for (const Group& group : grouped(trained)) {
+    document["rows"].push_back(row_of(group, spec, datasets));
+  }
+  return document;
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "cli/evaluate/evaluation.hpp"
+#include "cli/learn/classification.hpp"
+#include "cli/learn/classification_text.hpp"
+#include "cli/learn/commands.hpp"
+#include "cli/learn/published_accuracies.hpp"
+#include "cli/picture.hpp"
+#include "core/files.hpp"
+#include "core/progress.hpp"
+#include "core/trace.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/interrupt.hpp"
+
+namespace carillon::cli {
+
+using core::ConfigNode;
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<std::uint64_t> read_seeds(ConfigNode& node, std::uint64_t own) {
+  std::vector<std::uint64_t> seeds;
+  for (const double value :
+       node.quantities("seeds", core::Dimension::none, 0, std::vector<double>{double(own)})) {
+    const auto seed = static_cast<std::uint64_t>(value);
+    if (!(value >= 0 && value <= 1e15 && value == static_cast<double>(seed))) {
+      node.fail("seeds", fmt::format("{} is no whole number from 0 on", value));
+    }
+    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) {
+      node.fail("seeds", fmt::format("{} stands here twice", seed));
+    }
+    seeds.push_back(seed);
+  }
+  if (seeds.empty()) node.fail("seeds", "names no seed", "for example seeds: [1, 2, 3]");
+  return seeds;
+}
+
+/// `published: {TASK: SET}` of one dataset, `{TASK: {DATASET: SET}}` of several.
+void read_published(ConfigNode& node, const EvaluatedDatasets& datasets, ClassificationSpec& spec) {
+  ConfigNode tasks = node.child("published");
+  for (const std::string& task : tasks.keys()) {
+    const auto& known = spec.learning.tasks;
+    if (std::none_of(known.begin(), known.end(),
+                     [&](const eval::TaskSpec& one) { return one.name == task; })) {
+      tasks.fail(task, fmt::format("train.tasks has no \"{}\"", task));
+    }
+    std::map<std::string, std::string>& sets = spec.published[task];
+    if (datasets.conditions().size() == 1) {
+      sets[datasets.conditions().front().name] = tasks.choice(task, published_sets());
+      continue;
+    }
+    ConfigNode of_task = tasks.child(task);
+    for (const Condition& condition : datasets.conditions()) {
+      if (of_task.has(condition.name)) {
+        sets[condition.name] = of_task.choice(condition.name, published_sets());
+      }
+    }
+  }
+}
+
+/// Files and the picture.
+/// @return why there is no picture; "" where there is one
+std::string keep(const ordered_json& document, const fs::path& folder) {
+  const fs::path path = folder / "classification.json";
+  core::write_text_durably(path, document.dump(1) + "\n");
+  core::write_text_durably(folder / "classification.csv", classification_csv(document));
+  core::write_text_durably(folder / "classification.md", classification_text(document));
+  return draw_picture("plot_classification", path);
+}
+
+EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datasets,
+                  const fs::path& folder, const Context& context) {
+  const double start = core::monotonic_seconds();
+  const mpi::InterruptGuard guard;
+  const TrainingsEnd end = run_trainings(spec.learning, spec.seeds, datasets, context);
+  if (end.interrupted) return {exit_interrupted};
+  ordered_json document;
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    document = classification_document(spec, datasets, end.trained);
+    const std::string no_picture = keep(document, folder);
+    std::size_t made = 0;
+    for (const TrainedClassifier& one : end.trained) made += one.was_there ? 0 : 1;
+    document["output"] = folder.string();
+    document["trained"] = made;
+    document["timing"] = {{"classification_s", core::monotonic_seconds() - start}};
+    if (!context.json) {
+      fmt::print("{}\ntrained {} of {} classifiers in {}\n{}: classification.json, .csv, .md{}\n",
+                 classification_text(document), made, end.trained.size(),
+                 core::human_duration(core::monotonic_seconds() - start), folder.string(),
+                 no_picture.empty() ? ", .svg, .png" : "");
+    }
+    if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
+  });
+  return {exit_done, std::move(document)};
+}
+
+RunEvaluation read_classification(ConfigNode& node, ConfigNode& root,
+                                  const EvaluatedDatasets& datasets) {
+  ClassificationSpec spec;
+  spec.learning = read_train_section(root);
+  spec.seeds = read_seeds(node, spec.learning.methods.front().learning.seed);
+  read_published(node, datasets, spec);
+  return [spec, &datasets](const fs::path& folder, const Context& context) {
+    return run(spec, datasets, folder, context);
+  };
+}
+
+constexpr EvaluationSection sections[] = {{"damping", read_damping_validation},
+                                          {"classification", read_classification}};
+
+}  // namespace
+
+void add_full_evaluate(CLI::App& program, Context& context) {
+  add_evaluate(program, context, sections);
+}
+
+}  // namespace carillon::cli

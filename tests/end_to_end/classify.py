@@ -1,0 +1,171 @@
+"""What `carillon evaluate` finds out about classifiers: accuracies, intervals and confusions, held
+against what the classifiers answered."""
+import csv
+import json
+import unittest
+
+import h5py
+import numpy
+
+from program import CONFIGS, FolderTest, run, run_json
+
+CONFIG = """
+name: told-apart
+seed: 3
+materials: [steel, wood]
+objects:
+  - {shape: bar, count: 3}
+  - {shape: tile, count: 3}
+modes: {max_modes: 20, order: 2, element_size: 20 mm, max_frequency: 7 kHz}
+strikes: {per_object: 15}
+audio: {seconds: 0.4 s, sample_rate: 22050 Hz}
+mel: {bands: 32, frames: 12}
+split: {validation: 0.2, test: 0.34}
+train:
+  epochs: 40
+  batch: 16
+  tasks:
+    geometry: {column: shape}
+    hardness: {column: material, split: split_shape}
+  methods:
+    nearest-neighbour-a: {}
+    isnn-a: {filters: 8, width: 32, kernel: [16, 4], learning_rate: 0.003}
+evaluate:
+  classification: {seeds: [4, 5], published: {geometry: mn10o-geometry}}
+"""
+
+
+def answers(path):
+    with h5py.File(path) as file:
+        test = file["test"]
+        return test["label"][:], test["scores"][:].argmax(1), test["body"][:]
+
+
+def row(found, task, method, dataset=None):
+    return next(row for row in found["rows"] if row["task"] == task and row["method"] == method
+                and dataset in (None, row["dataset"]))
+
+
+class Classify(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.config = cls.write(cls, "apart.yaml", CONFIG)
+        cls.output = cls.folder / "out"
+        cls.found = run_json("evaluate", cls.config, "-o", cls.output, ranks=2)
+        cls.evaluation = cls.output / "evaluation"
+
+    def test_counts_what_was_answered(self):
+        self.assertEqual(self.found["trained"], 6)  # neighbours know no seed
+        for task in ("geometry", "hardness"):
+            for method, seeds in (("nearest-neighbour-a", 1), ("isnn-a", 2)):
+                line = row(self.found, task, method)
+                files = sorted((self.evaluation / "models" / task / method).rglob("answers.h5"))
+                self.assertEqual((len(files), len(line["seeds"])), (seeds, seeds))
+                told = [answers(file) for file in files]
+                shares = [numpy.mean(truth == taken) for truth, taken, _ in told]
+                self.assertAlmostEqual(line["accuracy"]["mean"], numpy.mean(shares), 12)
+                if seeds > 1:
+                    self.assertAlmostEqual(line["accuracy"]["deviation"],
+                                           numpy.std(shares, ddof=1), 12)
+                counts = numpy.zeros((2, 2), int)
+                balanced = []
+                for truth, taken, _ in told:
+                    one = numpy.zeros((2, 2), int)
+                    numpy.add.at(one, (truth, taken), 1)
+                    balanced.append(numpy.mean(numpy.diag(one) / one.sum(1)))
+                    counts += one
+                self.assertEqual(line["confusion"], counts.tolist())
+                numpy.testing.assert_allclose(line["recalls"], numpy.diag(counts) / counts.sum(1))
+                self.assertAlmostEqual(line["balanced_accuracy"]["mean"], numpy.mean(balanced), 12)
+                for name in ("accuracy", "balanced_accuracy"):
+                    low, high = line[name]["interval95"]
+                    self.assertLessEqual(0, low)
+                    self.assertLessEqual(low, line[name]["mean"])
+                    self.assertLessEqual(line[name]["mean"], high)
+                    self.assertLessEqual(high, 1)
+
+    def test_groups_are_what_was_held_out(self):
+        geometry, hardness = (row(self.found, task, "isnn-a") for task in ("geometry", "hardness"))
+        self.assertEqual(geometry["groups"], geometry["samples"])
+        self.assertEqual(hardness["groups"] * 15, hardness["samples"])
+        # Few bodies say less than many strikes.
+        self.assertLess(hardness["groups"], 10)
+
+    def test_learns(self):
+        self.assertGreater(row(self.found, "geometry", "isnn-a")["accuracy"]["mean"], 0.6)
+        self.assertGreater(row(self.found, "hardness", "isnn-a")["accuracy"]["mean"], 0.8)
+
+    def test_tables(self):
+        text = (self.evaluation / "classification.md").read_text()
+        for said in ("geometry of told-apart", "43.35", "split_shape", "bodies", "VGG16"):
+            self.assertIn(said, text)
+        with open(self.evaluation / "classification.csv", newline="") as file:
+            lines = list(csv.DictReader(file))
+        self.assertEqual(len(lines), 4)
+        for line in lines:
+            kept = row(self.found, line["task"], line["method"])
+            self.assertAlmostEqual(float(line["accuracy"]), kept["accuracy"]["mean"], 9)
+            theirs = kept["published"]
+            self.assertEqual(line["published_set"], theirs["set"] if theirs else "")
+        self.assertEqual(row(self.found, "geometry", "isnn-a")["published"],
+                         {"set": "mn10o-geometry", "accuracy": 0.4335})
+        self.assertTrue((self.evaluation / "classification.png").exists())
+
+    def test_nothing_is_trained_twice(self):
+        again = run_json("evaluate", self.config, "-o", self.output)
+        self.assertEqual(again["trained"], 0)
+        self.assertEqual(again["rows"], self.found["rows"])
+
+    def test_a_dataset_that_is_there(self):
+        train = CONFIG[CONFIG.index("train:"):]
+        config = self.write("there.yaml", f"data: {self.output}\n{train}")
+        found = run_json("evaluate", config, "-o", self.folder / "there",
+                         "--set", "train.methods={nearest-neighbour-a: {}}")
+        for task in ("geometry", "hardness"):
+            self.assertEqual(row(found, task, "nearest-neighbour-a")["confusion"],
+                             row(self.found, task, "nearest-neighbour-a")["confusion"])
+        result = run("evaluate", config, "-o", self.folder / "there",
+                     "--set", "evaluate={damping: {}}")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("is not known", result.stderr)
+
+    def test_datasets_of_a_sweep(self):
+        train = CONFIG.replace("count: 3", "count: 2").replace("  - {shape: tile, count: 2}\n",
+                                                              "  - {shape: tile, count: 2}\nsweep:\n  mode: grid\n  keys: {strikes.per_object: [10, 12]}\n")
+        train = train.replace("published: {geometry: mn10o-geometry}",
+                              "published: {geometry: {\"10\": mn10o-geometry}}")
+        config = self.write("sweep.yaml", train)
+        found = run_json("evaluate", config, "-o", self.folder / "sweep", ranks=2, *(
+            "--set", "train.methods={nearest-neighbour-a: {}}", "--set",
+            "train.tasks={geometry: {column: shape}}"))
+        self.assertEqual([line["dataset"] for line in found["rows"]], ["10", "12"])
+        self.assertEqual([line["published"] is not None for line in found["rows"]], [True, False])
+        for line in found["rows"]:
+            self.assertEqual(line["accuracy"]["deviation"], None)
+
+    def test_says_what_is_wrong_in_a_configuration(self):
+        for override, said in (
+                ("evaluate.classification.seeds=[1, 1]", "stands here twice"),
+                ("evaluate.classification.seeds=[1.5]", "no whole number"),
+                ("evaluate.classification.published={geometry: mn11}", "published"),
+                ("evaluate.classification.published={weight: mn10o-geometry}", "has no \"weight\""),
+                ("evaluate.classification.sets=2", "sets"),
+                ("evaluate.classify={}", "classify")):
+            result = run("evaluate", self.config, "-o", self.output, "--set", override)
+            self.assertEqual(result.returncode, 2, override)
+            self.assertIn(said, result.stderr, override)
+
+
+class SmokeConfig(FolderTest):
+    def test_evaluates_in_a_minute(self):
+        found = run_json("evaluate", CONFIGS / "learning-smoke.yaml", "-o", self.folder / "out",
+                         ranks=2)
+        best = {task: max(line["accuracy"]["mean"] for line in found["rows"]
+                          if line["task"] == task) for task in ("geometry", "material")}
+        self.assertGreater(best["geometry"], 0.75)
+        self.assertGreater(best["material"], 0.8)
+
+
+if __name__ == "__main__":
+    unittest.main()
