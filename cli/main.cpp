@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   const carillon::mpi::Environment mpi(argc, argv);
   const carillon::solvers::SolverEnvironment solvers;
   constexpr carillon::cli::AddCommand commands[] = {carillon::cli::add_missing_train,
+                                                    carillon::cli::add_missing_identify,
                                                     carillon::cli::add_plain_evaluate};
   return carillon::cli::run(argc, argv, MPI_COMM_WORLD, commands);
 }

@@ -72,7 +72,8 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
                               name, scene_overrides(options));
   // A build's configuration holds a scene and more, which is not asked for here.
   root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
-                    "limits", "mel", "voxels", "camera", "files", "split", "evaluate"});
+                    "limits", "mel", "voxels", "camera", "files", "split", "variants", "sweep",
+                    "train", "search", "evaluate"});
   Scene scene =
       read_scene(root, name, effects(), {.materials = materials, .materials_place = "--material"});
   root.finish();

@@ -219,7 +219,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
                               std::span<const Effect> registry, bool with_files) {
   ConfigNode root = ConfigNode::parse(text, file_name, overrides);
   // They say which builds there are and what is made of them, not what one of them is.
-  root.leave_alone({"sweep", "train", "evaluate"});
+  root.leave_alone({"sweep", "train", "search", "evaluate"});
   BuildConfig config;
   config.name = root.text("name", std::filesystem::path(file_name).stem().string());
   config.seed = static_cast<std::uint64_t>(

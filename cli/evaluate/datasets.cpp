@@ -2,6 +2,8 @@
 
 #include <fmt/ranges.h>
 
+#include <limits>
+
 #include "cli/build/run_builds.hpp"
 #include "cli/sweep/run_sweep.hpp"
 #include "core/config.hpp"
@@ -11,40 +13,77 @@ namespace carillon::cli {
 
 namespace {
 
-/// A dataset that is there.
-struct GivenFolder {
-  std::string name;  ///< the configuration's
-  std::string folder;
-};
+/// A quantity within a range.
+double bounded(core::ConfigNode& node, const char* key, core::Dimension dimension, double fallback,
+               double least, double most) {
+  const double value = node.quantity(key, dimension, fallback);
+  if (!(value >= least && value <= most)) {
+    node.fail(key, fmt::format("must lie within {} and {}", least, most));
+  }
+  return value;
+}
 
-/// What a configuration with a key `data` names.
-std::optional<GivenFolder> given_folder(const BuildOptions& options, MPI_Comm world) {
+eval::RecordingsSpec read_recordings(core::ConfigNode node, const std::string& config) {
+  eval::RecordingsSpec spec;
+  spec.folder = core::path_beside(config, node.text("folder"));
+  if (node.has("table") == node.has("names")) {
+    node.fail("", "says what the sounds are by one of `table` and `names`",
+              "names: \"{material}/{shape}-*.wav\", or table: labels.csv with a column file");
+  }
+  if (node.has("table")) spec.table = core::path_beside(config, node.text("table"));
+  if (node.has("names")) spec.names = node.text("names");
+  spec.body = node.text("body", "");
+  spec.seconds = bounded(node, "seconds", core::Dimension::time, spec.seconds, 0.01, 60);
+  spec.sample_rate =
+      bounded(node, "sample_rate", core::Dimension::frequency, spec.sample_rate, 8000, 192000);
+  core::ConfigNode split = node.child("split");
+  spec.validation = bounded(split, "validation", core::Dimension::none, spec.validation, 0, 1);
+  spec.test = bounded(split, "test", core::Dimension::none, spec.test, 0, 1);
+  if (spec.validation + spec.test >= 1) split.fail("test", "nothing is left to train with");
+  spec.seed = static_cast<std::uint64_t>(
+      node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  return spec;
+}
+
+/// What a configuration with a key `data` or `recordings` names.
+std::optional<Condition> given_condition(const BuildOptions& options, MPI_Comm world) {
   const std::string text = shared_text(options.config, world);
-  std::optional<GivenFolder> given;
+  std::optional<Condition> given;
   mpi::agreed(world, [&] {
     core::ConfigNode root = core::ConfigNode::parse(text, options.config, options.overrides);
-    if (!root.has("data")) return;
-    given.emplace();
-    given->name = root.text("name", std::filesystem::path(options.config).stem().string());
-    given->folder = core::path_beside(options.config, root.text("data"));
-    root.leave_alone({"train", "evaluate"});
+    if (!root.has("data") && !root.has("recordings")) return;
+    const std::string name =
+        root.text("name", std::filesystem::path(options.config).stem().string());
+    given = read_given(root, name, options.config);
+    root.leave_alone({"train", "search", "evaluate"});
     root.finish();
-    if (!std::filesystem::exists(std::filesystem::path(given->folder) / "index.h5")) {
-      root.fail("data", fmt::format("{} is no dataset: it has no index.h5", given->folder),
-                "give the folder that carillon build wrote");
-    }
   });
   return given;
 }
 
 }  // namespace
 
+std::optional<Condition> read_given(core::ConfigNode& node, const std::string& name,
+                                    const std::string& config) {
+  if (node.has("recordings")) {
+    const eval::RecordingsSpec spec = read_recordings(node.child("recordings"), config);
+    return Condition{.name = name, .folder = spec.folder, .recordings = spec};
+  }
+  if (!node.has("data")) return std::nullopt;
+  const std::filesystem::path folder = core::path_beside(config, node.text("data"));
+  if (!std::filesystem::exists(folder / "index.h5")) {
+    node.fail("data", fmt::format("{} is no dataset: it has no index.h5", folder.string()),
+              "give the folder that carillon build wrote");
+  }
+  return Condition{.name = name, .folder = folder};
+}
+
 EvaluatedDatasets::EvaluatedDatasets(const BuildOptions& options, MPI_Comm world)
     : options_(options) {
-  if (const auto given = given_folder(options, world)) {
+  if (auto given = given_condition(options, world)) {
     name_ = given->name;
     output_ = options.output.empty() ? name_ : options.output;
-    conditions_.push_back({.name = name_, .folder = given->folder});
+    conditions_.push_back(std::move(*given));
   } else {
     plan(world);
   }

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "cli/sweep/load_sweep.hpp"
+#include "core/config.hpp"
+#include "eval/learning/recordings_source.hpp"
 
 namespace carillon::cli {
 
@@ -16,10 +18,17 @@ struct Condition {
   std::filesystem::path folder;
   std::string place{};                 ///< folder among those of its sweep; "" where it is alone
   const LoadedBuild* build = nullptr;  ///< null: the configuration does not build it
+  std::optional<eval::RecordingsSpec> recordings{};  ///< it is these, not a dataset
 };
 
+/// What `data` or `recordings` of a mapping name; nothing where it has neither.
+/// @param config  file that their paths are meant from
+/// @throws ConfigError  no dataset there, or no way to read the recordings' labels
+std::optional<Condition> read_given(core::ConfigNode& node, const std::string& name,
+                                    const std::string& config);
+
 /// The datasets of a configuration, before or after they are built; with a key `data` the dataset
-/// whose folder it names.
+/// whose folder it names, with `recordings` sounds of the user's own.
 class EvaluatedDatasets {
  public:
   /// Reads the configuration and plans every dataset that is its own.
@@ -30,6 +39,8 @@ class EvaluatedDatasets {
   EvaluatedDatasets& operator=(const EvaluatedDatasets&) = delete;
 
   const std::string& name() const { return name_; }
+  /// The configuration's file.
+  const std::string& config() const { return options_.config; }
   /// Of all datasets together; what is found goes into `evaluation` in it.
   const std::filesystem::path& output() const { return output_; }
   const std::vector<Condition>& conditions() const { return conditions_; }

@@ -9,9 +9,8 @@
 
 #include "cli/learn/answers.hpp"
 #include "cli/learn/published_accuracies.hpp"
+#include "cli/learn/tables.hpp"
 #include "core/error.hpp"
-#include "core/random.hpp"
-#include "eval/classification/intervals.hpp"
 
 namespace carillon::cli {
 
@@ -49,14 +48,6 @@ std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
   return groups;
 }
 
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
-}
-
-ordered_json interval(const eval::Bounds& bounds) {
-  return ordered_json::array({number(bounds.low), number(bounds.high)});
-}
-
 /// Samples whose answers stand and fall together: those of a body where bodies are held out.
 std::vector<std::size_t> groups_of(const Group& group) {
   const PartAnswers& test = group.test();
@@ -66,21 +57,6 @@ std::vector<std::size_t> groups_of(const Group& group) {
     groups.assign(test.bodies.begin(), test.bodies.end());
   }
   return groups;
-}
-
-/// `mean`, its 95 % interval, and the standard deviation between seeds.
-ordered_json summary(const Group& group, const eval::TestedSamples& tested,
-                     const std::vector<std::vector<std::size_t>>& predicted,
-                     eval::AccuracyKind kind) {
-  const eval::SeedsSummary seeds = eval::interval_over_seeds(tested, predicted, kind);
-  eval::Bounds bounds = seeds.seeds_and_groups;
-  if (predicted.size() == 1) {
-    core::RandomStream random(0, core::stable_hash(group.job().inputs), "evaluate.classification");
-    bounds = eval::grouped_interval(tested, predicted.front(), kind, random);
-  }
-  return {{"mean", number(seeds.mean)},
-          {"interval95", interval(bounds)},
-          {"deviation", number(seeds.deviation)}};
 }
 
 /// Letters as the papers' tables have them.
@@ -145,17 +121,18 @@ ordered_json row_of(const Group& group, const ClassificationSpec& spec,
   const eval::TestedSamples tested{truth, groups, group.classes()};
   for (const auto& [name, kind] : {std::pair{"accuracy", eval::AccuracyKind::plain},
                                    std::pair{"balanced_accuracy", eval::AccuracyKind::balanced}}) {
-    row[name] = truth.empty() ? ordered_json() : summary(group, tested, predicted, kind);
+    row[name] = accuracy_summary(tested, predicted, kind, job.inputs);
   }
   row["recalls"] = ordered_json::array();
-  for (const double recall : eval::recalls(confusion)) row["recalls"].push_back(number(recall));
+  for (const double recall : eval::recalls(confusion))
+    row["recalls"].push_back(number_or_null(recall));
   row["confusion"] = ordered_json::array();
   for (std::size_t c = 0; c < group.classes(); ++c) {
     const auto first = confusion.counts.begin() + static_cast<std::ptrdiff_t>(c * group.classes());
     row["confusion"].push_back(
         std::vector<std::size_t>(first, first + static_cast<std::ptrdiff_t>(group.classes())));
   }
-  row["validation_accuracy"] = number(mean_of(
+  row["validation_accuracy"] = number_or_null(mean_of(
       group, [](const ordered_json& found) { return ordered_json(found["validation_accuracy"]); }));
   row["parameters"] = group.classifiers.front()->found.value("parameters", 0);
   row["training_s"] = mean_of(group, [](const ordered_json& found) {

@@ -2,11 +2,10 @@
 
 #include <limits>
 
-#include "cli/evaluate/evaluation.hpp"
 #include "cli/learn/classification.hpp"
 #include "cli/learn/classification_text.hpp"
-#include "cli/learn/commands.hpp"
 #include "cli/learn/published_accuracies.hpp"
+#include "cli/learn/sections.hpp"
 #include "cli/picture.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
@@ -99,6 +98,8 @@ EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datas
   return {exit_done, std::move(document)};
 }
 
+}  // namespace
+
 RunEvaluation read_classification(ConfigNode& node, ConfigNode& root,
                                   const EvaluatedDatasets& datasets) {
   ClassificationSpec spec;
@@ -108,15 +109,6 @@ RunEvaluation read_classification(ConfigNode& node, ConfigNode& root,
   return [spec, &datasets](const fs::path& folder, const Context& context) {
     return run(spec, datasets, folder, context);
   };
-}
-
-constexpr EvaluationSection sections[] = {{"damping", read_damping_validation},
-                                          {"classification", read_classification}};
-
-}  // namespace
-
-void add_full_evaluate(CLI::App& program, Context& context) {
-  add_evaluate(program, context, sections);
 }
 
 }  // namespace carillon::cli

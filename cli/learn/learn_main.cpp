@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
   carillon::eval::use_learning_threads(1);
   const carillon::mpi::Environment mpi(argc, argv);
   const carillon::solvers::SolverEnvironment solvers;
-  constexpr carillon::cli::AddCommand commands[] = {carillon::cli::add_train,
-                                                    carillon::cli::add_full_evaluate};
+  constexpr carillon::cli::AddCommand commands[] = {
+      carillon::cli::add_train, carillon::cli::add_identify, carillon::cli::add_full_evaluate};
   return carillon::cli::run(argc, argv, MPI_COMM_WORLD, commands);
 }

@@ -12,7 +12,7 @@ namespace carillon::cli {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> learning_commands = {"train", "evaluate"};
+constexpr std::array<std::string_view, 3> learning_commands = {"train", "evaluate", "identify"};
 
 /// The command's name: the first argument that is no option and no value of one.
 std::string_view command_of(char** argv) {

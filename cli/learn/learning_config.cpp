@@ -149,7 +149,11 @@ eval::TaskSpec read_task(ConfigNode& node, const std::string& name) {
     node.fail("split", "whole shapes are held out: none that is tested could have been learnt",
               "split_strike holds out strikes of each shape");
   }
+  task.except = node.texts("except", std::vector<std::string>{});
   if (node.has("classes")) {
+    if (!task.except.empty()) {
+      node.fail("except", "labels that stand in no class of `classes` are left out already");
+    }
     ConfigNode classes = node.child("classes");
     for (const std::string& label : classes.keys()) task.classes[label] = classes.texts(label);
   }

@@ -16,19 +16,32 @@ namespace {
       "build with libtorch: -DCARILLON_LEARN=ON");
 }
 
-RunEvaluation read_classification(core::ConfigNode&, core::ConfigNode&, const EvaluatedDatasets&) {
-  missing("evaluate.classification");
+void add_missing(CLI::App& program, const char* name, const char* summary) {
+  CLI::App* command = program.add_subcommand(name, summary);
+  command->allow_extras();
+  command->callback([name] { missing(name); });
 }
 
+template <const char* name>
+RunEvaluation read_missing(core::ConfigNode&, core::ConfigNode&, const EvaluatedDatasets&) {
+  missing(name);
+}
+
+constexpr char classification[] = "classification", transfer[] = "transfer",
+               spectrograms[] = "spectrograms";
 constexpr EvaluationSection sections[] = {{"damping", read_damping_validation},
-                                          {"classification", read_classification}};
+                                          {classification, read_missing<classification>},
+                                          {transfer, read_missing<transfer>},
+                                          {spectrograms, read_missing<spectrograms>}};
 
 }  // namespace
 
 void add_missing_train(CLI::App& program, Context&) {
-  CLI::App* command = program.add_subcommand("train", train_summary);
-  command->allow_extras();
-  command->callback([] { missing("train"); });
+  add_missing(program, "train", train_summary);
+}
+
+void add_missing_identify(CLI::App& program, Context&) {
+  add_missing(program, "identify", identify_summary);
 }
 
 void add_plain_evaluate(CLI::App& program, Context& context) {

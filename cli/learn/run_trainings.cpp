@@ -1,20 +1,23 @@
 #include "cli/learn/run_trainings.hpp"
 
-#include <memory>
 #include <set>
 
 #include "cli/learn/clean_split.hpp"
 #include "eval/learning/dataset_source.hpp"
+#include "eval/learning/recordings_source.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
 
-namespace {
-
-std::unique_ptr<eval::SampleSource> open_checked(const Condition& condition,
-                                                 const LearningConfig& config,
-                                                 const Context& context) {
+std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
+                                                const LearningConfig& config,
+                                                const Context& context) {
   std::unique_ptr<eval::SampleSource> source;
+  if (condition.recordings) {
+    // Their splits are checked where they are asked for.
+    mpi::agreed(context.world, [&] { source = eval::open_recordings(*condition.recordings); });
+    return source;
+  }
   mpi::agreed(context.world, [&] {
     std::set<std::string> splits;
     for (const eval::TaskSpec& task : config.tasks) splits.insert(task.split);
@@ -26,15 +29,13 @@ std::unique_ptr<eval::SampleSource> open_checked(const Condition& condition,
   return source;
 }
 
-}  // namespace
-
 TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::uint64_t> seeds,
                            const EvaluatedDatasets& datasets, const Context& context) {
   const std::filesystem::path models = datasets.output() / "evaluation" / "models";
   TrainingsEnd end;
   for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
     const Condition& condition = datasets.conditions()[c];
-    const auto source = open_checked(condition, config, context);
+    const auto source = open_source(condition, config, context);
     for (const eval::TaskSpec& task : config.tasks) {
       for (eval::Method method : config.methods) {
         const bool seeded = method.kind != eval::MethodKind::nearest_neighbour;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,13 @@ struct TrainingsEnd {
   std::vector<TrainedClassifier> trained;  ///< by dataset, task, method, seed
   bool interrupted = false;
 };
+
+/// A dataset whose splits hold what they promise, or recordings.
+/// @throws InputError, FileError  a split that leaks, no dataset; on every rank alike
+/// @note Collective on the context's world.
+std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
+                                                const LearningConfig& config,
+                                                const Context& context);
 
 /// Every method on every task of every dataset, once for each seed (neighbours are the same for all
 /// seeds: once). The datasets are built, and their splits are held against what is stored first.

@@ -7,6 +7,8 @@
 #include "cli/learn/commands.hpp"
 #include "cli/learn/learning_config.hpp"
 #include "cli/learn/run_trainings.hpp"
+#include "cli/learn/search.hpp"
+#include "core/files.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/folder_lock.hpp"
@@ -56,14 +58,44 @@ void print(const ordered_json& found) {
   }
 }
 
-int run_train(BuildOptions options, const Context& context) {
+std::vector<Search> read_all_searches(const BuildOptions& options, MPI_Comm world) {
+  const std::string text = shared_text(options.config, world);
+  std::vector<Search> searches;
+  mpi::agreed(world, [&] { searches = read_searches(text, options); });
+  return searches;
+}
+
+int search(const std::vector<Search>& searches, const LearningConfig& config,
+           const EvaluatedDatasets& datasets, const Context& context) {
+  const ordered_json found = run_searches(searches, config, datasets, context);
+  if (found.is_null()) return exit_interrupted;
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    const std::filesystem::path path = datasets.output() / "evaluation" / "search.json";
+    core::write_text_durably(path, found.dump(1) + "\n");
+    if (context.json) {
+      fmt::print("{}\n", ordered_json{{"output", path.string()}, {"searches", found}}.dump(1));
+    } else {
+      fmt::print("{}{}\n", search_text(found), path.string());
+    }
+  });
+  return exit_done;
+}
+
+int run_train(BuildOptions options, bool searches_wanted, const Context& context) {
   options.tell = !context.json;
+  const std::vector<Search> searches =
+      searches_wanted ? read_all_searches(options, context.world) : std::vector<Search>{};
   const LearningConfig config = read_config(options, context.world);
   const EvaluatedDatasets datasets(options, context.world);
   const int exit_code = datasets.build(context);
   if (exit_code == exit_interrupted) return exit_code;
   const mpi::FolderLock lock(datasets.output(), context.world, lock_patience_s);
   const mpi::InterruptGuard guard;
+  if (searches_wanted) {
+    const int code = search(searches, config, datasets, context);
+    return code == exit_done ? exit_code : code;
+  }
   const std::uint64_t seeds[] = {config.methods.front().learning.seed};
   const TrainingsEnd end = run_trainings(config, seeds, datasets, context);
   if (context.speaks()) {
@@ -96,12 +128,19 @@ void add_train(CLI::App& program, Context& context) {
       ->add_option("--set", options->overrides,
                    "key=value instead of the configuration's, e.g. train.epochs=5")
       ->allow_extra_args(false);
+  auto searches = std::make_shared<bool>(false);
+  command->add_flag("--search", *searches,
+                    "try the sizes of the section `search`, and tell which are best on the "
+                    "validation samples");
   command->footer(
       "Examples:\n"
       "  mpirun -n 2 carillon train configs/learning-smoke.yaml\n"
+      "  mpirun -n 2 carillon train configs/learning-smoke.yaml --search\n"
       "  carillon train mine.yaml --set data=path/to/dataset --set train.seed=2\n"
       "Ranks share each step's samples; one thread a rank. docs/learning.md.");
-  command->callback([&context, options] { context.exit_code = run_train(*options, context); });
+  command->callback([&context, options, searches] {
+    context.exit_code = run_train(*options, *searches, context);
+  });
 }
 
 }  // namespace carillon::cli

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <optional>
 
 #include "cli/learn/answers.hpp"
 #include "cli/learn/mpi_learning.hpp"
@@ -12,6 +13,7 @@
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "eval/learning/nearest_neighbour.hpp"
+#include "eval/learning/recognition.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
 
@@ -29,7 +31,8 @@ json to_json(const eval::TaskSpec& task) {
   return {{"name", task.name},
           {"column", task.column},
           {"split", task.split},
-          {"classes", task.classes}};
+          {"classes", task.classes},
+          {"except", task.except}};
 }
 
 std::string curves_csv(const eval::Trained& trained) {
@@ -43,6 +46,22 @@ std::string curves_csv(const eval::Trained& trained) {
                         epoch.waited_s, epoch.ranks);
   }
   return text;
+}
+
+ordered_json to_json(const eval::RecognitionTrial& trial) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? ordered_json(value) : ordered_json();
+  };
+  ordered_json found = {{"calibration_error", number(trial.calibration_error)},
+                        {"uncalibrated_error", number(trial.uncalibrated_error)},
+                        {"accepted", number(trial.accepted)},
+                        {"novel", ordered_json::object()}};
+  for (const auto& [name, novel] : trial.novel) {
+    found["novel"][name] = {{"sounds", novel.sounds},
+                            {"auroc", number(novel.auroc)},
+                            {"accepted", number(novel.accepted)}};
+  }
+  return found;
 }
 
 /// Line of progress of one job.
@@ -94,6 +113,10 @@ void add_training(ordered_json& found, const eval::Trained& trained) {
   found["parameters"] = trained.parameters;
   found["epochs"] = trained.epochs.size();
   found["best_epoch"] = trained.best;
+  const double loss =
+      trained.best > 0 ? trained.epochs[static_cast<std::size_t>(trained.best - 1)].validation_loss
+                       : NAN;
+  found["validation_loss"] = std::isfinite(loss) ? ordered_json(loss) : ordered_json();
   found["silent_samples"] = trained.silent;
   found["timing"] = {{"training_s", seconds}, {"waited_s", waited}};
 }
@@ -165,6 +188,13 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
   };
   answers.validation.scores = ask(validation);
   answers.test.scores = ask(test);
+  std::optional<eval::Recognition> recognition;
+  if (job.is_for_use && learner && eval::only_hears(job.method) && source.clip_format()) {
+    recognition =
+        eval::learn_recognition(*learner, source, samples, answers.validation.scores, ranks);
+    end.found["recognition"] = to_json(
+        eval::try_recognition(*recognition, *learner, source, samples, answers.test.scores, ranks));
+  }
   const auto number = [](double value) { return std::isfinite(value) ? json(value) : json(); };
   const std::size_t classes = samples.classes.size();
   const eval::Confusion tested = confusion_of(answers.test, classes);
@@ -184,6 +214,7 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
       learner->save(job.folder / "model", end.found);
       core::write_text_durably(job.folder / "curves.csv", curves_csv(trained));
     }
+    if (recognition) eval::save_recognition(job.folder / "recognition", *recognition);
     write_answers(job.folder / "answers.h5", answers);
     core::write_text_durably(record, end.found.dump(1) + "\n");
     std::filesystem::remove(job.folder / "checkpoint");

@@ -16,6 +16,7 @@ struct TrainingJob {
   eval::Method method;
   std::filesystem::path folder;  ///< ends with a hash of all that decides the result
   std::string inputs;            ///< that hash
+  bool is_for_use = true;        ///< it may be asked for single sounds: `recognition` is kept
 };
 
 /// @param models  folder of all trainings
@@ -30,8 +31,8 @@ struct JobEnd {
 };
 
 /// Trains, answers for the parts that were held out and keeps in the job's folder: `model`,
-/// `checkpoint` while it goes on, `curves.csv`, `answers.h5` and `training.json`, which is written
-/// last. What is there is not made again.
+/// `checkpoint` while it goes on, `curves.csv`, `answers.h5`, `recognition` of a network that only
+/// hears, and `training.json`, which is written last. What is there is not made again.
 /// @throws InputError, FileError  on every rank alike
 /// @note Collective on the context's world.
 JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context& context);

@@ -4,6 +4,7 @@
 
 #include <sstream>
 
+#include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
@@ -14,17 +15,6 @@ using core::Dimension;
 using core::InputError;
 
 namespace {
-
-std::vector<std::string> split_line(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream parts(line);
-  for (std::string cell; std::getline(parts, cell, ',');) {
-    const auto first = cell.find_first_not_of(" \t\r");
-    const auto last = cell.find_last_not_of(" \t\r");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  return cells;
-}
 
 const std::vector<std::string> known_columns = {
     "shape", "x_m", "y_m", "z_m", "dx", "dy", "dz", "impulse_ns", "peak_force_n", "contact_time_s"};
@@ -94,7 +84,7 @@ std::vector<GivenStrike> read_given_strikes(const std::string& path) {
   for (int number = 1; std::getline(lines, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
     const std::string place = fmt::format("{}:{}", path, number);
-    std::vector<std::string> cells = split_line(line);
+    std::vector<std::string> cells = core::csv_cells(line);
     if (!columns.empty()) {
       strikes.push_back(parse_row(Row(columns, std::move(cells), place)));
       continue;

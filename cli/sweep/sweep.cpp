@@ -1,6 +1,7 @@
 #include "cli/sweep/sweep.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -22,6 +23,7 @@ namespace {
 /// A swept key and what it takes.
 struct SweptKey {
   std::string name;
+  std::string shown;                ///< where it is written, from the root
   std::vector<SweepValue> values;   ///< empty for a continuous range
   std::vector<std::string> places;  ///< of the values
   std::optional<SweepRange> range;
@@ -36,7 +38,7 @@ bool lies_within(const std::string& inner, const std::string& outer) {
 
 [[noreturn]] void refuse(const SweptKey& key, const std::string& message,
                          const std::string& hint = {}) {
-  throw ConfigError(fmt::format("{}: sweep.keys.{}: {}", key.place, key.name, message), hint);
+  throw ConfigError(fmt::format("{}: {}: {}", key.place, key.shown, message), hint);
 }
 
 /// Adds one value where it stands.
@@ -71,8 +73,9 @@ void read_mapping(SweptKey& key, const ConfigTree& value, ConfigNode node,
 }
 
 SweptKey read_key(const core::ConfigEntry& entry, ConfigNode& keys, const std::string& file_name,
-                  bool random) {
-  SweptKey key{entry.key, {}, {}, {}, entry.key_place.text(file_name)};
+                  const SweepPlace& place, bool random) {
+  SweptKey key{place.prefix + entry.key,       place.text() + ".keys." + entry.key, {}, {}, {},
+               entry.key_place.text(file_name)};
   const ConfigTree& value = entry.value;
   if (value.kind == Kind::mapping) {
     read_mapping(key, value, keys.child(entry.key), file_name);
@@ -88,7 +91,8 @@ SweptKey read_key(const core::ConfigEntry& entry, ConfigNode& keys, const std::s
 }
 
 /// What is set twice would be set by one alone.
-void refuse_lost(const std::vector<SweptKey>& keys, const std::vector<std::string>& overrides) {
+void refuse_lost(const std::vector<SweptKey>& keys, const std::vector<std::string>& overrides,
+                 const std::string& section) {
   for (std::size_t k = 0; k < keys.size(); ++k) {
     const SweptKey& key = keys[k];
     if (lies_within(key.name, "sweep")) refuse(key, "a sweep cannot sweep itself");
@@ -97,11 +101,10 @@ void refuse_lost(const std::vector<SweptKey>& keys, const std::vector<std::strin
     }
     for (const std::string& override_text : overrides) {
       if (!lies_within(override_text.substr(0, override_text.find('=')), key.name)) continue;
-      refuse(
-          key, fmt::format("is swept, and set by --set {}", override_text),
-          fmt::format("sweep fewer values with --set 'sweep.keys={{{}: [...]}}', or nothing with "
-                      "--set sweep=",
-                      key.name));
+      refuse(key, fmt::format("is swept, and set by --set {}", override_text),
+             fmt::format("sweep fewer values with --set '{}.keys={{{}: [...]}}', or nothing with "
+                         "--set {}=",
+                         section, key.shown.substr(section.size() + 6), section));
     }
     for (std::size_t before = 0; before < k; ++before) {
       if (lies_within(keys[before].name, key.name)) {
@@ -214,17 +217,26 @@ std::string folder_of(const std::vector<std::string>& names, const SweepVariant&
 
 }  // namespace
 
+std::string SweepPlace::text() const {
+  return fmt::format("{}", fmt::join(path, "."));
+}
+
 std::optional<Sweep> read_sweep(const std::string& text, const std::string& file_name,
-                                const std::vector<std::string>& overrides) {
+                                const std::vector<std::string>& overrides,
+                                const SweepPlace& place) {
   ConfigTree tree = core::parse_config_tree(text, file_name);
   for (const std::string& assignment : overrides) core::apply_override(tree, assignment);
-  const core::ConfigEntry* found = tree.find("sweep");
-  if (found == nullptr || found->value.kind == Kind::nothing) return {};
-
-  ConfigNode node = ConfigNode::parse(text, file_name, overrides).child("sweep");
+  const core::ConfigEntry* found = nullptr;
+  ConfigNode node = ConfigNode::parse(text, file_name, overrides);
+  for (const std::string& key : place.path) {
+    found = found == nullptr ? tree.find(key) : found->value.find(key);
+    if (found == nullptr || found->value.kind == Kind::nothing) return {};
+    node = node.child(key);
+  }
   Sweep sweep;
   sweep.mode = node.choice("mode", {"grid", "zip", "random"}, "grid");
   node.leave_alone({"keys"});
+  node.leave_alone(place.others);
   if (sweep.mode == "random") {
     node.integer("count", 1, static_cast<std::int64_t>(most_variants));
     node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0);
@@ -234,13 +246,13 @@ std::optional<Sweep> read_sweep(const std::string& text, const std::string& file
   std::vector<SweptKey> keys;
   if (const core::ConfigEntry* listed = found->value.find("keys")) {
     for (const core::ConfigEntry& entry : listed->value.entries) {
-      keys.push_back(read_key(entry, keys_node, file_name, sweep.mode == "random"));
+      keys.push_back(read_key(entry, keys_node, file_name, place, sweep.mode == "random"));
     }
   }
   if (keys.empty()) {
     node.fail("keys", "names no key to sweep", "for example keys: {modes.order: [2, 3]}");
   }
-  refuse_lost(keys, overrides);
+  refuse_lost(keys, overrides, place.text());
 
   const std::vector<Row> rows = sweep.mode == "grid"  ? grid(keys, node)
                                 : sweep.mode == "zip" ? zip(keys)

@@ -27,12 +27,22 @@ struct Sweep {
   std::map<std::string, std::string> places;
 };
 
+/// Where variants are written.
+struct SweepPlace {
+  std::vector<std::string> path = {"sweep"};  ///< keys from the root
+  std::string prefix{};                       ///< put before the names of swept keys
+  std::vector<std::string> others{};          ///< keys beside the sweep's, of another reader
+
+  std::string text() const;  ///< dotted
+};
+
 /// Reads and expands `sweep:`; nothing where there is none (or `--set sweep=` takes it away).
 /// A variant's folder depends on its own values alone: a sweep can grow, and its order change.
 /// @param overrides  --set, applied before
 /// @throws ConfigError  file:line:column: an unknown key in `sweep`, lists of unequal length in a
 ///                      zip, the same variant twice, too many of them, a swept key that --set sets
 std::optional<Sweep> read_sweep(const std::string& text, const std::string& file_name,
-                                const std::vector<std::string>& overrides);
+                                const std::vector<std::string>& overrides,
+                                const SweepPlace& place = {});
 
 }  // namespace carillon::cli

@@ -4,12 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
-#include "synth/mel.hpp"
 
 namespace carillon::eval {
 
@@ -21,17 +19,31 @@ struct Column {
   bool of_bodies = false;
 };
 
+/// The sounds of a dataset, with the spectrograms that it stores, else the papers'.
+ClipFormat format_of(const core::Hdf5Group& file) {
+  const core::Extent audio = file.extent("audio");
+  ClipFormat format = paper_format(audio.back(), file.number_attribute("sample_rate_hz"));
+  if (!file.has("mel")) return format;
+  const core::Extent mel = file.extent("mel");
+  format.mel.bands = static_cast<int>(mel[mel.size() - 2]);
+  format.mel.fft_size = static_cast<int>(file.number_attribute("fft_size", "mel"));
+  format.mel.hop = static_cast<int>(file.number_attribute("hop", "mel"));
+  format.mel.min_frequency = file.number_attribute("min_frequency_hz", "mel");
+  format.mel.max_frequency = file.number_attribute("max_frequency_hz", "mel");
+  return format;
+}
+
 class DatasetSource final : public SampleSource {
  public:
   DatasetSource(const std::filesystem::path& folder, std::size_t listener)
       : name_(folder.string()),
         file_(core::Hdf5Group::open_file(folder / "index.h5")),
-        listener_(listener) {
+        listener_(listener),
+        preparer_(format_of(file_)) {
     const std::filesystem::path description = folder / "dataset.json";
     content_ =
         core::sha256_file(std::filesystem::exists(description) ? description : folder / "index.h5");
     keys_ = file_.read<std::string>("key");
-    sample_rate_ = file_.number_attribute("sample_rate_hz");
     if (file_.has("shape_index")) {
       bodies_ = file_.read<std::uint32_t>("shape_index");
     } else {
@@ -55,6 +67,8 @@ class DatasetSource final : public SampleSource {
     return fmt::format("{} listener {}", content_, listener_);
   }
 
+  std::optional<ClipFormat> clip_format() const override { return preparer_.format(); }
+
   std::vector<std::string> labels(const std::string& column) const override {
     if (file_.has(column) && !file_.is_group(column) && file_.is_text(column)) {
       return file_.read<std::string>(column);
@@ -71,7 +85,7 @@ class DatasetSource final : public SampleSource {
     const std::optional<Column> column = column_of(sense);
     if (!column) return std::nullopt;
     const core::Extent stored = file_.extent(column->name);
-    return SenseLayout{extent_of(sense, stored, *column), static_cast<std::size_t>(stored[0]),
+    return SenseLayout{extent_of(sense, stored), static_cast<std::size_t>(stored[0]),
                        column->of_bodies};
   }
 
@@ -127,18 +141,14 @@ class DatasetSource final : public SampleSource {
     return std::nullopt;
   }
 
-  SenseExtent extent_of(Sense sense, const core::Extent& stored, const Column& column) const {
+  SenseExtent extent_of(Sense sense, const core::Extent& stored) const {
     const auto side = [&](std::size_t from_last) {
       return static_cast<std::int64_t>(stored[stored.size() - from_last]);
     };
     switch (sense) {
       case Sense::spectrogram:
-        if (column.name == "audio")
-          return {1, prepare::spectrogram_bands, prepare::spectrogram_frames};
-        return {1, side(2), side(1)};
       case Sense::waveform:
-        return {1, static_cast<std::int64_t>(std::llround(static_cast<double>(side(1)) *
-                                                          prepare::waveform_rate / sample_rate_))};
+        return preparer_.extent(sense);
       case Sense::voxels:
         return {1, side(3), side(2), side(1)};
       case Sense::image:
@@ -186,26 +196,9 @@ class DatasetSource final : public SampleSource {
       return std::any_of(values.begin(), values.end(), [](float value) { return value != 0; });
     }
     const std::span<const float> own = heard_by_listener(row);
-    if (sense == Sense::waveform) {
-      const std::vector<float> prepared = prepare::waveform(own, sample_rate_);
-      std::copy_n(prepared.begin(), std::min(prepared.size(), values.size()), values.begin());
-      return std::any_of(prepared.begin(), prepared.end(), [](float value) { return value != 0; });
-    }
-    if (column.name == "mel") {
-      std::copy(own.begin(), own.end(), values.begin());
-    } else {
-      const std::vector<float> made = spectrogram_of(own);
-      std::copy_n(made.begin(), values.size(), values.begin());
-    }
+    if (column.name == "audio") return preparer_.prepare(sense, own, values);
+    std::copy(own.begin(), own.end(), values.begin());
     return prepare::spectrogram(values);
-  }
-
-  std::vector<float> spectrogram_of(std::span<const float> clip) {
-    if (!mel_) {
-      mel_ = std::make_unique<synth::MelSpectrogram>(
-          prepare::spectrogram_options(clip.size(), sample_rate_));
-    }
-    return (*mel_)(clip);
   }
 
   std::string name_;
@@ -215,8 +208,7 @@ class DatasetSource final : public SampleSource {
   std::string content_;
   std::vector<std::string> keys_;
   std::vector<std::uint32_t> bodies_;
-  double sample_rate_ = 44100;
-  std::unique_ptr<synth::MelSpectrogram> mel_;
+  ClipPreparer preparer_;
 };
 
 }  // namespace

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "core/error.hpp"
 #include "core/random.hpp"
 #include "eval/learning/learner_state.hpp"
 #include "eval/learning/sealed_file.hpp"
@@ -55,45 +57,104 @@ Learner::Learner(const Method& method, const std::vector<SenseExtent>& extents,
 Learner::~Learner() = default;
 Learner::Learner(Learner&&) noexcept = default;
 
-std::vector<float> Learner::predict(SampleSource& source, const LabelledSamples& samples,
-                                    const std::vector<std::uint32_t>& rows,
-                                    const LearningRanks& ranks) {
-  const std::size_t classes = state_->classes.size();
-  std::vector<float> logits(rows.size() * classes, 0.0F);
+std::vector<float> Learner::State::ask(
+    SampleSource& source, const LabelledSamples& samples, const std::vector<std::uint32_t>& rows,
+    const LearningRanks& ranks, std::size_t columns,
+    const std::function<torch::Tensor(const std::vector<torch::Tensor>&)>& look) {
+  std::vector<float> values(rows.size() * columns, 0.0F);
   std::exception_ptr error;
   try {
     const torch::NoGradGuard no_gradient;
-    std::vector<std::uint32_t> own = rows_of_rank(rows, ranks.rank, ranks.size);
-    BatchReader reader(source, samples, state_->method.senses, own, state_->method.learning.memory);
+    BatchReader reader(source, samples, method.senses, rows_of_rank(rows, ranks.rank, ranks.size),
+                       method.learning.memory);
     reader.begin({});
     for (Batch batch; reader.next(answer_batch, batch);) {
-      const torch::Tensor answers =
-          state_->classifier->forward(tensors_of(batch, reader.layouts())).contiguous();
+      const torch::Tensor answers = look(tensors_of(batch, reader.layouts())).contiguous();
       for (std::size_t i = 0; i < batch.rows.size(); ++i) {
         const auto at = static_cast<std::size_t>(
             std::lower_bound(rows.begin(), rows.end(), batch.rows[i]) - rows.begin());
-        std::copy_n(answers.data_ptr<float>() + i * classes, classes,
-                    logits.begin() + static_cast<std::ptrdiff_t>(at * classes));
+        std::copy_n(answers.data_ptr<float>() + i * columns, columns,
+                    values.begin() + static_cast<std::ptrdiff_t>(at * columns));
       }
     }
   } catch (...) {
     error = std::current_exception();
   }
   ranks.agree(error);
-  ranks.sum(logits);
-  return logits;
+  ranks.sum(values);
+  return values;
 }
 
-std::vector<float> Learner::predict(const std::vector<std::vector<float>>& senses) {
-  const torch::NoGradGuard no_gradient;
+std::vector<torch::Tensor> Learner::State::of_one(
+    const std::vector<std::vector<float>>& senses) const {
   std::vector<torch::Tensor> tensors;
   for (std::size_t s = 0; s < senses.size(); ++s) {
     std::vector<std::int64_t> extent = {1};
-    extent.insert(extent.end(), state_->extents[s].begin(), state_->extents[s].end());
+    extent.insert(extent.end(), extents[s].begin(), extents[s].end());
     tensors.push_back(torch::tensor(senses[s]).view(extent));
   }
-  const torch::Tensor logits = state_->classifier->forward(tensors).contiguous();
-  return {logits.data_ptr<float>(), logits.data_ptr<float>() + logits.numel()};
+  return tensors;
+}
+
+std::vector<float> Learner::predict(SampleSource& source, const LabelledSamples& samples,
+                                    const std::vector<std::uint32_t>& rows,
+                                    const LearningRanks& ranks) {
+  return state_->ask(source, samples, rows, ranks, state_->classes.size(),
+                     [this](const auto& senses) { return state_->classifier->forward(senses); });
+}
+
+std::vector<float> Learner::features(SampleSource& source, const LabelledSamples& samples,
+                                     const std::vector<std::uint32_t>& rows,
+                                     const LearningRanks& ranks) {
+  return state_->ask(source, samples, rows, ranks, feature_count(),
+                     [this](const auto& senses) { return state_->classifier->features(senses); });
+}
+
+std::size_t Learner::feature_count() const {
+  const torch::NoGradGuard no_gradient;
+  std::vector<std::vector<float>> nothing;
+  for (const SenseExtent& extent : state_->extents) nothing.emplace_back(values_in(extent), 0.0F);
+  return static_cast<std::size_t>(state_->classifier->features(state_->of_one(nothing)).numel());
+}
+
+Learner::Look Learner::look(const std::vector<std::vector<float>>& senses) const {
+  const torch::NoGradGuard no_gradient;
+  const std::vector<torch::Tensor> tensors = state_->of_one(senses);
+  const auto values = [](const torch::Tensor& tensor) {
+    const torch::Tensor whole = tensor.contiguous();
+    return std::vector<float>(whole.data_ptr<float>(), whole.data_ptr<float>() + whole.numel());
+  };
+  return {values(state_->classifier->forward(tensors)),
+          values(state_->classifier->features(tensors))};
+}
+
+std::vector<float> Learner::exciting_input(std::size_t class_number, double mean_square) const {
+  constexpr int steps = 150;
+  constexpr double step_length = 0.05;
+  if (state_->extents.size() != 1) {
+    throw core::InputError(fmt::format(
+        "{} perceives several senses: none of them alone excites a class", state_->method.name));
+  }
+  if (!(mean_square > 0 && mean_square <= 1)) {
+    throw core::InputError(
+        fmt::format("a mean square of {} is none of values from 0 to 1", mean_square));
+  }
+  std::vector<std::int64_t> extent = {1};
+  extent.insert(extent.end(), state_->extents[0].begin(), state_->extents[0].end());
+  torch::Tensor input = torch::full(extent, std::sqrt(mean_square));
+  const double length = input.norm().item<double>();
+  for (int step = 0; step < steps; ++step) {
+    input = input.detach().requires_grad_();
+    state_->classifier->forward({input})[0][static_cast<std::int64_t>(class_number)].backward();
+    const torch::NoGradGuard no_gradient;
+    const double slope = input.grad().norm().item<double>();
+    if (!(slope > 0)) break;
+    // Clamping shortens what rescaling lengthens: the last of the two keeps the range.
+    input = (input + input.grad() * (step_length * length / slope)).clamp(0, 1);
+    input = (input * (length / input.norm().item<double>())).clamp(0, 1);
+  }
+  const torch::Tensor found = input.detach().contiguous();
+  return {found.data_ptr<float>(), found.data_ptr<float>() + found.numel()};
 }
 
 void Learner::save(const std::filesystem::path& path, const nlohmann::json& notes) const {

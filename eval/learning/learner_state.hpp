@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -38,6 +39,15 @@ struct Learner::State {
 
   /// Sum of the samples' losses.
   torch::Tensor loss(const torch::Tensor& logits, const torch::Tensor& labels) const;
+  /// What `look` says of rows, rows x columns, each rank its share.
+  /// @note Collective on the ranks.
+  std::vector<float> ask(
+      SampleSource& source, const LabelledSamples& samples, const std::vector<std::uint32_t>& rows,
+      const LearningRanks& ranks, std::size_t columns,
+      const std::function<torch::Tensor(const std::vector<torch::Tensor>&)>& look);
+  /// Tensors of one sample.
+  std::vector<torch::Tensor> of_one(const std::vector<std::vector<float>>& senses) const;
+
   /// Loss and right answers of a batch; with `learn` the gradient too.
   Tally look_at(Batch& batch, const std::vector<SenseLayout>& layouts, bool learn);
 };

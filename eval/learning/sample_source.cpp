@@ -17,7 +17,9 @@ const char* remedy(Sense sense) {
     case Sense::touch:
       return "touch comes with a motion of a stylus (docs/touch.md)";
     default:
-      return "";
+      return "sources whose sounds are not alike cannot be joined: one sample rate, one length, "
+             "one "
+             "`mel`";
   }
 }
 

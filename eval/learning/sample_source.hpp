@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "eval/learning/clip.hpp"
 #include "eval/learning/sense.hpp"
 
 namespace carillon::eval {
@@ -42,6 +43,9 @@ class SampleSource {
   ///         FileError   not readable
   virtual std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
                                  std::span<float> values) = 0;
+
+  /// What its sounds are; nothing where it has none.
+  virtual std::optional<ClipFormat> clip_format() const = 0;
 
   /// Hash of what the values are made of: equal for equal contents.
   virtual std::string content() const = 0;

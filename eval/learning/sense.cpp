@@ -46,14 +46,6 @@ void require_finite(std::span<const float> values, const char* what) {
 
 }  // namespace
 
-synth::MelOptions spectrogram_options(std::size_t samples, double sample_rate) {
-  synth::MelOptions options;
-  options.sample_rate = sample_rate;
-  options.bands = spectrogram_bands;
-  options.hop = static_cast<int>(std::max<std::size_t>(1, samples / (spectrogram_frames - 1)));
-  return options;
-}
-
 bool spectrogram(std::span<float> power) {
   require_finite(power, "the spectrogram");
   const float largest = power.empty() ? 0 : *std::max_element(power.begin(), power.end());

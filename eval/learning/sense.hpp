@@ -5,8 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "synth/mel.hpp"
-
 namespace carillon::eval {
 
 /// What a network perceives of a sample.
@@ -36,10 +34,6 @@ namespace prepare {
 
 /// Range of a spectrogram that counts [dB]; what is below is 0.
 inline constexpr double spectrogram_range = 60;
-/// The papers' spectrogram (Sterling 2019, section 6.3.1): 64 bands, 25 frames.
-inline constexpr int spectrogram_bands = 64, spectrogram_frames = 25;
-/// That of clips of so many samples.
-synth::MelOptions spectrogram_options(std::size_t samples, double sample_rate);
 /// @param power  mel powers of a clip, overwritten; a silent clip becomes all 0
 /// @return whether anything sounds
 bool spectrogram(std::span<float> power);

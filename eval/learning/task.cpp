@@ -26,6 +26,12 @@ std::map<std::string, std::string> classes_of(const std::vector<std::string>& la
   std::map<std::string, std::string> names;
   if (task.classes.empty()) {
     for (const std::string& label : labels) names[label] = label;
+    for (const std::string& label : task.except) {
+      if (names.erase(label) > 0) continue;
+      throw core::InputError(
+          fmt::format("task {}: there is no {} to leave out in {}", task.name, label, task.column),
+          fmt::format("there are {}", fmt::join(std::set(labels.begin(), labels.end()), ", ")));
+    }
     return names;
   }
   for (const auto& [name, members] : task.classes) {

@@ -18,7 +18,9 @@ struct TaskSpec {
   std::string split;   ///< column that says train, validation or test
   /// Labels that count as one class; empty: each is a class of its own. With it, labels that stand
   /// nowhere in it are left out.
-  std::map<std::string, std::vector<std::string>> classes;
+  std::map<std::string, std::vector<std::string>> classes{};
+  /// Labels that are left out: nothing is learnt of them, and they are none of the classes.
+  std::vector<std::string> except{};
 };
 
 /// A task's samples. Nothing depends on the order in which labels occur.
@@ -34,7 +36,8 @@ struct LabelledSamples {
 };
 
 /// @throws InputError  no such column, a part that is none of the three, less than two classes, no
-///                     sample to learn from; names the source and the remedy
+///                     sample to learn from, a label to leave out that there is not; names the
+///                     source and the remedy
 LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task);
 
 /// Classes that nothing is learnt of, or that are not tested: sentences for people.

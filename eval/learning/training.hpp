@@ -80,9 +80,25 @@ class Learner {
   /// @note Collective on the ranks.
   std::vector<float> predict(SampleSource& source, const LabelledSamples& samples,
                              const std::vector<std::uint32_t>& rows, const LearningRanks& ranks);
-  /// Of one sample, prepared.
-  /// @param senses  values of each of the method's senses
-  std::vector<float> predict(const std::vector<std::vector<float>>& senses);
+  /// What the last layer classifies, rows x feature_count().
+  /// @note Collective on the ranks.
+  std::vector<float> features(SampleSource& source, const LabelledSamples& samples,
+                              const std::vector<std::uint32_t>& rows, const LearningRanks& ranks);
+  std::size_t feature_count() const;
+  /// Logits and features of one sample.
+  struct Look {
+    std::vector<float> logits, features;
+  };
+  /// @param senses  values of each of the method's senses, prepared
+  Look look(const std::vector<std::vector<float>>& senses) const;
+
+  /// The input of values from 0 to 1 and a given mean square that a class's logit is largest for
+  /// (activation maximisation, Simonyan et al. 2014, section 2; Sterling 2019, Fig. 6.9): gradient
+  /// ascent from equal values, each step a twentieth of the input's length, kept to the mean
+  /// square. Of a network with one sense.
+  /// @param mean_square  e.g. that of the samples; 0 to 1
+  /// @throws InputError  several senses, or a mean square out of range
+  std::vector<float> exciting_input(std::size_t class_number, double mean_square) const;
 
   /// What is kept of a trained classifier.
   void save(const std::filesystem::path& path, const nlohmann::json& notes) const;

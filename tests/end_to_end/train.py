@@ -162,6 +162,31 @@ class Train(FolderTest):
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("leaks", result.stderr)
 
+    def test_searches_sizes_on_the_validation_samples(self):
+        search = ["--search", "--set", "search={isnn-a: {task: geometry, keys: "
+                  "{filters: [4, 8], learning_rate: [0.00001, 0.003]}}}"]
+        output = self.folder / "searched"
+        config = self.other("search")[1]
+        found = run_json("train", config, "-o", output, *search, ranks=2)["searches"][0]
+        trials = found["trials"]
+        self.assertEqual((found["task"], len(trials)), ("geometry", 4))
+        scores = [(-trial["validation_accuracy"], trial["validation_loss"]) for trial in trials]
+        self.assertEqual(scores, sorted(scores))
+        self.assertEqual(trials[0]["values"]["learning_rate"], "0.003")
+        self.assertFalse(any("test" in key for trial in trials for key in trial))
+        again = run_json("train", config, "-o", output, *search)["searches"][0]["trials"]
+        self.assertTrue(all(trial["was_there"] for trial in again))
+        self.assertEqual([trial["values"] for trial in again],
+                         [trial["values"] for trial in trials])
+        for override, said in (("search={isnn-b: {keys: {filters: [4]}}}", "has no \"isnn-b\""),
+                               ("search={isnn-a: {keys: {filter: [4]}}}", "filter"),
+                               ("search={isnn-a: {task: mass, keys: {filters: [4]}}}", "mass"),
+                               ("search={isnn-a: {keys: {filters: []}}}", "no values"),
+                               ("search=", "is missing")):
+            result = run("train", config, "-o", output, "--search", "--set", override)
+            self.assertEqual(result.returncode, 2, override)
+            self.assertIn(said, result.stderr, override)
+
     def test_says_what_a_dataset_lacks(self):
         _, config = self.other("lacks")
         result = run("train", config, "-o", self.folder / "lacks-out",

@@ -202,8 +202,35 @@ TEST(SavedLearner, AnswersAsItDid) {
   std::vector<float> sound(96), body(1728);
   source.read(Sense::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
   source.read(Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, body);
-  const auto alone = loaded.predict({sound, body});
+  const auto alone = loaded.look({sound, body}).logits;
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(alone[c], scores[c], 1e-5);
+}
+
+TEST(ExcitingInput, IsTakenForItsClassAndAsStrongAsAsked) {
+  MadeSource source(300, 3);
+  const LabelledSamples samples = label_samples(source, made_task());
+  Method method = made_method({Branch::isnn}, Fusion::concatenate);
+  method.learning.epochs = 8;
+  Learner learner(method, extents_of(method, source), samples.classes);
+  learner.train(source, samples, {}, {}, {});
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::vector<float> input = learner.exciting_input(c, 0.1);
+    double square = 0;
+    for (const float value : input) {
+      EXPECT_GE(value, 0);
+      EXPECT_LE(value, 1);
+      square += static_cast<double>(value) * value / static_cast<double>(input.size());
+    }
+    EXPECT_LE(square, 0.1001);
+    EXPECT_GT(square, 0.05);
+    const std::vector<float> logits = learner.look({input}).logits;
+    const std::vector<float> plain =
+        learner.look({std::vector<float>(input.size(), std::sqrt(0.1F))}).logits;
+    EXPECT_EQ(std::max_element(logits.begin(), logits.end()) - logits.begin(),
+              static_cast<std::ptrdiff_t>(c));
+    EXPECT_GT(logits[c], plain[c]);
+  }
+  EXPECT_THROW(learner.exciting_input(0, 0), core::InputError);
 }
 
 TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {

@@ -47,6 +47,7 @@ class MadeSource final : public SampleSource {
     }
     return labels;
   }
+  std::optional<ClipFormat> clip_format() const override { return std::nullopt; }
   std::optional<SenseLayout> layout(Sense sense) const override {
     switch (sense) {
       case Sense::spectrogram:

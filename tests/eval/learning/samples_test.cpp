@@ -8,13 +8,16 @@
 #include <fstream>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <set>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "eval/learning/batches.hpp"
+#include "eval/learning/clip.hpp"
 #include "eval/learning/epochs.hpp"
 #include "eval/learning/sealed_file.hpp"
+#include "eval/learning/selected_source.hpp"
 #include "tests/core/temporary_folder.hpp"
 #include "tests/eval/learning/made_source.hpp"
 
@@ -59,10 +62,10 @@ TEST(PreparedSpectrogram, OfSilenceIsEmptyAndOfNaNRefused) {
 }
 
 TEST(PreparedSpectrogram, HasThePapersExtentForClipsOfAnyLength) {
-  EXPECT_EQ(prepare::spectrogram_options(44100, 44100).hop, 1837);
+  EXPECT_EQ(paper_format(44100, 44100).mel.hop, 1837);
   for (const std::size_t samples : {44100U, 48000U, 22050U, 13000U}) {
-    const auto options = prepare::spectrogram_options(samples, 44100);
-    EXPECT_EQ(synth::mel_frames(samples, options), 25) << samples;
+    const ClipPreparer preparer(paper_format(samples, 44100));
+    EXPECT_EQ(preparer.extent(Sense::spectrogram), (SenseExtent{1, 64, 25})) << samples;
   }
 }
 
@@ -310,6 +313,42 @@ TEST(Epochs, LowerTheLearningRateWhereNothingGetsBetter) {
   epochs.push_back(epoch_of(5, 0.5));
   epochs.push_back(epoch_of(6, 0.6));
   EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.3);
+}
+
+TEST(SelectedSamples, AreThoseOfTheirSources) {
+  MadeSource first(60, 3), second(60, 3, 1.0);
+  std::vector<Selection> wanted = {
+      {1, 4, Part::test}, {0, 2, Part::train}, {0, 50, Part::train}, {1, 40, Part::validation}};
+  const auto source = select_samples({&first, &second}, wanted);
+  ASSERT_EQ(source->size(), 4U);
+  EXPECT_EQ(source->keys(),
+            (std::vector<std::string>{"0:sample-2", "0:sample-50", "1:sample-4", "1:sample-40"}));
+  EXPECT_EQ(source->labels("split_strike"),
+            (std::vector<std::string>{"train", "train", "test", "validation"}));
+  EXPECT_EQ(source->labels("kind"),
+            (std::vector<std::string>{"class-2", "class-2", "class-1", "class-1"}));
+  EXPECT_EQ(source->bodies(), (std::vector<std::uint32_t>{2, 2, 4, 4}));
+  for (const Sense sense : {Sense::spectrogram, Sense::voxels}) {
+    const auto layout = source->layout(sense).value();
+    EXPECT_EQ(layout.entries, sense == Sense::voxels ? 6U : 4U);
+    const std::size_t each = values_in(layout.extent);
+    std::vector<std::uint32_t> all(layout.entries);
+    std::iota(all.begin(), all.end(), 0U);
+    std::vector<float> values(all.size() * each), own(each);
+    EXPECT_EQ(source->read(sense, all, values), std::vector<bool>(all.size(), true));
+    for (const std::uint32_t entry : all) {
+      const bool body = sense == Sense::voxels;
+      MadeSource& theirs = (body ? entry / 3 : entry / 2) == 0 ? first : second;
+      const std::uint32_t row = body ? entry % 3 : std::vector<std::uint32_t>{2, 50, 4, 40}[entry];
+      theirs.read(sense, std::vector<std::uint32_t>{row}, own);
+      EXPECT_TRUE(std::equal(own.begin(), own.end(), values.begin() + entry * each)) << entry;
+    }
+  }
+  EXPECT_NE(select_samples({&first, &second}, {wanted[0], wanted[1]})->content(),
+            source->content());
+  wanted.push_back({0, 50, Part::test});
+  EXPECT_THROW(select_samples({&first, &second}, wanted), core::InputError);
+  EXPECT_THROW(select_samples({&first}, {}), core::InputError);
 }
 
 }  // namespace

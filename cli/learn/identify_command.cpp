@@ -1,0 +1,186 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+#include "cli/learn/commands.hpp"
+#include "cli/learn/recognised_scene.hpp"
+#include "cli/learn/recognisers.hpp"
+#include "cli/text.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/trace.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct IdentifyOptions {
+  std::vector<std::string> clips;
+  std::string models, method;
+  std::string scene, at, output;
+};
+
+/// What one network says of one clip.
+struct Answer {
+  const Recogniser* recogniser = nullptr;
+  eval::Recognised recognised;
+  std::vector<std::size_t> order;  ///< classes, the most likely first
+
+  const std::string& best() const { return recogniser->classes()[order.front()]; }
+};
+
+Answer ask(const Recogniser& recogniser, const core::AudioClip& clip) {
+  Answer answer{&recogniser, recogniser(clip), {}};
+  const std::vector<double>& probabilities = answer.recognised.probabilities;
+  answer.order.resize(probabilities.size());
+  std::iota(answer.order.begin(), answer.order.end(), std::size_t{0});
+  std::stable_sort(answer.order.begin(), answer.order.end(), [&](std::size_t a, std::size_t b) {
+    return probabilities[a] > probabilities[b];
+  });
+  return answer;
+}
+
+/// The clip's answers by every network.
+std::vector<Answer> ask_all(const std::vector<Recogniser>& recognisers, const std::string& file) {
+  const core::AudioClip clip = core::read_audio(file);
+  std::vector<Answer> answers;
+  try {
+    for (const Recogniser& recogniser : recognisers) answers.push_back(ask(recogniser, clip));
+  } catch (const core::InputError& error) {
+    throw core::InputError(fmt::format("{}: {}", file, error.message()), error.hint());
+  }
+  return answers;
+}
+
+ordered_json to_json(const Answer& answer) {
+  const eval::Recognised& recognised = answer.recognised;
+  ordered_json classes = ordered_json::object();
+  for (const std::size_t c : answer.order) {
+    classes[answer.recogniser->classes()[c]] = recognised.probabilities[c];
+  }
+  return {{"known", recognised.known},
+          {"class", answer.best()},
+          {"confidence", recognised.probabilities[answer.order.front()]},
+          {"familiarity", recognised.familiarity},
+          {"least_familiarity", answer.recogniser->threshold()},
+          {"classes", classes},
+          {"method", answer.recogniser->method()},
+          {"model", answer.recogniser->folder().string()}};
+}
+
+void print(const std::string& file, const std::vector<Answer>& answers) {
+  fmt::print("{}\n", file);
+  for (const Answer& answer : answers) {
+    std::vector<std::string> likely;
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, answer.order.size()); ++i) {
+      const std::size_t c = answer.order[i];
+      likely.push_back(fmt::format("{} {:.1f} %", answer.recogniser->classes()[c],
+                                   100 * answer.recognised.probabilities[c]));
+    }
+    const std::string text = fmt::format("{}", fmt::join(likely, ", "));
+    fmt::print("  {:12} {}\n", answer.recogniser->task(),
+               answer.recognised.known ? text
+                                       : fmt::format("none of these (else {}): unlike what it was "
+                                                     "trained with",
+                                                     text));
+  }
+}
+
+/// The answer of a task with one of these columns.
+const Answer& answer_of(const std::vector<Answer>& answers, const std::vector<std::string>& columns,
+                        const std::string& what) {
+  for (const Answer& answer : answers) {
+    if (std::find(columns.begin(), columns.end(), answer.recogniser->column()) == columns.end()) {
+      continue;
+    }
+    if (answer.recognised.known) return answer;
+    throw core::InputError(fmt::format("the {} is none of those that {} was trained with", what,
+                                       answer.recogniser->method()),
+                           "nothing is put into the scene");
+  }
+  throw core::InputError(
+      fmt::format("no network tells the {}", what),
+      fmt::format("train a task whose column is {}", fmt::join(columns, " or ")));
+}
+
+/// The scene with what was recognised in it.
+std::string extended_scene(const IdentifyOptions& options, const solvers::Vec3& place,
+                           const std::vector<Answer>& answers) {
+  const Answer& shape = answer_of(answers, {"shape", "family"}, "shape");
+  const Answer& material = answer_of(answers, {"material"}, "material");
+  RecognisedBody body =
+      body_of_class(shape.recogniser->source(), shape.recogniser->column(), shape.best());
+  body.material = material_of_class(material.recogniser->source(),
+                                    material.recogniser->label_of(material.best()));
+  return with_body(core::read_file(options.scene), options.scene, body, place);
+}
+
+void run_identify(const IdentifyOptions& options, const Context& context) {
+  if (!context.speaks()) return;
+  const double start = core::monotonic_seconds();
+  const solvers::Vec3 place =
+      options.scene.empty() ? solvers::Vec3::Zero().eval() : parse_position(options.at);
+  const std::vector<Recogniser> recognisers = find_recognisers(options.models, options.method);
+  ordered_json clips = ordered_json::array();
+  std::vector<Answer> answers;
+  for (const std::string& file : options.clips) {
+    answers = ask_all(recognisers, file);
+    ordered_json clip = {{"file", file}, {"tasks", ordered_json::object()}};
+    for (const Answer& answer : answers) clip["tasks"][answer.recogniser->task()] = to_json(answer);
+    clips.push_back(std::move(clip));
+    if (!context.json) print(file, answers);
+  }
+  if (!options.scene.empty()) {
+    const std::string output = options.output.empty() ? options.scene : options.output;
+    core::write_text_durably(output, extended_scene(options, place, answers));
+    if (!context.json) fmt::print("{}: one body more\n", output);
+  }
+  if (context.json) {
+    fmt::print("{}\n", ordered_json{{"clips", clips},
+                                    {"timing", {{"identify_s", core::monotonic_seconds() - start}}}}
+                           .dump(1));
+  }
+}
+
+}  // namespace
+
+void add_identify(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand("identify", identify_summary);
+  auto options = std::make_shared<IdentifyOptions>();
+  command->add_option("clips", options->clips, "sounds of one strike each; of several the loudest")
+      ->required();
+  command
+      ->add_option("-m,--models", options->models,
+                   "folder below which trained networks lie: the output of carillon train")
+      ->required();
+  command->add_option("--method", options->method,
+                      "networks of this name alone (default: the best on the validation samples)");
+  CLI::Option* scene = command->add_option("--scene", options->scene,
+                                           "configuration with motion to put the body into");
+  CLI::Option* at = command->add_option("--at", options->at, "x,y,z of the centre of its box [m]");
+  scene->needs(at);
+  at->needs(scene);
+  command
+      ->add_option("-o,--output", options->output,
+                   "file for the longer scene (default: the scene's own)")
+      ->needs(scene);
+  command->footer(
+      "Examples:\n"
+      "  carillon identify clip.wav --models carillon-learning-smoke\n"
+      "  carillon identify clip.wav -m out --scene scene.yaml --at 0.2,0,5cm -o with-it.yaml\n"
+      "Only networks that hear and nothing else answer. docs/learning.md.");
+  command->callback([&context, options] {
+    if (!options->scene.empty() && options->clips.size() > 1) {
+      throw core::InputError("--scene takes the body of one clip", "give one");
+    }
+    run_identify(*options, context);
+  });
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/audio.hpp"
+#include "eval/learning/recognition.hpp"
+
+namespace carillon::cli {
+
+/// A trained network that answers for single sounds.
+class Recogniser {
+ public:
+  /// @param folder  of the training: `model` and `recognition`
+  /// @throws FileError, InputError  one is not there, or damaged
+  explicit Recogniser(const std::filesystem::path& folder);
+
+  const std::string& task() const { return task_; }
+  const std::string& column() const { return column_; }
+  /// Folder of the training, and of the dataset or recordings that it was trained with.
+  const std::filesystem::path& folder() const { return folder_; }
+  const std::filesystem::path& source() const { return source_; }
+  const std::string& method() const { return learner_.method().name; }
+  const std::vector<std::string>& classes() const { return learner_.classes(); }
+  /// The first of a class's labels: the class itself where it has no others.
+  std::string label_of(const std::string& name) const;
+  double threshold() const { return recognition_.threshold; }
+
+  /// @throws InputError  no samples, or one that is not finite
+  eval::Recognised operator()(const core::AudioClip& recording) const;
+
+ private:
+  explicit Recogniser(const std::filesystem::path& folder, nlohmann::json notes);
+
+  std::filesystem::path folder_;
+  std::string task_, column_;
+  std::map<std::string, std::vector<std::string>> labels_;  ///< of classes that have several
+  std::filesystem::path source_;
+  eval::Learner learner_;
+  eval::Recognition recognition_;
+  eval::ClipPreparer preparer_;
+};
+
+/// The networks below a folder that only hear: of each task the one that was best on its validation
+/// samples.
+/// @param method  of this name alone; "" for any
+/// @throws InputError  there is none; says how to get one
+std::vector<Recogniser> find_recognisers(const std::filesystem::path& folder,
+                                         const std::string& method);
+
+}  // namespace carillon::cli

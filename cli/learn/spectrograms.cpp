@@ -1,0 +1,149 @@
+#include "cli/learn/spectrograms.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "cli/learn/tables.hpp"
+#include "core/config.hpp"
+#include "eval/statistics/principal_components.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+using core::ConfigNode;
+using nlohmann::ordered_json;
+
+namespace {
+
+constexpr std::size_t components = 2;
+
+bool sees_spectrograms_alone(const eval::Method& method) {
+  return method.kind == eval::MethodKind::network && method.branches.size() == 1 &&
+         method.senses.front() == eval::Sense::spectrogram;
+}
+
+/// Bands x frames, as lists.
+ordered_json picture(std::span<const double> values, const eval::SenseExtent& extent) {
+  ordered_json rows = ordered_json::array();
+  const auto frames = static_cast<std::size_t>(extent[2]);
+  for (std::size_t band = 0; band * frames < values.size(); ++band) {
+    ordered_json row = ordered_json::array();
+    for (const double value : values.subspan(band * frames, frames)) {
+      row.push_back(std::round(1e4 * value) / 1e4);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+ordered_json find_components(const SpectrogramStudy& study, eval::SampleSource& source) {
+  const eval::SenseLayout layout = eval::require_layout(source, eval::Sense::spectrogram);
+  const std::size_t each = eval::values_in(layout.extent);
+  const std::size_t count = std::min(study.sounds, source.size());
+  std::vector<float> read(each);
+  std::vector<double> values;
+  const std::vector<std::string> all_labels = source.labels(study.color);
+  std::vector<std::string> labels;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t row[] = {static_cast<std::uint32_t>(i * source.size() / count)};
+    source.read(eval::Sense::spectrogram, row, read);
+    values.insert(values.end(), read.begin(), read.end());
+    labels.push_back(all_labels[row[0]]);
+  }
+  const eval::PrincipalComponents found = eval::principal_components(values, each, components);
+  std::map<std::string, std::size_t> numbers;
+  for (const std::string& label : labels) numbers.emplace(label, numbers.size());
+  std::vector<std::size_t> groups;
+  for (const std::string& label : labels) groups.push_back(numbers.at(label));
+  double mean_square = 0;
+  for (const double value : values)
+    mean_square += value * value / static_cast<double>(values.size());
+  ordered_json document = {{"sounds", count},
+                           {"color", study.color},
+                           {"labels", labels},
+                           {"mean", picture(found.mean, layout.extent)},
+                           {"mean_square", mean_square},
+                           {"components", ordered_json::array()}};
+  for (std::size_t k = 0; k < found.shares.size(); ++k) {
+    std::vector<double> along;
+    for (std::size_t i = 0; i < count; ++i) {
+      along.push_back(found.coordinates[i * found.shares.size() + k]);
+    }
+    document["components"].push_back(
+        {{"share", found.shares[k]},
+         {"explained_by_labels", number_or_null(eval::explained_by_groups(along, groups))},
+         {"picture", picture(std::span(found.components).subspan(k * each, each), layout.extent)},
+         {"coordinates", along}});
+  }
+  return document;
+}
+
+ordered_json find_exciting(const TrainedClassifier& trained, const eval::SampleSource& source,
+                           double mean_square) {
+  nlohmann::json notes;
+  const eval::Learner learner = eval::Learner::load(trained.job.folder / "model", notes);
+  const eval::SenseExtent extent = eval::require_layout(source, eval::Sense::spectrogram).extent;
+  ordered_json classes = ordered_json::array();
+  for (std::size_t c = 0; c < learner.classes().size(); ++c) {
+    const std::vector<float> input = learner.exciting_input(c, mean_square);
+    const std::vector<double> values(input.begin(), input.end());
+    classes.push_back({{"class", learner.classes()[c]}, {"picture", picture(values, extent)}});
+  }
+  return classes;
+}
+
+}  // namespace
+
+SpectrogramStudy read_spectrogram_study(ConfigNode& node, ConfigNode& root) {
+  SpectrogramStudy study;
+  study.learning = read_train_section(root);
+  std::vector<std::string> tasks, methods;
+  for (const eval::TaskSpec& task : study.learning.tasks) tasks.push_back(task.name);
+  for (const eval::Method& method : study.learning.methods) {
+    if (sees_spectrograms_alone(method)) methods.push_back(method.name);
+  }
+  if (methods.empty()) {
+    node.fail("", "train.methods has no network on spectrograms alone", "for example isnn-a: {}");
+  }
+  const std::string task = node.choice("task", tasks, tasks.front());
+  const std::string method = node.choice("method", methods, methods.front());
+  study.task = *std::find_if(study.learning.tasks.begin(), study.learning.tasks.end(),
+                             [&](const eval::TaskSpec& one) { return one.name == task; });
+  study.method = *std::find_if(study.learning.methods.begin(), study.learning.methods.end(),
+                               [&](const eval::Method& one) { return one.name == method; });
+  study.color = node.text("color", "material");
+  study.sounds = static_cast<std::size_t>(node.integer("sounds", 3, 5000, 420));
+  return study;
+}
+
+std::optional<ordered_json> study_spectrograms(const SpectrogramStudy& study,
+                                               const EvaluatedDatasets& datasets,
+                                               const Context& context) {
+  LearningConfig alone = study.learning;
+  alone.tasks = {study.task};
+  alone.methods = {study.method};
+  const std::uint64_t seeds[] = {study.method.learning.seed};
+  const TrainingsEnd end = run_trainings(alone, seeds, datasets, context);
+  if (end.interrupted) return std::nullopt;
+  ordered_json document = {{"name", datasets.name()},
+                           {"task", study.task.name},
+                           {"method", study.method.name},
+                           {"datasets", ordered_json::array()}};
+  for (const TrainedClassifier& trained : end.trained) {
+    const Condition& condition = datasets.conditions()[trained.condition];
+    const auto source = open_source(condition, alone, context);
+    mpi::agreed(context.world, [&] {
+      if (!context.speaks()) return;
+      const ordered_json components_found = find_components(study, *source);
+      document["datasets"].push_back(
+          {{"name", condition.name},
+           {"components", components_found},
+           {"exciting", find_exciting(trained, *source, components_found.at("mean_square"))}});
+    });
+  }
+  return document;
+}
+
+}  // namespace carillon::cli

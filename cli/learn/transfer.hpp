@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/evaluate/datasets.hpp"
+#include "cli/learn/learning_config.hpp"
+
+namespace carillon::cli {
+
+/// What `evaluate.transfer` asks for: classifiers that learn in one condition and are tested in
+/// another, recorded or held out.
+struct TransferSpec {
+  LearningConfig learning;
+  eval::TaskSpec task;
+  std::vector<eval::Method> methods;
+  Condition target;
+  std::vector<std::size_t> trained_on;  ///< of the datasets
+  /// Training sets of one size, these shares of which are the target's own (Sterling 2019,
+  /// Fig. 6.8), the rest of the dataset; and the shares alone.
+  std::optional<std::size_t> mixed_with;  ///< of the datasets
+  std::vector<double> shares;
+};
+
+/// @throws ConfigError
+TransferSpec read_transfer(core::ConfigNode& node, core::ConfigNode& root,
+                           const EvaluatedDatasets& datasets);
+
+/// How one classifier did.
+struct TransferRow {
+  std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
+  std::string method;
+  double share = 0;              ///< of the target's own samples in training
+  std::size_t samples = 0;       ///< for training
+  nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of mixes
+  nlohmann::ordered_json there;  ///< accuracy in the target condition
+  /// Frobenius norm of the difference of its confusions in both (Sterling 2019, Fig. 4.13), of
+  /// shares, and how many classes were compared.
+  std::optional<double> confusion_norm;
+  std::size_t compared_classes = 0;
+  std::optional<double> sample_s;  ///< what the build took for a sample of its dataset [s]
+};
+
+/// @return nothing where it was interrupted
+/// @throws InputError, FileError  a split that leaks, conditions without common labels
+/// @note Collective on the context's world.
+std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
+                                                     const EvaluatedDatasets& datasets,
+                                                     const Context& context);
+
+nlohmann::ordered_json transfer_document(const TransferSpec& spec,
+                                         const EvaluatedDatasets& datasets,
+                                         const std::vector<TransferRow>& rows);
+/// For people, in Markdown.
+std::string transfer_text(const nlohmann::ordered_json& document);
+
+}  // namespace carillon::cli

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace carillon::core {
+
+/// Cells of one line of a CSV file (RFC 4180): between commas, within quotes commas too, a quote
+/// there doubled. Blanks around cells that are not in quotes are dropped, and a carriage return at
+/// the end.
+std::vector<std::string> csv_cells(std::string_view line);
+
+}  // namespace carillon::core

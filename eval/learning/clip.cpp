@@ -1,0 +1,93 @@
+#include "eval/learning/clip.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "eval/features/segment.hpp"
+#include "synth/resample.hpp"
+
+namespace carillon::eval {
+
+ClipFormat paper_format(std::size_t samples, double sample_rate) {
+  ClipFormat format;
+  format.samples = samples;
+  format.mel.sample_rate = sample_rate;
+  format.mel.bands = 64;
+  constexpr std::size_t frames = 25;
+  format.mel.hop = static_cast<int>(std::max<std::size_t>(1, samples / (frames - 1)));
+  return format;
+}
+
+nlohmann::json to_json(const ClipFormat& format) {
+  return {{"samples", format.samples},
+          {"sample_rate", format.mel.sample_rate},
+          {"fft_size", format.mel.fft_size},
+          {"hop", format.mel.hop},
+          {"bands", format.mel.bands},
+          {"min_frequency", format.mel.min_frequency},
+          {"max_frequency", format.mel.max_frequency}};
+}
+
+ClipFormat clip_format_from(const nlohmann::json& json) {
+  ClipFormat format;
+  format.samples = json.at("samples");
+  format.mel = {.sample_rate = json.at("sample_rate"),
+                .fft_size = json.at("fft_size"),
+                .hop = json.at("hop"),
+                .bands = json.at("bands"),
+                .min_frequency = json.at("min_frequency"),
+                .max_frequency = json.at("max_frequency")};
+  return format;
+}
+
+ClipPreparer::ClipPreparer(const ClipFormat& format)
+    : format_(format), mel_(std::make_unique<synth::MelSpectrogram>(format.mel)) {
+  if (format.samples == 0) throw core::InputError("clips have no samples");
+}
+
+SenseExtent ClipPreparer::extent(Sense sense) const {
+  if (sense == Sense::spectrogram) {
+    return {1, format_.mel.bands, synth::mel_frames(format_.samples, format_.mel)};
+  }
+  return {1, std::llround(static_cast<double>(format_.samples) * prepare::waveform_rate /
+                          format_.sample_rate())};
+}
+
+bool ClipPreparer::prepare(Sense sense, std::span<const float> clip,
+                           std::span<float> values) const {
+  if (sense == Sense::spectrogram) {
+    const std::vector<float> power = (*mel_)(clip);
+    std::copy_n(power.begin(), values.size(), values.begin());
+    return prepare::spectrogram(values);
+  }
+  const std::vector<float> prepared = prepare::waveform(clip, format_.sample_rate());
+  std::copy_n(prepared.begin(), std::min(prepared.size(), values.size()), values.begin());
+  return std::any_of(prepared.begin(), prepared.end(), [](float value) { return value != 0; });
+}
+
+std::vector<float> strike_clip(const core::AudioClip& recording, const ClipFormat& format) {
+  const auto channels = static_cast<std::size_t>(recording.channels);
+  std::vector<double> mono(recording.samples.size() / channels, 0.0);
+  for (std::size_t i = 0; i < recording.samples.size(); ++i) {
+    const double value = recording.samples[i];
+    if (!std::isfinite(value)) {
+      throw core::InputError(fmt::format("sample {} is {}", i / channels, value));
+    }
+    mono[i / channels] += value / static_cast<double>(channels);
+  }
+  if (mono.empty()) throw core::InputError("it has no samples");
+  const Segment segment = find_segment(mono, recording.sample_rate, {}, 0);
+  const std::vector<double> rest =
+      synth::resample(std::span(mono).subspan(segment.nothing.empty() ? segment.onset : 0),
+                      recording.sample_rate, format.sample_rate());
+  std::vector<float> clip(format.samples, 0.0F);
+  std::transform(rest.begin(),
+                 rest.begin() + static_cast<std::ptrdiff_t>(std::min(rest.size(), clip.size())),
+                 clip.begin(), [](double value) { return static_cast<float>(value); });
+  return clip;
+}
+
+}  // namespace carillon::eval

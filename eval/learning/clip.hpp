@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <vector>
+
+#include "core/audio.hpp"
+#include "eval/learning/sense.hpp"
+#include "synth/mel.hpp"
+
+namespace carillon::eval {
+
+/// What the sounds of a source are: a classifier is to be given others in the same way.
+struct ClipFormat {
+  std::size_t samples = 44100;
+  synth::MelOptions mel;  ///< of spectrograms; its sample rate is that of the sounds
+
+  double sample_rate() const { return mel.sample_rate; }
+};
+
+/// Spectrograms of the papers' size, 64 bands and 25 frames (Sterling 2019, section 6.3.1).
+ClipFormat paper_format(std::size_t samples, double sample_rate);
+
+nlohmann::json to_json(const ClipFormat& format);
+ClipFormat clip_format_from(const nlohmann::json& json);
+
+/// Turns sounds into the senses of hearing. One object for each thread.
+class ClipPreparer {
+ public:
+  /// @throws InputError  no samples, or impossible mel options
+  explicit ClipPreparer(const ClipFormat& format);
+
+  const ClipFormat& format() const { return format_; }
+  /// @param sense  spectrogram or waveform
+  SenseExtent extent(Sense sense) const;
+  /// @param clip    as many samples as the format has
+  /// @param values  of the sense's extent
+  /// @return whether anything sounds
+  /// @throws InputError  a value is not finite
+  bool prepare(Sense sense, std::span<const float> clip, std::span<float> values) const;
+
+ private:
+  ClipFormat format_;
+  std::unique_ptr<synth::MelSpectrogram> mel_;
+};
+
+/// A recording as a clip of this format: the mean of its channels, resampled, from its loudest
+/// strike on (from its begin where none is found), silence after its end.
+/// @throws InputError  no samples, or one that is not finite
+std::vector<float> strike_clip(const core::AudioClip& recording, const ClipFormat& format);
+
+}  // namespace carillon::eval

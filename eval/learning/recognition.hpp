@@ -1,0 +1,79 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "eval/classification/novelty.hpp"
+#include "eval/learning/clip.hpp"
+#include "eval/learning/training.hpp"
+
+namespace carillon::eval {
+
+/// What a trained network needs to answer for a sound by itself: how its sounds are prepared, what
+/// makes its confidences right, and how familiar what it was shown looks to it.
+struct Recognition {
+  ClipFormat format;
+  double temperature = 1;      ///< divides logits (Guo et al. 2017), from the validation samples
+  FeatureGaussians gaussians;  ///< of the training samples' features (Lee et al. 2018)
+  double threshold = 0;        ///< familiarity that `accepted` of the validation samples reach
+};
+
+/// Share of known sounds that are to be taken for known.
+inline constexpr double accepted_share = 0.95;
+
+/// Answer for one sound.
+struct Recognised {
+  std::vector<double> probabilities;  ///< of each class
+  double familiarity = 0;  ///< minus the Mahalanobis distance squared to the nearest class
+  bool known = false;      ///< it reaches the threshold, and is not silent
+};
+
+/// Whether a classifier can recognise sounds by themselves: a network that hears and nothing else.
+bool only_hears(const Method& method);
+
+/// From a trained network, its training samples and its validation samples' logits; without
+/// validation samples the temperature is 1, and the threshold is the training samples'.
+/// @throws InputError  features that do not vary
+/// @note Collective on the ranks.
+Recognition learn_recognition(Learner& learner, SampleSource& source,
+                              const LabelledSamples& samples, std::span<const float> validation,
+                              const LearningRanks& ranks);
+
+/// @param preparer  of the recognition's format
+/// @param clip      likewise
+Recognised recognise(const Learner& learner, const Recognition& recognition,
+                     const ClipPreparer& preparer, std::span<const float> clip);
+
+/// How well that works on what was held out.
+struct RecognitionTrial {
+  /// Expected calibration error of the test samples, with the temperature and without; NaN without
+  /// test samples.
+  double calibration_error = 0, uncalibrated_error = 0;
+  double accepted = 0;  ///< share of test samples that are taken for known
+  /// Of sounds of none of the classes: area under the receiver operating characteristic against the
+  /// test samples, and the share that is taken for known.
+  struct Novel {
+    std::size_t sounds = 0;
+    double auroc = 0;
+    double accepted = 0;
+  };
+  /// `left_out`: the source's samples of labels that the task leaves out, where there are; `white`,
+  /// `pink`, `brown`, `hum` and `babble`: noises, the last of which is speech-like.
+  std::map<std::string, Novel> novel;
+};
+
+/// @param test  logits of the test samples
+/// @note Collective on the ranks.
+RecognitionTrial try_recognition(const Recognition& recognition, Learner& learner,
+                                 SampleSource& source, const LabelledSamples& samples,
+                                 std::span<const float> test, const LearningRanks& ranks);
+
+/// @throws StorageError
+void save_recognition(const std::filesystem::path& path, const Recognition& recognition);
+/// @throws FileError, InputError  no such file, or damaged
+Recognition load_recognition(const std::filesystem::path& path);
+
+}  // namespace carillon::eval

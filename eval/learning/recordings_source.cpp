@@ -1,0 +1,289 @@
+#include "eval/learning/recordings_source.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <regex>
+#include <sstream>
+
+#include "core/csv.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "core/random.hpp"
+#include "eval/learning/clip.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Files and their labels, in the order of the files' names.
+struct LabelTable {
+  std::vector<std::string> files;
+  std::map<std::string, std::vector<std::string>> columns;
+};
+
+bool is_audio(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".wav" || extension == ".flac" || extension == ".aif" ||
+         extension == ".aiff" || extension == ".ogg";
+}
+
+std::vector<std::string> audio_files(const fs::path& folder) {
+  std::error_code error;
+  std::vector<std::string> files;
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error)) {
+    if (at->is_regular_file() && is_audio(at->path())) {
+      files.push_back(fs::relative(at->path(), folder).generic_string());
+    }
+  }
+  if (error) throw core::FileError(fmt::format("{}: {}", folder.string(), error.message()));
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// A pattern of names as a regular expression, with the names of its groups.
+struct NamePattern {
+  std::regex expression;
+  std::vector<std::string> labels;
+};
+
+NamePattern compile(const std::string& pattern) {
+  NamePattern compiled;
+  std::string text;
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    const char c = pattern[i];
+    if (c == '{') {
+      const std::size_t end = pattern.find('}', i);
+      const std::string label = end == std::string::npos ? "" : pattern.substr(i + 1, end - i - 1);
+      if (label.empty() || std::find(compiled.labels.begin(), compiled.labels.end(), label) !=
+                               compiled.labels.end()) {
+        throw core::InputError(fmt::format("the names \"{}\" cannot be read", pattern),
+                               "each label once, in braces: {material}/{shape}-*.wav");
+      }
+      compiled.labels.push_back(label);
+      text += "([^/]+?)";
+      i = end;
+    } else if (c == '*') {
+      text += "[^/]*";
+    } else if (std::string_view("\\^$.|?+()[]}").find(c) != std::string_view::npos) {
+      text += fmt::format("\\{}", c);
+    } else {
+      text += c;
+    }
+  }
+  if (compiled.labels.empty()) {
+    throw core::InputError(fmt::format("the names \"{}\" hold no label", pattern),
+                           "labels stand in braces: {material}/{shape}-*.wav");
+  }
+  if (!is_audio(pattern)) text += "\\.[^./]+";
+  compiled.expression = std::regex(text);
+  return compiled;
+}
+
+LabelTable labels_of_names(const RecordingsSpec& spec) {
+  const NamePattern pattern = compile(spec.names);
+  LabelTable table{audio_files(spec.folder), {}};
+  for (const std::string& file : table.files) {
+    std::smatch match;
+    if (!std::regex_match(file, match, pattern.expression)) {
+      throw core::InputError(
+          fmt::format("{}: {} does not fit the names \"{}\"", spec.folder.string(), file,
+                      spec.names),
+          "give a table (CSV with a column file) where names follow no one pattern");
+    }
+    for (std::size_t i = 0; i < pattern.labels.size(); ++i) {
+      table.columns[pattern.labels[i]].push_back(match[i + 1]);
+    }
+  }
+  return table;
+}
+
+LabelTable labels_of_table(const RecordingsSpec& spec) {
+  std::istringstream lines(core::read_file(spec.table));
+  std::string line;
+  std::vector<std::string> header;
+  std::map<std::string, std::vector<std::string>> rows;  // by file
+  for (int number = 1; std::getline(lines, line); ++number) {
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    std::vector<std::string> cells = core::csv_cells(line);
+    const auto refuse = [&](const std::string& why) {
+      throw core::InputError(fmt::format("{}:{}: {}", spec.table.string(), number, why));
+    };
+    if (header.empty()) {
+      header = cells;
+      if (std::find(header.begin(), header.end(), "file") == header.end()) {
+        refuse("the header has no column \"file\"");
+      }
+      continue;
+    }
+    if (cells.size() != header.size()) {
+      refuse(fmt::format("{} cells, the header has {}", cells.size(), header.size()));
+    }
+    const auto file =
+        static_cast<std::size_t>(std::find(header.begin(), header.end(), "file") - header.begin());
+    if (!fs::exists(spec.folder / cells[file])) {
+      refuse(fmt::format("there is no {}", (spec.folder / cells[file]).string()));
+    }
+    if (!rows.emplace(cells[file], cells).second) {
+      refuse(fmt::format("{} stands here twice", cells[file]));
+    }
+  }
+  LabelTable table;
+  for (const auto& [file, cells] : rows) {
+    table.files.push_back(file);
+    for (std::size_t c = 0; c < header.size(); ++c) {
+      if (header[c] != "file") table.columns[header[c]].push_back(cells[c]);
+    }
+  }
+  return table;
+}
+
+class RecordingsSource final : public SampleSource {
+ public:
+  explicit RecordingsSource(const RecordingsSpec& spec)
+      : spec_(spec),
+        name_(spec.folder.string()),
+        table_(spec.table.empty() ? labels_of_names(spec) : labels_of_table(spec)),
+        preparer_(
+            paper_format(static_cast<std::size_t>(std::llround(spec.seconds * spec.sample_rate)),
+                         spec.sample_rate)) {
+    if (table_.files.empty()) {
+      throw core::InputError(fmt::format("{}: no recordings", name_),
+                             "WAV, FLAC, AIFF or Ogg files, in folders or not");
+    }
+    core::Sha256 all;
+    for (const std::string& file : table_.files) {
+      hashes_.push_back(core::sha256_file(spec.folder / file));
+      all.add(file).add(hashes_.back());
+    }
+    for (const auto& [column, cells] : table_.columns) {
+      all.add(column);
+      for (const std::string& cell : cells) all.add(cell).add("\n");
+    }
+    content_ = fmt::format("{} {} {} {} {} {}", all.hex(), to_json(preparer_.format()).dump(),
+                           spec.body, spec.validation, spec.test, spec.seed);
+    name_bodies();
+  }
+
+  const std::string& name() const override { return name_; }
+  std::size_t size() const override { return table_.files.size(); }
+  std::vector<std::string> keys() const override { return table_.files; }
+  std::vector<std::uint32_t> bodies() const override { return bodies_; }
+  std::string content() const override { return content_; }
+
+  std::optional<ClipFormat> clip_format() const override { return preparer_.format(); }
+
+  std::vector<std::string> labels(const std::string& column) const override {
+    if (column == "split_shape" || column == "split_strike") return checked_split(column);
+    if (const auto found = table_.columns.find(column); found != table_.columns.end()) {
+      return found->second;
+    }
+    std::vector<std::string> there;
+    for (const auto& [name, cells] : table_.columns) there.push_back(name);
+    throw core::InputError(fmt::format("{}: no column \"{}\"", name_, column),
+                           fmt::format("there are {}", fmt::join(there, ", ")));
+  }
+
+  std::optional<SenseLayout> layout(Sense sense) const override {
+    if (sense != Sense::spectrogram && sense != Sense::waveform) return std::nullopt;
+    return SenseLayout{preparer_.extent(sense), size(), false};
+  }
+
+  std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+                         std::span<float> values) override {
+    std::vector<bool> heard;
+    const std::size_t each = entries.empty() ? 0 : values.size() / entries.size();
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      const std::string& file = table_.files[entries[i]];
+      try {
+        const std::vector<float> clip =
+            strike_clip(core::read_audio(spec_.folder / file), preparer_.format());
+        heard.push_back(preparer_.prepare(sense, clip, values.subspan(i * each, each)));
+      } catch (const core::InputError& error) {
+        throw core::InputError(fmt::format("{}: {}: {}", name_, file, error.message()));
+      }
+    }
+    return heard;
+  }
+
+ private:
+  void name_bodies() {
+    std::string column = spec_.body;
+    if (column.empty() && table_.columns.contains("shape")) column = "shape";
+    body_names_ = column.empty() ? table_.files : labels(column);
+    std::map<std::string, std::uint32_t> numbers;
+    for (const std::string& body : body_names_) numbers.emplace(body, 0);
+    std::uint32_t count = 0;
+    for (auto& [body, number] : numbers) number = count++;
+    for (const std::string& body : body_names_) bodies_.push_back(numbers.at(body));
+  }
+
+  std::string drawn_part(const std::string& identity, const std::string& split) const {
+    const double draw =
+        core::RandomStream(spec_.seed, core::stable_hash(identity), split).uniform();
+    if (draw < spec_.test) return "test";
+    return draw < spec_.test + spec_.validation ? "validation" : "train";
+  }
+
+  /// The table's own column, or parts that are drawn: of bodies, or of sounds.
+  std::vector<std::string> split_of(const std::string& column) const {
+    for (const std::string& own : {column, std::string("split")}) {
+      if (const auto found = table_.columns.find(own); found != table_.columns.end()) {
+        return found->second;
+      }
+    }
+    std::vector<std::string> parts;
+    for (std::size_t i = 0; i < size(); ++i) {
+      parts.push_back(drawn_part(column == "split_shape" ? body_names_[i] : hashes_[i], column));
+    }
+    return parts;
+  }
+
+  std::vector<std::string> checked_split(const std::string& column) const {
+    const std::vector<std::string> parts = split_of(column);
+    std::map<std::string, std::size_t> first_of;
+    const auto require_one_part = [&](const std::string& identity, std::size_t i,
+                                      const std::string& what) {
+      const std::size_t first = first_of.emplace(identity, i).first->second;
+      if (parts[first] == parts[i]) return;
+      throw core::InputError(
+          fmt::format("{}: {} leaks from one part into another: {} ({} and {})", name_, column,
+                      what, table_.files[first], table_.files[i]),
+          "what is learnt from it would seem better than it is: put both into one part");
+    };
+    for (std::size_t i = 0; i < size(); ++i) {
+      require_one_part("sound " + hashes_[i], i, "the same sound twice");
+      if (column == "split_shape") {
+        require_one_part("body " + body_names_[i], i, "body " + body_names_[i]);
+      }
+    }
+    return parts;
+  }
+
+  RecordingsSpec spec_;
+  std::string name_;
+  LabelTable table_;
+  ClipPreparer preparer_;
+  std::vector<std::string> hashes_;
+  std::vector<std::string> body_names_;
+  std::vector<std::uint32_t> bodies_;
+  std::string content_;
+};
+
+}  // namespace
+
+std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec) {
+  return std::make_unique<RecordingsSource>(spec);
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "eval/learning/sample_source.hpp"
+
+namespace carillon::eval {
+
+/// Sounds of one's own: files with labels, from a table or out of their names.
+struct RecordingsSpec {
+  std::filesystem::path folder;
+  /// CSV with a header: `file` (from the folder) and any columns of labels; empty: `names`.
+  std::filesystem::path table;
+  /// How files lie in the folder: `{material}/{shape}-*.wav`. A name in braces is a label without a
+  /// slash, a star anything without one; the extension may be left out.
+  std::string names;
+  double seconds = 1;          ///< of each sound from its strike on
+  double sample_rate = 44100;  ///< [Hz]
+  /// Column whose values are the bodies that were struck. Empty: `shape`, where there is none each
+  /// file is a body.
+  std::string body;
+  /// Shares of bodies and of files where the table has no column `split`, `split_shape` or
+  /// `split_strike`.
+  double validation = 0.1, test = 0.1;
+  std::uint64_t seed = 0;
+};
+
+/// Recordings as samples. Their keys are the files' names. Of columns of splits that are not in the
+/// table, a body's or file's part depends on its name and the seed alone: more files move none.
+///
+/// `labels` of a split throws InputError where a body (`split_shape`), or the same sound under two
+/// names, is in two parts.
+/// @throws FileError   the folder or the table cannot be read
+///         InputError  no files, one that the table or the pattern does not fit; names it
+std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec);
+
+}  // namespace carillon::eval

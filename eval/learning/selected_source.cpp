@@ -1,0 +1,170 @@
+#include "eval/learning/selected_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "core/hash.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+/// Rows with no more than so many others between them are read in one go.
+constexpr std::uint32_t near_by = 16;
+
+std::string name_of_part(Part part) {
+  return part == Part::train ? "train" : part == Part::validation ? "validation" : "test";
+}
+
+class SelectedSource final : public SampleSource {
+ public:
+  SelectedSource(std::vector<SampleSource*> sources, std::vector<Selection> selected)
+      : sources_(std::move(sources)), selected_(std::move(selected)) {
+    std::sort(selected_.begin(), selected_.end());
+    const auto twice = std::adjacent_find(selected_.begin(), selected_.end(),
+                                          [](const Selection& a, const Selection& b) {
+                                            return a.source == b.source && a.row == b.row;
+                                          });
+    if (selected_.empty() || twice != selected_.end()) {
+      throw core::InputError(selected_.empty() ? "no samples are selected"
+                                               : "a sample is selected twice");
+    }
+    core::Sha256 all;
+    for (const SampleSource* source : sources_) {
+      name_ += (name_.empty() ? "" : " + ") + source->name();
+      all.add(source->content()).add("\n");
+      // Bodies of one source come after those of the ones before it; where a sense is of bodies its
+      // entries are counted alike.
+      first_body_.push_back(bodies_in_all_);
+      std::size_t bodies = 0;
+      for (const std::uint32_t body : source->bodies())
+        bodies = std::max<std::size_t>(bodies, body + 1);
+      for (const Sense sense : all_senses) {
+        const auto layout = source->layout(sense);
+        if (layout && layout->of_bodies) bodies = std::max(bodies, layout->entries);
+      }
+      bodies_in_all_ += bodies;
+    }
+    for (const Selection& one : selected_) {
+      all.add(fmt::format("{} {} {}\n", one.source, one.row, static_cast<int>(one.part)));
+    }
+    content_ = all.hex();
+  }
+
+  const std::string& name() const override { return name_; }
+  std::size_t size() const override { return selected_.size(); }
+  std::string content() const override { return content_; }
+  std::optional<ClipFormat> clip_format() const override { return sources_[0]->clip_format(); }
+
+  std::vector<std::string> keys() const override {
+    return gathered<std::string>([](const SampleSource& source) { return source.keys(); },
+                                 [](const std::string& key, std::uint32_t source) {
+                                   return fmt::format("{}:{}", source, key);
+                                 });
+  }
+
+  std::vector<std::uint32_t> bodies() const override {
+    return gathered<std::uint32_t>([](const SampleSource& source) { return source.bodies(); },
+                                   [this](std::uint32_t body, std::uint32_t source) {
+                                     return body + static_cast<std::uint32_t>(first_body_[source]);
+                                   });
+  }
+
+  std::vector<std::string> labels(const std::string& column) const override {
+    if (column == "split_shape" || column == "split_strike") {
+      std::vector<std::string> parts;
+      for (const Selection& one : selected_) parts.push_back(name_of_part(one.part));
+      return parts;
+    }
+    return gathered<std::string>([&](const SampleSource& source) { return source.labels(column); },
+                                 [](const std::string& label, std::uint32_t) { return label; });
+  }
+
+  std::optional<SenseLayout> layout(Sense sense) const override {
+    std::optional<SenseLayout> common = sources_[0]->layout(sense);
+    for (const SampleSource* source : sources_) {
+      const auto own = source->layout(sense);
+      if (!common || !own || own->extent != common->extent || own->of_bodies != common->of_bodies) {
+        return std::nullopt;
+      }
+    }
+    common->entries = common->of_bodies ? bodies_in_all_ : size();
+    return common;
+  }
+
+  std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+                         std::span<float> values) override {
+    if (entries.empty()) return {};
+    const std::size_t each = values.size() / entries.size();
+    const bool of_bodies = layout(sense).value().of_bodies;
+    std::vector<bool> heard;
+    for (std::size_t first = 0; first < entries.size();) {
+      const auto [source, row] = place_of(entries[first], of_bodies);
+      std::vector<std::uint32_t> rows = {row};
+      while (first + rows.size() < entries.size()) {
+        const auto [next_source, next_row] = place_of(entries[first + rows.size()], of_bodies);
+        if (next_source != source || next_row > rows.back() + near_by) break;
+        rows.push_back(next_row);
+      }
+      const std::vector<bool> some = read_own(*sources_[source], sense, rows,
+                                              values.subspan(first * each, rows.size() * each));
+      heard.insert(heard.end(), some.begin(), some.end());
+      first += rows.size();
+    }
+    return heard;
+  }
+
+ private:
+  /// A value of each sample, from its source.
+  template <class T, class Column, class Change>
+  std::vector<T> gathered(const Column& column, const Change& change) const {
+    std::vector<std::vector<T>> columns;
+    for (const SampleSource* source : sources_) columns.push_back(column(*source));
+    std::vector<T> values;
+    for (const Selection& one : selected_) {
+      values.push_back(change(columns[one.source][one.row], one.source));
+    }
+    return values;
+  }
+
+  /// Source of an entry, and the entry there.
+  std::pair<std::size_t, std::uint32_t> place_of(std::uint32_t entry, bool of_bodies) const {
+    if (!of_bodies) return {selected_[entry].source, selected_[entry].row};
+    const auto after = std::upper_bound(first_body_.begin(), first_body_.end(), entry);
+    const auto source = static_cast<std::size_t>(after - first_body_.begin()) - 1;
+    return {source, entry - static_cast<std::uint32_t>(first_body_[source])};
+  }
+
+  /// Bodies are numbered up to the largest that any sense has; one that this sense lacks is empty.
+  static std::vector<bool> read_own(SampleSource& source, Sense sense,
+                                    const std::vector<std::uint32_t>& rows,
+                                    std::span<float> values) {
+    const std::size_t entries = source.layout(sense).value().entries;
+    const auto end =
+        std::find_if(rows.begin(), rows.end(), [&](std::uint32_t row) { return row >= entries; });
+    const auto there = static_cast<std::size_t>(end - rows.begin());
+    const std::size_t each = values.size() / rows.size();
+    std::vector<bool> heard =
+        source.read(sense, std::span(rows).first(there), values.first(there * each));
+    std::fill(values.begin() + static_cast<std::ptrdiff_t>(there * each), values.end(), 0.0F);
+    heard.resize(rows.size(), false);
+    return heard;
+  }
+
+  std::vector<SampleSource*> sources_;
+  std::vector<Selection> selected_;
+  std::string name_, content_;
+  std::vector<std::size_t> first_body_;
+  std::size_t bodies_in_all_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<SampleSource> select_samples(std::vector<SampleSource*> sources,
+                                             std::vector<Selection> selected) {
+  return std::make_unique<SelectedSource>(std::move(sources), std::move(selected));
+}
+
+}  // namespace carillon::eval

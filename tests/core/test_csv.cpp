@@ -1,0 +1,39 @@
+// Lines of CSV files: cells, quotes, blanks.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "core/csv.hpp"
+
+namespace carillon::core {
+namespace {
+
+using Cells = std::vector<std::string>;
+
+TEST(CsvCells, AreBetweenCommasWithoutTheirBlanks) {
+  EXPECT_EQ(csv_cells("a, b ,c\r"), (Cells{"a", "b", "c"}));
+  EXPECT_EQ(csv_cells(""), (Cells{""}));
+  EXPECT_EQ(csv_cells("a,,"), (Cells{"a", "", ""}));
+}
+
+TEST(CsvCells, MayHoldCommasQuotesAndBlanksWithinQuotes) {
+  EXPECT_EQ(csv_cells("\"a, b\",c"), (Cells{"a, b", "c"}));
+  EXPECT_EQ(csv_cells("\"say \"\"ah\"\"\", \" x \" \r"), (Cells{"say \"ah\"", " x "}));
+  EXPECT_EQ(csv_cells("5\" disc,b"), (Cells{"5\" disc", "b"}));
+  EXPECT_EQ(csv_cells("\"\",a"), (Cells{"", "a"}));
+}
+
+RC_GTEST_PROP(CsvCells, ComeBackFromQuotes, ()) {
+  const auto cells = *rc::gen::nonEmpty(rc::gen::container<Cells>(
+      rc::gen::container<std::string>(rc::gen::elementOf(std::string("a b,\"\t\r")))));
+  std::string line;
+  for (const std::string& cell : cells) {
+    if (&cell != &cells.front()) line += ',';
+    line += '"';
+    for (const char c : cell) line += c == '"' ? "\"\"" : std::string(1, c);
+    line += '"';
+  }
+  RC_ASSERT(csv_cells(line) == cells);
+}
+
+}  // namespace
+}  // namespace carillon::core

@@ -1,0 +1,155 @@
+"""Classifiers that learn in one condition and are tested in another: `evaluate.transfer`; and what
+spectrograms differ by: `evaluate.spectrograms`."""
+import pathlib
+import unittest
+
+import h5py
+import numpy
+
+from program import FolderTest, run, run_json
+
+CONFIG = """
+name: elsewhere
+seed: 4
+materials: [steel, wood]
+objects:
+  - {shape: bar, count: 2}
+  - {shape: tile, count: 2}
+modes: {max_modes: 20, order: 2, element_size: 20 mm, max_frequency: 9 kHz}
+strikes: {per_object: 25}
+audio: {seconds: 0.4 s, sample_rate: 22050 Hz}
+mel: {bands: 32, frames: 12}
+split: {validation: 0.2, test: 0.2}
+sweep:
+  keys:
+    effects:
+      named:
+        clean: {noise: "off"}
+        noisy: {noise: auto}
+noise: {kind: [white], snr: [-6 dB, 0 dB]}
+train:
+  epochs: 12
+  batch: 16
+  tasks:
+    body: {column: shape}
+  methods:
+    nearest-neighbour-a: {}
+    isnn-a: {filters: 8, width: 32, kernel: [16, 4], learning_rate: 0.003}
+evaluate:
+  transfer: {target: noisy, mixes: {with: clean, shares: [0, 0.5, 1]}}
+  spectrograms: {sounds: 60}
+"""
+
+
+class Transfer(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.config = cls.write(cls, "elsewhere.yaml", CONFIG)
+        cls.output = cls.folder / "out"
+        both = run_json("evaluate", cls.config, "-o", cls.output, ranks=2)
+        cls.found, cls.spectrograms = both["transfer"], both["spectrograms"]
+
+    def row(self, trained_on, share=None):
+        return next(row for row in self.found["rows"] if row["trained_on"] == trained_on
+                    and share in (None, row["share"]))
+
+    def test_another_condition_is_harder_than_ones_own(self):
+        row = self.row("clean")
+        self.assertEqual(row["method"], "isnn-a")
+        self.assertGreater(row["own"]["mean"], row["target"]["mean"] + 0.1)
+        self.assertGreater(row["confusion_norm"], 0.1)
+        self.assertEqual(row["compared_classes"], 4)
+        self.assertGreater(row["sample_s"], 0)
+        self.assertNotIn("noisy", [row["trained_on"] for row in self.found["rows"]])
+
+    def test_mixes_have_one_size_and_the_same_test(self):
+        alone = [row for row in self.found["rows"] if row["trained_on"] == "target alone"]
+        mixed = [row for row in self.found["rows"] if row["trained_on"] == "mixed"]
+        self.assertEqual([row["share"] for row in alone], [0.5, 1])
+        self.assertEqual([row["share"] for row in mixed], [0, 0.5])
+        size = alone[1]["samples"]
+        self.assertEqual({row["samples"] for row in mixed}, {size})
+        self.assertEqual(alone[0]["samples"], round(size / 2))
+        for row in alone + mixed:
+            self.assertIsNone(row["own"])
+        # What it was trained with in its own condition tells more than what is clean.
+        self.assertGreater(alone[1]["target"]["mean"], self.row("mixed", 0)["target"]["mean"])
+
+    def test_answers_are_of_the_targets_own_test_samples(self):
+        with h5py.File(next(self.output.glob("*noisy*/index.h5"))) as file:
+            test = set(file["key"].asstr()[:][file["split_strike"].asstr()[:] == "test"])
+        files = list((self.output / "evaluation" / "transfer").rglob("answers.h5"))
+        self.assertEqual(len(files), 5)
+        for path in files:
+            with h5py.File(path) as file:
+                keys = file["test"]["key"].asstr()[:]
+            self.assertEqual({key[2:] for key in keys if key.startswith("1:")}, test)
+
+    def test_files_and_pictures(self):
+        folder = pathlib.Path(self.found["output"])
+        for name in ("transfer.json", "transfer.md", "transfer.png", "spectrograms.json",
+                     "spectrograms.png"):
+            self.assertTrue((folder / name).exists(), name)
+        text = (folder / "transfer.md").read_text()
+        self.assertIn("clean", text)
+        self.assertIn("50 %", text)
+
+    def test_components_are_those_of_the_spectrograms(self):
+        names = [dataset["name"] for dataset in self.spectrograms["datasets"]]
+        self.assertEqual(names, ["clean", "noisy"])
+        found = self.spectrograms["datasets"][0]["components"]
+        with h5py.File(next(self.output.glob("*clean*/index.h5"))) as file:
+            rows = [i * len(file["mel"]) // 60 for i in range(60)]
+            mel = file["mel"][:][rows].astype(float).reshape(60, -1)
+            material = file["material"].asstr()[:][rows]
+        self.assertEqual(found["labels"], list(material))
+        decibels = 10 * numpy.log10(numpy.maximum(mel / mel.max(1, keepdims=True), 1e-30))
+        values = numpy.maximum(0, 1 + decibels / 60)
+        values -= values.mean(0)
+        strengths = numpy.linalg.svd(values, compute_uv=False) ** 2
+        for k in range(2):
+            component = found["components"][k]
+            self.assertAlmostEqual(component["share"], strengths[k] / strengths.sum(), 4)
+            picture = numpy.array(component["picture"]).ravel()
+            along = values @ picture
+            numpy.testing.assert_allclose(along, component["coordinates"], atol=0.02)
+
+    def test_excites_its_class(self):
+        for dataset in self.spectrograms["datasets"]:
+            self.assertEqual(len(dataset["exciting"]), 4)
+            pictures = [numpy.array(one["picture"]) for one in dataset["exciting"]]
+            for picture in pictures:
+                self.assertEqual(picture.shape, (32, 12))
+                # As strong as the sounds are, but for what the range from 0 to 1 takes away.
+                share = (picture ** 2).mean() / dataset["components"]["mean_square"]
+                self.assertTrue(0.5 < share < 1.01, share)
+            self.assertGreater(numpy.abs(pictures[0] - pictures[3]).max(), 0.2)
+
+    def test_a_target_from_elsewhere(self):
+        clean, noisy = (next(self.output.glob(f"*{name}*/index.h5")).parent
+                        for name in ("clean", "noisy"))
+        train = CONFIG[CONFIG.index("train:"):CONFIG.index("evaluate:")]
+        config = self.write("given.yaml", f"data: {clean}\n{train}evaluate:\n"
+                            f"  transfer: {{data: {noisy}}}\n")
+        found = run_json("evaluate", config, "-o", self.folder / "given")
+        row = found["rows"][0]
+        self.assertEqual((row["trained_on"], found["target"]), ("given", "target"))
+        self.assertGreater(row["own"]["mean"], row["target"]["mean"])
+
+    def test_says_what_is_wrong_in_a_configuration(self):
+        for override, said in (
+                ("evaluate={transfer: {target: loud}}", "no dataset \"loud\""),
+                ("evaluate={transfer: {target: noisy, methods: [voxnet]}}", "has no \"voxnet\""),
+                ("evaluate={transfer: {target: noisy, mixes: {with: noisy}}}", "with itself"),
+                ("evaluate={transfer: {target: noisy, mixes: {with: clean, shares: [2]}}}",
+                 "shares"),
+                ("evaluate={spectrograms: {method: nearest-neighbour-a}}", "method"),
+                ("evaluate={spectrograms: {sounds: 1}}", "sounds")):
+            result = run("evaluate", self.config, "-o", self.output, "--set", override)
+            self.assertEqual(result.returncode, 2, override)
+            self.assertIn(said, result.stderr, override)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,202 @@
+// Sounds of one's own as samples: labels from names and tables, splits, and clips from the strike
+// on.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <set>
+
+#include "core/audio.hpp"
+#include "core/error.hpp"
+#include "eval/learning/recordings_source.hpp"
+#include "tests/core/temporary_folder.hpp"
+
+namespace carillon::eval {
+namespace {
+
+namespace fs = std::filesystem;
+using Texts = std::vector<std::string>;
+
+/// A tone that decays after some silence.
+core::AudioClip struck(double frequency, double lead = 0, int sample_rate = 44100,
+                       int channels = 1) {
+  core::AudioClip clip{{}, channels, sample_rate};
+  const auto count = static_cast<int>((0.5 + lead) * sample_rate);
+  for (int i = 0; i < count; ++i) {
+    const double t = static_cast<double>(i) / sample_rate - lead;
+    const double value =
+        t < 0 ? 0 : 0.4 * std::exp(-12 * t) * std::sin(2 * std::numbers::pi * frequency * t);
+    for (int c = 0; c < channels; ++c) clip.samples.push_back(static_cast<float>(value));
+  }
+  return clip;
+}
+
+class Recordings : public testing::Test {
+ protected:
+  void put(const std::string& name, const core::AudioClip& clip) {
+    fs::create_directories((folder_.path() / name).parent_path());
+    core::write_wav(folder_.path() / name, clip, core::SampleFormat::float32);
+  }
+  /// Bodies of two materials, three takes each.
+  void put_bodies() {
+    for (const char* body : {"glass/cup", "glass/bowl", "wood/spoon", "wood/bowl"}) {
+      for (int take = 0; take < 3; ++take) {
+        put(std::string(body) + "-" + std::to_string(take) + ".wav", struck(500 + 100 * tones_++));
+      }
+    }
+  }
+  RecordingsSpec spec(const std::string& names) const {
+    RecordingsSpec spec;
+    spec.folder = folder_.path();
+    spec.names = names;
+    spec.seconds = 0.4;
+    return spec;
+  }
+  std::string error_of(const RecordingsSpec& spec, const std::string& column = "") const {
+    try {
+      const auto source = open_recordings(spec);
+      if (!column.empty()) source->labels(column);
+    } catch (const core::Error& error) {
+      return error.message();
+    }
+    return "";
+  }
+
+  core::TemporaryFolder folder_;
+  int tones_ = 0;
+};
+
+TEST_F(Recordings, HaveLabelsInTheirNames) {
+  put_bodies();
+  const auto source = open_recordings(spec("{material}/{shape}-*.wav"));
+  ASSERT_EQ(source->size(), 12U);
+  EXPECT_EQ(source->keys()[0], "glass/bowl-0.wav");
+  EXPECT_EQ(source->labels("material")[0], "glass");
+  EXPECT_EQ(source->labels("shape")[0], "bowl");
+  EXPECT_EQ(source->labels("shape")[11], "spoon");
+  // Bodies are told apart by their column: here both bowls are one.
+  const std::vector<std::uint32_t> bodies = source->bodies();
+  EXPECT_EQ(std::set(bodies.begin(), bodies.end()).size(), 3U);
+  EXPECT_NE(error_of(spec("{material}/cup-*"), "").find("bowl-0.wav does not fit"),
+            std::string::npos);
+  EXPECT_NE(error_of(spec("*.wav")).find("hold no label"), std::string::npos);
+  EXPECT_NE(error_of(spec("{a}/{a}-*")).find("cannot be read"), std::string::npos);
+  EXPECT_NE(error_of(spec("{material}/{shape}-*"), "weight").find("no column"), std::string::npos);
+}
+
+TEST_F(Recordings, HaveLabelsInATable) {
+  put_bodies();
+  RecordingsSpec own = spec("");
+  own.table = folder_.path() / "labels.csv";
+  own.body = "owner";
+  std::ofstream(own.table) << "owner,file,material,split\n"
+                              "\"Ann, of old\", wood/spoon-1.wav,wood,test\r\n\n"
+                              "Bo,glass/cup-0.wav,glass,train\n";
+  const auto source = open_recordings(own);
+  EXPECT_EQ(source->keys(), (Texts{"glass/cup-0.wav", "wood/spoon-1.wav"}));
+  EXPECT_EQ(source->labels("owner"), (Texts{"Bo", "Ann, of old"}));
+  EXPECT_EQ(source->labels("split_shape"), (Texts{"train", "test"}));
+  EXPECT_EQ(source->labels("split_strike"), (Texts{"train", "test"}));
+
+  std::ofstream(own.table) << "file,material\nglass/cup-9.wav,glass\n";
+  EXPECT_NE(error_of(own).find("labels.csv:2: there is no "), std::string::npos);
+  std::ofstream(own.table) << "file,material\nglass/cup-0.wav\n";
+  EXPECT_NE(error_of(own).find("labels.csv:2: 1 cells"), std::string::npos);
+  std::ofstream(own.table) << "sound,material\n";
+  EXPECT_NE(error_of(own).find("no column \"file\""), std::string::npos);
+  std::ofstream(own.table) << "file\nglass/cup-0.wav\nglass/cup-0.wav\n";
+  EXPECT_NE(error_of(own).find("stands here twice"), std::string::npos);
+}
+
+TEST_F(Recordings, StayInTheirPartsAsMoreCome) {
+  put_bodies();
+  RecordingsSpec half = spec("{material}/{shape}-*");
+  half.validation = 0.3;
+  half.test = 0.3;
+  std::map<std::string, Texts> parts;
+  const auto before = open_recordings(half);
+  for (const char* column : {"split_shape", "split_strike"}) {
+    const Texts labels = before->labels(column);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      parts[before->keys()[i]].push_back(labels[i]);
+    }
+  }
+  std::set<std::string> seen;
+  for (const auto& [key, both] : parts) seen.insert(both.begin(), both.end());
+  EXPECT_EQ(seen.size(), 3U) << "each part has some";
+  put("wood/ladle-0.wav", struck(77));
+  const auto after = open_recordings(half);
+  EXPECT_NE(after->content(), before->content());
+  for (std::size_t i = 0; i < after->size(); ++i) {
+    const std::string key = after->keys()[i];
+    if (!parts.contains(key)) continue;
+    EXPECT_EQ((Texts{after->labels("split_shape")[i], after->labels("split_strike")[i]}),
+              parts.at(key));
+  }
+}
+
+TEST_F(Recordings, ThatLeakAreRefused) {
+  put("a-0.wav", struck(500));
+  put("a-1.wav", struck(600));
+  put("b-0.wav", struck(500));
+  RecordingsSpec own = spec("");
+  own.table = folder_.path() / "labels.csv";
+  std::ofstream(own.table) << "file,shape,split\na-0.wav,a,train\na-1.wav,a,test\n";
+  EXPECT_EQ(error_of(own, "split_strike"), "");
+  EXPECT_NE(error_of(own, "split_shape").find("body a (a-0.wav and a-1.wav)"), std::string::npos);
+  std::ofstream(own.table) << "file,shape,split\na-0.wav,a,train\nb-0.wav,b,test\n";
+  EXPECT_NE(error_of(own, "split_strike").find("the same sound twice (a-0.wav and b-0.wav)"),
+            std::string::npos);
+}
+
+TEST_F(Recordings, AreHeardFromTheStrikeOnAtAnyRateAndNumberOfChannels) {
+  put("plain-0.wav", struck(900));
+  put("late-0.wav", struck(900, 0.7));
+  put("slow-0.wav", struck(900, 0.2, 22050));
+  put("both-0.wav", struck(900, 0, 44100, 2));
+  const auto source = open_recordings(spec("{shape}-*"));
+  const auto layout = source->layout(Sense::spectrogram).value();
+  EXPECT_EQ(layout.extent, (SenseExtent{1, 64, 25}));
+  const std::size_t each = values_in(layout.extent);
+  std::vector<float> values(4 * each);
+  const std::vector<std::uint32_t> all = {0, 1, 2, 3};
+  for (const bool heard : source->read(Sense::spectrogram, all, values)) EXPECT_TRUE(heard);
+  // both, late, plain, slow; the tail of the first cells below -40 dB counts little.
+  for (const std::size_t other : {0U, 1U, 3U}) {
+    double difference = 0;
+    for (std::size_t i = 0; i < each; ++i) {
+      const float a = values[2 * each + i], b = values[other * each + i];
+      if (std::max(a, b) > 0.4F) difference = std::max(difference, std::abs(a - b) + 0.0);
+    }
+    EXPECT_LT(difference, 0.05) << source->keys()[other];
+  }
+  EXPECT_FALSE(source->layout(Sense::voxels).has_value());
+}
+
+TEST_F(Recordings, OfSilenceAreEmptyAndOfNaNRefused) {
+  core::AudioClip clip = struck(500);
+  std::fill(clip.samples.begin(), clip.samples.end(), 0.0F);
+  put("a-0.wav", clip);
+  put("b-0.wav", clip);
+  {  // the samples are the end of the file
+    const fs::path path = folder_.path() / "b-0.wav";
+    const auto end = static_cast<std::streamoff>(fs::file_size(path) - 4 * clip.samples.size());
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    const float nan = std::nanf("");
+    file.seekp(end + 4 * 7).write(reinterpret_cast<const char*>(&nan), 4);
+  }
+  const auto source = open_recordings(spec("{shape}-*"));
+  std::vector<float> values(64 * 25);
+  EXPECT_EQ(source->read(Sense::spectrogram, std::vector<std::uint32_t>{0}, values),
+            std::vector<bool>{false});
+  try {
+    source->read(Sense::spectrogram, std::vector<std::uint32_t>{1}, values);
+    FAIL() << "NaN was taken";
+  } catch (const core::Error& error) {
+    EXPECT_NE(error.message().find("b-0.wav: sample 7"), std::string::npos) << error.message();
+  }
+}
+
+}  // namespace
+}  // namespace carillon::eval
