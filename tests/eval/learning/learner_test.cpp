@@ -11,48 +11,10 @@
 #include "eval/learning/nearest_neighbour.hpp"
 #include "eval/learning/training.hpp"
 #include "tests/core/temporary_folder.hpp"
-#include "tests/eval/learning/made_source.hpp"
+#include "tests/eval/learning/made_course.hpp"
 
 namespace carillon::eval {
 namespace {
-
-std::vector<SenseExtent> extents_of(const Method& method, const SampleSource& source) {
-  std::vector<SenseExtent> extents;
-  for (const Sense sense : method.senses) extents.push_back(require_layout(source, sense).extent);
-  return extents;
-}
-
-double accuracy(const std::vector<float>& scores, const std::vector<std::uint32_t>& rows,
-                const LabelledSamples& samples) {
-  const std::size_t classes = samples.classes.size();
-  std::size_t right = 0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto first = scores.begin() + static_cast<std::ptrdiff_t>(i * classes);
-    if (std::max_element(first, first + static_cast<std::ptrdiff_t>(classes)) - first ==
-        samples.label[rows[i]]) {
-      ++right;
-    }
-  }
-  return static_cast<double>(right) / static_cast<double>(rows.size());
-}
-
-struct Course {
-  Trained trained;
-  std::vector<float> scores;
-  double test_accuracy = 0;
-};
-
-Course train(const Method& method, MadeSource& source, const Checkpoint& checkpoint = {},
-             const LearningWatch& watch = {}) {
-  const LabelledSamples samples = label_samples(source, made_task());
-  Learner learner(method, extents_of(method, source), samples.classes);
-  Course run;
-  run.trained = learner.train(source, samples, {}, checkpoint, watch);
-  const auto rows = samples.rows(Part::test);
-  run.scores = learner.predict(source, samples, rows, {});
-  run.test_accuracy = accuracy(run.scores, rows, samples);
-  return run;
-}
 
 Method svm(std::vector<Sense> senses) {
   Method method = made_method({});
@@ -109,24 +71,6 @@ TEST(Training, GoesOnAsIfItHadNotStopped) {
   }
 }
 
-TEST(Training, BeginsAnewWhereACheckpointIsCutShortOrOfSomethingElse) {
-  const core::TemporaryFolder folder;
-  const Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
-  MadeSource source(300, 3);
-  Method method = made_method({Branch::isnn});
-  method.learning.epochs = 2;
-  const Course whole = train(method, source, checkpoint);
-  const std::string bytes = core::read_file(checkpoint.file);
-  std::ofstream(checkpoint.file, std::ios::binary) << bytes.substr(0, bytes.size() / 2);
-  const Course anew = train(method, source, checkpoint);
-  EXPECT_EQ(anew.trained.resumed, 0);
-  ASSERT_EQ(anew.trained.remarks.size(), 1u);
-  EXPECT_NE(anew.trained.remarks[0].find("cut short"), std::string::npos);
-  EXPECT_EQ(anew.scores, whole.scores);
-  const Course other = train(method, source, {checkpoint.file, "other inputs"});
-  EXPECT_EQ(other.trained.resumed, 0);
-}
-
 TEST(Training, EndsWhereNothingGetsBetterAndKeepsTheBestWeights) {
   MadeSource source(150, 3, 3.0);  // noise: it learns by heart, and validation shows it
   Method method = made_method({Branch::isnn});
@@ -142,43 +86,8 @@ TEST(Training, EndsWhereNothingGetsBetterAndKeepsTheBestWeights) {
   learner.train(source, samples, {}, {}, {});
   const auto rows = samples.rows(Part::validation);
   const auto scores = learner.predict(source, samples, rows, {});
-  EXPECT_NEAR(accuracy(scores, rows, samples),
+  EXPECT_NEAR(accuracy_of(scores, rows, samples),
               epochs[static_cast<std::size_t>(run.trained.best - 1)].validation_accuracy, 1e-6);
-}
-
-TEST(Training, CountsSilentClipsAndRefusesNaNByTheSamplesName) {
-  MadeSource source(300, 3);
-  Method method = made_method({Branch::isnn});
-  method.learning.epochs = 1;
-  source.silent = 0;
-  EXPECT_EQ(train(method, source).trained.silent, 1u);
-  source.not_finite = 30;
-  try {
-    train(method, source);
-    FAIL();
-  } catch (const core::InputError& error) {
-    EXPECT_NE(error.message().find("sample-30"), std::string::npos);
-  }
-}
-
-TEST(Training, SaysWhereTheLossIsNoNumberAnyMore) {
-  MadeSource source(300, 3);
-  Method method = made_method({Branch::isnn});
-  method.learning.learning_rate = 1e30;
-  EXPECT_THROW(train(method, source), core::InputError);
-}
-
-TEST(Training, BearsAClassOfOneSampleAndNoneToValidateWith) {
-  MadeSource source(120, 3);
-  source.columns["split"] = std::vector<std::string>(120, "train");
-  source.columns["label"] = source.labels("label");
-  source.columns["label"][7] = "alone";
-  for (std::size_t i = 90; i < 120; ++i) source.columns["split"][i] = "test";
-  Method method = made_method({Branch::isnn});
-  const Course run = train(method, source);
-  EXPECT_EQ(run.trained.best, 8);
-  EXPECT_TRUE(std::isnan(run.trained.epochs[0].validation_loss));
-  EXPECT_GT(run.test_accuracy, 0.9);
 }
 
 TEST(SavedLearner, AnswersAsItDid) {

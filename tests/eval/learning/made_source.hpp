@@ -69,7 +69,7 @@ class MadeSource final : public SampleSource {
       if (entry == not_finite) throw core::InputError("sample-" + std::to_string(entry) + " NaN");
       core::RandomStream random(5, entry, name_of(sense));
       const std::size_t of_class = entry % classes_;
-      heard[i] = entry != silent;
+      heard[i] = !all_silent && entry != silent;
       ++reads;
       for (std::size_t v = 0; v < each; ++v) {
         values[i * each + v] = static_cast<float>(noise_ * random.normal());
@@ -89,6 +89,7 @@ class MadeSource final : public SampleSource {
 
   std::map<std::string, std::vector<std::string>> columns;  ///< in place of what is made
   std::uint32_t silent = static_cast<std::uint32_t>(-1);
+  bool all_silent = false;
   std::uint32_t not_finite = static_cast<std::uint32_t>(-1);
   std::size_t reads = 0;  ///< entries
 

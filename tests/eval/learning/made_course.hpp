@@ -1,0 +1,50 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "eval/learning/training.hpp"
+#include "tests/eval/learning/made_source.hpp"
+
+namespace carillon::eval {
+
+inline std::vector<SenseExtent> extents_of(const Method& method, const SampleSource& source) {
+  std::vector<SenseExtent> extents;
+  for (const Sense sense : method.senses) extents.push_back(require_layout(source, sense).extent);
+  return extents;
+}
+
+inline double accuracy_of(const std::vector<float>& scores, const std::vector<std::uint32_t>& rows,
+                          const LabelledSamples& samples) {
+  const std::size_t classes = samples.classes.size();
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto first = scores.begin() + static_cast<std::ptrdiff_t>(i * classes);
+    if (std::max_element(first, first + static_cast<std::ptrdiff_t>(classes)) - first ==
+        samples.label[rows[i]]) {
+      ++right;
+    }
+  }
+  return static_cast<double>(right) / static_cast<double>(rows.size());
+}
+
+struct Course {
+  Trained trained;
+  std::vector<float> scores;
+  double test_accuracy = 0;
+};
+
+inline Course train(const Method& method, MadeSource& source, const Checkpoint& checkpoint = {},
+                    const LearningWatch& watch = {}) {
+  const LabelledSamples samples = label_samples(source, made_task());
+  Learner learner(method, extents_of(method, source), samples.classes);
+  Course run;
+  run.trained = learner.train(source, samples, {}, checkpoint, watch);
+  const auto rows = samples.rows(Part::test);
+  run.scores = learner.predict(source, samples, rows, {});
+  run.test_accuracy = accuracy_of(run.scores, rows, samples);
+  return run;
+}
+
+}  // namespace carillon::eval
