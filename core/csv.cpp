@@ -1,5 +1,9 @@
 #include "core/csv.hpp"
 
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
 namespace carillon::core {
 
 namespace {
@@ -41,6 +45,7 @@ std::vector<std::string> csv_cells(std::string_view line) {
       cell += c;
     }
   }
+  if (in_quotes) throw InputError(fmt::format("a quote is not closed: {}", line));
   end_cell();
   return cells;
 }

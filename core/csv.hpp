@@ -6,9 +6,10 @@
 
 namespace carillon::core {
 
-/// Cells of one line of a CSV file (RFC 4180): between commas, within quotes commas too, a quote
-/// there doubled. Blanks around cells that are not in quotes are dropped, and a carriage return at
-/// the end.
+/// Cells of one line of a CSV file (RFC 4180, but for line breaks within quotes): between commas,
+/// within quotes commas too, a quote there doubled. Blanks around cells that are not in quotes are
+/// dropped, and a carriage return at the end.
+/// @throws InputError  a quote that is not closed
 std::vector<std::string> csv_cells(std::string_view line);
 
 }  // namespace carillon::core

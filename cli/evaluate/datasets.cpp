@@ -39,7 +39,7 @@ eval::RecordingsSpec read_recordings(core::ConfigNode node, const std::string& c
   core::ConfigNode split = node.child("split");
   spec.validation = bounded(split, "validation", core::Dimension::none, spec.validation, 0, 1);
   spec.test = bounded(split, "test", core::Dimension::none, spec.test, 0, 1);
-  if (spec.validation + spec.test >= 1) split.fail("test", "nothing is left to train with");
+  if (spec.validation + spec.test > 1) split.fail("test", "with validation more than all");
   spec.seed = static_cast<std::uint64_t>(
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   return spec;

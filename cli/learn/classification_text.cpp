@@ -89,6 +89,13 @@ std::string differences(const ordered_json& document) {
          "are not theirs or ours to give. Numbers may be compared in kind, not to the percent.\n";
 }
 
+/// Names of sweeps' variants hold commas.
+std::string quoted(const std::string& text) {
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? "\"\"" : std::string(1, c);
+  return cell + '"';
+}
+
 }  // namespace
 
 std::string classification_text(const ordered_json& document) {
@@ -125,9 +132,10 @@ std::string classification_csv(const ordered_json& document) {
     return value.is_null() ? std::string() : fmt::format("{}", value.get<double>());
   };
   for (const ordered_json& row : document.at("rows")) {
-    // Names of sweeps' variants hold commas.
-    std::vector<std::string> cells = {fmt::format("\"{}\"", row.at("dataset").get<std::string>()),
-                                      row.at("task"), row.at("method"), row.at("senses")};
+    std::vector<std::string> cells;
+    for (const char* name : {"dataset", "task", "method", "senses"}) {
+      cells.push_back(quoted(row.at(name)));
+    }
     for (const char* name : {"seeds", "samples", "groups", "classes"}) {
       const ordered_json& value = row.at(name);
       cells.push_back(

@@ -92,6 +92,11 @@ void read_sizes(ConfigNode& node, eval::LayerSizes& sizes) {
 
 eval::Method read_method(ConfigNode& node, const std::string& name,
                          const eval::LearningOptions& common) {
+  if (name.find_first_of(".|\"") != std::string::npos) {
+    node.fail("", fmt::format("\"{}\" is no name of a method: dots, bars and quotes are kept for "
+                              "keys and tables",
+                              name));
+  }
   const auto known = std::find_if(known_methods().begin(), known_methods().end(),
                                   [&](const eval::Method& method) { return method.name == name; });
   eval::Method method = known == known_methods().end() ? eval::Method{} : *known;

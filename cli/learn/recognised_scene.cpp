@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "cli/material_json.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "synth/material.hpp"
@@ -21,6 +22,11 @@ namespace fs = std::filesystem;
 
 json read_description(const fs::path& dataset) {
   const fs::path path = dataset / "dataset.json";
+  if (!fs::exists(path)) {
+    throw core::InputError(
+        fmt::format("{}, which it was trained with, is no dataset", dataset.string()),
+        "bodies come from a dataset of carillon build: recordings have none");
+  }
   try {
     return json::parse(core::read_file(path));
   } catch (const json::exception& error) {
@@ -121,12 +127,13 @@ RecognisedBody body_of_class(const fs::path& dataset, const std::string& column,
 }
 
 std::string material_of_class(const fs::path& dataset, const std::string& name) {
-  for (const synth::Material& preset : synth::preset_materials()) {
-    if (preset.name == name) return name;
-  }
   const json description = read_description(dataset);
   for (const json& material : description.at("materials")) {
     if (material.at("name") != name) continue;
+    // A dataset's own may have a preset's name.
+    for (const synth::Material& preset : synth::preset_materials()) {
+      if (preset.name == name && to_json(preset) == material) return name;
+    }
     std::string text = fmt::format("youngs_modulus={},poisson_ratio={},density={}",
                                    material.at("youngs_modulus_pa").get<double>(),
                                    material.at("poisson_ratio").get<double>(),
@@ -164,14 +171,22 @@ std::string with_body(const std::string& text, const std::string& file, const Re
   const std::string moved =
       fmt::format("{{object: {}, at: [{}, {}, {}]}}", name, place.x(), place.y(), place.z());
   // The later one first: what stands before it keeps its place.
-  const bool objects_first = objects.Mark().line < bodies.Mark().line;
+  const auto place_of = [](const YAML::Mark& mark) { return std::pair(mark.line, mark.column); };
+  const bool objects_first = place_of(objects.Mark()) < place_of(bodies.Mark());
   std::string longer = with_item(text, objects_first ? bodies.Mark() : objects.Mark(),
                                  objects_first ? moved : object);
   longer = with_item(longer, objects_first ? objects.Mark() : bodies.Mark(),
                      objects_first ? object : moved);
-  const YAML::Node whole = parse(longer, file);
-  if (list_of(whole, {"objects"}, file).size() != objects.size() + 1 ||
-      list_of(whole, {"motion", "bodies"}, file).size() != bodies.size() + 1) {
+  const auto has_one_more = [&] {
+    try {
+      const YAML::Node whole = YAML::Load(longer);
+      return list_of(whole, {"objects"}, file).size() == objects.size() + 1 &&
+             list_of(whole, {"motion", "bodies"}, file).size() == bodies.size() + 1;
+    } catch (const YAML::Exception&) {
+      return false;
+    }
+  };
+  if (!has_one_more()) {
     throw core::InputError(
         fmt::format("{}: its lists cannot be added to as they are written", file),
         "write objects and motion.bodies as lists with a dash for each entry");

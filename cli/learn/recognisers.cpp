@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <map>
 
+#include "cli/learn/trainings.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
 
 namespace carillon::cli {
 
@@ -14,15 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-json read_record(const fs::path& folder) {
-  try {
-    return json::parse(core::read_file(folder / "training.json"));
-  } catch (const json::exception& error) {
-    throw core::InputError(fmt::format("{}: {}", (folder / "training.json").string(), error.what()),
-                           "delete the folder, and train again");
-  }
-}
 
 eval::Learner load_learner(const fs::path& folder) {
   json notes;
@@ -38,7 +29,7 @@ Recogniser::Recogniser(const fs::path& folder, json notes)
       task_(notes.at("task").at("name")),
       column_(notes.at("task").at("column")),
       labels_(notes.at("task").at("classes")),
-      source_(notes.at("source").get<std::string>()),
+      source_(notes.at("source_folder").get<std::string>()),
       learner_(load_learner(folder)),
       recognition_(eval::load_recognition(folder / "recognition")),
       preparer_(recognition_.format) {}
@@ -53,36 +44,83 @@ eval::Recognised Recogniser::operator()(const core::AudioClip& recording) const 
                          eval::strike_clip(recording, recognition_.format));
 }
 
-std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::string& method) {
-  struct Best {
-    fs::path folder;
-    double accuracy = 0;
-  };
-  std::map<std::string, Best> best;  // by task
-  std::vector<fs::path> found;
+namespace {
+
+/// A training that can answer for single sounds.
+struct Candidate {
+  fs::path folder;
+  fs::file_time_type made;
+  double accuracy = 0;
+  json record;
+
+  /// What must be alike for accuracies to be compared.
+  json comparable() const { return {record.at("source"), record.at("task"), record.at("classes")}; }
+};
+
+std::vector<Candidate> find_candidates(const fs::path& folder, const std::string& method) {
+  std::vector<Candidate> found;
   std::error_code error;
   for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
        at.increment(error)) {
-    if (at->path().filename() == "recognition") found.push_back(at->path().parent_path());
-  }
-  if (error) throw core::FileError(fmt::format("{}: {}", folder.string(), error.message()));
-  std::sort(found.begin(), found.end());
-  for (const fs::path& training : found) {
+    const fs::path training = at->path().parent_path();
+    // What is written last is not there yet where a training is on its way.
+    if (at->path().filename() != "recognition" || !fs::exists(training / "training.json")) continue;
     const json record = read_record(training);
     if (!method.empty() && record.at("method").at("name") != method) continue;
     const json& accuracy = record.at("validation_accuracy");
-    const Best candidate{training, accuracy.is_null() ? -1.0 : accuracy.get<double>()};
-    const auto [at, fresh] = best.emplace(record.at("task").at("name"), candidate);
-    if (!fresh && candidate.accuracy > at->second.accuracy) at->second = candidate;
+    found.push_back({training, fs::last_write_time(training / "training.json"),
+                     accuracy.is_null() ? -1.0 : accuracy.get<double>(), record});
   }
-  if (best.empty()) {
+  if (error) throw core::FileError(fmt::format("{}: {}", folder.string(), error.message()));
+  std::sort(found.begin(), found.end(),
+            [](const Candidate& a, const Candidate& b) { return a.folder < b.folder; });
+  return found;
+}
+
+/// The best of those that learnt the same as the newest one.
+/// @throws InputError  others learnt from another source
+const Candidate& best_of(const std::vector<const Candidate*>& candidates) {
+  const Candidate* newest =
+      *std::max_element(candidates.begin(), candidates.end(),
+                        [](const Candidate* a, const Candidate* b) { return a->made < b->made; });
+  const Candidate* best = newest;
+  for (const Candidate* one : candidates) {
+    if (one->record.at("source") != newest->record.at("source")) {
+      throw core::InputError(
+          fmt::format("networks of the task {} learnt from several sources: {} and {}",
+                      newest->record.at("task").at("name").get<std::string>(),
+                      newest->folder.string(), one->folder.string()),
+          "give --models the folder of one of them");
+    }
+    if (one->comparable() == newest->comparable() && one->accuracy > best->accuracy) best = one;
+  }
+  return *best;
+}
+
+}  // namespace
+
+std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::string& method) {
+  std::vector<Recogniser> recognisers;
+  try {
+    const std::vector<Candidate> found = find_candidates(folder, method);
+    std::map<std::string, std::vector<const Candidate*>> by_task;
+    for (const Candidate& one : found) {
+      by_task[one.record.at("task").at("name")].push_back(&one);
+    }
+    for (const auto& [task, candidates] : by_task) {
+      recognisers.emplace_back(best_of(candidates).folder);
+    }
+  } catch (const json::exception& error) {
+    throw core::InputError(
+        fmt::format("{}: a training.json of another make: {}", folder.string(), error.what()),
+        "train again");
+  }
+  if (recognisers.empty()) {
     throw core::InputError(
         fmt::format("{}: no trained network{} that only hears", folder.string(),
                     method.empty() ? "" : fmt::format(" {}", method)),
         "give the output of carillon train with isnn-a, soundnet5 or soundnet8 among its methods");
   }
-  std::vector<Recogniser> recognisers;
-  for (const auto& [task, one] : best) recognisers.emplace_back(one.folder);
   return recognisers;
 }
 

@@ -45,9 +45,9 @@ class Recogniser {
 };
 
 /// The networks below a folder that only hear: of each task the one that was best on its validation
-/// samples.
+/// samples, among those that learnt the same as the newest.
 /// @param method  of this name alone; "" for any
-/// @throws InputError  there is none; says how to get one
+/// @throws InputError  there is none, or of one task from several sources; says what to do
 std::vector<Recogniser> find_recognisers(const std::filesystem::path& folder,
                                          const std::string& method);
 

@@ -41,6 +41,7 @@ Search read_search(const std::string& text, const BuildOptions& options, ConfigN
   const std::string prefix = fmt::format("train.methods.{}.", method);
   const auto sweep = read_sweep(text, options.config, options.overrides,
                                 {.path = {"search", method}, .prefix = prefix, .others = {"task"}});
+  if (!sweep) searches.fail(method, "names no keys", "for example {keys: {filters: [8, 16]}}");
   for (const std::string& key : sweep->keys) search.keys.push_back(key.substr(prefix.size()));
   for (const SweepVariant& variant : sweep->variants) {
     std::vector<std::string> overrides = options.overrides;

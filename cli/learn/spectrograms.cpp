@@ -124,6 +124,10 @@ std::optional<ordered_json> study_spectrograms(const SpectrogramStudy& study,
   LearningConfig alone = study.learning;
   alone.tasks = {study.task};
   alone.methods = {study.method};
+  for (const Condition& condition : datasets.conditions()) {
+    const auto source = open_source(condition, alone, context);
+    mpi::agreed(context.world, [&] { source->labels(study.color); });
+  }
   const std::uint64_t seeds[] = {study.method.learning.seed};
   const TrainingsEnd end = run_trainings(alone, seeds, datasets, context);
   if (end.interrupted) return std::nullopt;

@@ -96,6 +96,7 @@ ordered_json describe(const TrainingJob& job, const eval::SampleSource& source,
   ordered_json found = {{"key", job.key},
                         {"inputs", job.inputs},
                         {"source", source.name()},
+                        {"source_folder", std::filesystem::absolute(source.name()).string()},
                         {"task", to_json(job.task)},
                         {"method", eval::to_json(job.method)},
                         {"classes", samples.classes}};
@@ -124,6 +125,16 @@ void add_training(ordered_json& found, const eval::Trained& trained) {
 
 }  // namespace
 
+ordered_json read_record(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "training.json";
+  try {
+    return ordered_json::parse(core::read_file(path));
+  } catch (const json::exception& error) {
+    throw core::InputError(fmt::format("{}: {}", path.string(), error.what()),
+                           "delete its folder, and it is trained again");
+  }
+}
+
 TrainingJob make_job(const eval::SampleSource& source, const eval::TaskSpec& task,
                      const eval::Method& method, const std::filesystem::path& models) {
   TrainingJob job;
@@ -142,18 +153,21 @@ TrainingJob make_job(const eval::SampleSource& source, const eval::TaskSpec& tas
 
 JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context& context) {
   const std::filesystem::path record = job.folder / "training.json";
-  const std::string there = mpi::broadcast(
-      context.speaks() && std::filesystem::exists(record) ? core::read_file(record) : "", 0,
-      context.world);
   JobEnd end;
-  if (!there.empty()) {
-    end.found = ordered_json::parse(there);
+  mpi::agreed(context.world, [&] {
+    if (context.speaks() && std::filesystem::exists(record)) end.found = read_record(job.folder);
+  });
+  end.found = ordered_json::parse(mpi::broadcast(end.found.dump(), 0, context.world));
+  if (!end.found.is_null()) {
     end.was_there = true;
     return end;
   }
   const eval::LearningRanks ranks = learning_ranks(context.world);
   eval::LabelledSamples samples;
-  mpi::agreed(context.world, [&] { samples = eval::label_samples(source, job.task); });
+  mpi::agreed(context.world, [&] {
+    samples = eval::label_samples(source, job.task);
+    eval::require_learnable(samples, source, job.task);
+  });
   end.found = describe(job, source, samples);
   std::vector<std::string> remarks = eval::remarks(samples);
   const std::vector<std::uint32_t> validation = samples.rows(eval::Part::validation);
@@ -212,7 +226,11 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
   end.found["timing"]["seconds"] = core::monotonic_seconds() - start;
   end.found["ranks"] = ranks.size;
   end.found["remarks"] = remarks;
-  watched.finish(fmt::format("test {:.1f} %", 100 * eval::accuracy(tested)));
+  // Who chooses sizes sees the validation samples alone.
+  const char* part = job.is_for_use ? "test" : "validation";
+  const ordered_json& reached = end.found[fmt::format("{}_accuracy", part)];
+  watched.finish(reached.is_null() ? fmt::format("no {} samples", part)
+                                   : fmt::format("{} {:.1f} %", part, 100 * reached.get<double>()));
   end.found = ordered_json::parse(mpi::broadcast(end.found.dump(), 0, context.world));
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;

@@ -23,6 +23,10 @@ struct TrainingJob {
 TrainingJob make_job(const eval::SampleSource& source, const eval::TaskSpec& task,
                      const eval::Method& method, const std::filesystem::path& models);
 
+/// What is kept of a training that ended.
+/// @throws FileError, InputError  no `training.json`, or not one that can be read
+nlohmann::ordered_json read_record(const std::filesystem::path& folder);
+
 /// How a job ended; the same on every rank.
 struct JobEnd {
   bool interrupted = false;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "cli/learn/answers.hpp"
 #include "cli/learn/run_trainings.hpp"
@@ -63,6 +64,7 @@ void read_mixes(ConfigNode& node, const EvaluatedDatasets& datasets, TransferSpe
   for (const double share : spec.shares) {
     if (!(share >= 0 && share <= 1)) mixes.fail("shares", "lie within 0 and 1");
   }
+  if (spec.shares.empty()) mixes.fail("shares", "names no share");
 }
 
 /// A source, and its samples of the task.
@@ -112,6 +114,8 @@ class Run {
 
   /// @return whether it was not interrupted
   bool learn_elsewhere(std::size_t condition);
+  /// Before anything is trained: mixes have as many samples as they take.
+  void require_enough();
   bool mix();
 
   std::vector<TransferRow> rows;
@@ -120,8 +124,12 @@ class Run {
   OpenCondition open(const Condition& condition) const {
     OpenCondition opened;
     opened.source = open_source(condition, spec_.learning, context_);
-    mpi::agreed(context_.world,
-                [&] { opened.samples = eval::label_samples(*opened.source, spec_.task); });
+    mpi::agreed(context_.world, [&] {
+      opened.samples = eval::label_samples(*opened.source, spec_.task);
+      if (&condition != &spec_.target) {
+        eval::require_learnable(opened.samples, *opened.source, spec_.task);
+      }
+    });
     return opened;
   }
   /// Trains with a selection of two sources, of which the second is the target.
@@ -138,6 +146,27 @@ class Run {
 
 void append(std::vector<Selection>& all, const std::vector<Selection>& some) {
   all.insert(all.end(), some.begin(), some.end());
+}
+
+/// Refuses a target whose test samples are learnt from in another condition of the same sweep,
+/// where keys and shapes name the same strikes and bodies.
+void require_apart(const OpenCondition& other, const OpenCondition& target,
+                   const eval::TaskSpec& task, const std::string& name) {
+  const bool bodies = task.split == "split_shape";
+  const auto names = [&](const OpenCondition& one) {
+    return bodies ? one.source->labels("shape") : one.samples.keys;
+  };
+  const std::vector<std::string> there = names(other), tested = names(target);
+  std::set<std::string> learnt;
+  for (const Part part : {Part::train, Part::validation}) {
+    for (const std::uint32_t row : other.samples.rows(part)) learnt.insert(there[row]);
+  }
+  for (const std::uint32_t row : target.samples.rows(Part::test)) {
+    if (!learnt.contains(tested[row])) continue;
+    throw core::InputError(
+        fmt::format("{} is tested in the target and learnt in {}", tested[row], name),
+        "a sweep over seed or split puts samples into other parts: leave these out of it");
+  }
 }
 
 /// The samples of a part whose keys begin with a source's number.
@@ -169,7 +198,9 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
   mpi::agreed(context_.world, [&] {
     source = eval::select_samples({&other, target_.source.get()}, selected);
   });
-  TrainingJob job = make_job(*source, spec_.task, method, models_);
+  eval::TaskSpec task = spec_.task;
+  task.except.clear();  // none of them is selected
+  TrainingJob job = make_job(*source, task, method, models_);
   job.key = row.share > 0 || row.own.is_null()
                 ? fmt::format("{:.0f} % {}/{}", 100 * row.share, row.trained_on, method.name)
                 : fmt::format("{}/{}", row.trained_on, method.name);
@@ -199,6 +230,9 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
 bool Run::learn_elsewhere(std::size_t condition) {
   const Condition& named = datasets_.conditions()[condition];
   const OpenCondition other = open(named);
+  if (named.build != nullptr && spec_.target.build != nullptr) {
+    mpi::agreed(context_.world, [&] { require_apart(other, target_, spec_.task, named.name); });
+  }
   std::vector<Selection> selected;
   for (const Part part : {Part::train, Part::validation, Part::test}) {
     append(selected, other.part(part, 0));
@@ -215,26 +249,43 @@ bool Run::learn_elsewhere(std::size_t condition) {
   return true;
 }
 
+void Run::require_enough() {
+  if (!spec_.mixed_with) return;
+  const Condition& named = datasets_.conditions()[*spec_.mixed_with];
+  const OpenCondition other = open(named);
+  const double least = *std::min_element(spec_.shares.begin(), spec_.shares.end());
+  const std::size_t all = target_.part(Part::train, 1).size();
+  const std::size_t wanted =
+      all - static_cast<std::size_t>(std::llround(least * static_cast<double>(all)));
+  const std::size_t there = other.part(Part::train, 0).size();
+  mpi::agreed(context_.world, [&] {
+    if (all == 0) {
+      throw core::InputError(
+          fmt::format("{} has no samples for training to be mixed", spec_.target.name));
+    }
+    if (wanted <= there) return;
+    throw core::InputError(
+        fmt::format("a mix with {:.0f} % of {} takes {} samples of {}, which has {} for training",
+                    100 * least, spec_.target.name, wanted, named.name, there),
+        "build more of them, or leave small shares out");
+  });
+}
+
 bool Run::mix() {
   const OpenCondition other = open(datasets_.conditions()[*spec_.mixed_with]);
   const std::size_t all = target_.part(Part::train, 1).size();
-  const std::size_t there = other.part(Part::train, 0).size();
   for (const double share : spec_.shares) {
     const auto own = static_cast<std::size_t>(std::llround(share * static_cast<double>(all)));
-    if (all - own > there) {
-      throw core::InputError(
-          fmt::format("a mix with {:.0f} % of {} takes {} samples of {}, which has {} for training",
-                      100 * share, spec_.target.name, all - own,
-                      datasets_.conditions()[*spec_.mixed_with].name, there),
-          "build more of them, or leave small shares out");
-    }
     for (const bool mixed : {true, false}) {
       if ((!mixed && own == 0) || (mixed && own == all)) continue;
       std::vector<Selection> selected = target_.some_for_training(own, 1);
       if (mixed) append(selected, other.some_for_training(all - own, 0));
-      append(selected, target_.part(Part::validation, 1));
+      // Without samples of the target, none of them may say when training ends.
+      append(selected,
+             own > 0 ? target_.part(Part::validation, 1) : other.part(Part::validation, 0));
       append(selected, target_.part(Part::test, 1));
       TransferRow row;
+      row.kind = mixed ? "mixed" : "alone";
       row.trained_on = mixed ? "mixed" : "target alone";
       row.share = share;
       for (const eval::Method& method : spec_.methods) {
@@ -281,6 +332,7 @@ std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
                                                      const EvaluatedDatasets& datasets,
                                                      const Context& context) {
   Run run(spec, datasets, context);
+  run.require_enough();
   for (const std::size_t condition : spec.trained_on) {
     if (!run.learn_elsewhere(condition)) return std::nullopt;
   }
@@ -297,7 +349,8 @@ ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets
     document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
   }
   for (const TransferRow& row : rows) {
-    ordered_json line = {{"trained_on", row.trained_on},
+    ordered_json line = {{"kind", row.kind},
+                         {"trained_on", row.trained_on},
                          {"method", row.method},
                          {"share", row.share},
                          {"samples", row.samples},
@@ -322,10 +375,10 @@ std::string transfer_text(const ordered_json& document) {
   for (const ordered_json& row : document.at("rows")) {
     const std::string trained_on = row.at("trained_on");
     const std::string samples = fmt::format("{}", row.at("samples").get<std::size_t>());
-    if (trained_on == "mixed" || trained_on == "target alone") {
+    if (const std::string kind = row.at("kind"); kind != "elsewhere") {
       mixes.push_back({fmt::format("{:.0f} %", 100 * row.at("share").get<double>()),
                        row.at("method"),
-                       trained_on == "mixed" ? document.at("mixed_with").get<std::string>() : "-",
+                       kind == "mixed" ? document.at("mixed_with").get<std::string>() : "-",
                        samples, with_interval(row.at("target"))});
       continue;
     }

@@ -29,7 +29,8 @@ TransferSpec read_transfer(core::ConfigNode& node, core::ConfigNode& root,
 
 /// How one classifier did.
 struct TransferRow {
-  std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
+  std::string kind = "elsewhere";  ///< mixed, alone: the target's own with others, without
+  std::string trained_on;          ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
   double share = 0;              ///< of the target's own samples in training
   std::size_t samples = 0;       ///< for training

@@ -85,6 +85,8 @@ std::vector<GivenStrike> read_given_strikes(const std::string& path) {
     if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
     const std::string place = fmt::format("{}:{}", path, number);
     std::vector<std::string> cells = core::csv_cells(line);
+    // Spreadsheets end every line with as many commas as the longest has.
+    while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
     if (!columns.empty()) {
       strikes.push_back(parse_row(Row(columns, std::move(cells), place)));
       continue;

@@ -16,6 +16,7 @@ ClipFormat paper_format(std::size_t samples, double sample_rate) {
   format.samples = samples;
   format.mel.sample_rate = sample_rate;
   format.mel.bands = 64;
+  format.mel.max_frequency = sample_rate / 2;
   constexpr std::size_t frames = 25;
   format.mel.hop = static_cast<int>(std::max<std::size_t>(1, samples / (frames - 1)));
   return format;

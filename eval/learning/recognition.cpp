@@ -154,13 +154,13 @@ RecognitionTrial try_recognition(const Recognition& recognition, Learner& learne
   trial.uncalibrated_error = error(1);
   const auto known = familiarities(recognition.gaussians, learner, source, samples, tested, ranks);
   trial.accepted = share_reaching(known, recognition.threshold);
-  Rows left_out;
+  Rows others;
   for (std::size_t i = 0; i < samples.label.size(); ++i) {
-    if (samples.label[i] < 0) left_out.push_back(static_cast<std::uint32_t>(i));
+    if (samples.label[i] == left_out) others.push_back(static_cast<std::uint32_t>(i));
   }
-  if (!left_out.empty()) {
+  if (!others.empty()) {
     const auto novel =
-        familiarities(recognition.gaussians, learner, source, samples, thinned(left_out), ranks);
+        familiarities(recognition.gaussians, learner, source, samples, thinned(others), ranks);
     trial.novel["left_out"] = against(known, novel, recognition.threshold);
   }
   for (const std::string& name : synth::noise_kind_names()) {

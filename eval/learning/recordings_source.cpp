@@ -42,7 +42,8 @@ std::vector<std::string> audio_files(const fs::path& folder) {
   for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
        at.increment(error)) {
     if (at->is_regular_file() && is_audio(at->path())) {
-      files.push_back(fs::relative(at->path(), folder).generic_string());
+      // As it is called there: links to files are not followed.
+      files.push_back(at->path().lexically_relative(folder).generic_string());
     }
   }
   if (error) throw core::FileError(fmt::format("{}: {}", folder.string(), error.message()));
@@ -50,15 +51,16 @@ std::vector<std::string> audio_files(const fs::path& folder) {
   return files;
 }
 
-/// A pattern of names as a regular expression, with the names of its groups.
+/// A pattern of names as a regular expression, with the names of its groups: once with labels as
+/// short as they can be, once as long.
 struct NamePattern {
-  std::regex expression;
+  std::regex shortest, longest;
   std::vector<std::string> labels;
 };
 
 NamePattern compile(const std::string& pattern) {
   NamePattern compiled;
-  std::string text;
+  std::string text, longest;
   for (std::size_t i = 0; i < pattern.size(); ++i) {
     const char c = pattern[i];
     if (c == '{') {
@@ -71,21 +73,23 @@ NamePattern compile(const std::string& pattern) {
       }
       compiled.labels.push_back(label);
       text += "([^/]+?)";
+      longest += "([^/]+)";
       i = end;
-    } else if (c == '*') {
-      text += "[^/]*";
-    } else if (std::string_view("\\^$.|?+()[]}").find(c) != std::string_view::npos) {
-      text += fmt::format("\\{}", c);
-    } else {
-      text += c;
+      continue;
     }
+    std::string piece(1, c);
+    if (c == '*') piece = "[^/]*?";
+    if (std::string_view("\\^$.|?+()[]}").find(c) != std::string_view::npos) piece.insert(0, "\\");
+    text += piece;
+    longest += piece;
   }
   if (compiled.labels.empty()) {
     throw core::InputError(fmt::format("the names \"{}\" hold no label", pattern),
                            "labels stand in braces: {material}/{shape}-*.wav");
   }
-  if (!is_audio(pattern)) text += "\\.[^./]+";
-  compiled.expression = std::regex(text);
+  const std::string extension = is_audio(pattern) ? "" : "\\.[^./]+";
+  compiled.shortest = std::regex(text + extension, std::regex::icase);
+  compiled.longest = std::regex(longest + extension, std::regex::icase);
   return compiled;
 }
 
@@ -93,14 +97,21 @@ LabelTable labels_of_names(const RecordingsSpec& spec) {
   const NamePattern pattern = compile(spec.names);
   LabelTable table{audio_files(spec.folder), {}};
   for (const std::string& file : table.files) {
-    std::smatch match;
-    if (!std::regex_match(file, match, pattern.expression)) {
+    std::smatch match, other;
+    if (!std::regex_match(file, match, pattern.shortest) ||
+        !std::regex_match(file, other, pattern.longest)) {
       throw core::InputError(
           fmt::format("{}: {} does not fit the names \"{}\"", spec.folder.string(), file,
                       spec.names),
           "give a table (CSV with a column file) where names follow no one pattern");
     }
     for (std::size_t i = 0; i < pattern.labels.size(); ++i) {
+      if (match[i + 1] != other[i + 1]) {
+        throw core::InputError(
+            fmt::format("{}: the {} of {} may be {} or {}", spec.folder.string(), pattern.labels[i],
+                        file, match[i + 1].str(), other[i + 1].str()),
+            "give a table (CSV with a column file) where labels hold what stands between them");
+      }
       table.columns[pattern.labels[i]].push_back(match[i + 1]);
     }
   }
@@ -120,18 +131,26 @@ LabelTable labels_of_table(const RecordingsSpec& spec) {
       throw core::InputError(fmt::format("{}:{}: {}", spec.table.string(), number, why));
     };
     if (header.empty()) {
+      while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
       header = cells;
+      for (std::size_t c = 0; c < header.size(); ++c) {
+        if (header[c].empty()) refuse(fmt::format("column {} has no name", c + 1));
+        if (std::count(header.begin(), header.end(), header[c]) > 1) {
+          refuse(fmt::format("column \"{}\" stands here twice", header[c]));
+        }
+      }
       if (std::find(header.begin(), header.end(), "file") == header.end()) {
         refuse("the header has no column \"file\"");
       }
       continue;
     }
+    while (cells.size() > header.size() && cells.back().empty()) cells.pop_back();
     if (cells.size() != header.size()) {
       refuse(fmt::format("{} cells, the header has {}", cells.size(), header.size()));
     }
     const auto file =
         static_cast<std::size_t>(std::find(header.begin(), header.end(), "file") - header.begin());
-    if (!fs::exists(spec.folder / cells[file])) {
+    if (!fs::is_regular_file(spec.folder / cells[file])) {
       refuse(fmt::format("there is no {}", (spec.folder / cells[file]).string()));
     }
     if (!rows.emplace(cells[file], cells).second) {
@@ -161,6 +180,7 @@ class RecordingsSource final : public SampleSource {
       throw core::InputError(fmt::format("{}: no recordings", name_),
                              "WAV, FLAC, AIFF or Ogg files, in folders or not");
     }
+    require_utf8();
     core::Sha256 all;
     for (const std::string& file : table_.files) {
       hashes_.push_back(core::sha256_file(spec.folder / file));
@@ -210,13 +230,34 @@ class RecordingsSource final : public SampleSource {
             strike_clip(core::read_audio(spec_.folder / file), preparer_.format());
         heard.push_back(preparer_.prepare(sense, clip, values.subspan(i * each, each)));
       } catch (const core::InputError& error) {
-        throw core::InputError(fmt::format("{}: {}: {}", name_, file, error.message()));
+        throw core::InputError(fmt::format("{}: {}: {}", name_, file, error.message()),
+                               error.hint());
       }
     }
     return heard;
   }
 
  private:
+  /// Names and labels go into JSON.
+  void require_utf8() const {
+    const auto require = [&](const std::string& text, const std::string& file) {
+      try {
+        static_cast<void>(nlohmann::json(text).dump());
+      } catch (const nlohmann::json::exception&) {
+        throw core::InputError(
+            fmt::format(
+                "{}: a name or label of {} is not UTF-8", name_,
+                nlohmann::json(file).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)),
+            "save the table as UTF-8");
+      }
+    };
+    for (const std::string& file : table_.files) require(file, file);
+    for (const auto& [column, cells] : table_.columns) {
+      require(column, table_.files.front());
+      for (std::size_t i = 0; i < cells.size(); ++i) require(cells[i], table_.files[i]);
+    }
+  }
+
   void name_bodies() {
     std::string column = spec_.body;
     if (column.empty() && table_.columns.contains("shape")) column = "shape";
@@ -259,7 +300,9 @@ class RecordingsSource final : public SampleSource {
       throw core::InputError(
           fmt::format("{}: {} leaks from one part into another: {} ({} and {})", name_, column,
                       what, table_.files[first], table_.files[i]),
-          "what is learnt from it would seem better than it is: put both into one part");
+          column == "split_shape"
+              ? "put both into one part, or learn by strikes: split: split_strike of the task"
+              : "what is learnt from it would seem better than it is: put both into one part");
     };
     for (std::size_t i = 0; i < size(); ++i) {
       require_one_part("sound " + hashes_[i], i, "the same sound twice");

@@ -15,7 +15,8 @@ struct RecordingsSpec {
   /// CSV with a header: `file` (from the folder) and any columns of labels; empty: `names`.
   std::filesystem::path table;
   /// How files lie in the folder: `{material}/{shape}-*.wav`. A name in braces is a label without a
-  /// slash, a star anything without one; the extension may be left out.
+  /// slash, a star anything without one, as little as can be; the extension may be left out. Case
+  /// does not count. Names that can be read in two ways are refused.
   std::string names;
   double seconds = 1;          ///< of each sound from its strike on
   double sample_rate = 44100;  ///< [Hz]

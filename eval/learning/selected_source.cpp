@@ -89,6 +89,12 @@ class SelectedSource final : public SampleSource {
       if (!common || !own || own->extent != common->extent || own->of_bodies != common->of_bodies) {
         return std::nullopt;
       }
+      // Equal extents may be of other rates, lengths and bands.
+      const bool heard = sense == Sense::spectrogram || sense == Sense::waveform;
+      if (heard && source->clip_format() && sources_[0]->clip_format() &&
+          to_json(*source->clip_format()) != to_json(*sources_[0]->clip_format())) {
+        return std::nullopt;
+      }
     }
     common->entries = common->of_bodies ? bodies_in_all_ : size();
     return common;

@@ -25,13 +25,10 @@ std::map<std::string, std::string> classes_of(const std::vector<std::string>& la
                                               const TaskSpec& task) {
   std::map<std::string, std::string> names;
   if (task.classes.empty()) {
-    for (const std::string& label : labels) names[label] = label;
-    for (const std::string& label : task.except) {
-      if (names.erase(label) > 0) continue;
-      throw core::InputError(
-          fmt::format("task {}: there is no {} to leave out in {}", task.name, label, task.column),
-          fmt::format("there are {}", fmt::join(std::set(labels.begin(), labels.end()), ", ")));
+    for (const std::string& label : labels) {
+      if (!label.empty()) names[label] = label;
     }
+    for (const std::string& label : task.except) names.erase(label);
     return names;
   }
   for (const auto& [name, members] : task.classes) {
@@ -71,9 +68,23 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const auto at = class_of.find(labels[i]);
     const auto place = at == class_of.end() ? found.end() : found.find(at->second);
-    samples.label.push_back(
-        place == found.end() ? -1 : static_cast<std::int32_t>(std::distance(found.begin(), place)));
+    samples.label.push_back(place != found.end()
+                                ? static_cast<std::int32_t>(std::distance(found.begin(), place))
+                            : labels[i].empty() ? unlabelled
+                                                : left_out);
     samples.part.push_back(part_of(split[i], source, task.split));
+  }
+  return samples;
+}
+
+void require_learnable(const LabelledSamples& samples, const SampleSource& source,
+                       const TaskSpec& task) {
+  const std::vector<std::string> labels = source.labels(task.column);
+  for (const std::string& label : task.except) {
+    if (std::find(labels.begin(), labels.end(), label) != labels.end()) continue;
+    throw core::InputError(
+        fmt::format("task {}: there is no {} to leave out in {}", task.name, label, task.column),
+        fmt::format("there are {}", fmt::join(std::set(labels.begin(), labels.end()), ", ")));
   }
   if (samples.classes.size() < 2) {
     throw core::InputError(fmt::format(
@@ -87,7 +98,6 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
                     task.split),
         "more bodies or strikes, or another split column: split_strike where classes are shapes");
   }
-  return samples;
 }
 
 std::vector<std::string> remarks(const LabelledSamples& samples) {

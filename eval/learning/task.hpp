@@ -23,10 +23,13 @@ struct TaskSpec {
   std::vector<std::string> except{};
 };
 
+/// In place of a class: a label that the task leaves out; no label.
+inline constexpr std::int32_t left_out = -1, unlabelled = -2;
+
 /// A task's samples. Nothing depends on the order in which labels occur.
 struct LabelledSamples {
   std::vector<std::string> classes;   ///< in byte order
-  std::vector<std::int32_t> label;    ///< of each sample: class, or -1: not of this task
+  std::vector<std::int32_t> label;    ///< of each sample: class, `left_out` or `unlabelled`
   std::vector<Part> part;             ///< of each sample
   std::vector<std::string> keys;      ///< of each sample
   std::vector<std::uint32_t> bodies;  ///< of each sample
@@ -35,10 +38,14 @@ struct LabelledSamples {
   std::vector<std::uint32_t> rows(Part part) const;
 };
 
-/// @throws InputError  no such column, a part that is none of the three, less than two classes, no
-///                     sample to learn from, a label to leave out that there is not; names the
-///                     source and the remedy
+/// @throws InputError  no such column, a part that is none of the three, a label of two classes;
+///                     names the source
 LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task);
+
+/// @throws InputError  less than two classes, no sample to learn from, a label to leave out that
+///                     there is not; names the source and the remedy
+void require_learnable(const LabelledSamples& samples, const SampleSource& source,
+                       const TaskSpec& task);
 
 /// Classes that nothing is learnt of, or that are not tested: sentences for people.
 std::vector<std::string> remarks(const LabelledSamples& samples);

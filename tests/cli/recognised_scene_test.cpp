@@ -44,7 +44,8 @@ TEST(RecognisedScene, TakesBlocksAndFlowsOfEntries) {
   expect_one_more("objects:\n- {shape: bar}\nmotion:\n  bodies:\n  - {object: bar}\n");
   expect_one_more("motion: {bodies: [{object: bar}], takes: 2}\nobjects: [{shape: bar}]\n");
   expect_one_more("{motion: {bodies: [{object: bar}]}, objects: [{shape: bar}]}");
-  expect_one_more("objects:\r\n  - {shape: bar}\r\nmotion:\r\n  bodies:\r\n    - {object: bar}\r\n");
+  expect_one_more(
+      "objects:\r\n  - {shape: bar}\r\nmotion:\r\n  bodies:\r\n    - {object: bar}\r\n");
 }
 
 TEST(RecognisedScene, RefusesWhatIsNoScene) {

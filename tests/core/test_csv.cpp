@@ -3,6 +3,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "core/csv.hpp"
+#include "core/error.hpp"
 
 namespace carillon::core {
 namespace {
@@ -20,6 +21,7 @@ TEST(CsvCells, MayHoldCommasQuotesAndBlanksWithinQuotes) {
   EXPECT_EQ(csv_cells("\"say \"\"ah\"\"\", \" x \" \r"), (Cells{"say \"ah\"", " x "}));
   EXPECT_EQ(csv_cells("5\" disc,b"), (Cells{"5\" disc", "b"}));
   EXPECT_EQ(csv_cells("\"\",a"), (Cells{"", "a"}));
+  EXPECT_THROW(csv_cells("a,\"b,c"), InputError);
 }
 
 RC_GTEST_PROP(CsvCells, ComeBackFromQuotes, ()) {

@@ -85,6 +85,15 @@ TEST_F(Recordings, HaveLabelsInTheirNames) {
   EXPECT_NE(error_of(spec("{material}/{shape}-*"), "weight").find("no column"), std::string::npos);
 }
 
+TEST_F(Recordings, OfNamesThatCanBeReadInTwoWaysAreRefused) {
+  put("Steel-bowl-03.WAV", struck(40));
+  EXPECT_EQ(open_recordings(spec("{material}-bowl-*.wav"))->labels("material"), (Texts{"Steel"}));
+  put("sterling_steel_bowl_03.wav", struck(40));
+  fs::remove(folder_.path() / "Steel-bowl-03.WAV");
+  EXPECT_NE(error_of(spec("{material}_{shape}_*")).find("may be sterling or sterling_steel"),
+            std::string::npos);
+}
+
 TEST_F(Recordings, HaveLabelsInATable) {
   put_bodies();
   RecordingsSpec own = spec("");
@@ -105,6 +114,13 @@ TEST_F(Recordings, HaveLabelsInATable) {
   EXPECT_NE(error_of(own).find("labels.csv:2: 1 cells"), std::string::npos);
   std::ofstream(own.table) << "sound,material\n";
   EXPECT_NE(error_of(own).find("no column \"file\""), std::string::npos);
+  std::ofstream(own.table) << "file,shape,shape\nglass/cup-0.wav,a,b\n";
+  EXPECT_NE(error_of(own).find("\"shape\" stands here twice"), std::string::npos);
+  own.body.clear();
+  std::ofstream(own.table) << "file,material,,\nglass/cup-0.wav,glass,,\n";
+  EXPECT_EQ(error_of(own), "");
+  std::ofstream(own.table) << "file,material\nglass/cup-0.wav,m\xFCll\n";
+  EXPECT_NE(error_of(own).find("not UTF-8"), std::string::npos);
   std::ofstream(own.table) << "file\nglass/cup-0.wav\nglass/cup-0.wav\n";
   EXPECT_NE(error_of(own).find("stands here twice"), std::string::npos);
 }

@@ -151,13 +151,37 @@ TEST(Task, ClassesMayHoldSeveralLabelsAndLeaveOthersOut) {
 
 TEST(Task, RefusesWhatCannotBeLearnt) {
   MadeSource source(20, 2);
+  const auto require = [&](const TaskSpec& task) {
+    require_learnable(label_samples(source, task), source, task);
+  };
+  require(made_task());
   source.columns["label"] = std::vector<std::string>(20, "one");
-  EXPECT_THROW(label_samples(source, made_task()), core::InputError);
+  EXPECT_THROW(require(made_task()), core::InputError);
   source.columns.clear();
+  TaskSpec without = made_task();
+  without.except = {"class-1"};
+  EXPECT_THROW(require(without), core::InputError);  // one class is left
+  without.except = {"class-7"};
+  EXPECT_THROW(require(without), core::InputError);
   source.columns["split"] = std::vector<std::string>(20, "test");
-  EXPECT_THROW(label_samples(source, made_task()), core::InputError);
+  EXPECT_THROW(require(made_task()), core::InputError);
   source.columns["split"][3] = "tset";
   EXPECT_THROW(label_samples(source, made_task()), core::InputError);
+}
+
+TEST(Task, TellsWhatIsLeftOutFromWhatHasNoLabel) {
+  MadeSource source(30, 3);
+  source.columns["label"] = source.labels("label");
+  source.columns["label"][4] = "";
+  TaskSpec task = made_task();
+  task.except = {"class-2"};
+  const LabelledSamples samples = label_samples(source, task);
+  EXPECT_EQ(samples.classes, (std::vector<std::string>{"class-0", "class-1"}));
+  for (std::size_t i = 0; i < 30; ++i) {
+    EXPECT_EQ(samples.label[i], i == 4       ? unlabelled
+                                : i % 3 == 2 ? left_out
+                                             : static_cast<std::int32_t>(i % 3));
+  }
 }
 
 TEST(Task, TellsOfClassesThatAreNotLearntOrNotTested) {
