@@ -17,9 +17,7 @@ const char* remedy(Sense sense) {
     case Sense::touch:
       return "touch comes with a motion of a stylus (docs/touch.md)";
     default:
-      return "sources whose sounds are not alike cannot be joined: one sample rate, one length, "
-             "one "
-             "`mel`";
+      return "sources are joined where their sounds have one sample rate, one length and one mel";
   }
 }
 

@@ -182,7 +182,8 @@ class Train(FolderTest):
                                ("search={isnn-a: {keys: {filter: [4]}}}", "filter"),
                                ("search={isnn-a: {task: mass, keys: {filters: [4]}}}", "mass"),
                                ("search={isnn-a: {keys: {filters: []}}}", "no values"),
-                               ("search=", "is missing")):
+                               ("search=", "names no method"),
+                               ("search={isnn-a: }", "names no keys")):
             result = run("train", config, "-o", output, "--search", "--set", override)
             self.assertEqual(result.returncode, 2, override)
             self.assertIn(said, result.stderr, override)

@@ -26,9 +26,9 @@ sweep:
       named:
         clean: {noise: "off"}
         noisy: {noise: auto}
-noise: {kind: [white], snr: [-6 dB, 0 dB]}
+noise: {kind: [white], snr: [0 dB, 6 dB]}
 train:
-  epochs: 12
+  epochs: 40
   batch: 16
   tasks:
     body: {column: shape}
@@ -73,8 +73,8 @@ class Transfer(FolderTest):
         self.assertEqual(alone[0]["samples"], round(size / 2))
         for row in alone + mixed:
             self.assertIsNone(row["own"])
-        # What it was trained with in its own condition tells more than what is clean.
-        self.assertGreater(alone[1]["target"]["mean"], self.row("mixed", 0)["target"]["mean"])
+        # Where few are its own, others beside them help.
+        self.assertGreater(mixed[1]["target"]["mean"], alone[0]["target"]["mean"] + 0.1)
 
     def test_answers_are_of_the_targets_own_test_samples(self):
         with h5py.File(next(self.output.glob("*noisy*/index.h5"))) as file:
