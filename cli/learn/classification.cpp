@@ -31,8 +31,7 @@ struct Group {
 std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
   std::vector<Group> groups;
   for (const TrainedClassifier& one : trained) {
-    const bool fits = !groups.empty() &&
-                      groups.back().classifiers.front()->condition == one.condition &&
+    const bool fits = !groups.empty() && groups.back().classifiers.front()->source == one.source &&
                       groups.back().job().task.name == one.job.task.name &&
                       groups.back().job().method.name == one.job.method.name;
     if (!fits) groups.emplace_back();
@@ -92,9 +91,9 @@ double mean_of(const Group& group, const std::function<ordered_json(const ordere
 }
 
 ordered_json row_of(const Group& group, const ClassificationSpec& spec,
-                    const EvaluatedDatasets& datasets) {
+                    std::span<const LearningSource> sources) {
   const TrainingJob& job = group.job();
-  const Condition& condition = datasets.conditions()[group.classifiers.front()->condition];
+  const std::string& dataset = sources[group.classifiers.front()->source].name;
   const std::vector<std::size_t> truth = true_classes(group.test());
   const std::vector<std::size_t> groups = groups_of(group);
   std::vector<std::vector<std::size_t>> predicted;
@@ -111,10 +110,14 @@ ordered_json row_of(const Group& group, const ClassificationSpec& spec,
   std::vector<std::size_t> distinct = groups;
   std::sort(distinct.begin(), distinct.end());
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  ordered_json row = {{"dataset", condition.name},      {"task", job.task.name},
-                      {"method", job.method.name},      {"senses", letters(job.method)},
-                      {"seeds", ordered_json::array()}, {"samples", truth.size()},
-                      {"groups", distinct.size()},      {"classes", group.answers.front().classes}};
+  ordered_json row = {{"dataset", dataset},
+                      {"task", job.task.name},
+                      {"method", job.method.name},
+                      {"senses", letters(job.method)},
+                      {"seeds", ordered_json::array()},
+                      {"samples", truth.size()},
+                      {"groups", distinct.size()},
+                      {"classes", group.answers.front().classes}};
   for (const TrainedClassifier* one : group.classifiers) {
     row["seeds"].push_back(one->job.method.learning.seed);
   }
@@ -140,7 +143,7 @@ ordered_json row_of(const Group& group, const ClassificationSpec& spec,
   });
   row["published"] = nullptr;
   if (const auto of_task = spec.published.find(job.task.name); of_task != spec.published.end()) {
-    if (const auto set = of_task->second.find(condition.name); set != of_task->second.end()) {
+    if (const auto set = of_task->second.find(dataset); set != of_task->second.end()) {
       if (const auto accuracy = published_accuracy(set->second, job.method.name)) {
         row["published"] = {{"set", set->second}, {"accuracy", *accuracy}};
       }
@@ -151,10 +154,10 @@ ordered_json row_of(const Group& group, const ClassificationSpec& spec,
 
 }  // namespace
 
-ordered_json classification_document(const ClassificationSpec& spec,
-                                     const EvaluatedDatasets& datasets,
+ordered_json classification_document(const ClassificationSpec& spec, const std::string& name,
+                                     std::span<const LearningSource> sources,
                                      const std::vector<TrainedClassifier>& trained) {
-  ordered_json document = {{"name", datasets.name()}, {"tasks", ordered_json::array()}};
+  ordered_json document = {{"name", name}, {"tasks", ordered_json::array()}};
   for (const eval::TaskSpec& task : spec.learning.tasks) {
     document["tasks"].push_back(
         {{"name", task.name},
@@ -163,12 +166,12 @@ ordered_json classification_document(const ClassificationSpec& spec,
          {"groups_are", task.split == "split_shape" ? "bodies" : "strikes"}});
   }
   document["datasets"] = ordered_json::array();
-  for (const Condition& condition : datasets.conditions()) {
-    document["datasets"].push_back({{"name", condition.name}, {"folder", condition.folder}});
+  for (const LearningSource& source : sources) {
+    document["datasets"].push_back({{"name", source.name}, {"folder", source.samples->name()}});
   }
   document["rows"] = ordered_json::array();
   for (const Group& group : grouped(trained)) {
-    document["rows"].push_back(row_of(group, spec, datasets));
+    document["rows"].push_back(row_of(group, spec, sources));
   }
   return document;
 }

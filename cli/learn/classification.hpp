@@ -18,7 +18,7 @@ struct ClassificationSpec {
   std::map<std::string, std::map<std::string, std::string>> published;
 };
 
-/// Accuracies of every method on every task of every dataset, from what the classifiers answered
+/// Accuracies of every method on every task of every source, from what the classifiers answered
 /// for the samples that were held out; docs/learning.md names the fields.
 ///
 /// Intervals are over the bodies that are held out where whole bodies are (`split_shape`), else
@@ -26,7 +26,8 @@ struct ClassificationSpec {
 /// @throws FileError   answers that cannot be read
 ///         InputError  a task's classifiers answered for different samples
 nlohmann::ordered_json classification_document(const ClassificationSpec& spec,
-                                               const EvaluatedDatasets& datasets,
+                                               const std::string& name,
+                                               std::span<const LearningSource> sources,
                                                const std::vector<TrainedClassifier>& trained);
 
 }  // namespace carillon::cli

@@ -48,8 +48,10 @@ void read_published(ConfigNode& node, const EvaluatedDatasets& datasets, Classif
       tasks.fail(task, fmt::format("train.tasks has no \"{}\"", task));
     }
     std::map<std::string, std::string>& sets = spec.published[task];
-    if (datasets.conditions().size() == 1) {
-      sets[datasets.conditions().front().name] = tasks.choice(task, published_sets());
+    const bool joined = spec.learning.join || spec.learning.with;
+    if (joined || datasets.conditions().size() == 1) {
+      sets[joined ? "joined" : datasets.conditions().front().name] =
+          tasks.choice(task, published_sets());
       continue;
     }
     ConfigNode of_task = tasks.child(task);
@@ -75,12 +77,14 @@ EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datas
                   const fs::path& folder, const Context& context) {
   const double start = core::monotonic_seconds();
   const mpi::InterruptGuard guard;
-  const TrainingsEnd end = run_trainings(spec.learning, spec.seeds, datasets, context);
+  const auto sources = open_learning_sources(spec.learning, datasets, context);
+  const TrainingsEnd end =
+      run_trainings(spec.learning, spec.seeds, sources, models_folder(datasets), context);
   if (end.interrupted) return {exit_interrupted};
   ordered_json document;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    document = classification_document(spec, datasets, end.trained);
+    document = classification_document(spec, datasets.name(), sources, end.trained);
     const std::string no_picture = keep(document, folder);
     std::size_t made = 0;
     for (const TrainedClassifier& one : end.trained) made += one.was_there ? 0 : 1;
@@ -103,7 +107,7 @@ EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datas
 RunEvaluation read_classification(ConfigNode& node, ConfigNode& root,
                                   const EvaluatedDatasets& datasets) {
   ClassificationSpec spec;
-  spec.learning = read_train_section(root);
+  spec.learning = read_train_section(root, datasets.config());
   spec.seeds = read_seeds(node, spec.learning.methods.front().learning.seed);
   read_published(node, datasets, spec);
   return [spec, &datasets](const fs::path& folder, const Context& context) {

@@ -59,8 +59,8 @@ EvaluationEnd run(const SpectrogramStudy& study, const EvaluatedDatasets& datase
 
 RunEvaluation read_spectrograms(core::ConfigNode& node, core::ConfigNode& root,
                                 const EvaluatedDatasets& datasets) {
-  return [study = read_spectrogram_study(node, root), &datasets](const fs::path& folder,
-                                                                 const Context& context) {
+  return [study = read_spectrogram_study(node, root, datasets.config()), &datasets](
+             const fs::path& folder, const Context& context) {
     return run(study, datasets, folder, context);
   };
 }

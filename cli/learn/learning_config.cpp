@@ -165,7 +165,7 @@ eval::TaskSpec read_task(ConfigNode& node, const std::string& name) {
   return task;
 }
 
-LearningConfig read_learning(ConfigNode& node) {
+LearningConfig read_learning(ConfigNode& node, const std::string& file) {
   LearningConfig config;
   eval::LearningOptions common;
   common.seed = static_cast<std::uint64_t>(
@@ -174,6 +174,12 @@ LearningConfig read_learning(ConfigNode& node) {
   common.memory = node.quantity("memory", Dimension::memory, common.memory);
   if (!(common.memory > 0)) node.fail("memory", "must be positive");
   config.listener = static_cast<std::size_t>(node.integer("listener", 0, many, 0));
+  config.join = node.flag("join", false);
+  if (node.has("with")) {
+    ConfigNode with = node.child("with");
+    config.with = read_given(with, with.text("name", "with"), file);
+    if (!config.with) with.fail("", "names neither `data` nor `recordings`");
+  }
   ConfigNode tasks = node.child("tasks");
   for (const std::string& name : tasks.keys()) {
     ConfigNode task = tasks.child(name);
@@ -196,14 +202,14 @@ LearningConfig read_learning(ConfigNode& node) {
 
 }  // namespace
 
-LearningConfig read_train_section(ConfigNode& root) {
+LearningConfig read_train_section(ConfigNode& root, const std::string& file) {
   if (!root.has("train")) {
     root.fail("train", "says what is learnt by what, and is missing",
               "for example train: {tasks: {material: {column: material}}, methods: {isnn-a: {}}}; "
               "docs/learning.md");
   }
   ConfigNode node = root.child("train");
-  LearningConfig config = read_learning(node);
+  LearningConfig config = read_learning(node, file);
   node.finish();
   return config;
 }

@@ -1,19 +1,19 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <filesystem>
 #include <span>
 #include <vector>
 
-#include "cli/evaluate/datasets.hpp"
 #include "cli/learn/learning_config.hpp"
+#include "cli/learn/learning_sources.hpp"
 #include "cli/learn/trainings.hpp"
 
 namespace carillon::cli {
 
 /// A classifier that was trained, now or by an earlier run.
 struct TrainedClassifier {
-  std::size_t condition = 0;  ///< of the datasets
+  std::size_t source = 0;  ///< which it learnt from
   TrainingJob job;
   bool was_there = false;
   nlohmann::ordered_json found;  ///< training.json
@@ -21,22 +21,19 @@ struct TrainedClassifier {
 
 /// The same on every rank.
 struct TrainingsEnd {
-  std::vector<TrainedClassifier> trained;  ///< by dataset, task, method, seed
+  std::vector<TrainedClassifier> trained;  ///< by source, task, method, seed
   bool interrupted = false;
 };
 
-/// A dataset whose splits hold what they promise, or recordings.
-/// @throws InputError, FileError  a split that leaks, no dataset; on every rank alike
-/// @note Collective on the context's world.
-std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
-                                                const LearningConfig& config,
-                                                const Context& context);
+/// Folder of all models of a configuration.
+std::filesystem::path models_folder(const EvaluatedDatasets& datasets);
 
-/// Every method on every task of every dataset, once for each seed (neighbours are the same for all
-/// seeds: once). The datasets are built, and their splits are held against what is stored first.
-/// @throws InputError, FileError  a split that leaks, a sense that a dataset lacks; on every rank
+/// Every method on every task of every source, once for each seed (neighbours are the same for all
+/// seeds: once).
+/// @throws InputError, FileError  a sense that a source lacks; on every rank
 /// @note Collective on the context's world.
 TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::uint64_t> seeds,
-                           const EvaluatedDatasets& datasets, const Context& context);
+                           std::span<const LearningSource> sources,
+                           const std::filesystem::path& models, const Context& context);
 
 }  // namespace carillon::cli

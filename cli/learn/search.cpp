@@ -28,7 +28,7 @@ const eval::Method* method_called(const LearningConfig& config, const std::strin
 Search read_search(const std::string& text, const BuildOptions& options, ConfigNode& searches,
                    const std::string& method) {
   ConfigNode root = ConfigNode::parse(text, options.config, options.overrides);
-  const LearningConfig config = read_train_section(root);
+  const LearningConfig config = read_train_section(root, options.config);
   if (method_called(config, method) == nullptr) {
     searches.fail(method, fmt::format("train.methods has no \"{}\"", method));
   }
@@ -47,7 +47,7 @@ Search read_search(const std::string& text, const BuildOptions& options, ConfigN
     std::vector<std::string> overrides = options.overrides;
     overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
     ConfigNode changed = ConfigNode::parse(text, options.config, overrides);
-    const LearningConfig read = read_train_section(changed);
+    const LearningConfig read = read_train_section(changed, options.config);
     search.trials.push_back({variant.values, *method_called(read, method)});
   }
   return search;
@@ -98,25 +98,25 @@ std::vector<Search> read_searches(const std::string& text, const BuildOptions& o
 
 ordered_json run_searches(const std::vector<Search>& searches, const LearningConfig& config,
                           const EvaluatedDatasets& datasets, const Context& context) {
-  const Condition& condition = datasets.conditions().front();
   const std::filesystem::path models = datasets.output() / "evaluation" / "searched";
-  const auto source = open_source(condition, config, context);
+  const auto sources = open_learning_sources(config, datasets, context);
+  const LearningSource& source = sources.front();
   ordered_json document = ordered_json::array();
   for (const Search& search : searches) {
     const std::string& method = search.trials.front().method.name;
     std::vector<ordered_json> lines;
     for (std::size_t t = 0; t < search.trials.size(); ++t) {
-      TrainingJob job = make_job(*source, search.task, search.trials[t].method, models);
+      TrainingJob job = make_job(*source.samples, search.task, search.trials[t].method, models);
       job.key = fmt::format("{}/{} {}/{}", search.task.name, method, t + 1, search.trials.size());
       job.is_for_use = false;
-      const JobEnd end = run_job(job, *source, context);
+      const JobEnd end = run_job(job, *source.samples, context);
       if (end.interrupted) return nullptr;
       lines.push_back(trial_line(search, search.trials[t], end));
     }
     std::stable_sort(lines.begin(), lines.end(), is_better);
     document.push_back({{"method", method},
                         {"task", search.task.name},
-                        {"dataset", condition.name},
+                        {"dataset", source.name},
                         {"trials", lines}});
   }
   return document;

@@ -96,9 +96,10 @@ ordered_json find_exciting(const TrainedClassifier& trained, const eval::SampleS
 
 }  // namespace
 
-SpectrogramStudy read_spectrogram_study(ConfigNode& node, ConfigNode& root) {
+SpectrogramStudy read_spectrogram_study(ConfigNode& node, ConfigNode& root,
+                                        const std::string& file) {
   SpectrogramStudy study;
-  study.learning = read_train_section(root);
+  study.learning = read_train_section(root, file);
   std::vector<std::string> tasks, methods;
   for (const eval::TaskSpec& task : study.learning.tasks) tasks.push_back(task.name);
   for (const eval::Method& method : study.learning.methods) {
@@ -124,27 +125,27 @@ std::optional<ordered_json> study_spectrograms(const SpectrogramStudy& study,
   LearningConfig alone = study.learning;
   alone.tasks = {study.task};
   alone.methods = {study.method};
-  for (const Condition& condition : datasets.conditions()) {
-    const auto source = open_source(condition, alone, context);
-    mpi::agreed(context.world, [&] { source->labels(study.color); });
-  }
+  const auto sources = open_learning_sources(alone, datasets, context);
+  mpi::agreed(context.world, [&] {
+    for (const LearningSource& source : sources) source.samples->labels(study.color);
+  });
   const std::uint64_t seeds[] = {study.method.learning.seed};
-  const TrainingsEnd end = run_trainings(alone, seeds, datasets, context);
+  const TrainingsEnd end = run_trainings(alone, seeds, sources, models_folder(datasets), context);
   if (end.interrupted) return std::nullopt;
   ordered_json document = {{"name", datasets.name()},
                            {"task", study.task.name},
                            {"method", study.method.name},
                            {"datasets", ordered_json::array()}};
   for (const TrainedClassifier& trained : end.trained) {
-    const Condition& condition = datasets.conditions()[trained.condition];
-    const auto source = open_source(condition, alone, context);
+    const LearningSource& source = sources[trained.source];
     mpi::agreed(context.world, [&] {
       if (!context.speaks()) return;
-      const ordered_json components_found = find_components(study, *source);
+      const ordered_json components_found = find_components(study, *source.samples);
       document["datasets"].push_back(
-          {{"name", condition.name},
+          {{"name", source.name},
            {"components", components_found},
-           {"exciting", find_exciting(trained, *source, components_found.at("mean_square"))}});
+           {"exciting",
+            find_exciting(trained, *source.samples, components_found.at("mean_square"))}});
     });
   }
   return document;

@@ -18,7 +18,8 @@ struct SpectrogramStudy {
 };
 
 /// @throws ConfigError
-SpectrogramStudy read_spectrogram_study(core::ConfigNode& node, core::ConfigNode& root);
+SpectrogramStudy read_spectrogram_study(core::ConfigNode& node, core::ConfigNode& root,
+                                        const std::string& file);
 
 /// Of each dataset two principal components of its sounds, where these lie on them and how much of
 /// each the labels explain; and of every class the spectrogram that excites it most.

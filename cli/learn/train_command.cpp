@@ -25,7 +25,7 @@ LearningConfig read_config(const BuildOptions& options, MPI_Comm world) {
   LearningConfig config;
   mpi::agreed(world, [&] {
     core::ConfigNode root = core::ConfigNode::parse(text, options.config, options.overrides);
-    config = read_train_section(root);
+    config = read_train_section(root, options.config);
   });
   return config;
 }
@@ -97,9 +97,10 @@ int run_train(BuildOptions options, bool searches_wanted, const Context& context
     return code == exit_done ? exit_code : code;
   }
   const std::uint64_t seeds[] = {config.methods.front().learning.seed};
-  const TrainingsEnd end = run_trainings(config, seeds, datasets, context);
+  const auto sources = open_learning_sources(config, datasets, context);
+  const TrainingsEnd end = run_trainings(config, seeds, sources, models_folder(datasets), context);
   if (context.speaks()) {
-    const std::filesystem::path models = datasets.output() / "evaluation" / "models";
+    const std::filesystem::path models = models_folder(datasets);
     const ordered_json found = lines_of(end);
     if (context.json) {
       fmt::print("{}\n", ordered_json{{"output", models.string()},

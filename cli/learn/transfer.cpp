@@ -9,8 +9,9 @@
 #include <set>
 
 #include "cli/learn/answers.hpp"
-#include "cli/learn/run_trainings.hpp"
+#include "cli/learn/learning_sources.hpp"
 #include "cli/learn/tables.hpp"
+#include "cli/learn/trainings.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/random.hpp"
@@ -300,7 +301,7 @@ bool Run::mix() {
 
 TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDatasets& datasets) {
   TransferSpec spec;
-  spec.learning = read_train_section(root);
+  spec.learning = read_train_section(root, datasets.config());
   std::vector<std::string> tasks;
   for (const eval::TaskSpec& task : spec.learning.tasks) tasks.push_back(task.name);
   const std::string task = node.choice("task", tasks, tasks.front());

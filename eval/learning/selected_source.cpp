@@ -20,8 +20,9 @@ std::string name_of_part(Part part) {
 
 class SelectedSource final : public SampleSource {
  public:
-  SelectedSource(std::vector<SampleSource*> sources, std::vector<Selection> selected)
-      : sources_(std::move(sources)), selected_(std::move(selected)) {
+  SelectedSource(std::vector<SampleSource*> sources, std::vector<Selection> selected,
+                 std::vector<std::string> names)
+      : sources_(std::move(sources)), selected_(std::move(selected)), names_(std::move(names)) {
     std::sort(selected_.begin(), selected_.end());
     const auto twice = std::adjacent_find(selected_.begin(), selected_.end(),
                                           [](const Selection& a, const Selection& b) {
@@ -48,8 +49,10 @@ class SelectedSource final : public SampleSource {
       bodies_in_all_ += bodies;
     }
     for (const Selection& one : selected_) {
-      all.add(fmt::format("{} {} {}\n", one.source, one.row, static_cast<int>(one.part)));
+      all.add(fmt::format("{} {} {}\n", one.source, one.row,
+                          one.part ? static_cast<int>(*one.part) : -1));
     }
+    for (const std::string& name : names_) all.add(name).add("\n");
     content_ = all.hex();
   }
 
@@ -73,10 +76,17 @@ class SelectedSource final : public SampleSource {
   }
 
   std::vector<std::string> labels(const std::string& column) const override {
-    if (column == "split_shape" || column == "split_strike") {
-      std::vector<std::string> parts;
-      for (const Selection& one : selected_) parts.push_back(name_of_part(one.part));
-      return parts;
+    std::vector<std::string> labels;
+    if (column == "dataset" && !names_.empty()) {
+      for (const Selection& one : selected_) labels.push_back(names_[one.source]);
+      return labels;
+    }
+    const bool split = column == "split_shape" || column == "split_strike";
+    const bool own_parts = std::all_of(selected_.begin(), selected_.end(),
+                                       [](const Selection& one) { return one.part.has_value(); });
+    if (split && own_parts) {
+      for (const Selection& one : selected_) labels.push_back(name_of_part(*one.part));
+      return labels;
     }
     return gathered<std::string>([&](const SampleSource& source) { return source.labels(column); },
                                  [](const std::string& label, std::uint32_t) { return label; });
@@ -161,6 +171,7 @@ class SelectedSource final : public SampleSource {
 
   std::vector<SampleSource*> sources_;
   std::vector<Selection> selected_;
+  std::vector<std::string> names_;
   std::string name_, content_;
   std::vector<std::size_t> first_body_;
   std::size_t bodies_in_all_ = 0;
@@ -169,8 +180,10 @@ class SelectedSource final : public SampleSource {
 }  // namespace
 
 std::unique_ptr<SampleSource> select_samples(std::vector<SampleSource*> sources,
-                                             std::vector<Selection> selected) {
-  return std::make_unique<SelectedSource>(std::move(sources), std::move(selected));
+                                             std::vector<Selection> selected,
+                                             std::vector<std::string> names) {
+  return std::make_unique<SelectedSource>(std::move(sources), std::move(selected),
+                                          std::move(names));
 }
 
 }  // namespace carillon::eval

@@ -143,6 +143,15 @@ class Classify(FolderTest):
         self.assertEqual([line["published"] is not None for line in found["rows"]], [True, False])
         for line in found["rows"]:
             self.assertEqual(line["accuracy"]["deviation"], None)
+        joined = run_json("evaluate", config, "-o", self.folder / "sweep", *(
+            "--set", "train.methods={nearest-neighbour-a: {}}", "--set", "train.join=true", "--set",
+            "evaluate.classification.published={}", "--set",
+            "train.tasks={geometry: {column: family, split: split_strike},"
+            " which: {column: dataset, split: split_strike}}"))
+        self.assertEqual([line["dataset"] for line in joined["rows"]], ["joined", "joined"])
+        self.assertEqual(joined["rows"][0]["samples"],
+                         sum(line["samples"] for line in found["rows"]))
+        self.assertEqual(joined["rows"][1]["classes"], ["10", "12"])
 
     def test_says_what_is_wrong_in_a_configuration(self):
         for override, said in (

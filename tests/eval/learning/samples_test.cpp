@@ -370,6 +370,10 @@ TEST(SelectedSamples, AreThoseOfTheirSources) {
   }
   EXPECT_NE(select_samples({&first, &second}, {wanted[0], wanted[1]})->content(),
             source->content());
+  const auto joined = select_samples({&first, &second}, {{1, 4}, {0, 2}}, {"real", "made"});
+  EXPECT_EQ(joined->labels("dataset"), (std::vector<std::string>{"real", "made"}));
+  EXPECT_EQ(joined->labels("split"),
+            (std::vector<std::string>{first.labels("split")[2], second.labels("split")[4]}));
   wanted.push_back({0, 50, Part::test});
   EXPECT_THROW(select_samples({&first, &second}, wanted), core::InputError);
   EXPECT_THROW(select_samples({&first}, {}), core::InputError);

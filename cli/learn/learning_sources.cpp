@@ -1,0 +1,108 @@
+#include "cli/learn/learning_sources.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+#include "cli/learn/clean_split.hpp"
+#include "core/error.hpp"
+#include "eval/learning/dataset_source.hpp"
+#include "eval/learning/recordings_source.hpp"
+#include "eval/learning/selected_source.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+std::set<std::string> splits_of(const LearningConfig& config) {
+  std::set<std::string> splits;
+  for (const eval::TaskSpec& task : config.tasks) splits.insert(task.split);
+  return splits;
+}
+
+/// Refuses builds of one sweep that put a strike, or a body, into several parts. In them keys and
+/// shapes name the same strikes and bodies.
+void require_one_part(const std::vector<const eval::SampleSource*>& builds,
+                      const std::string& split) {
+  std::map<std::string, std::string> part_of;
+  for (const eval::SampleSource* source : builds) {
+    const std::vector<std::string> names =
+        split == "split_shape" ? source->labels("shape") : source->keys();
+    const std::vector<std::string> parts = source->labels(split);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto [at, fresh] = part_of.emplace(names[i], parts[i]);
+      if (fresh || at->second == parts[i]) continue;
+      throw core::InputError(fmt::format("{} is in {} of one dataset and in {} of another",
+                                         names[i], at->second, parts[i]),
+                             "datasets that are joined have one seed and one split");
+    }
+  }
+}
+
+LearningSource join(std::vector<std::unique_ptr<eval::SampleSource>> sources,
+                    std::vector<std::string> names) {
+  std::vector<eval::SampleSource*> all;
+  std::vector<eval::Selection> selected;
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    all.push_back(sources[s].get());
+    for (std::size_t row = 0; row < sources[s]->size(); ++row) {
+      selected.push_back({static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(row)});
+    }
+  }
+  LearningSource joined{"joined", "joined",
+                        eval::select_samples(all, std::move(selected), std::move(names)),
+                        std::move(sources)};
+  return joined;
+}
+
+}  // namespace
+
+std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
+                                                const LearningConfig& config,
+                                                const Context& context) {
+  std::unique_ptr<eval::SampleSource> source;
+  if (condition.recordings) {
+    // Their splits are checked where they are asked for.
+    mpi::agreed(context.world, [&] { source = eval::open_recordings(*condition.recordings); });
+    return source;
+  }
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    for (const std::string& split : splits_of(config)) require_clean_split(condition.folder, split);
+  });
+  mpi::agreed(context.world,
+              [&] { source = eval::open_dataset_source(condition.folder, config.listener); });
+  return source;
+}
+
+std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
+                                                  const EvaluatedDatasets& datasets,
+                                                  const Context& context) {
+  std::vector<LearningSource> sources;
+  for (const Condition& condition : datasets.conditions()) {
+    sources.push_back({condition.name, condition.place, open_source(condition, config, context)});
+  }
+  if (!config.join && !config.with) return sources;
+  std::vector<std::unique_ptr<eval::SampleSource>> parts;
+  std::vector<const eval::SampleSource*> builds;
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < sources.size(); ++c) {
+    if (datasets.conditions()[c].build != nullptr) builds.push_back(sources[c].samples.get());
+    names.push_back(sources[c].name);
+    parts.push_back(std::move(sources[c].samples));
+  }
+  if (config.with) {
+    names.push_back(config.with->name);
+    parts.push_back(open_source(*config.with, config, context));
+  }
+  mpi::agreed(context.world, [&] {
+    for (const std::string& split : splits_of(config)) require_one_part(builds, split);
+    sources.clear();
+    sources.push_back(join(std::move(parts), std::move(names)));
+  });
+  return sources;
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/evaluate/datasets.hpp"
+#include "cli/learn/learning_config.hpp"
+#include "eval/learning/sample_source.hpp"
+
+namespace carillon::cli {
+
+/// What classifiers learn from: a dataset, recordings, or several of them as one.
+struct LearningSource {
+  std::string name;
+  std::string place;  ///< folder of its models among those of the others; "" where it is alone
+  std::unique_ptr<eval::SampleSource> samples;
+  std::vector<std::unique_ptr<eval::SampleSource>> joined_from{};
+};
+
+/// A dataset whose splits hold what they promise, or recordings.
+/// @throws InputError, FileError  a split that leaks, no dataset; on every rank alike
+/// @note Collective on the context's world.
+std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
+                                                const LearningConfig& config,
+                                                const Context& context);
+
+/// Every dataset of a configuration that is built, or with `train.join` or `train.with` all of them
+/// as one, whose column `dataset` says which each sample is of.
+/// @throws InputError, FileError  as open_source(); joined ones of a sweep that have a strike or a
+///                                body in two parts
+/// @note Collective on the context's world.
+std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
+                                                  const EvaluatedDatasets& datasets,
+                                                  const Context& context);
+
+}  // namespace carillon::cli
