@@ -71,10 +71,12 @@ ordered_json variant_results(const BuildRun& run, const Results& results) {
                       {"audio_unit", nullptr}};
   if (results.samples == 0) return row;
   const Hdf5Group index = Hdf5Group::open_file(run.folders.output / "index.h5");
-  const std::vector<double> errors = index.read<double>("pitch_error");
-  row["pitch_error_worst_cents"] = *std::max_element(errors.begin(), errors.end());
-  row["pitch_error_median_cents"] = median(errors);
-  row["modes_median"] = median(column<std::int64_t>(index, "modes"));
+  if (index.has("pitch_error")) {  // a take is of several bodies, each with errors of its own
+    const std::vector<double> errors = index.read<double>("pitch_error");
+    row["pitch_error_worst_cents"] = *std::max_element(errors.begin(), errors.end());
+    row["pitch_error_median_cents"] = median(errors);
+    row["modes_median"] = median(column<std::int64_t>(index, "modes"));
+  }
   const Heard heard = listen(run.build.config, index);
   const bool noisy = index.has("noise_ratio");
   // The level of a noise does not fall; what would be measured is where the sound drowns.

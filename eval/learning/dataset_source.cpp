@@ -20,7 +20,11 @@ struct Column {
 };
 
 /// The sounds of a dataset, with the spectrograms that it stores, else the papers'.
-ClipFormat format_of(const core::Hdf5Group& file) {
+ClipFormat format_of(const core::Hdf5Group& file, const std::filesystem::path& folder) {
+  if (!file.has("audio")) {
+    throw core::InputError(fmt::format("{} has no samples", folder.string()),
+                           "failures.json in it tells why none could be made");
+  }
   const core::Extent audio = file.extent("audio");
   ClipFormat format = paper_format(audio.back(), file.number_attribute("sample_rate_hz"));
   if (!file.has("mel")) return format;
@@ -39,7 +43,7 @@ class DatasetSource final : public SampleSource {
       : name_(folder.string()),
         file_(core::Hdf5Group::open_file(folder / "index.h5")),
         listener_(listener),
-        preparer_(format_of(file_)) {
+        preparer_(format_of(file_, folder)) {
     const std::filesystem::path description = folder / "dataset.json";
     content_ =
         core::sha256_file(std::filesystem::exists(description) ? description : folder / "index.h5");
