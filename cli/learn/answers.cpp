@@ -1,5 +1,7 @@
 #include "cli/learn/answers.hpp"
 
+#include <numeric>
+
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "eval/classification/score_rows.hpp"
@@ -40,6 +42,12 @@ std::vector<std::size_t> true_classes(const PartAnswers& part) {
 std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t classes) {
   const std::vector<double> scores(part.scores.begin(), part.scores.end());
   return eval::predicted_classes({scores, classes});
+}
+
+std::vector<std::size_t> groups_of(const PartAnswers& part, const std::string& split) {
+  std::vector<std::size_t> groups(part.bodies.begin(), part.bodies.end());
+  if (split != "split_shape") std::iota(groups.begin(), groups.end(), std::size_t{0});
+  return groups;
 }
 
 eval::Confusion confusion_of(const PartAnswers& part, std::size_t classes) {

@@ -33,6 +33,9 @@ PartAnswers asked(const eval::LabelledSamples& samples, const std::vector<std::u
 /// The true and the most likely class of each sample.
 std::vector<std::size_t> true_classes(const PartAnswers& part);
 std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t classes);
+/// Samples whose answers stand and fall together: those of a body where bodies are held out
+/// (`split_shape`), else each by itself.
+std::vector<std::size_t> groups_of(const PartAnswers& part, const std::string& split);
 eval::Confusion confusion_of(const PartAnswers& part, std::size_t classes);
 
 /// @throws StorageError

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
 #include "cli/learn/answers.hpp"
 #include "cli/learn/published_accuracies.hpp"
@@ -47,17 +46,6 @@ std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
   return groups;
 }
 
-/// Samples whose answers stand and fall together: those of a body where bodies are held out.
-std::vector<std::size_t> groups_of(const Group& group) {
-  const PartAnswers& test = group.test();
-  std::vector<std::size_t> groups(test.samples());
-  std::iota(groups.begin(), groups.end(), std::size_t{0});
-  if (group.job().task.split == "split_shape") {
-    groups.assign(test.bodies.begin(), test.bodies.end());
-  }
-  return groups;
-}
-
 /// Letters as the papers' tables have them.
 std::string letters(const eval::Method& method) {
   std::string text;
@@ -95,7 +83,7 @@ ordered_json row_of(const Group& group, const ClassificationSpec& spec,
   const TrainingJob& job = group.job();
   const std::string& dataset = sources[group.classifiers.front()->source].name;
   const std::vector<std::size_t> truth = true_classes(group.test());
-  const std::vector<std::size_t> groups = groups_of(group);
+  const std::vector<std::size_t> groups = groups_of(group.test(), job.task.split);
   std::vector<std::vector<std::size_t>> predicted;
   for (const Answers& answers : group.answers) {
     predicted.push_back(likely_classes(answers.test, group.classes()));

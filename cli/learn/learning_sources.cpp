@@ -22,25 +22,6 @@ std::set<std::string> splits_of(const LearningConfig& config) {
   return splits;
 }
 
-/// Refuses builds of one sweep that put a strike, or a body, into several parts. In them keys and
-/// shapes name the same strikes and bodies.
-void require_one_part(const std::vector<const eval::SampleSource*>& builds,
-                      const std::string& split) {
-  std::map<std::string, std::string> part_of;
-  for (const eval::SampleSource* source : builds) {
-    const std::vector<std::string> names =
-        split == "split_shape" ? source->labels("shape") : source->keys();
-    const std::vector<std::string> parts = source->labels(split);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const auto [at, fresh] = part_of.emplace(names[i], parts[i]);
-      if (fresh || at->second == parts[i]) continue;
-      throw core::InputError(fmt::format("{} is in {} of one dataset and in {} of another",
-                                         names[i], at->second, parts[i]),
-                             "datasets that are joined have one seed and one split");
-    }
-  }
-}
-
 LearningSource join(std::vector<std::unique_ptr<eval::SampleSource>> sources,
                     std::vector<std::string> names) {
   std::vector<eval::SampleSource*> all;
@@ -58,6 +39,24 @@ LearningSource join(std::vector<std::unique_ptr<eval::SampleSource>> sources,
 }
 
 }  // namespace
+
+void require_one_part(const std::vector<const eval::SampleSource*>& builds,
+                      const std::string& split) {
+  std::map<std::string, std::string> part_of;
+  for (const eval::SampleSource* source : builds) {
+    const std::vector<std::string> names =
+        split == "split_shape" ? source->labels("shape") : source->keys();
+    const std::vector<std::string> parts = source->labels(split);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto [at, fresh] = part_of.emplace(names[i], parts[i]);
+      if (fresh || at->second == parts[i]) continue;
+      throw core::InputError(
+          fmt::format("{} is in {} of one dataset and in {} of another", names[i], at->second,
+                      parts[i]),
+          "what is learnt from one would be tested in the other: give both one seed and one split");
+    }
+  }
+}
 
 std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
                                                 const LearningConfig& config,

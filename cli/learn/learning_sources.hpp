@@ -25,6 +25,12 @@ std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
                                                 const LearningConfig& config,
                                                 const Context& context);
 
+/// Refuses builds of one sweep that put a strike, or a body, into several parts: in them keys and
+/// shapes name the same strikes and bodies.
+/// @throws InputError  names it
+void require_one_part(const std::vector<const eval::SampleSource*>& builds,
+                      const std::string& split);
+
 /// Every dataset of a configuration that is built, or with `train.join` or `train.with` all of them
 /// as one, whose column `dataset` says which each sample is of.
 /// @throws InputError, FileError  as open_source(); joined ones of a sweep that have a strike or a

@@ -1,12 +1,10 @@
 #include "cli/learn/transfer.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <set>
+#include <map>
 
 #include "cli/learn/answers.hpp"
 #include "cli/learn/learning_sources.hpp"
@@ -20,53 +18,11 @@
 
 namespace carillon::cli {
 
-using core::ConfigNode;
 using eval::Part;
 using eval::Selection;
 using nlohmann::ordered_json;
 
 namespace {
-
-std::size_t dataset_called(ConfigNode& node, const std::string& key, const std::string& name,
-                           const EvaluatedDatasets& datasets) {
-  std::vector<std::string> names;
-  for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
-    names.push_back(datasets.conditions()[c].name);
-    if (names.back() == name) return c;
-  }
-  node.fail(key, fmt::format("there is no dataset \"{}\"", name),
-            fmt::format("there are {}", fmt::join(names, "; ")));
-}
-
-std::vector<eval::Method> read_methods(ConfigNode& node, const LearningConfig& learning) {
-  std::vector<std::string> known, networks;
-  for (const eval::Method& method : learning.methods) {
-    known.push_back(method.name);
-    if (method.kind == eval::MethodKind::network) networks.push_back(method.name);
-  }
-  const std::vector<std::string> first = {networks.empty() ? known.front() : networks.front()};
-  std::vector<eval::Method> methods;
-  for (const std::string& name : node.texts("methods", first)) {
-    const auto found = std::find(known.begin(), known.end(), name);
-    if (found == known.end()) {
-      node.fail("methods", fmt::format("train.methods has no \"{}\"", name));
-    }
-    methods.push_back(learning.methods[static_cast<std::size_t>(found - known.begin())]);
-  }
-  return methods;
-}
-
-void read_mixes(ConfigNode& node, const EvaluatedDatasets& datasets, TransferSpec& spec) {
-  if (!node.has("mixes")) return;
-  ConfigNode mixes = node.child("mixes");
-  spec.mixed_with = dataset_called(mixes, "with", mixes.text("with"), datasets);
-  spec.shares = mixes.quantities("shares", core::Dimension::none, 0,
-                                 std::vector<double>{0, 0.1, 0.3, 0.6, 1});
-  for (const double share : spec.shares) {
-    if (!(share >= 0 && share <= 1)) mixes.fail("shares", "lie within 0 and 1");
-  }
-  if (spec.shares.empty()) mixes.fail("shares", "names no share");
-}
 
 /// A source, and its samples of the task.
 struct OpenCondition {
@@ -133,6 +89,12 @@ class Run {
     });
     return opened;
   }
+  /// One of the datasets, which is opened and checked once.
+  const OpenCondition& opened(std::size_t condition) {
+    const auto found = opened_.find(condition);
+    if (found != opened_.end()) return found->second;
+    return opened_.emplace(condition, open(datasets_.conditions()[condition])).first->second;
+  }
   /// Trains with a selection of two sources, of which the second is the target.
   /// @return whether it was not interrupted
   bool learn(eval::SampleSource& other, const std::vector<Selection>& selected,
@@ -143,31 +105,11 @@ class Run {
   const Context& context_;
   std::filesystem::path models_;
   OpenCondition target_;
+  std::map<std::size_t, OpenCondition> opened_;
 };
 
 void append(std::vector<Selection>& all, const std::vector<Selection>& some) {
   all.insert(all.end(), some.begin(), some.end());
-}
-
-/// Refuses a target whose test samples are learnt from in another condition of the same sweep,
-/// where keys and shapes name the same strikes and bodies.
-void require_apart(const OpenCondition& other, const OpenCondition& target,
-                   const eval::TaskSpec& task, const std::string& name) {
-  const bool bodies = task.split == "split_shape";
-  const auto names = [&](const OpenCondition& one) {
-    return bodies ? one.source->labels("shape") : one.samples.keys;
-  };
-  const std::vector<std::string> there = names(other), tested = names(target);
-  std::set<std::string> learnt;
-  for (const Part part : {Part::train, Part::validation}) {
-    for (const std::uint32_t row : other.samples.rows(part)) learnt.insert(there[row]);
-  }
-  for (const std::uint32_t row : target.samples.rows(Part::test)) {
-    if (!learnt.contains(tested[row])) continue;
-    throw core::InputError(
-        fmt::format("{} is tested in the target and learnt in {}", tested[row], name),
-        "a sweep over seed or split puts samples into other parts: leave these out of it");
-  }
 }
 
 /// The samples of a part whose keys begin with a source's number.
@@ -186,8 +128,7 @@ PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes
 
 ordered_json summary_of(const PartAnswers& part, std::size_t classes, const TrainingJob& job) {
   if (part.samples() == 0) return nullptr;
-  std::vector<std::size_t> groups(part.bodies.begin(), part.bodies.end());
-  if (job.task.split != "split_shape") std::iota(groups.begin(), groups.end(), std::size_t{0});
+  const std::vector<std::size_t> groups = groups_of(part, job.task.split);
   const std::vector<std::size_t> truth = true_classes(part);
   return accuracy_summary({truth, groups, classes}, {likely_classes(part, classes)},
                           eval::AccuracyKind::plain, job.inputs);
@@ -230,9 +171,11 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
 
 bool Run::learn_elsewhere(std::size_t condition) {
   const Condition& named = datasets_.conditions()[condition];
-  const OpenCondition other = open(named);
+  const OpenCondition& other = opened(condition);
   if (named.build != nullptr && spec_.target.build != nullptr) {
-    mpi::agreed(context_.world, [&] { require_apart(other, target_, spec_.task, named.name); });
+    mpi::agreed(context_.world, [&] {
+      require_one_part({other.source.get(), target_.source.get()}, spec_.task.split);
+    });
   }
   std::vector<Selection> selected;
   for (const Part part : {Part::train, Part::validation, Part::test}) {
@@ -253,7 +196,7 @@ bool Run::learn_elsewhere(std::size_t condition) {
 void Run::require_enough() {
   if (!spec_.mixed_with) return;
   const Condition& named = datasets_.conditions()[*spec_.mixed_with];
-  const OpenCondition other = open(named);
+  const OpenCondition& other = opened(*spec_.mixed_with);
   const double least = *std::min_element(spec_.shares.begin(), spec_.shares.end());
   const std::size_t all = target_.part(Part::train, 1).size();
   const std::size_t wanted =
@@ -273,7 +216,7 @@ void Run::require_enough() {
 }
 
 bool Run::mix() {
-  const OpenCondition other = open(datasets_.conditions()[*spec_.mixed_with]);
+  const OpenCondition& other = opened(*spec_.mixed_with);
   const std::size_t all = target_.part(Part::train, 1).size();
   for (const double share : spec_.shares) {
     const auto own = static_cast<std::size_t>(std::llround(share * static_cast<double>(all)));
@@ -299,36 +242,6 @@ bool Run::mix() {
 
 }  // namespace
 
-TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDatasets& datasets) {
-  TransferSpec spec;
-  spec.learning = read_train_section(root, datasets.config());
-  std::vector<std::string> tasks;
-  for (const eval::TaskSpec& task : spec.learning.tasks) tasks.push_back(task.name);
-  const std::string task = node.choice("task", tasks, tasks.front());
-  spec.task = spec.learning.tasks[static_cast<std::size_t>(
-      std::find(tasks.begin(), tasks.end(), task) - tasks.begin())];
-  spec.methods = read_methods(node, spec.learning);
-  std::optional<std::size_t> own_target;
-  if (auto given = read_given(node, "target", datasets.config())) {
-    spec.target = std::move(*given);
-  } else {
-    own_target = dataset_called(node, "target", node.text("target"), datasets);
-    spec.target = datasets.conditions()[*own_target];
-  }
-  for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
-    if (c != own_target) spec.trained_on.push_back(c);
-  }
-  read_mixes(node, datasets, spec);
-  if (spec.mixed_with && spec.mixed_with == own_target) {
-    node.fail("mixes", "the target cannot be mixed with itself");
-  }
-  if (spec.trained_on.empty() && !spec.mixed_with) {
-    node.fail("target", "there is no other dataset to learn from",
-              "a sweep makes several; data or recordings take a target from elsewhere");
-  }
-  return spec;
-}
-
 std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
                                                      const EvaluatedDatasets& datasets,
                                                      const Context& context) {
@@ -339,72 +252,6 @@ std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
   }
   if (spec.mixed_with && !run.mix()) return std::nullopt;
   return run.rows;
-}
-
-ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets& datasets,
-                               const std::vector<TransferRow>& rows) {
-  ordered_json document = {{"name", datasets.name()},  {"task", spec.task.name},
-                           {"split", spec.task.split}, {"target", spec.target.name},
-                           {"mixed_with", nullptr},    {"rows", ordered_json::array()}};
-  if (spec.mixed_with) {
-    document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
-  }
-  for (const TransferRow& row : rows) {
-    ordered_json line = {{"kind", row.kind},
-                         {"trained_on", row.trained_on},
-                         {"method", row.method},
-                         {"share", row.share},
-                         {"samples", row.samples},
-                         {"own", row.own},
-                         {"target", row.there},
-                         {"confusion_norm", nullptr},
-                         {"compared_classes", row.compared_classes},
-                         {"sample_s", nullptr}};
-    if (row.confusion_norm) line["confusion_norm"] = *row.confusion_norm;
-    if (row.sample_s) line["sample_s"] = *row.sample_s;
-    document["rows"].push_back(std::move(line));
-  }
-  return document;
-}
-
-std::string transfer_text(const ordered_json& document) {
-  std::vector<std::vector<std::string>> elsewhere = {{"trained on", "method", "samples",
-                                                      "accuracy there", "in the target",
-                                                      "confusions apart", "ms a sample"}};
-  std::vector<std::vector<std::string>> mixes = {
-      {"of the target", "method", "with", "samples", "in the target"}};
-  for (const ordered_json& row : document.at("rows")) {
-    const std::string trained_on = row.at("trained_on");
-    const std::string samples = fmt::format("{}", row.at("samples").get<std::size_t>());
-    if (const std::string kind = row.at("kind"); kind != "elsewhere") {
-      mixes.push_back({fmt::format("{:.0f} %", 100 * row.at("share").get<double>()),
-                       row.at("method"),
-                       kind == "mixed" ? document.at("mixed_with").get<std::string>() : "-",
-                       samples, with_interval(row.at("target"))});
-      continue;
-    }
-    const ordered_json& norm = row.at("confusion_norm");
-    const ordered_json& seconds = row.at("sample_s");
-    elsewhere.push_back(
-        {trained_on, row.at("method"), samples, with_interval(row.at("own")),
-         with_interval(row.at("target")),
-         norm.is_null() ? "-"
-                        : fmt::format("{:.3f} of {} classes", norm.get<double>(),
-                                      row.at("compared_classes").get<std::size_t>()),
-         seconds.is_null() ? "-" : fmt::format("{:.1f}", 1e3 * seconds.get<double>())});
-  }
-  std::string text =
-      fmt::format("# {}: {} in {}\n", document.at("name").get<std::string>(),
-                  document.at("task").get<std::string>(), document.at("target").get<std::string>());
-  if (elsewhere.size() > 1) {
-    text += "\nLearnt in one condition, tested where it learnt and in the target; percent.\n\n" +
-            markdown(elsewhere);
-  }
-  if (mixes.size() > 1) {
-    text +=
-        "\nTraining sets with shares of the target's own samples; percent.\n\n" + markdown(mixes);
-  }
-  return text;
 }
 
 }  // namespace carillon::cli

@@ -1,0 +1,87 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "cli/learn/transfer.hpp"
+
+namespace carillon::cli {
+
+using core::ConfigNode;
+
+namespace {
+
+std::size_t dataset_called(ConfigNode& node, const std::string& key, const std::string& name,
+                           const EvaluatedDatasets& datasets) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
+    names.push_back(datasets.conditions()[c].name);
+    if (names.back() == name) return c;
+  }
+  node.fail(key, fmt::format("there is no dataset \"{}\"", name),
+            fmt::format("there are {}", fmt::join(names, "; ")));
+}
+
+std::vector<eval::Method> read_methods(ConfigNode& node, const LearningConfig& learning) {
+  std::vector<std::string> known, networks;
+  for (const eval::Method& method : learning.methods) {
+    known.push_back(method.name);
+    if (method.kind == eval::MethodKind::network) networks.push_back(method.name);
+  }
+  const std::vector<std::string> first = {networks.empty() ? known.front() : networks.front()};
+  std::vector<eval::Method> methods;
+  for (const std::string& name : node.texts("methods", first)) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) {
+      node.fail("methods", fmt::format("train.methods has no \"{}\"", name));
+    }
+    methods.push_back(learning.methods[static_cast<std::size_t>(found - known.begin())]);
+  }
+  return methods;
+}
+
+void read_mixes(ConfigNode& node, const EvaluatedDatasets& datasets, TransferSpec& spec) {
+  if (!node.has("mixes")) return;
+  ConfigNode mixes = node.child("mixes");
+  spec.mixed_with = dataset_called(mixes, "with", mixes.text("with"), datasets);
+  spec.shares = mixes.quantities("shares", core::Dimension::none, 0,
+                                 std::vector<double>{0, 0.1, 0.3, 0.6, 1});
+  for (const double share : spec.shares) {
+    if (!(share >= 0 && share <= 1)) mixes.fail("shares", "lie within 0 and 1");
+  }
+  if (spec.shares.empty()) mixes.fail("shares", "names no share");
+}
+
+}  // namespace
+
+TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDatasets& datasets) {
+  TransferSpec spec;
+  spec.learning = read_train_section(root, datasets.config());
+  std::vector<std::string> tasks;
+  for (const eval::TaskSpec& task : spec.learning.tasks) tasks.push_back(task.name);
+  const std::string task = node.choice("task", tasks, tasks.front());
+  spec.task = spec.learning.tasks[static_cast<std::size_t>(
+      std::find(tasks.begin(), tasks.end(), task) - tasks.begin())];
+  spec.methods = read_methods(node, spec.learning);
+  std::optional<std::size_t> own_target;
+  if (auto given = read_given(node, "target", datasets.config())) {
+    spec.target = std::move(*given);
+  } else {
+    own_target = dataset_called(node, "target", node.text("target"), datasets);
+    spec.target = datasets.conditions()[*own_target];
+  }
+  for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
+    if (c != own_target) spec.trained_on.push_back(c);
+  }
+  read_mixes(node, datasets, spec);
+  if (spec.mixed_with && spec.mixed_with == own_target) {
+    node.fail("mixes", "the target cannot be mixed with itself");
+  }
+  if (spec.trained_on.empty() && !spec.mixed_with) {
+    node.fail("target", "there is no other dataset to learn from",
+              "a sweep makes several; data or recordings take a target from elsewhere");
+  }
+  return spec;
+}
+
+}  // namespace carillon::cli

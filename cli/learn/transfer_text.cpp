@@ -1,0 +1,78 @@
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "cli/learn/tables.hpp"
+#include "cli/learn/transfer.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::ordered_json;
+
+ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets& datasets,
+                               const std::vector<TransferRow>& rows) {
+  ordered_json document = {{"name", datasets.name()},  {"task", spec.task.name},
+                           {"split", spec.task.split}, {"target", spec.target.name},
+                           {"mixed_with", nullptr},    {"rows", ordered_json::array()}};
+  if (spec.mixed_with) {
+    document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
+  }
+  for (const TransferRow& row : rows) {
+    ordered_json line = {{"kind", row.kind},
+                         {"trained_on", row.trained_on},
+                         {"method", row.method},
+                         {"share", row.share},
+                         {"samples", row.samples},
+                         {"own", row.own},
+                         {"target", row.there},
+                         {"confusion_norm", nullptr},
+                         {"compared_classes", row.compared_classes},
+                         {"sample_s", nullptr}};
+    if (row.confusion_norm) line["confusion_norm"] = *row.confusion_norm;
+    if (row.sample_s) line["sample_s"] = *row.sample_s;
+    document["rows"].push_back(std::move(line));
+  }
+  return document;
+}
+
+std::string transfer_text(const ordered_json& document) {
+  std::vector<std::vector<std::string>> elsewhere = {{"trained on", "method", "samples",
+                                                      "accuracy there", "in the target",
+                                                      "confusions apart", "ms a sample"}};
+  std::vector<std::vector<std::string>> mixes = {
+      {"of the target", "method", "with", "samples", "in the target"}};
+  for (const ordered_json& row : document.at("rows")) {
+    const std::string trained_on = row.at("trained_on");
+    const std::string samples = fmt::format("{}", row.at("samples").get<std::size_t>());
+    if (const std::string kind = row.at("kind"); kind != "elsewhere") {
+      mixes.push_back({fmt::format("{:.0f} %", 100 * row.at("share").get<double>()),
+                       row.at("method"),
+                       kind == "mixed" ? document.at("mixed_with").get<std::string>() : "-",
+                       samples, with_interval(row.at("target"))});
+      continue;
+    }
+    const ordered_json& norm = row.at("confusion_norm");
+    const ordered_json& seconds = row.at("sample_s");
+    elsewhere.push_back(
+        {trained_on, row.at("method"), samples, with_interval(row.at("own")),
+         with_interval(row.at("target")),
+         norm.is_null() ? "-"
+                        : fmt::format("{:.3f} of {} classes", norm.get<double>(),
+                                      row.at("compared_classes").get<std::size_t>()),
+         seconds.is_null() ? "-" : fmt::format("{:.1f}", 1e3 * seconds.get<double>())});
+  }
+  std::string text =
+      fmt::format("# {}: {} in {}\n", document.at("name").get<std::string>(),
+                  document.at("task").get<std::string>(), document.at("target").get<std::string>());
+  if (elsewhere.size() > 1) {
+    text += "\nLearnt in one condition, tested where it learnt and in the target; percent.\n\n" +
+            markdown(elsewhere);
+  }
+  if (mixes.size() > 1) {
+    text +=
+        "\nTraining sets with shares of the target's own samples; percent.\n\n" + markdown(mixes);
+  }
+  return text;
+}
+
+}  // namespace carillon::cli
