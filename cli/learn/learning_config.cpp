@@ -144,6 +144,17 @@ eval::Method read_method(ConfigNode& node, const std::string& name,
   return method;
 }
 
+/// Labels to leave out: of the task's column, or of others.
+std::map<std::string, std::vector<std::string>> read_except(ConfigNode& node,
+                                                            const std::string& column) {
+  if (!node.has("except")) return {};
+  if (!node.is_mapping("except")) return {{column, node.texts("except")}};
+  ConfigNode except = node.child("except");
+  std::map<std::string, std::vector<std::string>> labels;
+  for (const std::string& other : except.keys()) labels[other] = except.texts(other);
+  return labels;
+}
+
 eval::TaskSpec read_task(ConfigNode& node, const std::string& name) {
   eval::TaskSpec task;
   task.name = name;
@@ -154,9 +165,9 @@ eval::TaskSpec read_task(ConfigNode& node, const std::string& name) {
     node.fail("split", "whole shapes are held out: none that is tested could have been learnt",
               "split_strike holds out strikes of each shape");
   }
-  task.except = node.texts("except", std::vector<std::string>{});
+  task.except = read_except(node, task.column);
   if (node.has("classes")) {
-    if (!task.except.empty()) {
+    if (task.except.count(task.column) > 0) {
       node.fail("except", "labels that stand in no class of `classes` are left out already");
     }
     ConfigNode classes = node.child("classes");

@@ -28,7 +28,6 @@ std::map<std::string, std::string> classes_of(const std::vector<std::string>& la
     for (const std::string& label : labels) {
       if (!label.empty()) names[label] = label;
     }
-    for (const std::string& label : task.except) names.erase(label);
     return names;
   }
   for (const auto& [name, members] : task.classes) {
@@ -41,6 +40,18 @@ std::map<std::string, std::string> classes_of(const std::vector<std::string>& la
     }
   }
   return names;
+}
+
+/// Which samples have a label that is to be left out.
+std::vector<bool> excepted(const SampleSource& source, const TaskSpec& task) {
+  std::vector<bool> out(source.size(), false);
+  for (const auto& [column, except] : task.except) {
+    const std::vector<std::string> labels = source.labels(column);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (std::find(except.begin(), except.end(), labels[i]) != except.end()) out[i] = true;
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -57,9 +68,11 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
   const std::vector<std::string> labels = source.labels(task.column);
   const std::vector<std::string> split = source.labels(task.split);
   const auto class_of = classes_of(labels, task);
+  const std::vector<bool> out = excepted(source, task);
   std::set<std::string> found;
-  for (const std::string& label : labels) {
-    if (const auto at = class_of.find(label); at != class_of.end()) found.insert(at->second);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const auto at = class_of.find(labels[i]);
+    if (at != class_of.end() && !out[i]) found.insert(at->second);
   }
   LabelledSamples samples;
   samples.classes.assign(found.begin(), found.end());
@@ -67,7 +80,7 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
   samples.bodies = source.bodies();
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const auto at = class_of.find(labels[i]);
-    const auto place = at == class_of.end() ? found.end() : found.find(at->second);
+    const auto place = at == class_of.end() || out[i] ? found.end() : found.find(at->second);
     samples.label.push_back(place != found.end()
                                 ? static_cast<std::int32_t>(std::distance(found.begin(), place))
                             : labels[i].empty() ? unlabelled
@@ -79,12 +92,14 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
 
 void require_learnable(const LabelledSamples& samples, const SampleSource& source,
                        const TaskSpec& task) {
-  const std::vector<std::string> labels = source.labels(task.column);
-  for (const std::string& label : task.except) {
-    if (std::find(labels.begin(), labels.end(), label) != labels.end()) continue;
-    throw core::InputError(
-        fmt::format("task {}: there is no {} to leave out in {}", task.name, label, task.column),
-        fmt::format("there are {}", fmt::join(std::set(labels.begin(), labels.end()), ", ")));
+  for (const auto& [column, except] : task.except) {
+    const std::vector<std::string> labels = source.labels(column);
+    for (const std::string& label : except) {
+      if (std::find(labels.begin(), labels.end(), label) != labels.end()) continue;
+      throw core::InputError(
+          fmt::format("task {}: there is no {} to leave out in {}", task.name, label, column),
+          fmt::format("there are {}", fmt::join(std::set(labels.begin(), labels.end()), ", ")));
+    }
   }
   if (samples.classes.size() < 2) {
     throw core::InputError(fmt::format(

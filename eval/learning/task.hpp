@@ -19,8 +19,9 @@ struct TaskSpec {
   /// Labels that count as one class; empty: each is a class of its own. With it, labels that stand
   /// nowhere in it are left out.
   std::map<std::string, std::vector<std::string>> classes{};
-  /// Labels that are left out: nothing is learnt of them, and they are none of the classes.
-  std::vector<std::string> except{};
+  /// Of columns, labels that are left out: nothing is learnt of them, and they are none of the
+  /// classes.
+  std::map<std::string, std::vector<std::string>> except{};
 };
 
 /// In place of a class: a label that the task leaves out; no label.

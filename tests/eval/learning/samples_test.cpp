@@ -159,9 +159,9 @@ TEST(Task, RefusesWhatCannotBeLearnt) {
   EXPECT_THROW(require(made_task()), core::InputError);
   source.columns.clear();
   TaskSpec without = made_task();
-  without.except = {"class-1"};
+  without.except = {{"label", {"class-1"}}};
   EXPECT_THROW(require(without), core::InputError);  // one class is left
-  without.except = {"class-7"};
+  without.except = {{"label", {"class-7"}}};
   EXPECT_THROW(require(without), core::InputError);
   source.columns["split"] = std::vector<std::string>(20, "test");
   EXPECT_THROW(require(made_task()), core::InputError);
@@ -174,7 +174,7 @@ TEST(Task, TellsWhatIsLeftOutFromWhatHasNoLabel) {
   source.columns["label"] = source.labels("label");
   source.columns["label"][4] = "";
   TaskSpec task = made_task();
-  task.except = {"class-2"};
+  task.except = {{"label", {"class-2"}}};
   const LabelledSamples samples = label_samples(source, task);
   EXPECT_EQ(samples.classes, (std::vector<std::string>{"class-0", "class-1"}));
   for (std::size_t i = 0; i < 30; ++i) {
@@ -182,6 +182,21 @@ TEST(Task, TellsWhatIsLeftOutFromWhatHasNoLabel) {
                                 : i % 3 == 2 ? left_out
                                              : static_cast<std::int32_t>(i % 3));
   }
+}
+
+TEST(Task, LeavesOutLabelsOfOtherColumns) {
+  MadeSource source(30, 3);
+  source.columns["family"] = source.labels("label");
+  for (std::size_t i = 0; i < 30; ++i) source.columns["family"][i] = i < 5 ? "bell" : "bar";
+  TaskSpec task = made_task();
+  task.except = {{"family", {"bell"}}, {"label", {"class-1"}}};
+  const LabelledSamples samples = label_samples(source, task);
+  EXPECT_EQ(samples.classes, (std::vector<std::string>{"class-0", "class-2"}));
+  for (std::size_t i = 0; i < 30; ++i) {
+    EXPECT_EQ(samples.label[i] == left_out, i < 5 || i % 3 == 1) << i;
+  }
+  task.except = {{"family", {"ring"}}};
+  EXPECT_THROW(require_learnable(label_samples(source, task), source, task), core::InputError);
 }
 
 TEST(Task, TellsOfClassesThatAreNotLearntOrNotTested) {
