@@ -91,9 +91,7 @@ ordered_json row_of(const Group& group, const ClassificationSpec& spec,
   eval::Confusion confusion{group.classes(),
                             std::vector<std::size_t>(group.classes() * group.classes(), 0)};
   for (const std::vector<std::size_t>& one : predicted) {
-    const eval::Confusion counts = eval::count_confusion(truth, one, group.classes());
-    std::transform(counts.counts.begin(), counts.counts.end(), confusion.counts.begin(),
-                   confusion.counts.begin(), std::plus<>());
+    eval::add(confusion, eval::count_confusion(truth, one, group.classes()));
   }
   std::vector<std::size_t> distinct = groups;
   std::sort(distinct.begin(), distinct.end());

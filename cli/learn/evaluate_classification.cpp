@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <limits>
-
 #include "cli/learn/classification.hpp"
 #include "cli/learn/classification_text.hpp"
 #include "cli/learn/published_accuracies.hpp"
@@ -20,23 +18,6 @@ using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 namespace {
-
-std::vector<std::uint64_t> read_seeds(ConfigNode& node, std::uint64_t own) {
-  std::vector<std::uint64_t> seeds;
-  for (const double value :
-       node.quantities("seeds", core::Dimension::none, 0, std::vector<double>{double(own)})) {
-    const auto seed = static_cast<std::uint64_t>(value);
-    if (!(value >= 0 && value <= 1e15 && value == static_cast<double>(seed))) {
-      node.fail("seeds", fmt::format("{} is no whole number from 0 on", value));
-    }
-    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) {
-      node.fail("seeds", fmt::format("{} stands here twice", seed));
-    }
-    seeds.push_back(seed);
-  }
-  if (seeds.empty()) node.fail("seeds", "names no seed", "for example seeds: [1, 2, 3]");
-  return seeds;
-}
 
 /// `published: {TASK: SET}` of one dataset, `{TASK: {DATASET: SET}}` of several.
 void read_published(ConfigNode& node, const EvaluatedDatasets& datasets, ClassificationSpec& spec) {
@@ -108,7 +89,7 @@ RunEvaluation read_classification(ConfigNode& node, ConfigNode& root,
                                   const EvaluatedDatasets& datasets) {
   ClassificationSpec spec;
   spec.learning = read_train_section(root, datasets.config());
-  spec.seeds = read_seeds(node, spec.learning.methods.front().learning.seed);
+  spec.seeds = read_seeds(node, spec.learning);
   read_published(node, datasets, spec);
   return [spec, &datasets](const fs::path& folder, const Context& context) {
     return run(spec, datasets, folder, context);

@@ -225,4 +225,33 @@ LearningConfig read_train_section(ConfigNode& root, const std::string& file) {
   return config;
 }
 
+std::vector<std::uint64_t> read_seeds(ConfigNode& node, const LearningConfig& learning) {
+  const auto own = static_cast<double>(learning.methods.front().learning.seed);
+  std::vector<std::uint64_t> seeds;
+  for (const double value :
+       node.quantities("seeds", Dimension::none, 0, std::vector<double>{own})) {
+    const auto seed = static_cast<std::uint64_t>(value);
+    if (!(value >= 0 && value <= 1e15 && value == static_cast<double>(seed))) {
+      node.fail("seeds", fmt::format("{} is no whole number from 0 on", value));
+    }
+    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) {
+      node.fail("seeds", fmt::format("{} stands here twice", seed));
+    }
+    seeds.push_back(seed);
+  }
+  if (seeds.empty()) node.fail("seeds", "names no seed", "for example seeds: [1, 2, 3]");
+  return seeds;
+}
+
+std::vector<eval::Method> with_seeds(const eval::Method& method,
+                                     std::span<const std::uint64_t> seeds) {
+  std::vector<eval::Method> seeded;
+  for (const std::uint64_t seed : seeds) {
+    seeded.push_back(method);
+    seeded.back().learning.seed = seed;
+    if (method.kind == eval::MethodKind::nearest_neighbour) break;
+  }
+  return seeded;
+}
+
 }  // namespace carillon::cli

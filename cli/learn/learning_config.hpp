@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,5 +26,13 @@ struct LearningConfig {
 /// @param file  its name, which paths are meant from
 /// @throws ConfigError  it is missing, or wrong
 LearningConfig read_train_section(core::ConfigNode& root, const std::string& file);
+
+/// The key `seeds` of a section of `evaluate`: by default the one of the section `train`.
+/// @throws ConfigError  one that is no whole number from 0 on, one twice, or none
+std::vector<std::uint64_t> read_seeds(core::ConfigNode& node, const LearningConfig& learning);
+
+/// The method with each seed; neighbours are the same for all: with the first.
+std::vector<eval::Method> with_seeds(const eval::Method& method,
+                                     std::span<const std::uint64_t> seeds);
 
 }  // namespace carillon::cli

@@ -13,10 +13,8 @@ TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::ui
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const LearningSource& source = sources[s];
     for (const eval::TaskSpec& task : config.tasks) {
-      for (eval::Method method : config.methods) {
-        const bool seeded = method.kind != eval::MethodKind::nearest_neighbour;
-        for (const std::uint64_t seed : seeded ? seeds : seeds.first(1)) {
-          method.learning.seed = seed;
+      for (const eval::Method& unseeded : config.methods) {
+        for (const eval::Method& method : with_seeds(unseeded, seeds)) {
           TrainingJob job = make_job(*source.samples, task, method, models / source.place);
           if (!source.place.empty()) job.key = source.place + "/" + job.key;
           JobEnd ended = run_job(job, *source.samples, context);

@@ -28,8 +28,7 @@ struct TrainingsEnd {
 /// Folder of all models of a configuration.
 std::filesystem::path models_folder(const EvaluatedDatasets& datasets);
 
-/// Every method on every task of every source, once for each seed (neighbours are the same for all
-/// seeds: once).
+/// Every method on every task of every source, once for each seed (with_seeds()).
 /// @throws InputError, FileError  a sense that a source lacks; on every rank
 /// @note Collective on the context's world.
 TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::uint64_t> seeds,

@@ -95,7 +95,7 @@ class Run {
     if (found != opened_.end()) return found->second;
     return opened_.emplace(condition, open(datasets_.conditions()[condition])).first->second;
   }
-  /// Trains with a selection of two sources, of which the second is the target.
+  /// Trains with a selection of two sources, of which the second is the target, once for each seed.
   /// @return whether it was not interrupted
   bool learn(eval::SampleSource& other, const std::vector<Selection>& selected,
              const eval::Method& method, TransferRow row);
@@ -126,13 +126,33 @@ PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes
   return own;
 }
 
-ordered_json summary_of(const PartAnswers& part, std::size_t classes, const TrainingJob& job) {
-  if (part.samples() == 0) return nullptr;
-  const std::vector<std::size_t> groups = groups_of(part, job.task.split);
-  const std::vector<std::size_t> truth = true_classes(part);
-  return accuracy_summary({truth, groups, classes}, {likely_classes(part, classes)},
-                          eval::AccuracyKind::plain, job.inputs);
-}
+/// What all seeds' classifiers answered for the test samples of one source.
+class SeedAnswers {
+ public:
+  void add(const PartAnswers& part, std::size_t classes) {
+    if (predicted_.empty()) {
+      first_ = part;
+      confusion_ = confusion_of(part, classes);
+    } else {
+      eval::add(confusion_, confusion_of(part, classes));
+    }
+    predicted_.push_back(likely_classes(part, classes));
+  }
+  bool empty() const { return first_.samples() == 0; }
+  const eval::Confusion& confusion() const { return confusion_; }
+  ordered_json summary(const std::string& split, const std::string& inputs) const {
+    if (empty()) return nullptr;
+    const std::vector<std::size_t> groups = groups_of(first_, split);
+    const std::vector<std::size_t> truth = true_classes(first_);
+    return accuracy_summary({truth, groups, confusion_.classes}, predicted_,
+                            eval::AccuracyKind::plain, inputs);
+  }
+
+ private:
+  PartAnswers first_;
+  eval::Confusion confusion_;
+  std::vector<std::vector<std::size_t>> predicted_;
+};
 
 bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selected,
                 const eval::Method& method, TransferRow row) {
@@ -142,28 +162,34 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
   });
   eval::TaskSpec task = spec_.task;
   task.except.clear();  // none of them is selected
-  TrainingJob job = make_job(*source, task, method, models_);
-  job.key = row.share > 0 || row.own.is_null()
-                ? fmt::format("{:.0f} % {}/{}", 100 * row.share, row.trained_on, method.name)
-                : fmt::format("{}/{}", row.trained_on, method.name);
-  job.is_for_use = false;
-  const JobEnd end = run_job(job, *source, context_);
-  if (end.interrupted) return false;
+  SeedAnswers own, there;
+  std::string inputs;
+  for (const eval::Method& seeded : with_seeds(method, spec_.seeds)) {
+    TrainingJob job = make_job(*source, task, seeded, models_);
+    const std::string seed = fmt::format("{}/seed-{}", method.name, seeded.learning.seed);
+    job.key = row.share > 0 || row.own.is_null()
+                  ? fmt::format("{:.0f} % {}/{}", 100 * row.share, row.trained_on, seed)
+                  : fmt::format("{}/{}", row.trained_on, seed);
+    job.is_for_use = false;
+    const JobEnd end = run_job(job, *source, context_);
+    if (end.interrupted) return false;
+    mpi::agreed(context_.world, [&] {
+      const Answers answers = read_answers(job.folder / "answers.h5");
+      own.add(answers_of(answers.test, '0', answers.classes.size()), answers.classes.size());
+      there.add(answers_of(answers.test, '1', answers.classes.size()), answers.classes.size());
+      row.samples = end.found.at("samples").at("train");
+    });
+    inputs += job.inputs;
+  }
   mpi::agreed(context_.world, [&] {
-    const Answers answers = read_answers(job.folder / "answers.h5");
-    const std::size_t classes = answers.classes.size();
-    const PartAnswers own = answers_of(answers.test, '0', classes);
-    const PartAnswers there = answers_of(answers.test, '1', classes);
     row.method = method.name;
-    row.samples = end.found.at("samples").at("train");
-    row.own = summary_of(own, classes, job);
-    row.there = summary_of(there, classes, job);
-    if (own.samples() > 0 && there.samples() > 0) {
-      const eval::ConfusionDifference difference =
-          eval::confusion_difference(confusion_of(own, classes), confusion_of(there, classes));
-      if (difference.rows > 0) row.confusion_norm = difference.norm;
-      row.compared_classes = difference.rows;
-    }
+    row.own = own.summary(task.split, inputs);
+    row.there = there.summary(task.split, inputs);
+    if (own.empty() || there.empty()) return;
+    const eval::ConfusionDifference difference =
+        eval::confusion_difference(own.confusion(), there.confusion());
+    if (difference.rows > 0) row.confusion_norm = difference.norm;
+    row.compared_classes = difference.rows;
   });
   rows.push_back(std::move(row));
   return true;

@@ -15,6 +15,7 @@ struct TransferSpec {
   LearningConfig learning;
   eval::TaskSpec task;
   std::vector<eval::Method> methods;
+  std::vector<std::uint64_t> seeds;  ///< every classifier is trained once with each
   Condition target;
   std::vector<std::size_t> trained_on;  ///< of the datasets
   /// Training sets of one size, these shares of which are the target's own (Sterling 2019,
@@ -27,7 +28,7 @@ struct TransferSpec {
 TransferSpec read_transfer(core::ConfigNode& node, core::ConfigNode& root,
                            const EvaluatedDatasets& datasets);
 
-/// How one classifier did.
+/// How the classifiers of one method did that learnt from the same samples.
 struct TransferRow {
   std::string kind = "elsewhere";  ///< mixed, alone: the target's own with others, without
   std::string trained_on;          ///< name of the dataset; "mixed" and "target alone" of mixes
@@ -36,8 +37,8 @@ struct TransferRow {
   std::size_t samples = 0;       ///< for training
   nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of mixes
   nlohmann::ordered_json there;  ///< accuracy in the target condition
-  /// Frobenius norm of the difference of its confusions in both (Sterling 2019, Fig. 4.13), of
-  /// shares, and how many classes were compared.
+  /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
+  /// shares of all seeds' answers, and how many classes were compared.
   std::optional<double> confusion_norm;
   std::size_t compared_classes = 0;
   std::optional<double> sample_s;  ///< what the build took for a sample of its dataset [s]

@@ -63,6 +63,7 @@ TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDa
   spec.task = spec.learning.tasks[static_cast<std::size_t>(
       std::find(tasks.begin(), tasks.end(), task) - tasks.begin())];
   spec.methods = read_methods(node, spec.learning);
+  spec.seeds = read_seeds(node, spec.learning);
   std::optional<std::size_t> own_target;
   if (auto given = read_given(node, "target", datasets.config())) {
     spec.target = std::move(*given);

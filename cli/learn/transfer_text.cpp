@@ -11,9 +11,10 @@ using nlohmann::ordered_json;
 
 ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets& datasets,
                                const std::vector<TransferRow>& rows) {
-  ordered_json document = {{"name", datasets.name()},  {"task", spec.task.name},
-                           {"split", spec.task.split}, {"target", spec.target.name},
-                           {"mixed_with", nullptr},    {"rows", ordered_json::array()}};
+  ordered_json document = {{"name", datasets.name()},      {"task", spec.task.name},
+                           {"split", spec.task.split},     {"target", spec.target.name},
+                           {"mixed_with", nullptr},        {"seeds", spec.seeds},
+                           {"rows", ordered_json::array()}};
   if (spec.mixed_with) {
     document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
   }

@@ -44,6 +44,10 @@ Confusion count_confusion(std::span<const std::size_t> truth,
   return confusion;
 }
 
+void add(Confusion& total, const Confusion& more) {
+  for (std::size_t i = 0; i < total.counts.size(); ++i) total.counts[i] += more.counts.at(i);
+}
+
 double accuracy(const Confusion& confusion) {
   std::size_t right = 0, all = 0;
   for (std::size_t c = 0; c < confusion.classes; ++c) {

@@ -24,6 +24,9 @@ struct Confusion {
 Confusion count_confusion(std::span<const std::size_t> truth,
                           std::span<const std::size_t> predicted, std::size_t classes);
 
+/// Adds what other classifiers of the same classes answered.
+void add(Confusion& total, const Confusion& more);
+
 /// Share of all samples that are right; NaN for no samples.
 double accuracy(const Confusion& confusion);
 

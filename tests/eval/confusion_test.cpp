@@ -35,6 +35,13 @@ TEST(Confusion, IsCountedByHand) {
   EXPECT_TRUE(std::isnan(shares[15]));
 }
 
+TEST(Confusion, AddsAnswersOfOthers) {
+  const Classes truth = {0, 0, 1, 1}, first = {0, 1, 1, 1}, second = {0, 0, 0, 1};
+  Confusion total = count_confusion(truth, first, 2);
+  add(total, count_confusion(truth, second, 2));
+  EXPECT_EQ(total.counts, (std::vector<std::size_t>{3, 1, 1, 3}));
+}
+
 TEST(Confusion, OfNoSamplesHasNoAccuracy) {
   const Confusion none = count_confusion({}, {}, 2);
   EXPECT_EQ(none.counts, Classes(4, 0));
