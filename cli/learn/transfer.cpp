@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "cli/learn/answers.hpp"
 #include "cli/learn/learning_sources.hpp"
+#include "cli/learn/mpi_learning.hpp"
 #include "cli/learn/tables.hpp"
 #include "cli/learn/trainings.hpp"
 #include "core/error.hpp"
@@ -46,6 +48,19 @@ struct OpenCondition {
     return {core::stable_hash("mix " + samples.keys[one.row]), one.row};
   }
 };
+
+/// So many of the keys that both have, evenly chosen from the part that is tested.
+std::vector<std::string> common_keys(const eval::LabelledSamples& target,
+                                     const eval::LabelledSamples& other, std::size_t most) {
+  const std::set<std::string> there(other.keys.begin(), other.keys.end());
+  std::vector<std::string> common, some;
+  for (const std::uint32_t row : target.rows(Part::test)) {
+    if (there.count(target.keys[row]) > 0) common.push_back(target.keys[row]);
+  }
+  const std::size_t count = std::min(most, common.size());
+  for (std::size_t i = 0; i < count; ++i) some.push_back(common[i * common.size() / count]);
+  return some;
+}
 
 /// What a build took for each sample [s], where it was built here.
 std::optional<double> seconds_per_sample(const Condition& condition, std::size_t samples) {
@@ -203,14 +218,19 @@ bool Run::learn_elsewhere(std::size_t condition) {
       require_one_part({other.source.get(), target_.source.get()}, spec_.task.split);
     });
   }
+  TransferRow row;
+  row.trained_on = named.name;
+  row.own = ordered_json::object();
+  if (named.build != nullptr && spec_.target.build != nullptr && spec_.heard > 0) {
+    row.heard = heard_difference(spec_.target.folder, named.folder,
+                                 common_keys(target_.samples, other.samples, spec_.heard),
+                                 spec_.learning.listener, learning_ranks(context_.world));
+  }
   std::vector<Selection> selected;
   for (const Part part : {Part::train, Part::validation, Part::test}) {
     append(selected, other.part(part, 0));
   }
   append(selected, target_.part(Part::test, 1));
-  TransferRow row;
-  row.trained_on = named.name;
-  row.own = ordered_json::object();
   mpi::agreed(context_.world,
               [&] { row.sample_s = seconds_per_sample(named, other.source->size()); });
   for (const eval::Method& method : spec_.methods) {

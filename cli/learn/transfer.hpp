@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/evaluate/datasets.hpp"
+#include "cli/learn/heard_difference.hpp"
 #include "cli/learn/learning_config.hpp"
 
 namespace carillon::cli {
@@ -22,6 +23,7 @@ struct TransferSpec {
   /// Fig. 6.8), the rest of the dataset; and the shares alone.
   std::optional<std::size_t> mixed_with;  ///< of the datasets
   std::vector<double> shares;
+  std::size_t heard = 0;  ///< sounds of a dataset that are compared with the target's by ear
 };
 
 /// @throws ConfigError
@@ -41,7 +43,8 @@ struct TransferRow {
   /// shares of all seeds' answers, and how many classes were compared.
   std::optional<double> confusion_norm;
   std::size_t compared_classes = 0;
-  std::optional<double> sample_s;  ///< what the build took for a sample of its dataset [s]
+  std::optional<HeardDifference> heard;  ///< from the target, of the same strikes
+  std::optional<double> sample_s;        ///< what the build took for a sample of its dataset [s]
 };
 
 /// @return nothing where it was interrupted

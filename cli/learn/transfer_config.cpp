@@ -64,6 +64,7 @@ TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDa
       std::find(tasks.begin(), tasks.end(), task) - tasks.begin())];
   spec.methods = read_methods(node, spec.learning);
   spec.seeds = read_seeds(node, spec.learning);
+  spec.heard = static_cast<std::size_t>(node.integer("heard", 0, 1000000, 24));
   std::optional<std::size_t> own_target;
   if (auto given = read_given(node, "target", datasets.config())) {
     spec.target = std::move(*given);

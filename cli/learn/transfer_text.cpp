@@ -28,13 +28,43 @@ ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets
                          {"target", row.there},
                          {"confusion_norm", nullptr},
                          {"compared_classes", row.compared_classes},
+                         {"heard", nullptr},
                          {"sample_s", nullptr}};
     if (row.confusion_norm) line["confusion_norm"] = *row.confusion_norm;
+    if (row.heard) line["heard"] = to_json(*row.heard);
     if (row.sample_s) line["sample_s"] = *row.sample_s;
     document["rows"].push_back(std::move(line));
   }
   return document;
 }
+
+namespace {
+
+std::string figure(const ordered_json& number, double scale, int digits) {
+  return number.is_null() ? "-" : fmt::format("{:.{}f}", scale * number.get<double>(), digits);
+}
+
+/// How different each dataset's sounds are from the target's; empty where none was compared.
+std::string heard_text(const ordered_json& document) {
+  std::vector<std::vector<std::string>> lines = {
+      {"dataset", "sounds", "pitch", "decay", "level", "energy matched", "loudness apart"}};
+  for (const ordered_json& row : document.at("rows")) {
+    const std::string dataset = row.at("trained_on");
+    const ordered_json& heard = row.at("heard");
+    if (heard.is_null() || lines.back().front() == dataset) continue;
+    lines.push_back({dataset, fmt::format("{}", heard.at("sounds").get<std::size_t>()),
+                     figure(heard.at("pitch_jnd"), 1, 2), figure(heard.at("decay_jnd"), 1, 2),
+                     figure(heard.at("level_jnd"), 1, 2), figure(heard.at("matched_share"), 100, 1),
+                     figure(heard.at("loudness_share"), 100, 1)});
+  }
+  if (lines.size() == 1) return "";
+  return "\nThe same strikes in the target, to a listener: medians of errors of modes in "
+         "just-noticeable differences, of the target's energy in modes that are matched, and of "
+         "the difference in sone/Bark; percent.\n\n" +
+         markdown(lines);
+}
+
+}  // namespace
 
 std::string transfer_text(const ordered_json& document) {
   std::vector<std::vector<std::string>> elsewhere = {{"trained on", "method", "samples",
@@ -69,6 +99,7 @@ std::string transfer_text(const ordered_json& document) {
     text += "\nLearnt in one condition, tested where it learnt and in the target; percent.\n\n" +
             markdown(elsewhere);
   }
+  text += heard_text(document);
   if (mixes.size() > 1) {
     text +=
         "\nTraining sets with shares of the target's own samples; percent.\n\n" + markdown(mixes);

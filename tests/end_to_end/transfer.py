@@ -61,6 +61,11 @@ class Transfer(FolderTest):
         self.assertGreater(row["confusion_norm"], 0.1)
         self.assertEqual(row["compared_classes"], 4)
         self.assertGreater(row["sample_s"], 0)
+        heard = row["heard"]
+        self.assertEqual(heard["sounds"], 24)
+        # Noise moves no pitch, and drowns what is soft.
+        self.assertLess(heard["pitch_jnd"], 1)
+        self.assertTrue(0.1 < heard["loudness_share"] < 1.42, heard)
         self.assertNotIn("noisy", [row["trained_on"] for row in self.found["rows"]])
 
     def test_mixes_have_one_size_and_the_same_test(self):
@@ -94,6 +99,7 @@ class Transfer(FolderTest):
         text = (folder / "transfer.md").read_text()
         self.assertIn("clean", text)
         self.assertIn("50 %", text)
+        self.assertIn("to a listener", text)
 
     def test_components_are_those_of_the_spectrograms(self):
         names = [dataset["name"] for dataset in self.spectrograms["datasets"]]

@@ -1,0 +1,124 @@
+#include "cli/learn/heard_difference.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "cli/learn/tables.hpp"
+#include "core/error.hpp"
+#include "core/hdf5.hpp"
+#include "eval/features/extract_features.hpp"
+#include "eval/perception/compare_sounds.hpp"
+#include "eval/statistics/median.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// The sounds of a dataset by their keys.
+class KeyedSounds {
+ public:
+  KeyedSounds(const std::filesystem::path& folder, std::size_t listener)
+      : file_(core::Hdf5Group::open_file(folder / "index.h5")),
+        sample_rate_(file_.number_attribute("sample_rate_hz")),
+        listener_(listener) {
+    const core::Extent audio = file_.extent("audio");
+    listeners_ = audio.size() == 3 ? static_cast<std::size_t>(audio[1]) : 1;
+    const auto keys = file_.read<std::string>("key");
+    for (std::size_t row = 0; row < keys.size(); ++row) rows_[keys[row]] = row;
+  }
+
+  /// @throws InputError  no sound of this key
+  eval::HeardSound hear(const std::string& key) const {
+    const auto row = rows_.find(key);
+    if (row == rows_.end()) throw core::InputError("there is no sound " + key);
+    const auto all = file_.read_rows<float>("audio", row->second, 1);
+    const std::size_t each = all.size() / listeners_;
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(listener_ * each);
+    std::vector<double> samples(first, first + static_cast<std::ptrdiff_t>(each));
+    eval::FeatureSet set = eval::extract_features(samples, sample_rate_, {});
+    return {std::move(samples), std::move(set)};
+  }
+
+ private:
+  core::Hdf5Group file_;
+  double sample_rate_;
+  std::size_t listener_, listeners_ = 1;
+  std::map<std::string, std::size_t> rows_;
+};
+
+constexpr std::size_t numbers = 5;
+
+/// Pitch, decay, level, matched share and loudness of one pair.
+std::array<double, numbers> numbers_of(const eval::SoundComparison& comparison) {
+  const eval::ModeComparison& modes = comparison.modes;
+  return {modes.pitch.mean, modes.decay.mean, modes.level.mean, modes.reference_share,
+          comparison.loudness.share};
+}
+
+double median_of_numbers(std::vector<double> values) {
+  values.erase(std::remove_if(values.begin(), values.end(), [](double v) { return std::isnan(v); }),
+               values.end());
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
+                        : eval::median(std::move(values));
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const HeardDifference& difference) {
+  return {{"sounds", difference.sounds},
+          {"pitch_jnd", number_or_null(difference.pitch)},
+          {"decay_jnd", number_or_null(difference.decay)},
+          {"level_jnd", number_or_null(difference.level)},
+          {"matched_share", number_or_null(difference.matched)},
+          {"loudness_share", number_or_null(difference.loudness)}};
+}
+
+HeardDifference heard_difference(const std::filesystem::path& reference,
+                                 const std::filesystem::path& other,
+                                 const std::vector<std::string>& keys, std::size_t listener,
+                                 const eval::LearningRanks& ranks) {
+  // Of each sound its numbers, and whether it was compared.
+  std::vector<float> found(keys.size() * (numbers + 1), 0.0F);
+  std::exception_ptr error;
+  try {
+    const KeyedSounds first(reference, listener), second(other, listener);
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+      if (k % static_cast<std::size_t>(ranks.size) != static_cast<std::size_t>(ranks.rank)) {
+        continue;
+      }
+      const eval::HeardSound one = first.hear(keys[k]), two = second.hear(keys[k]);
+      try {
+        const auto values = numbers_of(eval::compare_sounds(one, two));
+        const auto at = found.begin() + static_cast<std::ptrdiff_t>(k * (numbers + 1));
+        *std::transform(values.begin(), values.end(), at,
+                        [](double value) { return static_cast<float>(value); }) = 1;
+      } catch (const core::InputError&) {
+        continue;  // nothing sounds from an onset on
+      }
+    }
+  } catch (...) {
+    error = std::current_exception();
+  }
+  ranks.agree(error);
+  ranks.sum(found);
+  HeardDifference difference;
+  std::array<std::vector<double>, numbers> columns;
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (found[k * (numbers + 1) + numbers] == 0) continue;
+    ++difference.sounds;
+    for (std::size_t n = 0; n < numbers; ++n) {
+      columns[n].push_back(found[k * (numbers + 1) + n]);
+    }
+  }
+  difference.pitch = median_of_numbers(columns[0]);
+  difference.decay = median_of_numbers(columns[1]);
+  difference.level = median_of_numbers(columns[2]);
+  difference.matched = median_of_numbers(columns[3]);
+  difference.loudness = median_of_numbers(columns[4]);
+  return difference;
+}
+
+}  // namespace carillon::cli
