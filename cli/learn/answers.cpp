@@ -30,7 +30,7 @@ PartAnswers asked(const eval::LabelledSamples& samples, const std::vector<std::u
   for (const std::uint32_t row : rows) {
     part.keys.push_back(samples.keys[row]);
     part.labels.push_back(samples.label[row]);
-    part.bodies.push_back(samples.bodies[row]);
+    part.bodies.push_back(samples.groups[row]);
   }
   return part;
 }

@@ -14,7 +14,7 @@ namespace carillon::cli {
 struct PartAnswers {
   std::vector<std::string> keys;      ///< of each sample
   std::vector<std::int32_t> labels;   ///< true class of each
-  std::vector<std::uint32_t> bodies;  ///< body of each
+  std::vector<std::uint32_t> bodies;  ///< body of each: equal for one body in several sources
   std::vector<float> scores;          ///< samples x classes: logits; of neighbours shares
 
   std::size_t samples() const { return keys.size(); }

@@ -31,6 +31,10 @@ void read_published(ConfigNode& node, const EvaluatedDatasets& datasets, Classif
     std::map<std::string, std::string>& sets = spec.published[task];
     const bool joined = spec.learning.join || spec.learning.with;
     if (joined || datasets.conditions().size() == 1) {
+      if (tasks.is_mapping(task)) {
+        tasks.fail(task, "names a set for each dataset, and there is one",
+                   fmt::format("--set evaluate.classification.published.{}=SET", task));
+      }
       sets[joined ? "joined" : datasets.conditions().front().name] =
           tasks.choice(task, published_sets());
       continue;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "cli/learn/tables.hpp"
 #include "core/error.hpp"
@@ -30,6 +31,9 @@ class KeyedSounds {
     for (std::size_t row = 0; row < keys.size(); ++row) rows_[keys[row]] = row;
   }
 
+  /// Of what is heard: velocity or pressure.
+  std::string unit() const { return file_.text_attribute("unit", "audio"); }
+
   /// @throws InputError  no sound of this key
   eval::HeardSound hear(const std::string& key) const {
     const auto row = rows_.find(key);
@@ -48,6 +52,17 @@ class KeyedSounds {
   std::size_t listener_, listeners_ = 1;
   std::map<std::string, std::size_t> rows_;
 };
+
+/// The other as loud as the reference, by their energies.
+void level_out(const eval::HeardSound& reference, eval::HeardSound& other) {
+  const auto energy = [](const std::vector<double>& samples) {
+    return std::inner_product(samples.begin(), samples.end(), samples.begin(), 0.0);
+  };
+  const double own = energy(other.samples);
+  if (!(own > 0)) return;
+  const double gain = std::sqrt(energy(reference.samples) / own);
+  for (double& sample : other.samples) sample *= gain;
+}
 
 constexpr std::size_t numbers = 5;
 
@@ -89,9 +104,13 @@ HeardDifference heard_difference(const std::filesystem::path& reference,
       if (k % static_cast<std::size_t>(ranks.size) != static_cast<std::size_t>(ranks.rank)) {
         continue;
       }
-      const eval::HeardSound one = first.hear(keys[k]), two = second.hear(keys[k]);
+      const eval::HeardSound one = first.hear(keys[k]);
+      eval::HeardSound two = second.hear(keys[k]);
+      const bool alike = first.unit() == second.unit();
+      if (!alike) level_out(one, two);
       try {
-        const auto values = numbers_of(eval::compare_sounds(one, two));
+        auto values = numbers_of(eval::compare_sounds(one, two));
+        if (!alike) values[2] = std::numeric_limits<double>::quiet_NaN();
         const auto at = found.begin() + static_cast<std::ptrdiff_t>(k * (numbers + 1));
         *std::transform(values.begin(), values.end(), at,
                         [](double value) { return static_cast<float>(value); }) = 1;

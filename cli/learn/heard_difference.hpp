@@ -16,10 +16,11 @@ struct HeardDifference {
   std::size_t sounds = 0;  ///< compared; silent ones are not
   /// Errors of modes, of each sound the mean weighted by prominence, in just-noticeable
   /// differences.
-  double pitch = 0, decay = 0, level = 0;
+  double pitch = 0, decay = 0;
+  double level = 0;     ///< likewise; NaN where one is velocity and the other pressure
   double matched = 0;   ///< share of the reference's energy in modes that the other has, too
-  double loudness = 0;  ///< rms difference in sone/Bark over the rms of the two sounds' own: 0 to
-                        ///< sqrt(2)
+  double loudness = 0;  ///< rms difference in sone/Bark over the rms of the two sounds' own, 0 to
+                        ///< sqrt(2); of velocity and pressure at equal energies
 };
 
 nlohmann::ordered_json to_json(const HeardDifference& difference);

@@ -92,16 +92,20 @@ void print(const std::string& file, const std::vector<Answer>& answers) {
   }
 }
 
-/// The answer of a task with one of these columns.
+/// The first known answer of a task with one of these columns, the first columns first.
 const Answer& answer_of(const std::vector<Answer>& answers, const std::vector<std::string>& columns,
                         const std::string& what) {
-  for (const Answer& answer : answers) {
-    if (std::find(columns.begin(), columns.end(), answer.recogniser->column()) == columns.end()) {
-      continue;
+  const Answer* unknown = nullptr;
+  for (const std::string& column : columns) {
+    for (const Answer& answer : answers) {
+      if (answer.recogniser->column() != column) continue;
+      if (answer.recognised.known) return answer;
+      if (unknown == nullptr) unknown = &answer;
     }
-    if (answer.recognised.known) return answer;
+  }
+  if (unknown != nullptr) {
     throw core::InputError(fmt::format("the {} is none of those that {} was trained with", what,
-                                       answer.recogniser->method()),
+                                       unknown->recogniser->method()),
                            "nothing is put into the scene");
   }
   throw core::InputError(
@@ -114,8 +118,8 @@ std::string extended_scene(const IdentifyOptions& options, const solvers::Vec3& 
                            const std::vector<Answer>& answers) {
   const Answer& shape = answer_of(answers, {"shape", "family"}, "shape");
   const Answer& material = answer_of(answers, {"material"}, "material");
-  RecognisedBody body =
-      body_of_class(shape.recogniser->source(), shape.recogniser->column(), shape.best());
+  RecognisedBody body = body_of_class(shape.recogniser->source(), shape.recogniser->column(),
+                                      shape.recogniser->label_of(shape.best()));
   body.material = material_of_class(material.recogniser->source(),
                                     material.recogniser->label_of(material.best()));
   return with_body(core::read_file(options.scene), options.scene, body, place);

@@ -25,10 +25,6 @@ Method baseline(const char* name, MethodKind kind, std::vector<Sense> senses) {
   method.name = name;
   method.kind = kind;
   method.senses = std::move(senses);
-  if (kind == MethodKind::linear_svm) {
-    method.learning.learning_rate = 0.1;
-    method.learning.weight_decay = 1e-5;
-  }
   return method;
 }
 

@@ -100,16 +100,13 @@ eval::Method read_method(ConfigNode& node, const std::string& name,
   const auto known = std::find_if(known_methods().begin(), known_methods().end(),
                                   [&](const eval::Method& method) { return method.name == name; });
   eval::Method method = known == known_methods().end() ? eval::Method{} : *known;
-  const eval::LearningOptions own = method.learning;
+  const bool is_known = known != known_methods().end();
   method.name = name;
-  method.learning = common;
-  method.learning.learning_rate = own.learning_rate;
-  method.learning.weight_decay = own.weight_decay;
   if (node.has("branches") && node.has("baseline")) {
     node.fail("baseline", "a network with `branches` is no baseline");
   }
   const bool asks = node.has("branches") || node.has("baseline");
-  if (known == known_methods().end() && !asks) {
+  if (!is_known && !asks) {
     node.fail("", fmt::format("no classifier is known by the name \"{}\"", name),
               "say what it is: branches: [isnn, voxnet], or baseline: linear_svm and senses; "
               "names that are known: carillon list classifiers");
@@ -134,8 +131,14 @@ eval::Method read_method(ConfigNode& node, const std::string& name,
   }
   if (method.kind == eval::MethodKind::nearest_neighbour) {
     method.neighbours = node.integer("neighbours", 1, many, method.neighbours);
+    method.learning = common;
     return method;
   }
+  // Rates are of the kind of method, the rest is the section's.
+  const eval::LearningOptions rates = eval::usual_learning(method.kind);
+  method.learning = common;
+  method.learning.learning_rate = rates.learning_rate;
+  method.learning.weight_decay = rates.weight_decay;
   read_steps(node, method.learning);
   method.learning.learning_rate = positive(node, "learning_rate", method.learning.learning_rate);
   method.learning.weight_decay =

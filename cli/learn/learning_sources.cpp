@@ -1,6 +1,7 @@
 #include "cli/learn/learning_sources.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <map>
 #include <set>
@@ -40,19 +41,21 @@ LearningSource join(std::vector<std::unique_ptr<eval::SampleSource>> sources,
 
 }  // namespace
 
-void require_one_part(const std::vector<const eval::SampleSource*>& builds,
+void require_one_part(const std::vector<const eval::SampleSource*>& sources,
                       const std::string& split) {
   std::map<std::string, std::string> part_of;
-  for (const eval::SampleSource* source : builds) {
+  for (const eval::SampleSource* source : sources) {
     const std::vector<std::string> names =
-        split == "split_shape" ? source->labels("shape") : source->keys();
+        split == "split_shape" ? source->body_names() : source->sound_names();
+    const std::vector<std::string> keys = source->keys();
     const std::vector<std::string> parts = source->labels(split);
     for (std::size_t i = 0; i < names.size(); ++i) {
       const auto [at, fresh] = part_of.emplace(names[i], parts[i]);
       if (fresh || at->second == parts[i]) continue;
       throw core::InputError(
-          fmt::format("{} is in {} of one dataset and in {} of another", names[i], at->second,
-                      parts[i]),
+          fmt::format("{}: {}: the same {} is in {} here and in {} of another source",
+                      source->name(), keys[i], split == "split_shape" ? "body" : "sound", parts[i],
+                      at->second),
           "what is learnt from one would be tested in the other: give both one seed and one split");
     }
   }
@@ -65,6 +68,14 @@ std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
   if (condition.recordings) {
     // Their splits are checked where they are asked for.
     mpi::agreed(context.world, [&] { source = eval::open_recordings(*condition.recordings); });
+    if (context.speaks() && splits_of(config).count("split_shape") > 0 &&
+        source->body_names() == source->sound_names()) {
+      spdlog::warn(
+          "{}: every sound counts as a body of its own, so sounds of one body may be learnt from "
+          "and "
+          "tested: name the column of bodies in recordings.body",
+          source->name());
+    }
     return source;
   }
   mpi::agreed(context.world, [&] {
@@ -85,10 +96,9 @@ std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
   }
   if (!config.join && !config.with) return sources;
   std::vector<std::unique_ptr<eval::SampleSource>> parts;
-  std::vector<const eval::SampleSource*> builds;
+  std::vector<const eval::SampleSource*> all;
   std::vector<std::string> names;
   for (std::size_t c = 0; c < sources.size(); ++c) {
-    if (datasets.conditions()[c].build != nullptr) builds.push_back(sources[c].samples.get());
     names.push_back(sources[c].name);
     parts.push_back(std::move(sources[c].samples));
   }
@@ -97,7 +107,8 @@ std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
     parts.push_back(open_source(*config.with, config, context));
   }
   mpi::agreed(context.world, [&] {
-    for (const std::string& split : splits_of(config)) require_one_part(builds, split);
+    for (const auto& part : parts) all.push_back(part.get());
+    for (const std::string& split : splits_of(config)) require_one_part(all, split);
     sources.clear();
     sources.push_back(join(std::move(parts), std::move(names)));
   });

@@ -25,10 +25,9 @@ std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
                                                 const LearningConfig& config,
                                                 const Context& context);
 
-/// Refuses builds of one sweep that put a strike, or a body, into several parts: in them keys and
-/// shapes name the same strikes and bodies.
+/// Refuses sources that have a sound, or a body where bodies are held out, in different parts.
 /// @throws InputError  names it
-void require_one_part(const std::vector<const eval::SampleSource*>& builds,
+void require_one_part(const std::vector<const eval::SampleSource*>& sources,
                       const std::string& split);
 
 /// Every dataset of a configuration that is built, or with `train.join` or `train.with` all of them

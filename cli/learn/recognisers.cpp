@@ -54,7 +54,9 @@ struct Candidate {
   json record;
 
   /// What must be alike for accuracies to be compared.
-  json comparable() const { return {record.at("source"), record.at("task"), record.at("classes")}; }
+  json comparable() const {
+    return {record.at("source_content"), record.at("task"), record.at("classes")};
+  }
 };
 
 std::vector<Candidate> find_candidates(const fs::path& folder, const std::string& method) {

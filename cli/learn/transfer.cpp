@@ -14,6 +14,7 @@
 #include "cli/learn/trainings.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/hdf5.hpp"
 #include "core/random.hpp"
 #include "eval/learning/selected_source.hpp"
 #include "mpi/comm.hpp"
@@ -36,12 +37,12 @@ struct OpenCondition {
     for (const std::uint32_t row : samples.rows(part)) some.push_back({number, row, part});
     return some;
   }
-  /// So many of the samples for training, the same ones of more always among them.
-  std::vector<Selection> some_for_training(std::size_t count, std::uint32_t number) const {
-    std::vector<Selection> all = part(Part::train, number);
+  /// So many of a part's samples, the same ones of more always among them; all where it has fewer.
+  std::vector<Selection> some_of(Part wanted, std::size_t count, std::uint32_t number) const {
+    std::vector<Selection> all = part(wanted, number);
     std::sort(all.begin(), all.end(),
               [&](const Selection& a, const Selection& b) { return order_of(a) < order_of(b); });
-    all.resize(count);
+    all.resize(std::min(count, all.size()));
     return all;
   }
   std::pair<std::uint64_t, std::uint32_t> order_of(const Selection& one) const {
@@ -62,16 +63,45 @@ std::vector<std::string> common_keys(const eval::LabelledSamples& target,
   return some;
 }
 
-/// What a build took for each sample [s], where it was built here.
-std::optional<double> seconds_per_sample(const Condition& condition, std::size_t samples) {
+/// What builds took for each sample [s], by effects; "" for all beside them.
+std::map<std::string, double> sample_costs(const Condition& condition) {
   const std::filesystem::path path = condition.folder / "trace.json";
-  if (condition.recordings || !std::filesystem::exists(path)) return std::nullopt;
+  if (condition.recordings || !std::filesystem::exists(path)) return {};
   const nlohmann::json trace = nlohmann::json::parse(core::read_file(path));
-  double seconds = 0;
+  const auto file = core::Hdf5Group::open_file(condition.folder / "index.h5");
+  const auto samples = static_cast<double>(file.extent("key").front());
+  std::map<std::string, double> costs;
   for (const nlohmann::json& task : trace.at("tasks")) {
-    if (task.at("kind") == "samples") seconds += task.at("seconds").get<double>();
+    if (task.at("kind") == "samples") costs[""] += task.at("seconds").get<double>() / samples;
   }
-  return seconds / static_cast<double>(samples);
+  for (const auto& [effect, entry] : trace.at("effects").items()) {
+    costs[effect] = entry.at("seconds").get<double>() / samples;
+    costs[""] -= costs[effect];
+  }
+  return costs;
+}
+
+/// The same for each dataset. What they share (rooms, fits of radiation) was paid for by the first
+/// one: an effect costs what it did where it took longest.
+std::vector<std::optional<double>> seconds_per_sample(const std::vector<Condition>& conditions) {
+  std::vector<std::map<std::string, double>> costs;
+  std::map<std::string, double> longest;
+  for (const Condition& condition : conditions) {
+    costs.push_back(sample_costs(condition));
+    for (const auto& [effect, seconds] : costs.back()) {
+      if (!effect.empty()) longest[effect] = std::max(longest[effect], seconds);
+    }
+  }
+  std::vector<std::optional<double>> sums;
+  for (std::map<std::string, double>& own : costs) {
+    sums.emplace_back();
+    if (own.empty()) continue;
+    sums.back() = std::max(0.0, own.at(""));
+    for (const auto& [effect, seconds] : own) {
+      if (!effect.empty()) *sums.back() += longest.at(effect);
+    }
+  }
+  return sums;
 }
 
 /// One transfer on its way.
@@ -82,7 +112,9 @@ class Run {
         datasets_(datasets),
         context_(context),
         models_(datasets.output() / "evaluation" / "transfer"),
-        target_(open(spec.target)) {}
+        target_(open(spec.target)) {
+    mpi::agreed(context.world, [&] { sample_s_ = seconds_per_sample(datasets.conditions()); });
+  }
 
   /// @return whether it was not interrupted
   bool learn_elsewhere(std::size_t condition);
@@ -121,6 +153,7 @@ class Run {
   std::filesystem::path models_;
   OpenCondition target_;
   std::map<std::size_t, OpenCondition> opened_;
+  std::vector<std::optional<double>> sample_s_;  ///< of each dataset
 };
 
 void append(std::vector<Selection>& all, const std::vector<Selection>& some) {
@@ -213,11 +246,9 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
 bool Run::learn_elsewhere(std::size_t condition) {
   const Condition& named = datasets_.conditions()[condition];
   const OpenCondition& other = opened(condition);
-  if (named.build != nullptr && spec_.target.build != nullptr) {
-    mpi::agreed(context_.world, [&] {
-      require_one_part({other.source.get(), target_.source.get()}, spec_.task.split);
-    });
-  }
+  mpi::agreed(context_.world, [&] {
+    require_one_part({other.source.get(), target_.source.get()}, spec_.task.split);
+  });
   TransferRow row;
   row.trained_on = named.name;
   row.own = ordered_json::object();
@@ -231,8 +262,7 @@ bool Run::learn_elsewhere(std::size_t condition) {
     append(selected, other.part(part, 0));
   }
   append(selected, target_.part(Part::test, 1));
-  mpi::agreed(context_.world,
-              [&] { row.sample_s = seconds_per_sample(named, other.source->size()); });
+  row.sample_s = sample_s_[condition];
   for (const eval::Method& method : spec_.methods) {
     if (!learn(*other.source, selected, method, row)) return false;
   }
@@ -263,16 +293,22 @@ void Run::require_enough() {
 
 bool Run::mix() {
   const OpenCondition& other = opened(*spec_.mixed_with);
-  const std::size_t all = target_.part(Part::train, 1).size();
+  const auto share_of = [&](double share, Part part) {
+    const auto all = static_cast<double>(target_.part(part, 1).size());
+    return std::pair{static_cast<std::size_t>(std::llround(share * all)),
+                     static_cast<std::size_t>(all)};
+  };
   for (const double share : spec_.shares) {
-    const auto own = static_cast<std::size_t>(std::llround(share * static_cast<double>(all)));
+    const auto [own, all] = share_of(share, Part::train);
     for (const bool mixed : {true, false}) {
       if ((!mixed && own == 0) || (mixed && own == all)) continue;
-      std::vector<Selection> selected = target_.some_for_training(own, 1);
-      if (mixed) append(selected, other.some_for_training(all - own, 0));
-      // Without samples of the target, none of them may say when training ends.
-      append(selected,
-             own > 0 ? target_.part(Part::validation, 1) : other.part(Part::validation, 0));
+      std::vector<Selection> selected;
+      // What says when training ends is had at the same share: it is paid for alike.
+      for (const Part part : {Part::train, Part::validation}) {
+        const auto [of_target, whole] = share_of(share, part);
+        append(selected, target_.some_of(part, of_target, 1));
+        if (mixed) append(selected, other.some_of(part, whole - of_target, 0));
+      }
       append(selected, target_.part(Part::test, 1));
       TransferRow row;
       row.kind = mixed ? "mixed" : "alone";

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
 
@@ -45,9 +46,10 @@ class DatasetSource final : public SampleSource {
         listener_(listener),
         preparer_(format_of(file_, folder)) {
     const std::filesystem::path description = folder / "dataset.json";
-    content_ =
-        core::sha256_file(std::filesystem::exists(description) ? description : folder / "index.h5");
+    const bool described = std::filesystem::exists(description);
+    content_ = core::sha256_file(described ? description : folder / "index.h5");
     keys_ = file_.read<std::string>("key");
+    if (described) describe(nlohmann::json::parse(core::read_file(description)));
     if (file_.has("shape_index")) {
       bodies_ = file_.read<std::uint32_t>("shape_index");
     } else {
@@ -67,6 +69,18 @@ class DatasetSource final : public SampleSource {
   std::size_t size() const override { return keys_.size(); }
   std::vector<std::string> keys() const override { return keys_; }
   std::vector<std::uint32_t> bodies() const override { return bodies_; }
+  std::vector<std::string> body_names() const override {
+    if (!file_.has("shape_index")) return sound_names();
+    if (shapes_.empty()) return labels("shape");
+    std::vector<std::string> names;
+    for (const std::uint32_t body : bodies_) names.push_back(shapes_.at(body));
+    return names;
+  }
+  std::vector<std::string> sound_names() const override {
+    std::vector<std::string> names;
+    for (const std::string& key : keys_) names.push_back(fmt::format("{}{}", seed_, key));
+    return names;
+  }
   std::string content() const override {
     return fmt::format("{} listener {}", content_, listener_);
   }
@@ -205,8 +219,21 @@ class DatasetSource final : public SampleSource {
     return prepare::spectrogram(values);
   }
 
+  /// What other datasets may have, too: bodies of the same parameters or mesh, and strikes of the
+  /// same seed.
+  void describe(const nlohmann::json& description) {
+    seed_ = fmt::format("seed {}: ", description.at("seed").dump());
+    for (const nlohmann::json& shape : description.at("shapes")) {
+      const nlohmann::json& request = shape.at("request");
+      shapes_.push_back(fmt::format("{} {} {}", shape.at("id").get<std::string>(),
+                                    request.at("shape").dump(), shape.value("sha256", "")));
+    }
+  }
+
   std::string name_;
   core::Hdf5Group file_;
+  std::string seed_;
+  std::vector<std::string> shapes_;  ///< names of bodies
   std::size_t listener_;
   std::size_t listeners_ = 1;
   std::string content_;

@@ -80,6 +80,15 @@ T named(const T (&all)[n], const std::string& text) {
 
 }  // namespace
 
+LearningOptions usual_learning(MethodKind kind) {
+  LearningOptions options;
+  if (kind == MethodKind::linear_svm) {
+    options.learning_rate = 0.1;
+    options.weight_decay = 1e-5;
+  }
+  return options;
+}
+
 nlohmann::ordered_json to_json(const Method& method) {
   nlohmann::ordered_json json = {{"name", method.name}, {"kind", name_of(method.kind)}};
   json["branches"] = nlohmann::json::array();

@@ -52,6 +52,9 @@ struct LearningOptions {
   double memory = 2147483648.0;  ///< of a rank for samples [B]; more than fits is read every epoch
 };
 
+/// With the rates that suit a kind of method.
+LearningOptions usual_learning(MethodKind kind);
+
 /// A classifier and how it is trained.
 struct Method {
   std::string name;

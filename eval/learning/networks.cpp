@@ -76,18 +76,39 @@ nn::Sequential voxnet(const LayerSizes& sizes, const SenseExtent& extent) {
   return with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
 }
 
+/// Normalised over the batch and time; by what was met before where there is but one value, which
+/// has no variance: the last sample of an epoch, of a short clip.
+class BatchNormImpl : public nn::Module {
+ public:
+  explicit BatchNormImpl(std::int64_t channels)
+      : norm_(register_module("norm", nn::BatchNorm1d(channels))) {}
+  torch::Tensor forward(const torch::Tensor& input) {
+    if (input.size(0) * input.size(2) > 1) return norm_(input);
+    return nn::functional::batch_norm(input, norm_->running_mean, norm_->running_var,
+                                      nn::functional::BatchNormFuncOptions()
+                                          .weight(norm_->weight)
+                                          .bias(norm_->bias)
+                                          .eps(norm_->options.eps()));
+  }
+
+ private:
+  nn::BatchNorm1d norm_;
+};
+TORCH_MODULE(BatchNorm);
+
 /// One layer of SoundNet: convolution, normalised over the batch, rectified.
 void push_sound_layer(nn::Sequential& layers, std::int64_t from, std::int64_t to,
                       std::int64_t kernel, std::int64_t pool) {
   layers->push_back(nn::Conv1d(nn::Conv1dOptions(from, to, kernel).stride(2).padding(kernel / 2)));
-  layers->push_back(nn::BatchNorm1d(to));
+  layers->push_back(BatchNorm(to));
   layers->push_back(nn::ReLU());
   if (pool > 1) layers->push_back(nn::MaxPool1d(nn::MaxPool1dOptions(pool)));
 }
 
 /// Means over what is left of time, so that clips of any length fit.
 nn::Sequential soundnet(const LayerSizes& sizes, const SenseExtent& extent, bool deep) {
-  const std::int64_t shortest = deep ? 1 << 12 : 1 << 13;
+  // Less leaves a maximum's window without its four or eight values.
+  const std::int64_t shortest = deep ? 4574 : 8192;
   if (extent[1] < shortest) {
     too_small(deep ? "soundnet8" : "soundnet5",
               fmt::format("clips of at least {} samples at 22,050 Hz", shortest), extent);

@@ -199,6 +199,8 @@ class RecordingsSource final : public SampleSource {
   std::size_t size() const override { return table_.files.size(); }
   std::vector<std::string> keys() const override { return table_.files; }
   std::vector<std::uint32_t> bodies() const override { return bodies_; }
+  std::vector<std::string> body_names() const override { return body_names_; }
+  std::vector<std::string> sound_names() const override { return hashes_; }
   std::string content() const override { return content_; }
 
   std::optional<ClipFormat> clip_format() const override { return preparer_.format(); }
@@ -261,7 +263,7 @@ class RecordingsSource final : public SampleSource {
   void name_bodies() {
     std::string column = spec_.body;
     if (column.empty() && table_.columns.contains("shape")) column = "shape";
-    body_names_ = column.empty() ? table_.files : labels(column);
+    body_names_ = column.empty() ? hashes_ : labels(column);
     std::map<std::string, std::uint32_t> numbers;
     for (const std::string& body : body_names_) numbers.emplace(body, 0);
     std::uint32_t count = 0;

@@ -8,6 +8,15 @@
 
 namespace carillon::eval {
 
+namespace {
+
+std::string seal(const nlohmann::json& header, const nlohmann::json& sizes, std::string_view body) {
+  std::string all = header.dump() + sizes.dump();
+  return core::sha256(all.append(body));
+}
+
+}  // namespace
+
 void write_sealed(const std::filesystem::path& path, const SealedFile& file) {
   std::string body;
   std::vector<std::size_t> sizes;
@@ -16,7 +25,7 @@ void write_sealed(const std::filesystem::path& path, const SealedFile& file) {
     sizes.push_back(block.size());
   }
   const nlohmann::json line = {
-      {"header", file.header}, {"blocks", sizes}, {"sha256", core::sha256(body)}};
+      {"header", file.header}, {"blocks", sizes}, {"sha256", seal(file.header, sizes, body)}};
   core::write_text_durably(path, line.dump() + "\n" + body);
 }
 
@@ -30,11 +39,12 @@ SealedFile read_sealed(const std::filesystem::path& path) {
   if (end == std::string::npos) throw damaged("cut short, or no file of this program");
   const nlohmann::json line = nlohmann::json::parse(
       text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
-  if (!line.is_object() || !line.contains("sha256") || !line.contains("blocks")) {
+  if (!line.is_object() || !line.contains("sha256") || !line.contains("blocks") ||
+      !line.contains("header")) {
     throw damaged("no file of this program");
   }
   const std::string body = text.substr(end + 1);
-  if (core::sha256(body) != line.at("sha256").get<std::string>()) {
+  if (seal(line.at("header"), line.at("blocks"), body) != line.at("sha256")) {
     throw damaged(fmt::format("cut short or changed ({} bytes after its header)", body.size()));
   }
   SealedFile file;

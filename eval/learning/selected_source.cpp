@@ -75,6 +75,15 @@ class SelectedSource final : public SampleSource {
                                    });
   }
 
+  std::vector<std::string> body_names() const override {
+    return gathered<std::string>([](const SampleSource& source) { return source.body_names(); },
+                                 [](const std::string& name, std::uint32_t) { return name; });
+  }
+  std::vector<std::string> sound_names() const override {
+    return gathered<std::string>([](const SampleSource& source) { return source.sound_names(); },
+                                 [](const std::string& name, std::uint32_t) { return name; });
+  }
+
   std::vector<std::string> labels(const std::string& column) const override {
     std::vector<std::string> labels;
     if (column == "dataset" && !names_.empty()) {

@@ -42,6 +42,17 @@ std::map<std::string, std::string> classes_of(const std::vector<std::string>& la
   return names;
 }
 
+/// Equal names as equal numbers, in the names' order.
+std::vector<std::uint32_t> numbered(const std::vector<std::string>& names) {
+  std::map<std::string, std::uint32_t> number;
+  for (const std::string& name : names) number.emplace(name, 0);
+  std::uint32_t next = 0;
+  for (auto& [name, own] : number) own = next++;
+  std::vector<std::uint32_t> numbers;
+  for (const std::string& name : names) numbers.push_back(number.at(name));
+  return numbers;
+}
+
 /// Which samples have a label that is to be left out.
 std::vector<bool> excepted(const SampleSource& source, const TaskSpec& task) {
   std::vector<bool> out(source.size(), false);
@@ -78,6 +89,7 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
   samples.classes.assign(found.begin(), found.end());
   samples.keys = source.keys();
   samples.bodies = source.bodies();
+  samples.groups = numbered(source.body_names());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const auto at = class_of.find(labels[i]);
     const auto place = at == class_of.end() || out[i] ? found.end() : found.find(at->second);

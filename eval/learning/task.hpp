@@ -33,7 +33,8 @@ struct LabelledSamples {
   std::vector<std::int32_t> label;    ///< of each sample: class, `left_out` or `unlabelled`
   std::vector<Part> part;             ///< of each sample
   std::vector<std::string> keys;      ///< of each sample
-  std::vector<std::uint32_t> bodies;  ///< of each sample
+  std::vector<std::uint32_t> bodies;  ///< of each sample: entry of senses that are of bodies
+  std::vector<std::uint32_t> groups;  ///< of each sample: samples of one body, of whatever source
 
   /// Samples of the task in a part, ascending.
   std::vector<std::uint32_t> rows(Part part) const;

@@ -35,6 +35,11 @@ class Training {
   Tally validate();
   Tally sum(Tally tally, std::span<float> gradients, const std::exception_ptr& error);
   void set_rate(double rate);
+  /// The share of the memory that falls to so many of the samples for training and validation.
+  double memory_of(std::size_t rows) const {
+    return method_.learning.memory * static_cast<double>(rows) /
+           static_cast<double>(std::max<std::size_t>(1, train_rows_ + validation_rows_));
+  }
 
   Learner::State& learner_;
   const LearningRanks& ranks_;
@@ -61,10 +66,10 @@ Training::Training(Learner::State& learner, SampleSource& source, const Labelled
       validation_rows_(samples.rows(Part::validation).size()),
       reader_(source, samples, method_.senses,
               rows_of_rank(samples.rows(Part::train), ranks.rank, ranks.size),
-              method_.learning.memory),
+              memory_of(train_rows_)),
       validation_(source, samples, method_.senses,
                   rows_of_rank(samples.rows(Part::validation), ranks.rank, ranks.size),
-                  method_.learning.memory) {
+                  memory_of(validation_rows_)) {
   const LearningOptions& options = method_.learning;
   if (method_.kind == MethodKind::linear_svm) {
     optimizer_ = std::make_unique<torch::optim::SGD>(

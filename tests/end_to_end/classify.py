@@ -2,6 +2,7 @@
 against what the classifiers answered."""
 import csv
 import json
+import time
 import unittest
 
 import h5py
@@ -168,12 +169,19 @@ class Classify(FolderTest):
 
 class SmokeConfig(FolderTest):
     def test_evaluates_in_a_minute(self):
+        start = time.monotonic()
         found = run_json("evaluate", CONFIGS / "learning-smoke.yaml", "-o", self.folder / "out",
                          ranks=2)
-        best = {task: max(line["accuracy"]["mean"] for line in found["rows"]
-                          if line["task"] == task) for task in ("geometry", "material")}
-        self.assertGreater(best["geometry"], 0.75)
-        self.assertGreater(best["material"], 0.8)
+        # A minute on two idle cores; tests share theirs.
+        self.assertLess(time.monotonic() - start, 180)
+        least = {"geometry": {"nearest-neighbour-a": 0.6, "linear-svm-a": 0.3, "isnn-a": 0.6,
+                              "isnn-av-bilinear": 0.6},
+                 "material": {"nearest-neighbour-a": 0.6, "linear-svm-a": 0.4, "isnn-a": 0.7,
+                              "isnn-av-bilinear": 0.4}}
+        self.assertEqual(len(found["rows"]), 8)
+        for line in found["rows"]:
+            self.assertGreater(line["accuracy"]["mean"], least[line["task"]][line["method"]],
+                               (line["task"], line["method"]))
 
 
 if __name__ == "__main__":

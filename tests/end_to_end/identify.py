@@ -25,7 +25,7 @@ train:
   epochs: 30
   batch: 16
   tasks:
-    body: {column: shape}
+    which: {column: shape}
     kind: {column: family, split: split_strike, except: [block]}
     material: {column: material, split: split_strike}
   methods:
@@ -73,20 +73,20 @@ class Identify(FolderTest):
     def test_hears_what_was_held_out(self):
         clips = self.identify(*self.clips)["clips"]
         self.assertEqual([clip["file"] for clip in clips], [str(path) for path in self.clips])
-        right = {"body": 0, "material": 0}
+        right = {"which": 0, "material": 0}
         known = 0
         for clip, row in zip(clips, self.test):
             tasks = clip["tasks"]
-            self.assertEqual(set(tasks), {"body", "kind", "material"})
-            for task, truth in (("body", self.shape), ("material", self.material)):
+            self.assertEqual(set(tasks), {"which", "kind", "material"})
+            for task, truth in (("which", self.shape), ("material", self.material)):
                 right[task] += tasks[task]["class"] == truth[row]
                 known += tasks[task]["known"]
             for task in tasks.values():
                 self.assertAlmostEqual(sum(task["classes"].values()), 1, 9)
                 self.assertEqual(max(task["classes"], key=task["classes"].get), task["class"])
                 self.assertEqual(task["classes"][task["class"]], task["confidence"])
-        line = next(line for line in self.found["trainings"] if line["task"]["name"] == "body")
-        self.assertGreater(right["body"] / len(clips), line["test_accuracy"] - 0.2)
+        line = next(line for line in self.found["trainings"] if line["task"]["name"] == "which")
+        self.assertGreater(right["which"] / len(clips), line["test_accuracy"] - 0.2)
         self.assertGreater(right["material"] / len(clips), 0.85)
         self.assertGreater(known / (2 * len(clips)), 0.7)
 
@@ -122,7 +122,7 @@ class Identify(FolderTest):
         added = [line for line in after if line not in before]
         self.assertEqual(len(added), 2, added)
         self.assertEqual([line for line in after if line in before], before)
-        self.assertIn(f"name: recognised-{heard['body']['class']}", added[0])
+        self.assertIn(f"name: recognised-{heard['which']['class']}", added[0])
         self.assertIn(heard["material"]["class"], added[0])
         self.assertIn("at: [0.1, -0.05, 0.2]", added[1])
         plan = run("plan", longer)
@@ -185,6 +185,13 @@ evaluate: {classification: {}}
                       CONFIGS / "dominoes.yaml", "--at", "0,0,1")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("no network tells the shape", refused.stderr)
+        # The dataset beside them, as one set; what both have, in one part.
+        both = ["--set", f"train.with={{data: {self.output}, name: made}}", "--set",
+                "train.tasks={origin: {column: dataset, split: split_strike}}"]
+        joined = run_json("evaluate", config, "-o", self.folder / "both-out", *both)["rows"]
+        self.assertEqual({line["dataset"] for line in joined}, {"joined"})
+        self.assertEqual(joined[0]["classes"], ["made", "own"])
+        self.assertEqual(len(joined[0]["recalls"]), 2)
         voxels = run("train", config, "-o", self.folder / "own-out", "--set",
                      "train.methods={voxnet: {}}")
         self.assertEqual(voxels.returncode, 2)

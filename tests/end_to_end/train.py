@@ -114,6 +114,18 @@ class Train(FolderTest):
             first = training(self.found, line["key"])
             numpy.testing.assert_array_equal(answers(line)[2], answers(first)[2], line["key"])
 
+    def test_learns_from_windows_of_files(self):
+        """Memory for a few samples: files are read while the ranks sum up."""
+        _, config = self.other("windows")
+        found = run_json("train", config, "-o", self.folder / "windows-out", "--set",
+                         "train.memory=32 KiB", ranks=2)
+        for line in found["trainings"]:
+            first = training(self.found, line["key"])
+            if "nearest" in line["key"]:
+                numpy.testing.assert_array_equal(answers(line)[2], answers(first)[2], line["key"])
+            self.assertGreater(line["test_accuracy"], first["test_accuracy"] - 0.25, line["key"])
+            self.assertGreater(line["test_accuracy"], 1.2 / len(line["classes"]), line["key"])
+
     def test_goes_on_after_it_was_stopped_and_on_other_ranks(self):
         _, config = self.other("stopped")
         output = self.folder / "stopped-out"

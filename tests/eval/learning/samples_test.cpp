@@ -317,6 +317,10 @@ TEST(SealedFile, ComesBackWholeOrNotAtAll) {
   changed.back() = 'X';
   std::ofstream(path, std::ios::binary) << changed;
   EXPECT_THROW(read_sealed(path), core::InputError);
+  changed = whole;
+  changed.replace(whole.find("test"), 4, "best");  // in the header
+  std::ofstream(path, std::ios::binary) << changed;
+  EXPECT_THROW(read_sealed(path), core::InputError);
   EXPECT_THROW(read_sealed(folder.path() / "none"), core::FileError);
 }
 

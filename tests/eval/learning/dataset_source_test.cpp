@@ -1,0 +1,138 @@
+// Samples of a dataset: whose sound, which body's voxels and picture, and what they are called.
+#include "eval/learning/dataset_source.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hdf5.hpp"
+#include "tests/core/temporary_folder.hpp"
+
+namespace carillon::eval {
+namespace {
+
+constexpr std::uint64_t sounds = 4, listeners = 2, samples = 2205, ticks = 5;
+
+/// Two bodies with two strikes each, heard by two listeners, whose tones differ.
+class Dataset : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto file = core::Hdf5Group::create_file(folder_.path() / "index.h5");
+    file.write_attribute("sample_rate_hz", 22050.0);
+    const std::vector<std::string> keys = {"a/0", "a/1", "b/0", "b/1"};
+    file.write<std::string>("key", keys, {sounds});
+    const std::vector<std::string> shapes = {"a", "a", "b", "b"};
+    file.write<std::string>("shape", shapes, {sounds});
+    const std::vector<std::uint32_t> bodies = {0, 0, 1, 1};
+    file.write<std::uint32_t>("shape_index", bodies, {sounds});
+    std::vector<float> audio;
+    for (std::uint64_t s = 0; s < sounds; ++s) {
+      for (std::uint64_t l = 0; l < listeners; ++l) {
+        for (std::uint64_t i = 0; i < samples; ++i) audio.push_back(tone(s, l, i));
+      }
+    }
+    file.write<float>("audio", audio, {sounds, listeners, samples});
+    std::vector<float> touch(sounds * ticks * 3);
+    std::iota(touch.begin(), touch.end(), 1.0F);
+    file.write<float>("touch", touch, {sounds, ticks, 3});
+    std::vector<std::uint8_t> voxels(std::size_t{2} * 8, 0);
+    voxels[3] = 1;
+    voxels[8 + 5] = 1;
+    const auto of_bodies = file.create_group("shapes");
+    of_bodies.write<std::uint8_t>("voxels", voxels, {2, 2, 2, 2});
+    nlohmann::json description = {{"seed", 7}, {"shapes", nlohmann::json::array()}};
+    for (const char* id : {"a", "b"}) {
+      description["shapes"].push_back(
+          {{"id", id}, {"request", {{"shape", {{"family", "bar"}, {"length", id}}}}}});
+    }
+    core::write_text_durably(folder_.path() / "dataset.json", description.dump());
+  }
+
+  static float tone(std::uint64_t sound, std::uint64_t listener, std::uint64_t i) {
+    const double frequency = 500.0 * static_cast<double>(1 + sound + 4 * listener);
+    return static_cast<float>(
+        0.5 * std::sin(2 * 3.141592653589793 * frequency * static_cast<double>(i) / 22050.0));
+  }
+
+  core::TemporaryFolder folder_;
+};
+
+TEST_F(Dataset, GivesTheListenersOwnSound) {
+  for (std::size_t listener = 0; listener < listeners; ++listener) {
+    const auto source = open_dataset_source(folder_.path(), listener);
+    const SenseLayout layout = require_layout(*source, Sense::waveform);
+    EXPECT_EQ(layout.entries, sounds);
+    ASSERT_EQ(layout.extent, (SenseExtent{1, samples}));
+    std::vector<float> values(2 * samples);
+    source->read(Sense::waveform, std::vector<std::uint32_t>{1, 3}, values);
+    // At their own rate, with a peak of 1.
+    for (std::uint64_t i = 100; i < samples - 100; i += 37) {
+      EXPECT_NEAR(values[i], 2 * tone(1, listener, i), 0.02) << listener;
+      EXPECT_NEAR(values[samples + i], 2 * tone(3, listener, i), 0.02) << listener;
+    }
+  }
+  EXPECT_THROW(open_dataset_source(folder_.path(), listeners), core::InputError);
+}
+
+TEST_F(Dataset, MakesSpectrogramsWhereNoneAreStored) {
+  const auto first = open_dataset_source(folder_.path(), 0);
+  const auto second = open_dataset_source(folder_.path(), 1);
+  const SenseLayout layout = require_layout(*first, Sense::spectrogram);
+  const auto bands = static_cast<std::size_t>(layout.extent[1]);
+  const std::size_t frames = values_in(layout.extent) / bands;
+  const auto loudest_band = [&](SampleSource& source) {
+    std::vector<float> values(values_in(layout.extent));
+    source.read(Sense::spectrogram, std::vector<std::uint32_t>{0}, values);
+    return std::distance(values.begin(), std::max_element(values.begin(), values.end())) /
+           static_cast<std::ptrdiff_t>(frames);
+  };
+  EXPECT_LT(loudest_band(*first), loudest_band(*second));  // 500 and 2,500 Hz
+}
+
+TEST_F(Dataset, GivesWhatIsOfBodiesOnceForEach) {
+  const auto source = open_dataset_source(folder_.path(), 0);
+  const SenseLayout voxels = require_layout(*source, Sense::voxels);
+  EXPECT_TRUE(voxels.of_bodies);
+  EXPECT_EQ(voxels.entries, 2U);
+  EXPECT_EQ(source->bodies(), (std::vector<std::uint32_t>{0, 0, 1, 1}));
+  std::vector<float> values(16);
+  source->read(Sense::voxels, std::vector<std::uint32_t>{0, 1}, values);
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(values[i], i == 3 || i == 13 ? 1 : -1) << i;
+  EXPECT_FALSE(source->layout(Sense::image));
+  EXPECT_THROW(require_layout(*source, Sense::image), core::InputError);
+}
+
+TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
+  const auto source = open_dataset_source(folder_.path(), 0);
+  ASSERT_EQ(require_layout(*source, Sense::touch).extent, (SenseExtent{3, ticks}));
+  std::vector<float> values(3 * ticks);
+  source->read(Sense::touch, std::vector<std::uint32_t>{1}, values);
+  double square = 0;
+  for (const float value : values) square += static_cast<double>(value) * value;
+  EXPECT_NEAR(square / static_cast<double>(values.size()), 1, 1e-5);
+  EXPECT_NEAR(values[1] / values[0], 19.0 / 16.0, 1e-5);      // the next tick of x
+  EXPECT_NEAR(values[ticks] / values[0], 17.0 / 16.0, 1e-5);  // y of the first tick
+}
+
+TEST_F(Dataset, CallsBodiesAndSoundsAlikeInOtherDatasets) {
+  const auto source = open_dataset_source(folder_.path(), 0);
+  const std::vector<std::string> bodies = source->body_names(), names = source->sound_names();
+  EXPECT_EQ(bodies[0], bodies[1]);
+  EXPECT_NE(bodies[1], bodies[2]);
+  EXPECT_NE(names[0], names[1]);
+  auto description = nlohmann::json::parse(core::read_file(folder_.path() / "dataset.json"));
+  description["seed"] = 8;
+  description["shapes"][1]["request"]["shape"]["length"] = "other";
+  core::write_text_durably(folder_.path() / "dataset.json", description.dump());
+  const auto other = open_dataset_source(folder_.path(), 0);
+  EXPECT_EQ(other->body_names()[0], bodies[0]);
+  EXPECT_NE(other->body_names()[2], bodies[2]);  // another body of the same name
+  EXPECT_NE(other->sound_names()[0], names[0]);  // another seed: struck elsewhere
+}
+
+}  // namespace
+}  // namespace carillon::eval
