@@ -66,9 +66,8 @@ ordered_json to_json(const Answer& answer) {
   }
   return {{"known", recognised.known},
           {"class", answer.best()},
-          {"confidence", recognised.probabilities[answer.order.front()]},
-          {"familiarity", recognised.familiarity},
-          {"least_familiarity", answer.recogniser->threshold()},
+          {"confidence", recognised.confidence},
+          {"least_confidence", answer.recogniser->threshold()},
           {"classes", classes},
           {"method", answer.recogniser->method()},
           {"model", answer.recogniser->folder().string()}};

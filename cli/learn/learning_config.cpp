@@ -144,6 +144,10 @@ eval::Method read_method(ConfigNode& node, const std::string& name,
   method.learning.weight_decay =
       node.quantity("weight_decay", Dimension::none, method.learning.weight_decay);
   if (!(method.learning.weight_decay >= 0)) node.fail("weight_decay", "must not be negative");
+  if (eval::only_hears(method)) {
+    method.learning.outliers = node.quantity("outliers", Dimension::none, method.learning.outliers);
+    if (!(method.learning.outliers >= 0)) node.fail("outliers", "must not be negative");
+  }
   return method;
 }
 

@@ -63,11 +63,13 @@ void require_one_part(const std::vector<const eval::SampleSource*>& sources,
 
 std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
                                                 const LearningConfig& config,
-                                                const Context& context) {
+                                                const Context& context,
+                                                const std::optional<eval::ClipFormat>& format) {
   std::unique_ptr<eval::SampleSource> source;
   if (condition.recordings) {
     // Their splits are checked where they are asked for.
-    mpi::agreed(context.world, [&] { source = eval::open_recordings(*condition.recordings); });
+    mpi::agreed(context.world,
+                [&] { source = eval::open_recordings(*condition.recordings, format); });
     if (context.speaks() && splits_of(config).count("split_shape") > 0 &&
         source->body_names() == source->sound_names()) {
       spdlog::warn(
@@ -104,7 +106,7 @@ std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
   }
   if (config.with) {
     names.push_back(config.with->name);
-    parts.push_back(open_source(*config.with, config, context));
+    parts.push_back(open_source(*config.with, config, context, parts.front()->clip_format()));
   }
   mpi::agreed(context.world, [&] {
     for (const auto& part : parts) all.push_back(part.get());

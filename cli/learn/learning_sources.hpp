@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,13 @@ struct LearningSource {
 };
 
 /// A dataset whose splits hold what they promise, or recordings.
+/// @param format  of recordings' clips, where they stand beside a dataset's sounds
 /// @throws InputError, FileError  a split that leaks, no dataset; on every rank alike
 /// @note Collective on the context's world.
 std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
                                                 const LearningConfig& config,
-                                                const Context& context);
+                                                const Context& context,
+                                                const std::optional<eval::ClipFormat>& format = {});
 
 /// Refuses sources that have a sound, or a body where bodies are held out, in different parts.
 /// @throws InputError  names it

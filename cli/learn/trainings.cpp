@@ -206,16 +206,10 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
   answers.test.scores = ask(test);
   std::optional<eval::Recognition> recognition;
   if (job.is_for_use && learner && eval::only_hears(job.method) && source.clip_format()) {
-    try {
-      recognition =
-          eval::learn_recognition(*learner, source, samples, answers.validation.scores, ranks);
-      end.found["recognition"] = to_json(eval::try_recognition(
-          *recognition, *learner, source, samples, answers.test.scores, ranks));
-    } catch (const core::InputError& error) {  // on every rank alike
-      recognition.reset();
-      remarks.push_back(
-          fmt::format("it cannot tell what is unlike its training samples: {}", error.message()));
-    }
+    recognition =
+        eval::learn_recognition(*learner, source, samples, answers.validation.scores, ranks);
+    end.found["recognition"] = to_json(
+        eval::try_recognition(*recognition, *learner, source, samples, answers.test.scores, ranks));
   }
   const auto number = [](double value) { return std::isfinite(value) ? json(value) : json(); };
   const std::size_t classes = samples.classes.size();

@@ -112,7 +112,7 @@ class Run {
         datasets_(datasets),
         context_(context),
         models_(datasets.output() / "evaluation" / "transfer"),
-        target_(open(spec.target)) {
+        target_(open_target()) {
     mpi::agreed(context.world, [&] { sample_s_ = seconds_per_sample(datasets.conditions()); });
   }
 
@@ -125,9 +125,19 @@ class Run {
   std::vector<TransferRow> rows;
 
  private:
-  OpenCondition open(const Condition& condition) const {
+  /// Recordings are clipped as the sounds are that classifiers learn from.
+  OpenCondition open_target() {
+    std::optional<eval::ClipFormat> format;
+    if (spec_.target.recordings) {
+      const std::size_t first = spec_.mixed_with.value_or(spec_.trained_on.front());
+      format = opened(first).source->clip_format();
+    }
+    return open(spec_.target, format);
+  }
+  OpenCondition open(const Condition& condition,
+                     const std::optional<eval::ClipFormat>& format = {}) const {
     OpenCondition opened;
-    opened.source = open_source(condition, spec_.learning, context_);
+    opened.source = open_source(condition, spec_.learning, context_, format);
     mpi::agreed(context_.world, [&] {
       opened.samples = eval::label_samples(*opened.source, spec_.task);
       if (&condition != &spec_.target) {
@@ -151,8 +161,8 @@ class Run {
   const EvaluatedDatasets& datasets_;
   const Context& context_;
   std::filesystem::path models_;
-  OpenCondition target_;
   std::map<std::size_t, OpenCondition> opened_;
+  OpenCondition target_;
   std::vector<std::optional<double>> sample_s_;  ///< of each dataset
 };
 

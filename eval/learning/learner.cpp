@@ -35,9 +35,16 @@ torch::Tensor Learner::State::loss(const torch::Tensor& logits, const torch::Ten
 Tally Learner::State::look_at(Batch& batch, const std::vector<SenseLayout>& layouts, bool learn) {
   const torch::Tensor labels = torch::from_blob(
       batch.labels.data(), {static_cast<std::int64_t>(batch.labels.size())}, torch::kInt64);
-  const torch::Tensor logits = classifier->forward(tensors_of(batch, layouts));
+  const std::vector<torch::Tensor> senses = tensors_of(batch, layouts);
+  const torch::Tensor logits = classifier->forward(senses);
   const torch::Tensor lost = loss(logits, labels);
-  if (learn) lost.backward();
+  if (learn && outliers) {
+    const torch::Tensor unsure =
+        Outliers::loss(classifier->forward(outliers->draw(senses, labels)));
+    (lost + method.learning.outliers * static_cast<double>(batch.rows.size()) * unsure).backward();
+  } else if (learn) {
+    lost.backward();
+  }
   return {.loss = lost.item<float>(),
           .right = logits.argmax(1).eq(labels).sum().item<float>(),
           .samples = static_cast<float>(batch.rows.size())};
@@ -57,24 +64,26 @@ Learner::Learner(const Method& method, const std::vector<SenseExtent>& extents,
 Learner::~Learner() = default;
 Learner::Learner(Learner&&) noexcept = default;
 
-std::vector<float> Learner::State::ask(
-    SampleSource& source, const LabelledSamples& samples, const std::vector<std::uint32_t>& rows,
-    const LearningRanks& ranks, std::size_t columns,
-    const std::function<torch::Tensor(const std::vector<torch::Tensor>&)>& look) {
-  std::vector<float> values(rows.size() * columns, 0.0F);
+std::vector<float> Learner::predict(SampleSource& source, const LabelledSamples& samples,
+                                    const std::vector<std::uint32_t>& rows,
+                                    const LearningRanks& ranks) {
+  const std::size_t classes = state_->classes.size();
+  std::vector<float> values(rows.size() * classes, 0.0F);
   std::exception_ptr error;
   try {
     const torch::NoGradGuard no_gradient;
+    const Method& method = state_->method;
     BatchReader reader(source, samples, method.senses, rows_of_rank(rows, ranks.rank, ranks.size),
                        method.learning.memory);
     reader.begin({});
     for (Batch batch; reader.next(answer_batch, batch);) {
-      const torch::Tensor answers = look(tensors_of(batch, reader.layouts())).contiguous();
+      const torch::Tensor logits =
+          state_->classifier->forward(tensors_of(batch, reader.layouts())).contiguous();
       for (std::size_t i = 0; i < batch.rows.size(); ++i) {
         const auto at = static_cast<std::size_t>(
             std::lower_bound(rows.begin(), rows.end(), batch.rows[i]) - rows.begin());
-        std::copy_n(answers.data_ptr<float>() + i * columns, columns,
-                    values.begin() + static_cast<std::ptrdiff_t>(at * columns));
+        std::copy_n(logits.data_ptr<float>() + i * classes, classes,
+                    values.begin() + static_cast<std::ptrdiff_t>(at * classes));
       }
     }
   } catch (...) {
@@ -85,47 +94,16 @@ std::vector<float> Learner::State::ask(
   return values;
 }
 
-std::vector<torch::Tensor> Learner::State::of_one(
-    const std::vector<std::vector<float>>& senses) const {
+std::vector<float> Learner::logits_of(const std::vector<std::vector<float>>& senses) const {
+  const torch::NoGradGuard no_gradient;
   std::vector<torch::Tensor> tensors;
   for (std::size_t s = 0; s < senses.size(); ++s) {
     std::vector<std::int64_t> extent = {1};
-    extent.insert(extent.end(), extents[s].begin(), extents[s].end());
+    extent.insert(extent.end(), state_->extents[s].begin(), state_->extents[s].end());
     tensors.push_back(torch::tensor(senses[s]).view(extent));
   }
-  return tensors;
-}
-
-std::vector<float> Learner::predict(SampleSource& source, const LabelledSamples& samples,
-                                    const std::vector<std::uint32_t>& rows,
-                                    const LearningRanks& ranks) {
-  return state_->ask(source, samples, rows, ranks, state_->classes.size(),
-                     [this](const auto& senses) { return state_->classifier->forward(senses); });
-}
-
-std::vector<float> Learner::features(SampleSource& source, const LabelledSamples& samples,
-                                     const std::vector<std::uint32_t>& rows,
-                                     const LearningRanks& ranks) {
-  return state_->ask(source, samples, rows, ranks, feature_count(),
-                     [this](const auto& senses) { return state_->classifier->features(senses); });
-}
-
-std::size_t Learner::feature_count() const {
-  const torch::NoGradGuard no_gradient;
-  std::vector<std::vector<float>> nothing;
-  for (const SenseExtent& extent : state_->extents) nothing.emplace_back(values_in(extent), 0.0F);
-  return static_cast<std::size_t>(state_->classifier->features(state_->of_one(nothing)).numel());
-}
-
-Learner::Look Learner::look(const std::vector<std::vector<float>>& senses) const {
-  const torch::NoGradGuard no_gradient;
-  const std::vector<torch::Tensor> tensors = state_->of_one(senses);
-  const auto values = [](const torch::Tensor& tensor) {
-    const torch::Tensor whole = tensor.contiguous();
-    return std::vector<float>(whole.data_ptr<float>(), whole.data_ptr<float>() + whole.numel());
-  };
-  return {values(state_->classifier->forward(tensors)),
-          values(state_->classifier->features(tensors))};
+  const torch::Tensor logits = state_->classifier->forward(tensors).contiguous();
+  return {logits.data_ptr<float>(), logits.data_ptr<float>() + logits.numel()};
 }
 
 std::vector<float> Learner::exciting_input(std::size_t class_number, double mean_square) const {

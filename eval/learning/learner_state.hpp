@@ -1,13 +1,14 @@
 #pragma once
 
-#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "eval/learning/batches.hpp"
 #include "eval/learning/networks.hpp"
+#include "eval/learning/outliers.hpp"
 #include "eval/learning/training.hpp"
 
 namespace carillon::eval {
@@ -36,18 +37,10 @@ struct Learner::State {
   std::vector<SenseExtent> extents;
   std::vector<std::string> classes;
   std::shared_ptr<Classifier> classifier;
+  std::optional<Outliers> outliers;  ///< while it learns, where it is to meet some
 
   /// Sum of the samples' losses.
   torch::Tensor loss(const torch::Tensor& logits, const torch::Tensor& labels) const;
-  /// What `look` says of rows, rows x columns, each rank its share.
-  /// @note Collective on the ranks.
-  std::vector<float> ask(
-      SampleSource& source, const LabelledSamples& samples, const std::vector<std::uint32_t>& rows,
-      const LearningRanks& ranks, std::size_t columns,
-      const std::function<torch::Tensor(const std::vector<torch::Tensor>&)>& look);
-  /// Tensors of one sample.
-  std::vector<torch::Tensor> of_one(const std::vector<std::vector<float>>& senses) const;
-
   /// Loss and right answers of a batch; with `learn` the gradient too.
   Tally look_at(Batch& batch, const std::vector<SenseLayout>& layouts, bool learn);
 };

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.hpp"
 
 namespace carillon::eval {
@@ -80,6 +82,13 @@ T named(const T (&all)[n], const std::string& text) {
 
 }  // namespace
 
+bool only_hears(const Method& method) {
+  return method.kind == MethodKind::network &&
+         std::all_of(method.senses.begin(), method.senses.end(), [](Sense sense) {
+           return sense == Sense::spectrogram || sense == Sense::waveform;
+         });
+}
+
 LearningOptions usual_learning(MethodKind kind) {
   LearningOptions options;
   if (kind == MethodKind::linear_svm) {
@@ -111,6 +120,7 @@ nlohmann::ordered_json to_json(const Method& method) {
                       {"batch", learning.batch},
                       {"learning_rate", learning.learning_rate},
                       {"weight_decay", learning.weight_decay},
+                      {"outliers", learning.outliers},
                       {"seed", learning.seed},
                       {"memory", learning.memory}};
   return json;
@@ -144,6 +154,7 @@ Method method_from(const nlohmann::json& json) {
                      .batch = learning.at("batch"),
                      .learning_rate = learning.at("learning_rate"),
                      .weight_decay = learning.at("weight_decay"),
+                     .outliers = learning.at("outliers"),
                      .seed = learning.at("seed"),
                      .memory = learning.at("memory")};
   return method;

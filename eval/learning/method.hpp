@@ -48,6 +48,8 @@ struct LearningOptions {
   std::int64_t batch = 64;      ///< samples of a step, over all ranks
   double learning_rate = 1e-3;  ///< of Adam; a third of it after each half of the patience
   double weight_decay = 1e-4;
+  /// Weight of the loss on sounds of no class, for networks that only hear; 0: they meet none.
+  double outliers = 0.5;
   std::uint64_t seed = 0;        ///< of the first weights, the order of samples and dropout
   double memory = 2147483648.0;  ///< of a rank for samples [B]; more than fits is read every epoch
 };
@@ -66,6 +68,9 @@ struct Method {
   LearningOptions learning;
   std::int64_t neighbours = 1;  ///< of nearest_neighbour
 };
+
+/// Whether it is a network that hears and perceives nothing else: it can be asked for a sound.
+bool only_hears(const Method& method);
 
 std::string_view name_of(Branch branch);
 std::string_view name_of(Fusion fusion);

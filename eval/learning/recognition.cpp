@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "core/random.hpp"
 #include "eval/classification/calibration.hpp"
+#include "eval/classification/novelty.hpp"
 #include "eval/learning/sealed_file.hpp"
 #include "synth/noise_generators.hpp"
 
@@ -14,20 +14,10 @@ namespace carillon::eval {
 
 namespace {
 
-/// Samples that Gaussians are fitted to, and that are left out, at most: more change nothing.
-constexpr std::size_t most_rows = 20000;
 /// Noises of each kind that are tried.
 constexpr std::size_t noises = 100;
 
 using Rows = std::vector<std::uint32_t>;
-
-/// At most so many, evenly.
-Rows thinned(const Rows& rows) {
-  if (rows.size() <= most_rows) return rows;
-  Rows some;
-  for (std::size_t i = 0; i < most_rows; ++i) some.push_back(rows[i * rows.size() / most_rows]);
-  return some;
-}
 
 std::vector<std::size_t> labels_of(const LabelledSamples& samples, const Rows& rows) {
   std::vector<std::size_t> labels;
@@ -41,13 +31,11 @@ std::vector<double> doubles(std::span<const float> values) {
   return {values.begin(), values.end()};
 }
 
-/// Familiarity of rows of a source.
-std::vector<double> familiarities(const FeatureGaussians& gaussians, Learner& learner,
-                                  SampleSource& source, const LabelledSamples& samples,
-                                  const Rows& rows, const LearningRanks& ranks) {
-  const std::vector<double> features = doubles(learner.features(source, samples, rows, ranks));
-  if (rows.empty()) return {};
-  return mahalanobis_scores(gaussians, {features, features.size() / rows.size()});
+/// Confidences of logits, rows x classes.
+std::vector<double> confidences(std::span<const float> logits, std::size_t classes,
+                                double temperature) {
+  if (logits.empty()) return {};
+  return softmax_scores({doubles(logits), classes}, temperature);
 }
 
 RecognitionTrial::Novel against(const std::vector<double>& known, const std::vector<double>& novel,
@@ -55,8 +43,8 @@ RecognitionTrial::Novel against(const std::vector<double>& known, const std::vec
   return {novel.size(), auroc(known, novel), share_reaching(novel, threshold)};
 }
 
-std::vector<double> noise_familiarities(const Recognition& recognition, const Learner& learner,
-                                        synth::NoiseKind kind, const std::string& name) {
+std::vector<double> noise_confidences(const Recognition& recognition, const Learner& learner,
+                                      synth::NoiseKind kind, const std::string& name) {
   const ClipPreparer preparer(recognition.format);
   std::vector<double> scores;
   for (std::size_t i = 0; i < noises; ++i) {
@@ -68,32 +56,12 @@ std::vector<double> noise_familiarities(const Recognition& recognition, const Le
     recording.sample_rate = static_cast<int>(std::lround(recognition.format.sample_rate()));
     recording.samples.assign(samples.begin(), samples.end());
     const std::vector<float> clip = strike_clip(recording, recognition.format);
-    scores.push_back(recognise(learner, recognition, preparer, clip).familiarity);
+    scores.push_back(recognise(learner, recognition, preparer, clip).confidence);
   }
   return scores;
 }
 
-std::string bytes_of(const Eigen::MatrixXd& matrix) {
-  return {reinterpret_cast<const char*>(matrix.data()),
-          static_cast<std::size_t>(matrix.size()) * sizeof(double)};
-}
-
-Eigen::MatrixXd matrix_of(const std::string& bytes, Eigen::Index rows) {
-  const auto count = static_cast<Eigen::Index>(bytes.size() / sizeof(double));
-  Eigen::MatrixXd matrix(rows, rows == 0 ? 0 : count / rows);
-  std::memcpy(matrix.data(), bytes.data(),
-              static_cast<std::size_t>(matrix.size()) * sizeof(double));
-  return matrix;
-}
-
 }  // namespace
-
-bool only_hears(const Method& method) {
-  return method.kind == MethodKind::network &&
-         std::all_of(method.senses.begin(), method.senses.end(), [](Sense sense) {
-           return sense == Sense::spectrogram || sense == Sense::waveform;
-         });
-}
 
 Recognition learn_recognition(Learner& learner, SampleSource& source,
                               const LabelledSamples& samples, std::span<const float> validation,
@@ -101,21 +69,17 @@ Recognition learn_recognition(Learner& learner, SampleSource& source,
   Recognition recognition;
   recognition.format = source.clip_format().value();
   const std::size_t classes = samples.classes.size();
-  const Rows train = thinned(samples.rows(Part::train));
-  const std::vector<double> features = doubles(learner.features(source, samples, train, ranks));
-  recognition.gaussians =
-      fit_gaussians({features, features.size() / train.size()}, labels_of(samples, train), classes);
-  Rows held_out = samples.rows(Part::validation);
-  if (!held_out.empty()) {
-    const std::vector<double> logits = doubles(validation);
-    recognition.temperature =
-        fit_temperature({logits, classes}, labels_of(samples, held_out)).value;
+  std::vector<float> known(validation.begin(), validation.end());
+  if (known.empty()) {
+    known = learner.predict(source, samples, samples.rows(Part::train), ranks);
   } else {
-    held_out = train;
+    const std::vector<double> logits = doubles(known);
+    recognition.temperature =
+        fit_temperature({logits, classes}, labels_of(samples, samples.rows(Part::validation)))
+            .value;
   }
-  const auto known =
-      familiarities(recognition.gaussians, learner, source, samples, held_out, ranks);
-  recognition.threshold = threshold_at(known, accepted_share);
+  recognition.threshold =
+      threshold_at(confidences(known, classes, recognition.temperature), accepted_share);
   return recognition;
 }
 
@@ -127,13 +91,12 @@ Recognised recognise(const Learner& learner, const Recognition& recognition,
     senses.emplace_back(values_in(preparer.extent(sense)));
     sounds = preparer.prepare(sense, clip, senses.back()) || sounds;
   }
-  const Learner::Look look = learner.look(senses);
-  const std::vector<double> logits = doubles(look.logits), features = doubles(look.features);
+  const std::vector<double> logits = doubles(learner.logits_of(senses));
   Recognised recognised;
   recognised.probabilities = softmax({logits, logits.size()}, recognition.temperature);
-  recognised.familiarity =
-      mahalanobis_scores(recognition.gaussians, {features, features.size()}).front();
-  recognised.known = sounds && recognised.familiarity >= recognition.threshold;
+  recognised.confidence =
+      *std::max_element(recognised.probabilities.begin(), recognised.probabilities.end());
+  recognised.known = sounds && recognised.confidence >= recognition.threshold;
   return recognised;
 }
 
@@ -152,44 +115,36 @@ RecognitionTrial try_recognition(const Recognition& recognition, Learner& learne
   };
   trial.calibration_error = error(recognition.temperature);
   trial.uncalibrated_error = error(1);
-  const auto known = familiarities(recognition.gaussians, learner, source, samples, tested, ranks);
+  const std::size_t classes = samples.classes.size();
+  const auto known = confidences(test, classes, recognition.temperature);
   trial.accepted = share_reaching(known, recognition.threshold);
   Rows others;
   for (std::size_t i = 0; i < samples.label.size(); ++i) {
     if (samples.label[i] == left_out) others.push_back(static_cast<std::uint32_t>(i));
   }
   if (!others.empty()) {
-    const auto novel =
-        familiarities(recognition.gaussians, learner, source, samples, thinned(others), ranks);
-    trial.novel["left_out"] = against(known, novel, recognition.threshold);
+    const std::vector<float> theirs = learner.predict(source, samples, others, ranks);
+    trial.novel["left_out"] = against(known, confidences(theirs, classes, recognition.temperature),
+                                      recognition.threshold);
   }
   for (const std::string& name : synth::noise_kind_names()) {
-    const auto novel = noise_familiarities(recognition, learner, synth::noise_kind(name), name);
+    const auto novel = noise_confidences(recognition, learner, synth::noise_kind(name), name);
     trial.novel[name] = against(known, novel, recognition.threshold);
   }
   return trial;
 }
 
 void save_recognition(const std::filesystem::path& path, const Recognition& recognition) {
-  const FeatureGaussians& gaussians = recognition.gaussians;
   write_sealed(path, {{{"format", to_json(recognition.format)},
                        {"temperature", recognition.temperature},
-                       {"threshold", recognition.threshold},
-                       {"features", gaussians.cholesky.rows()},
-                       {"shrinkage", gaussians.shrinkage}},
-                      {bytes_of(gaussians.cholesky), bytes_of(gaussians.centres)}});
+                       {"threshold", recognition.threshold}},
+                      {}});
 }
 
 Recognition load_recognition(const std::filesystem::path& path) {
   const SealedFile file = read_sealed(path);
-  Recognition recognition;
-  recognition.format = clip_format_from(file.header.at("format"));
-  recognition.temperature = file.header.at("temperature");
-  recognition.threshold = file.header.at("threshold");
-  const Eigen::Index features = file.header.at("features");
-  recognition.gaussians = {matrix_of(file.blocks.at(0), features),
-                           matrix_of(file.blocks.at(1), features), file.header.at("shrinkage")};
-  return recognition;
+  return {clip_format_from(file.header.at("format")), file.header.at("temperature"),
+          file.header.at("threshold")};
 }
 
 }  // namespace carillon::eval

@@ -6,19 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "eval/classification/novelty.hpp"
 #include "eval/learning/clip.hpp"
 #include "eval/learning/training.hpp"
 
 namespace carillon::eval {
 
 /// What a trained network needs to answer for a sound by itself: how its sounds are prepared, what
-/// makes its confidences right, and how familiar what it was shown looks to it.
+/// makes its confidences right, and how sure it is of sounds of its classes.
 struct Recognition {
   ClipFormat format;
-  double temperature = 1;      ///< divides logits (Guo et al. 2017), from the validation samples
-  FeatureGaussians gaussians;  ///< of the training samples' features (Lee et al. 2018)
-  double threshold = 0;        ///< familiarity that `accepted` of the validation samples reach
+  double temperature = 1;  ///< divides logits (Guo et al. 2017), from the validation samples
+  double threshold = 0;    ///< confidence that `accepted_share` of the validation samples reach
 };
 
 /// Share of known sounds that are to be taken for known.
@@ -27,16 +25,12 @@ inline constexpr double accepted_share = 0.95;
 /// Answer for one sound.
 struct Recognised {
   std::vector<double> probabilities;  ///< of each class
-  double familiarity = 0;  ///< minus the Mahalanobis distance squared to the nearest class
-  bool known = false;      ///< it reaches the threshold, and is not silent
+  double confidence = 0;              ///< the largest of them
+  bool known = false;                 ///< it reaches the threshold, and is not silent
 };
 
-/// Whether a classifier can recognise sounds by themselves: a network that hears and nothing else.
-bool only_hears(const Method& method);
-
-/// From a trained network, its training samples and its validation samples' logits; without
-/// validation samples the temperature is 1, and the threshold is the training samples'.
-/// @throws InputError  features that do not vary
+/// From a trained network and its validation samples' logits; without any the temperature is 1, and
+/// the threshold is the training samples'.
 /// @note Collective on the ranks.
 Recognition learn_recognition(Learner& learner, SampleSource& source,
                               const LabelledSamples& samples, std::span<const float> validation,

@@ -169,13 +169,11 @@ LabelTable labels_of_table(const RecordingsSpec& spec) {
 
 class RecordingsSource final : public SampleSource {
  public:
-  explicit RecordingsSource(const RecordingsSpec& spec)
+  RecordingsSource(const RecordingsSpec& spec, const ClipFormat& format)
       : spec_(spec),
         name_(spec.folder.string()),
         table_(spec.table.empty() ? labels_of_names(spec) : labels_of_table(spec)),
-        preparer_(
-            paper_format(static_cast<std::size_t>(std::llround(spec.seconds * spec.sample_rate)),
-                         spec.sample_rate)) {
+        preparer_(format) {
     if (table_.files.empty()) {
       throw core::InputError(fmt::format("{}: no recordings", name_),
                              "WAV, FLAC, AIFF or Ogg files, in folders or not");
@@ -327,8 +325,11 @@ class RecordingsSource final : public SampleSource {
 
 }  // namespace
 
-std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec) {
-  return std::make_unique<RecordingsSource>(spec);
+std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec,
+                                              const std::optional<ClipFormat>& format) {
+  const auto samples = static_cast<std::size_t>(std::llround(spec.seconds * spec.sample_rate));
+  return std::make_unique<RecordingsSource>(
+      spec, format.value_or(paper_format(samples, spec.sample_rate)));
 }
 
 }  // namespace carillon::eval

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "eval/learning/sample_source.hpp"
@@ -34,8 +35,10 @@ struct RecordingsSpec {
 ///
 /// `labels` of a split throws InputError where a body (`split_shape`), or the same sound under two
 /// names, is in two parts.
+/// @param format  of their clips; none: the spec's length and rate with the papers' spectrograms
 /// @throws FileError   the folder or the table cannot be read
 ///         InputError  no files, one that the table or the pattern does not fit; names it
-std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec);
+std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec,
+                                              const std::optional<ClipFormat>& format = {});
 
 }  // namespace carillon::eval

@@ -294,7 +294,13 @@ Trained Training::run() {
 Trained Learner::train(SampleSource& source, const LabelledSamples& samples,
                        const LearningRanks& ranks, const Checkpoint& checkpoint,
                        const LearningWatch& watch) {
-  return Training(*state_, source, samples, ranks, checkpoint, watch).run();
+  const auto format = source.clip_format();
+  if (method().learning.outliers > 0 && only_hears(method()) && format) {
+    state_->outliers.emplace(method(), *format);
+  }
+  Trained trained = Training(*state_, source, samples, ranks, checkpoint, watch).run();
+  state_->outliers.reset();
+  return trained;
 }
 
 }  // namespace carillon::eval

@@ -80,17 +80,9 @@ class Learner {
   /// @note Collective on the ranks.
   std::vector<float> predict(SampleSource& source, const LabelledSamples& samples,
                              const std::vector<std::uint32_t>& rows, const LearningRanks& ranks);
-  /// What the last layer classifies, rows x feature_count().
-  /// @note Collective on the ranks.
-  std::vector<float> features(SampleSource& source, const LabelledSamples& samples,
-                              const std::vector<std::uint32_t>& rows, const LearningRanks& ranks);
-  std::size_t feature_count() const;
-  /// Logits and features of one sample.
-  struct Look {
-    std::vector<float> logits, features;
-  };
+  /// Logits of one sample.
   /// @param senses  values of each of the method's senses, prepared
-  Look look(const std::vector<std::vector<float>>& senses) const;
+  std::vector<float> logits_of(const std::vector<std::vector<float>>& senses) const;
 
   /// The input of values from 0 to 1 and a given mean square that a class's logit is largest for
   /// (activation maximisation, Simonyan et al. 2014, section 2; Sterling 2019, Fig. 6.9): gradient

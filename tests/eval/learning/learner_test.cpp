@@ -111,7 +111,7 @@ TEST(SavedLearner, AnswersAsItDid) {
   std::vector<float> sound(96), body(1728);
   source.read(Sense::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
   source.read(Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, body);
-  const auto alone = loaded.look({sound, body}).logits;
+  const auto alone = loaded.logits_of({sound, body});
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(alone[c], scores[c], 1e-5);
 }
 
@@ -132,9 +132,9 @@ TEST(ExcitingInput, IsTakenForItsClassAndAsStrongAsAsked) {
     }
     EXPECT_LE(square, 0.1001);
     EXPECT_GT(square, 0.05);
-    const std::vector<float> logits = learner.look({input}).logits;
+    const std::vector<float> logits = learner.logits_of({input});
     const std::vector<float> plain =
-        learner.look({std::vector<float>(input.size(), std::sqrt(0.1F))}).logits;
+        learner.logits_of({std::vector<float>(input.size(), std::sqrt(0.1F))});
     EXPECT_EQ(std::max_element(logits.begin(), logits.end()) - logits.begin(),
               static_cast<std::ptrdiff_t>(c));
     EXPECT_GT(logits[c], plain[c]);

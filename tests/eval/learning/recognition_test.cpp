@@ -124,7 +124,7 @@ TEST_F(Recognising, AnswersAlikeAfterItWasKept) {
   const Recognised after =
       recognise(*learner_, kept, ClipPreparer(kept.format), strike_clip(clip, kept.format));
   EXPECT_EQ(after.probabilities, before.probabilities);
-  EXPECT_EQ(after.familiarity, before.familiarity);
+  EXPECT_EQ(after.confidence, before.confidence);
   EXPECT_EQ(kept.threshold, recognition_.threshold);
 }
 
@@ -132,7 +132,7 @@ TEST_F(Recognising, SilenceIsNoneOfTheClasses) {
   core::AudioClip silence;
   silence.samples.assign(8000, 0.0F);
   const Recognised answer = ask(silence);
-  EXPECT_TRUE(std::isfinite(answer.familiarity));
+  EXPECT_TRUE(std::isfinite(answer.confidence));
   EXPECT_FALSE(answer.known);
   for (const double p : answer.probabilities) EXPECT_TRUE(std::isfinite(p));
 }

@@ -1,0 +1,74 @@
+#include "eval/learning/outliers.hpp"
+
+#include "core/random.hpp"
+#include "synth/noise_generators.hpp"
+
+namespace carillon::eval {
+
+namespace {
+
+/// Kinds of noise that are learnt from; brown noise and babble are kept for the trial.
+constexpr synth::NoiseKind learnt_kinds[] = {synth::NoiseKind::white, synth::NoiseKind::pink,
+                                             synth::NoiseKind::hum};
+constexpr std::size_t of_each_kind = 200;
+
+/// Low bands of one spectrogram, the rest of another; of waveforms the earlier part of one, the
+/// rest of another. The border lies in the middle half.
+torch::Tensor mixed(const torch::Tensor& first, const torch::Tensor& second) {
+  const std::int64_t size = first.size(2), count = first.size(0);
+  const torch::Tensor border = torch::randint(size / 4, size - size / 4, {count, 1});
+  torch::Tensor of_first = torch::arange(size).unsqueeze(0).lt(border).unsqueeze(1);
+  if (first.dim() == 4) of_first = of_first.unsqueeze(3);
+  return torch::where(of_first, first, second);
+}
+
+}  // namespace
+
+Outliers::Outliers(const Method& method, const ClipFormat& format) {
+  const ClipPreparer preparer(format);
+  for (const Sense sense : method.senses) {
+    const SenseExtent extent = preparer.extent(sense);
+    std::vector<std::int64_t> all = {
+        static_cast<std::int64_t>(of_each_kind * std::size(learnt_kinds))};
+    all.insert(all.end(), extent.begin(), extent.end());
+    noises_.push_back(torch::zeros(all));
+  }
+  std::int64_t row = 0;
+  for (const synth::NoiseKind kind : learnt_kinds) {
+    for (std::size_t i = 0; i < of_each_kind; ++i, ++row) {
+      core::RandomStream random(1, i, synth::noise_kind_names().at(static_cast<std::size_t>(kind)));
+      const auto noise = synth::generate_noise(kind, format.samples, format.sample_rate(), random);
+      const std::vector<float> clip(noise.begin(), noise.end());
+      for (std::size_t s = 0; s < method.senses.size(); ++s) {
+        torch::Tensor values = noises_[s][row];
+        preparer.prepare(method.senses[s], clip,
+                         {values.data_ptr<float>(), static_cast<std::size_t>(values.numel())});
+      }
+    }
+  }
+}
+
+std::vector<torch::Tensor> Outliers::draw(const std::vector<torch::Tensor>& senses,
+                                          const torch::Tensor& labels) const {
+  const std::int64_t samples = labels.size(0);
+  const std::int64_t count = std::max<std::int64_t>(1, samples / 8);
+  const torch::Tensor noise = torch::randint(noises_.front().size(0), {count});
+  const torch::Tensor one = torch::randint(samples, {count});
+  const torch::Tensor other = torch::randint(samples, {count});
+  const torch::Tensor differ = labels.index({one}).ne(labels.index({other}));
+  const torch::Tensor first = one.masked_select(differ), second = other.masked_select(differ);
+  std::vector<torch::Tensor> drawn;
+  for (std::size_t s = 0; s < senses.size(); ++s) {
+    const torch::Tensor noises = noises_[s].index({noise});
+    drawn.push_back(first.size(0) == 0 ? noises
+                                       : torch::cat({noises, mixed(senses[s].index({first}),
+                                                                   senses[s].index({second}))}));
+  }
+  return drawn;
+}
+
+torch::Tensor Outliers::loss(const torch::Tensor& logits) {
+  return -torch::log_softmax(logits, 1).mean(1).mean();
+}
+
+}  // namespace carillon::eval

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <torch/torch.h>
+
+#include <vector>
+
+#include "eval/learning/clip.hpp"
+#include "eval/learning/method.hpp"
+
+namespace carillon::eval {
+
+/// Sounds of none of the classes, which a network that hears learns to be unsure of (outlier
+/// exposure, Hendrycks, Mazeika and Dietterich 2019, eq. 1): noises, and the lower half of one
+/// class's sound with the upper half of another's, alike to sounds of bodies that it does not know.
+class Outliers {
+ public:
+  /// @param format  of the sounds; the noises are drawn once, the same for all ranks
+  Outliers(const Method& method, const ClipFormat& format);
+
+  /// Noises, and mixes of a batch's sounds, an eighth of the batch (at least one) each; of a batch
+  /// of one class noises alone. Draws from torch's generator.
+  /// @param senses  the batch's
+  std::vector<torch::Tensor> draw(const std::vector<torch::Tensor>& senses,
+                                  const torch::Tensor& labels) const;
+
+  /// Mean over outliers of the cross-entropy of equal shares of all classes.
+  static torch::Tensor loss(const torch::Tensor& logits);
+
+ private:
+  std::vector<torch::Tensor> noises_;  ///< of each sense, noises x extent
+};
+
+}  // namespace carillon::eval

@@ -1,0 +1,65 @@
+// Sounds of no class that a network meets while it learns.
+#include "eval/learning/outliers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/eval/learning/made_source.hpp"
+
+namespace carillon::eval {
+namespace {
+
+constexpr std::int64_t bands = 64, frames = 25;
+
+Outliers made_outliers() {
+  return Outliers(made_method({Branch::isnn}), paper_format(22050, 22050));
+}
+
+TEST(Outliers, AreNoisesAndMixesOfTwoClasses) {
+  torch::manual_seed(1);
+  const Outliers outliers = made_outliers();
+  // Class 0 is 2 everywhere, class 1 is 3: prepared sounds are below 1.
+  const torch::Tensor labels = torch::tensor({0, 1}, torch::kInt64).repeat({16});
+  const torch::Tensor batch = (labels + 2).view({32, 1, 1, 1}).expand({32, 1, bands, frames});
+  std::int64_t noises = 0, mixes = 0;
+  for (int step = 0; step < 20; ++step) {
+    const torch::Tensor drawn = outliers.draw({batch.to(torch::kFloat32)}, labels).front();
+    for (std::int64_t i = 0; i < drawn.size(0); ++i) {
+      const torch::Tensor one = drawn[i][0];
+      if (one.max().item<float>() <= 1) {
+        ++noises;
+        EXPECT_GT(one.mean().item<float>(), 0.1);
+        continue;
+      }
+      ++mixes;
+      // Frames are alike: low bands of one class, from the border on those of the other.
+      EXPECT_TRUE(one.eq(one.select(1, 0).unsqueeze(1)).all().item<bool>());
+      const float low = one[0][0].item<float>(), high = one[bands - 1][0].item<float>();
+      EXPECT_EQ(low + high, 5);
+      const auto border = one.select(1, 0).eq(low).sum().item<std::int64_t>();
+      EXPECT_TRUE(one.select(1, 0).slice(0, 0, border).eq(low).all().item<bool>());
+      EXPECT_TRUE(border >= bands / 4 && border < 3 * bands / 4) << border;
+    }
+  }
+  EXPECT_EQ(noises, 20 * 4);  // an eighth of 32
+  EXPECT_GT(mixes, 20);       // half of the pairs are of one class
+}
+
+TEST(Outliers, OfABatchOfOneClassAreNoises) {
+  const torch::Tensor batch = torch::full({3, 1, bands, frames}, 2.0F);
+  const torch::Tensor drawn =
+      made_outliers().draw({batch}, torch::zeros({3}, torch::kInt64)).front();
+  ASSERT_EQ(drawn.size(0), 1);
+  EXPECT_LE(drawn.max().item<float>(), 1);
+}
+
+TEST(Outliers, CostLeastWhereAllClassesAreEquallyLikely) {
+  const torch::Tensor even = torch::zeros({2, 5}), sure = torch::tensor({{9.0F, 0.0F, 0.0F}});
+  EXPECT_NEAR(Outliers::loss(even).item<double>(), std::log(5), 1e-6);
+  // By hand: log(e^9 + 2) - 3.
+  EXPECT_NEAR(Outliers::loss(sure).item<double>(), std::log(std::exp(9) + 2) - 3, 1e-5);
+}
+
+}  // namespace
+}  // namespace carillon::eval
