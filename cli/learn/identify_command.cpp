@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 
@@ -66,8 +67,8 @@ ordered_json to_json(const Answer& answer) {
   }
   return {{"known", recognised.known},
           {"class", answer.best()},
-          {"confidence", recognised.confidence},
-          {"least_confidence", answer.recogniser->threshold()},
+          {"confidence", recognised.probabilities[answer.order.front()]},
+          {"least_confidence", 1 / (1 + std::exp(-answer.recogniser->threshold()))},
           {"classes", classes},
           {"method", answer.recogniser->method()},
           {"model", answer.recogniser->folder().string()}};

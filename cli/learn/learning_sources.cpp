@@ -93,10 +93,21 @@ std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
                                                   const EvaluatedDatasets& datasets,
                                                   const Context& context) {
   std::vector<LearningSource> sources;
+  // Recordings are clipped as the sounds are of the dataset that is beside them.
+  std::unique_ptr<eval::SampleSource> with;
+  std::optional<eval::ClipFormat> format;
+  if (config.with && !config.with->recordings) {
+    with = open_source(*config.with, config, context);
+    format = with->clip_format();
+  }
   for (const Condition& condition : datasets.conditions()) {
-    sources.push_back({condition.name, condition.place, open_source(condition, config, context)});
+    sources.push_back(
+        {condition.name, condition.place, open_source(condition, config, context, format)});
   }
   if (!config.join && !config.with) return sources;
+  if (config.with && !with) {
+    with = open_source(*config.with, config, context, sources.front().samples->clip_format());
+  }
   std::vector<std::unique_ptr<eval::SampleSource>> parts;
   std::vector<const eval::SampleSource*> all;
   std::vector<std::string> names;
@@ -106,7 +117,7 @@ std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
   }
   if (config.with) {
     names.push_back(config.with->name);
-    parts.push_back(open_source(*config.with, config, context, parts.front()->clip_format()));
+    parts.push_back(std::move(with));
   }
   mpi::agreed(context.world, [&] {
     for (const auto& part : parts) all.push_back(part.get());

@@ -81,13 +81,18 @@ ordered_json find_components(const SpectrogramStudy& study, eval::SampleSource& 
 }
 
 ordered_json find_exciting(const TrainedClassifier& trained, const eval::SampleSource& source,
-                           double mean_square) {
+                           const ordered_json& found) {
   nlohmann::json notes;
   const eval::Learner learner = eval::Learner::load(trained.job.folder / "model", notes);
   const eval::SenseExtent extent = eval::require_layout(source, eval::Sense::spectrogram).extent;
+  std::vector<float> mean;
+  for (const ordered_json& band : found.at("mean")) {
+    for (const ordered_json& value : band) mean.push_back(value.get<float>());
+  }
   ordered_json classes = ordered_json::array();
   for (std::size_t c = 0; c < learner.classes().size(); ++c) {
-    const std::vector<float> input = learner.exciting_input(c, mean_square);
+    const std::vector<float> input =
+        learner.exciting_input(c, mean, found.at("mean_square").get<double>());
     const std::vector<double> values(input.begin(), input.end());
     classes.push_back({{"class", learner.classes()[c]}, {"picture", picture(values, extent)}});
   }
@@ -144,8 +149,7 @@ std::optional<ordered_json> study_spectrograms(const SpectrogramStudy& study,
       document["datasets"].push_back(
           {{"name", source.name},
            {"components", components_found},
-           {"exciting",
-            find_exciting(trained, *source.samples, components_found.at("mean_square"))}});
+           {"exciting", find_exciting(trained, *source.samples, components_found)}});
     });
   }
   return document;

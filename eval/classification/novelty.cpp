@@ -61,12 +61,18 @@ double share_reaching(std::span<const double> scores, double threshold) {
   return static_cast<double>(sorted.end() - first) / static_cast<double>(sorted.size());
 }
 
-std::vector<double> softmax_scores(const ScoreRows& logits, double temperature) {
-  const std::vector<double> probabilities = softmax(logits, temperature);
-  std::vector<double> scores;
+std::vector<double> log_odds_scores(const ScoreRows& logits, double temperature) {
+  check_rows(logits, "logits");
+  check_temperature(temperature);
+  if (logits.columns < 2) throw core::InputError("odds need two classes at least");
+  std::vector<double> scores, others;
   for (std::size_t i = 0; i < logits.samples(); ++i) {
-    const auto begin = probabilities.begin() + static_cast<std::ptrdiff_t>(i * logits.columns);
-    scores.push_back(*std::max_element(begin, begin + static_cast<std::ptrdiff_t>(logits.columns)));
+    others.assign(logits.row(i).begin(), logits.row(i).end());
+    const auto greatest = std::max_element(others.begin(), others.end());
+    const double best = *greatest / temperature;
+    others.erase(greatest);
+    for (double& z : others) z = z / temperature - best;
+    scores.push_back(-log_sum_exp(others));
   }
   return scores;
 }

@@ -27,8 +27,9 @@ double threshold_at(std::span<const double> known, double rate);
 /// @throws InputError  a score that is NaN
 double share_reaching(std::span<const double> scores, double threshold);
 
-/// Probability of the predicted class of each row (Hendrycks and Gimpel 2017).
-/// @throws InputError  as softmax
-std::vector<double> softmax_scores(const ScoreRows& logits, double temperature = 1);
+/// Logarithm of the odds of each row's predicted class. It orders as its probability does
+/// (Hendrycks and Gimpel 2017), and does not run into 1.
+/// @throws InputError  as softmax, or a single column
+std::vector<double> log_odds_scores(const ScoreRows& logits, double temperature = 1);
 
 }  // namespace carillon::eval

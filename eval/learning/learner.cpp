@@ -106,7 +106,8 @@ std::vector<float> Learner::logits_of(const std::vector<std::vector<float>>& sen
   return {logits.data_ptr<float>(), logits.data_ptr<float>() + logits.numel()};
 }
 
-std::vector<float> Learner::exciting_input(std::size_t class_number, double mean_square) const {
+std::vector<float> Learner::exciting_input(std::size_t class_number, std::span<const float> start,
+                                           double mean_square) const {
   constexpr int steps = 150;
   constexpr double step_length = 0.05;
   if (state_->extents.size() != 1) {
@@ -119,8 +120,15 @@ std::vector<float> Learner::exciting_input(std::size_t class_number, double mean
   }
   std::vector<std::int64_t> extent = {1};
   extent.insert(extent.end(), state_->extents[0].begin(), state_->extents[0].end());
-  torch::Tensor input = torch::full(extent, std::sqrt(mean_square));
-  const double length = input.norm().item<double>();
+  if (start.size() != values_in(state_->extents[0])) {
+    throw core::InputError(fmt::format("a start of {} values for an input of {}", start.size(),
+                                       values_in(state_->extents[0])));
+  }
+  torch::Tensor input = torch::tensor(std::vector<float>(start.begin(), start.end())).view(extent);
+  const double length = std::sqrt(mean_square * static_cast<double>(start.size()));
+  const double own = input.norm().item<double>();
+  if (!(own > 0)) throw core::InputError("a start of zeros has no direction to be scaled in");
+  input = input * (length / own);
   for (int step = 0; step < steps; ++step) {
     input = input.detach().requires_grad_();
     state_->classifier->forward({input})[0][static_cast<std::int64_t>(class_number)].backward();

@@ -31,11 +31,12 @@ std::vector<double> doubles(std::span<const float> values) {
   return {values.begin(), values.end()};
 }
 
-/// Confidences of logits, rows x classes.
-std::vector<double> confidences(std::span<const float> logits, std::size_t classes,
-                                double temperature) {
+/// Of logits, rows x classes.
+std::vector<double> log_odds(std::span<const float> logits, std::size_t classes,
+                             double temperature) {
   if (logits.empty()) return {};
-  return softmax_scores({doubles(logits), classes}, temperature);
+  const std::vector<double> values = doubles(logits);
+  return log_odds_scores({values, classes}, temperature);
 }
 
 RecognitionTrial::Novel against(const std::vector<double>& known, const std::vector<double>& novel,
@@ -43,8 +44,8 @@ RecognitionTrial::Novel against(const std::vector<double>& known, const std::vec
   return {novel.size(), auroc(known, novel), share_reaching(novel, threshold)};
 }
 
-std::vector<double> noise_confidences(const Recognition& recognition, const Learner& learner,
-                                      synth::NoiseKind kind, const std::string& name) {
+std::vector<double> noise_log_odds(const Recognition& recognition, const Learner& learner,
+                                   synth::NoiseKind kind, const std::string& name) {
   const ClipPreparer preparer(recognition.format);
   std::vector<double> scores;
   for (std::size_t i = 0; i < noises; ++i) {
@@ -56,7 +57,7 @@ std::vector<double> noise_confidences(const Recognition& recognition, const Lear
     recording.sample_rate = static_cast<int>(std::lround(recognition.format.sample_rate()));
     recording.samples.assign(samples.begin(), samples.end());
     const std::vector<float> clip = strike_clip(recording, recognition.format);
-    scores.push_back(recognise(learner, recognition, preparer, clip).confidence);
+    scores.push_back(recognise(learner, recognition, preparer, clip).log_odds);
   }
   return scores;
 }
@@ -79,7 +80,7 @@ Recognition learn_recognition(Learner& learner, SampleSource& source,
             .value;
   }
   recognition.threshold =
-      threshold_at(confidences(known, classes, recognition.temperature), accepted_share);
+      threshold_at(log_odds(known, classes, recognition.temperature), accepted_share);
   return recognition;
 }
 
@@ -94,9 +95,8 @@ Recognised recognise(const Learner& learner, const Recognition& recognition,
   const std::vector<double> logits = doubles(learner.logits_of(senses));
   Recognised recognised;
   recognised.probabilities = softmax({logits, logits.size()}, recognition.temperature);
-  recognised.confidence =
-      *std::max_element(recognised.probabilities.begin(), recognised.probabilities.end());
-  recognised.known = sounds && recognised.confidence >= recognition.threshold;
+  recognised.log_odds = log_odds_scores({logits, logits.size()}, recognition.temperature).front();
+  recognised.known = sounds && recognised.log_odds >= recognition.threshold;
   return recognised;
 }
 
@@ -116,7 +116,7 @@ RecognitionTrial try_recognition(const Recognition& recognition, Learner& learne
   trial.calibration_error = error(recognition.temperature);
   trial.uncalibrated_error = error(1);
   const std::size_t classes = samples.classes.size();
-  const auto known = confidences(test, classes, recognition.temperature);
+  const auto known = log_odds(test, classes, recognition.temperature);
   trial.accepted = share_reaching(known, recognition.threshold);
   Rows others;
   for (std::size_t i = 0; i < samples.label.size(); ++i) {
@@ -124,11 +124,11 @@ RecognitionTrial try_recognition(const Recognition& recognition, Learner& learne
   }
   if (!others.empty()) {
     const std::vector<float> theirs = learner.predict(source, samples, others, ranks);
-    trial.novel["left_out"] = against(known, confidences(theirs, classes, recognition.temperature),
-                                      recognition.threshold);
+    trial.novel["left_out"] =
+        against(known, log_odds(theirs, classes, recognition.temperature), recognition.threshold);
   }
   for (const std::string& name : synth::noise_kind_names()) {
-    const auto novel = noise_confidences(recognition, learner, synth::noise_kind(name), name);
+    const auto novel = noise_log_odds(recognition, learner, synth::noise_kind(name), name);
     trial.novel[name] = against(known, novel, recognition.threshold);
   }
   return trial;

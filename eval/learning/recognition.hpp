@@ -16,7 +16,7 @@ namespace carillon::eval {
 struct Recognition {
   ClipFormat format;
   double temperature = 1;  ///< divides logits (Guo et al. 2017), from the validation samples
-  double threshold = 0;    ///< confidence that `accepted_share` of the validation samples reach
+  double threshold = 0;    ///< log odds that `accepted_share` of the validation samples reach
 };
 
 /// Share of known sounds that are to be taken for known.
@@ -25,7 +25,7 @@ inline constexpr double accepted_share = 0.95;
 /// Answer for one sound.
 struct Recognised {
   std::vector<double> probabilities;  ///< of each class
-  double confidence = 0;              ///< the largest of them
+  double log_odds = 0;                ///< of the likely class
   bool known = false;                 ///< it reaches the threshold, and is not silent
 };
 

@@ -33,7 +33,8 @@ class Training {
   std::optional<Epoch> one_epoch();
   Tally step(std::size_t share);
   Tally validate();
-  Tally sum(Tally tally, std::span<float> gradients, const std::exception_ptr& error);
+  Tally sum(Tally tally, bool gradients, const std::exception_ptr& error);
+  torch::Tensor gradients() const { return flat_.slice(0, 0, trained_.parameters); }
   void set_rate(double rate);
   /// The share of the memory that falls to so many of the samples for training and validation.
   double memory_of(std::size_t rows) const {
@@ -49,7 +50,7 @@ class Training {
   std::size_t train_rows_, validation_rows_;  ///< of all ranks
   BatchReader reader_, validation_;
   Optimizer optimizer_;
-  std::vector<float> flat_;
+  torch::Tensor flat_;  ///< gradients, and the tally behind them
   std::string best_;
   Trained trained_;
 };
@@ -81,7 +82,7 @@ Training::Training(Learner::State& learner, SampleSource& source, const Labelled
         torch::optim::AdamOptions(options.learning_rate).weight_decay(options.weight_decay));
   }
   trained_.parameters = parameter_count(*learner_.classifier);
-  flat_.resize(static_cast<std::size_t>(trained_.parameters) + Tally::numbers);
+  flat_ = torch::zeros({trained_.parameters + static_cast<std::int64_t>(Tally::numbers)});
 }
 
 /// Goes on from the checkpoint where there is one that can be used.
@@ -129,11 +130,11 @@ void Training::keep() const {
 }
 
 /// Adds up over ranks; the gradients too where there are some. All throw where one met an error.
-Tally Training::sum(Tally tally, std::span<float> gradients, const std::exception_ptr& error) {
+Tally Training::sum(Tally tally, bool gradients, const std::exception_ptr& error) {
   tally.failed = error ? 1 : 0;
   tally.stop = watch_.stop && watch_.stop() ? 1 : 0;
-  const std::span<float> all =
-      gradients.empty() ? std::span(flat_).first(Tally::numbers) : std::span(flat_);
+  const std::span<float> whole(flat_.data_ptr<float>(), static_cast<std::size_t>(flat_.numel()));
+  const std::span<float> all = gradients ? whole : whole.last(Tally::numbers);
   tally.put(all.last(Tally::numbers));
   ranks_.sum(all);
   const Tally total = Tally::of(all.last(Tally::numbers));
@@ -147,26 +148,24 @@ Tally Training::sum(Tally tally, std::span<float> gradients, const std::exceptio
 /// One step of this rank's share; all ranks move by the mean gradient of all their samples.
 Tally Training::step(std::size_t share) {
   Tally tally;
-  const std::span<float> gradients = std::span(flat_).first(flat_.size() - Tally::numbers);
   const std::exception_ptr error = [&]() -> std::exception_ptr {
     try {
-      optimizer_->zero_grad();
+      gradients().zero_();
       Batch batch;
       if (reader_.next(share, batch)) tally = learner_.look_at(batch, reader_.layouts(), true);
-      gather_gradients(*learner_.classifier, gradients);
     } catch (...) {
       return std::current_exception();
     }
     return nullptr;
   }();
-  const Tally total = sum(tally, gradients, error);
+  const Tally total = sum(tally, true, error);
   if (!std::isfinite(total.loss)) {
     throw core::InputError(
         "training: the loss is no number any more",
         "a lower learning_rate; carillon check tells whether the data are whole");
   }
   if (total.samples > 0) {
-    scatter_gradients(gradients, 1 / total.samples, *learner_.classifier);
+    gradients().div_(total.samples);
     optimizer_->step();
   }
   return total;
@@ -188,7 +187,7 @@ Tally Training::validate() {
   } catch (...) {
     error = std::current_exception();
   }
-  const Tally total = sum(tally, {}, error);
+  const Tally total = sum(tally, false, error);
   learner_.classifier->train();
   return total;
 }
@@ -260,6 +259,7 @@ std::optional<Epoch> Training::one_epoch() {
 
 Trained Training::run() {
   resume();
+  bind_gradients(*learner_.classifier, flat_);
   learner_.classifier->train();
   while (!ends_after(trained_.epochs, method_.learning)) {
     const std::optional<Epoch> epoch = one_epoch();

@@ -86,11 +86,14 @@ class Learner {
 
   /// The input of values from 0 to 1 and a given mean square that a class's logit is largest for
   /// (activation maximisation, Simonyan et al. 2014, section 2; Sterling 2019, Fig. 6.9): gradient
-  /// ascent from equal values, each step a twentieth of the input's length, kept to the mean
-  /// square. Of a network with one sense.
+  /// ascent, each step a twentieth of the input's length, kept to the mean square. Of a network
+  /// with one sense.
+  /// @param start        e.g. the samples' mean; even values may excite nothing that could rise
   /// @param mean_square  e.g. that of the samples; 0 to 1
-  /// @throws InputError  several senses, or a mean square out of range
-  std::vector<float> exciting_input(std::size_t class_number, double mean_square) const;
+  /// @throws InputError  several senses, another extent, a start of zeros, or a mean square out of
+  ///                     range
+  std::vector<float> exciting_input(std::size_t class_number, std::span<const float> start,
+                                    double mean_square) const;
 
   /// What is kept of a trained classifier.
   void save(const std::filesystem::path& path, const nlohmann::json& notes) const;

@@ -51,30 +51,11 @@ std::int64_t parameter_count(const torch::nn::Module& module) {
   return count;
 }
 
-void gather_gradients(const torch::nn::Module& module, std::span<float> flat) {
-  std::size_t at = 0;
-  for (const torch::Tensor& parameter : module.parameters()) {
-    const auto count = static_cast<std::size_t>(parameter.numel());
-    const std::span<float> to = flat.subspan(at, count);
-    if (parameter.grad().defined()) {
-      const torch::Tensor gradient = parameter.grad().contiguous();
-      std::copy_n(gradient.data_ptr<float>(), count, to.begin());
-    } else {
-      std::fill(to.begin(), to.end(), 0.0F);
-    }
-    at += count;
-  }
-}
-
-void scatter_gradients(std::span<const float> flat, float scale, torch::nn::Module& module) {
-  std::size_t at = 0;
+void bind_gradients(torch::nn::Module& module, const torch::Tensor& flat) {
+  std::int64_t at = 0;
   for (torch::Tensor& parameter : module.parameters()) {
-    torch::Tensor gradient = torch::empty_like(parameter);
-    float* to = gradient.data_ptr<float>();
-    const auto count = static_cast<std::size_t>(parameter.numel());
-    for (std::size_t i = 0; i < count; ++i) to[i] = flat[at + i] * scale;
-    parameter.mutable_grad() = gradient;
-    at += count;
+    parameter.mutable_grad() = flat.slice(0, at, at + parameter.numel()).view_as(parameter);
+    at += parameter.numel();
   }
 }
 

@@ -17,10 +17,10 @@ void from_bytes(const std::string& bytes, torch::optim::Optimizer& optimizer);
 /// Numbers that are learnt.
 std::int64_t parameter_count(const torch::nn::Module& module);
 
-/// All gradients in a row, for one sum over ranks; zeros where there is none.
-void gather_gradients(const torch::nn::Module& module, std::span<float> flat);
-/// @param scale  each is multiplied by it
-void scatter_gradients(std::span<const float> flat, float scale, torch::nn::Module& module);
+/// Makes all gradients views of one row, to which torch adds and over which ranks sum without a
+/// copy.
+/// @param flat  at least parameter_count() values
+void bind_gradients(torch::nn::Module& module, const torch::Tensor& flat);
 
 /// Running means and variances of batch normalisation, averaged over ranks.
 std::vector<float> running_statistics(const torch::nn::Module& module);

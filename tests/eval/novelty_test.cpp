@@ -82,14 +82,19 @@ TEST(ThresholdAt, IsReachedByTheShareAskedFor) {
   }));
 }
 
-TEST(SoftmaxScores, AreSciPys) {
-  // scipy.special.softmax(z, axis=1).max(1)
+TEST(LogOdds, AreThoseOfTheProbabilities) {
+  // p = scipy.special.softmax(z / T, axis=1).max(1); numpy.log(p / (1 - p))
   const std::vector<double> z = {2, 1, 0, 0.5, 2.5, -1}, shifted = {7, 6, 5};
-  EXPECT_NEAR(softmax_scores({z, 3})[0], 0.66524096, 1e-8);
-  EXPECT_NEAR(softmax_scores({shifted, 3})[0], 0.66524096, 1e-8);
-  EXPECT_EQ(softmax_scores({std::vector{1e308, 0.0}, 2})[0], 1);
-  EXPECT_THROW(softmax_scores({std::vector{infinity, 0.0}, 2}), core::InputError);
-  EXPECT_THROW(softmax_scores({z, 3}, 0), core::InputError);
+  EXPECT_NEAR(log_odds_scores({z, 3})[0], 0.68673831, 1e-8);
+  EXPECT_NEAR(log_odds_scores({z, 3})[1], 1.79858665, 1e-8);
+  EXPECT_NEAR(log_odds_scores({z, 3}, 2)[0], 0.02592328, 1e-8);
+  EXPECT_NEAR(log_odds_scores({shifted, 3})[0], 0.68673831, 1e-8);
+  // Where probabilities are 1 there is still an order.
+  const std::vector<double> sure = {80, 0, 90, 0};
+  EXPECT_EQ(log_odds_scores({sure, 2}), (std::vector<double>{80, 90}));
+  EXPECT_THROW(log_odds_scores({std::vector{infinity, 0.0}, 2}), core::InputError);
+  EXPECT_THROW(log_odds_scores({z, 3}, 0), core::InputError);
+  EXPECT_THROW(log_odds_scores({z, 1}), core::InputError);
 }
 
 }  // namespace

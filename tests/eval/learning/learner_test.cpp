@@ -122,8 +122,9 @@ TEST(ExcitingInput, IsTakenForItsClassAndAsStrongAsAsked) {
   method.learning.epochs = 8;
   Learner learner(method, extents_of(method, source), samples.classes);
   learner.train(source, samples, {}, {}, {});
+  const std::vector<float> even(values_in(extents_of(method, source).front()), 0.7F);
   for (std::size_t c = 0; c < 3; ++c) {
-    const std::vector<float> input = learner.exciting_input(c, 0.1);
+    const std::vector<float> input = learner.exciting_input(c, even, 0.1);
     double square = 0;
     for (const float value : input) {
       EXPECT_GE(value, 0);
@@ -139,7 +140,10 @@ TEST(ExcitingInput, IsTakenForItsClassAndAsStrongAsAsked) {
               static_cast<std::ptrdiff_t>(c));
     EXPECT_GT(logits[c], plain[c]);
   }
-  EXPECT_THROW(learner.exciting_input(0, 0), core::InputError);
+  EXPECT_THROW(learner.exciting_input(0, even, 0), core::InputError);
+  EXPECT_THROW(learner.exciting_input(0, std::span(even).first(3), 0.1), core::InputError);
+  EXPECT_THROW(learner.exciting_input(0, std::vector<float>(even.size(), 0.0F), 0.1),
+               core::InputError);
 }
 
 TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {

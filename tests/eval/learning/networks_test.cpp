@@ -232,12 +232,19 @@ TEST(Weights, ComeBackAndGradientsGoRoundUnchanged) {
   first->eval();
   second->eval();
   EXPECT_TRUE(first->forward(senses).equal(second->forward(senses)));
-  std::vector<float> flat(static_cast<std::size_t>(parameter_count(*first)));
-  gather_gradients(*first, flat);
-  scatter_gradients(flat, 2, *second);
-  for (std::size_t i = 0; i < first->parameters().size(); ++i) {
-    EXPECT_TRUE((first->parameters()[i].grad() * 2).equal(second->parameters()[i].grad()));
+  // Gradients as one row: torch adds to it in place.
+  torch::Tensor flat = torch::zeros({parameter_count(*second)});
+  bind_gradients(*second, flat);
+  second->train();
+  second->forward(senses).square().sum().backward();
+  std::int64_t at = 0;
+  for (const torch::Tensor& parameter : second->parameters()) {
+    const torch::Tensor own = flat.slice(0, at, at + parameter.numel()).view_as(parameter);
+    EXPECT_TRUE(own.equal(parameter.grad()));
+    EXPECT_EQ(own.data_ptr<float>(), parameter.grad().data_ptr<float>());
+    at += parameter.numel();
   }
+  EXPECT_GT(flat.abs().max().item<float>(), 0);
   auto statistics = running_statistics(*first);
   EXPECT_EQ(statistics.size(), 2u * (32 + 64 + 128 + 256));
   set_running_statistics(statistics, 0.5, *second);
