@@ -53,15 +53,15 @@ class KeyedSounds {
   std::map<std::string, std::size_t> rows_;
 };
 
+double energy(const eval::HeardSound& sound) {
+  return std::inner_product(sound.samples.begin(), sound.samples.end(), sound.samples.begin(), 0.0);
+}
+
 /// The other as loud as the reference, by their energies.
 void level_out(const eval::HeardSound& reference, eval::HeardSound& other) {
-  const auto energy = [](const std::vector<double>& samples) {
-    return std::inner_product(samples.begin(), samples.end(), samples.begin(), 0.0);
-  };
-  const double own = energy(other.samples);
-  if (!(own > 0)) return;
-  const double gain = std::sqrt(energy(reference.samples) / own);
+  const double gain = std::sqrt(energy(reference) / energy(other));
   for (double& sample : other.samples) sample *= gain;
+  for (eval::Feature& mode : other.set.features) mode.amplitude *= gain;
 }
 
 constexpr std::size_t numbers = 5;
@@ -106,6 +106,7 @@ HeardDifference heard_difference(const std::filesystem::path& reference,
       }
       const eval::HeardSound one = first.hear(keys[k]);
       eval::HeardSound two = second.hear(keys[k]);
+      if (!(energy(one) > 0 && energy(two) > 0)) continue;
       const bool alike = first.unit() == second.unit();
       if (!alike) level_out(one, two);
       try {

@@ -50,56 +50,62 @@ struct OpenCondition {
   }
 };
 
-/// So many of the keys that both have, evenly chosen from the part that is tested.
-std::vector<std::string> common_keys(const eval::LabelledSamples& target,
-                                     const eval::LabelledSamples& other, std::size_t most) {
-  const std::set<std::string> there(other.keys.begin(), other.keys.end());
+/// Keys of so many of the sounds that both have, evenly chosen from the part that is tested.
+std::vector<std::string> common_keys(const OpenCondition& target, const OpenCondition& other,
+                                     std::size_t most) {
+  const std::vector<std::string> own = target.source->sound_names(),
+                                 theirs = other.source->sound_names();
+  const std::set<std::string> there(theirs.begin(), theirs.end());
   std::vector<std::string> common, some;
-  for (const std::uint32_t row : target.rows(Part::test)) {
-    if (there.count(target.keys[row]) > 0) common.push_back(target.keys[row]);
+  for (const std::uint32_t row : target.samples.rows(Part::test)) {
+    if (there.count(own[row]) > 0) common.push_back(target.samples.keys[row]);
   }
   const std::size_t count = std::min(most, common.size());
   for (std::size_t i = 0; i < count; ++i) some.push_back(common[i * common.size() / count]);
   return some;
 }
 
-/// What builds took for each sample [s], by effects; "" for all beside them.
-std::map<std::string, double> sample_costs(const Condition& condition) {
+/// What a build took for each sample [s]: in all, and for effects that datasets share.
+struct SampleCost {
+  double all = 0;
+  std::map<std::string, double> shared;
+};
+
+std::optional<SampleCost> sample_cost(const Condition& condition) {
   const std::filesystem::path path = condition.folder / "trace.json";
-  if (condition.recordings || !std::filesystem::exists(path)) return {};
+  if (condition.recordings || !std::filesystem::exists(path)) return std::nullopt;
   const nlohmann::json trace = nlohmann::json::parse(core::read_file(path));
   const auto file = core::Hdf5Group::open_file(condition.folder / "index.h5");
   const auto samples = static_cast<double>(file.extent("key").front());
-  std::map<std::string, double> costs;
+  SampleCost cost;
   for (const nlohmann::json& task : trace.at("tasks")) {
-    if (task.at("kind") == "samples") costs[""] += task.at("seconds").get<double>() / samples;
+    if (task.at("kind") == "samples") cost.all += task.at("seconds").get<double>() / samples;
   }
-  for (const auto& [effect, entry] : trace.at("effects").items()) {
-    costs[effect] = entry.at("seconds").get<double>() / samples;
-    costs[""] -= costs[effect];
+  // Rooms and fits are computed once, for the first dataset that needs them.
+  for (const char* effect : {"radiation", "room"}) {
+    if (!trace.at("effects").contains(effect)) continue;
+    cost.shared[effect] = trace["effects"][effect].at("seconds").get<double>() / samples;
   }
-  return costs;
+  return cost;
 }
 
-/// The same for each dataset. What they share (rooms, fits of radiation) was paid for by the first
-/// one: an effect costs what it did where it took longest.
+/// The same for each dataset, with shared effects at what they took where they took longest.
 std::vector<std::optional<double>> seconds_per_sample(const std::vector<Condition>& conditions) {
-  std::vector<std::map<std::string, double>> costs;
+  std::vector<std::optional<SampleCost>> costs;
   std::map<std::string, double> longest;
   for (const Condition& condition : conditions) {
-    costs.push_back(sample_costs(condition));
-    for (const auto& [effect, seconds] : costs.back()) {
-      if (!effect.empty()) longest[effect] = std::max(longest[effect], seconds);
+    costs.push_back(sample_cost(condition));
+    if (!costs.back()) continue;
+    for (const auto& [effect, seconds] : costs.back()->shared) {
+      longest[effect] = std::max(longest[effect], seconds);
     }
   }
   std::vector<std::optional<double>> sums;
-  for (std::map<std::string, double>& own : costs) {
+  for (const std::optional<SampleCost>& own : costs) {
     sums.emplace_back();
-    if (own.empty()) continue;
-    sums.back() = std::max(0.0, own.at(""));
-    for (const auto& [effect, seconds] : own) {
-      if (!effect.empty()) *sums.back() += longest.at(effect);
-    }
+    if (!own) continue;
+    sums.back() = own->all;
+    for (const auto& [effect, seconds] : own->shared) *sums.back() += longest.at(effect) - seconds;
   }
   return sums;
 }
@@ -264,8 +270,8 @@ bool Run::learn_elsewhere(std::size_t condition) {
   row.own = ordered_json::object();
   if (named.build != nullptr && spec_.target.build != nullptr && spec_.heard > 0) {
     row.heard = heard_difference(spec_.target.folder, named.folder,
-                                 common_keys(target_.samples, other.samples, spec_.heard),
-                                 spec_.learning.listener, learning_ranks(context_.world));
+                                 common_keys(target_, other, spec_.heard), spec_.learning.listener,
+                                 learning_ranks(context_.world));
   }
   std::vector<Selection> selected;
   for (const Part part : {Part::train, Part::validation, Part::test}) {

@@ -78,7 +78,11 @@ class DatasetSource final : public SampleSource {
   }
   std::vector<std::string> sound_names() const override {
     std::vector<std::string> names;
-    for (const std::string& key : keys_) names.push_back(fmt::format("{}{}", seed_, key));
+    const std::vector<std::string> bodies =
+        file_.has("shape_index") && !shapes_.empty() ? body_names() : std::vector<std::string>();
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      names.push_back(seed_ + keys_[i] + (bodies.empty() ? "" : " " + bodies[i]));
+    }
     return names;
   }
   std::string content() const override {
@@ -225,8 +229,7 @@ class DatasetSource final : public SampleSource {
     seed_ = fmt::format("seed {}: ", description.at("seed").dump());
     for (const nlohmann::json& shape : description.at("shapes")) {
       const nlohmann::json& request = shape.at("request");
-      shapes_.push_back(fmt::format("{} {} {}", shape.at("id").get<std::string>(),
-                                    request.at("shape").dump(), shape.value("sha256", "")));
+      shapes_.push_back(request.at("shape").dump() + shape.value("sha256", ""));
     }
   }
 

@@ -35,13 +35,20 @@ torch::Tensor Learner::State::loss(const torch::Tensor& logits, const torch::Ten
 Tally Learner::State::look_at(Batch& batch, const std::vector<SenseLayout>& layouts, bool learn) {
   const torch::Tensor labels = torch::from_blob(
       batch.labels.data(), {static_cast<std::int64_t>(batch.labels.size())}, torch::kInt64);
-  const std::vector<torch::Tensor> senses = tensors_of(batch, layouts);
-  const torch::Tensor logits = classifier->forward(senses);
+  std::vector<torch::Tensor> senses = tensors_of(batch, layouts);
+  const bool unsure = learn && outliers;
+  if (unsure) {
+    // In one pass: what a layer normalises is the same mixture that its running statistics are of.
+    const std::vector<torch::Tensor> drawn = outliers->draw(senses, labels);
+    for (std::size_t s = 0; s < senses.size(); ++s) senses[s] = torch::cat({senses[s], drawn[s]});
+  }
+  const torch::Tensor all = classifier->forward(senses);
+  const std::int64_t samples = labels.size(0);
+  const torch::Tensor logits = all.slice(0, 0, samples);
   const torch::Tensor lost = loss(logits, labels);
-  if (learn && outliers) {
-    const torch::Tensor unsure =
-        Outliers::loss(classifier->forward(outliers->draw(senses, labels)));
-    (lost + method.learning.outliers * static_cast<double>(batch.rows.size()) * unsure).backward();
+  if (unsure) {
+    const double weight = method.learning.outliers * static_cast<double>(samples);
+    (lost + weight * Outliers::loss(all.slice(0, samples))).backward();
   } else if (learn) {
     lost.backward();
   }

@@ -107,8 +107,8 @@ void push_sound_layer(nn::Sequential& layers, std::int64_t from, std::int64_t to
 
 /// Means over what is left of time, so that clips of any length fit.
 nn::Sequential soundnet(const LayerSizes& sizes, const SenseExtent& extent, bool deep) {
-  // Less leaves a maximum's window without its four or eight values.
-  const std::int64_t shortest = deep ? 4574 : 8192;
+  // Less leaves the window of a maximum without its four or eight values.
+  const std::int64_t shortest = deep ? 4574 : 3550;
   if (extent[1] < shortest) {
     too_small(deep ? "soundnet8" : "soundnet5",
               fmt::format("clips of at least {} samples at 22,050 Hz", shortest), extent);

@@ -295,9 +295,15 @@ Trained Learner::train(SampleSource& source, const LabelledSamples& samples,
                        const LearningRanks& ranks, const Checkpoint& checkpoint,
                        const LearningWatch& watch) {
   const auto format = source.clip_format();
-  if (method().learning.outliers > 0 && only_hears(method()) && format) {
-    state_->outliers.emplace(method(), *format);
+  std::exception_ptr error;
+  try {
+    if (method().learning.outliers > 0 && only_hears(method()) && format) {
+      state_->outliers.emplace(method(), *format);
+    }
+  } catch (...) {
+    error = std::current_exception();
   }
+  ranks.agree(error);
   Trained trained = Training(*state_, source, samples, ranks, checkpoint, watch).run();
   state_->outliers.reset();
   return trained;

@@ -46,6 +46,34 @@ TEST(Outliers, AreNoisesAndMixesOfTwoClasses) {
   EXPECT_GT(mixes, 20);       // half of the pairs are of one class
 }
 
+TEST(Outliers, OfSeveralSensesAreOneSoundInEach) {
+  torch::manual_seed(2);
+  const Outliers outliers(made_method({Branch::isnn, Branch::soundnet5}),
+                          paper_format(22050, 22050));
+  const torch::Tensor labels = torch::tensor({0, 1}, torch::kInt64).repeat({16});
+  const torch::Tensor level = (labels + 2).to(torch::kFloat32);
+  const auto drawn = outliers.draw({level.view({32, 1, 1, 1}).expand({32, 1, bands, frames}),
+                                    level.view({32, 1, 1}).expand({32, 1, 22050})},
+                                   labels);
+  ASSERT_EQ(drawn.size(), 2U);
+  ASSERT_EQ(drawn[0].size(0), drawn[1].size(0));
+  ASSERT_GT(drawn[1].size(0), 4);
+  for (std::int64_t i = 0; i < drawn[1].size(0); ++i) {
+    const torch::Tensor wave = drawn[1][i][0];
+    if (i < 4) {  // noises, with a peak of 1
+      EXPECT_NEAR(wave.abs().max().item<float>(), 1, 1e-6);
+      continue;
+    }
+    // The earlier part of the sound whose low bands are in the spectrogram.
+    const float first = wave[0].item<float>(), last = wave[22049].item<float>();
+    EXPECT_EQ(first, drawn[0][i][0][0][0].item<float>());
+    EXPECT_EQ(first + last, 5);
+    const auto border = wave.eq(first).sum().item<std::int64_t>();
+    EXPECT_TRUE(wave.slice(0, 0, border).eq(first).all().item<bool>());
+    EXPECT_TRUE(border >= 22050 / 4 && border < 22050 - 22050 / 4) << border;
+  }
+}
+
 TEST(Outliers, OfABatchOfOneClassAreNoises) {
   const torch::Tensor batch = torch::full({3, 1, bands, frames}, 2.0F);
   const torch::Tensor drawn =
