@@ -86,8 +86,8 @@ TEST(LogOdds, AreThoseOfTheProbabilities) {
   // p = scipy.special.softmax(z / T, axis=1).max(1); numpy.log(p / (1 - p))
   const std::vector<double> z = {2, 1, 0, 0.5, 2.5, -1}, shifted = {7, 6, 5};
   EXPECT_NEAR(log_odds_scores({z, 3})[0], 0.68673831, 1e-8);
-  EXPECT_NEAR(log_odds_scores({z, 3})[1], 1.79858665, 1e-8);
-  EXPECT_NEAR(log_odds_scores({z, 3}, 2)[0], 0.02592328, 1e-8);
+  EXPECT_NEAR(log_odds_scores({z, 3})[1], 1.79858672, 1e-8);
+  EXPECT_NEAR(log_odds_scores({z, 3}, 2)[0], 0.02592302, 1e-8);
   EXPECT_NEAR(log_odds_scores({shifted, 3})[0], 0.68673831, 1e-8);
   // Where probabilities are 1 there is still an order.
   const std::vector<double> sure = {80, 0, 90, 0};
