@@ -53,16 +53,15 @@ std::vector<torch::Tensor> Outliers::draw(const std::vector<torch::Tensor>& sens
   const std::int64_t samples = labels.size(0);
   const std::int64_t count = std::max<std::int64_t>(1, samples / 8);
   const torch::Tensor noise = torch::randint(noises_.front().size(0), {count});
-  const torch::Tensor one = torch::randint(samples, {count});
-  const torch::Tensor other = torch::randint(samples, {count});
-  const torch::Tensor differ = labels.index({one}).ne(labels.index({other}));
-  const torch::Tensor first = one.masked_select(differ), second = other.masked_select(differ);
   std::vector<torch::Tensor> drawn;
+  for (const torch::Tensor& noises : noises_) drawn.push_back(noises.index({noise}));
+  const torch::Tensor first = torch::randint(samples, {count});
+  const torch::Tensor differ =
+      labels.index({first}).unsqueeze(1).ne(labels.unsqueeze(0)).to(torch::kFloat32);
+  if (!differ.any().item<bool>()) return drawn;
+  const torch::Tensor second = torch::multinomial(differ, 1).squeeze(1);
   for (std::size_t s = 0; s < senses.size(); ++s) {
-    const torch::Tensor noises = noises_[s].index({noise});
-    drawn.push_back(first.size(0) == 0 ? noises
-                                       : torch::cat({noises, mixed(senses[s].index({first}),
-                                                                   senses[s].index({second}))}));
+    drawn[s] = torch::cat({drawn[s], mixed(senses[s].index({first}), senses[s].index({second}))});
   }
   return drawn;
 }

@@ -17,8 +17,8 @@ class Outliers {
   /// @param format  of the sounds; the noises are drawn once, the same for all ranks
   Outliers(const Method& method, const ClipFormat& format);
 
-  /// Noises, an eighth of the batch (at least one), and as many pairs of its sounds, of which those
-  /// of two classes are mixed. Draws from torch's generator.
+  /// Noises, an eighth of the batch (at least one), and as many mixes of its sounds; of a batch of
+  /// one class noises alone. Draws from torch's generator.
   /// @param senses  the batch's
   std::vector<torch::Tensor> draw(const std::vector<torch::Tensor>& senses,
                                   const torch::Tensor& labels) const;
