@@ -7,6 +7,7 @@
 
 #include "cli/learn/tables.hpp"
 #include "core/config.hpp"
+#include "core/random.hpp"
 #include "eval/statistics/principal_components.hpp"
 #include "mpi/comm.hpp"
 
@@ -38,6 +39,19 @@ ordered_json picture(std::span<const double> values, const eval::SenseExtent& ex
   return rows;
 }
 
+/// So many rows, ascending, whatever the order of bodies, materials and strikes.
+std::vector<std::uint32_t> some_rows(const std::vector<std::string>& keys, std::size_t count) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  for (std::uint32_t row = 0; row < keys.size(); ++row) {
+    order.emplace_back(core::stable_hash("spectrogram " + keys[row]), row);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<std::uint32_t> rows;
+  for (std::size_t i = 0; i < count; ++i) rows.push_back(order[i].second);
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
 ordered_json find_components(const SpectrogramStudy& study, eval::SampleSource& source) {
   const eval::SenseLayout layout = eval::require_layout(source, eval::Sense::spectrogram);
   const std::size_t each = eval::values_in(layout.extent);
@@ -45,12 +59,13 @@ ordered_json find_components(const SpectrogramStudy& study, eval::SampleSource& 
   std::vector<float> read(each);
   std::vector<double> values;
   const std::vector<std::string> all_labels = source.labels(study.color);
-  std::vector<std::string> labels;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t row[] = {static_cast<std::uint32_t>(i * source.size() / count)};
-    source.read(eval::Sense::spectrogram, row, read);
+  const std::vector<std::string> all_keys = source.keys();
+  std::vector<std::string> labels, keys;
+  for (const std::uint32_t row : some_rows(all_keys, count)) {
+    source.read(eval::Sense::spectrogram, {&row, 1}, read);
     values.insert(values.end(), read.begin(), read.end());
-    labels.push_back(all_labels[row[0]]);
+    labels.push_back(all_labels[row]);
+    keys.push_back(all_keys[row]);
   }
   const eval::PrincipalComponents found = eval::principal_components(values, each, components);
   std::map<std::string, std::size_t> numbers;
@@ -62,6 +77,7 @@ ordered_json find_components(const SpectrogramStudy& study, eval::SampleSource& 
     mean_square += value * value / static_cast<double>(values.size());
   ordered_json document = {{"sounds", count},
                            {"color", study.color},
+                           {"keys", keys},
                            {"labels", labels},
                            {"mean", picture(found.mean, layout.extent)},
                            {"mean_square", mean_square},
