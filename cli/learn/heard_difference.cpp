@@ -4,54 +4,16 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 
 #include "cli/learn/tables.hpp"
 #include "core/error.hpp"
-#include "core/hdf5.hpp"
 #include "eval/features/extract_features.hpp"
-#include "eval/perception/compare_sounds.hpp"
 #include "eval/statistics/median.hpp"
 
 namespace carillon::cli {
 
 namespace {
-
-/// The sounds of a dataset by their keys.
-class KeyedSounds {
- public:
-  KeyedSounds(const std::filesystem::path& folder, std::size_t listener)
-      : file_(core::Hdf5Group::open_file(folder / "index.h5")),
-        sample_rate_(file_.number_attribute("sample_rate_hz")),
-        listener_(listener) {
-    const core::Extent audio = file_.extent("audio");
-    listeners_ = audio.size() == 3 ? static_cast<std::size_t>(audio[1]) : 1;
-    const auto keys = file_.read<std::string>("key");
-    for (std::size_t row = 0; row < keys.size(); ++row) rows_[keys[row]] = row;
-  }
-
-  /// Of what is heard: velocity or pressure.
-  std::string unit() const { return file_.text_attribute("unit", "audio"); }
-
-  /// @throws InputError  no sound of this key
-  eval::HeardSound hear(const std::string& key) const {
-    const auto row = rows_.find(key);
-    if (row == rows_.end()) throw core::InputError("there is no sound " + key);
-    const auto all = file_.read_rows<float>("audio", row->second, 1);
-    const std::size_t each = all.size() / listeners_;
-    const auto first = all.begin() + static_cast<std::ptrdiff_t>(listener_ * each);
-    std::vector<double> samples(first, first + static_cast<std::ptrdiff_t>(each));
-    eval::FeatureSet set = eval::extract_features(samples, sample_rate_, {});
-    return {std::move(samples), std::move(set)};
-  }
-
- private:
-  core::Hdf5Group file_;
-  double sample_rate_;
-  std::size_t listener_, listeners_ = 1;
-  std::map<std::string, std::size_t> rows_;
-};
 
 double energy(const eval::HeardSound& sound) {
   return std::inner_product(sound.samples.begin(), sound.samples.end(), sound.samples.begin(), 0.0);
@@ -82,6 +44,31 @@ double median_of_numbers(std::vector<double> values) {
 
 }  // namespace
 
+KeyedSounds::KeyedSounds(const std::filesystem::path& folder, std::size_t listener)
+    : file_(core::Hdf5Group::open_file(folder / "index.h5")), listener_(listener) {
+  const core::Extent audio = file_.extent("audio");
+  listeners_ = audio.size() == 3 ? static_cast<std::size_t>(audio[1]) : 1;
+  const auto keys = file_.read<std::string>("key");
+  for (std::size_t row = 0; row < keys.size(); ++row) rows_[keys[row]] = row;
+}
+
+std::string KeyedSounds::unit() const {
+  return file_.text_attribute("unit", "audio");
+}
+
+const eval::HeardSound& KeyedSounds::hear(const std::string& key) {
+  if (const auto heard = heard_.find(key); heard != heard_.end()) return heard->second;
+  const auto row = rows_.find(key);
+  if (row == rows_.end()) throw core::InputError("there is no sound " + key);
+  const auto all = file_.read_rows<float>("audio", row->second, 1);
+  const std::size_t each = all.size() / listeners_;
+  const auto first = all.begin() + static_cast<std::ptrdiff_t>(listener_ * each);
+  std::vector<double> samples(first, first + static_cast<std::ptrdiff_t>(each));
+  eval::FeatureSet set =
+      eval::extract_features(samples, file_.number_attribute("sample_rate_hz"), {});
+  return heard_.emplace(key, eval::HeardSound{std::move(samples), std::move(set)}).first->second;
+}
+
 nlohmann::ordered_json to_json(const HeardDifference& difference) {
   return {{"sounds", difference.sounds},
           {"pitch_jnd", number_or_null(difference.pitch)},
@@ -91,23 +78,22 @@ nlohmann::ordered_json to_json(const HeardDifference& difference) {
           {"loudness_share", number_or_null(difference.loudness)}};
 }
 
-HeardDifference heard_difference(const std::filesystem::path& reference,
-                                 const std::filesystem::path& other,
+HeardDifference heard_difference(KeyedSounds& reference, const std::filesystem::path& other,
                                  const std::vector<std::string>& keys, std::size_t listener,
                                  const eval::LearningRanks& ranks) {
   // Of each sound its numbers, and whether it was compared.
   std::vector<float> found(keys.size() * (numbers + 1), 0.0F);
   std::exception_ptr error;
   try {
-    const KeyedSounds first(reference, listener), second(other, listener);
+    KeyedSounds second(other, listener);
     for (std::size_t k = 0; k < keys.size(); ++k) {
       if (k % static_cast<std::size_t>(ranks.size) != static_cast<std::size_t>(ranks.rank)) {
         continue;
       }
-      const eval::HeardSound one = first.hear(keys[k]);
+      const eval::HeardSound& one = reference.hear(keys[k]);
       eval::HeardSound two = second.hear(keys[k]);
       if (!(energy(one) > 0 && energy(two) > 0)) continue;
-      const bool alike = first.unit() == second.unit();
+      const bool alike = reference.unit() == second.unit();
       if (!alike) level_out(one, two);
       try {
         auto values = numbers_of(eval::compare_sounds(one, two));

@@ -2,13 +2,34 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "core/hdf5.hpp"
 #include "eval/learning/training.hpp"
+#include "eval/perception/compare_sounds.hpp"
 
 namespace carillon::cli {
+
+/// The sounds of a dataset by their keys, each taken apart once.
+class KeyedSounds {
+ public:
+  /// @throws FileError  not readable
+  KeyedSounds(const std::filesystem::path& folder, std::size_t listener);
+
+  /// Of what is heard: velocity or pressure.
+  std::string unit() const;
+  /// @throws InputError  no sound of this key
+  const eval::HeardSound& hear(const std::string& key);
+
+ private:
+  core::Hdf5Group file_;
+  std::size_t listener_, listeners_ = 1;
+  std::map<std::string, std::size_t> rows_;
+  std::map<std::string, eval::HeardSound> heard_;
+};
 
 /// How different the same strikes sound in two datasets, in numbers that stand for the papers'
 /// listeners (Sterling 2019, section 4.3). Medians over sounds; NaN where nothing can be compared.
@@ -28,8 +49,7 @@ nlohmann::ordered_json to_json(const HeardDifference& difference);
 /// @param keys  samples that both datasets have
 /// @throws FileError  not readable
 /// @note Collective on the ranks, who share the sounds.
-HeardDifference heard_difference(const std::filesystem::path& reference,
-                                 const std::filesystem::path& other,
+HeardDifference heard_difference(KeyedSounds& reference, const std::filesystem::path& other,
                                  const std::vector<std::string>& keys, std::size_t listener,
                                  const eval::LearningRanks& ranks);
 

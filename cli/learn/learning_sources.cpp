@@ -73,9 +73,8 @@ std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
     if (context.speaks() && splits_of(config).count("split_shape") > 0 &&
         source->body_names() == source->sound_names()) {
       spdlog::warn(
-          "{}: every sound counts as a body of its own, so sounds of one body may be learnt from "
-          "and "
-          "tested: name the column of bodies in recordings.body",
+          "{}: every sound counts as a body of its own, so one body may be learnt from and tested: "
+          "name the column of bodies in recordings.body",
           source->name());
     }
     return source;

@@ -169,6 +169,7 @@ class Run {
   std::filesystem::path models_;
   std::map<std::size_t, OpenCondition> opened_;
   OpenCondition target_;
+  std::optional<KeyedSounds> target_sounds_;     ///< once they are compared
   std::vector<std::optional<double>> sample_s_;  ///< of each dataset
 };
 
@@ -269,9 +270,12 @@ bool Run::learn_elsewhere(std::size_t condition) {
   row.trained_on = named.name;
   row.own = ordered_json::object();
   if (named.build != nullptr && spec_.target.build != nullptr && spec_.heard > 0) {
-    row.heard = heard_difference(spec_.target.folder, named.folder,
-                                 common_keys(target_, other, spec_.heard), spec_.learning.listener,
-                                 learning_ranks(context_.world));
+    mpi::agreed(context_.world, [&] {
+      if (!target_sounds_) target_sounds_.emplace(spec_.target.folder, spec_.learning.listener);
+    });
+    row.heard =
+        heard_difference(*target_sounds_, named.folder, common_keys(target_, other, spec_.heard),
+                         spec_.learning.listener, learning_ranks(context_.world));
   }
   std::vector<Selection> selected;
   for (const Part part : {Part::train, Part::validation, Part::test}) {
