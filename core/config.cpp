@@ -57,6 +57,20 @@ double ConfigNode::quantity(const std::string& key, Dimension dimension,
   return answer;
 }
 
+double ConfigNode::positive(const std::string& key, Dimension dimension,
+                            std::optional<double> fallback) {
+  const double value = quantity(key, dimension, fallback);
+  if (!(value > 0)) fail(key, "must be positive");
+  return value;
+}
+
+double ConfigNode::not_negative(const std::string& key, Dimension dimension,
+                                std::optional<double> fallback) {
+  const double value = quantity(key, dimension, fallback);
+  if (!(value >= 0)) fail(key, "must not be negative");
+  return value;
+}
+
 Range ConfigNode::range(const std::string& key, Dimension dimension,
                         std::optional<Range> fallback) {
   const std::string wanted = wanted_text(dimension) + " or a list [low, high]";

@@ -43,6 +43,9 @@ class ConfigNode {
 
   /// Without a default, a missing key is an error that names the key and its unit.
   double quantity(const std::string& key, Dimension dimension, std::optional<double> fallback = {});
+  double positive(const std::string& key, Dimension dimension, std::optional<double> fallback = {});
+  double not_negative(const std::string& key, Dimension dimension,
+                      std::optional<double> fallback = {});
   /// A value, or a list [low, high].
   Range range(const std::string& key, Dimension dimension, std::optional<Range> fallback = {});
   /// A list of `count` elements, each a value or a list [low, high].

@@ -74,8 +74,7 @@ bool is_surface(const std::string& path) {
 void read_file(ConfigNode& node, LadderObject& object, const std::string& file_name) {
   auto& file = object.request.file;
   file.path = core::path_beside(file_name, node.text("mesh"));
-  file.length = node.quantity("length", Dimension::length, 0);
-  if (file.length < 0) node.fail("length", "must not be negative");
+  file.length = node.not_negative("length", Dimension::length, 0);
   if (gives_tetrahedra(object.request)) {
     node.fail("mesh", fmt::format("{}: the elements of an MSH file have one size", file.path),
               "the ladder meshes at several sizes: write their surface as OBJ, OFF, PLY or STL");
@@ -90,8 +89,8 @@ void read_file(ConfigNode& node, LadderObject& object, const std::string& file_n
   }
   if (!node.has("stand_in")) return;
   ConfigNode stand_in = node.child("stand_in");
-  object.stand_in = StandIn{read_shape(stand_in), stand_in.quantity("noise", Dimension::length)};
-  if (!(object.stand_in->noise >= 0)) stand_in.fail("noise", "must not be negative");
+  object.stand_in =
+      StandIn{read_shape(stand_in), stand_in.not_negative("noise", Dimension::length)};
 }
 
 /// Harmonics need an axis.
@@ -124,8 +123,7 @@ LadderObject read_object(ConfigNode& node, const LadderObject& shared, const std
       at_key(node, "material", [&] { return synth::parse_material(object.material_text); });
   object.orders = read_orders(node, shared.orders);
   object.sizes = positive(node, "sizes", shared.sizes);
-  object.reference_size = node.quantity("reference_size", Dimension::none, shared.reference_size);
-  if (!(object.reference_size > 0)) node.fail("reference_size", "must be positive");
+  object.reference_size = node.positive("reference_size", Dimension::none, shared.reference_size);
   return object;
 }
 
@@ -133,8 +131,7 @@ ReferenceSolver read_reference(ConfigNode node, LadderConfig& config, double& si
   const std::string solver =
       node.choice("solver", {"automatic", "fourier", "tetrahedra"}, "automatic");
   config.reference_order = static_cast<int>(node.integer("order", 1, 4, 4));
-  size = node.quantity("size", Dimension::none, 0.5);
-  if (!(size > 0)) node.fail("size", "must be positive");
+  size = node.positive("size", Dimension::none, 0.5);
   return solver == "fourier"      ? ReferenceSolver::fourier
          : solver == "tetrahedra" ? ReferenceSolver::tetrahedra
                                   : ReferenceSolver::automatic;
@@ -149,9 +146,8 @@ LadderConfig read_ladder_config(const std::string& text, const std::string& file
   config.name = root.text("name", std::filesystem::path(file_name).stem().string());
   const std::string material = root.text("material", "steel");
   config.modes = static_cast<int>(root.integer("modes", 1, 10000, 24));
-  config.min_frequency = root.quantity("min_frequency", Dimension::frequency, 20);
+  config.min_frequency = root.not_negative("min_frequency", Dimension::frequency, 20);
   config.max_frequency = root.quantity("max_frequency", Dimension::frequency, 200e3);
-  if (!(config.min_frequency >= 0)) root.fail("min_frequency", "must not be negative");
   if (!(config.max_frequency > config.min_frequency)) {
     root.fail("max_frequency", "must be above min_frequency");
   }

@@ -26,14 +26,6 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// A quantity that may be zero (meaning: chosen by the program) but not negative.
-double zero_or_more(ConfigNode& node, const std::string& key, Dimension dimension,
-                    double fallback = 0) {
-  const double value = node.quantity(key, dimension, fallback);
-  if (value < 0) node.fail(key, "must not be negative");
-  return value;
-}
-
 /// A limit of memory [byte].
 std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t fallback) {
   const double bytes = node.quantity(key, Dimension::memory, static_cast<double>(fallback));
@@ -52,12 +44,12 @@ void read_modes(ConfigNode node, BuildConfig& config) {
   }
   config.band.max_modes = static_cast<int>(node.integer("max_modes", 1, 100000, 300));
   config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 3));
-  config.mesh.element_size = zero_or_more(node, "element_size", Dimension::length);
+  config.mesh.element_size = node.not_negative("element_size", Dimension::length, 0);
   config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
 }
 
 void read_solver(ConfigNode node, BuildConfig& config) {
-  config.pitch_cents = zero_or_more(node, "pitch_cents", Dimension::none);
+  config.pitch_cents = node.not_negative("pitch_cents", Dimension::none, 0);
   if (config.pitch_cents > 0 && config.pitch_cents < solvers::least_pitch_target) {
     node.fail("pitch_cents",
               fmt::format("must be at least {} cents, or 0 for none", solvers::least_pitch_target));
@@ -102,7 +94,7 @@ render::VoxelOptions read_voxels(ConfigNode node) {
   voxels.resolution = static_cast<int>(node.integer("resolution", 1, 512, 30));
   voxels.fill =
       render::parse_voxel_fill(node.choice("fill", {"surface", "outer", "solid"}, "outer"));
-  voxels.pitch = zero_or_more(node, "pitch", Dimension::length);
+  voxels.pitch = node.not_negative("pitch", Dimension::length, 0);
   return voxels;
 }
 
@@ -116,7 +108,7 @@ render::Camera read_camera(ConfigNode node) {
   if (!(camera.field_of_view > 0 && camera.field_of_view < pi)) {
     node.fail("field_of_view", "must lie between 0 and 180 deg");
   }
-  camera.distance = zero_or_more(node, "distance", Dimension::length);
+  camera.distance = node.not_negative("distance", Dimension::length, 0);
   return camera;
 }
 

@@ -22,12 +22,6 @@ using core::Dimension;
 
 namespace {
 
-double limit_or_none(ConfigNode& node, const std::string& key) {
-  const double seconds = node.quantity(key, Dimension::time, 0);
-  if (!(seconds >= 0)) node.fail(key, "must not be negative; 0 is no limit");
-  return seconds;
-}
-
 /// OpenBLAS takes its work space at the first product and tries for ever where it gets none: before
 /// any limit, then. It keeps what it has.
 void wake_blas() {
@@ -54,17 +48,16 @@ double patience(double limit) {
 
 TaskLimits read_limits(ConfigNode node) {
   TaskLimits limits;
-  limits.mesh.seconds = node.quantity("mesh_time", Dimension::time, limits.mesh.seconds);
-  if (!(limits.mesh.seconds > 0)) node.fail("mesh_time", "must be positive");
+  limits.mesh.seconds = node.positive("mesh_time", Dimension::time, limits.mesh.seconds);
   const double mesh_memory =
       node.quantity("mesh_memory", Dimension::memory, static_cast<double>(limits.mesh.memory));
   core::at_key(node, "mesh_memory", [&] { limits.mesh.memory = whole_bytes(mesh_memory); });
-  limits.solve_time = limit_or_none(node, "solve_time");
+  limits.solve_time = node.not_negative("solve_time", Dimension::time, 0);
   const double solve_memory = node.quantity("solve_memory", Dimension::memory, 0);
   if (solve_memory != 0) {
     core::at_key(node, "solve_memory", [&] { limits.solve_memory = whole_bytes(solve_memory); });
   }
-  limits.sample_time = limit_or_none(node, "sample_time");
+  limits.sample_time = node.not_negative("sample_time", Dimension::time, 0);
   return limits;
 }
 

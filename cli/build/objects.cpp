@@ -23,20 +23,13 @@ using core::Range;
 
 namespace {
 
-/// A length that may be zero (meaning: left as it is) but not negative.
-double zero_or_more(ConfigNode& node, const std::string& key, Dimension dimension) {
-  const double value = node.quantity(key, dimension, 0);
-  if (value < 0) node.fail(key, "must not be negative");
-  return value;
-}
-
 void read_family(ConfigNode& node, ObjectSource& source, const std::string& file_name) {
   source.family = node.text("shape");
   at_key(node, "shape", [&] { solvers::find_family(source.family); });
   const solvers::Family& family = solvers::find_family(source.family);
   source.name = node.text("name", source.family);
   source.count = static_cast<int>(node.integer("count", 1, 1000000, 1));
-  source.file.length = zero_or_more(node, "length", Dimension::length);
+  source.file.length = node.not_negative("length", Dimension::length, 0);
   if (source.family == "turned") {
     if (node.has("svg")) {
       source.svg = path_beside(file_name, node.text("svg"));
@@ -65,8 +58,8 @@ void read_files(ConfigNode& node, ObjectSource& source, const std::string& file_
     source.pattern = path_beside(file_name, node.text("mesh"));
   }
   source.name = node.text("name", "");
-  source.file.length = zero_or_more(node, "length", Dimension::length);
-  source.file.thickness = zero_or_more(node, "thickness", Dimension::length);
+  source.file.length = node.not_negative("length", Dimension::length, 0);
+  source.file.thickness = node.not_negative("thickness", Dimension::length, 0);
   source.file.wrap_tolerance = node.quantity("wrap_tolerance", Dimension::none, 0.002);
   if (!(source.file.wrap_tolerance >= 1e-4 && source.file.wrap_tolerance <= 0.05)) {
     node.fail("wrap_tolerance", "must lie between 0.0001 and 0.05 of the box diagonal");

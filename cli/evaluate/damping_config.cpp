@@ -66,20 +66,19 @@ std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& 
 std::vector<FeatureSource> read_sources(ConfigNode& node) {
   eval::FeatureOptions options;
   const auto names = read_names(node, "method", {"esprit", "peaks", "truth"}, {"esprit", "truth"});
-  options.contact_time = node.quantity("contact_time", Dimension::time, options.contact_time);
+  options.contact_time = node.not_negative("contact_time", Dimension::time, options.contact_time);
   options.min_frequency =
       node.quantity("min_frequency", Dimension::frequency, options.min_frequency);
   options.max_frequency =
       node.quantity("max_frequency", Dimension::frequency, options.max_frequency);
-  options.min_decay_rate = node.quantity("min_decay_rate", Dimension::none, options.min_decay_rate);
+  options.min_decay_rate =
+      node.not_negative("min_decay_rate", Dimension::none, options.min_decay_rate);
   options.min_level = node.quantity("min_level", Dimension::none, options.min_level);
   options.max_features = static_cast<std::size_t>(
       node.integer("max_features", 1, 1000000, static_cast<std::int64_t>(options.max_features)));
-  if (!(options.contact_time >= 0)) node.fail("contact_time", "must not be negative");
   if (!(options.min_frequency >= 0 && options.max_frequency > options.min_frequency)) {
     node.fail("max_frequency", "must be above min_frequency");
   }
-  if (!(options.min_decay_rate >= 0)) node.fail("min_decay_rate", "must not be negative");
   std::vector<FeatureSource> sources;
   for (const std::string& name : names) {
     options.method = name == "peaks" ? eval::FeatureMethod::peaks : eval::FeatureMethod::esprit;

@@ -55,12 +55,6 @@ std::vector<T> read_some(ConfigNode& node, const std::string& key, const T (&all
   return some;
 }
 
-double positive(ConfigNode& node, const std::string& key, double fallback) {
-  const double value = node.quantity(key, Dimension::none, fallback);
-  if (!(value > 0)) node.fail(key, "must be positive");
-  return value;
-}
-
 void read_steps(ConfigNode& node, eval::LearningOptions& learning) {
   learning.epochs = node.integer("epochs", 1, many, learning.epochs);
   learning.patience = node.integer("patience", 1, many, learning.patience);
@@ -140,13 +134,13 @@ eval::Method read_method(ConfigNode& node, const std::string& name,
   method.learning.learning_rate = rates.learning_rate;
   method.learning.weight_decay = rates.weight_decay;
   read_steps(node, method.learning);
-  method.learning.learning_rate = positive(node, "learning_rate", method.learning.learning_rate);
+  method.learning.learning_rate =
+      node.positive("learning_rate", Dimension::none, method.learning.learning_rate);
   method.learning.weight_decay =
-      node.quantity("weight_decay", Dimension::none, method.learning.weight_decay);
-  if (!(method.learning.weight_decay >= 0)) node.fail("weight_decay", "must not be negative");
+      node.not_negative("weight_decay", Dimension::none, method.learning.weight_decay);
   if (eval::only_hears(method)) {
-    method.learning.outliers = node.quantity("outliers", Dimension::none, method.learning.outliers);
-    if (!(method.learning.outliers >= 0)) node.fail("outliers", "must not be negative");
+    method.learning.outliers =
+        node.not_negative("outliers", Dimension::none, method.learning.outliers);
   }
   return method;
 }
@@ -189,8 +183,7 @@ LearningConfig read_learning(ConfigNode& node, const std::string& file) {
   common.seed = static_cast<std::uint64_t>(
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   read_steps(node, common);
-  common.memory = node.quantity("memory", Dimension::memory, common.memory);
-  if (!(common.memory > 0)) node.fail("memory", "must be positive");
+  common.memory = node.positive("memory", Dimension::memory, common.memory);
   config.listener = static_cast<std::size_t>(node.integer("listener", 0, many, 0));
   config.join = node.flag("join", false);
   if (node.has("with")) {

@@ -57,6 +57,10 @@ void read_mixes(ConfigNode& node, const EvaluatedDatasets& datasets, TransferSpe
 TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDatasets& datasets) {
   TransferSpec spec;
   spec.learning = read_train_section(root, datasets.config());
+  if (spec.learning.join) {
+    node.fail("", "`train.join` makes one dataset of all: none is left to be the other condition",
+              "--set train.join=false");
+  }
   std::vector<std::string> tasks;
   for (const eval::TaskSpec& task : spec.learning.tasks) tasks.push_back(task.name);
   const std::string task = node.choice("task", tasks, tasks.front());

@@ -36,11 +36,9 @@ std::array<double, 3> point(ConfigNode& node, const std::string& key) {
 
 SurfaceConfig read_surface(ConfigNode& node) {
   SurfaceConfig surface;
-  surface.friction = node.quantity("friction", Dimension::none, surface.friction);
-  surface.rolling_friction = node.quantity("rolling_friction", Dimension::length, 0);
+  surface.friction = node.not_negative("friction", Dimension::none, surface.friction);
+  surface.rolling_friction = node.not_negative("rolling_friction", Dimension::length, 0);
   surface.restitution = node.quantity("restitution", Dimension::none, surface.restitution);
-  if (!(surface.friction >= 0)) node.fail("friction", "must not be negative");
-  if (!(surface.rolling_friction >= 0)) node.fail("rolling_friction", "must not be negative");
   if (!(surface.restitution >= 0 && surface.restitution <= 1)) {
     node.fail("restitution", "lies between 0 (no rebound) and 1 (nothing lost)");
   }
@@ -97,8 +95,7 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
               "has no meaning for a body that is fixed");
   }
   body.surface = read_surface(node);
-  body.edge_radius = node.quantity("edge_radius", Dimension::length, body.edge_radius);
-  if (!(body.edge_radius > 0)) node.fail("edge_radius", "must be positive");
+  body.edge_radius = node.positive("edge_radius", Dimension::length, body.edge_radius);
   body.rests = node.text("rests", body.rests);
   at_key(node, "rests", [&] { return synth::parse_support(body.rests); });
   body.texture = read_texture(node, file_name, true);
@@ -167,8 +164,7 @@ void read_strings(ConfigNode& node, MotionConfig& motion) {
     string.at = point(entry, "at");
     const std::vector<double> anchor = entry.quantities("anchor", Dimension::length, 3);
     std::copy(anchor.begin(), anchor.end(), string.anchor.begin());
-    string.length = entry.quantity("length", Dimension::length, 0);
-    if (string.length < 0) entry.fail("length", "must not be negative");
+    string.length = entry.not_negative("length", Dimension::length, 0);
     string.rests = entry.text("rests", string.rests);
     at_key(entry, "rests", [&] { return synth::parse_support(string.rests); });
     motion.strings.push_back(string);
@@ -183,17 +179,14 @@ synth::LastingForceOptions read_contacts(ConfigNode node) {
   contacts.excitation = word == "texel_impulses"    ? ContactExcitation::texel_impulses
                         : word == "solver_impulses" ? ContactExcitation::solver_impulses
                                                     : ContactExcitation::height_profile;
-  contacts.smoothing = node.quantity("smoothing", Dimension::time, contacts.smoothing);
+  contacts.smoothing = node.not_negative("smoothing", Dimension::time, contacts.smoothing);
   contacts.map = node.flag("map", contacts.map);
-  contacts.roughness = node.quantity("roughness", Dimension::none, contacts.roughness);
+  contacts.roughness = node.not_negative("roughness", Dimension::none, contacts.roughness);
   contacts.exponent = node.quantity("exponent", Dimension::none, contacts.exponent);
-  contacts.longest = node.quantity("longest", Dimension::length, contacts.longest);
-  if (!(contacts.smoothing >= 0)) node.fail("smoothing", "must not be negative");
-  if (!(contacts.roughness >= 0)) node.fail("roughness", "must not be negative");
+  contacts.longest = node.positive("longest", Dimension::length, contacts.longest);
   if (!(contacts.exponent > 1 && contacts.exponent <= 5)) {
     node.fail("exponent", "must lie above 1 and at most at 5");
   }
-  if (!(contacts.longest > 0)) node.fail("longest", "must be positive");
   return contacts;
 }
 
@@ -219,8 +212,7 @@ MotionCamera read_camera(ConfigNode node) {
   if (!(view.field_of_view > 0 && view.field_of_view < 3.14)) {
     node.fail("field_of_view", "must lie between 0 and 180 deg");
   }
-  camera.rate = node.quantity("rate", Dimension::frequency, camera.rate);
-  if (!(camera.rate > 0)) node.fail("rate", "must be positive");
+  camera.rate = node.positive("rate", Dimension::frequency, camera.rate);
   camera.depth = node.flag("depth", camera.depth);
   camera.masks = node.flag("masks", camera.masks);
   camera.movie = node.flag("movie", camera.movie);
@@ -247,23 +239,15 @@ StylusConfig read_stylus(ConfigNode node, const MotionConfig& motion) {
   stylus.speed = node.range("speed", Dimension::speed, stylus.speed);
   if (!(stylus.speed.low > 0)) node.fail("speed", "must be positive");
   synth::Stylus& pen = stylus.stylus;
-  const auto positive = [&](const char* key, Dimension dimension, double& value) {
-    value = node.quantity(key, dimension, value);
-    if (!(value > 0)) node.fail(key, "must be positive");
-  };
-  const auto not_negative = [&](const char* key, Dimension dimension, double& value) {
-    value = node.quantity(key, dimension, value);
-    if (!(value >= 0)) node.fail(key, "must not be negative");
-  };
-  positive("mass", Dimension::mass, pen.mass);
-  positive("hold", Dimension::stiffness, pen.hold);
-  not_negative("hold_damping", Dimension::resistance, pen.hold_damping);
-  positive("stiffness", Dimension::stiffness, pen.stiffness);
-  not_negative("damping", Dimension::resistance, pen.damping);
-  positive("largest_force", Dimension::force, pen.largest_force);
-  not_negative("radius", Dimension::length, pen.radius);
-  not_negative("press", Dimension::force, pen.press);
-  not_negative("friction", Dimension::none, pen.friction);
+  pen.mass = node.positive("mass", Dimension::mass, pen.mass);
+  pen.hold = node.positive("hold", Dimension::stiffness, pen.hold);
+  pen.hold_damping = node.not_negative("hold_damping", Dimension::resistance, pen.hold_damping);
+  pen.stiffness = node.positive("stiffness", Dimension::stiffness, pen.stiffness);
+  pen.damping = node.not_negative("damping", Dimension::resistance, pen.damping);
+  pen.largest_force = node.positive("largest_force", Dimension::force, pen.largest_force);
+  pen.radius = node.not_negative("radius", Dimension::length, pen.radius);
+  pen.press = node.not_negative("press", Dimension::force, pen.press);
+  pen.friction = node.not_negative("friction", Dimension::none, pen.friction);
   return stylus;
 }
 
@@ -272,8 +256,7 @@ GroundConfig read_ground(ConfigNode node, const std::string& file_name,
   GroundConfig ground;
   ground.material = node.text("material", "wood");
   at_key(node, "material", [&] { return synth::parse_material(ground.material, own_materials); });
-  ground.size = node.quantity("size", Dimension::length, ground.size);
-  if (!(ground.size > 0)) node.fail("size", "must be positive");
+  ground.size = node.positive("size", Dimension::length, ground.size);
   ground.surface = read_surface(node);
   ground.texture = read_texture(node, file_name, false);
   return ground;
@@ -293,10 +276,8 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   const std::vector<double> gravity =
       node.quantities("gravity", Dimension::none, 3, std::vector<double>{0, 0, -9.80665});
   motion.options.gravity = {gravity[0], gravity[1], gravity[2]};
-  motion.options.least_speed = node.quantity("least_speed", Dimension::speed, 0.01);
-  motion.options.world_radius = node.quantity("world_radius", Dimension::length, 50);
-  if (!(motion.options.least_speed >= 0)) node.fail("least_speed", "must not be negative");
-  if (!(motion.options.world_radius > 0)) node.fail("world_radius", "must be positive");
+  motion.options.least_speed = node.not_negative("least_speed", Dimension::speed, 0.01);
+  motion.options.world_radius = node.positive("world_radius", Dimension::length, 50);
   motion.state_rate = node.quantity("state_rate", Dimension::frequency, 100);
   if (!(motion.state_rate > 0 && motion.state_rate * motion.options.step <= 1 + 1e-9)) {
     node.fail("state_rate", "must be positive and at most one state a step");

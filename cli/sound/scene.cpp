@@ -32,8 +32,7 @@ AudioConfig read_audio(ConfigNode node) {
   audio.dtype = node.choice("dtype", {"float32", "int16"}, "float32") == "int16"
                     ? core::SampleFormat::int16
                     : core::SampleFormat::float32;
-  audio.gain = node.quantity("gain", Dimension::none, 1);
-  if (!(audio.gain > 0)) node.fail("gain", "must be positive");
+  audio.gain = node.positive("gain", Dimension::none, 1);
   return audio;
 }
 

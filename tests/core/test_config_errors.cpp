@@ -46,6 +46,19 @@ TEST(ConfigErrors, AnUnknownKeyNamesTheNearest) {
             "c.yaml:4:5: objects[0].lenght: unknown key; did you mean \"length\"?");
 }
 
+TEST(ConfigErrors, SignsOfQuantitiesAreHeldWhereTheyAreRead) {
+  const auto positive = [](ConfigNode& root) { root.positive("x", Dimension::length); };
+  const auto not_negative = [](ConfigNode& root) { root.not_negative("x", Dimension::length); };
+  EXPECT_EQ(refusal("x: 1 mm\n", positive), "accepted");
+  EXPECT_EQ(refusal("x: 0 mm\n", positive), "c.yaml:1:4: x: must be positive");
+  EXPECT_EQ(refusal("x: 0 mm\n", not_negative), "accepted");
+  EXPECT_EQ(refusal("x: -1 mm\n", not_negative), "c.yaml:1:4: x: must not be negative");
+  EXPECT_EQ(
+      refusal("{}\n",
+              [](ConfigNode& root) { EXPECT_EQ(root.positive("x", Dimension::length, 2.0), 2); }),
+      "accepted");
+}
+
 TEST(ConfigErrors, AnUnknownKeyLikeNoOtherListsTheKnown) {
   const auto read = [](ConfigNode& root) {
     root.flag("verbose", false);

@@ -157,6 +157,10 @@ class Transfer(FolderTest):
             result = run("evaluate", self.config, "-o", self.output, "--set", override)
             self.assertEqual(result.returncode, 2, override)
             self.assertIn(said, result.stderr, override)
+        joined = run("evaluate", self.config, "-o", self.output, "--set", "train.join=true", "--set",
+                     "evaluate={transfer: {target: noisy}}")
+        self.assertEqual(joined.returncode, 2)
+        self.assertIn("none is left", joined.stderr)
 
 
 if __name__ == "__main__":

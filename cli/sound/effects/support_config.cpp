@@ -26,12 +26,6 @@ std::vector<Vec3> read_points(core::ConfigNode& node, const std::string& key) {
   return points;
 }
 
-double read_length(core::ConfigNode& node, const std::string& key, double fallback) {
-  const double length = node.quantity(key, Dimension::length, fallback);
-  if (length < 0) node.fail(key, "must not be negative");
-  return length;
-}
-
 void read_place(core::ConfigNode& node, SupportConfig& support) {
   using Place = SupportConfig::Place;
   const std::vector<std::pair<std::string, Place>> places = {{"at", Place::at},
@@ -56,7 +50,7 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
   switch (support.place) {
     case Place::at:
       support.points = read_points(node, "at");
-      support.radius = read_length(node, "radius", 0);
+      support.radius = node.not_negative("radius", Dimension::length, 0);
       break;
     case Place::random:
       support.count = static_cast<int>(node.integer("count", 1, 1000));
@@ -67,11 +61,11 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
                                         support.pool, support.count));
         }
       }
-      support.radius = read_length(node, "radius", 0);
+      support.radius = node.not_negative("radius", Dimension::length, 0);
       break;
     case Place::lowest: {
       if (!node.flag("lowest", true)) node.fail("lowest", "must be true, or left out");
-      support.height = read_length(node, "height", 5e-4);
+      support.height = node.not_negative("height", Dimension::length, 5e-4);
       const auto down = node.quantities("down", Dimension::none, 3, std::vector<double>{0, 0, -1});
       support.down = {down[0], down[1], down[2]};
       if (!(support.down.norm() > 0)) node.fail("down", "must be a direction");
