@@ -1,7 +1,5 @@
 #include "cli/learn/answers.hpp"
 
-#include <numeric>
-
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "eval/classification/score_rows.hpp"
@@ -15,12 +13,14 @@ void write_part(const core::Hdf5Group& group, const PartAnswers& part, std::uint
   group.write<std::string>("key", part.keys, {count});
   group.write<std::int32_t>("label", part.labels, {count});
   group.write<std::uint32_t>("body", part.bodies, {count});
+  group.write<std::uint32_t>("strike", part.strikes, {count});
   group.write<float>("scores", part.scores, {count, classes});
 }
 
 PartAnswers read_part(const core::Hdf5Group& group) {
   return {group.read<std::string>("key"), group.read<std::int32_t>("label"),
-          group.read<std::uint32_t>("body"), group.read<float>("scores")};
+          group.read<std::uint32_t>("body"), group.read<std::uint32_t>("strike"),
+          group.read<float>("scores")};
 }
 
 }  // namespace
@@ -30,7 +30,8 @@ PartAnswers asked(const eval::LabelledSamples& samples, const std::vector<std::u
   for (const std::uint32_t row : rows) {
     part.keys.push_back(samples.keys[row]);
     part.labels.push_back(samples.label[row]);
-    part.bodies.push_back(samples.groups[row]);
+    part.bodies.push_back(samples.body_groups[row]);
+    part.strikes.push_back(samples.strike_groups[row]);
   }
   return part;
 }
@@ -45,9 +46,8 @@ std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t cla
 }
 
 std::vector<std::size_t> groups_of(const PartAnswers& part, const std::string& split) {
-  std::vector<std::size_t> groups(part.bodies.begin(), part.bodies.end());
-  if (split != "split_shape") std::iota(groups.begin(), groups.end(), std::size_t{0});
-  return groups;
+  const auto& groups = split == "split_shape" ? part.bodies : part.strikes;
+  return {groups.begin(), groups.end()};
 }
 
 eval::Confusion confusion_of(const PartAnswers& part, std::size_t classes) {

@@ -12,10 +12,11 @@ namespace carillon::cli {
 
 /// What a classifier says of the samples of one part.
 struct PartAnswers {
-  std::vector<std::string> keys;      ///< of each sample
-  std::vector<std::int32_t> labels;   ///< true class of each
-  std::vector<std::uint32_t> bodies;  ///< body of each: equal for one body in several sources
-  std::vector<float> scores;          ///< samples x classes: logits; of neighbours shares
+  std::vector<std::string> keys;       ///< of each sample
+  std::vector<std::int32_t> labels;    ///< true class of each
+  std::vector<std::uint32_t> bodies;   ///< body of each: equal for one body in several sources
+  std::vector<std::uint32_t> strikes;  ///< strike of each, likewise
+  std::vector<float> scores;           ///< samples x classes: logits; of neighbours shares
 
   std::size_t samples() const { return keys.size(); }
 };
@@ -34,7 +35,7 @@ PartAnswers asked(const eval::LabelledSamples& samples, const std::vector<std::u
 std::vector<std::size_t> true_classes(const PartAnswers& part);
 std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t classes);
 /// Samples whose answers stand and fall together: those of a body where bodies are held out
-/// (`split_shape`), else each by itself.
+/// (`split_shape`), else those of a strike.
 std::vector<std::size_t> groups_of(const PartAnswers& part, const std::string& split);
 eval::Confusion confusion_of(const PartAnswers& part, std::size_t classes);
 

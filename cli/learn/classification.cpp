@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
-#include "cli/learn/answers.hpp"
+#include "cli/json_number.hpp"
 #include "cli/learn/published_accuracies.hpp"
-#include "cli/learn/tables.hpp"
-#include "core/error.hpp"
+#include "cli/learn/seed_answers.hpp"
 
 namespace carillon::cli {
 
@@ -20,28 +18,26 @@ namespace {
 /// One method on one task of one dataset: its classifiers differ by their seed alone.
 struct Group {
   std::vector<const TrainedClassifier*> classifiers;
-  std::vector<Answers> answers;
+  std::vector<std::string> classes;
+  SeedAnswers test;
 
   const TrainingJob& job() const { return classifiers.front()->job; }
-  const PartAnswers& test() const { return answers.front().test; }
-  std::size_t classes() const { return answers.front().classes.size(); }
+  std::size_t source() const { return classifiers.front()->source; }
+  bool is_of_same(const TrainedClassifier& other) const {
+    return source() == other.source && job().task.name == other.job.task.name;
+  }
 };
 
 std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
   std::vector<Group> groups;
   for (const TrainedClassifier& one : trained) {
-    const bool fits = !groups.empty() && groups.back().classifiers.front()->source == one.source &&
-                      groups.back().job().task.name == one.job.task.name &&
-                      groups.back().job().method.name == one.job.method.name;
-    if (!fits) groups.emplace_back();
-    Group& group = groups.back();
-    group.classifiers.push_back(&one);
-    group.answers.push_back(read_answers(one.job.folder / "answers.h5"));
-    if (group.answers.back().test.keys != group.test().keys) {
-      throw core::InputError(
-          fmt::format("{} answered for other samples than its other seeds", one.job.key),
-          "its folder was changed; delete it, and it is trained again");
+    const Answers answers = read_answers(one.job.folder / "answers.h5");
+    if (groups.empty() || !groups.back().is_of_same(one) ||
+        groups.back().job().method.name != one.job.method.name) {
+      groups.push_back({{}, answers.classes, SeedAnswers(one.job.task.split)});
     }
+    groups.back().classifiers.push_back(&one);
+    groups.back().test.add(answers.test, answers.classes.size());
   }
   return groups;
 }
@@ -69,65 +65,79 @@ std::string letters(const eval::Method& method) {
   return text;
 }
 
-double mean_of(const Group& group, const std::function<ordered_json(const ordered_json&)>& value) {
+/// Mean over seeds of a number of their trainings; null where one lacks it.
+ordered_json mean_of(const Group& group, const ordered_json::json_pointer& place) {
   double sum = 0;
   for (const TrainedClassifier* one : group.classifiers) {
-    const ordered_json found = value(one->found);
-    sum += found.is_number() ? found.get<double>() : NAN;
+    const bool known = one->found.contains(place) && one->found.at(place).is_number();
+    sum += known ? one->found.at(place).get<double>() : NAN;
   }
-  return sum / static_cast<double>(group.classifiers.size());
+  return number_or_null(sum / static_cast<double>(group.classifiers.size()));
+}
+
+/// How sure the classifiers that only hear are, and of what they are not: means over seeds; of an
+/// area's intervals the lowest and the highest end.
+ordered_json recognition_of(const Group& group) {
+  const ordered_json& first = group.classifiers.front()->found;
+  if (!first.contains("recognition")) return nullptr;
+  const ordered_json::json_pointer all("/recognition");
+  ordered_json found = {{"calibration_error", mean_of(group, all / "calibration_error")},
+                        {"accepted", mean_of(group, all / "accepted")},
+                        {"novel", ordered_json::object()}};
+  for (const auto& [name, novel] : first["recognition"]["novel"].items()) {
+    const auto place = all / "novel" / name;
+    double low = 1, high = 0;
+    for (const TrainedClassifier* one : group.classifiers) {
+      const ordered_json& bounds = one->found.at(place / "auroc95");
+      if (bounds.at(0).is_null()) continue;
+      low = std::min(low, bounds.at(0).get<double>());
+      high = std::max(high, bounds.at(1).get<double>());
+    }
+    found["novel"][name] = {
+        {"auroc", mean_of(group, place / "auroc")},
+        {"auroc95",
+         {number_or_null(low > high ? NAN : low), number_or_null(low > high ? NAN : high)}},
+        {"accepted", mean_of(group, place / "accepted")}};
+  }
+  return found;
 }
 
 ordered_json row_of(const Group& group, const ClassificationSpec& spec,
                     std::span<const LearningSource> sources) {
   const TrainingJob& job = group.job();
-  const std::string& dataset = sources[group.classifiers.front()->source].name;
-  const std::vector<std::size_t> truth = true_classes(group.test());
-  const std::vector<std::size_t> groups = groups_of(group.test(), job.task.split);
-  std::vector<std::vector<std::size_t>> predicted;
-  for (const Answers& answers : group.answers) {
-    predicted.push_back(likely_classes(answers.test, group.classes()));
-  }
-  eval::Confusion confusion{group.classes(),
-                            std::vector<std::size_t>(group.classes() * group.classes(), 0)};
-  for (const std::vector<std::size_t>& one : predicted) {
-    eval::add(confusion, eval::count_confusion(truth, one, group.classes()));
-  }
-  std::vector<std::size_t> distinct = groups;
-  std::sort(distinct.begin(), distinct.end());
-  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  const std::string& dataset = sources[group.source()].name;
   ordered_json row = {{"dataset", dataset},
                       {"task", job.task.name},
                       {"method", job.method.name},
                       {"senses", letters(job.method)},
                       {"seeds", ordered_json::array()},
-                      {"samples", truth.size()},
-                      {"groups", distinct.size()},
-                      {"classes", group.answers.front().classes}};
+                      {"samples", group.test.samples()},
+                      {"groups", group.test.groups()},
+                      {"classes", group.classes}};
   for (const TrainedClassifier* one : group.classifiers) {
     row["seeds"].push_back(one->job.method.learning.seed);
   }
-  const eval::TestedSamples tested{truth, groups, group.classes()};
-  for (const auto& [name, kind] : {std::pair{"accuracy", eval::AccuracyKind::plain},
-                                   std::pair{"balanced_accuracy", eval::AccuracyKind::balanced}}) {
-    row[name] = accuracy_summary(tested, predicted, kind, job.inputs);
-  }
+  row["accuracy"] = group.test.summary(eval::AccuracyKind::plain, job.inputs);
+  row["balanced_accuracy"] = group.test.summary(eval::AccuracyKind::balanced, job.inputs);
+  const eval::Confusion& confusion = group.test.confusion();
   row["recalls"] = ordered_json::array();
-  for (const double recall : eval::recalls(confusion))
-    row["recalls"].push_back(number_or_null(recall));
-  row["confusion"] = ordered_json::array();
-  for (std::size_t c = 0; c < group.classes(); ++c) {
-    const auto first = confusion.counts.begin() + static_cast<std::ptrdiff_t>(c * group.classes());
-    row["confusion"].push_back(
-        std::vector<std::size_t>(first, first + static_cast<std::ptrdiff_t>(group.classes())));
+  for (const double recall : eval::recalls(confusion)) {
+    row["recalls"].emplace_back(number_or_null(recall));
   }
-  row["validation_accuracy"] = number_or_null(mean_of(
-      group, [](const ordered_json& found) { return ordered_json(found["validation_accuracy"]); }));
-  row["parameters"] = group.classifiers.front()->found.value("parameters", 0);
-  row["training_s"] = mean_of(group, [](const ordered_json& found) {
-    const ordered_json& timing = found.at("timing");
-    return ordered_json(timing.value("training_s", timing.at("seconds").get<double>()));
-  });
+  row["confusion"] = ordered_json::array();
+  for (std::size_t c = 0; c < confusion.classes; ++c) {
+    const auto first =
+        confusion.counts.begin() + static_cast<std::ptrdiff_t>(c * confusion.classes);
+    row["confusion"].push_back(
+        std::vector<std::size_t>(first, first + static_cast<std::ptrdiff_t>(confusion.classes)));
+  }
+  const ordered_json& found = group.classifiers.front()->found;
+  const bool learns = found.contains("parameters");
+  const ordered_json::json_pointer timing("/timing");
+  row["validation_accuracy"] = mean_of(group, ordered_json::json_pointer("/validation_accuracy"));
+  row["parameters"] = learns ? found["parameters"] : ordered_json(0);
+  row["training_s"] = mean_of(group, timing / (learns ? "training_s" : "seconds"));
+  row["recognition"] = recognition_of(group);
   row["published"] = nullptr;
   if (const auto of_task = spec.published.find(job.task.name); of_task != spec.published.end()) {
     if (const auto set = of_task->second.find(dataset); set != of_task->second.end()) {
@@ -137,6 +147,33 @@ ordered_json row_of(const Group& group, const ClassificationSpec& spec,
     }
   }
   return row;
+}
+
+/// The row of a task and dataset that was best on the validation samples, which alone may choose.
+std::size_t chosen_among(const std::vector<Group>& groups, const ordered_json& rows,
+                         const TrainedClassifier& like) {
+  const auto accuracy = [&](std::size_t g) {
+    const ordered_json& found = rows.at(g).at("validation_accuracy");
+    return found.is_number() ? found.get<double>() : -1.0;
+  };
+  std::size_t best = groups.size();
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (!groups[g].is_of_same(like)) continue;
+    if (best == groups.size() || accuracy(g) > accuracy(best)) best = g;
+  }
+  return best;
+}
+
+/// `chosen`, and how each other row differs from the chosen one on the same samples.
+void compare_rows(const std::vector<Group>& groups, ordered_json& rows) {
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const std::size_t chosen = chosen_among(groups, rows, *groups[g].classifiers.front());
+    rows[g]["chosen"] = g == chosen;
+    rows[g]["difference"] = nullptr;
+    if (g == chosen || groups[g].test.empty()) continue;
+    rows[g]["difference"] = groups[g].test.less(groups[chosen].test);
+    rows[g]["difference"]["from"] = rows[chosen]["method"];
+  }
 }
 
 }  // namespace
@@ -157,9 +194,9 @@ ordered_json classification_document(const ClassificationSpec& spec, const std::
     document["datasets"].push_back({{"name", source.name}, {"folder", source.samples->name()}});
   }
   document["rows"] = ordered_json::array();
-  for (const Group& group : grouped(trained)) {
-    document["rows"].push_back(row_of(group, spec, sources));
-  }
+  const std::vector<Group> groups = grouped(trained);
+  for (const Group& group : groups) document["rows"].push_back(row_of(group, spec, sources));
+  compare_rows(groups, document["rows"]);
   return document;
 }
 

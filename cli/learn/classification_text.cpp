@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "cli/learn/tables.hpp"
@@ -27,13 +28,15 @@ Rows rows_of(const ordered_json& document, const std::string& task, const std::s
 std::string accuracy_table(const Rows& rows) {
   bool published = false;
   for (const ordered_json* row : rows) published = published || !row->at("published").is_null();
-  std::vector<std::vector<std::string>> cells = {
-      {"method", "senses", "seeds", "accuracy", "balanced", "between seeds", "numbers", "time"}};
+  std::vector<std::vector<std::string>> cells = {{"method", "senses", "seeds", "accuracy",
+                                                  "less the chosen one's", "balanced",
+                                                  "between seeds", "numbers", "time"}};
   if (published) cells.front().emplace_back("paper");
   for (const ordered_json* row : rows) {
     const ordered_json& accuracy = row->at("accuracy");
     cells.push_back({row->at("method"), row->at("senses"),
                      fmt::format("{}", row->at("seeds").size()), with_interval(accuracy),
+                     row->at("chosen") == true ? "chosen" : with_interval(row->at("difference")),
                      with_interval(row->at("balanced_accuracy")),
                      accuracy.is_null() ? "-" : percent(accuracy.at("deviation")),
                      fmt::format("{}", row->at("parameters").get<std::int64_t>()),
@@ -45,16 +48,27 @@ std::string accuracy_table(const Rows& rows) {
   return markdown(cells);
 }
 
-/// The row that was best on the validation samples, which alone may choose.
-const ordered_json& chosen(const Rows& rows) {
-  const ordered_json* best = rows.front();
+/// Of those that only hear: how right their confidences are, and what they make of other sounds.
+std::string recognition_table(const Rows& rows) {
+  std::vector<std::vector<std::string>> cells = {
+      {"method", "calibration error", "accepted", "of none of the classes",
+       "area under the characteristic", "accepted of these"}};
   for (const ordered_json* row : rows) {
-    const ordered_json& ours = row->at("validation_accuracy");
-    const ordered_json& theirs = best->at("validation_accuracy");
-    if (ours.is_null()) continue;
-    if (theirs.is_null() || ours.get<double>() > theirs.get<double>()) best = row;
+    const ordered_json& found = row->at("recognition");
+    if (found.is_null()) continue;
+    std::string method = row->at("method"), error = percent(found.at("calibration_error")),
+                accepted = percent(found.at("accepted"));
+    for (const auto& [name, novel] : found.at("novel").items()) {
+      cells.push_back(
+          {method, error, accepted, name,
+           with_interval({{"mean", novel.at("auroc")}, {"interval95", novel.at("auroc95")}}),
+           percent(novel.at("accepted"))});
+      method = error = accepted = "";
+    }
   }
-  return *best;
+  return cells.size() == 1
+             ? ""
+             : "\nHow sure they are, and of what they are not (percent):\n\n" + markdown(cells);
 }
 
 /// Recall of each class, and which other it is taken for most often.
@@ -114,7 +128,10 @@ std::string classification_text(const ordered_json& document) {
           first.at("groups").get<std::size_t>(), task.at("groups_are").get<std::string>(),
           task.at("split").get<std::string>(), task.at("groups_are").get<std::string>());
       text += accuracy_table(rows);
-      const ordered_json& best = chosen(rows);
+      text += recognition_table(rows);
+      const ordered_json& best =
+          **std::find_if(rows.begin(), rows.end(),
+                         [](const ordered_json* row) { return row->at("chosen") == true; });
       text += fmt::format("\n{}, the best on the validation samples, by class:\n\n",
                           best.at("method").get<std::string>());
       text += recall_table(best);
@@ -126,8 +143,9 @@ std::string classification_text(const ordered_json& document) {
 std::string classification_csv(const ordered_json& document) {
   std::string csv =
       "dataset,task,method,senses,seeds,samples,groups,classes,accuracy,accuracy_low,accuracy_high,"
-      "balanced_accuracy,balanced_low,balanced_high,seeds_deviation,validation_accuracy,parameters,"
-      "training_s,published_set,published_accuracy\n";
+      "balanced_accuracy,balanced_low,balanced_high,difference,difference_low,difference_high,"
+      "seeds_deviation,validation_accuracy,parameters,training_s,published_set,"
+      "published_accuracy\n";
   const auto cell = [](const ordered_json& value) {
     return value.is_null() ? std::string() : fmt::format("{}", value.get<double>());
   };
@@ -141,7 +159,7 @@ std::string classification_csv(const ordered_json& document) {
       cells.push_back(
           fmt::format("{}", value.is_array() ? value.size() : value.get<std::size_t>()));
     }
-    for (const char* name : {"accuracy", "balanced_accuracy"}) {
+    for (const char* name : {"accuracy", "balanced_accuracy", "difference"}) {
       const ordered_json& summary = row.at(name);
       if (summary.is_null()) {
         cells.insert(cells.end(), 3, "");

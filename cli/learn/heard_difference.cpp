@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "cli/learn/tables.hpp"
+#include "cli/json_number.hpp"
 #include "core/error.hpp"
 #include "eval/features/extract_features.hpp"
 #include "eval/statistics/median.hpp"

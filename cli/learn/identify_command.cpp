@@ -69,6 +69,7 @@ ordered_json to_json(const Answer& answer) {
           {"class", answer.best()},
           {"confidence", recognised.probabilities[answer.order.front()]},
           {"least_confidence", 1 / (1 + std::exp(-answer.recogniser->threshold()))},
+          {"knows_of_others", answer.recogniser->knows_of_others()},
           {"classes", classes},
           {"method", answer.recogniser->method()},
           {"model", answer.recogniser->folder().string()}};
@@ -82,6 +83,9 @@ void print(const std::string& file, const std::vector<Answer>& answers) {
       const std::size_t c = answer.order[i];
       likely.push_back(fmt::format("{} {:.1f} %", answer.recogniser->classes()[c],
                                    100 * answer.recognised.probabilities[c]));
+    }
+    if (!answer.recogniser->knows_of_others()) {
+      likely.back() += " (trained with `outliers: 0`, so that sounds of none of these may pass)";
     }
     const std::string text = fmt::format("{}", fmt::join(likely, ", "));
     fmt::print("  {:12} {}\n", answer.recogniser->task(),

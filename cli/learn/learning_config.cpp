@@ -61,7 +61,13 @@ void read_steps(ConfigNode& node, eval::LearningOptions& learning) {
   learning.batch = node.integer("batch", 1, many, learning.batch);
 }
 
-void read_sizes(ConfigNode& node, eval::LayerSizes& sizes) {
+/// Those that the method has; others are no keys of it.
+void read_sizes(ConfigNode& node, eval::Method& method) {
+  eval::LayerSizes& sizes = method.sizes;
+  const auto has = [&](eval::Branch branch) {
+    return std::find(method.branches.begin(), method.branches.end(), branch) !=
+           method.branches.end();
+  };
   const auto pair = [&](const char* key, std::int64_t& bands, std::int64_t& frames) {
     const auto sides = node.quantities(
         key, Dimension::none, 2,
@@ -75,13 +81,20 @@ void read_sizes(ConfigNode& node, eval::LayerSizes& sizes) {
     frames = static_cast<std::int64_t>(sides[1]);
   };
   sizes.width = node.integer("width", 1, many, sizes.width);
-  sizes.filters = node.integer("filters", 1, many, sizes.filters);
-  pair("kernel", sizes.kernel_bands, sizes.kernel_frames);
-  pair("pool", sizes.pool_bands, sizes.pool_frames);
-  sizes.dropout = node.quantity("dropout", Dimension::none, sizes.dropout);
-  if (!(sizes.dropout >= 0 && sizes.dropout < 1)) node.fail("dropout", "must lie within 0 and 1");
-  sizes.fused = node.integer("fused", 1, many, sizes.fused);
-  sizes.factors = node.integer("factors", 1, many, sizes.factors);
+  if (has(eval::Branch::isnn)) {
+    sizes.filters = node.integer("filters", 1, many, sizes.filters);
+    pair("kernel", sizes.kernel_bands, sizes.kernel_frames);
+    pair("pool", sizes.pool_bands, sizes.pool_frames);
+  }
+  if (!std::all_of(method.branches.begin(), method.branches.end(),
+                   [](eval::Branch branch) { return branch == eval::Branch::voxnet; })) {
+    sizes.dropout = node.quantity("dropout", Dimension::none, sizes.dropout);
+    if (!(sizes.dropout >= 0 && sizes.dropout < 1)) node.fail("dropout", "must lie within 0 and 1");
+  }
+  if (method.branches.size() > 1 && method.fusion == eval::Fusion::bilinear) {
+    sizes.fused = node.integer("fused", 1, many, sizes.fused);
+    sizes.factors = node.integer("factors", 1, many, sizes.factors);
+  }
 }
 
 eval::Method read_method(ConfigNode& node, const std::string& name,
@@ -119,7 +132,7 @@ eval::Method read_method(ConfigNode& node, const std::string& name,
     }
     method.fusion = named(eval::all_fusions, node.choice("fusion", names_of(eval::all_fusions),
                                                          std::string(name_of(method.fusion))));
-    read_sizes(node, method.sizes);
+    read_sizes(node, method);
   } else {
     method.senses = read_some(node, "senses", eval::all_senses, method.senses);
   }

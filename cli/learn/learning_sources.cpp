@@ -46,7 +46,7 @@ void require_one_part(const std::vector<const eval::SampleSource*>& sources,
   std::map<std::string, std::string> part_of;
   for (const eval::SampleSource* source : sources) {
     const std::vector<std::string> names =
-        split == "split_shape" ? source->body_names() : source->sound_names();
+        split == "split_shape" ? source->body_names() : source->strike_names();
     const std::vector<std::string> keys = source->keys();
     const std::vector<std::string> parts = source->labels(split);
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -54,7 +54,7 @@ void require_one_part(const std::vector<const eval::SampleSource*>& sources,
       if (fresh || at->second == parts[i]) continue;
       throw core::InputError(
           fmt::format("{}: {}: the same {} is in {} here and in {} of another source",
-                      source->name(), keys[i], split == "split_shape" ? "body" : "sound", parts[i],
+                      source->name(), keys[i], split == "split_shape" ? "body" : "strike", parts[i],
                       at->second),
           "what is learnt from one would be tested in the other: give both one seed and one split");
     }
@@ -71,7 +71,7 @@ std::unique_ptr<eval::SampleSource> open_source(const Condition& condition,
     mpi::agreed(context.world,
                 [&] { source = eval::open_recordings(*condition.recordings, format); });
     if (context.speaks() && splits_of(config).count("split_shape") > 0 &&
-        source->body_names() == source->sound_names()) {
+        source->body_names() == source->strike_names()) {
       spdlog::warn(
           "{}: every sound counts as a body of its own, so one body may be learnt from and tested: "
           "name the column of bodies in recordings.body",

@@ -27,6 +27,8 @@ class Recogniser {
   const std::vector<std::string>& classes() const { return learner_.classes(); }
   /// The first of a class's labels: the class itself where it has no others.
   std::string label_of(const std::string& name) const;
+  /// Whether it met sounds of none of its classes while it learnt.
+  bool knows_of_others() const { return learner_.method().learning.outliers > 0; }
   double threshold() const { return recognition_.threshold; }
 
   /// @throws InputError  no samples, or one that is not finite

@@ -147,8 +147,8 @@ std::string search_text(const ordered_json& document) {
           core::human_duration(trial.at("seconds")), fmt::join(values, ", "));
     }
     if (trials.size() > shown) text += fmt::format("  and {} more\n", trials.size() - shown);
-    text += fmt::format("train.methods: {}: {{{}}}\n\n", search.at("method").get<std::string>(),
-                        fmt::join(recorded, ", "));
+    text += fmt::format("train.methods.{}, beside its other keys: {}\n\n",
+                        search.at("method").get<std::string>(), fmt::join(recorded, ", "));
   }
   return text;
 }

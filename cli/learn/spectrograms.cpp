@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "cli/learn/tables.hpp"
+#include "cli/json_number.hpp"
 #include "core/config.hpp"
 #include "core/random.hpp"
 #include "eval/statistics/principal_components.hpp"

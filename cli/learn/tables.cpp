@@ -5,30 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/random.hpp"
-
 namespace carillon::cli {
 
 using nlohmann::ordered_json;
-
-ordered_json number_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
-}
-
-ordered_json accuracy_summary(const eval::TestedSamples& tested,
-                              const std::vector<std::vector<std::size_t>>& predicted,
-                              eval::AccuracyKind kind, const std::string& inputs) {
-  if (tested.truth.empty()) return nullptr;
-  const eval::SeedsSummary seeds = eval::interval_over_seeds(tested, predicted, kind);
-  eval::Bounds bounds = seeds.seeds_and_groups;
-  if (predicted.size() == 1) {
-    core::RandomStream random(0, core::stable_hash(inputs), "evaluate.classification");
-    bounds = eval::grouped_interval(tested, predicted.front(), kind, random);
-  }
-  return {{"mean", number_or_null(seeds.mean)},
-          {"interval95", {number_or_null(bounds.low), number_or_null(bounds.high)}},
-          {"deviation", number_or_null(seeds.deviation)}};
-}
 
 std::string percent(const ordered_json& share) {
   return share.is_null() ? "-" : fmt::format("{:.2f}", 100 * share.get<double>());

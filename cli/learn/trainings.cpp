@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "cli/json_number.hpp"
 #include "cli/learn/answers.hpp"
 #include "cli/learn/mpi_learning.hpp"
 #include "core/error.hpp"
@@ -26,7 +27,7 @@ using nlohmann::ordered_json;
 namespace {
 
 /// Raised whenever the same inputs would give other numbers.
-constexpr int learning_version = 2;
+constexpr int learning_version = 3;
 
 json to_json(const eval::TaskSpec& task) {
   return {{"name", task.name},
@@ -49,18 +50,18 @@ std::string curves_csv(const eval::Trained& trained) {
   return text;
 }
 
-ordered_json to_json(const eval::RecognitionTrial& trial) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? ordered_json(value) : ordered_json();
-  };
-  ordered_json found = {{"calibration_error", number(trial.calibration_error)},
-                        {"uncalibrated_error", number(trial.uncalibrated_error)},
-                        {"accepted", number(trial.accepted)},
+ordered_json to_json(const eval::RecognitionTrial& trial, double temperature) {
+  ordered_json found = {{"temperature", number_or_null(temperature)},
+                        {"calibration_error", number_or_null(trial.calibration_error)},
+                        {"uncalibrated_error", number_or_null(trial.uncalibrated_error)},
+                        {"accepted", number_or_null(trial.accepted)},
                         {"novel", ordered_json::object()}};
   for (const auto& [name, novel] : trial.novel) {
-    found["novel"][name] = {{"sounds", novel.sounds},
-                            {"auroc", number(novel.auroc)},
-                            {"accepted", number(novel.accepted)}};
+    found["novel"][name] = {
+        {"sounds", novel.sounds},
+        {"auroc", number_or_null(novel.auroc)},
+        {"auroc95", {number_or_null(novel.auroc95.low), number_or_null(novel.auroc95.high)}},
+        {"accepted", number_or_null(novel.accepted)}};
   }
   return found;
 }
@@ -119,7 +120,7 @@ void add_training(ordered_json& found, const eval::Trained& trained) {
   const double loss =
       trained.best > 0 ? trained.epochs[static_cast<std::size_t>(trained.best - 1)].validation_loss
                        : NAN;
-  found["validation_loss"] = std::isfinite(loss) ? ordered_json(loss) : ordered_json();
+  found["validation_loss"] = number_or_null(loss);
   found["silent_samples"] = trained.silent;
   found["timing"] = {{"training_s", seconds}, {"waited_s", waited}};
 }
@@ -208,16 +209,17 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
   if (job.is_for_use && learner && eval::only_hears(job.method) && source.clip_format()) {
     recognition =
         eval::learn_recognition(*learner, source, samples, answers.validation.scores, ranks);
-    end.found["recognition"] = to_json(
-        eval::try_recognition(*recognition, *learner, source, samples, answers.test.scores, ranks));
+    end.found["recognition"] =
+        to_json(eval::try_recognition(*recognition, *learner, source, samples, answers.test.scores,
+                                      groups_of(answers.test, job.task.split), ranks),
+                recognition->temperature);
   }
-  const auto number = [](double value) { return std::isfinite(value) ? json(value) : json(); };
   const std::size_t classes = samples.classes.size();
   const eval::Confusion tested = confusion_of(answers.test, classes);
   end.found["validation_accuracy"] =
-      number(eval::accuracy(confusion_of(answers.validation, classes)));
-  end.found["test_accuracy"] = number(eval::accuracy(tested));
-  end.found["test_balanced_accuracy"] = number(eval::balanced_accuracy(tested));
+      number_or_null(eval::accuracy(confusion_of(answers.validation, classes)));
+  end.found["test_accuracy"] = number_or_null(eval::accuracy(tested));
+  end.found["test_balanced_accuracy"] = number_or_null(eval::balanced_accuracy(tested));
   end.found["timing"]["seconds"] = core::monotonic_seconds() - start;
   end.found["ranks"] = ranks.size;
   end.found["remarks"] = remarks;

@@ -10,11 +10,10 @@
 #include "cli/learn/answers.hpp"
 #include "cli/learn/learning_sources.hpp"
 #include "cli/learn/mpi_learning.hpp"
-#include "cli/learn/tables.hpp"
+#include "cli/learn/sample_costs.hpp"
+#include "cli/learn/seed_answers.hpp"
 #include "cli/learn/trainings.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/hdf5.hpp"
 #include "core/random.hpp"
 #include "eval/learning/selected_source.hpp"
 #include "mpi/comm.hpp"
@@ -53,8 +52,12 @@ struct OpenCondition {
 /// Keys of so many of the sounds that both have, evenly chosen from the part that is tested.
 std::vector<std::string> common_keys(const OpenCondition& target, const OpenCondition& other,
                                      std::size_t most) {
-  const std::vector<std::string> own = target.source->sound_names(),
-                                 theirs = other.source->sound_names();
+  const auto names = [](const eval::SampleSource& source) {
+    std::vector<std::string> keys = source.keys(), strikes = source.strike_names();
+    for (std::size_t i = 0; i < keys.size(); ++i) keys[i] += " " + strikes[i];
+    return keys;
+  };
+  const std::vector<std::string> own = names(*target.source), theirs = names(*other.source);
   const std::set<std::string> there(theirs.begin(), theirs.end());
   std::vector<std::string> common, some;
   for (const std::uint32_t row : target.samples.rows(Part::test)) {
@@ -65,49 +68,8 @@ std::vector<std::string> common_keys(const OpenCondition& target, const OpenCond
   return some;
 }
 
-/// What a build took for each sample [s]: in all, and for effects that datasets share.
-struct SampleCost {
-  double all = 0;
-  std::map<std::string, double> shared;
-};
-
-std::optional<SampleCost> sample_cost(const Condition& condition) {
-  const std::filesystem::path path = condition.folder / "trace.json";
-  if (condition.recordings || !std::filesystem::exists(path)) return std::nullopt;
-  const nlohmann::json trace = nlohmann::json::parse(core::read_file(path));
-  const auto file = core::Hdf5Group::open_file(condition.folder / "index.h5");
-  const auto samples = static_cast<double>(file.extent("key").front());
-  SampleCost cost;
-  for (const nlohmann::json& task : trace.at("tasks")) {
-    if (task.at("kind") == "samples") cost.all += task.at("seconds").get<double>() / samples;
-  }
-  // Rooms and fits are computed once, for the first dataset that needs them.
-  for (const char* effect : {"radiation", "room"}) {
-    if (!trace.at("effects").contains(effect)) continue;
-    cost.shared[effect] = trace["effects"][effect].at("seconds").get<double>() / samples;
-  }
-  return cost;
-}
-
-/// The same for each dataset, with shared effects at what they took where they took longest.
-std::vector<std::optional<double>> seconds_per_sample(const std::vector<Condition>& conditions) {
-  std::vector<std::optional<SampleCost>> costs;
-  std::map<std::string, double> longest;
-  for (const Condition& condition : conditions) {
-    costs.push_back(sample_cost(condition));
-    if (!costs.back()) continue;
-    for (const auto& [effect, seconds] : costs.back()->shared) {
-      longest[effect] = std::max(longest[effect], seconds);
-    }
-  }
-  std::vector<std::optional<double>> sums;
-  for (const std::optional<SampleCost>& own : costs) {
-    sums.emplace_back();
-    if (!own) continue;
-    sums.back() = own->all;
-    for (const auto& [effect, seconds] : own->shared) *sums.back() += longest.at(effect) - seconds;
-  }
-  return sums;
+void append(std::vector<Selection>& all, const std::vector<Selection>& some) {
+  all.insert(all.end(), some.begin(), some.end());
 }
 
 /// One transfer on its way.
@@ -122,7 +84,9 @@ class Run {
     mpi::agreed(context.world, [&] { sample_s_ = seconds_per_sample(datasets.conditions()); });
   }
 
+  /// What the target's own samples teach: what others are held against.
   /// @return whether it was not interrupted
+  bool learn_at_home();
   bool learn_elsewhere(std::size_t condition);
   /// Before anything is trained: mixes have as many samples as they take.
   void require_enough();
@@ -158,6 +122,15 @@ class Run {
     if (found != opened_.end()) return found->second;
     return opened_.emplace(condition, open(datasets_.conditions()[condition])).first->second;
   }
+  /// Recordings that nothing is learnt from are tested whole.
+  bool tests_all() const { return spec_.target.recordings && !spec_.mixed_with; }
+  std::vector<Selection> tested() const {
+    std::vector<Selection> tested = target_.part(Part::test, 1);
+    if (!tests_all()) return tested;
+    for (const Part part : {Part::train, Part::validation}) append(tested, target_.part(part, 1));
+    for (Selection& one : tested) one.part = Part::test;
+    return tested;
+  }
   /// Trains with a selection of two sources, of which the second is the target, once for each seed.
   /// @return whether it was not interrupted
   bool learn(eval::SampleSource& other, const std::vector<Selection>& selected,
@@ -171,11 +144,9 @@ class Run {
   OpenCondition target_;
   std::optional<KeyedSounds> target_sounds_;     ///< once they are compared
   std::vector<std::optional<double>> sample_s_;  ///< of each dataset
+  std::map<std::string, SeedAnswers>
+      home_;  ///< of methods that learnt from the target's own samples
 };
-
-void append(std::vector<Selection>& all, const std::vector<Selection>& some) {
-  all.insert(all.end(), some.begin(), some.end());
-}
 
 /// The samples of a part whose keys begin with a source's number.
 PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes) {
@@ -185,39 +156,12 @@ PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes
     own.keys.push_back(part.keys[i]);
     own.labels.push_back(part.labels[i]);
     own.bodies.push_back(part.bodies[i]);
+    own.strikes.push_back(part.strikes[i]);
     const auto first = part.scores.begin() + static_cast<std::ptrdiff_t>(i * classes);
     own.scores.insert(own.scores.end(), first, first + static_cast<std::ptrdiff_t>(classes));
   }
   return own;
 }
-
-/// What all seeds' classifiers answered for the test samples of one source.
-class SeedAnswers {
- public:
-  void add(const PartAnswers& part, std::size_t classes) {
-    if (predicted_.empty()) {
-      first_ = part;
-      confusion_ = confusion_of(part, classes);
-    } else {
-      eval::add(confusion_, confusion_of(part, classes));
-    }
-    predicted_.push_back(likely_classes(part, classes));
-  }
-  bool empty() const { return first_.samples() == 0; }
-  const eval::Confusion& confusion() const { return confusion_; }
-  ordered_json summary(const std::string& split, const std::string& inputs) const {
-    if (empty()) return nullptr;
-    const std::vector<std::size_t> groups = groups_of(first_, split);
-    const std::vector<std::size_t> truth = true_classes(first_);
-    return accuracy_summary({truth, groups, confusion_.classes}, predicted_,
-                            eval::AccuracyKind::plain, inputs);
-  }
-
- private:
-  PartAnswers first_;
-  eval::Confusion confusion_;
-  std::vector<std::vector<std::size_t>> predicted_;
-};
 
 bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selected,
                 const eval::Method& method, TransferRow row) {
@@ -227,12 +171,12 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
   });
   eval::TaskSpec task = spec_.task;
   task.except.clear();  // none of them is selected
-  SeedAnswers own, there;
+  SeedAnswers own(task.split), there(task.split);
   std::string inputs;
   for (const eval::Method& seeded : with_seeds(method, spec_.seeds)) {
     TrainingJob job = make_job(*source, task, seeded, models_);
     const std::string seed = fmt::format("{}/seed-{}", method.name, seeded.learning.seed);
-    job.key = row.share > 0 || row.own.is_null()
+    job.key = row.kind == "mixed" || row.kind == "alone"
                   ? fmt::format("{:.0f} % {}/{}", 100 * row.share, row.trained_on, seed)
                   : fmt::format("{}/{}", row.trained_on, seed);
     job.is_for_use = false;
@@ -248,8 +192,13 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
   }
   mpi::agreed(context_.world, [&] {
     row.method = method.name;
-    row.own = own.summary(task.split, inputs);
-    row.there = there.summary(task.split, inputs);
+    row.own = own.summary(eval::AccuracyKind::plain, inputs);
+    row.there = there.summary(eval::AccuracyKind::plain, inputs);
+    if (row.kind == "target") {
+      home_.emplace(method.name, there);
+    } else if (const auto home = home_.find(method.name); home != home_.end()) {
+      row.less_home = there.less(home->second);
+    }
     if (own.empty() || there.empty()) return;
     const eval::ConfusionDifference difference =
         eval::confusion_difference(own.confusion(), there.confusion());
@@ -257,6 +206,25 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
     row.compared_classes = difference.rows;
   });
   rows.push_back(std::move(row));
+  return true;
+}
+
+bool Run::learn_at_home() {
+  if (tests_all() || target_.part(Part::train, 1).empty()) return true;
+  std::vector<Selection> selected;
+  for (const Part part : {Part::train, Part::validation, Part::test}) {
+    append(selected, target_.part(part, 1));
+  }
+  // The same source beside it as in mixes, whose last share this is.
+  const OpenCondition& other = opened(spec_.mixed_with.value_or(spec_.trained_on.front()));
+  TransferRow row;
+  row.kind = "target";
+  row.trained_on = spec_.target.name;
+  row.share = 1;
+  if (spec_.own_target) row.sample_s = sample_s_[*spec_.own_target];
+  for (const eval::Method& method : spec_.methods) {
+    if (!learn(*other.source, selected, method, row)) return false;
+  }
   return true;
 }
 
@@ -281,7 +249,7 @@ bool Run::learn_elsewhere(std::size_t condition) {
   for (const Part part : {Part::train, Part::validation, Part::test}) {
     append(selected, other.part(part, 0));
   }
-  append(selected, target_.part(Part::test, 1));
+  append(selected, tested());
   row.sample_s = sample_s_[condition];
   for (const eval::Method& method : spec_.methods) {
     if (!learn(*other.source, selected, method, row)) return false;
@@ -349,6 +317,7 @@ std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
                                                      const Context& context) {
   Run run(spec, datasets, context);
   run.require_enough();
+  if (!run.learn_at_home()) return std::nullopt;
   for (const std::size_t condition : spec.trained_on) {
     if (!run.learn_elsewhere(condition)) return std::nullopt;
   }

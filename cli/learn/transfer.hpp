@@ -18,7 +18,8 @@ struct TransferSpec {
   std::vector<eval::Method> methods;
   std::vector<std::uint64_t> seeds;  ///< every classifier is trained once with each
   Condition target;
-  std::vector<std::size_t> trained_on;  ///< of the datasets
+  std::optional<std::size_t> own_target;  ///< of the datasets, where it is one of them
+  std::vector<std::size_t> trained_on;    ///< of the datasets
   /// Training sets of one size, these shares of which are the target's own (Sterling 2019,
   /// Fig. 6.8), the rest of the dataset; and the shares alone.
   std::optional<std::size_t> mixed_with;  ///< of the datasets
@@ -32,13 +33,14 @@ TransferSpec read_transfer(core::ConfigNode& node, core::ConfigNode& root,
 
 /// How the classifiers of one method did that learnt from the same samples.
 struct TransferRow {
-  std::string kind = "elsewhere";  ///< mixed, alone: the target's own with others, without
+  std::string kind = "elsewhere";  ///< target: at home; mixed, alone: shares with others, without
   std::string trained_on;          ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
   double share = 0;              ///< of the target's own samples in training
   std::size_t samples = 0;       ///< for training
-  nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of mixes
+  nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of others
   nlohmann::ordered_json there;  ///< accuracy in the target condition
+  nlohmann::ordered_json less_home;  ///< by how much that is above what the target's own teach
   /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
   /// shares of all seeds' answers, and how many classes were compared.
   std::optional<double> confusion_norm;

@@ -69,18 +69,17 @@ TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDa
   spec.methods = read_methods(node, spec.learning);
   spec.seeds = read_seeds(node, spec.learning);
   spec.heard = static_cast<std::size_t>(node.integer("heard", 0, 1000000, 24));
-  std::optional<std::size_t> own_target;
   if (auto given = read_given(node, "target", datasets.config())) {
     spec.target = std::move(*given);
   } else {
-    own_target = dataset_called(node, "target", node.text("target"), datasets);
-    spec.target = datasets.conditions()[*own_target];
+    spec.own_target = dataset_called(node, "target", node.text("target"), datasets);
+    spec.target = datasets.conditions()[*spec.own_target];
   }
   for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
-    if (c != own_target) spec.trained_on.push_back(c);
+    if (c != spec.own_target) spec.trained_on.push_back(c);
   }
   read_mixes(node, datasets, spec);
-  if (spec.mixed_with && spec.mixed_with == own_target) {
+  if (spec.mixed_with && spec.mixed_with == spec.own_target) {
     node.fail("mixes", "the target cannot be mixed with itself");
   }
   if (spec.trained_on.empty() && !spec.mixed_with) {

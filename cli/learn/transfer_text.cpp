@@ -19,17 +19,12 @@ ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets
     document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
   }
   for (const TransferRow& row : rows) {
-    ordered_json line = {{"kind", row.kind},
-                         {"trained_on", row.trained_on},
-                         {"method", row.method},
-                         {"share", row.share},
-                         {"samples", row.samples},
-                         {"own", row.own},
-                         {"target", row.there},
-                         {"confusion_norm", nullptr},
-                         {"compared_classes", row.compared_classes},
-                         {"heard", nullptr},
-                         {"sample_s", nullptr}};
+    ordered_json line = {{"kind", row.kind},          {"trained_on", row.trained_on},
+                         {"method", row.method},      {"share", row.share},
+                         {"samples", row.samples},    {"own", row.own},
+                         {"target", row.there},       {"less_home", row.less_home},
+                         {"confusion_norm", nullptr}, {"compared_classes", row.compared_classes},
+                         {"heard", nullptr},          {"sample_s", nullptr}};
     if (row.confusion_norm) line["confusion_norm"] = *row.confusion_norm;
     if (row.heard) line["heard"] = to_json(*row.heard);
     if (row.sample_s) line["sample_s"] = *row.sample_s;
@@ -67,26 +62,26 @@ std::string heard_text(const ordered_json& document) {
 }  // namespace
 
 std::string transfer_text(const ordered_json& document) {
-  std::vector<std::vector<std::string>> elsewhere = {{"trained on", "method", "samples",
-                                                      "accuracy there", "in the target",
-                                                      "confusions apart", "ms a sample"}};
+  std::vector<std::vector<std::string>> elsewhere = {
+      {"trained on", "method", "samples", "accuracy there", "in the target",
+       "less what its own teach", "confusions apart", "ms a sample"}};
   std::vector<std::vector<std::string>> mixes = {
-      {"of the target", "method", "with", "samples", "in the target"}};
+      {"of the target", "method", "with", "samples", "in the target", "less what all teach"}};
   for (const ordered_json& row : document.at("rows")) {
     const std::string trained_on = row.at("trained_on");
     const std::string samples = fmt::format("{}", row.at("samples").get<std::size_t>());
-    if (const std::string kind = row.at("kind"); kind != "elsewhere") {
-      mixes.push_back({fmt::format("{:.0f} %", 100 * row.at("share").get<double>()),
-                       row.at("method"),
-                       kind == "mixed" ? document.at("mixed_with").get<std::string>() : "-",
-                       samples, with_interval(row.at("target"))});
+    if (const std::string kind = row.at("kind"); kind == "mixed" || kind == "alone") {
+      mixes.push_back(
+          {fmt::format("{:.0f} %", 100 * row.at("share").get<double>()), row.at("method"),
+           kind == "mixed" ? document.at("mixed_with").get<std::string>() : "-", samples,
+           with_interval(row.at("target")), with_interval(row.at("less_home"))});
       continue;
     }
     const ordered_json& norm = row.at("confusion_norm");
     const ordered_json& seconds = row.at("sample_s");
     elsewhere.push_back(
         {trained_on, row.at("method"), samples, with_interval(row.at("own")),
-         with_interval(row.at("target")),
+         with_interval(row.at("target")), with_interval(row.at("less_home")),
          norm.is_null() ? "-"
                         : fmt::format("{:.3f} of {} classes", norm.get<double>(),
                                       row.at("compared_classes").get<std::size_t>()),

@@ -6,6 +6,7 @@
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/error.hpp"
 
@@ -36,16 +37,9 @@ void check_distributions(const ScoreRows& probabilities, std::span<const std::si
   }
 }
 
-/// -log softmax(beta z)[truth] of one row.
-double surprise(std::span<const double> row, std::size_t truth, double beta) {
-  const double greatest = *std::max_element(row.begin(), row.end());
-  double sum = 0;
-  for (const double z : row) sum += std::exp(beta * (z - greatest));
-  return std::log(sum) - beta * (row[truth] - greatest);
-}
-
-/// Derivative of the sum of surprises by beta: sum of E_p[z] - z_true; rises with beta.
+/// Derivative by beta of the sum of cross-entropies: sum of E_p[z] - E_target[z]; rises with beta.
 double slope(const ScoreRows& logits, std::span<const std::size_t> truth, double beta) {
+  const double doubt = 1 / (static_cast<double>(truth.size()) + 2);
   double total = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const auto row = logits.row(i);
@@ -56,7 +50,9 @@ double slope(const ScoreRows& logits, std::span<const std::size_t> truth, double
       sum += weight;
       mean += weight * (z - row[truth[i]]);
     }
-    total += mean / sum;
+    const double mean_of_others = (std::accumulate(row.begin(), row.end(), 0.0) - row[truth[i]]) /
+                                  (static_cast<double>(row.size()) - 1);
+    total += mean / sum - doubt * (mean_of_others - row[truth[i]]);
   }
   return total;
 }
@@ -73,48 +69,23 @@ double mean_range(const ScoreRows& logits) {
 
 }  // namespace
 
-double negative_log_likelihood(const ScoreRows& logits, std::span<const std::size_t> truth,
-                               double temperature) {
+double fit_temperature(const ScoreRows& logits, std::span<const std::size_t> truth) {
   check_rows(logits, "logits");
   check_classes(truth, logits.samples(), logits.columns);
-  check_temperature(temperature);
-  double sum = 0;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    sum += surprise(logits.row(i), truth[i], 1 / temperature);
-  }
-  return truth.empty() ? nan : sum / static_cast<double>(truth.size());
-}
-
-FittedTemperature fit_temperature(const ScoreRows& logits, std::span<const std::size_t> truth) {
-  FittedTemperature fitted;
-  fitted.before = fitted.after = negative_log_likelihood(logits, truth);
   if (truth.empty()) {
     throw core::InputError("a temperature is fitted to samples, and there are none",
                            "give logits of a validation split");
   }
   const double range = mean_range(logits);
-  if (range == 0) {
-    fitted.at_end = true;
-    return fitted;
-  }
+  if (range == 0) return 1;
   const auto slope_at = [&](double log_beta) { return slope(logits, truth, std::exp(log_beta)); };
   const double low = -std::log(kGreatest * range), high = -std::log(kLeast * range);
-  double log_beta = 0;
-  if (slope_at(low) >= 0) {
-    log_beta = low;
-    fitted.at_end = true;
-  } else if (slope_at(high) <= 0) {
-    log_beta = high;
-    fitted.at_end = true;
-  } else {
-    std::uintmax_t steps = 200;
-    const auto bracket = boost::math::tools::toms748_solve(
-        slope_at, low, high, boost::math::tools::eps_tolerance<double>(48), steps);
-    log_beta = 0.5 * (bracket.first + bracket.second);
-  }
-  fitted.value = std::exp(-log_beta);
-  fitted.after = negative_log_likelihood(logits, truth, fitted.value);
-  return fitted;
+  if (slope_at(low) >= 0) return std::exp(-low);
+  if (slope_at(high) <= 0) return std::exp(-high);
+  std::uintmax_t steps = 200;
+  const auto bracket = boost::math::tools::toms748_solve(
+      slope_at, low, high, boost::math::tools::eps_tolerance<double>(48), steps);
+  return std::exp(-0.5 * (bracket.first + bracket.second));
 }
 
 std::vector<ReliabilityBin> reliability(const ScoreRows& probabilities,
@@ -153,19 +124,6 @@ double expected_calibration_error(std::span<const ReliabilityBin> bins) {
     samples += weight;
   }
   return samples == 0 ? nan : sum / samples;
-}
-
-double brier_score(const ScoreRows& probabilities, std::span<const std::size_t> truth) {
-  check_distributions(probabilities, truth);
-  double sum = 0;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    const auto row = probabilities.row(i);
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      const double difference = row[c] - (c == truth[i] ? 1 : 0);
-      sum += difference * difference;
-    }
-  }
-  return truth.empty() ? nan : sum / static_cast<double>(truth.size());
 }
 
 }  // namespace carillon::eval

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "core/error.hpp"
 #include "eval/classification/score_rows.hpp"
+#include "eval/statistics/variance.hpp"
 
 namespace carillon::eval {
 
@@ -99,8 +99,32 @@ void add_influences(const GroupCounts& counts, AccuracyKind kind, std::vector<do
   }
 }
 
-double students_t(double probability, double freedom) {
-  return boost::math::quantile(boost::math::students_t(freedom), 0.5 + 0.5 * probability);
+/// An accuracy over seeds, and what it varies by.
+struct Spread {
+  double mean = 0;
+  Variance of_seeds;               ///< 0 of one seed
+  std::vector<double> influences;  ///< of each group on the mean, to first order
+};
+
+Spread spread_of(const TestedSamples& tested, std::span<const std::vector<std::size_t>> predicted,
+                 AccuracyKind kind) {
+  if (predicted.empty()) throw core::InputError("an accuracy over no seeds");
+  Spread spread;
+  std::vector<double> accuracies;
+  for (const std::vector<std::size_t>& one : predicted) {
+    const GroupCounts counts = count_groups(tested, one);
+    spread.influences.resize(counts.groups);
+    accuracies.push_back(all_groups(counts, kind).mean());
+    add_influences(counts, kind, spread.influences);
+  }
+  const auto seeds = static_cast<double>(accuracies.size());
+  for (double& influence : spread.influences) influence /= seeds;
+  spread.mean = mean(accuracies);
+  if (accuracies.size() < 2) return spread;
+  double squares = 0;
+  for (const double one : accuracies) squares += (one - spread.mean) * (one - spread.mean);
+  spread.of_seeds = {squares / (seeds - 1) / seeds, seeds - 1};
+  return spread;
 }
 
 void check_probability(double probability) {
@@ -158,37 +182,42 @@ SeedsSummary interval_over_seeds(const TestedSamples& tested,
                                  std::span<const std::vector<std::size_t>> predicted,
                                  AccuracyKind kind, double probability) {
   check_probability(probability);
-  if (predicted.empty()) throw core::InputError("an accuracy over no seeds");
-  std::vector<double> accuracies, influences;
-  for (const std::vector<std::size_t>& one : predicted) {
-    const GroupCounts counts = count_groups(tested, one);
-    influences.resize(counts.groups);
-    accuracies.push_back(all_groups(counts, kind).mean());
-    add_influences(counts, kind, influences);
-  }
-  SeedsSummary summary{mean(accuracies), nan, {nan, nan}, {nan, nan}};
-  const auto seeds = static_cast<double>(accuracies.size());
-  const auto groups = static_cast<double>(influences.size());
-  if (accuracies.size() < 2) return summary;
-  double squares = 0;
-  for (const double one : accuracies) squares += (one - summary.mean) * (one - summary.mean);
-  summary.deviation = std::sqrt(squares / (seeds - 1));
-  const auto around = [&](double variance, double freedom) {
-    const double half = students_t(probability, freedom) * std::sqrt(variance);
-    return Bounds{std::max(0.0, summary.mean - half), std::min(1.0, summary.mean + half)};
+  const Spread spread = spread_of(tested, predicted, kind);
+  SeedsSummary summary{spread.mean, nan, {nan, nan}, {nan, nan}};
+  const auto seeds = static_cast<double>(predicted.size());
+  const auto groups = static_cast<double>(spread.influences.size());
+  if (predicted.size() < 2) return summary;
+  summary.deviation = std::sqrt(spread.of_seeds.value * seeds);
+  const auto within = [](const Bounds& bounds) {
+    return Bounds{std::max(0.0, bounds.low), std::min(1.0, bounds.high)};
   };
-  const double of_seeds = squares / (seeds - 1) / seeds;
-  summary.seeds = around(of_seeds, seeds - 1);
-  if (influences.size() < 2) return summary;
-  double of_groups = 0;
-  for (const double one : influences) of_groups += one * one / (seeds * seeds);
-  of_groups *= groups / (groups - 1);
-  const double both = of_seeds + of_groups;
-  summary.seeds_and_groups = both > 0 ? around(both, both * both /
-                                                         (of_seeds * of_seeds / (seeds - 1) +
-                                                          of_groups * of_groups / (groups - 1)))
-                                      : wilson_interval(groups * summary.mean, groups, probability);
+  summary.seeds = within(around(spread.mean, {spread.of_seeds}, probability));
+  if (groups < 2) return summary;
+  const Variance of_groups = variance_of_sum(spread.influences);
+  summary.seeds_and_groups =
+      spread.of_seeds.value + of_groups.value > 0
+          ? within(around(spread.mean, {spread.of_seeds, of_groups}, probability))
+          : wilson_interval(groups * spread.mean, groups, probability);
   return summary;
+}
+
+AccuracyDifference accuracy_difference(const TestedSamples& tested,
+                                       std::span<const std::vector<std::size_t>> first,
+                                       std::span<const std::vector<std::size_t>> second,
+                                       double probability) {
+  check_probability(probability);
+  const Spread one = spread_of(tested, first, AccuracyKind::plain);
+  const Spread other = spread_of(tested, second, AccuracyKind::plain);
+  AccuracyDifference difference{one.mean - other.mean, {nan, nan}};
+  if (one.influences.size() < 2) return difference;
+  std::vector<double> influences = one.influences;
+  for (std::size_t g = 0; g < influences.size(); ++g) influences[g] -= other.influences[g];
+  const Variance of_groups = variance_of_sum(influences);
+  if (one.of_seeds.value + other.of_seeds.value + of_groups.value > 0) {
+    difference.bounds =
+        around(difference.mean, {one.of_seeds, other.of_seeds, of_groups}, probability);
+  }
+  return difference;
 }
 
 }  // namespace carillon::eval

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/error.hpp"
+#include "eval/classification/intervals.hpp"
+#include "eval/statistics/variance.hpp"
 
 namespace carillon::eval {
 
@@ -25,6 +28,18 @@ std::vector<double> sorted_scores(std::span<const double> scores, const char* na
   return sorted;
 }
 
+/// Variance of a mean of shares whose groups stand and fall together.
+Variance clustered(const std::vector<double>& shares, double mean,
+                   std::span<const std::size_t> groups) {
+  std::map<std::size_t, double> sums;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    sums[groups[i]] += (shares[i] - mean) / static_cast<double>(shares.size());
+  }
+  std::vector<double> influences;
+  for (const auto& [group, sum] : sums) influences.push_back(sum);
+  return variance_of_sum(influences);
+}
+
 }  // namespace
 
 double auroc(std::span<const double> known, std::span<const double> novel) {
@@ -39,6 +54,41 @@ double auroc(std::span<const double> known, std::span<const double> novel) {
     below += 0.5 * static_cast<double>((less - negative.begin()) + (equal - negative.begin()));
   }
   return below / (static_cast<double>(positive.size()) * static_cast<double>(negative.size()));
+}
+
+Bounds auroc_interval(std::span<const double> known, std::span<const std::size_t> known_groups,
+                      std::span<const double> novel, std::span<const std::size_t> novel_groups,
+                      double probability) {
+  const double area = auroc(known, novel);
+  if (known.size() != known_groups.size() || novel.size() != novel_groups.size()) {
+    throw core::InputError("scores and their groups are not as many");
+  }
+  const auto places = [](std::span<const double> of, std::span<const double> among) {
+    const std::vector<double> sorted = sorted_scores(among, "other");
+    std::vector<double> shares;  // of `among` below each, equal ones half
+    for (const double score : of) {
+      const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), score);
+      shares.push_back(0.5 *
+                       static_cast<double>((first - sorted.begin()) + (last - sorted.begin())) /
+                       static_cast<double>(sorted.size()));
+    }
+    return shares;
+  };
+  const Variance of_known = clustered(places(known, novel), area, known_groups);
+  const Variance of_novel = clustered(places(novel, known), 1 - area, novel_groups);
+  if (!(of_known.freedom > 0 && of_novel.freedom > 0)) return {nan, nan};
+  if (of_known.value + of_novel.value == 0) {
+    const double groups = 1 + std::min(of_known.freedom, of_novel.freedom);
+    return wilson_interval(groups * area, groups, probability);
+  }
+  // Of the logarithm of the area's odds, whose spread is even near the ends.
+  const double slope = 1 / (area * (1 - area));
+  const auto of_odds = [&](Variance one) {
+    return Variance{slope * slope * one.value, one.freedom};
+  };
+  const Bounds odds =
+      around(std::log(area / (1 - area)), {of_odds(of_known), of_odds(of_novel)}, probability);
+  return {1 / (1 + std::exp(-odds.low)), 1 / (1 + std::exp(-odds.high))};
 }
 
 double threshold_at(std::span<const double> known, double rate) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "eval/classification/score_rows.hpp"
+#include "eval/statistics/summary.hpp"
 
 // Whether a sample is of none of the classes. Scores tell how familiar it is: the greater, the more
 // like what was trained on.
@@ -16,6 +17,17 @@ namespace carillon::eval {
 /// nothing. Infinite scores are the greatest and the least. NaN where either is empty.
 /// @throws InputError  a score that is NaN; names its place
 double auroc(std::span<const double> known, std::span<const double> novel);
+
+/// Interval of `auroc` for other bodies of the same kinds: each sample's share of the area, summed
+/// over the groups that stand and fall together (Obuchowski 1997; of single samples DeLong, DeLong
+/// and Clarke-Pearson 1988), with Student's t of the odds' logarithm (Pepe 2003).
+/// Where nothing varies, Wilson's of the fewer groups. Within 0 and 1; NaN where either has but one
+/// group.
+/// @param known_groups, novel_groups  of each score; any numbers, not compared with each other
+/// @throws InputError  as auroc, or groups of another length
+Bounds auroc_interval(std::span<const double> known, std::span<const std::size_t> known_groups,
+                      std::span<const double> novel, std::span<const std::size_t> novel_groups,
+                      double probability = 0.95);
 
 /// The greatest threshold that at least this share of known samples reaches (score >= threshold).
 /// @param rate  true-positive rate, in (0, 1]

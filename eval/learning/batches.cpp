@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "core/random.hpp"
 #include "core/trace.hpp"
@@ -39,12 +40,18 @@ BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples,
       senses_(std::move(senses)),
       rows_(std::move(rows)),
       bodies_(senses_.size()) {
-  double row_bytes = 1;
+  std::set<std::uint32_t> named;
+  for (const std::uint32_t row : rows_) named.insert(samples_.bodies[row]);
+  body_entries_.assign(named.begin(), named.end());
+  double row_bytes = 1, body_bytes = 0;
   for (const Sense sense : senses_) {
     const SenseLayout layout = require_layout(source, sense);
     layouts_.push_back(layout);
-    if (!layout.of_bodies) row_bytes += static_cast<double>(values_in(layout.extent)) * 4;
+    (layout.of_bodies ? body_bytes : row_bytes) +=
+        static_cast<double>(values_in(layout.extent)) * 4;
   }
+  // Bodies are all there at once: samples of each lie anywhere.
+  memory -= body_bytes * static_cast<double>(body_entries_.size());
   const auto fitting = static_cast<std::size_t>(std::max(1.0, memory / row_bytes));
   // Two windows are there at a time: one in use, one coming.
   window_rows_ = fitting >= rows_.size()
@@ -88,10 +95,10 @@ void BatchReader::load_bodies() {
     const SenseLayout& layout = layouts_[s];
     if (!layout.of_bodies || !bodies_[s].empty()) continue;
     const std::size_t each = values_in(layout.extent);
-    bodies_[s].resize(layout.entries * each);
-    for (std::size_t first = 0; first < layout.entries; first += block_rows) {
-      std::vector<std::uint32_t> entries(std::min(block_rows, layout.entries - first));
-      std::iota(entries.begin(), entries.end(), static_cast<std::uint32_t>(first));
+    bodies_[s].resize(body_entries_.size() * each);
+    for (std::size_t first = 0; first < body_entries_.size(); first += block_rows) {
+      const auto entries = std::span(body_entries_)
+                               .subspan(first, std::min(block_rows, body_entries_.size() - first));
       source_.read(senses_[s], entries,
                    std::span(bodies_[s]).subspan(first * each, entries.size() * each));
     }
@@ -168,9 +175,12 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
     const std::uint32_t row = window_->rows[at];
     batch.rows.push_back(row);
     batch.labels.push_back(samples_.label[row]);
+    const auto body = static_cast<std::size_t>(
+        std::lower_bound(body_entries_.begin(), body_entries_.end(), samples_.bodies[row]) -
+        body_entries_.begin());
     for (std::size_t s = 0; s < senses_.size(); ++s) {
       const std::size_t each = values_in(layouts_[s].extent);
-      const float* from = layouts_[s].of_bodies ? bodies_[s].data() + samples_.bodies[row] * each
+      const float* from = layouts_[s].of_bodies ? bodies_[s].data() + body * each
                                                 : window_->values[s].data() + at * each;
       batch.senses[s].insert(batch.senses[s].end(), from, from + each);
     }

@@ -28,7 +28,8 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
 class BatchReader {
  public:
   /// @param rows    ascending
-  /// @param memory  for samples [B]; the order of samples depends on whether all fit
+  /// @param memory  for samples and the bodies that they are of [B]; the latter are all held, and
+  ///                the order of samples depends on whether all fit
   /// @throws InputError  the source lacks a sense; says how to get it
   BatchReader(SampleSource& source, const LabelledSamples& samples, std::vector<Sense> senses,
               std::vector<std::uint32_t> rows, double memory);
@@ -68,7 +69,8 @@ class BatchReader {
   std::vector<SenseLayout> layouts_;
   std::vector<std::uint32_t> rows_;
   std::size_t window_rows_ = 0;
-  std::vector<std::vector<float>> bodies_;        ///< all entries of senses that are of bodies
+  std::vector<std::uint32_t> body_entries_;       ///< bodies of the rows, ascending
+  std::vector<std::vector<float>> bodies_;        ///< of each sense that is of bodies: theirs
   std::vector<std::vector<std::uint32_t>> plan_;  ///< rows of each window of this pass
   std::size_t window_number_ = 0;                 ///< the next of the plan
   std::optional<Window> window_;

@@ -70,18 +70,28 @@ class DatasetSource final : public SampleSource {
   std::vector<std::string> keys() const override { return keys_; }
   std::vector<std::uint32_t> bodies() const override { return bodies_; }
   std::vector<std::string> body_names() const override {
-    if (!file_.has("shape_index")) return sound_names();
-    if (shapes_.empty()) return labels("shape");
-    std::vector<std::string> names;
-    for (const std::uint32_t body : bodies_) names.push_back(shapes_.at(body));
+    std::vector<std::string> names = labels("shape");
+    // Takes are of all bodies that play in them, which a seed draws.
+    const bool of_takes = !file_.has("shape_index");
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (of_takes) {
+        names[i].insert(0, seed_);
+      } else if (!shapes_.empty()) {
+        names[i] = shapes_.at(bodies_[i]);
+      }
+    }
     return names;
   }
-  std::vector<std::string> sound_names() const override {
+  std::vector<std::string> strike_names() const override {
     std::vector<std::string> names;
-    const std::vector<std::string> bodies =
-        file_.has("shape_index") && !shapes_.empty() ? body_names() : std::vector<std::string>();
+    if (!file_.has("strike")) {
+      for (const std::string& key : keys_) names.push_back(seed_ + key);
+      return names;
+    }
+    const std::vector<std::string> bodies = body_names(), shapes = labels("shape");
+    const auto strikes = file_.read<std::int64_t>("strike");
     for (std::size_t i = 0; i < keys_.size(); ++i) {
-      names.push_back(seed_ + keys_[i] + (bodies.empty() ? "" : " " + bodies[i]));
+      names.push_back(fmt::format("{}{} {} {}", seed_, shapes[i], strikes[i], bodies[i]));
     }
     return names;
   }

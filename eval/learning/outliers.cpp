@@ -7,10 +7,10 @@ namespace carillon::eval {
 
 namespace {
 
-/// Kinds of noise that are learnt from; brown noise is kept for the trial.
+/// Kinds of noise that are learnt from; brown noise and babble are kept for the trial.
 constexpr synth::NoiseKind learnt_kinds[] = {synth::NoiseKind::white, synth::NoiseKind::pink,
-                                             synth::NoiseKind::hum, synth::NoiseKind::babble};
-constexpr std::size_t of_each_kind = 150;
+                                             synth::NoiseKind::hum};
+constexpr std::size_t of_each_kind = 200;
 
 /// Low bands of one spectrogram, the rest of another; of waveforms the earlier part of one, the
 /// rest of another. The border lies in the middle half.

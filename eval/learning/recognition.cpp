@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/random.hpp"
 #include "eval/classification/calibration.hpp"
@@ -39,9 +40,16 @@ std::vector<double> log_odds(std::span<const float> logits, std::size_t classes,
   return log_odds_scores({values, classes}, temperature);
 }
 
-RecognitionTrial::Novel against(const std::vector<double>& known, const std::vector<double>& novel,
-                                double threshold) {
-  return {novel.size(), auroc(known, novel), share_reaching(novel, threshold)};
+/// Scores, and which of them stand and fall together.
+struct Scored {
+  std::vector<double> scores;
+  std::vector<std::size_t> groups;
+};
+
+RecognitionTrial::Novel against(const Scored& known, const Scored& novel, double threshold) {
+  return {novel.scores.size(), auroc(known.scores, novel.scores),
+          auroc_interval(known.scores, known.groups, novel.scores, novel.groups),
+          share_reaching(novel.scores, threshold)};
 }
 
 std::vector<double> noise_log_odds(const Recognition& recognition, const Learner& learner,
@@ -76,8 +84,7 @@ Recognition learn_recognition(Learner& learner, SampleSource& source,
   } else {
     const std::vector<double> logits = doubles(known);
     recognition.temperature =
-        fit_temperature({logits, classes}, labels_of(samples, samples.rows(Part::validation)))
-            .value;
+        fit_temperature({logits, classes}, labels_of(samples, samples.rows(Part::validation)));
   }
   recognition.threshold =
       threshold_at(log_odds(known, classes, recognition.temperature), accepted_share);
@@ -102,7 +109,9 @@ Recognised recognise(const Learner& learner, const Recognition& recognition,
 
 RecognitionTrial try_recognition(const Recognition& recognition, Learner& learner,
                                  SampleSource& source, const LabelledSamples& samples,
-                                 std::span<const float> test, const LearningRanks& ranks) {
+                                 std::span<const float> test,
+                                 std::span<const std::size_t> test_groups,
+                                 const LearningRanks& ranks) {
   RecognitionTrial trial;
   const Rows tested = samples.rows(Part::test);
   const std::vector<double> logits = doubles(test);
@@ -116,19 +125,23 @@ RecognitionTrial try_recognition(const Recognition& recognition, Learner& learne
   trial.calibration_error = error(recognition.temperature);
   trial.uncalibrated_error = error(1);
   const std::size_t classes = samples.classes.size();
-  const auto known = log_odds(test, classes, recognition.temperature);
-  trial.accepted = share_reaching(known, recognition.threshold);
+  const Scored known{log_odds(test, classes, recognition.temperature),
+                     {test_groups.begin(), test_groups.end()}};
+  trial.accepted = share_reaching(known.scores, recognition.threshold);
   Rows others;
   for (std::size_t i = 0; i < samples.label.size(); ++i) {
     if (samples.label[i] == left_out) others.push_back(static_cast<std::uint32_t>(i));
   }
   if (!others.empty()) {
     const std::vector<float> theirs = learner.predict(source, samples, others, ranks);
-    trial.novel["left_out"] =
-        against(known, log_odds(theirs, classes, recognition.temperature), recognition.threshold);
+    Scored novel{log_odds(theirs, classes, recognition.temperature), {}};
+    for (const std::uint32_t row : others) novel.groups.push_back(samples.body_groups[row]);
+    trial.novel["left_out"] = against(known, novel, recognition.threshold);
   }
   for (const std::string& name : synth::noise_kind_names()) {
-    const auto novel = noise_log_odds(recognition, learner, synth::noise_kind(name), name);
+    Scored novel{noise_log_odds(recognition, learner, synth::noise_kind(name), name), {}};
+    novel.groups.resize(novel.scores.size());
+    std::iota(novel.groups.begin(), novel.groups.end(), std::size_t{0});
     trial.novel[name] = against(known, novel, recognition.threshold);
   }
   return trial;

@@ -8,6 +8,7 @@
 
 #include "eval/learning/clip.hpp"
 #include "eval/learning/training.hpp"
+#include "eval/statistics/summary.hpp"
 
 namespace carillon::eval {
 
@@ -52,18 +53,24 @@ struct RecognitionTrial {
   struct Novel {
     std::size_t sounds = 0;
     double auroc = 0;
+    Bounds
+        auroc95;  ///< for other bodies; of what is known for other strikes where they are held out
     double accepted = 0;
   };
   /// `left_out`: the source's samples of labels that the task leaves out, where there are; `white`,
-  /// `pink`, `brown`, `hum` and `babble`: noises, the last of which is speech-like.
+  /// `pink`, `brown`, `hum` and `babble`: noises, the last of which is speech-like. Of those, brown
+  /// and babble are never learnt from.
   std::map<std::string, Novel> novel;
 };
 
-/// @param test  logits of the test samples
+/// @param test         logits of the test samples
+/// @param test_groups  of each, whose answers stand and fall together
 /// @note Collective on the ranks.
 RecognitionTrial try_recognition(const Recognition& recognition, Learner& learner,
                                  SampleSource& source, const LabelledSamples& samples,
-                                 std::span<const float> test, const LearningRanks& ranks);
+                                 std::span<const float> test,
+                                 std::span<const std::size_t> test_groups,
+                                 const LearningRanks& ranks);
 
 /// @throws StorageError
 void save_recognition(const std::filesystem::path& path, const Recognition& recognition);

@@ -188,8 +188,8 @@ class RecordingsSource final : public SampleSource {
       all.add(column);
       for (const std::string& cell : cells) all.add(cell).add("\n");
     }
-    content_ = fmt::format("{} {} {} {} {} {}", all.hex(), to_json(preparer_.format()).dump(),
-                           spec.body, spec.validation, spec.test, spec.seed);
+    content_ = fmt::format("{} {} {} {} {} {} {}", all.hex(), to_json(preparer_.format()).dump(),
+                           spec.body, spec.strike, spec.validation, spec.test, spec.seed);
     name_bodies();
   }
 
@@ -198,7 +198,7 @@ class RecordingsSource final : public SampleSource {
   std::vector<std::string> keys() const override { return table_.files; }
   std::vector<std::uint32_t> bodies() const override { return bodies_; }
   std::vector<std::string> body_names() const override { return body_names_; }
-  std::vector<std::string> sound_names() const override { return hashes_; }
+  std::vector<std::string> strike_names() const override { return strike_names_; }
   std::string content() const override { return content_; }
 
   std::optional<ClipFormat> clip_format() const override { return preparer_.format(); }
@@ -261,7 +261,13 @@ class RecordingsSource final : public SampleSource {
   void name_bodies() {
     std::string column = spec_.body;
     if (column.empty() && table_.columns.contains("shape")) column = "shape";
+    strike_names_ = hashes_;
     body_names_ = column.empty() ? hashes_ : labels(column);
+    if (!spec_.strike.empty()) {
+      strike_names_ = labels(spec_.strike);
+      if (column.empty()) body_names_ = strike_names_;
+      for (std::size_t i = 0; i < size(); ++i) strike_names_[i].insert(0, body_names_[i] + " ");
+    }
     std::map<std::string, std::uint32_t> numbers;
     for (const std::string& body : body_names_) numbers.emplace(body, 0);
     std::uint32_t count = 0;
@@ -285,7 +291,8 @@ class RecordingsSource final : public SampleSource {
     }
     std::vector<std::string> parts;
     for (std::size_t i = 0; i < size(); ++i) {
-      parts.push_back(drawn_part(column == "split_shape" ? body_names_[i] : hashes_[i], column));
+      parts.push_back(
+          drawn_part(column == "split_shape" ? body_names_[i] : strike_names_[i], column));
     }
     return parts;
   }
@@ -306,6 +313,7 @@ class RecordingsSource final : public SampleSource {
     };
     for (std::size_t i = 0; i < size(); ++i) {
       require_one_part("sound " + hashes_[i], i, "the same sound twice");
+      require_one_part("strike " + strike_names_[i], i, "one strike");
       if (column == "split_shape") {
         require_one_part("body " + body_names_[i], i, "body " + body_names_[i]);
       }
@@ -318,7 +326,7 @@ class RecordingsSource final : public SampleSource {
   LabelTable table_;
   ClipPreparer preparer_;
   std::vector<std::string> hashes_;
-  std::vector<std::string> body_names_;
+  std::vector<std::string> body_names_, strike_names_;
   std::vector<std::uint32_t> bodies_;
   std::string content_;
 };

@@ -31,8 +31,9 @@ class SampleSource {
   virtual std::vector<std::uint32_t> bodies() const = 0;
   /// What tells each sample's body from every other one's: equal for one body in several sources.
   virtual std::vector<std::string> body_names() const = 0;
-  /// Likewise its sound's.
-  virtual std::vector<std::string> sound_names() const = 0;
+  /// Likewise its strike's: sounds of one strike, of the same body in several materials or by
+  /// several microphones, are heard rightly or wrongly together.
+  virtual std::vector<std::string> strike_names() const = 0;
   /// A column of texts: labels and splits.
   /// @throws InputError  there is none; names those that there are
   virtual std::vector<std::string> labels(const std::string& column) const = 0;

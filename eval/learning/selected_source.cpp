@@ -79,8 +79,8 @@ class SelectedSource final : public SampleSource {
     return gathered<std::string>([](const SampleSource& source) { return source.body_names(); },
                                  [](const std::string& name, std::uint32_t) { return name; });
   }
-  std::vector<std::string> sound_names() const override {
-    return gathered<std::string>([](const SampleSource& source) { return source.sound_names(); },
+  std::vector<std::string> strike_names() const override {
+    return gathered<std::string>([](const SampleSource& source) { return source.strike_names(); },
                                  [](const std::string& name, std::uint32_t) { return name; });
   }
 

@@ -89,7 +89,8 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
   samples.classes.assign(found.begin(), found.end());
   samples.keys = source.keys();
   samples.bodies = source.bodies();
-  samples.groups = numbered(source.body_names());
+  samples.body_groups = numbered(source.body_names());
+  samples.strike_groups = numbered(source.strike_names());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const auto at = class_of.find(labels[i]);
     const auto place = at == class_of.end() || out[i] ? found.end() : found.find(at->second);

@@ -34,7 +34,8 @@ struct LabelledSamples {
   std::vector<Part> part;             ///< of each sample
   std::vector<std::string> keys;      ///< of each sample
   std::vector<std::uint32_t> bodies;  ///< of each sample: entry of senses that are of bodies
-  std::vector<std::uint32_t> groups;  ///< of each sample: samples of one body, of whatever source
+  /// Of each sample: equal for samples of one body, and of one strike, of whatever source.
+  std::vector<std::uint32_t> body_groups, strike_groups;
 
   /// Samples of the task in a part, ascending.
   std::vector<std::uint32_t> rows(Part part) const;

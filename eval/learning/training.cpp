@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -17,6 +18,10 @@ namespace carillon::eval {
 
 namespace {
 
+bool normalises_over_batch(Branch branch) {
+  return branch == Branch::soundnet5 || branch == Branch::soundnet8;
+}
+
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// One training on its way.
@@ -28,6 +33,7 @@ class Training {
 
  private:
   using Optimizer = std::unique_ptr<torch::optim::Optimizer>;
+  void remark_on_batch();
   void resume();
   void keep() const;
   std::optional<Epoch> one_epoch();
@@ -81,19 +87,45 @@ Training::Training(Learner::State& learner, SampleSource& source, const Labelled
         learner_.classifier->parameters(),
         torch::optim::AdamOptions(options.learning_rate).weight_decay(options.weight_decay));
   }
+  remark_on_batch();
   trained_.parameters = parameter_count(*learner_.classifier);
   flat_ = torch::zeros({trained_.parameters + static_cast<std::int64_t>(Tally::numbers)});
+}
+
+void require_finite(double loss) {
+  if (std::isfinite(loss)) return;
+  throw core::InputError("training: the loss is no number any more",
+                         "a lower learning_rate; carillon check tells whether the data are whole");
+}
+
+void Training::remark_on_batch() {
+  const std::int64_t batch = method_.learning.batch;
+  if (batch < ranks_.size) {
+    trained_.remarks.push_back(fmt::format("a batch of {} on {} ranks becomes one of {}", batch,
+                                           ranks_.size, ranks_.size));
+  }
+  const std::int64_t of_rank = std::max<std::int64_t>(1, batch / ranks_.size);
+  const auto& branches = method_.branches;
+  const bool normalises = std::any_of(branches.begin(), branches.end(), normalises_over_batch);
+  if (normalises && of_rank < 8) {
+    trained_.remarks.push_back(
+        fmt::format("SoundNet normalises over the {} samples of a step that a rank has: a larger "
+                    "batch is steadier",
+                    of_rank));
+  }
 }
 
 /// Goes on from the checkpoint where there is one that can be used.
 void Training::resume() {
   std::string found;
-  if (ranks_.rank == 0 && !checkpoint_.file.empty() && std::filesystem::exists(checkpoint_.file)) {
+  if (ranks_.rank == 0 && !checkpoint_.file.empty()) {
     try {
-      const SealedFile file = read_sealed(checkpoint_.file);
-      if (file.header.value("inputs", "") == checkpoint_.inputs) found = "there";
-    } catch (const core::InputError& error) {
-      trained_.remarks.push_back(fmt::format("{}; training begins anew", error.message()));
+      if (std::filesystem::exists(checkpoint_.file)) {
+        const SealedFile file = read_sealed(checkpoint_.file);
+        if (file.header.value("inputs", "") == checkpoint_.inputs) found = "there";
+      }
+    } catch (const std::exception& error) {
+      trained_.remarks.push_back(fmt::format("{}; training begins anew", error.what()));
     }
   }
   if (ranks_.share(found).empty()) return;
@@ -159,15 +191,10 @@ Tally Training::step(std::size_t share) {
     return nullptr;
   }();
   const Tally total = sum(tally, true, error);
-  if (!std::isfinite(total.loss)) {
-    throw core::InputError(
-        "training: the loss is no number any more",
-        "a lower learning_rate; carillon check tells whether the data are whole");
-  }
-  if (total.samples > 0) {
-    gradients().div_(total.samples);
-    optimizer_->step();
-  }
+  require_finite(total.loss);
+  if (!(total.samples > 0)) throw core::Error("training: a step without a sample");
+  gradients().div_(total.samples);
+  optimizer_->step();
   return total;
 }
 
@@ -230,16 +257,17 @@ std::optional<Epoch> Training::one_epoch() {
              rank = static_cast<std::size_t>(ranks_.rank);
   const auto batch = static_cast<std::size_t>(options.batch);
   const std::size_t share = std::max<std::size_t>(1, batch / size + (rank < batch % size ? 1 : 0));
-  Tally total;
-  while (static_cast<std::size_t>(total.samples) < train_rows_) {
+  const auto all = static_cast<double>(train_rows_);
+  double loss = 0, right = 0, samples = 0;
+  while (samples < all) {
     const Tally of_step = step(share);
-    total.loss += of_step.loss;
-    total.right += of_step.right;
-    total.samples += of_step.samples;
+    loss += of_step.loss;
+    right += of_step.right;
+    samples += of_step.samples;
     if (of_step.stop > 0) return std::nullopt;
-    epoch.train_loss = total.loss / total.samples;
-    epoch.train_accuracy = total.right / total.samples;
-    if (watch_.step) watch_.step(total.samples, static_cast<double>(train_rows_), epoch);
+    epoch.train_loss = loss / samples;
+    epoch.train_accuracy = right / samples;
+    if (watch_.step) watch_.step(samples, all, epoch);
   }
   if (ranks_.size > 1) {
     std::vector<float> statistics = running_statistics(*learner_.classifier);
@@ -249,6 +277,7 @@ std::optional<Epoch> Training::one_epoch() {
   const Tally validated = validate();
   if (validated.stop > 0) return std::nullopt;
   if (validated.samples > 0) {
+    require_finite(validated.loss);
     epoch.validation_loss = validated.loss / validated.samples;
     epoch.validation_accuracy = validated.right / validated.samples;
   }
@@ -284,6 +313,10 @@ Trained Training::run() {
     if (watch_.epoch) watch_.epoch(*epoch);
   }
   trained_.best = best_of(trained_.epochs);
+  if (trained_.best == method_.learning.epochs && validation_rows_ > 0) {
+    trained_.remarks.push_back(fmt::format(
+        "the last of {} epochs was the best: more of them may do better", method_.learning.epochs));
+  }
   if (!best_.empty()) from_bytes(best_, *learner_.classifier);
   learner_.classifier->eval();
   return std::move(trained_);

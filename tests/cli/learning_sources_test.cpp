@@ -15,7 +15,7 @@ void require(const MadeSource& one, const MadeSource& other, const std::string& 
   require_one_part({&one, &other}, split);
 }
 
-TEST(SeveralSources, HaveEverySoundInOnePart) {
+TEST(SeveralSources, HaveEveryStrikeInOnePart) {
   MadeSource one(30, 3), other(30, 3);
   one.columns["split_strike"] = other.columns["split_strike"] =
       std::vector<std::string>(30, "train");
@@ -23,9 +23,9 @@ TEST(SeveralSources, HaveEverySoundInOnePart) {
   other.columns["split_strike"][4] = "test";
   try {
     require(one, other, "split_strike");
-    FAIL() << "a sound is learnt from and tested";
+    FAIL() << "a strike is learnt from and tested";
   } catch (const core::InputError& error) {
-    EXPECT_NE(error.message().find("sample-4: the same sound is in test here and in train"),
+    EXPECT_NE(error.message().find("sample-4: the same strike is in test here and in train"),
               std::string::npos)
         << error.message();
     EXPECT_FALSE(error.hint().empty());

@@ -88,7 +88,7 @@ class Classify(FolderTest):
 
     def test_groups_are_what_was_held_out(self):
         geometry, hardness = (row(self.found, task, "isnn-a") for task in ("geometry", "hardness"))
-        self.assertEqual(geometry["groups"], geometry["samples"])
+        self.assertEqual(geometry["groups"] * 2, geometry["samples"])  # a strike in two materials
         self.assertEqual(hardness["groups"] * 20, hardness["samples"])
         # Few bodies say less than many strikes.
         self.assertLess(hardness["groups"], 10)

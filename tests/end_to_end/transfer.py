@@ -6,6 +6,7 @@ import unittest
 import h5py
 import numpy
 
+from estimate import write_wav
 from program import FolderTest, run, run_json
 
 CONFIG = """
@@ -66,7 +67,13 @@ class Transfer(FolderTest):
         # Noise moves no pitch, and drowns what is soft.
         self.assertLess(heard["pitch_jnd"], 1)
         self.assertTrue(0.1 < heard["loudness_share"] < 1.42, heard)
-        self.assertNotIn("noisy", [row["trained_on"] for row in self.found["rows"]])
+        # On the same sounds: surer than two intervals apart.
+        less = row["less_home"]
+        home = self.row("noisy")
+        self.assertEqual((home["kind"], home["share"], home["own"]), ("target", 1, None))
+        self.assertGreater(home["sample_s"], 0)
+        self.assertAlmostEqual(less["mean"], row["target"]["mean"] - home["target"]["mean"], 12)
+        self.assertLess(less["interval95"][1], 0)
 
     def test_mixes_have_one_size_and_the_same_test(self):
         alone = [row for row in self.found["rows"] if row["trained_on"] == "target alone"]
@@ -78,6 +85,8 @@ class Transfer(FolderTest):
         self.assertEqual(alone[0]["samples"], round(size / 2))
         for row in alone + mixed:
             self.assertIsNone(row["own"])
+        home = self.row("noisy")["target"]
+        self.assertEqual(alone[1]["target"], home)  # learnt once
         # Where few are its own, others beside them help.
         self.assertGreater(mixed[1]["target"]["mean"], alone[0]["target"]["mean"] + 0.1)
 
@@ -141,9 +150,31 @@ class Transfer(FolderTest):
         config = self.write("given.yaml", f"data: {clean}\n{train}evaluate:\n"
                             f"  transfer: {{data: {noisy}}}\n")
         found = run_json("evaluate", config, "-o", self.folder / "given")
-        row = found["rows"][0]
+        home, row = found["rows"]
+        self.assertEqual((home["kind"], row["kind"]), ("target", "elsewhere"))
         self.assertEqual((row["trained_on"], found["target"]), ("given", "target"))
         self.assertGreater(row["own"]["mean"], row["target"]["mean"])
+
+    def test_recordings_are_tested_whole(self):
+        clean, noisy = (next(self.output.glob(f"*{name}*/index.h5")) for name in ("clean", "noisy"))
+        with h5py.File(noisy) as file:
+            shapes, clips = file["shape"].asstr()[:], file["audio"][:60]
+            rate = int(file.attrs["sample_rate_hz"])
+        for number, clip in enumerate(clips):
+            path = self.folder / "recorded" / f"{shapes[number]}_{number}.wav"
+            path.parent.mkdir(exist_ok=True)
+            write_wav(path, rate, 0.9 * clip / abs(clip).max())
+        train = CONFIG[CONFIG.index("train:"):CONFIG.index("evaluate:")]
+        config = self.write("recorded.yaml", f"data: {clean.parent}\n{train}evaluate:\n  transfer: "
+                            "{recordings: {folder: recorded, names: \"{shape}_*\"}}\n")
+        found = run_json("evaluate", config, "-o", self.folder / "heard-in", "--set",
+                         "train.epochs=2")
+        (row,) = found["rows"]
+        self.assertEqual((row["kind"], row["less_home"]), ("elsewhere", None))
+        (path,) = (self.folder / "heard-in").rglob("answers.h5")
+        with h5py.File(path) as file:
+            keys = file["test"]["key"].asstr()[:]
+        self.assertEqual(sum(key.startswith("1:") for key in keys), 60)
 
     def test_says_what_is_wrong_in_a_configuration(self):
         for override, said in (

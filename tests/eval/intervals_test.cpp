@@ -192,6 +192,55 @@ TEST(IntervalOverSeeds, HoldsTheTruthOfOtherBodiesAndSeeds) {
   EXPECT_LT(held_by_seeds, 0.8 * repetitions);
 }
 
+TEST(AccuracyDifference, HoldsTheTruthWhereTwoIntervalsOverlap) {
+  // Both find the same bodies hard; the first is right 0.06 less often.
+  int held = 0, overlapping = 0;
+  double width = 0;
+  constexpr int repetitions = 300;
+  for (int r = 0; r < repetitions; ++r) {
+    core::RandomStream random(8, static_cast<std::uint64_t>(r), "test.difference");
+    const Bodies bodies(20, 100, random);
+    std::vector<Classes> first, second;
+    for (int s = 0; s < 3; ++s) {
+      first.push_back(bodies.predict(-0.06 + random.uniform(-0.02, 0.02), random));
+      second.push_back(bodies.predict(random.uniform(-0.02, 0), random));
+    }
+    const AccuracyDifference found = accuracy_difference(bodies.tested(), first, second);
+    // Chances above 1 - 0.02 do not occur often enough to matter: 0.06 less 0.01.
+    held += found.bounds.low <= -0.05 && -0.05 <= found.bounds.high;
+    width += (found.bounds.high - found.bounds.low) / repetitions;
+    const auto own = [&](const std::vector<Classes>& predicted) {
+      return interval_over_seeds(bodies.tested(), predicted, AccuracyKind::plain).seeds_and_groups;
+    };
+    overlapping += own(first).high > own(second).low;
+  }
+  EXPECT_GT(held, 0.92 * repetitions);
+  EXPECT_LE(held, repetitions);
+  EXPECT_GT(overlapping, 0.95 * repetitions);
+  EXPECT_LT(width, 0.09);
+}
+
+TEST(AccuracyDifference, IsTheTTestOfPairsByHand) {
+  const Classes truth(8, 0), groups = {0, 1, 2, 3, 4, 5, 6, 7};
+  const Classes first = {0, 0, 0, 0, 0, 0, 1, 1}, second = {0, 0, 0, 1, 1, 1, 0, 1};
+  const TestedSamples tested{truth, groups, 2};
+  const auto found =
+      accuracy_difference(tested, std::vector<Classes>{first}, std::vector<Classes>{second});
+  // d = numpy.array([0, 0, 0, 1, 1, 1, -1, 0]);
+  // scipy.stats.t.interval(0.95, 7, loc=d.mean(), scale=d.std(ddof=1) / 8**0.5)
+  EXPECT_NEAR(found.mean, 0.25, 1e-15);
+  EXPECT_NEAR(found.bounds.low, -0.3411560627525748, 1e-9);
+  EXPECT_NEAR(found.bounds.high, 0.8411560627525748, 1e-9);
+  const auto turned =
+      accuracy_difference(tested, std::vector<Classes>{second}, std::vector<Classes>{first});
+  EXPECT_EQ(turned.mean, -found.mean);
+  EXPECT_EQ(turned.bounds.high, -found.bounds.low);
+  const auto same =
+      accuracy_difference(tested, std::vector<Classes>{first}, std::vector<Classes>{first});
+  EXPECT_EQ(same.mean, 0);
+  EXPECT_TRUE(std::isnan(same.bounds.low));
+}
+
 TEST(IntervalOverSeeds, SaysWhatCannotBeKnown) {
   const Classes truth = {0, 0, 1, 1}, groups = {0, 0, 1, 1}, wrong = {1, 0, 1, 1};
   const auto kind = AccuracyKind::balanced;

@@ -5,8 +5,12 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/error.hpp"
+#include "core/random.hpp"
+#include "eval/classification/intervals.hpp"
+#include "eval/statistics/variance.hpp"
 
 namespace carillon::eval {
 namespace {
@@ -59,6 +63,67 @@ TEST(Auroc, IsTheShareOfPairsAndHeedsOrderAlone) {
     RC_ASSERT(auroc(mapped(known), mapped(novel)) == area);
     RC_ASSERT(std::abs(auroc(novel, known) - (1 - area)) < 1e-12);
   }));
+}
+
+/// Scores about a mean, in groups whose members are alike.
+struct Groups {
+  std::vector<double> scores;
+  std::vector<std::size_t> groups;
+
+  Groups(std::size_t count, std::size_t each, double mean, core::RandomStream& random) {
+    for (std::size_t g = 0; g < count; ++g) {
+      const double own = mean + random.normal();
+      for (std::size_t i = 0; i < each; ++i) {
+        scores.push_back(own + 0.5 * random.normal());
+        groups.push_back(7 * g);
+      }
+    }
+  }
+};
+
+TEST(AurocInterval, HoldsTheTruthOfOtherBodies) {
+  // Both have a variance of 1.25: known above novel with the probability of a normal one below
+  // 1.5 / sqrt(2.5).
+  const double truth = 0.5 * std::erfc(-1.5 / std::sqrt(2.5) / std::sqrt(2.0));
+  int held = 0, held_by_singles = 0;
+  constexpr int repetitions = 400;
+  for (int r = 0; r < repetitions; ++r) {
+    core::RandomStream random(3, static_cast<std::uint64_t>(r), "test.auroc");
+    const Groups known(14, 12, 1.5, random), novel(10, 12, 0, random);
+    const auto holds = [&](Bounds bounds) { return bounds.low <= truth && truth <= bounds.high; };
+    held += holds(auroc_interval(known.scores, known.groups, novel.scores, novel.groups));
+    std::vector<std::size_t> singles(known.scores.size());
+    std::iota(singles.begin(), singles.end(), std::size_t{0});
+    held_by_singles += holds(auroc_interval(known.scores, singles, novel.scores,
+                                            std::span(singles).first(novel.scores.size())));
+  }
+  EXPECT_GT(held, 0.9 * repetitions);
+  EXPECT_LT(held, 0.995 * repetitions);
+  EXPECT_LT(held_by_singles, 0.7 * repetitions);
+}
+
+TEST(AurocInterval, IsDeLongsOfSingleSamples) {
+  // Structural components by hand: known 0.75, 1, 1 of two novel ones; novel 5/6, 1 of three.
+  const std::vector<double> known = {1, 3, 4}, novel = {1, 0};
+  const Bounds bounds = auroc_interval(known, std::vector<std::size_t>{0, 1, 2}, novel,
+                                       std::vector<std::size_t>{0, 1});
+  const double area = 11.0 / 12;
+  const double of_known = (std::pow(0.75 - area, 2) + 2 * std::pow(1 - area, 2)) / 2 / 3;
+  const double of_novel = (std::pow(5.0 / 6 - area, 2) + std::pow(1 - area, 2)) / 1 / 2;
+  const double sum = of_known + of_novel;
+  const double freedom = sum * sum / (of_known * of_known / 2 + of_novel * of_novel / 1);
+  const double half = students_t(0.95, freedom) * std::sqrt(sum) / (area * (1 - area));
+  EXPECT_NEAR(bounds.low, 1 / (1 + std::exp(half) / 11), 1e-12);  // odds of 11
+  EXPECT_NEAR(bounds.high, 1 / (1 + std::exp(-half) / 11), 1e-12);
+}
+
+TEST(AurocInterval, SaysWhatCannotBeKnown) {
+  const std::vector<double> low = {0, 1}, high = {2, 3};
+  const std::vector<std::size_t> one = {0, 0}, two = {0, 1};
+  EXPECT_TRUE(std::isnan(auroc_interval(high, two, low, one).low));
+  EXPECT_EQ(auroc_interval(high, two, low, two).low, wilson_interval(2, 2).low);
+  EXPECT_EQ(auroc_interval(high, two, low, two).high, 1);
+  EXPECT_THROW(auroc_interval(high, std::vector<std::size_t>{0}, low, two), core::InputError);
 }
 
 TEST(ThresholdAt, IsReachedByTheShareAskedFor) {

@@ -118,9 +118,9 @@ TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
   EXPECT_NEAR(values[ticks] / values[0], 17.0 / 16.0, 1e-5);  // y of the first tick
 }
 
-TEST_F(Dataset, CallsBodiesAndSoundsAlikeInOtherDatasets) {
+TEST_F(Dataset, CallsBodiesAndStrikesAlikeInOtherDatasets) {
   const auto source = open_dataset_source(folder_.path(), 0);
-  const std::vector<std::string> bodies = source->body_names(), names = source->sound_names();
+  const std::vector<std::string> bodies = source->body_names(), names = source->strike_names();
   EXPECT_EQ(bodies[0], bodies[1]);
   EXPECT_NE(bodies[1], bodies[2]);
   EXPECT_NE(names[0], names[1]);
@@ -130,8 +130,8 @@ TEST_F(Dataset, CallsBodiesAndSoundsAlikeInOtherDatasets) {
   core::write_text_durably(folder_.path() / "dataset.json", description.dump());
   const auto other = open_dataset_source(folder_.path(), 0);
   EXPECT_EQ(other->body_names()[0], bodies[0]);
-  EXPECT_NE(other->body_names()[2], bodies[2]);  // another body of the same name
-  EXPECT_NE(other->sound_names()[0], names[0]);  // another seed: struck elsewhere
+  EXPECT_NE(other->body_names()[2], bodies[2]);   // another body of the same name
+  EXPECT_NE(other->strike_names()[0], names[0]);  // another seed: struck elsewhere
 }
 
 }  // namespace

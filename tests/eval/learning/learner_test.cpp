@@ -2,12 +2,16 @@
 // becomes of bad samples and damaged checkpoints.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <barrier>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "eval/learning/batches.hpp"
 #include "eval/learning/nearest_neighbour.hpp"
 #include "eval/learning/training.hpp"
 #include "tests/core/temporary_folder.hpp"
@@ -69,6 +73,75 @@ TEST(Training, GoesOnAsIfItHadNotStopped) {
     }
     std::filesystem::remove(checkpoint.file);
   }
+}
+
+/// Two ranks as threads of one process.
+class TwoRanks {
+ public:
+  LearningRanks of(int rank) {
+    LearningRanks ranks;
+    ranks.rank = rank;
+    ranks.size = 2;
+    ranks.sum = [this, rank](std::span<float> values) {
+      auto& own = values_[static_cast<std::size_t>(rank)];
+      const auto& other = values_[static_cast<std::size_t>(1 - rank)];
+      own.assign(values.begin(), values.end());
+      meet_.arrive_and_wait();
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] += other.at(i);
+      meet_.arrive_and_wait();
+    };
+    return ranks;
+  }
+
+ private:
+  std::array<std::vector<float>, 2> values_;
+  std::barrier<> meet_{2};
+};
+
+TEST(Training, OfTwoRanksMovesByTheMeanGradientOfAllSamples) {
+  // Plain gradient descent, which heeds a gradient's scale, without anything random; every step
+  // sees all samples, of which one rank has more.
+  MadeSource source(520, 3, 1.0);
+  Method method = svm({Sense::spectrogram});
+  method.learning.epochs = 4;
+  method.learning.batch = 2000;
+  const Course alone = train(method, source);
+  const LabelledSamples samples = label_samples(source, made_task());
+  const auto rows = samples.rows(Part::test), all = samples.rows(Part::train);
+  EXPECT_NE(rows_of_rank(all, 0, 2).size(), rows_of_rank(all, 1, 2).size());
+  std::vector<Learner> learners;
+  for (int rank = 0; rank < 2; ++rank) {
+    learners.emplace_back(method, extents_of(method, source), samples.classes);
+  }
+  TwoRanks ranks;
+  std::array<std::vector<float>, 2> scores;
+  std::vector<std::jthread> threads;
+  for (const int rank : {0, 1}) {
+    threads.emplace_back([&, rank] {
+      MadeSource own(520, 3, 1.0);
+      const auto place = static_cast<std::size_t>(rank);
+      learners[place].train(own, samples, ranks.of(rank), {}, {});
+      scores[place] = learners[place].predict(own, samples, rows, ranks.of(rank));
+    });
+  }
+  threads.clear();
+  EXPECT_EQ(scores[0], scores[1]);
+  ASSERT_EQ(scores[0].size(), alone.scores.size());
+  const float most = *std::max_element(alone.scores.begin(), alone.scores.end());
+  EXPECT_GT(most, 0.05F);
+  for (std::size_t i = 0; i < alone.scores.size(); ++i) {
+    EXPECT_NEAR(scores[0][i], alone.scores[i], 1e-5F * most) << i;
+  }
+}
+
+TEST(Training, RefusesAValidationLossThatIsNoNumber) {
+  MadeSource source(300, 3);
+  const LabelledSamples samples = label_samples(source, made_task());
+  Method method = svm({Sense::spectrogram});
+  method.learning.learning_rate = 1e38;  // the step after which nothing is finite is the last
+  method.learning.batch = 1000;
+  Learner learner(method, extents_of(method, source), samples.classes);
+  EXPECT_THROW(learner.train(source, samples, {}, {}, {}), core::InputError);
 }
 
 TEST(Training, EndsWhereNothingGetsBetterAndKeepsTheBestWeights) {

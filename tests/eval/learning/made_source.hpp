@@ -35,7 +35,7 @@ class MadeSource final : public SampleSource {
     return bodies;
   }
   std::vector<std::string> body_names() const override { return labels("body"); }
-  std::vector<std::string> sound_names() const override { return keys(); }
+  std::vector<std::string> strike_names() const override { return keys(); }
   std::vector<std::string> labels(const std::string& column) const override {
     if (const auto own = columns.find(column); own != columns.end()) return own->second;
     std::vector<std::string> labels;

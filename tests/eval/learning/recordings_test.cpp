@@ -166,6 +166,39 @@ TEST_F(Recordings, ThatLeakAreRefused) {
             std::string::npos);
 }
 
+TEST_F(Recordings, OfOneStrikeStayInOnePart) {
+  for (int strike = 0; strike < 20; ++strike) {
+    for (const char* microphone : {"left", "right"}) {
+      put("bowl/" + std::to_string(strike) + "_" + microphone + ".wav",
+          struck(500 + 10 * tones_++));
+    }
+  }
+  RecordingsSpec own = spec("{shape}/{strike}_{microphone}");
+  own.validation = own.test = 0.3;
+  const auto apart = [&] {
+    const auto source = open_recordings(own);
+    const Texts parts = source->labels("split_strike"), strikes = source->labels("strike");
+    std::map<std::string, std::set<std::string>> parts_of;
+    for (std::size_t i = 0; i < parts.size(); ++i) parts_of[strikes[i]].insert(parts[i]);
+    return std::count_if(parts_of.begin(), parts_of.end(),
+                         [](const auto& one) { return one.second.size() > 1; });
+  };
+  EXPECT_GT(apart(), 0);
+  own.strike = "strike";
+  EXPECT_EQ(apart(), 0);
+  const Texts names = open_recordings(own)->strike_names();
+  EXPECT_EQ(std::set(names.begin(), names.end()).size(), 20U);
+  own.strike = "take";
+  EXPECT_NE(error_of(own).find("take"), std::string::npos);
+  own.strike = "strike";
+  own.table = folder_.path() / "labels.csv";
+  std::ofstream(own.table) << "file,shape,strike,split\nbowl/0_left.wav,bowl,0,train\n"
+                              "bowl/0_right.wav,bowl,0,test\n";
+  own.names.clear();
+  EXPECT_NE(error_of(own, "split_strike").find("one strike (bowl/0_left.wav and bowl/0_right.wav)"),
+            std::string::npos);
+}
+
 TEST_F(Recordings, AreHeardFromTheStrikeOnAtAnyRateAndNumberOfChannels) {
   put("plain-0.wav", struck(900));
   put("late-0.wav", struck(900, 0.7));

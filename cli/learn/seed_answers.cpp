@@ -1,0 +1,56 @@
+#include "cli/learn/seed_answers.hpp"
+
+#include <set>
+
+#include "cli/json_number.hpp"
+#include "core/error.hpp"
+#include "core/random.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::ordered_json;
+
+void SeedAnswers::add(const PartAnswers& part, std::size_t classes) {
+  if (predicted_.empty()) {
+    keys_ = part.keys;
+    truth_ = true_classes(part);
+    groups_ = groups_of(part, split_);
+    confusion_ = confusion_of(part, classes);
+  } else {
+    if (part.keys != keys_) {
+      throw core::InputError("seeds of one method answered for different samples",
+                             "a folder of models was changed; delete it, and it is trained again");
+    }
+    eval::add(confusion_, confusion_of(part, classes));
+  }
+  predicted_.push_back(likely_classes(part, classes));
+}
+
+std::size_t SeedAnswers::groups() const {
+  return std::set(groups_.begin(), groups_.end()).size();
+}
+
+ordered_json SeedAnswers::summary(eval::AccuracyKind kind, const std::string& inputs) const {
+  if (empty()) return nullptr;
+  const eval::SeedsSummary seeds = eval::interval_over_seeds(tested(), predicted_, kind);
+  eval::Bounds bounds = seeds.seeds_and_groups;
+  if (predicted_.size() == 1) {
+    core::RandomStream random(0, core::stable_hash(inputs), "evaluate.classification");
+    bounds = eval::grouped_interval(tested(), predicted_.front(), kind, random);
+  }
+  return {{"mean", number_or_null(seeds.mean)},
+          {"interval95", {number_or_null(bounds.low), number_or_null(bounds.high)}},
+          {"deviation", number_or_null(seeds.deviation)}};
+}
+
+ordered_json SeedAnswers::less(const SeedAnswers& others) const {
+  if (empty()) return nullptr;
+  if (others.keys_ != keys_) throw core::Error("answers for different samples are compared");
+  const eval::AccuracyDifference difference =
+      eval::accuracy_difference(tested(), predicted_, others.predicted_);
+  return {{"mean", number_or_null(difference.mean)},
+          {"interval95",
+           {number_or_null(difference.bounds.low), number_or_null(difference.bounds.high)}}};
+}
+
+}  // namespace carillon::cli

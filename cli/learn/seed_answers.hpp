@@ -1,0 +1,46 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/learn/answers.hpp"
+#include "eval/classification/intervals.hpp"
+
+namespace carillon::cli {
+
+/// What classifiers that differ by their seed alone answered for the same samples.
+class SeedAnswers {
+ public:
+  /// @param split  column that held the samples out: what their groups are
+  explicit SeedAnswers(std::string split) : split_(std::move(split)) {}
+
+  /// Of one seed.
+  /// @throws InputError  for other samples than those of the seeds before
+  void add(const PartAnswers& part, std::size_t classes);
+
+  bool empty() const { return truth_.empty(); }
+  std::size_t samples() const { return truth_.size(); }
+  /// Different groups of samples whose answers stand and fall together.
+  std::size_t groups() const;
+  /// Of all seeds together.
+  const eval::Confusion& confusion() const { return confusion_; }
+  /// `mean` over seeds, `interval95` (over groups; of several seeds over these, too) and the
+  /// standard `deviation` between seeds; null for no samples.
+  /// @param inputs  hash of what decides the classifiers: seeds the bootstrap
+  nlohmann::ordered_json summary(eval::AccuracyKind kind, const std::string& inputs) const;
+  /// `mean` and `interval95` of how much more is right than of others' answers for the same
+  /// samples; null for no samples.
+  nlohmann::ordered_json less(const SeedAnswers& others) const;
+
+ private:
+  eval::TestedSamples tested() const { return {truth_, groups_, confusion_.classes}; }
+
+  std::string split_;
+  std::vector<std::string> keys_;
+  std::vector<std::size_t> truth_, groups_;
+  eval::Confusion confusion_;
+  std::vector<std::vector<std::size_t>> predicted_;
+};
+
+}  // namespace carillon::cli
