@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Raised whenever the mesher or the repair would give another mesh for the same request.
-constexpr int kMesherVersion = 3;
+constexpr int kMesherVersion = 4;
 
 constexpr std::string_view work_prefix = "carillon-mesh-";
 

@@ -43,4 +43,8 @@ struct DiscGrid {
 };
 PlanarGrid disc_grid(const DiscGrid& disc);
 
+/// A flat disc of cells of about one size; its only circles are those out to its radius.
+/// @param around  cells around, a multiple of 4
+DiscGrid flat_disc(int around, double radius, double cell);
+
 }  // namespace carillon::solvers

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "solvers/families/extrude.hpp"
+#include "solvers/families/sizing.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -86,6 +88,25 @@ PlanarGrid rectangle_grid(int nx, int ny, bool periodic) {
 std::int64_t DiscGrid::cells() const {
   const std::int64_t side = around / 4;
   return side * side + around * (transition + static_cast<std::int64_t>(circles.size()) - 1);
+}
+
+DiscGrid flat_disc(int around, double radius, double cell) {
+  DiscGrid disc;
+  disc.around = around;
+  // The square takes about half of the disc; rings of cells as wide as its own lead from it to a
+  // circle. The square's sides lie a fifth of its radius further in than its corners.
+  const int side = around / 4;
+  disc.core = 0.6 * radius;
+  disc.transition = std::max(1, static_cast<int>(std::lround(side / 7.0)));
+  double first = disc.core * std::min(1.6, 1 + 1.5 * disc.transition / side);
+  const double local = 2 * std::numbers::pi * radius / around;
+  if (radius - first < 0.5 * std::min(cell, local)) first = radius;
+  disc.circles.push_back(first);
+  const int rings = first < radius ? cells_along(radius - first, cell) : 0;
+  for (int k = 1; k <= rings; ++k) {
+    disc.circles.push_back(k == rings ? radius : first + (radius - first) * k / rings);
+  }
+  return disc;
 }
 
 PlanarGrid disc_grid(const DiscGrid& disc) {

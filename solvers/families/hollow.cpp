@@ -8,6 +8,7 @@
 #include "solvers/families/cube_grid.hpp"
 #include "solvers/families/family.hpp"
 #include "solvers/families/sizing.hpp"
+#include "solvers/families/twin_discs.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -61,8 +62,38 @@ GeneratedShape turned_can(const GeneratedShape& shape) {
           {{0, 0}, {r, 0}, {r, h}, {0, h}, {0, h - w}, {r - w, h - w}, {r - w, w}, {0, w}}};
 }
 
+/// Over the flat ends to half the height: two discs, the cells of each as on the skin.
+DiscGrid plan_of_can(double radius, double height, double wall, double cell) {
+  const double around =
+      2 * std::numbers::pi * radius / std::min(cell, max_chord(radius, wall)) * (1 - 1e-9);
+  DiscGrid disc = flat_disc(4 * std::max(3, static_cast<int>(std::ceil(around / 4))), radius, cell);
+  const int rings = cells_along(height / 2, cell);
+  for (int k = 1; k <= rings; ++k) disc.circles.push_back(radius + height / 2 * k / rings);
+  return disc;
+}
+
+/// Mitred along its two edges.
 MeshResult mesh_can(const GeneratedShape& shape, const MeshOptions& options) {
-  return turned_family().mesh(turned_can(shape), options);
+  check_can(shape);
+  const double radius = parameter(shape, "radius"), height = parameter(shape, "length"),
+               wall = parameter(shape, "wall");
+  const auto count = [&](double cell) {
+    return 12 * plan_of_can(radius, height, wall, cell).cells() *
+           layers_through(wall, cell, options);
+  };
+  const double cell = cell_size(options, wall, std::max(2 * radius, height), count);
+  const DiscGrid disc = plan_of_can(radius, height, wall, cell);
+  return finish(extrude(twin_discs(disc), layers_through(wall, cell, options), options.order,
+                        [=](const Vec2& chart, double t) -> Vec3 {
+                          const TwinPlace place = on_twin(disc, chart);
+                          const double s = place.at.norm(), depth = (1 - t) * wall;
+                          const Vec2 spoke = s > 0 ? Vec2(place.at / s) : Vec2(Vec2::Zero());
+                          const double along_end = std::min(s / radius, 1.0);
+                          const double up_side = std::max(0.0, (s - radius) / (height / 2));
+                          const double r = along_end * (radius - depth);
+                          const double z = depth + up_side * (height / 2 - depth);
+                          return {r * spoke.x(), r * spoke.y(), place.on_second ? height - z : z};
+                        }));
 }
 
 Meridian can_meridian(const GeneratedShape& shape) {

@@ -45,23 +45,9 @@ DiscGrid plan(const Shell& shell, double cell) {
   const double radius = shell.profile.largest_radius();
   const double around =
       2 * std::numbers::pi * radius / std::min(cell, max_chord(radius, shell.thinnest));
-  DiscGrid disc;
-  disc.around = 4 * std::max(3, static_cast<int>(std::ceil(around / 4 * (1 - 1e-9))));
-
-  // The square takes about half of the flat middle; rings of cells as wide as its own lead from it
-  // to a circle. The square's sides lie a fifth of its radius further in than its corners.
+  const int around_by_four = std::max(3, static_cast<int>(std::ceil(around / 4 * (1 - 1e-9))));
   const double flat = segments.front().length;
-  const int side = disc.around / 4;
-  disc.core = 0.6 * flat;
-  disc.transition = std::max(1, static_cast<int>(std::lround(side / 7.0)));
-  double first = disc.core * std::min(1.6, 1 + 1.5 * disc.transition / side);
-  const double local = 2 * std::numbers::pi * flat / disc.around;
-  if (flat - first < 0.5 * std::min(cell, local)) first = flat;
-  disc.circles.push_back(first);
-  const int rings = first < flat ? cells_along(flat - first, cell) : 0;
-  for (int k = 1; k <= rings; ++k)
-    disc.circles.push_back(k == rings ? flat : first + (flat - first) * k / rings);
-
+  DiscGrid disc = flat_disc(4 * around_by_four, flat, cell);
   double start = flat;
   for (std::size_t i = 1; i < segments.size(); ++i) {
     for (double u : divide(segments[i], cell, shell.thinnest))

@@ -32,15 +32,20 @@ MeshResult mesh_turned(const GeneratedShape& shape, const MeshOptions& options) 
         8.5 * volume / (cell * cell * cell));
   };
   double cell = cell_size(options, 2 * volume / area, size, count);
-  // A wall too thin for the chords of its two sides shows as a surface that cannot be filled.
+  // A wall too thin for the chords of its two sides shows as a surface that cannot be filled, or as
+  // elements that fold where they bend, and are left straight.
   constexpr int tries = 4;
+  constexpr std::int64_t few = 50;
   for (int attempt = 1;; ++attempt, cell *= 0.7) {
     if (count(cell) > options.max_elements) fail_element_bound(count(cell), options, 0);
     try {
       const TetMesh linear = fill_with_tetrahedra(revolve(profile, cell));
       std::int64_t straightened = 0;
       TetMesh mesh = elevate(linear, options.order, project_to_turned(profile), straightened);
-      return finish(std::move(mesh), straightened);
+      const auto elements = static_cast<std::int64_t>(mesh.element_count());
+      if (straightened * few <= elements || options.element_size > 0 || attempt == tries) {
+        return finish(std::move(mesh), straightened);
+      }
     } catch (const core::SolverError&) {
       if (attempt == tries) throw;
     }
