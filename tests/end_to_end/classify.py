@@ -93,6 +93,33 @@ class Classify(FolderTest):
         # Few bodies say less than many strikes.
         self.assertLess(hardness["groups"], 10)
 
+    def test_rows_are_held_against_the_chosen_one_on_the_same_samples(self):
+        for task in ("geometry", "hardness"):
+            rows = [line for line in self.found["rows"] if line["task"] == task]
+            (chosen,) = (line for line in rows if line["chosen"])
+            self.assertEqual(chosen["validation_accuracy"],
+                             max(line["validation_accuracy"] for line in rows))
+            self.assertIsNone(chosen["difference"])
+            (other,) = (line for line in rows if not line["chosen"])
+            self.assertEqual(other["difference"]["from"], chosen["method"])
+            self.assertAlmostEqual(other["difference"]["mean"],
+                                   other["accuracy"]["mean"] - chosen["accuracy"]["mean"], 12)
+
+    def test_says_how_sure_those_are_that_only_hear(self):
+        for task in ("geometry", "hardness"):
+            self.assertIsNone(row(self.found, task, "nearest-neighbour-a")["recognition"])
+            told = row(self.found, task, "isnn-a")["recognition"]
+            files = (self.evaluation / "models" / task / "isnn-a").rglob("training.json")
+            seeds = [json.loads(file.read_text())["recognition"] for file in files]
+            self.assertAlmostEqual(told["calibration_error"],
+                                   numpy.mean([one["calibration_error"] for one in seeds]), 12)
+            for kind, novel in told["novel"].items():
+                areas = [one["novel"][kind]["auroc"] for one in seeds]
+                self.assertAlmostEqual(novel["auroc"], numpy.mean(areas), 12)
+                low, high = novel["auroc95"]
+                self.assertLessEqual(low, min(areas))
+                self.assertGreaterEqual(high, max(areas))
+
     def test_learns(self):
         self.assertGreater(row(self.found, "geometry", "isnn-a")["accuracy"]["mean"], 0.6)
         self.assertGreater(row(self.found, "hardness", "isnn-a")["accuracy"]["mean"], 0.8)
@@ -161,6 +188,8 @@ class Classify(FolderTest):
                 ("evaluate.classification.published={geometry: mn11}", "published"),
                 ("evaluate.classification.published={weight: mn10o-geometry}", "has no \"weight\""),
                 ("evaluate.classification.sets=2", "sets"),
+                ("train.methods={voxnet: {dropout: 0.1}}", "dropout"),
+                ("train.methods={isnn-a: {fused: 8}}", "fused"),
                 ("evaluate.classify={}", "classify")):
             result = run("evaluate", self.config, "-o", self.output, "--set", override)
             self.assertEqual(result.returncode, 2, override)

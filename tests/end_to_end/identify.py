@@ -82,6 +82,7 @@ class Identify(FolderTest):
                 right[task] += tasks[task]["class"] == truth[row]
                 known += tasks[task]["known"]
             for task in tasks.values():
+                self.assertTrue(task["knows_of_others"])
                 self.assertAlmostEqual(sum(task["classes"].values()), 1, 9)
                 self.assertEqual(max(task["classes"], key=task["classes"].get), task["class"])
                 self.assertEqual(task["classes"][task["class"]], task["confidence"])
