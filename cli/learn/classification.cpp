@@ -82,6 +82,7 @@ ordered_json recognition_of(const Group& group) {
   if (!first.contains("recognition")) return nullptr;
   const ordered_json::json_pointer all("/recognition");
   ordered_json found = {{"calibration_error", mean_of(group, all / "calibration_error")},
+                        {"calibration_by_chance", mean_of(group, all / "calibration_by_chance")},
                         {"accepted", mean_of(group, all / "accepted")},
                         {"novel", ordered_json::object()}};
   for (const auto& [name, novel] : first["recognition"]["novel"].items()) {

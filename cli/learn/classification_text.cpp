@@ -56,8 +56,9 @@ std::string recognition_table(const Rows& rows) {
   for (const ordered_json* row : rows) {
     const ordered_json& found = row->at("recognition");
     if (found.is_null()) continue;
-    std::string method = row->at("method"), error = percent(found.at("calibration_error")),
-                accepted = percent(found.at("accepted"));
+    std::string method = row->at("method"), accepted = percent(found.at("accepted")),
+                error = fmt::format("{} ({} by chance)", percent(found.at("calibration_error")),
+                                    percent(found.at("calibration_by_chance")));
     for (const auto& [name, novel] : found.at("novel").items()) {
       cells.push_back(
           {method, error, accepted, name,

@@ -70,6 +70,7 @@ ordered_json to_json(const Answer& answer) {
           {"confidence", recognised.probabilities[answer.order.front()]},
           {"least_confidence", 1 / (1 + std::exp(-answer.recogniser->threshold()))},
           {"knows_of_others", answer.recogniser->knows_of_others()},
+          {"measured", answer.recogniser->measured()},
           {"classes", classes},
           {"method", answer.recogniser->method()},
           {"model", answer.recogniser->folder().string()}};
@@ -93,6 +94,33 @@ void print(const std::string& file, const std::vector<Answer>& answers) {
                                        : fmt::format("none of these (else {}): unlike what it was "
                                                      "trained with",
                                                      text));
+  }
+}
+
+/// How far each network may be trusted: what its training measured on what was held out.
+void print_trust(const std::vector<Recogniser>& recognisers) {
+  fmt::print("\nOn what was held out in training:\n");
+  for (const Recogniser& recogniser : recognisers) {
+    const ordered_json& measured = recogniser.measured();
+    std::vector<std::string> words = {recogniser.method()};
+    if (!measured.at("accuracy").is_null()) {
+      const ordered_json& recognition = measured.at("recognition");
+      words.push_back(fmt::format("{:.1f} % of {} sounds right",
+                                  100 * measured.at("accuracy").get<double>(),
+                                  measured.at("samples").get<std::size_t>()));
+      words.push_back(fmt::format("confidences {:.1f} % off (by chance {:.1f} %)",
+                                  100 * recognition.at("calibration_error").get<double>(),
+                                  100 * recognition.at("calibration_by_chance").get<double>()));
+      std::vector<std::string> areas;
+      for (const auto& [name, novel] : recognition.at("novel").items()) {
+        areas.push_back(fmt::format("{} {:.2f}", name, novel.at("auroc").get<double>()));
+      }
+      words.push_back(fmt::format("told from others (AUROC): {}", fmt::join(areas, ", ")));
+    }
+    if (measured.at("calibrated") == false) {
+      words.push_back("confidences are not calibrated, as nothing was there to validate with");
+    }
+    fmt::print("  {:12} {}\n", recogniser.task(), fmt::join(words, "; "));
   }
 }
 
@@ -144,6 +172,7 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
     clips.push_back(std::move(clip));
     if (!context.json) print(file, answers);
   }
+  if (!context.json) print_trust(recognisers);
   if (!options.scene.empty()) {
     const std::string output = options.output.empty() ? options.scene : options.output;
     core::write_text_durably(output, extended_scene(options, place, answers));

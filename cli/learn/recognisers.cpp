@@ -14,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 eval::Learner load_learner(const fs::path& folder) {
   json notes;
@@ -24,14 +25,18 @@ eval::Learner load_learner(const fs::path& folder) {
 
 Recogniser::Recogniser(const fs::path& folder) : Recogniser(folder, read_record(folder)) {}
 
-Recogniser::Recogniser(const fs::path& folder, json notes)
+Recogniser::Recogniser(const fs::path& folder, const ordered_json& record)
     : folder_(folder),
-      task_(notes.at("task").at("name")),
-      column_(notes.at("task").at("column")),
-      labels_(notes.at("task").at("classes")),
-      source_(notes.at("source_folder").get<std::string>()),
+      task_(record.at("task").at("name")),
+      column_(record.at("task").at("column")),
+      labels_(record.at("task").at("classes")),
+      source_(record.at("source_folder").get<std::string>()),
       learner_(load_learner(folder)),
       recognition_(eval::load_recognition(folder / "recognition")),
+      measured_({{"accuracy", record.at("test_accuracy")},
+                 {"samples", record.at("samples").at("test")},
+                 {"calibrated", record.at("samples").at("validation") > 0},
+                 {"recognition", record.at("recognition")}}),
       preparer_(recognition_.format) {}
 
 std::string Recogniser::label_of(const std::string& name) const {

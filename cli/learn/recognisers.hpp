@@ -30,12 +30,16 @@ class Recogniser {
   /// Whether it met sounds of none of its classes while it learnt.
   bool knows_of_others() const { return learner_.method().learning.outliers > 0; }
   double threshold() const { return recognition_.threshold; }
+  /// What its training measured on what was held out: `accuracy`, null without test samples,
+  /// `samples` of the test, `calibrated` (whether there were validation samples) and `recognition`
+  /// as training.json has it.
+  const nlohmann::ordered_json& measured() const { return measured_; }
 
   /// @throws InputError  no samples, or one that is not finite
   eval::Recognised operator()(const core::AudioClip& recording) const;
 
  private:
-  explicit Recogniser(const std::filesystem::path& folder, nlohmann::json notes);
+  Recogniser(const std::filesystem::path& folder, const nlohmann::ordered_json& record);
 
   std::filesystem::path folder_;
   std::string task_, column_;
@@ -43,6 +47,7 @@ class Recogniser {
   std::filesystem::path source_;
   eval::Learner learner_;
   eval::Recognition recognition_;
+  nlohmann::ordered_json measured_;
   eval::ClipPreparer preparer_;
 };
 

@@ -53,4 +53,10 @@ ordered_json SeedAnswers::less(const SeedAnswers& others) const {
            {number_or_null(difference.bounds.low), number_or_null(difference.bounds.high)}}};
 }
 
+eval::NormByChance SeedAnswers::norm_by_chance(const SeedAnswers& others) const {
+  core::RandomStream random(0, 0, "evaluate.confusions");
+  return eval::confusion_norm_by_chance({tested(), predicted_},
+                                        {others.tested(), others.predicted_}, random);
+}
+
 }  // namespace carillon::cli

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/learn/answers.hpp"
+#include "eval/classification/confusion_chance.hpp"
 #include "eval/classification/intervals.hpp"
 
 namespace carillon::cli {
@@ -32,6 +33,9 @@ class SeedAnswers {
   /// `mean` and `interval95` of how much more is right than of others' answers for the same
   /// samples; null for no samples.
   nlohmann::ordered_json less(const SeedAnswers& others) const;
+  /// Norms of the difference of confusions with others, for other samples of the same classes, that
+  /// chance alone makes.
+  eval::NormByChance norm_by_chance(const SeedAnswers& others) const;
 
  private:
   eval::TestedSamples tested() const { return {truth_, groups_, confusion_.classes}; }

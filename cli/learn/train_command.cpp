@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "cli/build/run_builds.hpp"
@@ -8,6 +9,7 @@
 #include "cli/learn/learning_config.hpp"
 #include "cli/learn/run_trainings.hpp"
 #include "cli/learn/search.hpp"
+#include "cli/picture.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"
@@ -58,6 +60,33 @@ void print(const ordered_json& found) {
   }
 }
 
+/// Learning curves are drawn of what learns in epochs.
+bool has_curves(const TrainedClassifier& trained) {
+  return std::filesystem::exists(trained.job.folder / "curves.csv");
+}
+
+/// trainings.json and its picture beside the models, and what is printed of them.
+void tell(const TrainingsEnd& end, const std::filesystem::path& models, bool json) {
+  const ordered_json lines = lines_of(end);
+  const ordered_json document = {
+      {"output", models.string()}, {"trainings", lines}, {"interrupted", end.interrupted}};
+  const std::filesystem::path path = models.parent_path() / "trainings.json";
+  std::string picture;
+  if (!lines.empty()) core::write_text_durably(path, document.dump(1) + "\n");
+  if (std::any_of(end.trained.begin(), end.trained.end(), has_curves)) {
+    const std::string no_picture = draw_picture("plot_trainings", path);
+    if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
+    if (no_picture.empty()) picture = ", .svg, .png";
+  }
+  if (json) {
+    fmt::print("{}\n", document.dump(1));
+  } else if (!lines.empty()) {
+    print(lines);
+    fmt::print("\n{}: of each model, curves.csv, answers.h5, training.json\n{}{}\n",
+               models.string(), path.string(), picture);
+  }
+}
+
 std::vector<Search> read_all_searches(const BuildOptions& options, MPI_Comm world) {
   const std::string text = shared_text(options.config, world);
   std::vector<Search> searches;
@@ -99,19 +128,9 @@ int run_train(BuildOptions options, bool searches_wanted, const Context& context
   const std::uint64_t seeds[] = {config.methods.front().learning.seed};
   const auto sources = open_learning_sources(config, datasets, context);
   const TrainingsEnd end = run_trainings(config, seeds, sources, models_folder(datasets), context);
-  if (context.speaks()) {
-    const std::filesystem::path models = models_folder(datasets);
-    const ordered_json found = lines_of(end);
-    if (context.json) {
-      fmt::print("{}\n", ordered_json{{"output", models.string()},
-                                      {"trainings", found},
-                                      {"interrupted", end.interrupted}}
-                             .dump(1));
-    } else if (!found.empty()) {
-      print(found);
-      fmt::print("\n{}: of each model, curves.csv, answers.h5, training.json\n", models.string());
-    }
-  }
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) tell(end, models_folder(datasets), context.json);
+  });
   return end.interrupted ? exit_interrupted : exit_code;
 }
 

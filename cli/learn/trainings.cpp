@@ -27,7 +27,7 @@ using nlohmann::ordered_json;
 namespace {
 
 /// Raised whenever the same inputs would give other numbers.
-constexpr int learning_version = 3;
+constexpr int learning_version = 4;
 
 json to_json(const eval::TaskSpec& task) {
   return {{"name", task.name},
@@ -54,6 +54,7 @@ ordered_json to_json(const eval::RecognitionTrial& trial, double temperature) {
   ordered_json found = {{"temperature", number_or_null(temperature)},
                         {"calibration_error", number_or_null(trial.calibration_error)},
                         {"uncalibrated_error", number_or_null(trial.uncalibrated_error)},
+                        {"calibration_by_chance", number_or_null(trial.calibration_by_chance)},
                         {"accepted", number_or_null(trial.accepted)},
                         {"novel", ordered_json::object()}};
   for (const auto& [name, novel] : trial.novel) {
@@ -153,17 +154,106 @@ TrainingJob make_job(const eval::SampleSource& source, const eval::TaskSpec& tas
   return job;
 }
 
-JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context& context) {
-  const std::filesystem::path record = job.folder / "training.json";
-  JobEnd end;
+namespace {
+
+/// What a training leaves beside its record.
+struct Learnt {
+  std::unique_ptr<eval::Learner> learner;  ///< none of neighbours
+  eval::Trained trained;
+  Answers answers;
+  std::optional<eval::Recognition> recognition;
+};
+
+/// The record of a job that was done before, on every rank; null where there is none.
+ordered_json found_record(const TrainingJob& job, const Context& context) {
+  ordered_json found;
   mpi::agreed(context.world, [&] {
-    if (context.speaks() && std::filesystem::exists(record)) end.found = read_record(job.folder);
+    if (context.speaks() && std::filesystem::exists(job.folder / "training.json")) {
+      found = read_record(job.folder);
+    }
   });
-  end.found = ordered_json::parse(mpi::broadcast(end.found.dump(), 0, context.world));
+  return ordered_json::parse(mpi::broadcast(found.dump(), 0, context.world));
+}
+
+Learnt learn(const TrainingJob& job, eval::SampleSource& source,
+             const eval::LabelledSamples& samples, const eval::LearningRanks& ranks,
+             const eval::LearningWatch& watch, const Context& context) {
+  Learnt learnt;
+  if (job.method.kind == eval::MethodKind::nearest_neighbour) return learnt;
+  mpi::agreed(context.world, [&] {
+    std::vector<eval::SenseExtent> extents;
+    for (const eval::Sense sense : job.method.senses) {
+      extents.push_back(eval::require_layout(source, sense).extent);
+    }
+    learnt.learner = std::make_unique<eval::Learner>(job.method, extents, samples.classes);
+  });
+  learnt.trained =
+      learnt.learner->train(source, samples, ranks, {job.folder / "checkpoint", job.inputs}, watch);
+  return learnt;
+}
+
+/// For what was held out.
+void answer(const TrainingJob& job, eval::SampleSource& source,
+            const eval::LabelledSamples& samples, const eval::LearningRanks& ranks,
+            Learnt& learnt) {
+  const auto answers_for = [&](eval::Part part) {
+    const std::vector<std::uint32_t> rows = samples.rows(part);
+    PartAnswers answers = asked(samples, rows);
+    answers.scores = learnt.learner
+                         ? learnt.learner->predict(source, samples, rows, ranks)
+                         : eval::ask_neighbours(job.method, source, samples, rows, ranks);
+    return answers;
+  };
+  learnt.answers = {samples.classes, answers_for(eval::Part::validation),
+                    answers_for(eval::Part::test)};
+}
+
+/// What a network that only hears needs to answer for single sounds, and how well it does.
+void try_recognition(const TrainingJob& job, eval::SampleSource& source,
+                     const eval::LabelledSamples& samples, const eval::LearningRanks& ranks,
+                     Learnt& learnt, ordered_json& found) {
+  if (!learnt.learner || !eval::only_hears(job.method) || !source.clip_format()) return;
+  const Answers& answers = learnt.answers;
+  learnt.recognition =
+      eval::learn_recognition(*learnt.learner, source, samples, answers.validation.scores, ranks);
+  found["recognition"] = to_json(
+      eval::try_recognition(*learnt.recognition, *learnt.learner, source, samples,
+                            answers.test.scores, groups_of(answers.test, job.task.split), ranks),
+      learnt.recognition->temperature);
+}
+
+void add_accuracies(ordered_json& found, const Answers& answers) {
+  const std::size_t classes = answers.classes.size();
+  const eval::Confusion tested = confusion_of(answers.test, classes);
+  found["validation_accuracy"] =
+      number_or_null(eval::accuracy(confusion_of(answers.validation, classes)));
+  found["test_accuracy"] = number_or_null(eval::accuracy(tested));
+  found["test_balanced_accuracy"] = number_or_null(eval::balanced_accuracy(tested));
+}
+
+/// The record is written last: what has one is whole.
+void keep(const TrainingJob& job, const Learnt& learnt, const ordered_json& found) {
+  std::filesystem::create_directories(job.folder);
+  if (learnt.learner) {
+    learnt.learner->save(job.folder / "model", found);
+    core::write_text_durably(job.folder / "curves.csv", curves_csv(learnt.trained));
+  }
+  if (learnt.recognition) eval::save_recognition(job.folder / "recognition", *learnt.recognition);
+  write_answers(job.folder / "answers.h5", learnt.answers);
+  core::write_text_durably(job.folder / "training.json", found.dump(1) + "\n");
+  std::filesystem::remove(job.folder / "checkpoint");
+}
+
+}  // namespace
+
+JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context& context) {
+  JobEnd end;
+  end.found = found_record(job, context);
   if (!end.found.is_null()) {
     end.was_there = true;
     return end;
   }
+  const double start = core::monotonic_seconds();
   const eval::LearningRanks ranks = learning_ranks(context.world);
   eval::LabelledSamples samples;
   mpi::agreed(context.world, [&] {
@@ -171,55 +261,20 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
     eval::require_learnable(samples, source, job.task);
   });
   end.found = describe(job, source, samples);
-  std::vector<std::string> remarks = eval::remarks(samples);
-  const std::vector<std::uint32_t> validation = samples.rows(eval::Part::validation);
-  const std::vector<std::uint32_t> test = samples.rows(eval::Part::test);
-  Answers answers{samples.classes, asked(samples, validation), asked(samples, test)};
-  const double start = core::monotonic_seconds();
-  std::unique_ptr<eval::Learner> learner;
-  const bool neighbours = job.method.kind == eval::MethodKind::nearest_neighbour;
-  eval::Trained trained;
   Watched watched(job, context);
-  if (!neighbours) {
-    std::vector<eval::SenseExtent> extents;
-    mpi::agreed(context.world, [&] {
-      for (const eval::Sense sense : job.method.senses) {
-        extents.push_back(eval::require_layout(source, sense).extent);
-      }
-      learner = std::make_unique<eval::Learner>(job.method, extents, samples.classes);
-    });
-    trained = learner->train(source, samples, ranks, {job.folder / "checkpoint", job.inputs},
-                             watched.watch);
-    remarks.insert(remarks.end(), trained.remarks.begin(), trained.remarks.end());
-    if (trained.interrupted) {
-      watched.finish(
-          fmt::format("stopped after {} epochs; the same command goes on", trained.epochs.size()));
-      end.interrupted = true;
-      return end;
-    }
-    add_training(end.found, trained);
+  Learnt learnt = learn(job, source, samples, ranks, watched.watch, context);
+  if (learnt.trained.interrupted) {
+    watched.finish(fmt::format("stopped after {} epochs; the same command goes on",
+                               learnt.trained.epochs.size()));
+    end.interrupted = true;
+    return end;
   }
-  const auto ask = [&](const std::vector<std::uint32_t>& rows) {
-    return neighbours ? eval::ask_neighbours(job.method, source, samples, rows, ranks)
-                      : learner->predict(source, samples, rows, ranks);
-  };
-  answers.validation.scores = ask(validation);
-  answers.test.scores = ask(test);
-  std::optional<eval::Recognition> recognition;
-  if (job.is_for_use && learner && eval::only_hears(job.method) && source.clip_format()) {
-    recognition =
-        eval::learn_recognition(*learner, source, samples, answers.validation.scores, ranks);
-    end.found["recognition"] =
-        to_json(eval::try_recognition(*recognition, *learner, source, samples, answers.test.scores,
-                                      groups_of(answers.test, job.task.split), ranks),
-                recognition->temperature);
-  }
-  const std::size_t classes = samples.classes.size();
-  const eval::Confusion tested = confusion_of(answers.test, classes);
-  end.found["validation_accuracy"] =
-      number_or_null(eval::accuracy(confusion_of(answers.validation, classes)));
-  end.found["test_accuracy"] = number_or_null(eval::accuracy(tested));
-  end.found["test_balanced_accuracy"] = number_or_null(eval::balanced_accuracy(tested));
+  if (learnt.learner) add_training(end.found, learnt.trained);
+  answer(job, source, samples, ranks, learnt);
+  if (job.is_for_use) try_recognition(job, source, samples, ranks, learnt, end.found);
+  add_accuracies(end.found, learnt.answers);
+  std::vector<std::string> remarks = eval::remarks(samples);
+  remarks.insert(remarks.end(), learnt.trained.remarks.begin(), learnt.trained.remarks.end());
   end.found["timing"]["seconds"] = core::monotonic_seconds() - start;
   end.found["ranks"] = ranks.size;
   end.found["remarks"] = remarks;
@@ -231,15 +286,7 @@ JobEnd run_job(const TrainingJob& job, eval::SampleSource& source, const Context
   end.found = ordered_json::parse(mpi::broadcast(end.found.dump(), 0, context.world));
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    std::filesystem::create_directories(job.folder);
-    if (learner) {
-      learner->save(job.folder / "model", end.found);
-      core::write_text_durably(job.folder / "curves.csv", curves_csv(trained));
-    }
-    if (recognition) eval::save_recognition(job.folder / "recognition", *recognition);
-    write_answers(job.folder / "answers.h5", answers);
-    core::write_text_durably(record, end.found.dump(1) + "\n");
-    std::filesystem::remove(job.folder / "checkpoint");
+    keep(job, learnt, end.found);
     for (const std::string& remark : remarks) spdlog::warn("{}: {}", job.key, remark);
   });
   return end;

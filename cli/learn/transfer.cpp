@@ -36,13 +36,25 @@ struct OpenCondition {
     for (const std::uint32_t row : samples.rows(part)) some.push_back({number, row, part});
     return some;
   }
-  /// So many of a part's samples, the same ones of more always among them; all where it has fewer.
-  std::vector<Selection> some_of(Part wanted, std::size_t count, std::uint32_t number) const {
+  /// A part's samples in an order that is the same wherever these strikes are computed.
+  std::vector<Selection> ordered(Part wanted, std::uint32_t number) const {
     std::vector<Selection> all = part(wanted, number);
     std::sort(all.begin(), all.end(),
               [&](const Selection& a, const Selection& b) { return order_of(a) < order_of(b); });
-    all.resize(std::min(count, all.size()));
     return all;
+  }
+  /// So many of a part's samples, those of less always among them.
+  std::vector<Selection> first_of(Part wanted, std::size_t count, std::uint32_t number) const {
+    std::vector<Selection> some = ordered(wanted, number);
+    some.resize(std::min(count, some.size()));
+    return some;
+  }
+  /// The same from the other end: beside the first of another condition they repeat no strike.
+  std::vector<Selection> last_of(Part wanted, std::size_t count, std::uint32_t number) const {
+    std::vector<Selection> some = ordered(wanted, number);
+    some.erase(some.begin(),
+               some.end() - static_cast<std::ptrdiff_t>(std::min(count, some.size())));
+    return some;
   }
   std::pair<std::uint64_t, std::uint32_t> order_of(const Selection& one) const {
     return {core::stable_hash("mix " + samples.keys[one.row]), one.row};
@@ -91,8 +103,8 @@ class Run {
   /// Before anything is trained: mixes have as many samples as they take.
   void require_enough();
   bool mix();
-
-  std::vector<TransferRow> rows;
+  /// The rows, each held against the target's own samples and the dataset `against`.
+  std::vector<TransferRow> compared() const;
 
  private:
   /// Recordings are clipped as the sounds are that classifiers learn from.
@@ -144,8 +156,8 @@ class Run {
   OpenCondition target_;
   std::optional<KeyedSounds> target_sounds_;     ///< once they are compared
   std::vector<std::optional<double>> sample_s_;  ///< of each dataset
-  std::map<std::string, SeedAnswers>
-      home_;  ///< of methods that learnt from the target's own samples
+  std::vector<TransferRow> rows_;
+  std::vector<SeedAnswers> there_;  ///< of each row, in the target
 };
 
 /// The samples of a part whose keys begin with a source's number.
@@ -176,7 +188,7 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
   for (const eval::Method& seeded : with_seeds(method, spec_.seeds)) {
     TrainingJob job = make_job(*source, task, seeded, models_);
     const std::string seed = fmt::format("{}/seed-{}", method.name, seeded.learning.seed);
-    job.key = row.kind == "mixed" || row.kind == "alone"
+    job.key = row.kind == LearntFrom::mixed || row.kind == LearntFrom::alone
                   ? fmt::format("{:.0f} % {}/{}", 100 * row.share, row.trained_on, seed)
                   : fmt::format("{}/{}", row.trained_on, seed);
     job.is_for_use = false;
@@ -194,19 +206,41 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
     row.method = method.name;
     row.own = own.summary(eval::AccuracyKind::plain, inputs);
     row.there = there.summary(eval::AccuracyKind::plain, inputs);
-    if (row.kind == "target") {
-      home_.emplace(method.name, there);
-    } else if (const auto home = home_.find(method.name); home != home_.end()) {
-      row.less_home = there.less(home->second);
-    }
     if (own.empty() || there.empty()) return;
     const eval::ConfusionDifference difference =
         eval::confusion_difference(own.confusion(), there.confusion());
-    if (difference.rows > 0) row.confusion_norm = difference.norm;
     row.compared_classes = difference.rows;
+    if (difference.rows == 0) return;
+    row.confusion_norm = difference.norm;
+    row.norm_by_chance = own.norm_by_chance(there);
   });
-  rows.push_back(std::move(row));
+  rows_.push_back(std::move(row));
+  there_.push_back(std::move(there));
   return true;
+}
+
+std::vector<TransferRow> Run::compared() const {
+  const auto place_of = [&](LearntFrom kind, const std::string& trained_on,
+                            const std::string& method) {
+    std::size_t place = 0;
+    while (place < rows_.size() &&
+           !(rows_[place].kind == kind && rows_[place].trained_on == trained_on &&
+             rows_[place].method == method)) {
+      ++place;
+    }
+    return place;
+  };
+  const std::string& against = datasets_.conditions()[spec_.against].name;
+  std::vector<TransferRow> rows = rows_;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto less = [&](std::size_t other) -> ordered_json {
+      if (other == rows.size() || other == r) return nullptr;
+      return there_[r].less(there_[other]);
+    };
+    rows[r].less_home = less(place_of(LearntFrom::target, spec_.target.name, rows[r].method));
+    rows[r].gain = less(place_of(LearntFrom::elsewhere, against, rows[r].method));
+  }
+  return rows;
 }
 
 bool Run::learn_at_home() {
@@ -218,7 +252,7 @@ bool Run::learn_at_home() {
   // The same source beside it as in mixes, whose last share this is.
   const OpenCondition& other = opened(spec_.mixed_with.value_or(spec_.trained_on.front()));
   TransferRow row;
-  row.kind = "target";
+  row.kind = LearntFrom::target;
   row.trained_on = spec_.target.name;
   row.share = 1;
   if (spec_.own_target) row.sample_s = sample_s_[*spec_.own_target];
@@ -294,15 +328,19 @@ bool Run::mix() {
       // What says when training ends is had at the same share: it is paid for alike.
       for (const Part part : {Part::train, Part::validation}) {
         const auto [of_target, whole] = share_of(share, part);
-        append(selected, target_.some_of(part, of_target, 1));
-        if (mixed) append(selected, other.some_of(part, whole - of_target, 0));
+        append(selected, target_.first_of(part, of_target, 1));
+        if (mixed) append(selected, other.last_of(part, whole - of_target, 0));
       }
       append(selected, target_.part(Part::test, 1));
       TransferRow row;
-      row.kind = mixed ? "mixed" : "alone";
+      row.kind = mixed ? LearntFrom::mixed : LearntFrom::alone;
       row.trained_on = mixed ? "mixed" : "target alone";
       row.share = share;
-      for (const eval::Method& method : spec_.methods) {
+      for (eval::Method method : spec_.methods) {
+        // Fewer samples are met as much more often: as many steps, whatever the share.
+        const std::size_t passes = mixed ? 1 : (all + own - 1) / own;
+        method.learning.epochs *= static_cast<std::int64_t>(passes);
+        method.learning.patience *= static_cast<std::int64_t>(passes);
         if (!learn(*other.source, selected, method, row)) return false;
       }
     }
@@ -322,7 +360,9 @@ std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
     if (!run.learn_elsewhere(condition)) return std::nullopt;
   }
   if (spec.mixed_with && !run.mix()) return std::nullopt;
-  return run.rows;
+  std::vector<TransferRow> rows;
+  mpi::agreed(context.world, [&] { rows = run.compared(); });
+  return rows;
 }
 
 }  // namespace carillon::cli

@@ -7,6 +7,7 @@
 #include "cli/evaluate/datasets.hpp"
 #include "cli/learn/heard_difference.hpp"
 #include "cli/learn/learning_config.hpp"
+#include "eval/classification/confusion_chance.hpp"
 
 namespace carillon::cli {
 
@@ -24,26 +25,37 @@ struct TransferSpec {
   /// Fig. 6.8), the rest of the dataset; and the shares alone.
   std::optional<std::size_t> mixed_with;  ///< of the datasets
   std::vector<double> shares;
-  std::size_t heard = 0;  ///< sounds of a dataset that are compared with the target's by ear
+  std::size_t against = 0;  ///< of the datasets, the one that others' gains are over
+  std::size_t heard = 0;    ///< sounds of a dataset that are compared with the target's by ear
 };
 
 /// @throws ConfigError
 TransferSpec read_transfer(core::ConfigNode& node, core::ConfigNode& root,
                            const EvaluatedDatasets& datasets);
 
+/// What was learnt from.
+enum class LearntFrom {
+  elsewhere,  ///< another dataset
+  target,     ///< the target's own samples
+  mixed,      ///< a share of them, and others
+  alone       ///< the share without others
+};
+
 /// How the classifiers of one method did that learnt from the same samples.
 struct TransferRow {
-  std::string kind = "elsewhere";  ///< target: at home; mixed, alone: shares with others, without
-  std::string trained_on;          ///< name of the dataset; "mixed" and "target alone" of mixes
+  LearntFrom kind = LearntFrom::elsewhere;
+  std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
   double share = 0;              ///< of the target's own samples in training
   std::size_t samples = 0;       ///< for training
   nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of others
   nlohmann::ordered_json there;  ///< accuracy in the target condition
   nlohmann::ordered_json less_home;  ///< by how much that is above what the target's own teach
+  nlohmann::ordered_json gain;       ///< and above what the dataset `against` teaches
   /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
-  /// shares of all seeds' answers, and how many classes were compared.
+  /// shares of all seeds' answers; what chance alone makes of it; how many classes were compared.
   std::optional<double> confusion_norm;
+  eval::NormByChance norm_by_chance;
   std::size_t compared_classes = 0;
   std::optional<HeardDifference> heard;  ///< from the target, of the same strikes
   std::optional<double> sample_s;        ///< what the build took for a sample of its dataset [s]

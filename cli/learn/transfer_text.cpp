@@ -9,23 +9,47 @@ namespace carillon::cli {
 
 using nlohmann::ordered_json;
 
+namespace {
+
+const char* name_of(LearntFrom kind) {
+  switch (kind) {
+    case LearntFrom::elsewhere:
+      return "elsewhere";
+    case LearntFrom::target:
+      return "target";
+    case LearntFrom::mixed:
+      return "mixed";
+    case LearntFrom::alone:
+      return "alone";
+  }
+  return "";
+}
+
+}  // namespace
+
 ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets& datasets,
                                const std::vector<TransferRow>& rows) {
-  ordered_json document = {{"name", datasets.name()},      {"task", spec.task.name},
-                           {"split", spec.task.split},     {"target", spec.target.name},
-                           {"mixed_with", nullptr},        {"seeds", spec.seeds},
-                           {"rows", ordered_json::array()}};
+  ordered_json document = {{"name", datasets.name()},  {"task", spec.task.name},
+                           {"split", spec.task.split}, {"target", spec.target.name},
+                           {"against", nullptr},       {"mixed_with", nullptr},
+                           {"seeds", spec.seeds},      {"rows", ordered_json::array()}};
+  if (!spec.trained_on.empty()) document["against"] = datasets.conditions()[spec.against].name;
   if (spec.mixed_with) {
     document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
   }
   for (const TransferRow& row : rows) {
-    ordered_json line = {{"kind", row.kind},          {"trained_on", row.trained_on},
+    ordered_json line = {{"kind", name_of(row.kind)}, {"trained_on", row.trained_on},
                          {"method", row.method},      {"share", row.share},
                          {"samples", row.samples},    {"own", row.own},
                          {"target", row.there},       {"less_home", row.less_home},
-                         {"confusion_norm", nullptr}, {"compared_classes", row.compared_classes},
+                         {"gain", row.gain},          {"confusion_norm", nullptr},
+                         {"norm_by_chance", nullptr}, {"compared_classes", row.compared_classes},
                          {"heard", nullptr},          {"sample_s", nullptr}};
-    if (row.confusion_norm) line["confusion_norm"] = *row.confusion_norm;
+    if (row.confusion_norm) {
+      line["confusion_norm"] = *row.confusion_norm;
+      line["norm_by_chance"] = {{"mean", row.norm_by_chance.mean},
+                                {"most", row.norm_by_chance.most}};
+    }
     if (row.heard) line["heard"] = to_json(*row.heard);
     if (row.sample_s) line["sample_s"] = *row.sample_s;
     document["rows"].push_back(std::move(line));
@@ -64,7 +88,7 @@ std::string heard_text(const ordered_json& document) {
 std::string transfer_text(const ordered_json& document) {
   std::vector<std::vector<std::string>> elsewhere = {
       {"trained on", "method", "samples", "accuracy there", "in the target",
-       "less what its own teach", "confusions apart", "ms a sample"}};
+       "less what its own teach", "gain", "confusions apart", "by chance", "ms a sample"}};
   std::vector<std::vector<std::string>> mixes = {
       {"of the target", "method", "with", "samples", "in the target", "less what all teach"}};
   for (const ordered_json& row : document.at("rows")) {
@@ -82,17 +106,24 @@ std::string transfer_text(const ordered_json& document) {
     elsewhere.push_back(
         {trained_on, row.at("method"), samples, with_interval(row.at("own")),
          with_interval(row.at("target")), with_interval(row.at("less_home")),
+         with_interval(row.at("gain")),
          norm.is_null() ? "-"
                         : fmt::format("{:.3f} of {} classes", norm.get<double>(),
                                       row.at("compared_classes").get<std::size_t>()),
+         norm.is_null()
+             ? "-"
+             : fmt::format("up to {:.3f}", row.at("norm_by_chance").at("most").get<double>()),
          seconds.is_null() ? "-" : fmt::format("{:.1f}", 1e3 * seconds.get<double>())});
   }
   std::string text =
       fmt::format("# {}: {} in {}\n", document.at("name").get<std::string>(),
                   document.at("task").get<std::string>(), document.at("target").get<std::string>());
   if (elsewhere.size() > 1) {
-    text += "\nLearnt in one condition, tested where it learnt and in the target; percent.\n\n" +
-            markdown(elsewhere);
+    text += fmt::format(
+        "\nLearnt in one condition, tested where it learnt and in the target; gains over {}; "
+        "percent.\n\n{}",
+        document.at("against").is_null() ? "-" : document.at("against").get<std::string>(),
+        markdown(elsewhere));
   }
   text += heard_text(document);
   if (mixes.size() > 1) {

@@ -126,4 +126,20 @@ double expected_calibration_error(std::span<const ReliabilityBin> bins) {
   return samples == 0 ? nan : sum / samples;
 }
 
+double calibration_error_by_chance(const ScoreRows& probabilities, core::RandomStream& random,
+                                   int draws) {
+  std::vector<std::size_t> drawn(probabilities.samples());
+  double sum = 0;
+  for (int draw = 0; draw < draws; ++draw) {
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      const auto row = probabilities.row(i);
+      double left = random.uniform();
+      drawn[i] = 0;
+      while (drawn[i] + 1 < row.size() && left >= row[drawn[i]]) left -= row[drawn[i]++];
+    }
+    sum += expected_calibration_error(reliability(probabilities, drawn));
+  }
+  return sum / draws;
+}
+
 }  // namespace carillon::eval

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/random.hpp"
 #include "eval/classification/score_rows.hpp"
 
 namespace carillon::eval {
@@ -39,5 +40,11 @@ std::vector<ReliabilityBin> reliability(const ScoreRows& probabilities,
 /// (Guo et al. 2017, eq. 3). By chance it is positive even for probabilities that are right: on
 /// average at most 0.4 sqrt(bins / samples). NaN for no samples.
 double expected_calibration_error(std::span<const ReliabilityBin> bins);
+
+/// What that error is on average where probabilities are right: mean over draws of the samples'
+/// classes from these probabilities. Errors near it show nothing. NaN for no samples.
+/// @throws InputError  a row that is no distribution (names it)
+double calibration_error_by_chance(const ScoreRows& probabilities, core::RandomStream& random,
+                                   int draws = 100);
 
 }  // namespace carillon::eval

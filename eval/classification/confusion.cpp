@@ -24,12 +24,6 @@ std::size_t row_sum(const Confusion& confusion, std::size_t row) {
   return sum;
 }
 
-std::size_t column_sum(const Confusion& confusion, std::size_t column) {
-  std::size_t sum = 0;
-  for (std::size_t c = 0; c < confusion.classes; ++c) sum += confusion.at(c, column);
-  return sum;
-}
-
 }  // namespace
 
 Confusion count_confusion(std::span<const std::size_t> truth,
@@ -61,14 +55,6 @@ std::vector<double> recalls(const Confusion& confusion) {
   std::vector<double> values;
   for (std::size_t c = 0; c < confusion.classes; ++c) {
     values.push_back(share(confusion.at(c, c), row_sum(confusion, c)));
-  }
-  return values;
-}
-
-std::vector<double> precisions(const Confusion& confusion) {
-  std::vector<double> values;
-  for (std::size_t c = 0; c < confusion.classes; ++c) {
-    values.push_back(share(confusion.at(c, c), column_sum(confusion, c)));
   }
   return values;
 }

@@ -33,9 +33,6 @@ double accuracy(const Confusion& confusion);
 /// Share of the samples of each class that are right; NaN for a class that does not occur.
 std::vector<double> recalls(const Confusion& confusion);
 
-/// Share of what was taken for each class that is of it; NaN for a class that was never predicted.
-std::vector<double> precisions(const Confusion& confusion);
-
 /// Mean of the recalls of the classes that occur: classes count alike however many samples they
 /// have. NaN for no samples.
 double balanced_accuracy(const Confusion& confusion);

@@ -183,7 +183,7 @@ SeedsSummary interval_over_seeds(const TestedSamples& tested,
                                  AccuracyKind kind, double probability) {
   check_probability(probability);
   const Spread spread = spread_of(tested, predicted, kind);
-  SeedsSummary summary{spread.mean, nan, {nan, nan}, {nan, nan}};
+  SeedsSummary summary{spread.mean, nan, {nan, nan}};
   const auto seeds = static_cast<double>(predicted.size());
   const auto groups = static_cast<double>(spread.influences.size());
   if (predicted.size() < 2) return summary;
@@ -191,7 +191,6 @@ SeedsSummary interval_over_seeds(const TestedSamples& tested,
   const auto within = [](const Bounds& bounds) {
     return Bounds{std::max(0.0, bounds.low), std::min(1.0, bounds.high)};
   };
-  summary.seeds = within(around(spread.mean, {spread.of_seeds}, probability));
   if (groups < 2) return summary;
   const Variance of_groups = variance_of_sum(spread.influences);
   summary.seeds_and_groups =

@@ -48,8 +48,6 @@ Bounds grouped_interval(const TestedSamples& tested, std::span<const std::size_t
 struct SeedsSummary {
   double mean = 0;
   double deviation = 0;  ///< standard deviation between seeds; NaN for one
-  /// Student's t over seeds: what other seeds come to on the same samples. NaN for one seed.
-  Bounds seeds;
   /// What other seeds come to on other bodies. Seeds and bodies are crossed, not nested, and seeds
   /// are few, of which a bootstrap is too narrow: the variances of the mean over seeds and over
   /// bodies (linearised, Cochran 1977, section 6.3, with groups as units) are added, with degrees

@@ -13,12 +13,15 @@ constexpr synth::NoiseKind learnt_kinds[] = {synth::NoiseKind::white, synth::Noi
 constexpr std::size_t of_each_kind = 200;
 
 /// Low bands of one spectrogram, the rest of another; of waveforms the earlier part of one, the
-/// rest of another. The border lies in the middle half.
+/// rest of another. A quarter to three quarters of what the first has lie below the border: where
+/// its high bands are empty, a border anywhere would often leave it as it was.
 torch::Tensor mixed(const torch::Tensor& first, const torch::Tensor& second) {
-  const std::int64_t size = first.size(2), count = first.size(0);
-  const torch::Tensor border = torch::randint(size / 4, size - size / 4, {count, 1});
-  torch::Tensor of_first = torch::arange(size).unsqueeze(0).lt(border).unsqueeze(1);
-  if (first.dim() == 4) of_first = of_first.unsqueeze(3);
+  const bool has_frames = first.dim() == 4;
+  const torch::Tensor strength = has_frames ? first.sum({1, 3}) : first.square().sum(1);
+  const torch::Tensor below = strength.cumsum(1);
+  const torch::Tensor share = 0.25 + 0.5 * torch::rand({first.size(0), 1});
+  torch::Tensor of_first = below.le(share * below.slice(1, -1)).unsqueeze(1);
+  if (has_frames) of_first = of_first.unsqueeze(3);
   return torch::where(of_first, first, second);
 }
 

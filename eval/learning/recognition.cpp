@@ -116,15 +116,18 @@ RecognitionTrial try_recognition(const Recognition& recognition, Learner& learne
   const Rows tested = samples.rows(Part::test);
   const std::vector<double> logits = doubles(test);
   const std::vector<std::size_t> truth = labels_of(samples, tested);
-  const auto error = [&](double temperature) {
-    if (tested.empty()) return std::numeric_limits<double>::quiet_NaN();
-    const ScoreRows rows{logits, samples.classes.size()};
-    const std::vector<double> probabilities = softmax(rows, temperature);
-    return expected_calibration_error(reliability({probabilities, rows.columns}, truth));
-  };
-  trial.calibration_error = error(recognition.temperature);
-  trial.uncalibrated_error = error(1);
   const std::size_t classes = samples.classes.size();
+  trial.calibration_error = trial.uncalibrated_error = trial.calibration_by_chance =
+      std::numeric_limits<double>::quiet_NaN();
+  if (!tested.empty()) {
+    const std::vector<double> calibrated = softmax({logits, classes}, recognition.temperature);
+    const std::vector<double> uncalibrated = softmax({logits, classes});
+    core::RandomStream random(0, 0, "recognition.calibration");
+    trial.calibration_error = expected_calibration_error(reliability({calibrated, classes}, truth));
+    trial.uncalibrated_error =
+        expected_calibration_error(reliability({uncalibrated, classes}, truth));
+    trial.calibration_by_chance = calibration_error_by_chance({calibrated, classes}, random);
+  }
   const Scored known{log_odds(test, classes, recognition.temperature),
                      {test_groups.begin(), test_groups.end()}};
   trial.accepted = share_reaching(known.scores, recognition.threshold);

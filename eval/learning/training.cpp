@@ -270,9 +270,12 @@ std::optional<Epoch> Training::one_epoch() {
     if (watch_.step) watch_.step(samples, all, epoch);
   }
   if (ranks_.size > 1) {
+    // The mean over samples, of which ranks may have unlike numbers, or none.
+    const float weight = static_cast<float>(reader_.rows()) / static_cast<float>(train_rows_);
     std::vector<float> statistics = running_statistics(*learner_.classifier);
+    for (float& value : statistics) value *= weight;
     ranks_.sum(statistics);
-    set_running_statistics(statistics, 1 / static_cast<float>(ranks_.size), *learner_.classifier);
+    set_running_statistics(statistics, *learner_.classifier);
   }
   const Tally validated = validate();
   if (validated.stop > 0) return std::nullopt;

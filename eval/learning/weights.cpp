@@ -69,12 +69,12 @@ std::vector<float> running_statistics(const torch::nn::Module& module) {
   return flat;
 }
 
-void set_running_statistics(std::span<const float> flat, float scale, torch::nn::Module& module) {
+void set_running_statistics(std::span<const float> flat, torch::nn::Module& module) {
   std::size_t at = 0;
   for (torch::Tensor& buffer : module.buffers()) {
     if (!is_running_statistic(buffer)) continue;
     float* to = buffer.data_ptr<float>();
-    for (std::int64_t i = 0; i < buffer.numel(); ++i) to[i] = flat[at++] * scale;
+    for (std::int64_t i = 0; i < buffer.numel(); ++i) to[i] = flat[at++];
   }
 }
 

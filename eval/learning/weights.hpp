@@ -22,8 +22,8 @@ std::int64_t parameter_count(const torch::nn::Module& module);
 /// @param flat  at least parameter_count() values
 void bind_gradients(torch::nn::Module& module, const torch::Tensor& flat);
 
-/// Running means and variances of batch normalisation, averaged over ranks.
+/// Running means and variances of batch normalisation.
 std::vector<float> running_statistics(const torch::nn::Module& module);
-void set_running_statistics(std::span<const float> flat, float scale, torch::nn::Module& module);
+void set_running_statistics(std::span<const float> flat, torch::nn::Module& module);
 
 }  // namespace carillon::eval

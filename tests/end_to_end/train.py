@@ -100,6 +100,13 @@ class Train(FolderTest):
         self.assertEqual(numpy.argmin(losses) + 1, line["best_epoch"])
         self.assertLess(float(curve[-1]["train_loss"]), float(curve[0]["train_loss"]))
 
+    def test_draws_curves(self):
+        evaluation = self.output / "evaluation"
+        kept = json.loads((evaluation / "trainings.json").read_text())
+        self.assertEqual({line["key"] for line in kept["trainings"]},
+                         {line["key"] for line in self.found["trainings"]})
+        self.assertTrue((evaluation / "trainings.svg").exists())
+
     def test_is_not_trained_twice(self):
         again = run_json("train", self.config, "-o", self.output)
         self.assertTrue(all(line["was_there"] for line in again["trainings"]))

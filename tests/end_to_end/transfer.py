@@ -1,5 +1,6 @@
 """Classifiers that learn in one condition and are tested in another: `evaluate.transfer`; and what
 spectrograms differ by: `evaluate.spectrograms`."""
+import json
 import pathlib
 import unittest
 
@@ -75,6 +76,11 @@ class Transfer(FolderTest):
         low, high = less["interval95"]
         self.assertLess(low, less["mean"])
         self.assertLess(less["mean"], high)
+        self.assertEqual((self.found["against"], row["gain"]), ("clean", None))
+        self.assertAlmostEqual(home["gain"]["mean"], -less["mean"], 12)
+        # Beyond what chance makes of as few sounds.
+        self.assertGreater(row["confusion_norm"], row["norm_by_chance"]["most"])
+        self.assertLess(row["norm_by_chance"]["mean"], row["norm_by_chance"]["most"])
 
     def test_mixes_have_one_size_and_the_same_test(self):
         alone = [row for row in self.found["rows"] if row["trained_on"] == "target alone"]
@@ -88,8 +94,15 @@ class Transfer(FolderTest):
             self.assertIsNone(row["own"])
         home = self.row("noisy")["target"]
         self.assertEqual(alone[1]["target"], home)  # learnt once
+        # As many steps, and no strike twice.
+        records = {}
+        for path in (self.output / "evaluation" / "transfer").rglob("training.json"):
+            record = json.loads(path.read_text())
+            records[record["key"].rsplit("/", 2)[0]] = (record, path.parent)
+        self.assertEqual(records["50 % target alone"][0]["method"]["learning"]["epochs"], 80)
+        self.assertEqual(records["50 % mixed"][0]["method"]["learning"]["epochs"], 40)
         # Where few are its own, others beside them help.
-        self.assertGreater(mixed[1]["target"]["mean"], alone[0]["target"]["mean"] + 0.1)
+        self.assertGreater(mixed[1]["target"]["mean"], alone[0]["target"]["mean"] + 0.05)
 
     def test_answers_are_of_the_targets_own_test_samples(self):
         with h5py.File(next(self.output.glob("*noisy*/index.h5"))) as file:
@@ -182,6 +195,7 @@ class Transfer(FolderTest):
                 ("evaluate={transfer: {target: loud}}", "no dataset \"loud\""),
                 ("evaluate={transfer: {target: noisy, methods: [voxnet]}}", "has no \"voxnet\""),
                 ("evaluate={transfer: {target: noisy, mixes: {with: noisy}}}", "with itself"),
+                ("evaluate={transfer: {target: noisy, against: noisy}}", "less_home"),
                 ("evaluate={transfer: {target: noisy, mixes: {with: clean, shares: [2]}}}",
                  "shares"),
                 ("evaluate={spectrograms: {method: nearest-neighbour-a}}", "method"),

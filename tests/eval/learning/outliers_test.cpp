@@ -74,6 +74,20 @@ TEST(Outliers, OfSeveralSensesAreOneSoundInEach) {
   }
 }
 
+TEST(Outliers, LeaveNoSoundAsItWasWhereItsHighBandsAreEmpty) {
+  torch::manual_seed(3);
+  const torch::Tensor labels = torch::tensor({0, 1}, torch::kInt64).repeat({16});
+  torch::Tensor batch = (labels + 2).to(torch::kFloat32).view({32, 1, 1, 1});
+  batch = batch.expand({32, 1, bands, frames}).clone();
+  batch.slice(2, 8) = 0;
+  const torch::Tensor drawn = made_outliers().draw({batch}, labels).front();
+  for (std::int64_t i = 4; i < 8; ++i) {
+    const torch::Tensor low = drawn[i][0].slice(0, 0, 8);
+    EXPECT_EQ(low.min().item<float>(), 2) << i;
+    EXPECT_EQ(low.max().item<float>(), 3) << i;
+  }
+}
+
 TEST(Outliers, OfABatchOfOneClassAreNoises) {
   const torch::Tensor batch = torch::full({3, 1, bands, frames}, 2.0F);
   const torch::Tensor drawn =

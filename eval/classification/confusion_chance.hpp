@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/random.hpp"
+#include "eval/classification/intervals.hpp"
+
+namespace carillon::eval {
+
+/// What classifiers answered for one set of samples: of each seed the class that each was taken
+/// for.
+struct AnsweredSamples {
+  TestedSamples tested;
+  std::span<const std::vector<std::size_t>> predicted;
+};
+
+/// Norms of `confusion_difference` between two sets whose classifiers err alike.
+struct NormByChance {
+  double mean = 0;  ///< NaN where no class is in both sets
+  double most = 0;  ///< 95 % of the draws are within it
+};
+
+/// How far two patterns of errors are apart by chance alone: few samples of a class make unlike
+/// rows of one pattern. A permutation test: of each class the groups of both sets are dealt to the
+/// sets anew, as many to each as there were. A norm beyond `most` is of patterns that differ. Where
+/// both sets are of the same strikes it is on the safe side.
+/// @throws InputError  unequal numbers of classes, or as count_confusion
+NormByChance confusion_norm_by_chance(const AnsweredSamples& first, const AnsweredSamples& second,
+                                      core::RandomStream& random, int draws = 1000);
+
+}  // namespace carillon::eval

@@ -1,0 +1,96 @@
+#include "eval/classification/confusion_chance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "eval/classification/confusion.hpp"
+
+namespace carillon::eval {
+namespace {
+
+using Classes = std::vector<std::size_t>;
+
+/// Answers of one classifier for samples that are groups of their own.
+struct Set {
+  Classes truth, groups;
+  std::vector<Classes> predicted;
+  std::size_t classes = 2;
+
+  Set(Classes true_classes, Classes answers, std::size_t class_count = 2)
+      : truth(std::move(true_classes)),
+        groups(truth.size()),
+        predicted{std::move(answers)},
+        classes(class_count) {
+    std::iota(groups.begin(), groups.end(), std::size_t{0});
+  }
+  AnsweredSamples answered() const { return {{truth, groups, classes}, predicted}; }
+  Confusion confusion() const { return count_confusion(truth, predicted.front(), classes); }
+};
+
+/// 40 samples of each class, taken for the next one with a probability.
+Set drawn(const std::vector<double>& errors, core::RandomStream& random) {
+  Classes truth, answers;
+  for (std::size_t c = 0; c < errors.size(); ++c) {
+    for (int i = 0; i < 40; ++i) {
+      truth.push_back(c);
+      answers.push_back(random.uniform() < errors[c] ? (c + 1) % errors.size() : c);
+    }
+  }
+  return {truth, answers, errors.size()};
+}
+
+TEST(ConfusionNormByChance, IsThatOfAllDealsByHand) {
+  // Two right and two wrong: in 2 of 6 deals one side is all right, in 4 both are alike.
+  const Set right({0, 0}, {0, 0}), wrong({0, 0}, {1, 1});
+  core::RandomStream random(1, 0, "test.chance");
+  const auto found = confusion_norm_by_chance(right.answered(), wrong.answered(), random, 20000);
+  EXPECT_NEAR(found.mean, std::sqrt(2) / 3, 0.01);
+  EXPECT_NEAR(found.most, std::sqrt(2), 1e-12);
+}
+
+TEST(ConfusionNormByChance, IsExceededInFivePercentWhereErrorsAreAlike) {
+  int beyond = 0;
+  constexpr int repetitions = 400;
+  for (int r = 0; r < repetitions; ++r) {
+    core::RandomStream random(2, static_cast<std::uint64_t>(r), "test.chance");
+    const std::vector<double> errors = {0.1, 0.3, 0.5};
+    const Set first = drawn(errors, random), second = drawn(errors, random);
+    const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
+    beyond +=
+        norm > confusion_norm_by_chance(first.answered(), second.answered(), random, 200).most;
+  }
+  EXPECT_GT(beyond, 0.02 * repetitions);
+  EXPECT_LT(beyond, 0.085 * repetitions);
+}
+
+TEST(ConfusionNormByChance, IsExceededWhereErrorsDiffer) {
+  core::RandomStream random(3, 0, "test.chance");
+  const Set first = drawn({0.1, 0.1, 0.1}, random), second = drawn({0.6, 0.1, 0.1}, random);
+  const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
+  EXPECT_GT(norm, confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+}
+
+TEST(ConfusionNormByChance, KeepsAGroupTogether) {
+  // Twenty samples of one group on each side are as two samples.
+  Set right(Classes(20, 0), Classes(20, 0)), wrong(Classes(20, 0), Classes(20, 1));
+  right.groups.assign(20, 0);
+  wrong.groups.assign(20, 0);
+  core::RandomStream random(4, 0, "test.chance");
+  const auto found = confusion_norm_by_chance(right.answered(), wrong.answered(), random);
+  EXPECT_NEAR(found.mean, std::sqrt(2), 1e-12);
+}
+
+TEST(ConfusionNormByChance, OfNothingInCommonIsNothing) {
+  core::RandomStream random(5, 0, "test.chance");
+  const Set first({0}, {0}), second({1}, {1}), other({0}, {0}, 3);
+  EXPECT_TRUE(
+      std::isnan(confusion_norm_by_chance(first.answered(), second.answered(), random).most));
+  EXPECT_THROW(confusion_norm_by_chance(first.answered(), other.answered(), random),
+               core::InputError);
+}
+
+}  // namespace
+}  // namespace carillon::eval
