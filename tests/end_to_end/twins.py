@@ -4,7 +4,7 @@ import unittest
 import h5py
 import numpy
 
-from program import FolderTest, run, run_json
+from program import CONFIGS, FolderTest, run, run_json
 
 # The sizes of each pair of families, and the wall of the hollow one.
 PAIRS = {
@@ -81,6 +81,20 @@ class ModelNet(FolderTest):
         self.assertTrue(run_json("check", output)["passed"])
         same = run("regenerate", output, "--sample", "0", "-o", self.folder / "again.wav")
         self.assertEqual(same.returncode, 0, same.stderr)
+
+
+    def test_the_papers_furniture_is_ten_classes_in_four_variants(self):
+        config = self.folder / "modelnet10.yaml"
+        config.write_text((CONFIGS / config.name).read_text())
+        for size, name in enumerate("bathtub bed chair desk dresser monitor night_stand sofa table "
+                                    "toilet".split()):
+            for part, number in (("train", 1), ("train", 2), ("test", 107)):
+                write_box(self.folder / "ModelNet10" / name / part / f"{name}_{number:04}.off",
+                          1, 1 + 0.1 * size, 2 + 0.05 * number)
+        plan = run("plan", config)
+        self.assertEqual(plan.returncode, 0, plan.stderr)
+        self.assertIn("a sweep of 4 variants (grid), 120 samples", plan.stdout)
+        self.assertIn("120 bodies have 30 different meshes and 30 different solves", plan.stdout)
 
 
 class SharedSolves(FolderTest):
