@@ -92,7 +92,7 @@ bool only_hears(const Method& method) {
 LearningOptions usual_learning(MethodKind kind) {
   LearningOptions options;
   if (kind == MethodKind::linear_svm) {
-    options.learning_rate = 0.1;
+    options.learning_rate = 1;
     options.weight_decay = 1e-5;
   }
   return options;
