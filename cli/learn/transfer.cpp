@@ -5,17 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "cli/learn/answers.hpp"
 #include "cli/learn/learning_sources.hpp"
 #include "cli/learn/mpi_learning.hpp"
+#include "cli/learn/open_condition.hpp"
 #include "cli/learn/sample_costs.hpp"
 #include "cli/learn/seed_answers.hpp"
 #include "cli/learn/trainings.hpp"
 #include "core/error.hpp"
-#include "core/random.hpp"
-#include "eval/learning/selected_source.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
@@ -25,60 +23,6 @@ using eval::Selection;
 using nlohmann::ordered_json;
 
 namespace {
-
-/// A source, and its samples of the task.
-struct OpenCondition {
-  std::unique_ptr<eval::SampleSource> source;
-  eval::LabelledSamples samples;
-
-  std::vector<Selection> part(Part part, std::uint32_t number) const {
-    std::vector<Selection> some;
-    for (const std::uint32_t row : samples.rows(part)) some.push_back({number, row, part});
-    return some;
-  }
-  /// A part's samples in an order that is the same wherever these strikes are computed.
-  std::vector<Selection> ordered(Part wanted, std::uint32_t number) const {
-    std::vector<Selection> all = part(wanted, number);
-    std::sort(all.begin(), all.end(),
-              [&](const Selection& a, const Selection& b) { return order_of(a) < order_of(b); });
-    return all;
-  }
-  /// So many of a part's samples, those of less always among them.
-  std::vector<Selection> first_of(Part wanted, std::size_t count, std::uint32_t number) const {
-    std::vector<Selection> some = ordered(wanted, number);
-    some.resize(std::min(count, some.size()));
-    return some;
-  }
-  /// The same from the other end: beside the first of another condition they repeat no strike.
-  std::vector<Selection> last_of(Part wanted, std::size_t count, std::uint32_t number) const {
-    std::vector<Selection> some = ordered(wanted, number);
-    some.erase(some.begin(),
-               some.end() - static_cast<std::ptrdiff_t>(std::min(count, some.size())));
-    return some;
-  }
-  std::pair<std::uint64_t, std::uint32_t> order_of(const Selection& one) const {
-    return {core::stable_hash("mix " + samples.keys[one.row]), one.row};
-  }
-};
-
-/// Keys of so many of the sounds that both have, evenly chosen from the part that is tested.
-std::vector<std::string> common_keys(const OpenCondition& target, const OpenCondition& other,
-                                     std::size_t most) {
-  const auto names = [](const eval::SampleSource& source) {
-    std::vector<std::string> keys = source.keys(), strikes = source.strike_names();
-    for (std::size_t i = 0; i < keys.size(); ++i) keys[i] += " " + strikes[i];
-    return keys;
-  };
-  const std::vector<std::string> own = names(*target.source), theirs = names(*other.source);
-  const std::set<std::string> there(theirs.begin(), theirs.end());
-  std::vector<std::string> common, some;
-  for (const std::uint32_t row : target.samples.rows(Part::test)) {
-    if (there.count(own[row]) > 0) common.push_back(target.samples.keys[row]);
-  }
-  const std::size_t count = std::min(most, common.size());
-  for (std::size_t i = 0; i < count; ++i) some.push_back(common[i * common.size() / count]);
-  return some;
-}
 
 void append(std::vector<Selection>& all, const std::vector<Selection>& some) {
   all.insert(all.end(), some.begin(), some.end());
