@@ -37,7 +37,7 @@ std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
       groups.push_back({{}, answers.classes, SeedAnswers(one.job.task.split)});
     }
     groups.back().classifiers.push_back(&one);
-    groups.back().test.add(answers.test, answers.classes.size());
+    groups.back().test.add(answers.test, answers.classes);
   }
   return groups;
 }

@@ -172,13 +172,14 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
     clips.push_back(std::move(clip));
     if (!context.json) print(file, answers);
   }
-  if (!context.json) print_trust(recognisers);
   if (!options.scene.empty()) {
     const std::string output = options.output.empty() ? options.scene : options.output;
     core::write_text_durably(output, extended_scene(options, place, answers));
     if (!context.json) fmt::print("{}: one body more\n", output);
   }
-  if (context.json) {
+  if (!context.json) {
+    print_trust(recognisers);
+  } else {
     fmt::print("{}\n", ordered_json{{"clips", clips},
                                     {"timing", {{"identify_s", core::monotonic_seconds() - start}}}}
                            .dump(1));

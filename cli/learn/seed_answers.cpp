@@ -1,5 +1,6 @@
 #include "cli/learn/seed_answers.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include "cli/json_number.hpp"
@@ -10,14 +11,16 @@ namespace carillon::cli {
 
 using nlohmann::ordered_json;
 
-void SeedAnswers::add(const PartAnswers& part, std::size_t classes) {
+void SeedAnswers::add(const PartAnswers& part, const std::vector<std::string>& names) {
+  const std::size_t classes = names.size();
   if (predicted_.empty()) {
     keys_ = part.keys;
+    classes_ = names;
     truth_ = true_classes(part);
     groups_ = groups_of(part, split_);
     confusion_ = confusion_of(part, classes);
   } else {
-    if (part.keys != keys_) {
+    if (part.keys != keys_ || names != classes_) {
       throw core::InputError("seeds of one method answered for different samples",
                              "a folder of models was changed; delete it, and it is trained again");
     }
@@ -44,10 +47,20 @@ ordered_json SeedAnswers::summary(eval::AccuracyKind kind, const std::string& in
 }
 
 ordered_json SeedAnswers::less(const SeedAnswers& others) const {
-  if (empty()) return nullptr;
-  if (others.keys_ != keys_) throw core::Error("answers for different samples are compared");
-  const eval::AccuracyDifference difference =
-      eval::accuracy_difference(tested(), predicted_, others.predicted_);
+  if (empty() || others.keys_ != keys_) return nullptr;
+  // What others alone know is one class more, and wrong here.
+  std::vector<std::size_t> own_number;
+  for (const std::string& name : others.classes_) {
+    own_number.push_back(static_cast<std::size_t>(
+        std::find(classes_.begin(), classes_.end(), name) - classes_.begin()));
+  }
+  std::vector<std::vector<std::size_t>> theirs = others.predicted_;
+  for (std::vector<std::size_t>& predicted : theirs) {
+    for (std::size_t& answer : predicted) answer = own_number[answer];
+  }
+  eval::TestedSamples all = tested();
+  all.classes += 1;
+  const eval::AccuracyDifference difference = eval::accuracy_difference(all, predicted_, theirs);
   return {{"mean", number_or_null(difference.mean)},
           {"interval95",
            {number_or_null(difference.bounds.low), number_or_null(difference.bounds.high)}}};

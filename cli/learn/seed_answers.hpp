@@ -18,7 +18,7 @@ class SeedAnswers {
 
   /// Of one seed.
   /// @throws InputError  for other samples than those of the seeds before
-  void add(const PartAnswers& part, std::size_t classes);
+  void add(const PartAnswers& part, const std::vector<std::string>& classes);
 
   bool empty() const { return truth_.empty(); }
   std::size_t samples() const { return truth_.size(); }
@@ -31,7 +31,7 @@ class SeedAnswers {
   /// @param inputs  hash of what decides the classifiers: seeds the bootstrap
   nlohmann::ordered_json summary(eval::AccuracyKind kind, const std::string& inputs) const;
   /// `mean` and `interval95` of how much more is right than of others' answers for the same
-  /// samples; null for no samples.
+  /// samples, who may know other classes; null for no samples, or where they answered for others.
   nlohmann::ordered_json less(const SeedAnswers& others) const;
   /// Norms of the difference of confusions with others, for other samples of the same classes, that
   /// chance alone makes.
@@ -41,7 +41,7 @@ class SeedAnswers {
   eval::TestedSamples tested() const { return {truth_, groups_, confusion_.classes}; }
 
   std::string split_;
-  std::vector<std::string> keys_;
+  std::vector<std::string> keys_, classes_;
   std::vector<std::size_t> truth_, groups_;
   eval::Confusion confusion_;
   std::vector<std::vector<std::size_t>> predicted_;

@@ -37,7 +37,7 @@ ordered_json lines_of(const TrainingsEnd& end) {
   for (const TrainedClassifier& trained : end.trained) {
     ordered_json line = trained.found;
     line["key"] = trained.job.key;
-    line["folder"] = trained.job.folder.string();
+    line["folder"] = std::filesystem::absolute(trained.job.folder).string();
     line["was_there"] = trained.was_there;
     lines.push_back(std::move(line));
   }
@@ -65,25 +65,29 @@ bool has_curves(const TrainedClassifier& trained) {
   return std::filesystem::exists(trained.job.folder / "curves.csv");
 }
 
-/// trainings.json and its picture beside the models, and what is printed of them.
+/// What is printed, then trainings.json and its picture beside the models.
 void tell(const TrainingsEnd& end, const std::filesystem::path& models, bool json) {
   const ordered_json lines = lines_of(end);
   const ordered_json document = {
       {"output", models.string()}, {"trainings", lines}, {"interrupted", end.interrupted}};
-  const std::filesystem::path path = models.parent_path() / "trainings.json";
-  std::string picture;
-  if (!lines.empty()) core::write_text_durably(path, document.dump(1) + "\n");
-  if (std::any_of(end.trained.begin(), end.trained.end(), has_curves)) {
-    const std::string no_picture = draw_picture("plot_trainings", path);
-    if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
-    if (no_picture.empty()) picture = ", .svg, .png";
-  }
   if (json) {
     fmt::print("{}\n", document.dump(1));
   } else if (!lines.empty()) {
     print(lines);
-    fmt::print("\n{}: of each model, curves.csv, answers.h5, training.json\n{}{}\n",
-               models.string(), path.string(), picture);
+    fmt::print("\n{}: of each model, curves.csv, answers.h5, training.json\n", models.string());
+  }
+  if (end.interrupted || lines.empty()) return;
+  const std::filesystem::path path = models.parent_path() / "trainings.json";
+  core::write_text_durably(path, document.dump(1) + "\n");
+  for (const char* picture : {".svg", ".png"}) {  // of other trainings
+    std::filesystem::remove(std::filesystem::path(path).replace_extension(picture));
+  }
+  if (std::none_of(end.trained.begin(), end.trained.end(), has_curves)) return;
+  const std::string no_picture = draw_picture("plot_trainings", path);
+  if (!no_picture.empty()) {
+    fmt::print(stderr, "carillon: {}\n", no_picture);
+  } else if (!json) {
+    fmt::print("{}, .svg, .png: learning curves\n", path.string());
   }
 }
 

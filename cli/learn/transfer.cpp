@@ -140,8 +140,8 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
     if (end.interrupted) return false;
     mpi::agreed(context_.world, [&] {
       const Answers answers = read_answers(job.folder / "answers.h5");
-      own.add(answers_of(answers.test, '0', answers.classes.size()), answers.classes.size());
-      there.add(answers_of(answers.test, '1', answers.classes.size()), answers.classes.size());
+      own.add(answers_of(answers.test, '0', answers.classes.size()), answers.classes);
+      there.add(answers_of(answers.test, '1', answers.classes.size()), answers.classes);
       row.samples = end.found.at("samples").at("train");
     });
     inputs += job.inputs;
@@ -257,6 +257,19 @@ void Run::require_enough() {
   });
 }
 
+/// Few samples are met as much more often: as many steps as of all of them. (The rate of support
+/// vector machines falls with the epochs.)
+void take_steps_of(std::size_t all, std::size_t few, eval::Method& method) {
+  if (method.kind != eval::MethodKind::network) return;
+  const auto steps = [&](std::size_t samples) {
+    return std::ceil(static_cast<double>(samples) / static_cast<double>(method.learning.batch));
+  };
+  const double more = steps(all) / steps(few);
+  for (std::int64_t* passes : {&method.learning.epochs, &method.learning.patience}) {
+    *passes = std::llround(more * static_cast<double>(*passes));
+  }
+}
+
 bool Run::mix() {
   const OpenCondition& other = opened(*spec_.mixed_with);
   const auto share_of = [&](double share, Part part) {
@@ -281,10 +294,7 @@ bool Run::mix() {
       row.trained_on = mixed ? "mixed" : "target alone";
       row.share = share;
       for (eval::Method method : spec_.methods) {
-        // Fewer samples are met as much more often: as many steps, whatever the share.
-        const std::size_t passes = mixed ? 1 : (all + own - 1) / own;
-        method.learning.epochs *= static_cast<std::int64_t>(passes);
-        method.learning.patience *= static_cast<std::int64_t>(passes);
+        if (!mixed) take_steps_of(all, own, method);
         if (!learn(*other.source, selected, method, row)) return false;
       }
     }

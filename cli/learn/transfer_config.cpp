@@ -82,18 +82,16 @@ TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDa
   if (spec.mixed_with && spec.mixed_with == spec.own_target) {
     node.fail("mixes", "the target cannot be mixed with itself");
   }
-  if (!spec.trained_on.empty()) {
-    spec.against = spec.mixed_with.value_or(spec.trained_on.front());
-    const std::string usual = datasets.conditions()[spec.against].name;
-    spec.against = dataset_called(node, "against", node.text("against", usual), datasets);
-    if (spec.against == spec.own_target) {
-      node.fail("against", "what the target's own samples teach is compared anyway (`less_home`)",
-                fmt::format("--set evaluate.transfer.against={}", usual));
-    }
-  }
-  if (spec.trained_on.empty() && !spec.mixed_with) {
+  if (spec.trained_on.empty()) {
     node.fail("target", "there is no other dataset to learn from",
               "a sweep makes several; data or recordings take a target from elsewhere");
+  }
+  const std::size_t usual = spec.mixed_with.value_or(spec.trained_on.front());
+  const std::string usual_name = datasets.conditions()[usual].name;
+  spec.against = dataset_called(node, "against", node.text("against", usual_name), datasets);
+  if (spec.against == spec.own_target) {
+    node.fail("against", "what the target's own samples teach is compared anyway (`less_home`)",
+              fmt::format("--set evaluate.transfer.against={}", usual_name));
   }
   return spec;
 }

@@ -29,11 +29,14 @@ const char* name_of(LearntFrom kind) {
 
 ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets& datasets,
                                const std::vector<TransferRow>& rows) {
-  ordered_json document = {{"name", datasets.name()},  {"task", spec.task.name},
-                           {"split", spec.task.split}, {"target", spec.target.name},
-                           {"against", nullptr},       {"mixed_with", nullptr},
-                           {"seeds", spec.seeds},      {"rows", ordered_json::array()}};
-  if (!spec.trained_on.empty()) document["against"] = datasets.conditions()[spec.against].name;
+  ordered_json document = {{"name", datasets.name()},
+                           {"task", spec.task.name},
+                           {"split", spec.task.split},
+                           {"target", spec.target.name},
+                           {"against", datasets.conditions()[spec.against].name},
+                           {"mixed_with", nullptr},
+                           {"seeds", spec.seeds},
+                           {"rows", ordered_json::array()}};
   if (spec.mixed_with) {
     document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
   }
@@ -122,8 +125,7 @@ std::string transfer_text(const ordered_json& document) {
     text += fmt::format(
         "\nLearnt in one condition, tested where it learnt and in the target; gains over {}; "
         "percent.\n\n{}",
-        document.at("against").is_null() ? "-" : document.at("against").get<std::string>(),
-        markdown(elsewhere));
+        document.at("against").get<std::string>(), markdown(elsewhere));
   }
   text += heard_text(document);
   if (mixes.size() > 1) {

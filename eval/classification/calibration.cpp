@@ -6,6 +6,7 @@
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 
 #include "core/error.hpp"
@@ -67,6 +68,40 @@ double mean_range(const ScoreRows& logits) {
   return sum / static_cast<double>(logits.samples());
 }
 
+/// The greatest probability of each row.
+std::vector<double> confidences(const ScoreRows& probabilities) {
+  std::vector<double> sure;
+  for (std::size_t i = 0; i < probabilities.samples(); ++i) {
+    const auto row = probabilities.row(i);
+    sure.push_back(*std::max_element(row.begin(), row.end()));
+  }
+  return sure;
+}
+
+std::vector<ReliabilityBin> diagram_of(const std::vector<double>& sure,
+                                       const std::vector<bool>& right, std::size_t bins) {
+  if (bins == 0) throw core::InputError("a reliability diagram of no bins");
+  const auto count = static_cast<double>(bins);
+  std::vector<ReliabilityBin> diagram(bins);
+  for (std::size_t b = 0; b < bins; ++b) {
+    diagram[b].low = static_cast<double>(b) / count;
+    diagram[b].high = static_cast<double>(b + 1) / count;
+  }
+  for (std::size_t i = 0; i < sure.size(); ++i) {
+    const auto bin =
+        std::lower_bound(diagram.begin(), diagram.end() - 1, sure[i],
+                         [](const ReliabilityBin& one, double value) { return one.high < value; });
+    ++bin->samples;
+    bin->confidence += sure[i];
+    bin->accuracy += right[i] ? 1 : 0;
+  }
+  for (ReliabilityBin& bin : diagram) {
+    bin.confidence = bin.samples == 0 ? nan : bin.confidence / static_cast<double>(bin.samples);
+    bin.accuracy = bin.samples == 0 ? nan : bin.accuracy / static_cast<double>(bin.samples);
+  }
+  return diagram;
+}
+
 }  // namespace
 
 double fit_temperature(const ScoreRows& logits, std::span<const std::size_t> truth) {
@@ -90,29 +125,11 @@ double fit_temperature(const ScoreRows& logits, std::span<const std::size_t> tru
 
 std::vector<ReliabilityBin> reliability(const ScoreRows& probabilities,
                                         std::span<const std::size_t> truth, std::size_t bins) {
-  if (bins == 0) throw core::InputError("a reliability diagram of no bins");
   check_distributions(probabilities, truth);
-  const auto count = static_cast<double>(bins);
-  std::vector<ReliabilityBin> diagram(bins);
-  for (std::size_t b = 0; b < bins; ++b) {
-    diagram[b].low = static_cast<double>(b) / count;
-    diagram[b].high = static_cast<double>(b + 1) / count;
-  }
   const std::vector<std::size_t> predicted = predicted_classes(probabilities);
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    const double confidence = probabilities.row(i)[predicted[i]];
-    const auto bin =
-        std::lower_bound(diagram.begin(), diagram.end() - 1, confidence,
-                         [](const ReliabilityBin& one, double value) { return one.high < value; });
-    ++bin->samples;
-    bin->confidence += confidence;
-    bin->accuracy += predicted[i] == truth[i] ? 1 : 0;
-  }
-  for (ReliabilityBin& bin : diagram) {
-    bin.confidence = bin.samples == 0 ? nan : bin.confidence / static_cast<double>(bin.samples);
-    bin.accuracy = bin.samples == 0 ? nan : bin.accuracy / static_cast<double>(bin.samples);
-  }
-  return diagram;
+  std::vector<bool> right;
+  for (std::size_t i = 0; i < truth.size(); ++i) right.push_back(predicted[i] == truth[i]);
+  return diagram_of(confidences(probabilities), right, bins);
 }
 
 double expected_calibration_error(std::span<const ReliabilityBin> bins) {
@@ -126,18 +143,22 @@ double expected_calibration_error(std::span<const ReliabilityBin> bins) {
   return samples == 0 ? nan : sum / samples;
 }
 
-double calibration_error_by_chance(const ScoreRows& probabilities, core::RandomStream& random,
+double calibration_error_by_chance(const ScoreRows& probabilities,
+                                   std::span<const std::size_t> groups, core::RandomStream& random,
                                    int draws) {
-  std::vector<std::size_t> drawn(probabilities.samples());
+  if (groups.size() != probabilities.samples()) {
+    throw core::InputError(
+        fmt::format("{} groups of {} samples", groups.size(), probabilities.samples()));
+  }
+  const std::vector<double> sure = confidences(probabilities);
+  std::map<std::size_t, double> luck;
+  for (const std::size_t group : groups) luck[group] = 0;
+  std::vector<bool> right(sure.size());
   double sum = 0;
   for (int draw = 0; draw < draws; ++draw) {
-    for (std::size_t i = 0; i < drawn.size(); ++i) {
-      const auto row = probabilities.row(i);
-      double left = random.uniform();
-      drawn[i] = 0;
-      while (drawn[i] + 1 < row.size() && left >= row[drawn[i]]) left -= row[drawn[i]++];
-    }
-    sum += expected_calibration_error(reliability(probabilities, drawn));
+    for (auto& [group, value] : luck) value = random.uniform();
+    for (std::size_t i = 0; i < sure.size(); ++i) right[i] = luck[groups[i]] < sure[i];
+    sum += expected_calibration_error(diagram_of(sure, right, usual_bins));
   }
   return sum / draws;
 }

@@ -30,21 +30,27 @@ struct ReliabilityBin {
   double accuracy = 0;    ///< share that is right; NaN in an empty bin
 };
 
+inline constexpr std::size_t usual_bins = 15;
+
 /// Reliability diagram in bins of equal width (Guo et al. 2017, section 2).
 /// @param probabilities  rows that sum to 1, e.g. of `softmax`
 /// @throws InputError  no bins, a row that is no distribution (names it), or as check_classes
 std::vector<ReliabilityBin> reliability(const ScoreRows& probabilities,
-                                        std::span<const std::size_t> truth, std::size_t bins = 15);
+                                        std::span<const std::size_t> truth,
+                                        std::size_t bins = usual_bins);
 
 /// Expected calibration error: mean of |accuracy - confidence| over bins, weighted by their samples
 /// (Guo et al. 2017, eq. 3). By chance it is positive even for probabilities that are right: on
 /// average at most 0.4 sqrt(bins / samples). NaN for no samples.
 double expected_calibration_error(std::span<const ReliabilityBin> bins);
 
-/// What that error is on average where probabilities are right: mean over draws of the samples'
-/// classes from these probabilities. Errors near it show nothing. NaN for no samples.
-/// @throws InputError  a row that is no distribution (names it)
-double calibration_error_by_chance(const ScoreRows& probabilities, core::RandomStream& random,
+/// What that error, of `usual_bins`, is on average where probabilities are right, if the samples of
+/// a group stand and fall together: mean over draws of which are right. An error near it shows
+/// nothing. Samples that are groups of their own make the least of it. NaN for no samples.
+/// @param groups  of each sample; any numbers
+/// @throws InputError  spans of unequal length
+double calibration_error_by_chance(const ScoreRows& probabilities,
+                                   std::span<const std::size_t> groups, core::RandomStream& random,
                                    int draws = 100);
 
 }  // namespace carillon::eval

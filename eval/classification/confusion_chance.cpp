@@ -14,54 +14,77 @@ namespace carillon::eval {
 
 namespace {
 
-/// What the samples of one class and group were taken for: a count for each class.
-using Answers = std::vector<std::size_t>;
+/// Answers of one group: a row of counts for each class that it has samples of.
+using Group = std::map<std::size_t, std::vector<std::size_t>>;
 
-/// The groups of one class that occurs in both sets, those of the first set before the others'.
+/// Groups that are dealt among themselves, those of the first set before the others'.
 struct Dealt {
-  std::vector<Answers> groups;
+  std::vector<Group> groups;
   std::size_t of_first = 0;
 };
 
-/// Groups of each class, in the order of their numbers.
-std::vector<std::vector<Answers>> groups_of_classes(const AnsweredSamples& set) {
+std::map<std::size_t, Group> groups_of(const AnsweredSamples& set) {
   const auto& [truth, groups, classes] = set.tested;
-  std::vector<std::map<std::size_t, Answers>> by_class(classes);
+  if (groups.size() != truth.size()) {
+    throw core::InputError(fmt::format("{} groups of {} samples", groups.size(), truth.size()));
+  }
+  std::map<std::size_t, Group> found;
   for (const std::vector<std::size_t>& predicted : set.predicted) {
     count_confusion(truth, predicted, classes);  // refuses what cannot be counted
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      Answers& answers = by_class[truth[i]][groups[i]];
-      answers.resize(classes);
-      ++answers[predicted[i]];
+      std::vector<std::size_t>& row = found[groups[i]][truth[i]];
+      row.resize(classes);
+      ++row[predicted[i]];
     }
-  }
-  std::vector<std::vector<Answers>> found(classes);
-  for (std::size_t c = 0; c < classes; ++c) {
-    for (auto& [group, answers] : by_class[c]) found[c].push_back(std::move(answers));
   }
   return found;
 }
 
-/// Square of the distance of the two rows of shares.
-double squared_distance(const Dealt& dealt, std::size_t classes) {
-  std::vector<double> rows[2] = {std::vector<double>(classes), std::vector<double>(classes)};
-  double totals[2] = {0, 0};
-  for (std::size_t g = 0; g < dealt.groups.size(); ++g) {
-    const int side = g < dealt.of_first ? 0 : 1;
-    for (std::size_t c = 0; c < classes; ++c) {
-      rows[side][c] += static_cast<double>(dealt.groups[g][c]);
-      totals[side] += static_cast<double>(dealt.groups[g][c]);
-    }
-  }
-  double square = 0;
-  for (std::size_t c = 0; c < classes; ++c) {
-    const double apart = rows[0][c] / totals[0] - rows[1][c] / totals[1];
-    square += apart * apart;
-  }
-  return square;
+std::vector<std::size_t> classes_of(const Group& group) {
+  std::vector<std::size_t> classes;
+  for (const auto& [truth, row] : group) classes.push_back(truth);
+  return classes;
 }
 
-void shuffle(std::vector<Answers>& groups, core::RandomStream& random) {
+/// Groups with samples of the same classes are dealt among themselves, so that each side keeps its
+/// number of each; those with classes of which only one side has groups, all together.
+std::vector<Dealt> strata_of(const AnsweredSamples& first, const AnsweredSamples& second) {
+  std::map<std::vector<std::size_t>, std::vector<Group>> sides[2];
+  for (auto& [name, group] : groups_of(first)) sides[0][classes_of(group)].push_back(group);
+  for (auto& [name, group] : groups_of(second)) sides[1][classes_of(group)].push_back(group);
+  const auto append = [](std::vector<Group>& all, const std::vector<Group>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  std::vector<Dealt> strata(1);
+  for (const auto& [classes, groups] : sides[0]) {
+    const auto others = sides[1].find(classes);
+    const bool alone = others == sides[1].end();
+    Dealt& dealt = alone ? strata.front() : strata.emplace_back();
+    append(dealt.groups, groups);
+    dealt.of_first += groups.size();
+    if (alone) continue;
+    append(dealt.groups, others->second);
+    sides[1].erase(others);
+  }
+  for (const auto& [classes, groups] : sides[1]) append(strata.front().groups, groups);
+  return strata;
+}
+
+ConfusionDifference difference_of(const std::vector<Dealt>& strata, std::size_t classes) {
+  Confusion sides[2];
+  for (Confusion& side : sides) side = {classes, std::vector<std::size_t>(classes * classes)};
+  for (const Dealt& dealt : strata) {
+    for (std::size_t g = 0; g < dealt.groups.size(); ++g) {
+      Confusion& side = sides[g < dealt.of_first ? 0 : 1];
+      for (const auto& [truth, row] : dealt.groups[g]) {
+        for (std::size_t c = 0; c < classes; ++c) side.counts[truth * classes + c] += row[c];
+      }
+    }
+  }
+  return confusion_difference(sides[0], sides[1]);
+}
+
+void shuffle(std::vector<Group>& groups, core::RandomStream& random) {
   for (std::size_t i = groups.size(); i > 1; --i) {
     std::swap(groups[i - 1], groups[random.index(i)]);
   }
@@ -70,37 +93,28 @@ void shuffle(std::vector<Answers>& groups, core::RandomStream& random) {
 }  // namespace
 
 NormByChance confusion_norm_by_chance(const AnsweredSamples& first, const AnsweredSamples& second,
-                                      core::RandomStream& random, int draws) {
+                                      core::RandomStream& random, std::size_t draws) {
   const std::size_t classes = first.tested.classes;
   if (second.tested.classes != classes) {
     throw core::InputError(
         fmt::format("confusion matrices of {} and of {} classes cannot be compared", classes,
                     second.tested.classes));
   }
-  const auto of_first = groups_of_classes(first), of_second = groups_of_classes(second);
-  std::vector<Dealt> compared;
-  for (std::size_t c = 0; c < classes; ++c) {
-    if (of_first[c].empty() || of_second[c].empty()) continue;
-    compared.push_back({of_first[c], of_first[c].size()});
-    compared.back().groups.insert(compared.back().groups.end(), of_second[c].begin(),
-                                  of_second[c].end());
-  }
+  std::vector<Dealt> strata = strata_of(first, second);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  if (compared.empty()) return {nan, nan};
+  if (draws == 0 || difference_of(strata, classes).rows == 0) return {nan, nan};
   std::vector<double> norms;
   double sum = 0;
-  for (int draw = 0; draw < draws; ++draw) {
-    double squares = 0;
-    for (Dealt& dealt : compared) {
-      shuffle(dealt.groups, random);
-      squares += squared_distance(dealt, classes);
-    }
-    norms.push_back(std::sqrt(squares));
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    for (Dealt& dealt : strata) shuffle(dealt.groups, random);
+    const ConfusionDifference difference = difference_of(strata, classes);
+    norms.push_back(difference.rows == 0 ? 0 : difference.norm);
     sum += norms.back();
   }
-  const auto place = static_cast<std::ptrdiff_t>(std::ceil(0.95 * draws)) - 1;
+  const auto count = static_cast<double>(draws);
+  const auto place = static_cast<std::ptrdiff_t>(std::ceil(0.95 * count)) - 1;
   std::nth_element(norms.begin(), norms.begin() + place, norms.end());
-  return {sum / draws, norms[static_cast<std::size_t>(place)]};
+  return {sum / count, norms[static_cast<std::size_t>(place)]};
 }
 
 }  // namespace carillon::eval

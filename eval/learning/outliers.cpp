@@ -12,16 +12,32 @@ constexpr synth::NoiseKind learnt_kinds[] = {synth::NoiseKind::white, synth::Noi
                                              synth::NoiseKind::hum};
 constexpr std::size_t of_each_kind = 200;
 
-/// Low bands of one spectrogram, the rest of another; of waveforms the earlier part of one, the
-/// rest of another. A quarter to three quarters of what the first has lie below the border: where
-/// its high bands are empty, a border anywhere would often leave it as it was.
-torch::Tensor mixed(const torch::Tensor& first, const torch::Tensor& second) {
-  const bool has_frames = first.dim() == 4;
-  const torch::Tensor strength = has_frames ? first.sum({1, 3}) : first.square().sum(1);
+/// Of each a mix has no less and no more than so.
+constexpr double least_share = 0.2, greatest_share = 0.8;
+
+/// What each has up to each band of spectrograms, or each sample of waveforms, as shares: rows x
+/// size.
+torch::Tensor shares_below(const torch::Tensor& sounds) {
+  const bool has_frames = sounds.dim() == 4;
+  const torch::Tensor strength = has_frames ? sounds.sum({1, 3}) : sounds.square().sum(1);
   const torch::Tensor below = strength.cumsum(1);
-  const torch::Tensor share = 0.25 + 0.5 * torch::rand({first.size(0), 1});
-  torch::Tensor of_first = below.le(share * below.slice(1, -1)).unsqueeze(1);
-  if (has_frames) of_first = of_first.unsqueeze(3);
+  return below / below.slice(1, -1);
+}
+
+/// Where one sound's lower part and another's upper part are a share of either: rows x size.
+torch::Tensor borders_between(const torch::Tensor& first, const torch::Tensor& second) {
+  const auto within = [](const torch::Tensor& share) {
+    return share.ge(least_share).logical_and(share.le(greatest_share));
+  };
+  return within(shares_below(first)).logical_and(within(shares_below(second)));
+}
+
+/// Up to a border, drawn from those there may be, the first; above it the second.
+torch::Tensor mixed(const torch::Tensor& first, const torch::Tensor& second,
+                    const torch::Tensor& borders) {
+  const torch::Tensor border = torch::multinomial(borders.to(torch::kFloat32), 1);
+  torch::Tensor of_first = torch::arange(borders.size(1)).unsqueeze(0).le(border).unsqueeze(1);
+  if (first.dim() == 4) of_first = of_first.unsqueeze(3);
   return torch::where(of_first, first, second);
 }
 
@@ -63,8 +79,17 @@ std::vector<torch::Tensor> Outliers::draw(const std::vector<torch::Tensor>& sens
       labels.index({first}).unsqueeze(1).ne(labels.unsqueeze(0)).to(torch::kFloat32);
   if (!differ.any().item<bool>()) return drawn;
   const torch::Tensor second = torch::multinomial(differ, 1).squeeze(1);
+  std::vector<torch::Tensor> borders;
+  torch::Tensor mixes = torch::ones({count}, torch::kBool);
+  for (const torch::Tensor& sense : senses) {
+    borders.push_back(borders_between(sense.index({first}), sense.index({second})));
+    mixes = mixes.logical_and(borders.back().any(1));
+  }
+  if (!mixes.any().item<bool>()) return drawn;
+  const torch::Tensor lower = first.index({mixes}), upper = second.index({mixes});
   for (std::size_t s = 0; s < senses.size(); ++s) {
-    drawn[s] = torch::cat({drawn[s], mixed(senses[s].index({first}), senses[s].index({second}))});
+    drawn[s] = torch::cat({drawn[s], mixed(senses[s].index({lower}), senses[s].index({upper}),
+                                           borders[s].index({mixes}))});
   }
   return drawn;
 }

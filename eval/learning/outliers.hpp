@@ -17,8 +17,10 @@ class Outliers {
   /// @param format  of the sounds; the noises are drawn once, the same for all ranks
   Outliers(const Method& method, const ClipFormat& format);
 
-  /// Noises, an eighth of the batch (at least one), and as many mixes of its sounds; of a batch of
-  /// one class noises alone. Draws from torch's generator.
+  /// Noises, an eighth of the batch (at least one), and at most as many mixes of its sounds, of
+  /// each of which they have a fifth to four fifths: pairs that cannot be mixed so, as one lies
+  /// below or ends before the other, are left out, since a mix of them would be nearly one of them.
+  /// Draws from torch's generator.
   /// @param senses  the batch's
   std::vector<torch::Tensor> draw(const std::vector<torch::Tensor>& senses,
                                   const torch::Tensor& labels) const;

@@ -126,7 +126,8 @@ RecognitionTrial try_recognition(const Recognition& recognition, Learner& learne
     trial.calibration_error = expected_calibration_error(reliability({calibrated, classes}, truth));
     trial.uncalibrated_error =
         expected_calibration_error(reliability({uncalibrated, classes}, truth));
-    trial.calibration_by_chance = calibration_error_by_chance({calibrated, classes}, random);
+    trial.calibration_by_chance =
+        calibration_error_by_chance({calibrated, classes}, test_groups, random);
   }
   const Scored known{log_odds(test, classes, recognition.temperature),
                      {test_groups.begin(), test_groups.end()}};

@@ -47,8 +47,9 @@ struct RecognitionTrial {
   /// Expected calibration error of the test samples, with the temperature and without; NaN without
   /// test samples.
   double calibration_error = 0, uncalibrated_error = 0;
-  double calibration_by_chance = 0;  ///< what the error would be if the confidences were right
-  double accepted = 0;               ///< share of test samples that are taken for known
+  /// What the error would be if the confidences were right, and groups stood and fell together.
+  double calibration_by_chance = 0;
+  double accepted = 0;  ///< share of test samples that are taken for known
   /// Of sounds of none of the classes: area under the receiver operating characteristic against the
   /// test samples, and the share that is taken for known.
   struct Novel {

@@ -52,10 +52,14 @@ TEST(CalibrationErrorByChance, IsTheBinomialsMeanDeviation) {
   // One bin: the mean of |right / n - 0.7| over a binomial; scipy.stats.binom.pmf(k, 3, 0.7).
   core::RandomStream random(4, 0, "test.calibration");
   const std::vector<double> one = {0.7, 0.2, 0.1}, three = {0.7, 0.3, 0.7, 0.3, 0.7, 0.3};
-  EXPECT_NEAR(calibration_error_by_chance({one, 3}, random, 20000), 0.42, 0.01);
-  EXPECT_NEAR(calibration_error_by_chance({three, 2}, random, 20000),
+  using Groups = std::vector<std::size_t>;
+  EXPECT_NEAR(calibration_error_by_chance({one, 3}, Groups{5}, random, 20000), 0.42, 0.01);
+  EXPECT_NEAR(calibration_error_by_chance({three, 2}, Groups{0, 1, 2}, random, 20000),
               0.027 * 0.7 + 0.189 * (0.7 - 1.0 / 3) + 0.441 * (0.7 - 2.0 / 3) + 0.343 * 0.3, 0.005);
-  EXPECT_TRUE(std::isnan(calibration_error_by_chance({{}, 2}, random)));
+  // Of one group they are as one.
+  EXPECT_NEAR(calibration_error_by_chance({three, 2}, Groups{4, 4, 4}, random, 20000), 0.42, 0.01);
+  EXPECT_TRUE(std::isnan(calibration_error_by_chance({{}, 2}, {}, random)));
+  EXPECT_THROW(calibration_error_by_chance({one, 3}, {}, random), core::InputError);
 }
 
 TEST(ExpectedCalibrationError, OfRightProbabilitiesTendsToNothing) {

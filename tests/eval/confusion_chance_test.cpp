@@ -83,12 +83,59 @@ TEST(ConfusionNormByChance, KeepsAGroupTogether) {
   EXPECT_NEAR(found.mean, std::sqrt(2), 1e-12);
 }
 
+TEST(ConfusionNormByChance, HeedsThatClassesOfAGroupGoTogether) {
+  // A strike in three materials: all of them are taken for the next, or none.
+  int beyond = 0;
+  constexpr int repetitions = 400;
+  const auto strikes = [](core::RandomStream& random) {
+    Set set({}, {}, 3);
+    for (std::size_t strike = 0; strike < 30; ++strike) {
+      const std::size_t error = random.uniform() < 0.4 ? 1 : 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        set.truth.push_back(c);
+        set.groups.push_back(strike);
+        set.predicted.front().push_back((c + error) % 3);
+      }
+    }
+    return set;
+  };
+  for (int r = 0; r < repetitions; ++r) {
+    core::RandomStream random(6, static_cast<std::uint64_t>(r), "test.chance");
+    const Set first = strikes(random), second = strikes(random);
+    const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
+    beyond +=
+        norm > confusion_norm_by_chance(first.answered(), second.answered(), random, 200).most;
+  }
+  EXPECT_LT(beyond, 0.085 * repetitions);
+}
+
+TEST(ConfusionNormByChance, DealsGroupsOfUnlikeClassesToo) {
+  // Strikes in two materials on one side, in one on the other: alike but for chance.
+  Set first({}, {}, 2), second({}, {}, 2);
+  core::RandomStream random(7, 0, "test.chance");
+  for (std::size_t i = 0; i < 60; ++i) {
+    for (Set* set : {&first, &second}) {
+      set->truth.push_back(i % 2);
+      set->groups.push_back(set == &first ? i / 2 : i);
+      set->predicted.front().push_back(random.uniform() < 0.3 ? 1 - i % 2 : i % 2);
+    }
+  }
+  const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
+  const auto chance = confusion_norm_by_chance(first.answered(), second.answered(), random);
+  EXPECT_LT(norm, chance.most);
+  EXPECT_LT(chance.mean, chance.most);
+}
+
 TEST(ConfusionNormByChance, OfNothingInCommonIsNothing) {
   core::RandomStream random(5, 0, "test.chance");
   const Set first({0}, {0}), second({1}, {1}), other({0}, {0}, 3);
   EXPECT_TRUE(
       std::isnan(confusion_norm_by_chance(first.answered(), second.answered(), random).most));
   EXPECT_THROW(confusion_norm_by_chance(first.answered(), other.answered(), random),
+               core::InputError);
+  Set without = first;
+  without.groups.clear();
+  EXPECT_THROW(confusion_norm_by_chance(first.answered(), without.answered(), random),
                core::InputError);
 }
 
