@@ -76,7 +76,16 @@ ordered_json to_json(const Answer& answer) {
           {"model", answer.recogniser->folder().string()}};
 }
 
-void print(const std::string& file, const std::vector<Answer>& answers) {
+/// As wide as the longest task's name, for columns that stand below one another.
+std::size_t task_width(const std::vector<Recogniser>& recognisers) {
+  std::size_t width = 0;
+  for (const Recogniser& recogniser : recognisers) {
+    width = std::max(width, recogniser.task().size());
+  }
+  return width;
+}
+
+void print(const std::string& file, const std::vector<Answer>& answers, std::size_t width) {
   fmt::print("{}\n", file);
   for (const Answer& answer : answers) {
     std::vector<std::string> likely;
@@ -89,7 +98,7 @@ void print(const std::string& file, const std::vector<Answer>& answers) {
       likely.back() += " (trained with `outliers: 0`, so that sounds of none of these may pass)";
     }
     const std::string text = fmt::format("{}", fmt::join(likely, ", "));
-    fmt::print("  {:12} {}\n", answer.recogniser->task(),
+    fmt::print("  {:{}}  {}\n", answer.recogniser->task(), width,
                answer.recognised.known ? text
                                        : fmt::format("none of these (else {}): unlike what it was "
                                                      "trained with",
@@ -98,7 +107,7 @@ void print(const std::string& file, const std::vector<Answer>& answers) {
 }
 
 /// How far each network may be trusted: what its training measured on what was held out.
-void print_trust(const std::vector<Recogniser>& recognisers) {
+void print_trust(const std::vector<Recogniser>& recognisers, std::size_t width) {
   fmt::print("\nOn what was held out in training:\n");
   for (const Recogniser& recogniser : recognisers) {
     const ordered_json& measured = recogniser.measured();
@@ -120,7 +129,7 @@ void print_trust(const std::vector<Recogniser>& recognisers) {
     if (measured.at("calibrated") == false) {
       words.push_back("confidences are not calibrated, as nothing was there to validate with");
     }
-    fmt::print("  {:12} {}\n", recogniser.task(), fmt::join(words, "; "));
+    fmt::print("  {:{}}  {}\n", recogniser.task(), width, fmt::join(words, "; "));
   }
 }
 
@@ -163,6 +172,7 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
   const solvers::Vec3 place =
       options.scene.empty() ? solvers::Vec3::Zero().eval() : parse_position(options.at);
   const std::vector<Recogniser> recognisers = find_recognisers(options.models, options.method);
+  const std::size_t width = task_width(recognisers);
   ordered_json clips = ordered_json::array();
   std::vector<Answer> answers;
   for (const std::string& file : options.clips) {
@@ -170,7 +180,7 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
     ordered_json clip = {{"file", file}, {"tasks", ordered_json::object()}};
     for (const Answer& answer : answers) clip["tasks"][answer.recogniser->task()] = to_json(answer);
     clips.push_back(std::move(clip));
-    if (!context.json) print(file, answers);
+    if (!context.json) print(file, answers, width);
   }
   if (!options.scene.empty()) {
     const std::string output = options.output.empty() ? options.scene : options.output;
@@ -178,7 +188,7 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
     if (!context.json) fmt::print("{}: one body more\n", output);
   }
   if (!context.json) {
-    print_trust(recognisers);
+    print_trust(recognisers, width);
   } else {
     fmt::print("{}\n", ordered_json{{"clips", clips},
                                     {"timing", {{"identify_s", core::monotonic_seconds() - start}}}}
