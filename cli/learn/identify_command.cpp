@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <utility>
 
 #include "cli/learn/commands.hpp"
 #include "cli/learn/recognised_scene.hpp"
@@ -24,6 +25,7 @@ using nlohmann::ordered_json;
 struct IdentifyOptions {
   std::vector<std::string> clips;
   std::string models, method;
+  std::vector<std::string> tasks;
   std::string scene, at, output;
 };
 
@@ -133,16 +135,29 @@ void print_trust(const std::vector<Recogniser>& recognisers, std::size_t width) 
   }
 }
 
-/// The first known answer of a task with one of these columns, the first columns first.
+/// Of a column's tasks the one that knows most classes, of equals the surer one: a network that
+/// learnt fewer takes others' sounds for its own. Null without such a task.
+const Answer* fullest_answer(const std::vector<Answer>& answers, const std::string& column) {
+  const Answer* fullest = nullptr;
+  const auto rank = [](const Answer& answer) {
+    return std::pair(answer.recogniser->classes().size(), answer.recogniser->validation_accuracy());
+  };
+  for (const Answer& answer : answers) {
+    if (answer.recogniser->column() != column) continue;
+    if (fullest == nullptr || rank(answer) > rank(*fullest)) fullest = &answer;
+  }
+  return fullest;
+}
+
+/// The first known answer to one of these columns.
 const Answer& answer_of(const std::vector<Answer>& answers, const std::vector<std::string>& columns,
                         const std::string& what) {
   const Answer* unknown = nullptr;
   for (const std::string& column : columns) {
-    for (const Answer& answer : answers) {
-      if (answer.recogniser->column() != column) continue;
-      if (answer.recognised.known) return answer;
-      if (unknown == nullptr) unknown = &answer;
-    }
+    const Answer* answer = fullest_answer(answers, column);
+    if (answer == nullptr) continue;
+    if (answer->recognised.known) return *answer;
+    if (unknown == nullptr) unknown = answer;
   }
   if (unknown != nullptr) {
     throw core::InputError(fmt::format("the {} is none of those that {} was trained with", what,
@@ -171,7 +186,8 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
   const double start = core::monotonic_seconds();
   const solvers::Vec3 place =
       options.scene.empty() ? solvers::Vec3::Zero().eval() : parse_position(options.at);
-  const std::vector<Recogniser> recognisers = find_recognisers(options.models, options.method);
+  const std::vector<Recogniser> recognisers =
+      find_recognisers(options.models, options.method, options.tasks);
   const std::size_t width = task_width(recognisers);
   ordered_json clips = ordered_json::array();
   std::vector<Answer> answers;
@@ -209,6 +225,7 @@ void add_identify(CLI::App& program, Context& context) {
       ->required();
   command->add_option("--method", options->method,
                       "networks of this name alone (default: the best on the validation samples)");
+  command->add_option("--task", options->tasks, "answers to these tasks alone (default: all)");
   CLI::Option* scene = command->add_option("--scene", options->scene,
                                            "configuration with motion to put the body into");
   CLI::Option* at = command->add_option("--at", options->at, "x,y,z of the centre of its box [m]");
@@ -221,6 +238,7 @@ void add_identify(CLI::App& program, Context& context) {
   command->footer(
       "Examples:\n"
       "  carillon identify clip.wav --models carillon-learning-smoke\n"
+      "  carillon identify *.wav -m carillon-rsaudio --task geometry material\n"
       "  carillon identify clip.wav -m out --scene scene.yaml --at 0.2,0,5cm -o with-it.yaml\n"
       "Only networks that hear and nothing else answer. docs/learning.md.");
   command->callback([&context, options] {

@@ -1,6 +1,7 @@
 #include "cli/learn/recognisers.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -15,6 +16,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using nlohmann::ordered_json;
+
+double rank_of(const json& record) {
+  const json& accuracy = record.at("validation_accuracy");
+  return accuracy.is_null() ? -1.0 : accuracy.get<double>();
+}
 
 eval::Learner load_learner(const fs::path& folder) {
   json notes;
@@ -33,6 +39,7 @@ Recogniser::Recogniser(const fs::path& folder, const ordered_json& record)
       source_(record.at("source_folder").get<std::string>()),
       learner_(load_learner(folder)),
       recognition_(eval::load_recognition(folder / "recognition")),
+      validation_accuracy_(rank_of(record)),
       measured_({{"accuracy", record.at("test_accuracy")},
                  {"samples", record.at("samples").at("test")},
                  {"calibrated", record.at("samples").at("validation") > 0},
@@ -64,7 +71,15 @@ struct Candidate {
   }
 };
 
-std::vector<Candidate> find_candidates(const fs::path& folder, const std::string& method) {
+bool is_asked(const json& record, const std::string& method,
+              const std::vector<std::string>& tasks) {
+  const std::string task = record.at("task").at("name");
+  return (method.empty() || record.at("method").at("name") == method) &&
+         (tasks.empty() || std::find(tasks.begin(), tasks.end(), task) != tasks.end());
+}
+
+std::vector<Candidate> find_candidates(const fs::path& folder, const std::string& method,
+                                       const std::vector<std::string>& tasks) {
   std::vector<Candidate> found;
   std::error_code error;
   for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
@@ -73,10 +88,9 @@ std::vector<Candidate> find_candidates(const fs::path& folder, const std::string
     // What is written last is not there yet where a training is on its way.
     if (at->path().filename() != "recognition" || !fs::exists(training / "training.json")) continue;
     const json record = read_record(training);
-    if (!method.empty() && record.at("method").at("name") != method) continue;
-    const json& accuracy = record.at("validation_accuracy");
-    found.push_back({training, fs::last_write_time(training / "training.json"),
-                     accuracy.is_null() ? -1.0 : accuracy.get<double>(), record});
+    if (!is_asked(record, method, tasks)) continue;
+    found.push_back(
+        {training, fs::last_write_time(training / "training.json"), rank_of(record), record});
   }
   if (error) throw core::FileError(fmt::format("{}: {}", folder.string(), error.message()));
   std::sort(found.begin(), found.end(),
@@ -106,10 +120,11 @@ const Candidate& best_of(const std::vector<const Candidate*>& candidates) {
 
 }  // namespace
 
-std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::string& method) {
+std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::string& method,
+                                         const std::vector<std::string>& tasks) {
   std::vector<Recogniser> recognisers;
   try {
-    const std::vector<Candidate> found = find_candidates(folder, method);
+    const std::vector<Candidate> found = find_candidates(folder, method, tasks);
     std::map<std::string, std::vector<const Candidate*>> by_task;
     for (const Candidate& one : found) {
       by_task[one.record.at("task").at("name")].push_back(&one);
@@ -124,8 +139,9 @@ std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::stri
   }
   if (recognisers.empty()) {
     throw core::InputError(
-        fmt::format("{}: no trained network{} that only hears", folder.string(),
-                    method.empty() ? "" : fmt::format(" {}", method)),
+        fmt::format("{}: no trained network{} that only hears{}", folder.string(),
+                    method.empty() ? "" : fmt::format(" {}", method),
+                    tasks.empty() ? "" : fmt::format(" of the task {}", fmt::join(tasks, " or "))),
         "give the output of carillon train with isnn-a, soundnet5 or soundnet8 among its methods");
   }
   return recognisers;

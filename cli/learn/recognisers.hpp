@@ -30,6 +30,8 @@ class Recogniser {
   /// Whether it met sounds of none of its classes while it learnt.
   bool knows_of_others() const { return learner_.method().learning.outliers > 0; }
   double threshold() const { return recognition_.threshold; }
+  /// Of the validation samples; -1 where there were none.
+  double validation_accuracy() const { return validation_accuracy_; }
   /// What its training measured on what was held out: `accuracy`, null without test samples,
   /// `samples` of the test, `calibrated` (whether there were validation samples) and `recognition`
   /// as training.json has it.
@@ -47,6 +49,7 @@ class Recogniser {
   std::filesystem::path source_;
   eval::Learner learner_;
   eval::Recognition recognition_;
+  double validation_accuracy_;
   nlohmann::ordered_json measured_;
   eval::ClipPreparer preparer_;
 };
@@ -54,8 +57,10 @@ class Recogniser {
 /// The networks below a folder that only hear: of each task the one that was best on its validation
 /// samples, among those that learnt the same as the newest.
 /// @param method  of this name alone; "" for any
+/// @param tasks   of these alone; none for all
 /// @throws InputError  there is none, or of one task from several sources; says what to do
 std::vector<Recogniser> find_recognisers(const std::filesystem::path& folder,
-                                         const std::string& method);
+                                         const std::string& method,
+                                         const std::vector<std::string>& tasks);
 
 }  // namespace carillon::cli

@@ -101,7 +101,8 @@ class Run {
   std::optional<KeyedSounds> target_sounds_;     ///< once they are compared
   std::vector<std::optional<double>> sample_s_;  ///< of each dataset
   std::vector<TransferRow> rows_;
-  std::vector<SeedAnswers> there_;  ///< of each row, in the target
+  std::vector<SeedAnswers> there_;   ///< of each row, in the target
+  std::vector<std::string> inputs_;  ///< of each row: what it was trained with
 };
 
 /// The samples of a part whose keys begin with a source's number.
@@ -160,6 +161,7 @@ bool Run::learn(eval::SampleSource& other, const std::vector<Selection>& selecte
   });
   rows_.push_back(std::move(row));
   there_.push_back(std::move(there));
+  inputs_.push_back(std::move(inputs));
   return true;
 }
 
@@ -178,7 +180,7 @@ std::vector<TransferRow> Run::compared() const {
   std::vector<TransferRow> rows = rows_;
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const auto less = [&](std::size_t other) -> ordered_json {
-      if (other == rows.size() || other == r) return nullptr;
+      if (other == rows.size() || inputs_[other] == inputs_[r]) return nullptr;  // itself
       return there_[r].less(there_[other]);
     };
     rows[r].less_home = less(place_of(LearntFrom::target, spec_.target.name, rows[r].method));
@@ -216,12 +218,13 @@ bool Run::learn_elsewhere(std::size_t condition) {
   row.trained_on = named.name;
   row.own = ordered_json::object();
   if (named.build != nullptr && spec_.target.build != nullptr && spec_.heard > 0) {
+    std::vector<std::string> keys;
     mpi::agreed(context_.world, [&] {
       if (!target_sounds_) target_sounds_.emplace(spec_.target.folder, spec_.learning.listener);
+      keys = common_keys(target_, other, spec_.heard);
     });
-    row.heard =
-        heard_difference(*target_sounds_, named.folder, common_keys(target_, other, spec_.heard),
-                         spec_.learning.listener, learning_ranks(context_.world));
+    row.heard = heard_difference(*target_sounds_, named.folder, keys, spec_.learning.listener,
+                                 learning_ranks(context_.world));
   }
   std::vector<Selection> selected;
   for (const Part part : {Part::train, Part::validation, Part::test}) {

@@ -46,16 +46,24 @@ std::vector<std::size_t> classes_of(const Group& group) {
   return classes;
 }
 
-/// Groups with samples of the same classes are dealt among themselves, so that each side keeps its
-/// number of each; those with classes of which only one side has groups, all together.
+/// A group on both sides is dealt with its other self. Others with samples of the same classes are
+/// dealt among themselves, so that each side keeps its number of each; those with classes of which
+/// only one side has groups, all together.
 std::vector<Dealt> strata_of(const AnsweredSamples& first, const AnsweredSamples& second) {
+  std::vector<Dealt> strata(1);
   std::map<std::vector<std::size_t>, std::vector<Group>> sides[2];
-  for (auto& [name, group] : groups_of(first)) sides[0][classes_of(group)].push_back(group);
-  for (auto& [name, group] : groups_of(second)) sides[1][classes_of(group)].push_back(group);
+  std::map<std::size_t, Group> others_of_second = groups_of(second);
+  for (auto& [name, group] : groups_of(first)) {
+    if (const auto other = others_of_second.extract(name)) {
+      strata.push_back({{group, other.mapped()}, 1});
+    } else {
+      sides[0][classes_of(group)].push_back(group);
+    }
+  }
+  for (auto& [name, group] : others_of_second) sides[1][classes_of(group)].push_back(group);
   const auto append = [](std::vector<Group>& all, const std::vector<Group>& more) {
     all.insert(all.end(), more.begin(), more.end());
   };
-  std::vector<Dealt> strata(1);
   for (const auto& [classes, groups] : sides[0]) {
     const auto others = sides[1].find(classes);
     const bool alone = others == sides[1].end();

@@ -22,9 +22,10 @@ struct NormByChance {
 };
 
 /// How far two patterns of errors are apart by chance alone: few samples of a class make unlike
-/// rows of one pattern. A permutation test: the groups of both sets are dealt to the sets anew, of
-/// those with the same classes as many to each as there were. A norm beyond `most` is of patterns
-/// that differ. Where both sets are of the same strikes it is on the safe side.
+/// rows of one pattern. A permutation test: the groups of both sets are dealt to the sets anew. A
+/// group that both have, the same strikes in two conditions, changes sides with its other self or
+/// does not; of others with the same classes as many go to each side as there were. A norm beyond
+/// `most` is of patterns that differ.
 /// @throws InputError  unequal numbers of classes, groups or samples, or as count_confusion
 NormByChance confusion_norm_by_chance(const AnsweredSamples& first, const AnsweredSamples& second,
                                       core::RandomStream& random, std::size_t draws = 1000);

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -13,6 +15,10 @@
 namespace carillon::eval {
 
 namespace {
+
+/// Entries are read in one go over others between them of no more than so many bytes, which costs
+/// less than another reading.
+constexpr std::size_t gap_bytes = std::size_t{1} << 18;
 
 /// Where a sense lies in index.h5.
 struct Column {
@@ -123,9 +129,33 @@ class DatasetSource final : public SampleSource {
 
   std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
                          std::span<float> values) override {
-    std::vector<bool> heard(entries.size(), true);
-    if (entries.empty()) return heard;
+    if (entries.empty()) return {};
     const Column column = column_of(sense).value();
+    const core::Extent stored = file_.extent(column.name);
+    const std::size_t row_bytes =
+        std::accumulate(stored.begin() + 1, stored.end(), is_of_bytes(sense) ? 1UL : 4UL,
+                        std::multiplies<std::size_t>());
+    const std::size_t gap = gap_bytes / row_bytes + 1, each = values.size() / entries.size();
+    std::vector<bool> heard;
+    for (std::size_t first = 0; first < entries.size();) {
+      std::size_t end = first + 1;
+      while (end < entries.size() && entries[end] <= entries[end - 1] + gap) ++end;
+      const std::vector<bool> some =
+          read_together(sense, column, entries.subspan(first, end - first),
+                        values.subspan(first * each, (end - first) * each));
+      heard.insert(heard.end(), some.begin(), some.end());
+      first = end;
+    }
+    return heard;
+  }
+
+ private:
+  static bool is_of_bytes(Sense sense) { return sense == Sense::voxels || sense == Sense::image; }
+
+  /// Some entries and all between them in one go.
+  std::vector<bool> read_together(Sense sense, const Column& column,
+                                  std::span<const std::uint32_t> entries, std::span<float> values) {
+    std::vector<bool> heard(entries.size(), true);
     const std::size_t each = values.size() / entries.size();
     const auto prepare_all = [&](const auto& raw, std::size_t row, const auto& prepare_row) {
       for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -134,7 +164,7 @@ class DatasetSource final : public SampleSource {
       }
     };
     const std::size_t count = entries.back() - entries[0] + 1;
-    if (sense == Sense::voxels || sense == Sense::image) {
+    if (is_of_bytes(sense)) {
       const auto raw = file_.read_rows<std::uint8_t>(column.name, entries[0], count);
       prepare_all(raw, raw.size() / count,
                   [&](std::size_t, std::span<const std::uint8_t> row, std::span<float> to) {
@@ -151,7 +181,6 @@ class DatasetSource final : public SampleSource {
     return heard;
   }
 
- private:
   /// What a sense is made from.
   std::optional<Column> column_of(Sense sense) const {
     switch (sense) {

@@ -40,7 +40,7 @@ class SampleSource {
 
   /// Nothing where the source has no such sense.
   virtual std::optional<SenseLayout> layout(Sense sense) const = 0;
-  /// Some entries, prepared. They are read in one go: they should not lie far apart.
+  /// Some entries, prepared.
   /// @param entries  ascending
   /// @param values   entries x extent
   /// @return of each whether anything is in it: silent clips are not refused

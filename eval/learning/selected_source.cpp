@@ -11,9 +11,6 @@ namespace carillon::eval {
 
 namespace {
 
-/// Rows with no more than so many others between them are read in one go.
-constexpr std::uint32_t near_by = 16;
-
 std::string name_of_part(Part part) {
   return part == Part::train ? "train" : part == Part::validation ? "validation" : "test";
 }
@@ -130,7 +127,7 @@ class SelectedSource final : public SampleSource {
       std::vector<std::uint32_t> rows = {row};
       while (first + rows.size() < entries.size()) {
         const auto [next_source, next_row] = place_of(entries[first + rows.size()], of_bodies);
-        if (next_source != source || next_row > rows.back() + near_by) break;
+        if (next_source != source) break;
         rows.push_back(next_row);
       }
       const std::vector<bool> some = read_own(*sources_[source], sense, rows,

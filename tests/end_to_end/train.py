@@ -159,6 +159,27 @@ class Train(FolderTest):
         self.assertEqual(set(ranks[stopped:]), {"2"})
         self.assertTrue(any("goes on with 2 ranks" in remark for remark in line["remarks"]))
 
+    def test_goes_on_to_the_same_bits(self):
+        """On two ranks, from windows of files, with statistics of batches and dropout."""
+        _, config = self.other("same-bits")
+        arguments = ["train", config, "--set", "train.epochs=8", "--set", "train.patience=8",
+                     "--set", "train.memory=1 MiB", "--set", "train.tasks={a: {column: shape}}",
+                     "--set", "train.methods={soundnet5: {width: 16}}"]
+        whole = run_json(*arguments, "-o", self.folder / "whole", ranks=2)["trainings"][0]
+        output = self.folder / "in-parts"
+        process = subprocess.Popen(
+            ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", "2", CARILLON,
+             *map(str, arguments), "-o", str(output)],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.assertTrue(wait_for(lambda: list(output.rglob("checkpoint")), 100))
+        process.send_signal(signal.SIGTERM)
+        process.wait(60)
+        self.assertFalse(list(output.rglob("training.json")))
+        line = run_json(*arguments, "-o", output, ranks=2)["trainings"][0]
+        with open(f"{line['folder']}/curves.csv", newline="") as file:
+            self.assertEqual(len(list(csv.DictReader(file))), whole["epochs"])
+        numpy.testing.assert_array_equal(answers(line)[2], answers(whole)[2])
+
     def test_refuses_nan_by_the_samples_name(self):
         for ranks in (1, 2):
             copy, config = self.other(f"nan{ranks}")

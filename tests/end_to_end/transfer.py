@@ -94,6 +94,7 @@ class Transfer(FolderTest):
             self.assertIsNone(row["own"])
         home = self.row("noisy")["target"]
         self.assertEqual(alone[1]["target"], home)  # learnt once
+        self.assertIsNone(alone[1]["less_home"])    # of itself
         # As many steps, and no strike twice.
         records = {}
         for path in (self.output / "evaluation" / "transfer").rglob("training.json"):

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numeric>
+#include <tuple>
+#include <utility>
 
 #include "core/error.hpp"
 #include "eval/classification/confusion.hpp"
@@ -13,7 +15,7 @@ namespace {
 
 using Classes = std::vector<std::size_t>;
 
-/// Answers of one classifier for samples that are groups of their own.
+/// Answers of one classifier for samples that are groups of their own, which no other set has.
 struct Set {
   Classes truth, groups;
   std::vector<Classes> predicted;
@@ -24,7 +26,8 @@ struct Set {
         groups(truth.size()),
         predicted{std::move(answers)},
         classes(class_count) {
-    std::iota(groups.begin(), groups.end(), std::size_t{0});
+    static std::size_t sets = 0;
+    std::iota(groups.begin(), groups.end(), 1000 * sets++);
   }
   AnsweredSamples answered() const { return {{truth, groups, classes}, predicted}; }
   Confusion confusion() const { return count_confusion(truth, predicted.front(), classes); }
@@ -77,7 +80,7 @@ TEST(ConfusionNormByChance, KeepsAGroupTogether) {
   // Twenty samples of one group on each side are as two samples.
   Set right(Classes(20, 0), Classes(20, 0)), wrong(Classes(20, 0), Classes(20, 1));
   right.groups.assign(20, 0);
-  wrong.groups.assign(20, 0);
+  wrong.groups.assign(20, 1);
   core::RandomStream random(4, 0, "test.chance");
   const auto found = confusion_norm_by_chance(right.answered(), wrong.answered(), random);
   EXPECT_NEAR(found.mean, std::sqrt(2), 1e-12);
@@ -87,9 +90,9 @@ TEST(ConfusionNormByChance, HeedsThatClassesOfAGroupGoTogether) {
   // A strike in three materials: all of them are taken for the next, or none.
   int beyond = 0;
   constexpr int repetitions = 400;
-  const auto strikes = [](core::RandomStream& random) {
+  const auto strikes = [](std::size_t first_strike, core::RandomStream& random) {
     Set set({}, {}, 3);
-    for (std::size_t strike = 0; strike < 30; ++strike) {
+    for (std::size_t strike = first_strike; strike < first_strike + 30; ++strike) {
       const std::size_t error = random.uniform() < 0.4 ? 1 : 0;
       for (std::size_t c = 0; c < 3; ++c) {
         set.truth.push_back(c);
@@ -101,11 +104,64 @@ TEST(ConfusionNormByChance, HeedsThatClassesOfAGroupGoTogether) {
   };
   for (int r = 0; r < repetitions; ++r) {
     core::RandomStream random(6, static_cast<std::uint64_t>(r), "test.chance");
-    const Set first = strikes(random), second = strikes(random);
+    const Set first = strikes(0, random), second = strikes(30, random);
     const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
     beyond +=
         norm > confusion_norm_by_chance(first.answered(), second.answered(), random, 200).most;
   }
+  EXPECT_LT(beyond, 0.085 * repetitions);
+}
+
+/// The same 60 strikes of each of two classes, right or wrong in both conditions together; of the
+/// second condition some right ones are wrong, too.
+std::pair<Set, Set> same_strikes(double also_wrong, core::RandomStream& random) {
+  Set first({}, {}, 2), second({}, {}, 2);
+  for (std::size_t i = 0; i < 120; ++i) {
+    const bool right = random.uniform() < 0.5;
+    const bool right_there = right && random.uniform() >= also_wrong;
+    for (Set* set : {&first, &second}) {
+      set->truth.push_back(i % 2);
+      set->groups.push_back(i);
+      set->predicted.front().push_back((set == &first ? right : right_there) ? i % 2 : 1 - i % 2);
+    }
+  }
+  return {first, second};
+}
+
+TEST(ConfusionNormByChance, OfTheSameStrikesIsOfThoseThatChanged) {
+  // A strike that is heard alike in both conditions makes no chance: what is left is far less than
+  // that of other strikes, and a small change for the worse stands out.
+  core::RandomStream random(8, 0, "test.chance");
+  auto [first, second] = same_strikes(0, random);
+  const auto unchanged = confusion_norm_by_chance(first.answered(), second.answered(), random);
+  EXPECT_EQ(unchanged.most, 0);
+  std::tie(first, second) = same_strikes(0.25, random);
+  const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
+  EXPECT_GT(norm, confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+  for (std::size_t& group : second.groups) group += 1000;  // as if they were other strikes
+  EXPECT_LT(norm, confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+}
+
+TEST(ConfusionNormByChance, OfTheSameStrikesIsExceededInFivePercentWhereErrorsAreAlike) {
+  // Some strikes are hard to tell in both conditions.
+  int beyond = 0;
+  constexpr int repetitions = 400;
+  for (int r = 0; r < repetitions; ++r) {
+    core::RandomStream random(9, static_cast<std::uint64_t>(r), "test.chance");
+    Set first({}, {}, 2), second({}, {}, 2);
+    for (std::size_t i = 0; i < 80; ++i) {
+      const double error = random.uniform() < 0.5 ? 0.05 : 0.8;
+      for (Set* set : {&first, &second}) {
+        set->truth.push_back(i % 2);
+        set->groups.push_back(i);
+        set->predicted.front().push_back(random.uniform() < error ? 1 - i % 2 : i % 2);
+      }
+    }
+    const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
+    beyond +=
+        norm > confusion_norm_by_chance(first.answered(), second.answered(), random, 200).most;
+  }
+  EXPECT_GT(beyond, 0.02 * repetitions);
   EXPECT_LT(beyond, 0.085 * repetitions);
 }
 
@@ -116,7 +172,7 @@ TEST(ConfusionNormByChance, DealsGroupsOfUnlikeClassesToo) {
   for (std::size_t i = 0; i < 60; ++i) {
     for (Set* set : {&first, &second}) {
       set->truth.push_back(i % 2);
-      set->groups.push_back(set == &first ? i / 2 : i);
+      set->groups.push_back(set == &first ? i / 2 : 30 + i);
       set->predicted.front().push_back(random.uniform() < 0.3 ? 1 - i % 2 : i % 2);
     }
   }

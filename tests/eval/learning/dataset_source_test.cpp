@@ -106,6 +106,33 @@ TEST_F(Dataset, GivesWhatIsOfBodiesOnceForEach) {
   EXPECT_THROW(require_layout(*source, Sense::image), core::InputError);
 }
 
+TEST_F(Dataset, GivesEntriesThatLieFarApartAsItGivesEachAlone) {
+  // Of 400 kB: more than is read over.
+  constexpr std::uint64_t rows = 100, values_each = 1000;
+  std::vector<float> touch(rows * values_each * 3);
+  for (std::size_t i = 0; i < touch.size(); ++i) {
+    touch[i] = static_cast<float>((i * 7919 + i / 300) % 1000) - 500;
+  }
+  const std::filesystem::path other = folder_.path() / "far";
+  std::filesystem::create_directory(other);
+  const auto file = core::Hdf5Group::create_file(other / "index.h5");
+  file.write_attribute("sample_rate_hz", 22050.0);
+  std::vector<std::string> keys;
+  for (std::uint64_t row = 0; row < rows; ++row) keys.push_back(std::to_string(row));
+  file.write<std::string>("key", keys, {rows});
+  file.write<float>("audio", std::vector<float>(rows * 10, 0.5F), {rows, 10});
+  file.write<float>("touch", touch, {rows, values_each, 3});
+  file.flush();
+  const auto source = open_dataset_source(other, 0);
+  const std::vector<std::uint32_t> entries = {0, 1, 3, 50, 97, 99};
+  std::vector<float> all(entries.size() * values_each * 3), one(values_each * 3);
+  EXPECT_EQ(source->read(Sense::touch, entries, all), std::vector<bool>(entries.size(), true));
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    source->read(Sense::touch, std::span(entries).subspan(e, 1), one);
+    EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin() + e * one.size())) << entries[e];
+  }
+}
+
 TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
   const auto source = open_dataset_source(folder_.path(), 0);
   ASSERT_EQ(require_layout(*source, Sense::touch).extent, (SenseExtent{3, ticks}));
