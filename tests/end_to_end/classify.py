@@ -2,13 +2,12 @@
 against what the classifiers answered."""
 import csv
 import json
-import time
 import unittest
 
 import h5py
 import numpy
 
-from program import CONFIGS, FolderTest, run, run_json
+from program import CONFIGS, FolderTest, processor_seconds, run, run_json
 
 CONFIG = """
 name: told-apart
@@ -198,11 +197,11 @@ class Classify(FolderTest):
 
 class SmokeConfig(FolderTest):
     def test_evaluates_in_a_minute(self):
-        start = time.monotonic()
+        before = processor_seconds()
         found = run_json("evaluate", CONFIGS / "learning-smoke.yaml", "-o", self.folder / "out",
                          ranks=2)
-        # A minute on two idle cores; tests share theirs.
-        self.assertLess(time.monotonic() - start, 180)
+        # Of each rank: 40 s on an idle machine; a neighbour on the same core makes them longer.
+        self.assertLess((processor_seconds() - before) / 2, 90)
         least = {"geometry": {"nearest-neighbour-a": 0.6, "linear-svm-a": 0.3, "isnn-a": 0.6,
                               "isnn-av-bilinear": 0.6},
                  "material": {"nearest-neighbour-a": 0.6, "linear-svm-a": 0.4, "isnn-a": 0.7,

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import resource
 import subprocess
 import tempfile
 import unittest
@@ -24,6 +25,12 @@ def run_json(*arguments, **options):
     if result.returncode != 0:
         raise AssertionError(f"exit {result.returncode}: {result.stderr}")
     return json.loads(result.stdout)
+
+
+def processor_seconds():
+    """Of the programs that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 class FolderTest(unittest.TestCase):

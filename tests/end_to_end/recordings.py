@@ -4,10 +4,9 @@ import json
 import math
 import os
 import pathlib
-import resource
 import unittest
 
-from program import FolderTest, run
+from program import FolderTest, processor_seconds, run
 
 DATA = os.environ.get("CARILLON_TEST_DATA")
 KINDS = ["bell_perc_bell", "cowbell_sonicpi", "freepats_009_Glockenspiel_00",
@@ -23,12 +22,6 @@ def recordings():
     if os.environ.get("CARILLON_ALL_RECORDINGS"):
         return sorted(folder.glob("*.wav"))
     return [folder / f"{name}.wav" for name in KINDS]
-
-
-def processor_seconds():
-    """Of the programs that have ended."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 @unittest.skipUnless(DATA, "CARILLON_TEST_DATA is not set")
