@@ -41,6 +41,7 @@ void add_build(CLI::App& program, Context& context);
 void add_check(CLI::App& program, Context& context);
 void add_compare(CLI::App& program, Context& context);
 void add_estimate(CLI::App& program, Context& context);
+void add_export(CLI::App& program, Context& context);
 void add_features(CLI::App& program, Context& context);
 void add_fit(CLI::App& program, Context& context);
 void add_inspect(CLI::App& program, Context& context);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -27,33 +29,66 @@ std::int16_t to_int16(float sample) {
   return static_cast<std::int16_t>(std::clamp(scaled, -32768.0F, 32767.0F));
 }
 
-void check(const std::filesystem::path& path, const AudioClip& clip) {
+void check(const std::string& name, const AudioClip& clip) {
   if (clip.channels < 1 || clip.sample_rate < 1 ||
       clip.samples.size() % static_cast<std::size_t>(clip.channels) != 0) {
     throw FileError(fmt::format("{}: {} samples do not make whole frames of {} channels at {} Hz",
-                                path.string(), clip.samples.size(), clip.channels,
-                                clip.sample_rate));
+                                name, clip.samples.size(), clip.channels, clip.sample_rate));
   }
   const auto bad = std::find_if(clip.samples.begin(), clip.samples.end(),
                                 [](float sample) { return !std::isfinite(sample); });
   if (bad != clip.samples.end()) {
-    throw FileError(fmt::format("{}: sample {} is not a finite number", path.string(),
+    throw FileError(fmt::format("{}: sample {} is not a finite number", name,
                                 bad - clip.samples.begin()));
   }
 }
 
-}  // namespace
+/// A WAV file in memory, as libsndfile writes it.
+struct Bytes {
+  std::string all;
+  std::size_t place = 0;
+};
 
-void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format) {
-  check(path, clip);
+SF_VIRTUAL_IO bytes_io() {
+  SF_VIRTUAL_IO io{};
+  io.get_filelen = [](void* to) -> sf_count_t {
+    return static_cast<sf_count_t>(static_cast<Bytes*>(to)->all.size());
+  };
+  io.seek = [](sf_count_t offset, int whence, void* to) -> sf_count_t {
+    Bytes& bytes = *static_cast<Bytes*>(to);
+    const sf_count_t from = whence == SEEK_SET   ? 0
+                            : whence == SEEK_CUR ? static_cast<sf_count_t>(bytes.place)
+                                                 : static_cast<sf_count_t>(bytes.all.size());
+    bytes.place = static_cast<std::size_t>(from + offset);
+    return from + offset;
+  };
+  io.read = [](void*, sf_count_t, void*) -> sf_count_t { return 0; };
+  io.write = [](const void* from, sf_count_t count, void* to) -> sf_count_t {
+    Bytes& bytes = *static_cast<Bytes*>(to);
+    const auto size = static_cast<std::size_t>(count);
+    if (bytes.all.size() < bytes.place + size) bytes.all.resize(bytes.place + size);
+    std::memcpy(bytes.all.data() + bytes.place, from, size);
+    bytes.place += size;
+    return count;
+  };
+  io.tell = [](void* to) -> sf_count_t {
+    return static_cast<sf_count_t>(static_cast<Bytes*>(to)->place);
+  };
+  return io;
+}
+
+/// @param open  opens the file to be written
+template <class Open>
+void write(const std::string& name, const AudioClip& clip, SampleFormat format, Open&& open) {
+  check(name, clip);
   SF_INFO info{};
   info.channels = clip.channels;
   info.samplerate = clip.sample_rate;
   info.format =
       SF_FORMAT_WAV | (format == SampleFormat::float32 ? SF_FORMAT_FLOAT : SF_FORMAT_PCM_16);
-  SoundFile file(sf_open(path.c_str(), SFM_WRITE, &info));
+  SoundFile file(open(&info));
   if (file.get() == nullptr) {
-    throw FileError(fmt::format("{}: cannot be written: {}", path.string(), sf_strerror(nullptr)));
+    throw FileError(fmt::format("{}: cannot be written: {}", name, sf_strerror(nullptr)));
   }
   // The PEAK chunk holds the time of writing.
   sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
@@ -71,7 +106,22 @@ void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleF
   const int closed = sf_close(std::exchange(*file.put(), nullptr));
   if (written == count && closed == 0) return;
   if (written == count) reason = sf_error_number(closed);
-  throw FileError(fmt::format("{}: cannot be written: {}", path.string(), reason));
+  throw FileError(fmt::format("{}: cannot be written: {}", name, reason));
+}
+
+}  // namespace
+
+void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format) {
+  write(path.string(), clip, format,
+        [&](SF_INFO* info) { return sf_open(path.c_str(), SFM_WRITE, info); });
+}
+
+std::string wav_bytes(const std::string& name, const AudioClip& clip, SampleFormat format) {
+  Bytes bytes;
+  SF_VIRTUAL_IO io = bytes_io();
+  write(name, clip, format,
+        [&](SF_INFO* info) { return sf_open_virtual(&io, SFM_WRITE, info, &bytes); });
+  return std::move(bytes.all);
 }
 
 AudioHeader read_audio_header(const std::filesystem::path& path) {

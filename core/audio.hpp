@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace carillon::core {
@@ -19,6 +20,10 @@ enum class SampleFormat { float32, int16 };
 /// Equal samples give equal bytes (no time-stamped PEAK chunk).
 /// @throws FileError
 void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format);
+
+/// The bytes of that file.
+/// @param name  for messages
+std::string wav_bytes(const std::string& name, const AudioClip& clip, SampleFormat format);
 
 /// What a header says of an audio file; a damaged one may say anything.
 struct AudioHeader {

@@ -214,6 +214,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   root.leave_alone({"sweep", "train", "search", "evaluate"});
   BuildConfig config;
   config.name = root.text("name", std::filesystem::path(file_name).stem().string());
+  if (root.has("dataset")) config.about = read_about(root.child("dataset"));
   config.seed = static_cast<std::uint64_t>(
       root.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   if (root.has("materials_file")) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/build/about.hpp"
 #include "cli/build/limits.hpp"
 #include "cli/build/objects.hpp"
 #include "cli/build/ranks.hpp"
@@ -31,6 +32,7 @@ struct SplitConfig {
 /// A build, as its configuration says; docs/configuration.md lists every key.
 struct BuildConfig {
   std::string name;
+  About about;
   std::uint64_t seed = 0;
   std::string materials_file;  ///< path; "" for none
   std::vector<synth::Material> own_materials;

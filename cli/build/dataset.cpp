@@ -141,15 +141,17 @@ nlohmann::json describe_dataset(const BuildConfig& config, const BuildPlan& plan
       missed.push_back(shape.id);
     }
   }
-  return {{"name", config.name},
-          {"seed", config.seed},
-          {"samples", samples},
-          {"configuration", config.resolved},
-          {"versions", library_versions()},
-          {"materials", describe_materials(config)},
-          {"shapes", describe_shapes(plan, pitch_targets)},
-          {"missed_pitch_targets", missed},
-          {"files", files}};
+  nlohmann::json document = {{"name", config.name},
+                             {"seed", config.seed},
+                             {"samples", samples},
+                             {"configuration", config.resolved},
+                             {"versions", library_versions()},
+                             {"materials", describe_materials(config)},
+                             {"shapes", describe_shapes(plan, pitch_targets)},
+                             {"missed_pitch_targets", missed},
+                             {"files", files}};
+  if (const nlohmann::json about = to_json(config.about); !about.empty()) document["about"] = about;
+  return document;
 }
 
 }  // namespace carillon::cli

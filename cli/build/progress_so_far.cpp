@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/build/croissant.hpp"
 #include "cli/build/dataset.hpp"
 #include "cli/build/failures.hpp"
 #include "core/error.hpp"
@@ -62,6 +63,8 @@ Results write_results(const LoadedBuild& build, const BuildFolders& folders,
       describe_dataset(build.config, build.plan, all.samples, all.pitch_targets, all.files);
   write_index(build.config, build.plan, all.done, folders, folders.output / "index.h5", joined);
   core::write_text_durably(folders.output / "dataset.json", dataset.dump(2) + "\n");
+  core::write_text_durably(folders.output / "croissant.json",
+                           dataset_croissant(folders.output, dataset).dump(2) + "\n");
   core::write_text_durably(folders.output / "failures.json", failures.dump(2) + "\n");
   return {all.samples, failures.size(), dataset.at("missed_pitch_targets")};
 }

@@ -16,6 +16,7 @@ using nlohmann::json;
 std::string without_growth(const BuildConfig& config) {
   YAML::Node root = YAML::Load(config.resolved);
   root.remove("limits");  // they decide what fails and no value
+  root.remove("dataset");
   root.remove("objects");
   root.remove("materials");
   root.remove("variants");

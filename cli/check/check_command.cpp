@@ -8,6 +8,7 @@
 #include "cli/build/check_files.hpp"
 #include "cli/check/folder.hpp"
 #include "cli/check/leaks.hpp"
+#include "cli/check/publication.hpp"
 #include "cli/check/remade.hpp"
 #include "cli/check/schema.hpp"
 #include "cli/check/values.hpp"
@@ -152,6 +153,7 @@ void check_dataset(const CheckOptions& options, Context& context) {
     findings.push_back(guarded("noise", [&] { return check_noise(rows); }));
     findings.push_back(guarded("failures", [&] { return check_failures(folder); }));
     findings.push_back(guarded("files", [&] { return check_foreign_files(folder); }));
+    findings.push_back(guarded("publication", [&] { return check_publication(folder); }));
     passed = all_pass(findings);
     const json report = report_json(folder, findings);
     if (context.json) {

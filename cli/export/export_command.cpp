@@ -1,0 +1,156 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "cli/build/about.hpp"
+#include "cli/context.hpp"
+#include "cli/build/croissant.hpp"
+#include "cli/export/export.hpp"
+#include "cli/export/export_folder.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/trace.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ExportOptions {
+  std::string dataset, format, output;
+  std::string split = "split_shape";
+  std::vector<std::string> arrays;
+  std::size_t per_shard = 1000;
+};
+
+ordered_json samples_by_part(const ExportedRows& rows) {
+  std::map<std::string, std::size_t> counts;
+  for (std::size_t row = 0; row < rows.size(); ++row) ++counts[rows.part(row)];
+  return counts;
+}
+
+/// What the dataset says of itself, for its description in other formats.
+ordered_json head_of(const std::filesystem::path& folder, const ExportedRows& rows) {
+  const std::filesystem::path path = folder / "dataset.json";
+  const ordered_json said = std::filesystem::exists(path)
+                                ? ordered_json::parse(core::read_file(path))
+                                : ordered_json::object();
+  return croissant_head(
+      said.value("name", folder.filename().string()),
+      about_from(said.value("about", ordered_json::object())),
+      fmt::format("{} sounds of struck bodies, synthesized from their modes by Carillon",
+                  rows.size()));
+}
+
+ordered_json to_json(const std::vector<ExportedFile>& files) {
+  ordered_json list = ordered_json::array();
+  for (const ExportedFile& file : files) {
+    list.push_back({{"path", file.path}, {"sha256", file.sha256}, {"bytes", file.bytes}});
+  }
+  return list;
+}
+
+/// Every rank's files by their names.
+/// @note Collective.
+std::vector<ExportedFile> gather(const std::vector<ExportedFile>& own, MPI_Comm world) {
+  std::vector<ExportedFile> all;
+  for (const std::string& text : mpi::all_gather(to_json(own).dump(), world)) {
+    for (const ordered_json& file : ordered_json::parse(text)) {
+      all.push_back({file.at("path"), file.at("sha256"), file.at("bytes")});
+    }
+  }
+  std::sort(all.begin(), all.end(),
+            [](const ExportedFile& a, const ExportedFile& b) { return a.path < b.path; });
+  return all;
+}
+
+void run_export(const ExportOptions& options, const Context& context) {
+  const double start = core::monotonic_seconds();
+  const std::filesystem::path folder = options.dataset;
+  const std::filesystem::path output =
+      options.output.empty() ? folder.filename().string() + "-" + options.format : options.output;
+  std::optional<core::Hdf5Group> index;
+  std::optional<ExportedRows> rows;
+  mpi::agreed(context.world, [&] {
+    if (!std::filesystem::exists(folder / "index.h5")) {
+      throw core::InputError(fmt::format("{} is no dataset", folder.string()),
+                             "a dataset has an index.h5; of a sweep give one variant's folder");
+    }
+    index = core::Hdf5Group::open_file(folder / "index.h5");
+    rows.emplace(*index, options.split);
+  });
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) ExportFolder::begin(output);
+  });
+  std::vector<ExportedFile> files;
+  mpi::agreed(context.world, [&] {
+    const Export task{output, *index, *rows, mpi::rank(context.world), mpi::size(context.world),
+                      context.quiet};
+    files = options.format == "wav" ? write_audio_folder(task)
+                                    : write_web_dataset(task, options.arrays, options.per_shard);
+  });
+  files = gather(files, context.world);
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    const ordered_json croissant =
+        croissant_of(head_of(folder, *rows), options.format, files, *rows,
+                     static_cast<int>(index->number_attribute("sample_rate_hz")));
+    core::write_text_durably(output / "croissant.json", croissant.dump(2) + "\n");
+    ExportFolder::finish(output);
+  });
+  if (!context.speaks()) return;
+  const double seconds = core::monotonic_seconds() - start;
+  if (context.json) {
+    fmt::print("{}\n", ordered_json{{"output", output.string()},
+                                    {"format", options.format},
+                                    {"samples", rows->size()},
+                                    {"parts", samples_by_part(*rows)},
+                                    {"timing", {{"export_s", seconds}}}}
+                           .dump(1));
+  } else {
+    fmt::print("{}: {} samples\n", output.string(), rows->size());
+  }
+}
+
+}  // namespace
+
+void add_export(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand("export", "a dataset in another format");
+  auto options = std::make_shared<ExportOptions>();
+  command->add_option("dataset", options->dataset, "folder of a dataset")->required();
+  command
+      ->add_option("--format", options->format,
+                   "wav: files and a metadata.csv for each part (AudioFolder); webdataset: tar "
+                   "files of shuffled samples")
+      ->required()
+      ->check(CLI::IsMember({"wav", "webdataset"}));
+  command->add_option("-o,--output", options->output,
+                      "new folder (default: DATASET-FORMAT in the current one)");
+  command->add_option("--split", options->split, "column that says which part a sample is in")
+      ->capture_default_str();
+  command->add_option("--with", options->arrays,
+                      "columns that a webdataset has as .npy too: mel, voxels, frame, touch, ...");
+  command->add_option("--per-shard", options->per_shard, "samples of a tar file")
+      ->capture_default_str()
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1000000}));
+  command->footer(
+      "Examples:\n"
+      "  carillon export carillon-smoke --format wav\n"
+      "  mpirun -n 4 carillon export kitchen --format webdataset --with mel voxels -o shards\n"
+      "docs/exports.md");
+  command->callback([&context, options] {
+    if (options->format != "webdataset" && !options->arrays.empty()) {
+      throw core::InputError("--with goes with --format webdataset",
+                             "the other columns are in metadata.csv");
+    }
+    run_export(*options, context);
+  });
+}
+
+}  // namespace carillon::cli
