@@ -38,8 +38,8 @@ void check(const std::string& name, const AudioClip& clip) {
   const auto bad = std::find_if(clip.samples.begin(), clip.samples.end(),
                                 [](float sample) { return !std::isfinite(sample); });
   if (bad != clip.samples.end()) {
-    throw FileError(fmt::format("{}: sample {} is not a finite number", name,
-                                bad - clip.samples.begin()));
+    throw FileError(
+        fmt::format("{}: sample {} is not a finite number", name, bad - clip.samples.begin()));
   }
 }
 

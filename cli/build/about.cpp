@@ -9,8 +9,11 @@ namespace {
 
 /// The texts by their keys.
 const std::vector<std::pair<const char*, std::string About::*>> texts = {
-    {"description", &About::description}, {"license", &About::license}, {"url", &About::url},
-    {"version", &About::version},         {"published", &About::published},
+    {"description", &About::description},
+    {"license", &About::license},
+    {"url", &About::url},
+    {"version", &About::version},
+    {"published", &About::published},
     {"cite_as", &About::cite_as}};
 
 bool is_date(const std::string& text) {

@@ -16,12 +16,13 @@ namespace {
 ordered_json context() {
   ordered_json context = {{"@language", "en"}, {"@vocab", "https://schema.org/"}};
   for (const char* term :
-       {"annotation", "arrayShape", "citeAs",      "column",    "containedIn",   "equivalentProperty",
-        "excludes",   "extract",    "field",       "fileProperty", "fileObject", "fileSet",
-        "format",     "includes",   "isArray",     "isLiveDataset", "jsonPath",  "key",
-        "md5",        "parentField", "readLines",  "recordSet", "references",    "regex",
-        "samplingRate", "sdVersion", "separator",  "source",    "subField",      "transform",
-        "unArchive",  "value"}) {
+       {"annotation",         "arrayShape", "citeAs",     "column",   "containedIn",
+        "equivalentProperty", "excludes",   "extract",    "field",    "fileProperty",
+        "fileObject",         "fileSet",    "format",     "includes", "isArray",
+        "isLiveDataset",      "jsonPath",   "key",        "md5",      "parentField",
+        "readLines",          "recordSet",  "references", "regex",    "samplingRate",
+        "sdVersion",          "separator",  "source",     "subField", "transform",
+        "unArchive",          "value"}) {
     context[term] = fmt::format("cr:{}", term);
   }
   context["conformsTo"] = "dct:conformsTo";
@@ -105,11 +106,11 @@ namespace {
 ordered_json column_field(const core::Hdf5Group& index, const std::string& name) {
   const std::string type = index.element_type(name);
   const std::string unit = type == "text" ? "1" : index.text_attribute("unit", name);
-  ordered_json field = croissant_field(
-      "samples", name, croissant_type(type),
-      unit == "1" ? fmt::format("column {} of docs/format.md", name)
-                  : fmt::format("column {} of docs/format.md, in {}", name, unit),
-      {{"fileObject", {{"@id", "index.h5"}}}, {"extract", {{"column", name}}}});
+  ordered_json field =
+      croissant_field("samples", name, croissant_type(type),
+                      unit == "1" ? fmt::format("column {} of docs/format.md", name)
+                                  : fmt::format("column {} of docs/format.md, in {}", name, unit),
+                      {{"fileObject", {{"@id", "index.h5"}}}, {"extract", {{"column", name}}}});
   const core::Extent extent = index.extent(name);
   if (extent.size() > 1) {
     field["isArray"] = true;
@@ -128,12 +129,16 @@ std::string mime_type(const std::string& path) {
 
 }  // namespace
 
+std::string samples_sentence(std::size_t samples) {
+  return fmt::format("{} sounds of struck bodies, synthesized from their modes by Carillon",
+                     samples);
+}
+
 ordered_json dataset_croissant(const std::filesystem::path& folder,
                                const nlohmann::json& description) {
-  const auto samples = description.at("samples").get<std::size_t>();
   ordered_json document = croissant_head(
       description.at("name"), about_from(description.value("about", nlohmann::json::object())),
-      fmt::format("{} sounds of struck bodies, synthesized from their modes by Carillon", samples));
+      samples_sentence(description.at("samples")));
   const std::filesystem::path index_file = folder / "index.h5";
   ordered_json distribution = ordered_json::array();
   distribution.push_back(croissant_file("index.h5", "application/x-hdf5",

@@ -33,6 +33,9 @@ nlohmann::ordered_json croissant_field(const std::string& record_set, const std:
                                        const std::string& type, const std::string& description,
                                        const nlohmann::ordered_json& source);
 
+/// What stands for a description where none was given.
+std::string samples_sentence(std::size_t samples);
+
 /// croissant.json of a dataset: its files with their checksums, and a record for each sample of
 /// index.h5. Croissant 1.1 names no way into HDF5 files: a field's `column` is the array's name.
 /// @param description  dataset.json

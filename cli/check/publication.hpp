@@ -4,8 +4,8 @@
 
 namespace carillon::cli {
 
-/// croissant.json as dataset.json and the index make it; a note of what a published dataset should
-/// say and this one does not.
+/// croissant.json says of the dataset what dataset.json does (its files are the checksums' matter);
+/// a note of what a published dataset should say and this one does not.
 Finding check_publication(const DatasetFolder& folder);
 
 }  // namespace carillon::cli

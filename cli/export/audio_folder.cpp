@@ -48,7 +48,8 @@ std::vector<ExportedFile> write_metadata(const Export& task) {
     std::string& table = tables[task.rows.part(row)];
     if (table.empty()) table = header + "\n";
     table += csv_cell(task.rows.key(row) + ".wav");
-    for (const auto& [name, value] : task.rows.values(row).items()) table += "," + csv_cell(value);
+    const nlohmann::ordered_json values = task.rows.values(row);
+    for (const nlohmann::ordered_json& value : values) table += "," + csv_cell(value);
     table += "\n";
   }
   std::vector<ExportedFile> files;

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "cli/build/about.hpp"
-#include "cli/context.hpp"
 #include "cli/build/croissant.hpp"
+#include "cli/context.hpp"
 #include "cli/export/export.hpp"
 #include "cli/export/export_folder.hpp"
 #include "core/error.hpp"
@@ -41,11 +41,9 @@ ordered_json head_of(const std::filesystem::path& folder, const ExportedRows& ro
   const ordered_json said = std::filesystem::exists(path)
                                 ? ordered_json::parse(core::read_file(path))
                                 : ordered_json::object();
-  return croissant_head(
-      said.value("name", folder.filename().string()),
-      about_from(said.value("about", ordered_json::object())),
-      fmt::format("{} sounds of struck bodies, synthesized from their modes by Carillon",
-                  rows.size()));
+  return croissant_head(said.value("name", folder.filename().string()),
+                        about_from(said.value("about", ordered_json::object())),
+                        samples_sentence(rows.size()));
 }
 
 ordered_json to_json(const std::vector<ExportedFile>& files) {
@@ -90,8 +88,8 @@ void run_export(const ExportOptions& options, const Context& context) {
   });
   std::vector<ExportedFile> files;
   mpi::agreed(context.world, [&] {
-    const Export task{output, *index, *rows, mpi::rank(context.world), mpi::size(context.world),
-                      context.quiet};
+    const Export task{
+        output, *index, *rows, mpi::rank(context.world), mpi::size(context.world), context.quiet};
     files = options.format == "wav" ? write_audio_folder(task)
                                     : write_web_dataset(task, options.arrays, options.per_shard);
   });

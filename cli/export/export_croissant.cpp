@@ -47,8 +47,9 @@ ordered_json croissant_of(ordered_json head, const std::string& format,
   const ordered_json from_path = {
       {"fileSet", {{"@id", "sounds"}}},
       {"extract", {{"fileProperty", "fullpath"}}},
-      {"transform", {{"regex", tables ? R"(^(?:.*/)?(?:train|validation|test)/(.*)\.wav$)"
-                                      : R"(^(.*)\.wav$)"}}}};
+      {"transform",
+       {{"regex",
+         tables ? R"(^(?:.*/)?(?:train|validation|test)/(.*)\.wav$)" : R"(^(.*)\.wav$)"}}}};
   ordered_json key = croissant_field("samples", "key", "sc:Text", "names the sample", from_path);
   key["references"] = {{"@id", "labels/key"}};
   ordered_json audio = croissant_field("samples", "audio", "sc:AudioObject",

@@ -69,8 +69,8 @@ ExportedRows::ExportedRows(const core::Hdf5Group& index, const std::string& spli
 
 void ExportedRows::add(const core::Hdf5Group& index, const std::string& name) {
   const core::Extent extent = index.extent(name);
-  const std::uint64_t width = std::accumulate(extent.begin() + 1, extent.end(), std::uint64_t{1},
-                                              std::multiplies<>());
+  const std::uint64_t width =
+      std::accumulate(extent.begin() + 1, extent.end(), std::uint64_t{1}, std::multiplies<>());
   if (width > kLongestShown || width == 0) return;
   const std::string type = index.element_type(name);
   const std::string unit = type == "text" ? "" : index.text_attribute("unit", name);

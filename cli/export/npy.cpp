@@ -17,7 +17,8 @@ const std::map<std::string, std::string> numpy_types = {
 
 std::string header_of(const std::string& type, const core::Extent& extent) {
   std::string shape;
-  for (std::size_t axis = 1; axis < extent.size(); ++axis) shape += fmt::format("{}, ", extent[axis]);
+  for (std::size_t axis = 1; axis < extent.size(); ++axis)
+    shape += fmt::format("{}, ", extent[axis]);
   std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}",
                                  numpy_types.at(type), shape);
   // Magic, version and length take 10 bytes; all of it a multiple of 64.

@@ -33,9 +33,9 @@ struct TarFile::State {
 };
 
 TarFile::TarFile(const std::filesystem::path& path)
-    : state_(std::make_unique<State>(State{
-          path.string(), decltype(State::file)(archive_write_new()),
-          decltype(State::entry)(archive_entry_new())})) {
+    : state_(
+          std::make_unique<State>(State{path.string(), decltype(State::file)(archive_write_new()),
+                                        decltype(State::entry)(archive_entry_new())})) {
   archive* file = state_->file.get();
   state_->check(archive_write_set_format_pax_restricted(file));
   state_->check(archive_write_open_filename(file, path.c_str()));

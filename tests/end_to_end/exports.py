@@ -195,7 +195,7 @@ class Exports(FolderTest):
         (output / "croissant.json").write_text("{}")
         checked = run("check", output)
         self.assertEqual(checked.returncode, 3)
-        self.assertIn("croissant.json is not what", checked.stdout)
+        self.assertIn("croissant.json does not say", checked.stdout)
         refused = run("build", config, "-o", output, "--set", "dataset.published=soon")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("is not a date", refused.stderr)
