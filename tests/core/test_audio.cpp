@@ -90,6 +90,18 @@ TEST(WriteWav, EqualSamplesGiveEqualBytes) {
   EXPECT_EQ(chunk(read_file(folder / "a32.wav"), "PEAK"), std::string::npos);
 }
 
+TEST(WavBytes, AreThoseOfTheFile) {
+  const TemporaryFolder folder;
+  const AudioClip clip{{0.1F, 0.9F, -0.3F, 1.5F}, 2, 22050};
+  for (const SampleFormat format : {SampleFormat::float32, SampleFormat::int16}) {
+    write_wav(folder / "clip.wav", clip, format);
+    EXPECT_EQ(wav_bytes("clip", clip, format), read_file(folder / "clip.wav"));
+  }
+  AudioClip broken = clip;
+  broken.samples.pop_back();
+  EXPECT_THROW(wav_bytes("clip", broken, SampleFormat::int16), FileError);
+}
+
 TEST(WriteWav, Int16RoundsToTheNearestAndClips) {
   const TemporaryFolder folder;
   const float step = 1.0F / 32768;
