@@ -11,10 +11,10 @@
 #include "cli/columns.hpp"
 #include "cli/pitch.hpp"
 #include "cli/sound/chain.hpp"
+#include "cli/sound/drawn_strike.hpp"
 #include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
-#include "core/random.hpp"
 #include "core/units.hpp"
 #include "synth/ring_down.hpp"
 
@@ -111,20 +111,11 @@ void check_options(const StrikeOptions& options) {
   }
 }
 
-void draw_strike(const StrikeOptions& options, const Scene& scene, Sound& sound) {
-  const synth::SurfaceSampler sampler(sound.body->modes->surface);
-  core::RandomStream place(options.seed, 0, "strike.position");
-  synth::Strike& strike = sound.strike;
-  strike.point =
-      options.at.empty() ? sampler.sample(place) : sampler.nearest(parse_position(options.at));
-  const solvers::Vec3 inward = -synth::frame_at(sound.body->modes->surface, strike.point).normal;
-  strike.direction = options.direction.empty()
-                         ? synth::spread_direction(inward, scene.strikes.spread, place)
-                         : parse_position(options.direction).normalized();
-  core::RandomStream force(options.seed, 0, "strike.force");
-  const StrikeConfig& strikes = scene.strikes;
-  strike.impulse = force.log_uniform(strikes.impulse.low, strikes.impulse.high);
-  sound.contact_time = force.log_uniform(strikes.contact_time.low, strikes.contact_time.high);
+StrikePlace place_of(const StrikeOptions& options) {
+  StrikePlace place;
+  if (!options.at.empty()) place.at = parse_position(options.at);
+  if (!options.direction.empty()) place.direction = parse_position(options.direction);
+  return place;
 }
 
 void run_strike(const StrikeOptions& options, Context& context) {
@@ -143,7 +134,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   sound.body = &ringing;
   sound.seed = options.seed;
   sound.record = &record;
-  draw_strike(options, scene, sound);
+  draw_strike(scene, options.seed, 0, place_of(options), sound);
   const double interval = core::parse_quantity(options.interval, core::Dimension::time);
   for (std::size_t i = 1; i < options.repeat; ++i) {
     sound.blows.push_back(static_cast<double>(i) * interval);

@@ -20,9 +20,9 @@ struct PngImage : png_image {
 // A file of a few kilobytes can claim a picture of any size.
 constexpr std::uint64_t largest_picture_bytes = std::uint64_t{1} << 30;
 
-}  // namespace
-
-void write_png(const std::filesystem::path& path, const Image& image) {
+/// What libpng is told of a picture.
+/// @param name  for messages
+void describe(PngImage& png, const std::string& name, const Image& image) {
   const bool known = image.channels == 1 || image.channels == 3 || image.channels == 4;
   const std::uint64_t size =
       known && image.width > 0 && image.height > 0
@@ -30,18 +30,40 @@ void write_png(const std::filesystem::path& path, const Image& image) {
           : 0;
   if (size == 0 || size != image.pixels.size()) {
     throw FileError(fmt::format("{}: a picture of {} x {} with {} channels cannot hold {} bytes",
-                                path.string(), image.width, image.height, image.channels,
+                                name, image.width, image.height, image.channels,
                                 image.pixels.size()));
   }
-  PngImage png;
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = image.channels == 1   ? PNG_FORMAT_GRAY
                : image.channels == 3 ? PNG_FORMAT_RGB
                                      : PNG_FORMAT_RGBA;
+}
+
+}  // namespace
+
+void write_png(const std::filesystem::path& path, const Image& image) {
+  PngImage png;
+  describe(png, path.string(), image);
   if (png_image_write_to_file(&png, path.c_str(), 0, image.pixels.data(), 0, nullptr) == 0) {
     throw FileError(fmt::format("{}: cannot be written: {}", path.string(), png.message));
   }
+}
+
+std::string png_bytes(const std::string& name, const Image& image) {
+  PngImage png;
+  describe(png, name, image);
+  png_alloc_size_t size = 0;
+  std::string bytes;
+  // Once for the size, once for the bytes.
+  for (int pass = 0; pass < 2; ++pass) {
+    bytes.resize(size);
+    void* memory = pass == 0 ? nullptr : bytes.data();
+    if (png_image_write_to_memory(&png, memory, &size, 0, image.pixels.data(), 0, nullptr) == 0) {
+      throw FileError(fmt::format("{}: cannot be packed: {}", name, png.message));
+    }
+  }
+  return bytes;
 }
 
 Image read_png(const std::filesystem::path& path) {

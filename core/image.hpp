@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace carillon::core {
@@ -16,6 +17,8 @@ struct Image {
 
 /// @throws FileError
 void write_png(const std::filesystem::path& path, const Image& image);
+/// The bytes of that file.
+std::string png_bytes(const std::string& name, const Image& image);
 /// Any PNG, as 8-bit channels.
 /// @throws FileError
 Image read_png(const std::filesystem::path& path);

@@ -1,5 +1,7 @@
 #include "core/trace.hpp"
 
+#include <time.h>
+
 #include <chrono>
 
 namespace carillon::core {
@@ -32,6 +34,12 @@ ScopedTimer::~ScopedTimer() {
 double monotonic_seconds() {
   const auto since = std::chrono::steady_clock::now().time_since_epoch();
   return std::chrono::duration<double>(since).count();
+}
+
+double thread_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 }  // namespace carillon::core

@@ -43,5 +43,7 @@ class ScopedTimer {
 
 /// Seconds on a monotonic clock.
 double monotonic_seconds();
+/// Processor time of the calling thread [s].
+double thread_cpu_seconds();
 
 }  // namespace carillon::core

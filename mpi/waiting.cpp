@@ -5,23 +5,18 @@
 
 #include <dlfcn.h>
 #include <mpi.h>
-#include <time.h>
+
+#include "core/trace.hpp"
 
 namespace {
 
 thread_local double total = 0;
 
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 /// Adds the processor time of its life.
 class Waiting {
  public:
-  Waiting() : start_(thread_seconds()) {}
-  ~Waiting() { total += thread_seconds() - start_; }
+  Waiting() : start_(carillon::core::thread_cpu_seconds()) {}
+  ~Waiting() { total += carillon::core::thread_cpu_seconds() - start_; }
   Waiting(const Waiting&) = delete;
   Waiting& operator=(const Waiting&) = delete;
 

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "core/trace.hpp"
 #include "mpi/waiting.hpp"
 
 namespace carillon::mpi {
@@ -18,13 +19,11 @@ double seconds_of(const timeval& time) {
 }  // namespace
 
 WorkClock work_clock() {
-  timespec own{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &own);
   rusage children{};
   getrusage(RUSAGE_CHILDREN, &children);
   WorkClock clock;
-  clock.cpu = static_cast<double>(own.tv_sec) + 1e-9 * static_cast<double>(own.tv_nsec) -
-              seconds_in_mpi() + seconds_of(children.ru_utime) + seconds_of(children.ru_stime);
+  clock.cpu = core::thread_cpu_seconds() - seconds_in_mpi() + seconds_of(children.ru_utime) +
+              seconds_of(children.ru_stime);
   // Nanoseconds on a processor, and in the queue for one.
   std::ifstream schedule("/proc/thread-self/schedstat");
   double ran = 0, queued = 0;

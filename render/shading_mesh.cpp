@@ -146,6 +146,7 @@ ShadingMesh shading_mesh(const solvers::SurfaceMesh& mesh, const BoundingBall& b
         result.positions.push_back(static_cast<float>(place[k]));
         result.normals.push_back(static_cast<float>(direction[k]));
       }
+      result.sources.push_back(mesh.triangles[corner / 3][corner % 3]);
       index[corner] = count++;
     }
     // Groups are named by their lowest corner, so that it came before.

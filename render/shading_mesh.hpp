@@ -13,6 +13,7 @@ struct ShadingMesh {
   std::vector<float> positions;        ///< n x 3
   std::vector<float> normals;          ///< n x 3, unit length
   std::vector<std::uint32_t> indices;  ///< 3 per triangle
+  std::vector<std::int32_t> sources;   ///< the mesh's vertex that each one comes from, n
 };
 
 /// Ball that holds a body: centre of its box, farthest vertex.

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 
-#include <fstream>
 #include <thread>
 
 #include "cli/accuracy/findings.hpp"
 #include "cli/accuracy/modes_line.hpp"
 #include "cli/accuracy/stand_in.hpp"
 #include "cli/build/dataset.hpp"
+#include "cli/processor.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
@@ -20,16 +20,6 @@ namespace carillon::cli {
 using nlohmann::json;
 
 namespace {
-
-std::string processor_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const auto colon = line.find(": ");
-    if (line.rfind("model name", 0) == 0 && colon != std::string::npos)
-      return line.substr(colon + 2);
-  }
-  return "unknown";
-}
 
 /// Load of the machine over the last minute: what else ran spoils wall times.
 double load_average() {
@@ -107,6 +97,15 @@ json measure_object(const LadderConfig& config, LadderObject object,
   return to_json(config, findings);
 }
 
+/// What a part found, or why it found nothing.
+json found_or_failure(const std::function<nlohmann::ordered_json()>& climb) {
+  try {
+    return climb();
+  } catch (const core::Error& error) {
+    return {{"failure", error.message()}};
+  }
+}
+
 json measure(const LadderConfig& config, const std::filesystem::path& output,
              const Context& context, MPI_Comm comm) {
   const double start = core::monotonic_seconds();
@@ -125,6 +124,24 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
                    {"finished", false},
                    {"configuration", config.resolved},
                    {"objects", json::array()}};
+  const auto keep = [&] {
+    document["seconds"] = core::monotonic_seconds() - start;
+    mpi::agreed(comm, [&] {
+      if (mpi::rank(comm) == 0) {
+        core::write_text_durably(output / "accuracy.json", document.dump(1) + "\n");
+      }
+    });
+  };
+  if (config.sound) {
+    Context here = context;
+    here.world = comm;
+    document["sound"] = found_or_failure([&] { return climb_sounds(*config.sound, here); });
+    keep();
+  }
+  if (config.features) {
+    document["features"] = found_or_failure([&] { return climb_features(*config.features); });
+    keep();
+  }
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
     const auto tell = [&](const std::string& note) {
       progress.update(static_cast<double>(i), note);
@@ -132,12 +149,11 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
     document["objects"].push_back(
         measure_object(config, config.objects[i], output, context, comm, tell));
     document["finished"] = i + 1 == config.objects.size();
-    document["seconds"] = core::monotonic_seconds() - start;
-    mpi::agreed(comm, [&] {
-      if (mpi::rank(comm) == 0) {
-        core::write_text_durably(output / "accuracy.json", document.dump(1) + "\n");
-      }
-    });
+    keep();
+  }
+  if (config.objects.empty()) {
+    document["finished"] = true;
+    keep();
   }
   progress.finish("");
   return document;

@@ -15,6 +15,48 @@ namespace carillon::cli {
 
 namespace {
 
+/// Whether the sounds or the features could not be measured.
+bool part_failed(const nlohmann::json& document) {
+  return document.value("sound", nlohmann::json::object()).contains("failure") ||
+         document.value("features", nlohmann::json::object()).contains("failure");
+}
+
+void print_sounds(const nlohmann::json& sound) {
+  if (sound.contains("failure")) {
+    fmt::print("\nsound: {}\n", sound.at("failure").get<std::string>());
+  } else if (sound.contains("rungs")) {
+    fmt::print("\nsound of {}, {} modes\n{:<14}{:>8}{:>12}{:>10}\n",
+               sound.at("body").get<std::string>(), sound.at("modes").get<int>(), "", "", "s",
+               "dB");
+    for (const nlohmann::json& rung : sound.at("rungs")) {
+      const nlohmann::json& error = rung.at("error_db");
+      fmt::print("{:<14}{:>8}{:>12.2g}{:>10}\n", rung.at("key").get<std::string>(),
+                 rung.at("value").get<int>(), rung.at("seconds").get<double>(),
+                 error.is_null() ? "silent" : fmt::format("{:.3g}", error.get<double>()));
+    }
+  }
+}
+
+void print_features(const nlohmann::json& features) {
+  if (features.contains("failure")) {
+    fmt::print("\nfeatures: {}\n", features.at("failure").get<std::string>());
+  } else if (features.contains("rungs")) {
+    const auto bounds = [](const nlohmann::json& value) {
+      return value.is_null() ? "-" : fmt::format("{:.3g}", value.get<double>());
+    };
+    fmt::print(
+        "\nfeatures, errors over the Cramer-Rao bound\n{:<8}{:>7}{:>8}{:>10}{:>8}{:>12}{:>12}\n",
+        "method", "modes", "dB", "s", "found", "frequency", "decay rate");
+    for (const nlohmann::json& rung : features.at("rungs")) {
+      fmt::print("{:<8}{:>7}{:>8}{:>10.2g}{:>7.0f}%{:>12}{:>12}\n",
+                 rung.at("method").get<std::string>(), rung.at("modes").get<int>(),
+                 rung.at("snr_db").get<double>(), rung.at("seconds").get<double>(),
+                 100 * rung.at("found").get<double>(), bounds(rung.at("bounds_frequency")),
+                 bounds(rung.at("bounds_decay_rate")));
+    }
+  }
+}
+
 /// @return the exit code, the same on every rank
 int run_accuracy(const AccuracyOptions& options, const Context& context) {
   std::string text;
@@ -37,7 +79,7 @@ int run_accuracy(const AccuracyOptions& options, const Context& context) {
   bool failed = false;
   if (context.speaks()) {
     const nlohmann::json& objects = document.at("objects");
-    failed = std::any_of(objects.begin(), objects.end(), has_failed);
+    failed = std::any_of(objects.begin(), objects.end(), has_failed) || part_failed(document);
   }
   failed = mpi::broadcast(failed ? "failed" : "", 0, context.world) == "failed";
   const int exit_code = failed ? exit_failures : exit_done;
@@ -48,6 +90,8 @@ int run_accuracy(const AccuracyOptions& options, const Context& context) {
     fmt::print("{}\n", document.dump(1));
   } else {
     for (const nlohmann::json& object : document.at("objects")) print_findings(object);
+    print_sounds(document.value("sound", nlohmann::json::object()));
+    print_features(document.value("features", nlohmann::json::object()));
     fmt::print("\n{}: accuracy.json{}\n", output.string(),
                no_picture.empty() ? ", accuracy.svg, accuracy.png" : "");
   }

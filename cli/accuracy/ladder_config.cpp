@@ -177,7 +177,18 @@ LadderConfig read_ladder_config(const std::string& text, const std::string& file
                 "give one of them another `name:`");
     }
   }
-  if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
+  if (root.has("sound")) {
+    const auto reread = [&](const std::vector<std::string>& further) {
+      std::vector<std::string> changes = overrides;
+      changes.insert(changes.end(), further.begin(), further.end());
+      return ConfigNode::parse(text, file_name, changes);
+    };
+    config.sound = read_sound_ladder(root.child("sound"), file_name, reread);
+  }
+  if (root.has("features")) config.features = read_feature_ladder(root.child("features"));
+  if (config.objects.empty() && !config.sound && !config.features) {
+    root.fail("objects", "the configuration has neither objects nor `sound:` or `features:`");
+  }
   root.finish();
   config.resolved = root.resolved();
   return config;

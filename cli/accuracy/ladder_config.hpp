@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/accuracy/feature_ladder.hpp"
+#include "cli/accuracy/sound_ladder.hpp"
 #include "solvers/shape_source.hpp"
 #include "synth/material.hpp"
 
@@ -50,6 +52,8 @@ struct LadderConfig {
   ReferenceSolver reference = ReferenceSolver::automatic;
   int reference_order = 4;
   std::vector<LadderObject> objects;
+  std::optional<SoundLadder> sound;
+  std::optional<FeatureLadder> features;
   std::string resolved;  ///< every key with its value, YAML in SI units
 };
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <map>
 
+#include "cli/dataset/sample_audio.hpp"
 #include "cli/export/export.hpp"
-#include "cli/export/sample_audio.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
 

@@ -5,9 +5,9 @@
 #include <map>
 #include <optional>
 
+#include "cli/dataset/sample_audio.hpp"
 #include "cli/export/export.hpp"
 #include "cli/export/npy.hpp"
-#include "cli/export/sample_audio.hpp"
 #include "cli/export/tar_file.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"

@@ -1,4 +1,4 @@
-#include "cli/export/sample_audio.hpp"
+#include "cli/dataset/sample_audio.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,163 @@
+#include "cli/accuracy/sound_ladder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "cli/sound/chain.hpp"
+#include "cli/sound/drawn_strike.hpp"
+#include "core/error.hpp"
+#include "eval/perception/spectral_distance.hpp"
+#include "eval/statistics/median.hpp"
+
+namespace carillon::cli {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& key, int least) {
+  const std::vector<double> values =
+      node.quantities(key, core::Dimension::none, 0, std::vector<double>{});
+  std::vector<int> numbers;
+  for (const double value : values) {
+    const bool grows = numbers.empty() || value > numbers.back();
+    if (value != std::floor(value) || value < least || value > 1e6 || !grows) {
+      node.fail(key, fmt::format("must be whole numbers from {} up, each above the last", least));
+    }
+    numbers.push_back(static_cast<int>(value));
+  }
+  return numbers;
+}
+
+Scene read_ladder_scene(core::ConfigNode sound, const std::string& file_name,
+                        const BodyOptions& body) {
+  core::ConfigNode node = sound.child("scene");
+  return read_scene(node, file_name, effects(),
+                    {.materials = named_materials(body.material), .materials_place = "material"});
+}
+
+/// One rung's sounds, and what each took [s].
+struct Sounds {
+  std::vector<std::vector<double>> clips;  ///< of the first listener
+  std::vector<double> seconds;
+  double prepare_seconds = 0;
+};
+
+/// Strikes are those of the same numbers whatever the scene.
+Sounds make_sounds(const Scene& scene, const SoundLadder& ladder, const solvers::Modes& modes,
+                   const std::vector<synth::Material>& materials) {
+  Sounds made;
+  core::Trace trace;
+  SoundChain chain(scene, {}, trace);
+  const double before = core::thread_cpu_seconds();
+  const RingingBody body = chain.prepare(ladder.body.mesh, ladder.body.mesh, modes, materials);
+  made.prepare_seconds = core::thread_cpu_seconds() - before;
+  for (int strike = 0; strike < ladder.strikes; ++strike) {
+    Sound sound;
+    Columns record;
+    sound.body = &body;
+    sound.id = static_cast<std::uint64_t>(strike);
+    sound.record = &record;
+    draw_strike(scene, 0, sound.id, {}, sound);
+    const double start = core::thread_cpu_seconds();
+    chain.make(sound);
+    made.seconds.push_back(core::thread_cpu_seconds() - start);
+    const auto row = sound.row(0);
+    made.clips.emplace_back(row.begin(), row.end());
+  }
+  return made;
+}
+
+ordered_json rung(const std::string& key, int value, const Sounds& made, const Sounds& full) {
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < full.clips.size(); ++i) {
+    double peak = 0;
+    for (const double sample : full.clips[i]) peak = std::max(peak, std::abs(sample));
+    if (!(peak > 0)) continue;  // a strike on a node of every mode
+    std::vector<double> one = full.clips[i], other = made.clips[i];
+    for (double& sample : one) sample /= peak;
+    for (double& sample : other) sample /= peak;
+    errors.push_back(20 / std::numbers::ln10 * eval::spectral_distance(one, other).log_magnitude);
+  }
+  return {
+      {"key", key},
+      {"value", value},
+      {"sounds", errors.size()},
+      {"seconds", eval::median(made.seconds)},
+      {"error_db", errors.empty() ? ordered_json(nullptr) : ordered_json(eval::median(errors))}};
+}
+
+}  // namespace
+
+SoundLadder read_sound_ladder(
+    core::ConfigNode node, const std::string& file_name,
+    const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread) {
+  SoundLadder ladder;
+  ladder.body.mesh = node.text("body");
+  ladder.body.material = node.text("material", "steel");
+  at_key(node, "body", [&] { return mesh_request(ladder.body); });
+  at_key(node, "material", [&] { return named_materials(ladder.body.material); });
+  ladder.strikes = static_cast<int>(node.integer("strikes", 1, 10000, 5));
+  ladder.modes = ascending_numbers(node, "modes", 1);
+  ladder.image_orders = ascending_numbers(node, "image_orders", 0);
+  const auto changed_scene = [&](const std::vector<std::string>& changes) {
+    return read_ladder_scene(reread(changes).child("sound"), file_name, ladder.body);
+  };
+  // Read once as it stands, so that mistakes in it are named where they are.
+  const Scene scene = read_ladder_scene(node, file_name, ladder.body);
+  ladder.without_room =
+      node.child("scene").has("room")
+          ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
+          : scene;
+  if (ladder.image_orders.size() == 1) {
+    node.fail("image_orders",
+              "the last one is what the others are compared with: give two or more");
+  }
+  if (!ladder.image_orders.empty() && !scene.runs("room")) {
+    node.fail("image_orders", "there are no reflections: `scene:` has no room that is heard");
+  }
+  for (const int order : ladder.image_orders) {
+    ladder.of_order.push_back(changed_scene({fmt::format("sound.scene.room.order={}", order)}));
+  }
+  return ladder;
+}
+
+ordered_json climb_sounds(const SoundLadder& ladder, const Context& context) {
+  BodyOptions options = ladder.body;
+  options.max_frequency =
+      fmt::format("{} Hz", std::min(20000.0, ladder.without_room.audio.sample_rate / 2));
+  const Body body = solve_body(options, context);
+  const auto sounds = [&](const Scene& scene, const solvers::Modes& modes) {
+    return make_sounds(scene, ladder, modes, body.materials);
+  };
+  ordered_json rungs = ordered_json::array();
+  const Sounds all_modes = sounds(ladder.without_room, body.modes);
+  for (const int count : ladder.modes) {
+    if (static_cast<std::size_t>(count) >= body.modes.size()) break;
+    const solvers::Certificate& solved = body.modes.certificate;
+    const solvers::Modes fewer =
+        solvers::restrict_to(body.modes, {.min_frequency = solved.min_frequency,
+                                          .max_frequency = solved.max_frequency,
+                                          .max_modes = count});
+    rungs.push_back(rung("modes", count, sounds(ladder.without_room, fewer), all_modes));
+  }
+  rungs.push_back(rung("modes", static_cast<int>(body.modes.size()), all_modes, all_modes));
+  if (!ladder.of_order.empty()) {
+    const Sounds full = sounds(ladder.of_order.back(), body.modes);
+    for (std::size_t i = 0; i + 1 < ladder.of_order.size(); ++i) {
+      rungs.push_back(rung("image order", ladder.image_orders[i],
+                           sounds(ladder.of_order[i], body.modes), full));
+    }
+    rungs.push_back(rung("image order", ladder.image_orders.back(), full, full));
+  }
+  return {{"body", ladder.body.mesh},
+          {"material", ladder.body.material},
+          {"modes", body.modes.size()},
+          {"prepare_s", all_modes.prepare_seconds},
+          {"rungs", rungs}};
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,141 @@
+import * as Plot from "@observablehq/plot";
+import { html } from "htl";
+
+import { base, colors, figure } from "./figure.js";
+import { bytes, count, hertz, number, seconds } from "./format.js";
+import { ranksOf } from "./ranks.js";
+import { table } from "./table.js";
+
+export function datasetSections({ datasets }) {
+  return datasets.map((dataset, index) => ({
+    id: `dataset-${index}`,
+    title: datasets.length > 1 ? `What was built: ${dataset.label}` : "What was built",
+    content: datasetContent(dataset, index, datasets.length > 3),
+  }));
+}
+
+function datasetContent(dataset, index, folded) {
+  const parts = html`<div>
+    ${summary(dataset)}
+    ${failures(dataset, index)}
+    ${stages(dataset)}
+    ${effects(dataset)}
+    ${bodies(dataset)}
+    ${ranksOf(dataset)}
+    ${configuration(dataset)}
+  </div>`;
+  return folded ? html`<details open=${index === 0}><summary>${summaryLine(dataset)}</summary>${parts}</details>` : parts;
+}
+
+function summaryLine(dataset) {
+  return `${count(dataset.samples, "sound")} of ${count(dataset.shapes.length, "body", "bodies")}`;
+}
+
+function summary(dataset) {
+  const about = dataset.about;
+  const tiles = [
+    ["sounds", dataset.samples.toLocaleString("en")],
+    ["bodies", dataset.shapes.length.toLocaleString("en")],
+    ["materials", dataset.materials.length],
+    ["failed tasks", dataset.failures.length],
+    ["task time", seconds(dataset.task_seconds)],
+    ["on disk", bytes(dataset.bytes)],
+  ];
+  return html`<div>
+    ${about.description ? html`<p>${about.description}</p>` : ""}
+    <dl class="tiles">${tiles.map(([name, value]) => html`<div class=${name === "failed tasks" && value > 0 ? "bad" : ""}><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+    <p class="source">${dataset.folder}${about.license ? ` · ${about.license}` : ""}${about.creators ? ` · ${about.creators.join(", ")}` : ""}</p>
+  </div>`;
+}
+
+function failures(dataset, index) {
+  if (dataset.failures.length === 0) return html`<p id=${`failures-${index}`} class="good">No task failed.</p>`;
+  return html`<div id=${`failures-${index}`}><h3>What failed</h3>
+    ${table(
+      [
+        { title: "task", value: (f) => f.task, text: (f) => html`<code>${f.task}</code>` },
+        { title: "stage", value: (f) => f.stage ?? "" },
+        { title: "reason", value: (f) => f.message, text: (f) => html`${f.message}${f.hint ? html`<br><em>${f.hint}</em>` : ""}` },
+        { title: "left out with it", number: true, value: (f) => (f.skipped ?? []).length },
+        { title: "again", value: (f) => f.reproduce ?? "", text: (f) => html`<code>${f.reproduce ?? ""}</code>` },
+      ],
+      dataset.failures,
+    )}</div>`;
+}
+
+function stages(dataset) {
+  const rows = Object.entries(dataset.stages)
+    .map(([name, entry]) => ({ name, ...entry }))
+    .filter((row) => row.seconds > 0)
+    .sort((a, b) => b.seconds - a.seconds);
+  if (rows.length === 0) return "";
+  const whole = rows.reduce((sum, row) => sum + row.seconds, 0);
+  return html`<h3>Where the time went</h3>
+    ${figure(
+      (width) =>
+        Plot.plot(
+          base(width, {
+            height: 26 * rows.length + 50,
+            marginLeft: 120,
+            marginRight: 70,
+            x: { label: "seconds on all ranks", grid: true, tickFormat: (value) => number(value), ticks: Math.max(2, Math.floor(width / 120)) },
+            y: { label: null, domain: rows.map((row) => row.name) },
+            marks: [
+              Plot.barX(rows, { x: "seconds", y: "name", fill: colors[0], title: (row) => `${row.name}: ${seconds(row.seconds)} in ${count(row.calls, "call")}` }),
+              Plot.text(rows, { x: "seconds", y: "name", text: (row) => `${seconds(row.seconds)}`, textAnchor: "start", dx: 4 }),
+              Plot.ruleX([0]),
+            ],
+          }),
+        ),
+      {
+        caption: `Stages of all tasks, ${seconds(whole)} in all. Some lie within others: the estimate of a body's errors solves it once more, coarser.`,
+        source: `${dataset.folder}/trace.json`,
+      },
+    )}`;
+}
+
+function effects(dataset) {
+  const on = dataset.effects.filter((effect) => effect.enabled);
+  const off = dataset.effects.filter((effect) => !effect.enabled);
+  if (dataset.effects.length === 0) return "";
+  return html`<h3>Effects and their cost</h3>
+    ${table(
+      [
+        { title: "effect", value: (e) => e.name },
+        { title: "calls", number: true, value: (e) => e.calls, text: (e) => number(e.calls, 6) },
+        { title: "time", number: true, value: (e) => e.seconds, text: (e) => seconds(e.seconds) },
+        { title: "a call", number: true, value: (e) => e.seconds / e.calls, text: (e) => (e.calls ? seconds(e.seconds / e.calls) : "–") },
+        { title: "why it runs", value: (e) => e.reason },
+      ],
+      on,
+    )}
+    <details><summary>${count(off.length, "effect")} that nothing calls for did not run: trace.json has no call of ${off.length === 1 ? "it" : "them"}</summary>
+    ${table([{ title: "effect", value: (e) => e.name }, { title: "calls", number: true, value: (e) => e.calls }, { title: "why not", value: (e) => e.reason }], off)}
+    </details>`;
+}
+
+function bodies(dataset) {
+  return html`<h3>Bodies</h3>
+    ${table(
+      [
+        { title: "body", value: (s) => s.id },
+        { title: "family", value: (s) => s.family },
+        { title: "part", value: (s) => s.split },
+        { title: "variants", number: true, value: (s) => s.variants },
+        { title: "modes", number: true, value: (s) => s.modes },
+        { title: "complete to", number: true, value: (s) => s.complete_to_hz, text: (s) => (s.complete_to_hz ? hertz(s.complete_to_hz) : "–") },
+        { title: "worst pitch error (estimated)", number: true, value: (s) => s.pitch_error_cents, text: (s) => (s.pitch_error_cents === null ? "–" : `${number(s.pitch_error_cents, 2)} cents`) },
+        { title: "order", number: true, value: (s) => s.order },
+        { title: "unknowns", number: true, value: (s) => s.unknowns, text: (s) => number(s.unknowns, 6) },
+        { title: "time", number: true, value: (s) => s.seconds, text: (s) => seconds(s.seconds) },
+      ],
+      dataset.shapes,
+      { most: 100 },
+    )}`;
+}
+
+function configuration(dataset) {
+  return html`<details><summary>Configuration and versions</summary>
+    ${table([{ title: "library", value: ([name]) => name }, { title: "version", value: ([, version]) => version }], Object.entries(dataset.versions))}
+    <pre>${dataset.configuration}</pre></details>`;
+}

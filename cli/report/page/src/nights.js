@@ -1,0 +1,68 @@
+import * as Plot from "@observablehq/plot";
+import { html } from "htl";
+
+import { base, colors, figure } from "./figure.js";
+import { number, seconds } from "./format.js";
+import { table } from "./table.js";
+
+// What changed since the nights before (scripts/nightly).
+export function nightSections({ nights }) {
+  return nights.map((night, i) => ({ id: `night-${i}`, title: `The night of ${night.date}`, content: content(night) }));
+}
+
+const bad = new Set(["slower", "worse", "failed"]);
+const shown = (value, unit) => (unit === "s" ? seconds(value) : `${number(value, 4)}${unit && unit !== "1" ? ` ${unit}` : ""}`);
+
+function content(night) {
+  const measures = [...night.measures].sort((a, b) => Number(bad.has(b.verdict)) - Number(bad.has(a.verdict)));
+  const marked = measures.filter((measure) => measure.verdict !== "steady" && measure.verdict !== "learning");
+  return html`<p class=${night.verdict === "fine" ? "good" : night.verdict === "learning" ? "" : "bad"}>${verdict(night)}</p>
+    ${table(
+      [
+        { title: "run", value: (r) => r.config },
+        { title: "time", number: true, value: (r) => r.seconds, text: (r) => seconds(r.seconds) },
+        { title: "outcome", value: (r) => String(r.ok), text: (r) => (r.ok ? "done" : html`<span class="bad">${r.message}</span>`) },
+      ],
+      night.runs,
+    )}
+    <div class="figures">${marked.slice(0, 12).map(trend)}</div>
+    <details open=${marked.length === 0}><summary>All ${measures.length} measures</summary>${table(
+      [
+        { title: "measure", value: (m) => m.name },
+        { title: "tonight", number: true, value: (m) => m.value, text: (m) => shown(m.value, m.unit) },
+        { title: "as a rule", number: true, value: (m) => m.typical, text: (m) => shown(m.typical, m.unit) },
+        { title: "bound", number: true, value: (m) => m.bound, text: (m) => shown(m.bound, m.unit) },
+        { title: "change", value: (m) => m.change ?? "" },
+        { title: "verdict", value: (m) => m.verdict, text: (m) => html`<span class=${bad.has(m.verdict) ? "bad" : ""}>${m.verdict}</span>` },
+      ],
+      measures,
+    )}</details>`;
+}
+
+function verdict(night) {
+  const count = night.measures.filter((measure) => bad.has(measure.verdict)).length;
+  if (night.verdict === "failed") return "The night could not run as a whole.";
+  if (night.verdict === "learning") return `Too few nights to compare with (${night.nights}).`;
+  return count === 0 ? `Nothing is slower or less accurate than in ${night.nights} nights before.` : `${count} of ${night.measures.length} measures are worse than in ${night.nights} nights before.`;
+}
+
+function trend(measure) {
+  const rows = [...measure.history.map(([date, value]) => ({ date: new Date(date), value })), { date: null, value: measure.value }].map((row, night) => ({ night, ...row }));
+  return figure(
+    (width) =>
+      Plot.plot(
+        base(width, {
+          height: 200,
+          marginLeft: 60,
+          x: { label: "night", ticks: [] },
+          y: { label: measure.unit, grid: true, nice: true },
+          marks: [
+            measure.bound === null || measure.bound === undefined ? null : Plot.ruleY([measure.bound], { strokeDasharray: "4 3" }),
+            Plot.line(rows, { x: "night", y: "value", stroke: colors[7] }),
+            Plot.dot(rows, { x: "night", y: "value", fill: (row) => (row.date ? colors[0] : bad.has(measure.verdict) ? colors[4] : colors[2]), r: 4, tip: true, title: (row) => `${row.date ? row.date.toISOString().slice(0, 10) : "tonight"}: ${shown(row.value, measure.unit)}` }),
+          ],
+        }),
+      ),
+    { narrow: true, title: measure.name, caption: `${measure.verdict} ${measure.change ?? ""}; dashed: the bound.` },
+  );
+}

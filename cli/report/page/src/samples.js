@@ -1,0 +1,64 @@
+import { html } from "htl";
+
+import { uint8s } from "./arrays.js";
+import { number } from "./format.js";
+import { spectrogram } from "./spectrogram.js";
+import { drawVoxels } from "./voxels.js";
+
+export function samplesSection({ datasets }) {
+  const all = datasets.flatMap((dataset) => dataset.heard.map((sample) => ({ dataset, ...sample })));
+  if (all.length === 0) return null;
+  return {
+    id: "samples",
+    title: "Samples to hear",
+    content: html`<p>Chosen evenly from the datasets. Each is turned to the same peak, and <em>played at</em> says by how much.
+      Spectrograms: 60 Hz to half the sample rate, 80 dB.</p>
+      <div class="cards">${all.map(card)}</div>`,
+  };
+}
+
+function card(sample) {
+  const labels = Object.entries(sample.labels).filter(([, value]) => value !== null);
+  const canvas = html`<div class="spectrogram" role="img" aria-label=${`Spectrogram of ${sample.key}`}></div>`;
+  whenSeen(canvas, () => canvas.append(spectrogram(clipOf(sample), sample.sample_rate_hz, 320, 128)));
+  return html`<article class="card">
+    <h3>${sample.key}</h3>
+    ${canvas}
+    <audio controls preload="none" src=${`data:audio/wav;base64,${sample.audio}`} aria-label=${sample.key}></audio>
+    <div class="views">
+      ${sample.picture ? html`<img src=${`data:image/png;base64,${sample.picture}`} alt=${`Frame of ${sample.body}`} width="120" height="120">` : ""}
+      ${sample.voxels ? voxels(sample) : ""}
+    </div>
+    <dl>${labels.map(([name, value]) => html`<div><dt>${name.replaceAll("_", " ")}</dt><dd>${typeof value === "number" ? number(value, 3) : value}</dd></div>`)}</dl>
+  </article>`;
+}
+
+function voxels({ voxels: { resolution, cells }, body }) {
+  const place = html`<span class="voxels" role="img" aria-label=${`Voxels of ${body}`}></span>`;
+  whenSeen(place, () => place.append(drawVoxels(uint8s(cells), resolution, 120)));
+  return place;
+}
+
+// The first channel of a WAV file of 16 bits.
+function clipOf({ audio, channels }) {
+  const data = uint8s(audio);
+  const view = new DataView(data.buffer);
+  let at = 12;
+  while (view.getUint32(at) !== 0x64617461) at += 8 + view.getUint32(at + 4, true); // "data"
+  const count = view.getUint32(at + 4, true) / 2 / channels;
+  return Float32Array.from({ length: count }, (_, i) => view.getInt16(at + 8 + 2 * channels * i, true) / 32768);
+}
+
+// Draws what scrolls into view, and everything before it is printed.
+function whenSeen(element, draw) {
+  let drawn = false;
+  const once = () => {
+    if (drawn) return;
+    drawn = true;
+    observer.disconnect();
+    draw();
+  };
+  const observer = new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && once(), { rootMargin: "400px" });
+  observer.observe(element);
+  addEventListener("beforeprint", once);
+}

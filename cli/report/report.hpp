@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/dataset/stored_dataset.hpp"
+
+namespace carillon::cli {
+
+/// What a report finds below the folders that it is asked for, each in the order of their names.
+struct ReportFolders {
+  std::vector<std::filesystem::path> datasets;     ///< with dataset.json
+  std::vector<std::filesystem::path> sweeps;       ///< with sweep.json
+  std::vector<std::filesystem::path> ladders;      ///< with accuracy.json
+  std::vector<std::filesystem::path> evaluations;  ///< `evaluation/`
+  std::vector<std::filesystem::path> nights;       ///< with nightly.json
+};
+
+/// Looks in the folders and those below, to a depth of four; a dataset's own folders are left out.
+/// @throws InputError  a folder that is not there, or nothing in any of them
+ReportFolders find_report_folders(const std::vector<std::string>& folders);
+
+/// What was built and how long it took: bodies, stages, effects, ranks, failures, configuration.
+/// Made of the folder's own files; nothing is computed again.
+nlohmann::ordered_json dataset_report(const StoredDataset& dataset);
+
+/// What a page can hold of one kind.
+struct ReportShare {
+  std::size_t count = 0;  ///< at most so many
+  std::size_t bytes = 0;  ///< and not more than so much text
+};
+
+/// Sounds that stand for a dataset, evenly chosen from its rows: WAV file of 16 bits with its peak
+/// at half of full scale, what was drawn for it, frame and voxels of its body.
+nlohmann::ordered_json heard_samples(const std::filesystem::path& folder, ReportShare share);
+
+/// Bodies that stand for a dataset, in one of their materials and sizes: surface and modes, as
+/// displacements along the normal. Those of which there is no modes file are left out.
+nlohmann::ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share);
+
+/// Presets whose damping is Rayleigh's, for the gallery.
+nlohmann::ordered_json gallery_materials();
+
+/// What `carillon evaluate` left in a folder `evaluation`: `damping`, `classification`, `transfer`,
+/// each an array of none or one.
+nlohmann::ordered_json read_evaluation(const std::filesystem::path& folder);
+
+/// The page that shows a report.
+/// @throws InputError  the program was built without it
+std::string report_page(const nlohmann::ordered_json& report);
+
+}  // namespace carillon::cli

@@ -1,0 +1,24 @@
+#include "cli/sound/drawn_strike.hpp"
+
+#include "core/random.hpp"
+#include "synth/ring_down.hpp"
+
+namespace carillon::cli {
+
+void draw_strike(const Scene& scene, std::uint64_t seed, std::uint64_t item,
+                 const StrikePlace& place, Sound& sound) {
+  const solvers::ModeSurface& surface = sound.body->modes->surface;
+  const synth::SurfaceSampler sampler(surface);
+  core::RandomStream drawn(seed, item, "strike.position");
+  synth::Strike& strike = sound.strike;
+  strike.point = place.at ? sampler.nearest(*place.at) : sampler.sample(drawn);
+  const solvers::Vec3 inward = -synth::frame_at(surface, strike.point).normal;
+  strike.direction = place.direction ? place.direction->normalized()
+                                     : synth::spread_direction(inward, scene.strikes.spread, drawn);
+  core::RandomStream force(seed, item, "strike.force");
+  strike.impulse = force.log_uniform(scene.strikes.impulse.low, scene.strikes.impulse.high);
+  sound.contact_time =
+      force.log_uniform(scene.strikes.contact_time.low, scene.strikes.contact_time.high);
+}
+
+}  // namespace carillon::cli

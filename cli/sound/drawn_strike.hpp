@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "cli/sound/scene.hpp"
+
+namespace carillon::cli {
+
+/// What of a strike is given rather than drawn, in the body's coordinates.
+struct StrikePlace {
+  std::optional<solvers::Vec3> at;         ///< [m]; the surface's nearest point is struck
+  std::optional<solvers::Vec3> direction;  ///< of the force; not of length zero
+};
+
+/// Draws a strike on a sound's body as a scene says: point by area, direction, impulse and contact
+/// time.
+/// @param item  a number of its own for every strike
+void draw_strike(const Scene& scene, std::uint64_t seed, std::uint64_t item,
+                 const StrikePlace& place, Sound& sound);
+
+}  // namespace carillon::cli

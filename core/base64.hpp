@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace carillon::core {
+
+/// Bytes as text (RFC 4648, with padding).
+std::string base64(std::string_view bytes);
+
+/// Values as they lie in memory, little-endian on every machine that Carillon runs on.
+template <class T>
+std::string base64(std::span<const T> values) {
+  return base64(std::string_view(reinterpret_cast<const char*>(values.data()),  // NOLINT
+                                 values.size_bytes()));
+}
+
+}  // namespace carillon::core

@@ -1,0 +1,289 @@
+"""`carillon report`: the page's data against the dataset's own files, and the page itself in a headless
+Chromium: no errors, no network, links and players that work, at a screen's width and a telephone's;
+objects struck in the page sound as the dataset does."""
+import base64
+import io
+import json
+import re
+import unittest
+import wave
+
+import h5py
+import numpy
+
+from browser import click, needs_browser, open_page
+from program import FolderTest, run, run_json
+
+CONFIG = """
+name: small
+dataset: {description: A test's, creator: [A], license: CC-BY-4.0}
+seed: 4
+objects:
+  - {shape: bar, count: 2, materials: [steel, wood]}
+  - {shape: tile, materials: [glass]}
+  - {shape: bowl, materials: [ceramic], sizes: [1, 1.5]}
+  - {mesh: broken.off, length: 10 cm, materials: [steel]}
+modes: {max_modes: 40, order: 2, element_size: 14 mm, max_frequency: 20 kHz}
+strikes: {per_object: 3, impulse: [5 mN s, 50 mN s], contact_time: [0.1 ms, 0.5 ms], spread: 0}
+audio: {seconds: 0.5 s, sample_rate: 44100 Hz}
+mel: {bands: 16, frames: 5}
+voxels: {resolution: 12}
+camera: {width: 96, height: 64}
+split: {validation: 0.3, test: 0.3}
+"""
+LADDER = """
+name: ladder
+modes: 4
+orders: [1, 2]
+sizes: [2, 1.4]
+pitch_cents: [50]
+objects: [{shape: tile}]
+sound:
+  body: tile
+  strikes: 3
+  modes: [2, 5, 10]
+  image_orders: [0, 1, 4]
+  scene:
+    listeners: [{position: [0.5, 0.2, 0.3]}]
+    radiation: {model: monopole}
+    room: {size: [4 m, 3 m, 2.5 m], absorption: 0.3}
+    effects: {tail: "off", click: "off"}
+    audio: {seconds: 0.2 s, sample_rate: 22050 Hz}
+features: {methods: [esprit, peaks], modes: [3], snr: [50 dB], clips: 6, seconds: 0.5 s}
+"""
+
+
+def samples_of(text):
+    """Samples [channels, samples] of a WAV file of 16 bits in base64, and its rate."""
+    with wave.open(io.BytesIO(base64.b64decode(text))) as clip:
+        frames = numpy.frombuffer(clip.readframes(clip.getnframes()), "<i2")
+        return frames.reshape(-1, clip.getnchannels()).T / 32768, clip.getframerate()
+
+
+def strongest(clip, rate, frequencies, count):
+    """Levels [dB] of the clip's spectrum at its strongest modes (Hann window, from 20 ms on)."""
+    part = clip[int(0.02 * rate):]
+    times = numpy.arange(len(part)) / rate
+    window = numpy.hanning(len(part))
+    levels = numpy.array([abs(numpy.sum(part * window * numpy.exp(-2j * numpy.pi * f * times)))
+                          for f in frequencies])
+    levels = 20 * numpy.log10(levels + 1e-30)
+    order = numpy.argsort(-levels)[:count]
+    # Further down there is what rounds in single precision.
+    return order[levels[order] > levels.max() - 100], levels
+
+
+class Report(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.config = cls.folder / "small.yaml"
+        cls.config.write_text(CONFIG)
+        (cls.folder / "broken.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+        built = run("build", "small.yaml", cwd=cls.folder, ranks=2)
+        assert built.returncode == 3, built.stderr  # the broken one fails
+        (cls.folder / "ladder.yaml").write_text(LADDER)
+        measured = run("accuracy", "ladder.yaml", "-o", "ladder", cwd=cls.folder)
+        assert measured.returncode == 0, measured.stderr
+        cls.told = run_json("report", "small", "ladder", "-o", "report.html", cwd=cls.folder)
+        cls.page = cls.folder / "report.html"
+        text = cls.page.read_text()
+        cls.report = json.loads(re.search(
+            r'<script type="application/json" id="report">(.*?)</script>', text, re.S).group(1))
+        cls.index = h5py.File(cls.folder / "small" / "index.h5")
+
+    def test_what_was_built_is_what_the_folder_says(self):
+        (dataset,) = self.report["datasets"]
+        stored = json.loads((self.folder / "small" / "dataset.json").read_text())
+        trace = json.loads((self.folder / "small" / "trace.json").read_text())
+        self.assertEqual(dataset["samples"], len(self.index["key"]))
+        self.assertEqual([s["id"] for s in dataset["shapes"]], [s["id"] for s in stored["shapes"]])
+        self.assertEqual(dataset["stages"], trace["stages"])
+        self.assertEqual(dataset["about"]["license"], "CC-BY-4.0")
+        self.assertEqual(sorted(t["task"] for t in dataset["tasks"]),
+                         sorted(t["task"] for t in trace["tasks"]))
+        for shape in dataset["shapes"]:
+            path = self.folder / "small" / "modes" / f"{shape['id']}.h5"
+            if shape["id"].startswith("broken"):
+                self.assertIsNone(shape["modes"])
+                continue
+            with h5py.File(path) as file:
+                sets = [file[name] for name in file if name.startswith("set-")]
+                self.assertEqual(shape["modes"], max(len(s["eigenvalues"]) for s in sets))
+                self.assertAlmostEqual(shape["pitch_error_cents"],
+                                       max(s["pitch_errors"][:].max() for s in sets))
+        failed = json.loads((self.folder / "small" / "failures.json").read_text())
+        self.assertEqual(dataset["failures"], failed)
+        self.assertEqual(len(failed), 1)
+
+    def test_effects_are_those_of_plan_and_trace(self):
+        (dataset,) = self.report["datasets"]
+        plan = run_json("plan", self.config, cwd=self.folder)
+        on = {e["name"] for e in plan["effects"] if e["enabled"]}
+        self.assertEqual({e["name"] for e in dataset["effects"] if e["enabled"]}, on)
+        self.assertEqual({e["name"] for e in dataset["effects"] if e["calls"] > 0}, on)
+
+    def test_samples_are_the_datasets(self):
+        keys = list(self.index["key"].asstr())
+        heard = self.report["datasets"][0]["heard"]
+        self.assertEqual(len(heard), 12)
+        for sample in heard:
+            row = keys.index(sample["key"])
+            (clip,), rate = samples_of(sample["audio"])
+            stored = self.index["audio"][row]
+            self.assertEqual(rate, 44100)
+            gain = 0.5 / abs(stored).max()
+            numpy.testing.assert_allclose(clip, gain * stored, atol=1 / 32768)
+            self.assertAlmostEqual(sample["labels"]["played at [dB]"], 20 * numpy.log10(gain), 4)
+            self.assertEqual(sample["labels"]["material"], self.index["material"].asstr()[row])
+            shape = self.index["shape_index"][row]
+            bits = numpy.frombuffer(base64.b64decode(sample["voxels"]["cells"]), "u1")
+            cells = numpy.unpackbits(bits)[:12**3].reshape(12, 12, 12)
+            numpy.testing.assert_array_equal(cells, self.index["shapes/voxels"][shape] > 0)
+            self.assertTrue(base64.b64decode(sample["picture"]).startswith(b"\x89PNG"))
+
+    def test_ladders_fall_as_their_rungs_rise(self):
+        (ladder,) = self.report["ladders"]
+        for key in ("modes", "image order"):
+            rungs = [r for r in ladder["sound"]["rungs"] if r["key"] == key]
+            errors = [r["error_db"] for r in rungs]
+            self.assertGreater(len(errors), 2)
+            self.assertEqual(errors[-1], 0)
+            self.assertEqual(errors, sorted(errors, reverse=True), key)
+            self.assertGreater(errors[0], 0.1)
+            self.assertGreater(min(r["seconds"] for r in rungs), 0)
+        rungs = {r["method"]: r for r in ladder["features"]["rungs"]}
+        # Maximum likelihood comes to the bound; 18 modes know it to a factor of 1.6 or so.
+        self.assertEqual(rungs["esprit"]["found"], 1)
+        self.assertGreater(rungs["esprit"]["bounds_frequency"], 0.5)
+        self.assertLess(rungs["esprit"]["bounds_frequency"], 1.8)
+        self.assertLess(rungs["esprit"]["bounds_decay_rate"], 1.8)
+        self.assertGreater(rungs["peaks"]["bounds_frequency"], rungs["esprit"]["bounds_frequency"])
+
+    def test_mistakes_are_named(self):
+        gone = run("report", "nowhere", cwd=self.folder)
+        self.assertEqual(gone.returncode, 2)
+        self.assertIn("nowhere: no such folder", gone.stderr)
+        (self.folder / "empty").mkdir(exist_ok=True)
+        empty = run("report", "empty", cwd=self.folder)
+        self.assertEqual(empty.returncode, 2)
+        self.assertIn("nothing to report", empty.stderr)
+        hurt = self.folder / "hurt" / "inside"
+        hurt.mkdir(parents=True, exist_ok=True)
+        (hurt / "dataset.json").write_text("{}")
+        told = run_json("report", "hurt", "ladder", "-o", "hurt.html", cwd=self.folder)
+        self.assertIn("hurt/inside is left out", told["notes"][0])
+        self.assertEqual(told["datasets"], 0)
+
+    def test_a_page_stays_small(self):
+        self.assertEqual(self.told["bytes"], self.page.stat().st_size)
+        self.assertLess(self.told["bytes"], 15e6)
+
+    def open(self, width=1280, dark=False):
+        self.driver = open_page(self.page, width, dark=dark)
+        self.addCleanup(self.driver.quit)
+        return self.driver
+
+    def js(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    @needs_browser
+    def test_nothing_is_wrong_and_nothing_is_fetched(self):
+        for width in (1280, 390):
+            for dark in (False, True):
+                driver = self.open(width, dark)
+                # Everything is drawn once it is seen.
+                driver.execute_async_script("""
+                    const done = arguments[0]; let at = 0;
+                    const step = () => { scrollTo(0, at); at += 700;
+                      at > document.documentElement.scrollHeight ? setTimeout(done, 500) : setTimeout(step, 60); };
+                    step();""")
+                faults = [e for e in driver.get_log("browser") if e["level"] in ("SEVERE", "ERROR")]
+                self.assertEqual(faults, [])
+                requests = [json.loads(e["message"])["message"] for e in driver.get_log("performance")]
+                urls = {r["params"]["request"]["url"][:5] for r in requests
+                        if r["method"] == "Network.requestWillBeSent"}
+                self.assertLessEqual(urls, {"file:", "data:", "blob:"})
+                wide = driver.execute_script("return document.documentElement.scrollWidth")
+                self.assertLessEqual(wide, width)
+                drawn = driver.execute_script("return document.querySelectorAll('figure svg').length")
+                figures = driver.execute_script("return document.querySelectorAll('figure').length")
+                self.assertGreaterEqual(drawn, figures)
+                self.assertGreaterEqual(figures, 6)
+
+    @needs_browser
+    def test_every_link_leads_somewhere(self):
+        self.open()
+        links = self.js("return [...document.querySelectorAll('a')].map(a => a.getAttribute('href'))")
+        self.assertGreater(len(links), 4)
+        for link in links:
+            self.assertTrue(link.startswith("#"), link)
+            self.assertTrue(self.js("return document.querySelector(arguments[0]) !== null", link), link)
+
+    @needs_browser
+    def test_every_player_plays(self):
+        self.open()
+        played = self.driver.execute_async_script("""
+            const done = arguments[0];
+            Promise.all([...document.querySelectorAll('audio')].map(async (audio) => {
+              audio.muted = true;
+              await audio.play();
+              await new Promise((ended) => { audio.onended = ended; });
+              return audio.duration;
+            })).then(done, (error) => done(String(error)));""")
+        self.assertEqual(len(played), 12)
+        for duration in played:
+            self.assertAlmostEqual(duration, 0.5, 3)
+
+    @needs_browser
+    def test_an_object_struck_in_the_page_sounds_as_in_the_dataset(self):
+        self.open()
+        keys = self.index["key"].asstr()[:]
+        objects = self.report["gallery"]["objects"]
+        self.assertEqual(len(objects), 4)
+        for number, body in enumerate(objects):
+            row = next(i for i, key in enumerate(keys)
+                       if key.startswith(f"{body['body']}/{body['material']}/{body['size']:g}/"))
+            stored = self.index["audio"][row].astype(float)
+            blow = {"object": number, "position": [float(x) for x in self.index["position"][row]],
+                    "impulse": float(self.index["impulse"][row]),
+                    "duration": float(self.index["contact_time"][row]), "sampleRate": 44100,
+                    "seconds": 0.5}
+            made = numpy.array(self.js("return window.carillon.strike(arguments[0])", blow))
+            self.assertEqual(len(made), len(stored))
+            eigenvalues = numpy.frombuffer(base64.b64decode(body["eigenvalues"]))
+            decay = numpy.frombuffer(base64.b64decode(body["decay_rates"]))
+            ring = numpy.sqrt(eigenvalues - decay**2) / 2 / numpy.pi
+            which, level = strongest(stored, 44100, ring, 20)
+            _, found = strongest(made, 44100, ring, 20)
+            self.assertGreaterEqual(len(which), 5)
+            numpy.testing.assert_allclose(found[which], level[which], atol=1, err_msg=body["name"])
+            # The strongest, which a listener hears first, is far closer.
+            numpy.testing.assert_allclose(found[which[0]], level[which[0]], atol=0.2)
+
+    @needs_browser
+    def test_a_click_strikes_and_sliders_change_the_sound(self):
+        self.open()
+        self.js("document.querySelector('#gallery').scrollIntoView({behavior: 'instant'})")
+        message = "return document.querySelector('.desk [aria-live]').textContent"
+        self.assertIn("Not struck yet", self.js(message))
+        canvas = self.driver.find_element("css selector", ".viewer canvas")
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", canvas)
+        click(self.driver, canvas)
+        struck = self.js(message)
+        self.assertRegex(struck, r"Struck at \(.*\) mm: peak [0-9.]+ m/s")
+        bars = self.js("return document.querySelectorAll('.desk .chart svg line').length")
+        self.assertGreater(bars, 3)
+        # Twice the impulse at the same place: twice the velocity.
+        peak = float(re.search(r"peak ([0-9.]+)", struck).group(1))
+        self.js("""
+            const slider = [...document.querySelectorAll('.controls label')]
+              .find((label) => label.textContent.startsWith('Impulse')).querySelector('input');
+            slider.value = Math.log(0.04 / 1e-3) / Math.log(1e3);
+            slider.dispatchEvent(new Event('input')); slider.dispatchEvent(new Event('change'));""")
+        louder = float(re.search(r"peak ([0-9.]+)", self.js(message)).group(1))
+        self.assertAlmostEqual(louder / peak, 2, 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
