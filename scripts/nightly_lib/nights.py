@@ -49,7 +49,7 @@ def look(outcome, settings, nominal):
             return
         try:
             takes.append(measures.collect(run, outcome.output, settings.remote))
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, KeyError, TypeError, ValueError) as error:
             outcome.ok, outcome.message = False, f"unreadable results: {error!r}"
             return
         loads.append(calibration.measure(settings.ranks))
