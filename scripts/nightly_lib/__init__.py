@@ -1,0 +1,1 @@
+"""The parts of scripts/nightly; docs/nightly.md says what they do together."""
