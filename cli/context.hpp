@@ -50,6 +50,7 @@ void add_texture(CLI::App& program, Context& context);
 void add_modes(CLI::App& program, Context& context);
 void add_plan(CLI::App& program, Context& context);
 void add_preview(CLI::App& program, Context& context);
+void add_realimpact(CLI::App& program, Context& context);
 void add_report(CLI::App& program, Context& context);
 void add_regenerate(CLI::App& program, Context& context);
 void add_strike(CLI::App& program, Context& context);

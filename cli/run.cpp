@@ -27,7 +27,7 @@ namespace {
 constexpr AddCommand commands[] = {
     add_build,    add_plan,    add_preview, add_check,    add_regenerate, add_modes,
     add_inspect,  add_strike,  add_list,    add_accuracy, add_features,   add_fit,
-    add_estimate, add_compare, add_texture, add_export,   add_report};
+    add_estimate, add_compare, add_texture, add_export,   add_realimpact, add_report};
 
 /// Whether every rank comes here soon: they do after an error that they agreed on.
 bool everyone_arrives(MPI_Comm world) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "core/error.hpp"
@@ -22,6 +23,18 @@ synth::Weights weights_of(HeardMotion motion) {
   if (motion == HeardMotion::velocity) weights.velocity = 1;
   if (motion == HeardMotion::acceleration) weights.acceleration = 1;
   return weights;
+}
+
+StruckModes without_gains(const solvers::Modes& modes, double specific_modulus) {
+  StruckModes struck;
+  struck.specific_modulus = specific_modulus;
+  struck.complete_to_hz = modes.certificate.complete_to_hz;
+  return struck;
+}
+
+/// Whether a mode's frequency is that of the last one.
+bool joins(const StruckModes& struck, double eigenvalue) {
+  return !struck.eigenvalues.empty() && eigenvalue <= struck.eigenvalues.back() * (1 + kSame);
 }
 
 }  // namespace
@@ -50,18 +63,46 @@ StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint&
                          const synth::Vec3& direction, double specific_modulus) {
   const Eigen::MatrixX3d shapes = synth::shapes_at(modes, point);
   const synth::Vec3 normal = synth::frame_at(modes.surface, point).normal;
-  StruckModes struck;
-  struck.specific_modulus = specific_modulus;
-  struck.complete_to_hz = modes.certificate.complete_to_hz;
+  StruckModes struck = without_gains(modes, specific_modulus);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const double gain = shapes.row(row).dot(normal) * shapes.row(row).dot(direction);
-    const double lambda = modes.eigenvalues[i];
-    if (!struck.eigenvalues.empty() && lambda <= struck.eigenvalues.back() * (1 + kSame)) {
+    if (joins(struck, modes.eigenvalues[i])) {
       struck.gains.back() += gain;
     } else {
-      struck.eigenvalues.push_back(lambda);
+      struck.eigenvalues.push_back(modes.eigenvalues[i]);
       struck.gains.push_back(gain);
+    }
+  }
+  return struck;
+}
+
+StruckModes radiated_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
+                           const synth::Vec3& direction, double specific_modulus,
+                           const synth::ModalPressure& pressure, std::size_t row,
+                           std::span<const double> radiated) {
+  const auto listener = static_cast<Eigen::Index>(row);
+  if (pressure.pressure.cols() != static_cast<Eigen::Index>(modes.size()) ||
+      listener >= pressure.pressure.rows() ||
+      (!radiated.empty() && radiated.size() != modes.size())) {
+    throw core::InputError(fmt::format(
+        "radiation of {} modes, {} decay rates and {} listeners does not fit {} modes",
+        pressure.pressure.cols(), radiated.size(), pressure.pressure.rows(), modes.size()));
+  }
+  const Eigen::VectorXd impulses = synth::shapes_at(modes, point) * direction;
+  StruckModes struck = without_gains(modes, specific_modulus);
+  std::complex<double> sum;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const auto mode = static_cast<Eigen::Index>(i);
+    const std::complex<double> gain = pressure.pressure(listener, mode) * impulses[mode];
+    if (joins(struck, modes.eigenvalues[i])) {
+      sum += gain;
+      struck.gains.back() = std::abs(sum);
+    } else {
+      sum = gain;
+      struck.eigenvalues.push_back(modes.eigenvalues[i]);
+      struck.gains.push_back(std::abs(gain));
+      if (!radiated.empty()) struck.radiated.push_back(radiated[i]);
     }
   }
   return struck;
@@ -79,12 +120,13 @@ HeardCandidate heard_candidate(const StruckModes& modes, const Candidate& candid
     const double omega = std::sqrt(lambda);
     if (omega < 2 * std::numbers::pi * low || omega > 2 * std::numbers::pi * high) continue;
     ++audible;
-    const double decay = 0.5 * coefficient(lambda);
+    double decay = 0.5 * coefficient(lambda);
     if (!(decay >= 0)) {
       // As large as the frequency is by far; not a number counts like it.
       heard.negative += decay < 0 ? 0.5 + 0.5 * std::min(1.0, -decay / omega) : 1.0;
       continue;
     }
+    if (!modes.radiated.empty()) decay += modes.radiated[i];
     if (!std::isfinite(decay)) continue;
     const synth::ModalResponse response(lambda, decay, candidate.contact_time);
     const double frequency = response.damped_frequency() / (2 * std::numbers::pi);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "eval/features/feature.hpp"
 #include "solvers/modes.hpp"
 #include "synth/damping.hpp"
+#include "synth/modal_pressure.hpp"
 #include "synth/ring_down.hpp"
 
 namespace carillon::eval {
@@ -26,6 +28,8 @@ struct StruckModes {
   std::vector<double> gains;
   double specific_modulus = 0;  ///< assumed E / density [m^2/s^2]
   double complete_to_hz = 0;    ///< no mode below is missing
+  /// Decay rates by what is radiated [1/s], on top of a candidate's damping; empty: none.
+  std::vector<double> radiated;
 };
 
 /// Modes of equal frequency (within 0.1 cents) are one, whose gain is the sum: it does not depend
@@ -34,6 +38,17 @@ struct StruckModes {
 /// @throws InputError  a point or direction that is none
 StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
                          const synth::Vec3& direction, double specific_modulus);
+
+/// The same modes as a listener hears them: gains are pressures per modal acceleration times the
+/// coordinate's impulse [Pa s^2/(m kg)], their magnitudes, to be heard as
+/// HeardMotion::acceleration.
+/// @param pressure  at one or more listeners; `row` is the one that hears
+/// @param radiated  decay rate of each mode by radiation [1/s]; empty: none
+/// @throws InputError  a point or direction that is none, sizes that do not match
+StruckModes radiated_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
+                           const synth::Vec3& direction, double specific_modulus,
+                           const synth::ModalPressure& pressure, std::size_t row,
+                           std::span<const double> radiated);
 
 /// What a sound might have been made with.
 struct Candidate {
@@ -50,7 +65,8 @@ struct HeardCandidate {
   double negative = 0;  ///< how negative the damping is: 0 nowhere, 1 at every mode and by far
 };
 
-/// Features that a candidate would show: lambda scales with gamma, shapes stay; d = c(lambda) / 2;
+/// Features that a candidate would show: lambda scales with gamma, shapes stay; d = c(lambda) / 2
+/// and what is radiated;
 /// amplitudes are those of the free decay after a raised-cosine contact, referred to its begin.
 /// Modes that do not oscillate, nearly so, or that lie outside the band are no tones; nor are those
 /// whose damping is negative or not a number.

@@ -67,6 +67,47 @@ TEST(StruckModes, OfAPairDoNotDependOnItsBasis) {
   EXPECT_EQ(struck_modes(modes_of({400, 401}, shape(0)), kSomewhere, down, 1e7).gains.size(), 2U);
 }
 
+/// What is heard of a pair is the sum of both, however the solver turned them; each mode's
+/// loudness is pressure per acceleration times the coordinate's impulse.
+TEST(RadiatedModes, OfAPairDoNotDependOnItsBasis) {
+  const synth::Vec3 down(0, 0, -1);
+  const Eigen::RowVector2cd pressure{{{0.3, -0.8}, {-1.1, 0.2}}};
+  const auto heard = [&](double turn) {
+    const auto shape = [turn](int mode, const synth::Vec3& x) {
+      const double quarter = mode == 0 ? 0 : kPi / 2;
+      return synth::Vec3(std::cos(turn + quarter) * wavy(0, x) +
+                         std::sin(turn + quarter) * wavy(1, x));
+    };
+    Eigen::Matrix2d turned;
+    turned << std::cos(turn), std::sin(turn), -std::sin(turn), std::cos(turn);
+    const synth::ModalPressure field{(turned * pressure.transpose()).transpose(), {0}};
+    return radiated_modes(modes_of({400, 400}, shape), kSomewhere, down, 1e7, field, 0,
+                          std::vector{3.0, 3.0});
+  };
+  const StruckModes one = heard(0), other = heard(0.7);
+  ASSERT_EQ(one.gains.size(), 1U);
+  EXPECT_NEAR(one.gains[0], other.gains[0], 1e-6 * one.gains[0]);
+  const auto impulse = [&](int mode) {
+    const auto shape = [mode](int, const synth::Vec3& x) { return wavy(mode, x); };
+    return synth::shapes_at(modes_of({400}, shape), kSomewhere).row(0).dot(down);
+  };
+  EXPECT_NEAR(one.gains[0], std::abs(pressure[0] * impulse(0) + pressure[1] * impulse(1)),
+              1e-6 * one.gains[0]);
+  // What is radiated comes on top of the material's damping, whatever the modulus.
+  for (const double modulus : {1e7, 2e7}) {
+    const auto tones =
+        heard_candidate(one, candidate(modulus, 10, 0), HeardMotion::acceleration, 20, 20000).tones;
+    ASSERT_EQ(tones.size(), 1U);
+    EXPECT_DOUBLE_EQ(tones[0].decay_rate, 5 + 3);
+    EXPECT_NEAR(tones[0].amplitude / (one.gains[0] * 2 * kPi * 400 * std::sqrt(modulus / 1e7)), 1,
+                1e-4);
+  }
+  const synth::ModalPressure none{Eigen::MatrixXcd(1, 3), {0}};
+  const auto shape = [](int mode, const synth::Vec3& x) { return wavy(mode, x); };
+  EXPECT_THROW(radiated_modes(modes_of({400, 500}, shape), kSomewhere, down, 1e7, none, 0, {}),
+               core::InputError);
+}
+
 TEST(HeardCandidate, GoesWithTheRootOfTheModulus) {
   for (const double ratio : {0.25, 1.0, 4.0}) {
     const auto heard = heard_candidate(two_modes(), candidate(ratio * 1e7, 2, 0),

@@ -1,0 +1,75 @@
+#include "cli/realimpact/heard_body.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "synth/fit_cache.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+synth::Vec3 centre_of(const solvers::Modes& modes) {
+  const solvers::Box box = solvers::bounding_box(modes.surface.nodes);
+  return 0.5 * (box.low + box.high);
+}
+
+}  // namespace
+
+HeardBody hear_body(const solvers::Modes& modes, double assumed, double specific_modulus,
+                    const std::vector<ModelBlow>& blows, bool radiation,
+                    const std::filesystem::path& cache) {
+  HeardBody body;
+  body.modes = solvers::rescale(modes, 1, specific_modulus / assumed, 1);
+  body.specific_modulus = specific_modulus;
+  if (!radiation) return body;
+  synth::EquivalentSources fit =
+      synth::cached_equivalent_sources(body.modes, {}, cache.empty() ? cache : cache / "radiation");
+  body.radiated = fit.decay_rates;
+  body.doubtful = static_cast<std::size_t>(
+      std::count_if(fit.residuals.begin(), fit.residuals.end(),
+                    [](double residual) { return residual > synth::kResidualLimit; }));
+  std::vector<synth::Listener> listeners;
+  for (const ModelBlow& blow : blows) listeners.push_back(blow.listener);
+  body.pressure = synth::SourceField(std::move(fit)).pressure_at(listeners);
+  return body;
+}
+
+eval::StruckModes struck_by(const HeardBody& body, const std::vector<ModelBlow>& blows,
+                            std::size_t blow) {
+  const ModelBlow& blown = blows[blow];
+  return body.pressure
+             ? eval::radiated_modes(body.modes, blown.point, blown.direction, body.specific_modulus,
+                                    *body.pressure, blow, body.radiated)
+             : eval::struck_modes(body.modes, blown.point, blown.direction, body.specific_modulus);
+}
+
+double arrival(const HeardBody& body, const std::vector<ModelBlow>& blows, std::size_t blow) {
+  if (body.pressure) return body.pressure->delays[blow];
+  return (blows[blow].listener.position - centre_of(body.modes)).norm() / synth::kSoundSpeed;
+}
+
+std::vector<double> synthetic_recording(const HeardBody& body, const std::vector<ModelBlow>& blows,
+                                        std::size_t blow, const synth::DampingModel& damping,
+                                        double sample_rate, std::size_t count) {
+  auto decay = synth::clamped_decay_rates(body.modes, std::vector{damping});
+  for (std::size_t i = 0; i < body.radiated.size(); ++i) decay.values[i] += body.radiated[i];
+  synth::Readout readout;
+  if (body.pressure) {
+    const auto row = static_cast<Eigen::Index>(blow);
+    const synth::ModalPressure one{body.pressure->pressure.row(row), {body.pressure->delays[blow]}};
+    readout = synth::pressure_readout(one, body.modes, decay.values);
+  } else {
+    readout = synth::point_velocity(body.modes, blows[blow].point);
+    readout.velocity.swap(readout.acceleration);
+    readout.delays = {arrival(body, blows, blow)};
+  }
+  const synth::Strike strike{
+      .point = blows[blow].point, .direction = blows[blow].direction, .impulse = 1, .force = {}};
+  synth::RingDown rings = synth::ring_down(body.modes, decay.values, strike, readout);
+  synth::leave_out(rings, decay.negative);
+  const std::vector<float> sound = synth::synthesize(rings, strike.force, sample_rate, count);
+  return {sound.begin(), sound.end()};
+}
+
+}  // namespace carillon::cli

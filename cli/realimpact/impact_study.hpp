@@ -1,0 +1,81 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/realimpact/heard_body.hpp"
+#include "cli/realimpact/listener_choice.hpp"
+#include "eval/features/extract_features.hpp"
+#include "eval/material/joint_estimate.hpp"
+#include "eval/recorded/compare_recorded.hpp"
+#include "eval/recorded/peak_match.hpp"
+
+namespace carillon::cli {
+
+/// How recordings and model are compared.
+struct StudyOptions {
+  double sample_rate = 48000;  ///< [Hz]
+  eval::Stretch stretch;       ///< of Hiner's spectra, in samples
+  std::size_t peaks = 30;      ///< modes, against as many of the highest peaks
+  double widest = 100;         ///< further apart a mode is another one [cents]
+  double min_level = -60;      ///< of modes, in energy against the strongest's [dB]
+  double skip = 1e-3;          ///< left out after the first sound has come, by modal features [s]
+  double min_frequency = 20;   ///< of peaks and modal features [Hz]
+  double max_frequency = 20000;
+  /// The fitted specific modulus lies within this factor of the one given: a body whose modes lie
+  /// densely fits wrong ones, too.
+  double modulus_range = 3;
+  bool radiation = true;
+  eval::DampingLaw law;  ///< of the fit
+  eval::Estimator estimator = eval::Estimator::emg_relative;
+};
+
+/// One recording and what is taken from it.
+struct StudiedBlow {
+  RecordedBlow recorded;
+  std::vector<double> samples;
+  eval::FeatureSet set;
+  eval::WindowSpectrum spectrum;
+  std::vector<eval::SpectralPeak> peaks;
+};
+
+/// The model with one set of parameters, beside all recordings.
+struct ModelVariant {
+  std::string name;
+  std::vector<double> scales;          ///< of each blow's mode frequencies against those given
+  std::vector<eval::PeakMatch> peaks;  ///< of each blow
+  eval::RecordedComparison modes;
+};
+
+/// What the fit comes to.
+struct StudyFit {
+  eval::JointEstimate joint;
+  synth::DampingModel damping;  ///< of the material, without what is radiated
+  std::size_t points = 0;       ///< matched modes that the damping was fitted to
+  std::vector<std::string> remarks;
+};
+
+/// @throws InputError  as eval::extract_features()
+StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
+                       const StudyOptions& options);
+
+/// Specific modulus and damping from all blows, with the body as the fitted material radiates.
+/// @param given  the body with the material it is taken to be of
+/// @param fitted  becomes the body with the specific modulus found
+/// @throws InputError  no recording that a material can be estimated from
+StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<ModelBlow>& model,
+                      const HeardBody& given, HeardBody& fitted, const StudyOptions& options,
+                      const std::filesystem::path& cache);
+
+/// The model beside the recordings: as given, with each blow's lowest mode scaled to the highest
+/// peak, to the lowest of the ten highest, and fitted if there is a fit.
+/// @param damping  of the material given
+std::vector<ModelVariant> compare_variants(const std::vector<StudiedBlow>& blows,
+                                           const std::vector<ModelBlow>& model,
+                                           const HeardBody& given,
+                                           const synth::DampingModel& damping,
+                                           const HeardBody* fitted, const StudyFit* fit,
+                                           const StudyOptions& options);
+
+}  // namespace carillon::cli

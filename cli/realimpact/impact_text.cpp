@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "cli/realimpact/impact_report.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// A number, or a dash where there is none.
+std::string figure(double value, int width, int digits) {
+  return std::isnan(value) ? fmt::format("{:>{}}", "-", width)
+                           : fmt::format("{:{}.{}f}", value, width, digits);
+}
+
+void print_peaks(const ImpactReport& report) {
+  fmt::print("\nmodes and as many of the highest peaks, samples {} to {}, of all vertices:\n",
+             report.options.stretch.first, report.options.stretch.end);
+  fmt::print("  {:<28} {:>7} {:>11} {:>10} {:>20} {:>12}\n", "", "scale", "matched", "by chance",
+             "cents: median, 90 %", "rms by rank");
+  for (const ModelVariant& variant : report.variants) {
+    const eval::PeakMatch all = eval::joined(variant.peaks);
+    std::vector<double> distances;
+    for (const double cents : all.cents) distances.push_back(std::abs(cents));
+    const eval::Spread spread = eval::spread_of(distances);
+    fmt::print("  {:<28} {:7.4f} {:>11} {:>10.1f} {} {} {} Hz\n", variant.name,
+               eval::spread_of(variant.scales).median,
+               fmt::format("{} of {}", all.matched, all.modes), all.matched_by_chance,
+               figure(spread.median, 11, 1), figure(spread.high, 8, 1),
+               figure(all.rank_rms_hz, 9, 0));
+  }
+}
+
+void print_modes(const ImpactReport& report) {
+  fmt::print("\nmodes of the whole recordings, of all vertices:\n");
+  fmt::print("  {:<28} {:>13} {:>10} {:>8} {:>16} {:>22} {:>17}\n", "", "matched", "by chance",
+             "energy", "cents: med, 90 %", "decay ratio (10-90 %)", "dB: med, 90 %");
+  for (const ModelVariant& variant : report.variants) {
+    const eval::RecordedSummary& all = variant.modes.all;
+    fmt::print("  {:<28} {:>13} {:>10.1f} {} % {} {} {} ({} -{}) {} {}\n", variant.name,
+               fmt::format("{} of {}, {}", all.matched, all.recorded, all.synthetic),
+               all.matched_by_chance, figure(100 * all.recorded_share, 6, 1),
+               figure(all.distance.median, 8, 1), figure(all.distance.high, 7, 1),
+               figure(all.decay_ratio.median, 7, 3), figure(all.decay_ratio.low, 5, 2),
+               figure(all.decay_ratio.high, 5, 2), figure(all.level_error.median, 8, 1),
+               figure(all.level_error.high, 8, 1));
+  }
+  fmt::print("  matched: of recorded and synthetic modes; energy: of what is recorded; dB: {}\n",
+             report.options.radiation
+                 ? "beside one gain of all recordings"
+                 : "not physical, as the struck point is heard and not the sound");
+}
+
+void print_vertices(const ImpactReport& report) {
+  const ModelVariant& variant = report.variants.back();
+  fmt::print("\n{}, vertex by vertex:\n", variant.name);
+  fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8} {:>16} {:>9} {:>9}\n", "vertex", "row",
+             "microphone at [m]", "peaks", "chance", "modes matched", "cents", "level dB");
+  for (std::size_t i = 0; i < report.blows.size(); ++i) {
+    const RecordedBlow& blow = report.blows[i].recorded;
+    const solvers::Vec3& ear = report.folder.listeners[blow.row];
+    const eval::ModeComparison& modes = variant.modes.blows[i];
+    std::vector<double> distances, levels;
+    for (const eval::MatchedMode& pair : modes.matched) {
+      distances.push_back(std::abs(pair.cents));
+      levels.push_back(pair.level);
+    }
+    fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8.1f} {:>16} {} {}\n", blow.vertex, blow.row,
+               fmt::format("{:.3f},{:.3f},{:.3f}", ear.x(), ear.y(), ear.z()),
+               fmt::format("{} of {}", variant.peaks[i].matched, variant.peaks[i].modes),
+               variant.peaks[i].matched_by_chance,
+               fmt::format("{} of {}, {}", modes.matched.size(),
+                           report.blows[i].set.features.size(), variant.modes.synthetic[i].size()),
+               figure(eval::spread_of(distances).median, 9, 1),
+               figure(eval::spread_of(levels).median, 9, 1));
+  }
+}
+
+void print_fit(const ImpactReport& report) {
+  const double modulus = report.fitted->specific_modulus;
+  fmt::print("\n{:<22} {:.5g} m^2/s^2, {:.4f} of the one given\n", "specific modulus", modulus,
+             modulus / report.given.specific_modulus);
+  fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
+             1e-9 * modulus * report.material.elastic.density, report.material.elastic.density);
+  const synth::DampingModel& damping = report.fit->damping;
+  fmt::print("{:<22} {}{}, from {} matched modes\n", "damping",
+             damping.kind == synth::DampingKind::expression ? "c = " + damping.expression
+                                                            : synth::form_of(damping.kind).formula,
+             report.options.radiation ? " and what is radiated" : "", report.fit->points);
+  for (std::size_t k = 0; k < damping.parameters.size(); ++k) {
+    fmt::print("  {:<20} {:.5g} {}\n", synth::parameter_name(k), damping.parameters[k],
+               synth::parameter_unit(damping.kind, k));
+  }
+}
+
+}  // namespace
+
+void print_report(const ImpactReport& report) {
+  fmt::print("{}: {} recordings of {} samples at {} Hz\n", report.folder.mesh.string(),
+             report.folder.rows(), report.folder.samples(), report.options.sample_rate);
+  fmt::print("{} modes, none missing below {:.0f} Hz; {}\n", report.given.modes.size(),
+             report.given.modes.certificate.complete_to_hz,
+             report.options.radiation ? "heard at the microphones by equivalent sources"
+                                      : "heard at the struck point (acceleration)");
+  print_peaks(report);
+  print_modes(report);
+  print_vertices(report);
+  if (report.fit != nullptr) print_fit(report);
+  for (const std::string& remark : report.remarks) fmt::print("- {}\n", remark);
+  if (report.fit != nullptr) {
+    for (const std::string& remark : report.fit->remarks) fmt::print("- {}\n", remark);
+  }
+  for (const auto& [stage, entry] : report.trace.stages) {
+    fmt::print("{:<22} {:8.3f} s\n", stage, entry.seconds);
+  }
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,232 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/body.hpp"
+#include "cli/pitch.hpp"
+#include "cli/realimpact/impact_report.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "eval/damping/law_text.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// Further off its vertex, the blow is on another part of the body [share of the longest side].
+constexpr double kOffTheMesh = 0.02;
+
+struct ImpactOptions {
+  BodyOptions body;
+  std::string folder, mesh;
+  std::string listener = "nearest";
+  std::vector<std::int64_t> vertices;
+  std::string radiation = "equivalent_sources";
+  std::string model = "rayleigh", estimator = "emg_relative";
+  std::string sample_rate = "48 kHz", skip = "1 ms";
+  bool no_fit = false;
+  StudyOptions study;
+  std::string output;
+};
+
+eval::Estimator estimator_of(const std::string& name) {
+  for (const auto estimator : {eval::Estimator::emg, eval::Estimator::emg_relative,
+                               eval::Estimator::least_squares, eval::Estimator::lower_bound}) {
+    if (name == eval::name_of(estimator)) return estimator;
+  }
+  throw core::InputError(fmt::format("there is no estimator \"{}\"", name));
+}
+
+StudyOptions study_options(const ImpactOptions& options) {
+  StudyOptions study = options.study;
+  study.sample_rate = core::parse_quantity(options.sample_rate, core::Dimension::frequency);
+  study.skip = core::parse_quantity(options.skip, core::Dimension::time);
+  if (!(study.sample_rate >= 1000)) throw core::InputError("--sample-rate must be 1 kHz or more");
+  if (!(study.skip >= 0)) throw core::InputError("--skip must not be negative");
+  study.radiation = options.radiation != "off";
+  study.law = eval::damping_law(options.model);
+  study.estimator = estimator_of(options.estimator);
+  const solvers::Band band = solve_options(options.body).band;
+  study.min_frequency = band.min_frequency;
+  study.max_frequency = std::min(band.max_frequency, 0.475 * study.sample_rate);
+  return study;
+}
+
+/// Blows on the surface that was solved, where the folder has them.
+std::vector<ModelBlow> model_blows(const ImpactFolder& folder,
+                                   const std::vector<RecordedBlow>& blows,
+                                   const solvers::ModeSurface& surface,
+                                   std::vector<std::string>& remarks) {
+  const synth::SurfaceSampler sampler(surface);
+  const double size = solvers::bounding_box(surface.nodes).longest_side();
+  std::vector<ModelBlow> model;
+  for (const RecordedBlow& blow : blows) {
+    ModelBlow one;
+    one.point = sampler.nearest(folder.struck[blow.row]);
+    const synth::PointFrame frame = synth::frame_at(surface, one.point);
+    one.direction = -frame.normal;
+    one.listener.position = folder.listeners[blow.row];
+    const double off = (frame.position - folder.struck[blow.row]).norm();
+    if (off > kOffTheMesh * size) {
+      remarks.push_back(fmt::format("vertex {} lies {:.2g} mm off the body that was solved",
+                                    blow.vertex, 1000 * off));
+    }
+    model.push_back(one);
+  }
+  return model;
+}
+
+double specific_modulus(const Body& body, const std::string& mesh) {
+  if (body.materials.size() != 1) {
+    throw core::InputError(fmt::format("{} has {} regions", mesh, body.materials.size()),
+                           "an object is compared as one of one material");
+  }
+  if (body.modes.size() == 0) {
+    throw core::InputError(fmt::format("{} has no mode in its band", mesh),
+                           "raise --max-frequency, or check that the mesh is in metres");
+  }
+  const solvers::Elastic& elastic = body.materials.front().elastic;
+  return elastic.youngs_modulus / elastic.density;
+}
+
+void study(const ImpactOptions& options, const StudyOptions& how, const ImpactFolder& folder,
+           const std::vector<RecordedBlow>& rows, const Body& body, const Context& context) {
+  core::Trace trace = body.trace;
+  std::vector<std::string> remarks;
+  const synth::Material& material = body.materials.front();
+  const double modulus = specific_modulus(body, folder.mesh.string());
+  const std::vector<ModelBlow> model = model_blows(folder, rows, body.modes.surface, remarks);
+  HeardBody given, fitted;
+  {
+    const core::ScopedTimer timer(trace.stages["radiation"]);
+    given = hear_body(body.modes, modulus, modulus, model, how.radiation, context.cache);
+  }
+  std::vector<StudiedBlow> blows;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const core::ScopedTimer timer(trace.stages["features"]);
+    blows.push_back(study_blow(folder, rows[i], arrival(given, model, i), how));
+  }
+  std::optional<StudyFit> fit;
+  if (!options.no_fit) {
+    const core::ScopedTimer timer(trace.stages["fit"]);
+    fit = fit_material(blows, model, given, fitted, how, context.cache);
+  }
+  const std::vector<ModelVariant> variants = compare_variants(
+      blows, model, given, material.damping, fit ? &fitted : nullptr, fit ? &*fit : nullptr, how);
+  const ImpactReport report{.folder = folder,
+                            .options = how,
+                            .material = material,
+                            .blows = blows,
+                            .model = model,
+                            .given = given,
+                            .fitted = fit ? &fitted : nullptr,
+                            .fit = fit ? &*fit : nullptr,
+                            .variants = variants,
+                            .remarks = remarks,
+                            .trace = trace};
+  if (!options.output.empty()) write_report(options.output, report);
+  if (context.json) {
+    fmt::print("{}\n", to_json(report).dump(2));
+  } else {
+    print_report(report);
+  }
+}
+
+void run_realimpact(const ImpactOptions& options, Context& context) {
+  const StudyOptions how = study_options(options);
+  const ListenerChoice choice = parse_listener_choice(options.listener);
+  std::optional<ImpactFolder> folder;
+  std::vector<RecordedBlow> rows;
+  BodyOptions body = options.body;
+  mpi::agreed(context.world, [&] {
+    folder = read_impact_folder(options.folder, options.mesh);
+    body.mesh = folder->mesh.string();
+    rows = choose_rows(*folder, choice, options.vertices);
+  });
+  const Body solved = solve_body(body, context);
+  settle(solved.pitch_target, context);
+  if (context.speaks()) study(options, how, *folder, rows, solved, context);
+}
+
+void add_study_options(CLI::App& command, ImpactOptions& options) {
+  command
+      .add_option("--listener", options.listener,
+                  "microphone: nearest to the body; angle=80,distance=333,mic=8 (degrees, mm; the "
+                  "nearest of what is left open); or the number of a row among those of a vertex")
+      ->capture_default_str();
+  command.add_option("--vertex", options.vertices, "only blows on this vertex; may be repeated")
+      ->allow_extra_args(false);
+  command
+      .add_option("--radiation", options.radiation,
+                  "equivalent_sources: pressure at the microphone; off: acceleration of the struck "
+                  "point, as a contact microphone takes it")
+      ->check(CLI::IsMember({"equivalent_sources", "off"}))
+      ->capture_default_str();
+  command.add_flag("--no-fit", options.no_fit, "compare the material as given alone");
+  command
+      .add_option("--modulus-range", options.study.modulus_range,
+                  "the fitted specific modulus is at most so many times more or less than the one "
+                  "given")
+      ->check(CLI::Range(1.01, 1000.0))
+      ->capture_default_str();
+  command
+      .add_option("--model", options.model,
+                  "damping that is fitted: rayleigh, caughey, power, hybrid, or a formula")
+      ->capture_default_str();
+  command
+      .add_option("--estimator", options.estimator,
+                  "of the damping: emg_relative, emg, least_squares or lower_bound")
+      ->capture_default_str();
+  command
+      .add_option("--peaks", options.study.peaks,
+                  "lowest modes, compared with as many of the highest peaks")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command
+      .add_option("--widest", options.study.widest, "modes further apart are not the same [cents]")
+      ->check(CLI::Range(0.1, 150.0))
+      ->capture_default_str();
+  command
+      .add_option("--min-level", options.study.min_level,
+                  "energy of a mode against the strongest's, at least [dB]")
+      ->check(CLI::Range(-140.0, 0.0))
+      ->capture_default_str();
+  command
+      .add_option("--skip", options.skip,
+                  "left out of modal features after the sound's arrival at the microphone")
+      ->capture_default_str();
+  command.add_option("--sample-rate", options.sample_rate, "of the recordings; no file says it")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void add_realimpact(CLI::App& program, Context& context) {
+  CLI::App* command = program.add_subcommand(
+      "realimpact",
+      "recorded blows on an object, in RealImpact's folder layout, and what the "
+      "model makes of them");
+  auto options = std::make_shared<ImpactOptions>();
+  add_body_options(*command, options->body);
+  // The folder has the mesh, and in metres.
+  command->remove_option(command->get_option("mesh"));
+  command->remove_option(command->get_option("--length"));
+  command->add_option("folder", options->folder, "of one object, as dataset/22_Cup")->required();
+  command->add_option("--mesh", options->mesh,
+                      "solved in place of transformed.obj, in the same coordinates");
+  add_study_options(*command, *options);
+  command->add_option("-o,--output", options->output,
+                      "folder for report.json, modes.csv, spectra.csv and sounds");
+  command->footer(
+      "Examples:\n"
+      "  carillon realimpact dataset/22_Cup -m ceramic\n"
+      "  carillon realimpact dataset/17_IronSkillet -m iron --listener angle=80,distance=333,mic=8 "
+      "-o skillet\n"
+      "  carillon realimpact dataset/27_WoodPlate -m wood --no-fit --radiation off\n"
+      "What is compared, and which levels mean something: docs/realimpact.md");
+  command->callback([&context, options] { run_realimpact(*options, context); });
+}
+
+}  // namespace carillon::cli
