@@ -12,7 +12,9 @@ namespace carillon::cli {
 
 namespace {
 
-constexpr std::array<std::string_view, 3> learning_commands = {"train", "evaluate", "identify"};
+/// The last two speak of all commands.
+constexpr std::array<std::string_view, 5> learning_commands = {"train", "evaluate", "identify",
+                                                               "completion", "manual"};
 
 /// The command's name: the first argument that is no option and no value of one.
 std::string_view command_of(char** argv) {

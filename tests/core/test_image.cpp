@@ -35,6 +35,16 @@ TEST(WritePng, KeepsEveryPixel) {
   }
 }
 
+TEST(PngBytes, AreThoseOfTheFile) {
+  const TemporaryFolder folder;
+  for (int channels : {1, 3, 4}) {
+    const Image image = checkered(17, 9, channels);
+    write_png(folder / "a.png", image);
+    EXPECT_EQ(png_bytes("a", image), read_file(folder / "a.png"));
+  }
+  EXPECT_THROW(png_bytes("a", {2, 2, 3, {1, 2, 3}}), FileError);
+}
+
 TEST(WritePng, RowsGoFromTopToBottom) {
   const TemporaryFolder folder;
   write_png(folder / "a.png", {1, 2, 3, {255, 0, 0, 0, 0, 255}});

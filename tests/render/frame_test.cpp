@@ -229,6 +229,13 @@ TEST(ShadingMesh, KeepsEdgesOfABoxAndSmoothsASphere) {
   const auto cube = box({0, 0, 0}, {1, 1, 1});
   const ShadingMesh sharp = shading_mesh(cube, bounding_ball(cube), kCrease);
   EXPECT_EQ(sharp.positions.size(), 3u * 24u);  // four corners for each of six sides
+  ASSERT_EQ(sharp.sources.size(), 24u);
+  for (std::size_t i = 0; i < sharp.sources.size(); ++i) {
+    const Vec3 place(sharp.positions[3 * i], sharp.positions[3 * i + 1],
+                     sharp.positions[3 * i + 2]);
+    const auto& corner = cube.vertices[static_cast<std::size_t>(sharp.sources[i])];
+    EXPECT_LT((place - (corner - Vec3(0.5, 0.5, 0.5)) / std::sqrt(0.75)).norm(), 1e-6);
+  }
   for (std::size_t i = 0; i < sharp.normals.size(); i += 3) {
     const float largest = std::max({std::abs(sharp.normals[i]), std::abs(sharp.normals[i + 1]),
                                     std::abs(sharp.normals[i + 2])});

@@ -11,15 +11,19 @@ export function nightSections({ nights }) {
 }
 
 const bad = new Set(["slower", "worse", "failed"]);
-const shown = (value, unit) => (unit === "s" ? seconds(value) : `${number(value, 4)}${unit && unit !== "1" ? ` ${unit}` : ""}`);
+function shown(value, unit) {
+  if (typeof value !== "number") return value ?? "–";
+  if (unit === "s") return seconds(value);
+  return `${number(value, 4)}${unit && unit !== "1" ? ` ${unit}` : ""}`;
+}
 
 function content(night) {
   const measures = [...night.measures].sort((a, b) => Number(bad.has(b.verdict)) - Number(bad.has(a.verdict)));
-  const marked = measures.filter((measure) => measure.verdict !== "steady" && measure.verdict !== "learning");
+  const marked = measures.filter(({ verdict, value }) => typeof value === "number" && !["steady", "learning", "new"].includes(verdict));
   return html`<p class=${night.verdict === "fine" ? "good" : night.verdict === "learning" ? "" : "bad"}>${verdict(night)}</p>
     ${table(
       [
-        { title: "run", value: (r) => r.config },
+        { title: "run", value: (r) => `${r.command} ${r.config}` },
         { title: "time", number: true, value: (r) => r.seconds, text: (r) => seconds(r.seconds) },
         { title: "outcome", value: (r) => String(r.ok), text: (r) => (r.ok ? "done" : html`<span class="bad">${r.message}</span>`) },
       ],
@@ -46,8 +50,9 @@ function verdict(night) {
   return count === 0 ? `Nothing is slower or less accurate than in ${night.nights} nights before.` : `${count} of ${night.measures.length} measures are worse than in ${night.nights} nights before.`;
 }
 
+// The history's last night is this one.
 function trend(measure) {
-  const rows = [...measure.history.map(([date, value]) => ({ date: new Date(date), value })), { date: null, value: measure.value }].map((row, night) => ({ night, ...row }));
+  const rows = measure.history.map(([date, value], night) => ({ night, date, value, tonight: night === measure.history.length - 1 }));
   return figure(
     (width) =>
       Plot.plot(
@@ -57,9 +62,9 @@ function trend(measure) {
           x: { label: "night", ticks: [] },
           y: { label: measure.unit, grid: true, nice: true },
           marks: [
-            measure.bound === null || measure.bound === undefined ? null : Plot.ruleY([measure.bound], { strokeDasharray: "4 3" }),
+            typeof measure.bound !== "number" ? null : Plot.ruleY([measure.bound], { strokeDasharray: "4 3" }),
             Plot.line(rows, { x: "night", y: "value", stroke: colors[7] }),
-            Plot.dot(rows, { x: "night", y: "value", fill: (row) => (row.date ? colors[0] : bad.has(measure.verdict) ? colors[4] : colors[2]), r: 4, tip: true, title: (row) => `${row.date ? row.date.toISOString().slice(0, 10) : "tonight"}: ${shown(row.value, measure.unit)}` }),
+            Plot.dot(rows, { x: "night", y: "value", fill: (row) => (!row.tonight ? colors[0] : bad.has(measure.verdict) ? colors[4] : colors[2]), r: 4, tip: true, title: (row) => `${row.tonight ? "tonight" : row.date}: ${shown(row.value, measure.unit)}` }),
           ],
         }),
       ),
