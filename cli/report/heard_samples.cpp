@@ -136,10 +136,15 @@ ordered_json heard_samples(const std::filesystem::path& folder, ReportShare shar
   const SampleAudio audio(index);
   const std::uint64_t rows = index.extent("key").front();
   const std::uint64_t count = std::min<std::uint64_t>(share.count, rows);
+  const auto ids = index.read<std::uint64_t>("id");
   std::size_t bytes = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
-    // The middle of each of as many equal stretches.
-    ordered_json sample = heard(index, audio, (2 * i + 1) * rows / (2 * count));
+    // Of as many equal stretches; within one by the ids, which are random and always the same.
+    const auto place = [&](std::uint64_t k) {
+      return ids.begin() + static_cast<std::ptrdiff_t>(k * rows / count);
+    };
+    const auto row = std::min_element(place(i), place(i + 1)) - ids.begin();
+    ordered_json sample = heard(index, audio, static_cast<std::uint64_t>(row));
     bytes += sample.at("audio").get_ref<const std::string&>().size();
     if (bytes > share.bytes) break;
     samples.push_back(std::move(sample));

@@ -110,7 +110,7 @@ function classificationContent(document) {
       { title: "papers", number: true, value: (r) => r.published?.accuracy, text: (r) => percent(r.published?.accuracy) },
       { title: "calibration error", number: true, value: (r) => r.recognition?.calibration_error, text: (r) => percent(r.recognition?.calibration_error) },
       { title: "trained in", number: true, value: (r) => r.training_s, text: (r) => seconds(r.training_s) },
-      { title: "parameters", number: true, value: (r) => r.parameters, text: (r) => number(r.parameters, 7) },
+      { title: "parameters", number: true, value: (r) => r.parameters, text: (r) => r.parameters?.toLocaleString("en") ?? "–" },
     ],
     rows,
   )}

@@ -7,6 +7,7 @@ import { gallerySection } from "./gallery.js";
 import { learningSections } from "./learning.js";
 import { nightSections } from "./nights.js";
 import { samplesSection } from "./samples.js";
+import { sweepSections } from "./sweeps.js";
 
 const report = JSON.parse(document.getElementById("report").textContent);
 
@@ -38,6 +39,7 @@ const sections = [
   accuracySection(report),
   samplesSection(report),
   gallerySection(report),
+  ...sweepSections(report),
   ...datasetSections(report),
   ...learningSections(report),
 ].filter(Boolean);
