@@ -46,9 +46,9 @@ void run_compare(const CompareOptions& options, Context& context) {
                          {}};
   compared.comparison = eval::compare_sounds(compared.reference, compared.other, how);
   if (context.json) {
-    nlohmann::json json = to_json(compared);
-    json["timing"] = {{"compare_s", core::monotonic_seconds() - start}};
-    fmt::print("{}\n", json.dump(2));
+    nlohmann::json document = to_json(compared);
+    document["timing"] = {{"compare_s", core::monotonic_seconds() - start}};
+    fmt::print("{}\n", document.dump(2));
   } else {
     print_comparison(compared);
   }
