@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <ranges>
 
+#include "cli/blow.hpp"
 #include "cli/body.hpp"
 #include "cli/columns.hpp"
 #include "cli/pitch.hpp"
@@ -34,9 +35,6 @@ struct StrikeOptions {
   std::string interval = "0.2 s";
   std::string output;
 };
-
-constexpr const char* default_impulse = "0.02 N s";
-constexpr const char* default_contact_time = "0.2 ms";
 
 /// The options that stand for keys of a scene, as overrides; --set comes last and wins.
 std::vector<std::string> scene_overrides(const StrikeOptions& options) {
@@ -113,10 +111,9 @@ void check_options(const StrikeOptions& options) {
 
 void draw_strike(const StrikeOptions& options, const Scene& scene, Sound& sound) {
   const synth::SurfaceSampler sampler(sound.body->modes->surface);
-  core::RandomStream place(options.seed, 0, "strike.position");
+  core::RandomStream place = struck_places(options.seed);
   synth::Strike& strike = sound.strike;
-  strike.point =
-      options.at.empty() ? sampler.sample(place) : sampler.nearest(parse_position(options.at));
+  strike.point = struck_point(sampler, options.at, place);
   const solvers::Vec3 inward = -synth::frame_at(sound.body->modes->surface, strike.point).normal;
   strike.direction = options.direction.empty()
                          ? synth::spread_direction(inward, scene.strikes.spread, place)
