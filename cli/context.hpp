@@ -14,10 +14,11 @@ namespace carillon::cli {
 /// What every command gets: the world's ranks and the options before the command's name.
 struct Context {
   MPI_Comm world = MPI_COMM_NULL;
-  bool json = false;   ///< one JSON document on standard output instead of text
-  bool quiet = false;  ///< no progress lines
-  std::string cache;   ///< folder of meshes and modes; empty: none is kept
-  int exit_code = 0;   ///< what the command ends with when it throws nothing
+  bool json = false;    ///< one JSON document on standard output instead of text
+  bool quiet = false;   ///< no progress lines
+  std::string cache;    ///< folder of meshes and modes; empty: none is kept
+  std::string command;  ///< as it was typed, for files that say what made them
+  int exit_code = 0;    ///< what the command ends with when it throws nothing
 
   /// Rank 0 speaks for all.
   bool speaks() const;
@@ -43,6 +44,8 @@ void add_compare(CLI::App& program, Context& context);
 void add_completion(CLI::App& program, Context& context);
 void add_estimate(CLI::App& program, Context& context);
 void add_export(CLI::App& program, Context& context);
+void add_export_faust(CLI::App& program, Context& context);
+void add_export_gltf(CLI::App& program, Context& context);
 void add_features(CLI::App& program, Context& context);
 void add_fit(CLI::App& program, Context& context);
 void add_inspect(CLI::App& program, Context& context);

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "cli/context.hpp"
+#include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/storage_error.hpp"
@@ -24,11 +25,11 @@ bool Context::speaks() const {
 
 namespace {
 
-constexpr AddCommand commands[] = {add_build,      add_plan,     add_preview,    add_check,
-                                   add_regenerate, add_modes,    add_inspect,    add_strike,
-                                   add_list,       add_accuracy, add_features,   add_fit,
-                                   add_estimate,   add_compare,  add_texture,    add_export,
-                                   add_realimpact, add_report,   add_completion, add_manual};
+constexpr AddCommand commands[] = {
+    add_build,   add_plan,         add_preview,     add_check,      add_regenerate, add_modes,
+    add_inspect, add_strike,       add_list,        add_accuracy,   add_features,   add_fit,
+    add_estimate, add_compare,     add_texture,     add_export,     add_export_faust,
+    add_export_gltf, add_realimpact, add_report, add_completion, add_manual};
 
 /// Whether every rank comes here soon: they do after an error that they agreed on.
 bool everyone_arrives(MPI_Comm world) {
@@ -66,6 +67,7 @@ int run(int argc, char** argv, MPI_Comm world, std::span<const AddCommand> more)
 
   Context context;
   context.world = world;
+  context.command = typed_command(argc, argv);
 
   CLI::App program{
       "Carillon: datasets of struck objects, from shapes and materials to modes, sounds, voxels "

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <ranges>
 
+#include "cli/blow.hpp"
 #include "cli/body.hpp"
 #include "cli/columns.hpp"
 #include "cli/pitch.hpp"
@@ -34,9 +35,6 @@ struct StrikeOptions {
   std::string interval = "0.2 s";
   std::string output;
 };
-
-constexpr const char* default_impulse = "0.02 N s";
-constexpr const char* default_contact_time = "0.2 ms";
 
 /// The options that stand for keys of a scene, as overrides; --set comes last and wins.
 std::vector<std::string> scene_overrides(const StrikeOptions& options) {

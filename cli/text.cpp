@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <sstream>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/random.hpp"
@@ -65,6 +68,21 @@ solvers::Vec3 parse_position(const std::string& text) {
   if (i != 3)
     throw InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
   return position;
+}
+
+std::string typed_command(int argc, const char* const* argv) {
+  std::string command = "carillon";
+  for (int i = 1; i < argc; ++i) {
+    std::string word = argv[i];
+    std::replace_if(
+        word.begin(), word.end(), [](unsigned char letter) { return letter < ' '; }, ' ');
+    const bool bare = !word.empty() && std::all_of(word.begin(), word.end(), [](char letter) {
+      return std::isalnum(static_cast<unsigned char>(letter)) != 0 ||
+             std::string_view("-_./:=,+@%").find(letter) != std::string_view::npos;
+    });
+    command += bare ? " " + word : " '" + word + "'";
+  }
+  return command;
 }
 
 std::vector<synth::Material> assign_materials(const std::map<std::string, std::string>& groups,

@@ -25,6 +25,10 @@ std::int64_t memory_limit(const std::string& text, const std::string& option);
 /// and a short hash keeps different names apart. Never empty, never more than 80 characters.
 std::string file_safe(const std::string& name);
 
+/// The command as it was typed, arguments quoted where a shell would need it; control characters
+/// become blanks.
+std::string typed_command(int argc, const char* const* argv);
+
 /// Three numbers with units, "0.1,0,2 cm".
 /// @throws InputError
 solvers::Vec3 parse_position(const std::string& text);

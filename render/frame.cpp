@@ -25,7 +25,6 @@ namespace {
 constexpr int kMaxSide = 4096;
 constexpr int kSamples = 3;  ///< per pixel and direction
 constexpr int kShadowSide = 1024;
-constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr double kMargin = 1.08;  ///< room around the body's ball
 
 /// A light fixed to the camera: to the right, up and towards the camera.

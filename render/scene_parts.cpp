@@ -1,15 +1,8 @@
 #include "render/scene_parts.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace carillon::render {
-namespace {
-
-constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
-
-}  // namespace
-
 Vec3 color_of(const std::array<double, 3>& color) {
   return {color[0], color[1], color[2]};
 }

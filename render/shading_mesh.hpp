@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "solvers/surface_mesh.hpp"
@@ -15,6 +16,9 @@ struct ShadingMesh {
   std::vector<std::uint32_t> indices;  ///< 3 per triangle
   std::vector<std::int32_t> sources;   ///< the mesh's vertex that each one comes from, n
 };
+
+/// Faces that meet at more keep their edge [rad].
+inline constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 
 /// Ball that holds a body: centre of its box, farthest vertex.
 struct BoundingBall {

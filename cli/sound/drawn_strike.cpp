@@ -1,15 +1,18 @@
 #include "cli/sound/drawn_strike.hpp"
 
-#include "core/random.hpp"
 #include "synth/ring_down.hpp"
 
 namespace carillon::cli {
+
+core::RandomStream strike_places(std::uint64_t seed, std::uint64_t item) {
+  return {seed, item, "strike.position"};
+}
 
 void draw_strike(const Scene& scene, std::uint64_t seed, std::uint64_t item,
                  const StrikePlace& place, Sound& sound) {
   const solvers::ModeSurface& surface = sound.body->modes->surface;
   const synth::SurfaceSampler sampler(surface);
-  core::RandomStream drawn(seed, item, "strike.position");
+  core::RandomStream drawn = strike_places(seed, item);
   synth::Strike& strike = sound.strike;
   strike.point = place.at ? sampler.nearest(*place.at) : sampler.sample(drawn);
   const solvers::Vec3 inward = -synth::frame_at(surface, strike.point).normal;

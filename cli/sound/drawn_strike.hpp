@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "cli/sound/scene.hpp"
+#include "core/random.hpp"
 
 namespace carillon::cli {
 
@@ -13,9 +14,13 @@ struct StrikePlace {
   std::optional<solvers::Vec3> direction;  ///< of the force; not of length zero
 };
 
+/// The stream that the point and the direction of a strike are drawn from.
+/// @param item  a number of its own for every strike
+core::RandomStream strike_places(std::uint64_t seed, std::uint64_t item = 0);
+
 /// Draws a strike on a sound's body as a scene says: point by area, direction, impulse and contact
 /// time.
-/// @param item  a number of its own for every strike
+/// @param item  as strike_places()
 void draw_strike(const Scene& scene, std::uint64_t seed, std::uint64_t item,
                  const StrikePlace& place, Sound& sound);
 
