@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-
 namespace carillon::cli {
 
 std::vector<synth::SurfacePoint> spread_points(const synth::SurfaceSampler& sampler,

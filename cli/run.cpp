@@ -26,10 +26,10 @@ bool Context::speaks() const {
 namespace {
 
 constexpr AddCommand commands[] = {
-    add_build,   add_plan,         add_preview,     add_check,      add_regenerate, add_modes,
-    add_inspect, add_strike,       add_list,        add_accuracy,   add_features,   add_fit,
-    add_estimate, add_compare,     add_texture,     add_export,     add_export_faust,
-    add_export_gltf, add_realimpact, add_report, add_completion, add_manual};
+    add_build,      add_plan,    add_preview,    add_check,    add_regenerate,   add_modes,
+    add_inspect,    add_strike,  add_list,       add_accuracy, add_features,     add_fit,
+    add_estimate,   add_compare, add_texture,    add_export,   add_export_faust, add_export_gltf,
+    add_realimpact, add_report,  add_completion, add_manual};
 
 /// Whether every rank comes here soon: they do after an error that they agreed on.
 bool everyone_arrives(MPI_Comm world) {
