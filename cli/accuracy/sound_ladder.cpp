@@ -43,24 +43,17 @@ Scene read_ladder_scene(core::ConfigNode sound, const std::string& file_name,
 struct Sounds {
   std::vector<std::vector<double>> clips;  ///< of the first listener
   std::vector<double> seconds;
-  double prepare_seconds = 0;
 };
 
 /// Strikes are those of the same numbers whatever the scene.
-Sounds make_sounds(const Scene& scene, const SoundLadder& ladder, const solvers::Modes& modes,
-                   const std::vector<synth::Material>& materials) {
+Sounds make_sounds(const Scene& scene, int strikes, const RingingBody& body) {
   Sounds made;
   core::Trace trace;
   SoundChain chain(scene, {}, trace);
-  const double before = core::thread_cpu_seconds();
-  const RingingBody body = chain.prepare(ladder.body.mesh, ladder.body.mesh, modes, materials);
-  made.prepare_seconds = core::thread_cpu_seconds() - before;
-  for (int strike = 0; strike < ladder.strikes; ++strike) {
+  for (int strike = 0; strike < strikes; ++strike) {
     Sound sound;
-    Columns record;
     sound.body = &body;
     sound.id = static_cast<std::uint64_t>(strike);
-    sound.record = &record;
     draw_strike(scene, 0, sound.id, {}, sound);
     const double start = core::thread_cpu_seconds();
     chain.make(sound);
@@ -70,6 +63,28 @@ Sounds make_sounds(const Scene& scene, const SoundLadder& ladder, const solvers:
   }
   return made;
 }
+
+/// The lowest modes of a body that rings: `count` of them, or fewer where that would part modes of
+/// one pitch.
+struct FewerModes {
+  FewerModes(const RingingBody& all, int count) : body(all) {
+    const solvers::Certificate& solved = all.modes->certificate;
+    modes = solvers::restrict_to(*all.modes, {.min_frequency = solved.min_frequency,
+                                              .max_frequency = solved.max_frequency,
+                                              .max_modes = count});
+    body.modes = &modes;
+    body.decay_rates.resize(modes.size());
+    for (Eigen::MatrixXd* gains : synth::gains_of(body.pressure)) {
+      if (gains->size() > 0)
+        *gains = gains->leftCols(static_cast<Eigen::Index>(modes.size())).eval();
+    }
+  }
+  FewerModes(const FewerModes&) = delete;
+  FewerModes& operator=(const FewerModes&) = delete;
+
+  solvers::Modes modes;
+  RingingBody body;
+};
 
 ordered_json rung(const std::string& key, int value, const Sounds& made, const Sounds& full) {
   std::vector<double> errors;
@@ -108,6 +123,13 @@ SoundLadder read_sound_ladder(
   };
   // Read once as it stands, so that mistakes in it are named where they are.
   const Scene scene = read_ladder_scene(node, file_name, ladder.body);
+  // One body serves all rungs; these effects know only bodies that they have prepared themselves.
+  for (const char* effect : {"click", "supports"}) {
+    if (scene.runs(effect)) {
+      node.fail("scene", fmt::format("rungs are heard without the effect \"{}\"", effect),
+                fmt::format("add `effects: {{{}: \"off\"}}`", effect));
+    }
+  }
   ladder.without_room =
       node.child("scene").has("room")
           ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
@@ -129,34 +151,34 @@ ordered_json climb_sounds(const SoundLadder& ladder, const Context& context) {
   BodyOptions options = ladder.body;
   options.max_frequency =
       fmt::format("{} Hz", std::min(20000.0, ladder.without_room.audio.sample_rate / 2));
-  const Body body = solve_body(options, context);
-  const auto sounds = [&](const Scene& scene, const solvers::Modes& modes) {
-    return make_sounds(scene, ladder, modes, body.materials);
-  };
+  const Body solved = solve_body(options, context);
+  core::Trace trace;
+  SoundChain chain(ladder.without_room, context.cache, trace);
+  const double before = core::thread_cpu_seconds();
+  const RingingBody body =
+      chain.prepare(ladder.body.mesh, ladder.body.mesh, solved.modes, solved.materials);
+  const double prepared = core::thread_cpu_seconds() - before;
   ordered_json rungs = ordered_json::array();
-  const Sounds all_modes = sounds(ladder.without_room, body.modes);
+  const Sounds all_modes = make_sounds(ladder.without_room, ladder.strikes, body);
   for (const int count : ladder.modes) {
-    if (static_cast<std::size_t>(count) >= body.modes.size()) break;
-    const solvers::Certificate& solved = body.modes.certificate;
-    const solvers::Modes fewer =
-        solvers::restrict_to(body.modes, {.min_frequency = solved.min_frequency,
-                                          .max_frequency = solved.max_frequency,
-                                          .max_modes = count});
-    rungs.push_back(rung("modes", count, sounds(ladder.without_room, fewer), all_modes));
+    if (static_cast<std::size_t>(count) >= solved.modes.size()) break;
+    const FewerModes fewer(body, count);
+    rungs.push_back(rung("modes", count,
+                         make_sounds(ladder.without_room, ladder.strikes, fewer.body), all_modes));
   }
-  rungs.push_back(rung("modes", static_cast<int>(body.modes.size()), all_modes, all_modes));
+  rungs.push_back(rung("modes", static_cast<int>(solved.modes.size()), all_modes, all_modes));
   if (!ladder.of_order.empty()) {
-    const Sounds full = sounds(ladder.of_order.back(), body.modes);
+    const Sounds full = make_sounds(ladder.of_order.back(), ladder.strikes, body);
     for (std::size_t i = 0; i + 1 < ladder.of_order.size(); ++i) {
       rungs.push_back(rung("image order", ladder.image_orders[i],
-                           sounds(ladder.of_order[i], body.modes), full));
+                           make_sounds(ladder.of_order[i], ladder.strikes, body), full));
     }
     rungs.push_back(rung("image order", ladder.image_orders.back(), full, full));
   }
   return {{"body", ladder.body.mesh},
           {"material", ladder.body.material},
-          {"modes", body.modes.size()},
-          {"prepare_s", all_modes.prepare_seconds},
+          {"modes", solved.modes.size()},
+          {"prepare_s", prepared},
           {"rungs", rungs}};
 }
 
