@@ -183,6 +183,10 @@ void add_list(CLI::App& program, Context& context) {
     for (const auto& [name, make] : lists) known.push_back(name);
     return known;
   }()));
+  command->footer(
+      "Examples:\n"
+      "  carillon list materials\n"
+      "  carillon list shapes --json");
   command->callback([&context, what] {
     if (!context.speaks()) return;
     const nlohmann::json list = lists.at(*what)();

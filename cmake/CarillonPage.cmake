@@ -20,8 +20,6 @@ file(GLOB page_parts CONFIGURE_DEPENDS ${page_source}/src/*)
 
 file(MAKE_DIRECTORY ${page_folder})
 
-file(MAKE_DIRECTORY ${page_folder})
-
 add_custom_command(OUTPUT ${page_packages}
   COMMAND ${CMAKE_COMMAND} -E copy ${page_frozen} ${page_folder}
   COMMAND ${CARILLON_NPM} ci --ignore-scripts --no-progress --loglevel=error

@@ -199,6 +199,11 @@ std::string read_file(const fs::path& path) {
   return text;
 }
 
+fs::path tidy_path(const fs::path& path) {
+  const fs::path tidy = path.lexically_normal();
+  return tidy.has_filename() || !tidy.has_relative_path() ? tidy : tidy.parent_path();
+}
+
 std::vector<fs::path> glob_files(const std::string& pattern) {
   glob_t found{};
   struct Release {

@@ -32,6 +32,9 @@ std::string read_file(const std::filesystem::path& path);
 void read_blocks(const std::filesystem::path& path,
                  const std::function<void(std::string_view)>& take);
 
+/// A path as it is named: without `.`, doubled separators or one at its end, which completion adds.
+std::filesystem::path tidy_path(const std::filesystem::path& path);
+
 /// Files that match a pattern with *, ? and [..] (glob(3)), in byte order of their names; a
 /// leading ~ is the home folder. Folders are left out.
 /// @throws FileError  out of memory, or the system cannot search

@@ -36,11 +36,16 @@ ordered_json samples_by_part(const ExportedRows& rows) {
 }
 
 /// What the dataset says of itself, for its description in other formats.
+/// @throws FileError  dataset.json is damaged
 ordered_json head_of(const std::filesystem::path& folder, const ExportedRows& rows) {
   const std::filesystem::path path = folder / "dataset.json";
   const ordered_json said = std::filesystem::exists(path)
-                                ? ordered_json::parse(core::read_file(path))
+                                ? ordered_json::parse(core::read_file(path), nullptr, false)
                                 : ordered_json::object();
+  if (!said.is_object()) {
+    throw core::FileError(fmt::format(
+        "{} is damaged: `carillon build` of the same configuration writes it anew", path.string()));
+  }
   return croissant_head(said.value("name", folder.filename().string()),
                         about_from(said.value("about", ordered_json::object())),
                         samples_sentence(rows.size()));
@@ -70,11 +75,12 @@ std::vector<ExportedFile> gather(const std::vector<ExportedFile>& own, MPI_Comm 
 
 void run_export(const ExportOptions& options, const Context& context) {
   const double start = core::monotonic_seconds();
-  const std::filesystem::path folder = options.dataset;
+  const std::filesystem::path folder = core::tidy_path(options.dataset);
   const std::filesystem::path output =
       options.output.empty() ? folder.filename().string() + "-" + options.format : options.output;
   std::optional<core::Hdf5Group> index;
   std::optional<ExportedRows> rows;
+  ordered_json head;
   mpi::agreed(context.world, [&] {
     if (!std::filesystem::exists(folder / "index.h5")) {
       throw core::InputError(fmt::format("{} is no dataset", folder.string()),
@@ -82,6 +88,7 @@ void run_export(const ExportOptions& options, const Context& context) {
     }
     index = core::Hdf5Group::open_file(folder / "index.h5");
     rows.emplace(*index, options.split);
+    head = head_of(folder, *rows);
   });
   mpi::agreed(context.world, [&] {
     if (context.speaks()) ExportFolder::begin(output);
@@ -97,7 +104,7 @@ void run_export(const ExportOptions& options, const Context& context) {
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
     const ordered_json croissant =
-        croissant_of(head_of(folder, *rows), options.format, files, *rows,
+        croissant_of(head, options.format, files, *rows,
                      static_cast<int>(index->number_attribute("sample_rate_hz")));
     core::write_text_durably(output / "croissant.json", croissant.dump(2) + "\n");
     ExportFolder::finish(output);

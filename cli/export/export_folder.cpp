@@ -26,7 +26,12 @@ void ExportFolder::begin(const fs::path& path) {
     throw core::InputError(fmt::format("{} is not empty", path.string()),
                            "give --output a new folder, or delete this one");
   }
+  // What an export left unfinished may be another's, of other parts or sizes: it goes. The mark
+  // stays until the end, so that a stop here leaves nothing that looks finished.
   core::write_text_durably(path / mark, "");
+  for (const auto& entry : fs::directory_iterator(path)) {
+    if (entry.path().filename() != mark) fs::remove_all(entry.path());
+  }
 }
 
 void ExportFolder::finish(const fs::path& path) {

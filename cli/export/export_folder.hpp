@@ -4,7 +4,7 @@
 
 namespace carillon::cli {
 
-/// The folder that an export fills. One that an export before left unfinished is filled anew.
+/// The folder that an export fills. One that an export before left unfinished is emptied first.
 class ExportFolder {
  public:
   /// Makes the folder and marks it as unfinished.

@@ -81,7 +81,11 @@ ordered_json describe_shapes(const StoredDataset& dataset, const json& trace) {
       entry["seconds"] = found->second;
     }
     const std::filesystem::path path = folders.modes_file(shape);
-    if (std::filesystem::is_regular_file(path)) add_modes(path, entry);
+    try {
+      if (std::filesystem::is_regular_file(path)) add_modes(path, entry);
+    } catch (const core::Error& error) {
+      entry["failure"] = error.message();
+    }
     shapes.push_back(std::move(entry));
   }
   return shapes;

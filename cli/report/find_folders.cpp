@@ -6,6 +6,7 @@
 
 #include "cli/report/report.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 
 namespace carillon::cli {
 
@@ -51,7 +52,7 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders) {
       throw core::InputError(fmt::format("{}: no such folder", folder),
                              "name folders that build, accuracy or evaluate made");
     }
-    look_in(fs::path(folder).lexically_normal(), deepest, seen, found);
+    look_in(core::tidy_path(folder), deepest, seen, found);
   }
   if (found.datasets.empty() && found.ladders.empty() && found.nights.empty() &&
       found.evaluations.empty()) {

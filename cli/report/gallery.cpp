@@ -9,6 +9,7 @@
 #include "cli/build/shape_modes.hpp"
 #include "cli/report/report.hpp"
 #include "core/base64.hpp"
+#include "core/error.hpp"
 #include "render/frame.hpp"
 #include "render/shading_mesh.hpp"
 #include "synth/damping.hpp"
@@ -119,7 +120,7 @@ ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v)
 
 }  // namespace
 
-ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share) {
+ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share, ordered_json& notes) {
   const BuildFolders folders{dataset.folder, {}};
   std::vector<const Shape*> there;
   for (const Shape& shape : dataset.build.plan.shapes) {
@@ -129,15 +130,19 @@ ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share) {
   const std::size_t count = std::min(share.count, there.size());
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t place = (2 * i + 1) * there.size() / (2 * count);
-    const Shape& shape = *there[place];
-    // One variant after the other, so that different materials are heard.
-    const ShapeModes modes(dataset.build.config, shape, folders);
-    ordered_json object = object_of(shape, modes, i % shape.variants.size());
-    if (object.at("eigenvalues").get_ref<const std::string&>().empty()) continue;  // no modes
-    bytes += object.dump().size();
-    if (bytes > share.bytes) break;
-    objects.push_back(std::move(object));
+    const Shape& shape = *there[(2 * i + 1) * there.size() / (2 * count)];
+    try {
+      const ShapeModes modes(dataset.build.config, shape, folders);
+      // One variant after the other, so that different materials are heard.
+      ordered_json object = object_of(shape, modes, i % shape.variants.size());
+      const std::size_t size = object.dump().size();
+      const bool silent = object.at("eigenvalues").get_ref<const std::string&>().empty();
+      if (silent || bytes + size > share.bytes) continue;
+      bytes += size;
+      objects.push_back(std::move(object));
+    } catch (const core::Error& error) {
+      notes.push_back(fmt::format("{} cannot be struck: {}", shape.id, error.message()));
+    }
   }
   return objects;
 }

@@ -145,8 +145,9 @@ ordered_json heard_samples(const std::filesystem::path& folder, ReportShare shar
     };
     const auto row = std::min_element(place(i), place(i + 1)) - ids.begin();
     ordered_json sample = heard(index, audio, static_cast<std::uint64_t>(row));
-    bytes += sample.at("audio").get_ref<const std::string&>().size();
-    if (bytes > share.bytes) break;
+    const std::size_t size = sample.at("audio").get_ref<const std::string&>().size();
+    if (bytes + size > share.bytes) continue;
+    bytes += size;
     samples.push_back(std::move(sample));
   }
   return samples;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "cli/report/report.hpp"
+#include "core/error.hpp"
 #include "core/files.hpp"
 
 namespace carillon::cli {
@@ -10,21 +11,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The document of that name as an array, empty where there is none that can be read.
-ordered_json document(const fs::path& folder, const std::string& name) {
-  if (!fs::is_regular_file(folder / name)) return ordered_json::array();
-  ordered_json read = ordered_json::parse(core::read_file(folder / name), nullptr, false);
-  if (!read.is_object()) return ordered_json::array();
-  read["folder"] = folder.string();
-  return ordered_json::array({std::move(read)});
-}
-
 /// Errors of all materials together are shown; those of each are in the folder.
 void shorten(ordered_json& damping) {
   for (const char* list : {"errors", "tests"}) {
     ordered_json kept = ordered_json::array();
     for (ordered_json& row : damping[list]) {
-      if (row.at("material") == "all") kept.push_back(std::move(row));
+      if (row.value("material", "") == "all") kept.push_back(std::move(row));
     }
     damping[list] = std::move(kept);
   }
@@ -33,33 +25,41 @@ void shorten(ordered_json& damping) {
 /// Seconds that the features of one sound took, of all ranks; null where no run has measured it. A
 /// run that went on with an earlier one's features measured those that were left.
 ordered_json seconds_per_sound(const ordered_json& damping, const fs::path& folder) {
-  for (const ordered_json& trace : document(folder, "damping-trace.json")) {
-    const double run = trace.at("tasks_run").value("features", 0.0);
-    double files = 0, sounds = 0;
-    for ([[maybe_unused]] const auto& file : fs::directory_iterator(folder / "features")) ++files;
-    for (const ordered_json& source : damping.at("found_features")) {
-      if (source.at("features") == damping.at("features").front()) {
-        sounds += source.at("sounds").get<double>();
-      }
-    }
-    if (run > 0 && sounds > 0) {
-      return trace.at("timing").at("features_rank_s").get<double>() * files / run / sounds;
+  if (!fs::is_regular_file(folder / "damping-trace.json") ||
+      !fs::is_directory(folder / "features")) {
+    return nullptr;
+  }
+  const ordered_json trace = read_document(folder, "damping-trace.json", "tasks_run");
+  const double run = trace.at("tasks_run").value("features", 0.0);
+  double files = 0, sounds = 0;
+  for ([[maybe_unused]] const auto& file : fs::directory_iterator(folder / "features")) ++files;
+  for (const ordered_json& source : damping.at("found_features")) {
+    if (source.at("features") == damping.at("features").front()) {
+      sounds += source.at("sounds").get<double>();
     }
   }
-  return nullptr;
+  if (!(run > 0 && sounds > 0)) return nullptr;
+  return trace.at("timing").at("features_rank_s").get<double>() * files / run / sounds;
 }
 
 }  // namespace
 
-ordered_json read_evaluation(const fs::path& folder) {
-  ordered_json found = {{"damping", document(folder, "damping.json")},
-                        {"classification", document(folder, "classification.json")},
-                        {"transfer", document(folder, "transfer.json")}};
-  for (ordered_json& damping : found["damping"]) {
-    shorten(damping);
-    damping["seconds_per_sound"] = seconds_per_sound(damping, folder);
+ordered_json read_document(const fs::path& folder, const std::string& name,
+                           const std::string& key) {
+  ordered_json read = ordered_json::parse(core::read_file(folder / name), nullptr, false);
+  if (!read.is_object() || !read.contains(key)) {
+    throw core::FileError(fmt::format("{} is damaged, or another kind of file: it has no \"{}\"",
+                                      (folder / name).string(), key));
   }
-  return found;
+  read["folder"] = folder.string();
+  return read;
+}
+
+ordered_json read_damping(const fs::path& folder) {
+  ordered_json damping = read_document(folder, "damping.json", "errors");
+  shorten(damping);
+  damping["seconds_per_sound"] = seconds_per_sound(damping, folder);
+  return damping;
 }
 
 }  // namespace carillon::cli

@@ -37,16 +37,24 @@ struct ReportShare {
 /// at half of full scale, what was drawn for it, frame and voxels of its body.
 nlohmann::ordered_json heard_samples(const std::filesystem::path& folder, ReportShare share);
 
-/// Bodies that stand for a dataset, in one of their materials and sizes: surface and modes, as
-/// displacements along the normal. Those of which there is no modes file are left out.
-nlohmann::ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share);
+/// Bodies of a dataset, each in one of its materials and sizes: surface and modes, as displacements
+/// along the normal. Those of which there are no modes, or none that can be read, are left out.
+/// @param notes  of what could not be read
+nlohmann::ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share,
+                                       nlohmann::ordered_json& notes);
 
 /// Presets whose damping is Rayleigh's, for the gallery.
 nlohmann::ordered_json gallery_materials();
 
-/// What `carillon evaluate` left in a folder `evaluation`: `damping`, `classification`, `transfer`,
-/// each an array of none or one.
-nlohmann::ordered_json read_evaluation(const std::filesystem::path& folder);
+/// A folder's JSON document with the folder's path as `folder`.
+/// @param key  that it must have
+/// @throws FileError  it cannot be read, or is none of this kind
+nlohmann::ordered_json read_document(const std::filesystem::path& folder, const std::string& name,
+                                     const std::string& key);
+
+/// damping.json of an evaluation, shortened to what is shown, with `seconds_per_sound`.
+/// @throws FileError  as read_document()
+nlohmann::ordered_json read_damping(const std::filesystem::path& folder);
 
 /// The page that shows a report.
 /// @throws InputError  the program was built without it

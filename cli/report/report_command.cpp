@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <functional>
+#include <map>
 #include <memory>
 
 #include "cli/context.hpp"
@@ -25,78 +27,106 @@ constexpr std::size_t objects_bytes = 8'000'000;
 struct ReportOptions {
   std::vector<std::string> folders;
   std::string output = "report.html";
-  std::size_t sounds = 12, objects = 8;
+  std::size_t sounds = 12, objects = 40;
 };
 
-ordered_json how_made(const ReportOptions& options) {
+ordered_json how_made(const Context& context) {
   const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return {{"command", fmt::format("carillon report {} -o {}", fmt::join(options.folders, " "),
-                                  options.output)},
+  return {{"command", context.command},
           {"date", fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now))},
           {"version", CARILLON_VERSION},
           {"processor", processor_name()}};
 }
 
-/// A file's document with the folder that it lies in.
-ordered_json document(const std::filesystem::path& folder, const char* name) {
-  ordered_json read = ordered_json::parse(core::read_file(folder / name), nullptr, false);
-  if (!read.is_object()) {
-    throw core::FileError(fmt::format("{} holds no JSON object", (folder / name).string()));
+/// Adds a part; one that cannot be read is noted, and the others are shown.
+void try_to_add(ordered_json& report, const std::string& what, const std::function<void()>& add) {
+  const auto note = [&](const std::string& why) {
+    report["notes"].push_back(fmt::format("{} cannot be shown: {}", what, why));
+  };
+  try {
+    add();
+  } catch (const core::Error& error) {
+    note(error.message());
+  } catch (const nlohmann::json::exception& error) {
+    note(fmt::format("values are missing or of another kind ({})", error.what()));
+  } catch (const std::filesystem::filesystem_error& error) {
+    note(error.code().message());
   }
-  read["folder"] = folder.string();
-  return read;
 }
 
-void append(ordered_json& list, ordered_json more) {
-  for (ordered_json& entry : more) list.push_back(std::move(entry));
+void add_document(ordered_json& report, const char* kind, const std::filesystem::path& folder,
+                  const std::string& name, const std::string& key) {
+  if (!std::filesystem::is_regular_file(folder / name)) return;
+  try_to_add(report, (folder / name).string(),
+             [&] { report[kind].push_back(read_document(folder, name, key)); });
 }
 
-/// Datasets with their sounds and objects; what cannot be read is noted and left out.
+/// Datasets with their sounds and objects. Variants of a sweep have one name and mostly the same
+/// bodies: the first one's can be struck.
 void add_datasets(const ReportFolders& found, const ReportOptions& options, ordered_json& report) {
   const std::size_t count = found.datasets.size();
   // At least one of each, as far as the page's bytes go.
   const auto share = [&](std::size_t all, std::size_t bytes) {
     return ReportShare{all == 0 ? 0 : (all + count - 1) / count, bytes / count};
   };
+  std::map<std::string, StoredDataset> by_name;
   for (const std::filesystem::path& folder : found.datasets) {
-    try {
-      const StoredDataset dataset = open_dataset(folder, "");
+    try_to_add(report, folder.string(), [&] {
+      StoredDataset dataset = open_dataset(folder, "");
       ordered_json entry = dataset_report(dataset);
-      entry["heard"] = heard_samples(folder, share(options.sounds, sounds_bytes));
+      entry["heard"] = ordered_json::array();
+      const std::string name = entry.at("name");
       report["datasets"].push_back(std::move(entry));
-      append(report["gallery"]["objects"],
-             gallery_objects(dataset, share(options.objects, objects_bytes)));
-    } catch (const core::Error& error) {
-      report["notes"].push_back(
-          fmt::format("{} is left out: {}", folder.string(), error.message()));
-    } catch (const nlohmann::json::exception& error) {
-      report["notes"].push_back(fmt::format("{} is left out, its documents are not as expected: {}",
-                                            folder.string(), error.what()));
-    }
+      by_name.try_emplace(name, std::move(dataset));
+      try_to_add(report, (folder / "index.h5").string(), [&] {
+        report["datasets"].back()["heard"] =
+            heard_samples(folder, share(options.sounds, sounds_bytes));
+      });
+    });
+  }
+  ordered_json& objects = report["gallery"]["objects"];
+  for (const auto& [name, dataset] : by_name) {
+    const std::size_t names = by_name.size();
+    const ReportShare part = {(options.objects + names - 1) / names, objects_bytes / names};
+    try_to_add(report, "objects of " + name, [&] {
+      for (ordered_json& object : gallery_objects(dataset, part, report["notes"])) {
+        object["dataset"] = name;
+        objects.push_back(std::move(object));
+      }
+      report["gallery"]["bodies"] =
+          report["gallery"]["bodies"].get<std::size_t>() + dataset.build.plan.shapes.size();
+    });
   }
 }
 
-ordered_json collect(const ReportFolders& found, const ReportOptions& options) {
+ordered_json collect(const ReportFolders& found, const ReportOptions& options,
+                     const Context& context) {
   ordered_json report = {{"title", fmt::format("{}", fmt::join(options.folders, ", "))},
-                         {"made", how_made(options)},
+                         {"made", how_made(context)},
                          {"notes", ordered_json::array()}};
   for (const char* list :
        {"datasets", "sweeps", "ladders", "damping", "classification", "transfer", "nights"}) {
     report[list] = ordered_json::array();
   }
-  report["gallery"] = {{"objects", ordered_json::array()}, {"materials", gallery_materials()}};
+  report["gallery"] = {
+      {"bodies", 0}, {"objects", ordered_json::array()}, {"materials", gallery_materials()}};
   add_datasets(found, options, report);
-  for (const auto& folder : found.sweeps)
-    report["sweeps"].push_back(document(folder, "sweep.json"));
+  for (const auto& folder : found.sweeps) {
+    add_document(report, "sweeps", folder, "sweep.json", "variants");
+  }
   for (const auto& folder : found.ladders) {
-    report["ladders"].push_back(document(folder, "accuracy.json"));
+    add_document(report, "ladders", folder, "accuracy.json", "objects");
   }
   for (const auto& folder : found.nights) {
-    report["nights"].push_back(document(folder, "nightly.json"));
+    add_document(report, "nights", folder, "nightly.json", "measures");
   }
   for (const auto& folder : found.evaluations) {
-    const ordered_json evaluation = read_evaluation(folder);
-    for (const auto& [kind, documents] : evaluation.items()) append(report[kind], documents);
+    if (std::filesystem::is_regular_file(folder / "damping.json")) {
+      try_to_add(report, (folder / "damping.json").string(),
+                 [&] { report["damping"].push_back(read_damping(folder)); });
+    }
+    add_document(report, "classification", folder, "classification.json", "rows");
+    add_document(report, "transfer", folder, "transfer.json", "rows");
   }
   return report;
 }
@@ -104,7 +134,7 @@ ordered_json collect(const ReportFolders& found, const ReportOptions& options) {
 void run_report(const ReportOptions& options, const Context& context) {
   if (!context.speaks()) return;
   const ReportFolders found = find_report_folders(options.folders);
-  const ordered_json report = collect(found, options);
+  const ordered_json report = collect(found, options, context);
   const std::string page = report_page(report);
   core::write_text_durably(options.output, page);
   if (context.json) {

@@ -123,7 +123,26 @@ def _accuracy(found, document):
                       math.exp(max(ratios)), 0.05 * math.exp(max(ratios)))
         for chosen in body.get("chosen", []):
             failures += "failure" in chosen
-    return failures
+    return failures + _ladders(found, document)
+
+
+def _ladders(found, document):
+    """How far sounds with less and features of recordings are from what they should be."""
+    sound, features = (document.get(key, {}) for key in ("sound", "features"))
+    for rung in sound.get("rungs", []):
+        found.add_time("sound rungs", rung["seconds"])
+        if rung["error_db"]:
+            found.add(f"sound {rung['key']} {rung['value']} error", "accuracy", "dB",
+                      rung["error_db"], max(0.01, 0.01 * rung["error_db"]))
+    for rung in features.get("rungs", []):
+        label = f"features {rung['method']} {rung['modes']} modes {rung['snr_db']:g} dB"
+        found.add_time(f"features {rung['method']}", rung["seconds"])
+        found.add(f"{label} found", "score", "", rung["found"], 0.01)
+        for key in ("bounds_frequency", "bounds_decay_rate"):
+            if rung[key] is not None:
+                found.add(f"{label} {key.removeprefix('bounds_').replace('_', ' ')} error",
+                          "accuracy", "bounds", rung[key], 0.05 * rung[key])
+    return ("failure" in sound) + ("failure" in features)
 
 
 def _damping(found, document):

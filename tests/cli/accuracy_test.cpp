@@ -85,7 +85,13 @@ TEST(LadderConfig, MistakesAreNamed) {
   EXPECT_NE(refusal(bowl + "    mesh: a.obj\n").find("either"), std::string::npos);
   EXPECT_NE(refusal(bowl + "    parameters: {wall: 1 m}\n").find("ladder.yaml:"),
             std::string::npos);
-  EXPECT_NE(refusal("modes: 3\n").find("no objects"), std::string::npos);
+  EXPECT_NE(refusal("modes: 3\n").find("neither objects"), std::string::npos);
+  EXPECT_NE(refusal("sound: {body: bowwl}\n").find("bowl"), std::string::npos);
+  EXPECT_NE(refusal("sound: {body: bowl, image_orders: [1, 2]}\n").find("no room"),
+            std::string::npos);
+  EXPECT_NE(refusal("sound: {body: bowl, modes: [5, 3]}\n").find("each above the last"),
+            std::string::npos);
+  EXPECT_NE(refusal("features: {methods: [magic]}\n").find("esprit"), std::string::npos);
 }
 
 TEST(LadderConfig, TheKeyThatIsWrongIsTheOneNamed) {

@@ -17,9 +17,8 @@ def commands():
 
 
 def options(command):
-    return set(re.findall(r"(?<![\w-])(--[a-z][a-z-]+|-[a-zA-Z])\b",
-                          "\n".join(line[:30] for line in run(command, "--help").stdout.splitlines()
-                                    if line.startswith("  -"))))
+    lines = re.findall(r"(?m)^  (-\S+)", run(command, "--help").stdout)
+    return {name for line in lines for name in line.split(",")}
 
 
 class Completion(unittest.TestCase):
@@ -86,12 +85,19 @@ class Manual(unittest.TestCase):
         self.assertIn("carillon strike bell -m iron -o bell.wav".split()[1], done.stdout)
 
 
+class Help(unittest.TestCase):
+    def test_every_command_has_examples(self):
+        for name in commands():
+            self.assertRegex(run(name, "--help").stdout, r"Examples?:\n.*carillon", name)
+
+
 class Documentation(unittest.TestCase):
     def test_every_link_leads_to_a_file(self):
         pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
         self.assertGreater(len(pages), 30)
         for page in pages:
             text = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
+            self.assertNotIn("@@", text, page.name)
             for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
                 if not re.match(r"[a-z]+:", link):
                     self.assertTrue((page.parent / link).exists(), f"{page.name}: {link}")

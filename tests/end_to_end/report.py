@@ -5,6 +5,7 @@ import base64
 import io
 import json
 import re
+import shutil
 import unittest
 import wave
 
@@ -174,8 +175,42 @@ class Report(FolderTest):
         hurt.mkdir(parents=True, exist_ok=True)
         (hurt / "dataset.json").write_text("{}")
         told = run_json("report", "hurt", "ladder", "-o", "hurt.html", cwd=self.folder)
-        self.assertIn("hurt/inside is left out", told["notes"][0])
+        self.assertIn("hurt/inside cannot be shown", told["notes"][0])
         self.assertEqual(told["datasets"], 0)
+
+    def test_what_is_damaged_costs_itself_alone(self):
+        hurt = self.folder / "damaged"
+        for name in ("accuracy.json", "nightly.json", "sweep.json", "evaluation/damping.json",
+                     "evaluation/classification.json", "evaluation/transfer.json"):
+            for text in ("{}", "{", '{"objects": 1, "measures": 1, "variants": 1, "rows": 1, "errors": 1}'):
+                (hurt / name).parent.mkdir(parents=True, exist_ok=True)
+                (hurt / name).write_text(text)
+                told = run_json("report", "damaged/", "ladder/", "-o", "damaged.html",
+                                cwd=self.folder)
+                self.assertEqual(told["ladders"] >= 1, True)
+                if text != '{"objects": 1, "measures": 1, "variants": 1, "rows": 1, "errors": 1}':
+                    self.assertIn(name.split("/")[-1], told["notes"][0])
+            (hurt / name).unlink()
+        # A body's modes cost the body.
+        copy = self.folder / "small-copy"
+        shutil.copytree(self.folder / "small", copy, dirs_exist_ok=True)
+        (copy / "modes" / "tile-000.h5").write_bytes(b"nothing")
+        told = run_json("report", copy, "-o", "copy.html", cwd=self.folder)
+        self.assertEqual(told["datasets"], 1)
+        self.assertEqual(told["objects"], 3)
+        self.assertIn("tile-000 cannot be struck", told["notes"][0])
+
+    @needs_browser
+    def test_a_document_of_another_kind_leaves_the_rest_of_the_page(self):
+        hurt = self.folder / "other"
+        (hurt / "evaluation").mkdir(parents=True, exist_ok=True)
+        (hurt / "evaluation" / "classification.json").write_text('{"rows": [{}]}')
+        (hurt / "nightly.json").write_text('{"measures": [{}]}')
+        run_json("report", hurt, "ladder", "-o", "other.html", cwd=self.folder)
+        driver = open_page(self.folder / "other.html")
+        self.addCleanup(driver.quit)
+        notes = driver.execute_script("return document.querySelector('header').textContent")
+        self.assertIn("cannot be drawn", notes)
 
     def test_a_page_stays_small(self):
         self.assertEqual(self.told["bytes"], self.page.stat().st_size)
@@ -208,10 +243,14 @@ class Report(FolderTest):
                 self.assertLessEqual(urls, {"file:", "data:", "blob:"})
                 wide = driver.execute_script("return document.documentElement.scrollWidth")
                 self.assertLessEqual(wide, width)
-                drawn = driver.execute_script("return document.querySelectorAll('figure svg').length")
-                figures = driver.execute_script("return document.querySelectorAll('figure').length")
-                self.assertGreaterEqual(drawn, figures)
-                self.assertGreaterEqual(figures, 6)
+                empty, drawn = driver.execute_script("""
+                    const charts = [...document.querySelectorAll('figure > .chart')]
+                      .filter((chart) => chart.clientWidth > 0);
+                    const is_drawn = (chart) => chart.querySelector('svg[role=img][aria-label]');
+                    return [charts.filter((c) => !is_drawn(c)).length, charts.filter(is_drawn).length];
+                """)
+                self.assertEqual(empty, 0)
+                self.assertGreaterEqual(drawn, 7)
 
     @needs_browser
     def test_every_link_leads_somewhere(self):

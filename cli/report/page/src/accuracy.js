@@ -3,6 +3,7 @@ import { html } from "htl";
 
 import { base, colors, figure, logScale } from "./figure.js";
 import { number, percent, seconds } from "./format.js";
+import { table } from "./table.js";
 
 // What accuracy costs in time: one picture for each stage that was measured.
 export function accuracySection(report) {
@@ -14,19 +15,40 @@ export function accuracySection(report) {
     ...report.damping.flatMap(fitFigures),
     ...report.classification.map(classifierFigure),
   ].filter(Boolean);
-  if (figures.length === 0) return null;
+  const failed = failures(report);
+  if (figures.length === 0 && failed.length === 0) return null;
   return {
     id: "accuracy",
     title: "What accuracy costs",
     content: html`<p>Seconds run across, the error runs down: lower is better, left is cheaper.</p>
-      <div class="figures">${figures}</div>${missing(report)}`,
+      <div class="figures">${figures}</div>${missing(report)}
+      ${failed.length > 0 ? html`<details open><summary class="bad">${failed.length} measurements failed</summary>${table([{ title: "what", value: (f) => f.what }, { title: "reason", value: (f) => f.reason }], failed)}</details>` : ""}`,
   };
+}
+
+// What could not be measured, and why.
+function failures({ ladders, damping }) {
+  const of = (what, reason) => (reason ? [{ what, reason }] : []);
+  return [
+    ...ladders.flatMap((ladder) => [
+      ...of("sound", ladder.sound?.failure),
+      ...of("features", ladder.features?.failure),
+      ...(ladder.objects ?? []).flatMap((body) => [
+        ...of(body.name, body.failure),
+        ...(body.rungs ?? []).flatMap((rung) => of(`${body.name}, order ${rung.order}, size × ${rung.size_factor ?? "chosen"}`, rung.failure)),
+      ]),
+    ]),
+    ...damping.flatMap((document) => (document.failures ?? []).flatMap((failure) => of(failure.task, failure.message))),
+  ];
 }
 
 // What would fill the gaps.
 function missing(report) {
+  const none = (key) => !report.ladders.some((ladder) => (key === "objects" ? ladder.objects.length > 0 : ladder[key]));
   const gaps = [
-    [report.ladders.length === 0, "modes, sounds and features against a reference", "carillon accuracy CONFIG"],
+    [none("objects"), "modes against a reference", "carillon accuracy CONFIG"],
+    [none("sound"), "sounds with fewer modes and reflections", "carillon accuracy CONFIG with sound:"],
+    [none("features"), "features of recordings", "carillon accuracy CONFIG with features:"],
     [report.damping.length === 0, "fits of damping against the number of sounds", "carillon evaluate CONFIG with evaluate.damping"],
     [report.classification.length === 0, "classifiers against training time", "carillon evaluate CONFIG with evaluate.classification"],
   ].filter(([is]) => is);

@@ -24,7 +24,7 @@ function datasetContent(dataset, index, folded) {
     ${ranksOf(dataset)}
     ${configuration(dataset)}
   </div>`;
-  return folded ? html`<details open=${index === 0}><summary>${summaryLine(dataset)}</summary>${parts}</details>` : parts;
+  return folded ? html`<details open=${index === 0 || dataset.failures.length > 0}><summary>${summaryLine(dataset)}</summary>${parts}</details>` : parts;
 }
 
 function summaryLine(dataset) {
@@ -128,6 +128,7 @@ function bodies(dataset) {
         { title: "order", number: true, value: (s) => s.order },
         { title: "unknowns", number: true, value: (s) => s.unknowns, text: (s) => number(s.unknowns, 6) },
         { title: "time", number: true, value: (s) => s.seconds, text: (s) => seconds(s.seconds) },
+        ...(dataset.shapes.some((s) => s.failure) ? [{ title: "cannot be read", value: (s) => s.failure ?? "" }] : []),
       ],
       dataset.shapes,
       { most: 100 },

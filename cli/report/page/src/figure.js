@@ -8,7 +8,11 @@ export function figure(draw, { title, caption, source, narrow = false } = {}) {
   const fit = (width) => {
     if (width <= 0 || Math.abs(width - drawn) < 4) return;
     drawn = width;
-    box.replaceChildren(draw(width));
+    const drawing = draw(width);
+    const svg = drawing.matches("svg") ? drawing : drawing.querySelector(":scope > svg");
+    svg.setAttribute("role", "img");
+    svg.setAttribute("aria-label", title ?? "Chart");
+    box.replaceChildren(drawing);
   };
   new ResizeObserver(([entry]) => fit(Math.floor(entry.contentRect.width))).observe(box);
   return html`<figure class=${narrow ? "narrow" : ""}>

@@ -11,6 +11,7 @@ import { Viewer } from "./viewer.js";
 export function gallerySection({ gallery }) {
   if (gallery.objects.length === 0) return null;
   const desk = new Desk(gallery.objects.map(unpack), gallery.materials);
+  const left = gallery.bodies - gallery.objects.length;
   // For programs that drive the page: a blow as numbers, and what it sounds like.
   window.carillon = { strike: (blow) => desk.strikeAt(blow) };
   return {
@@ -18,7 +19,7 @@ export function gallerySection({ gallery }) {
     title: "Objects to strike",
     content: html`<p>Click an object to strike it there, against its surface; drag to turn it. Its modes are the dataset's, and what is heard is
       the velocity of the struck point, as <code>carillon strike</code> computes it without a listener. Other materials and sizes are exact
-      rescalings of the same modes; Poisson's ratio stays that of the object.</p>${desk.element}`,
+      rescalings of the same modes; Poisson's ratio stays that of the object.${left > 0 ? ` ${left} of ${gallery.bodies} bodies are left out for the size of this page.` : ""}</p>${desk.element}`,
   };
 }
 

@@ -17,32 +17,40 @@ for (const dataset of report.datasets) {
   dataset.label = alike > 1 ? `${dataset.name}, ${dataset.folder.split("/").pop()}` : dataset.name;
 }
 
+// Parts that cannot be drawn are named, and the others are shown.
+function parts(make) {
+  try {
+    return [make(report)].flat().filter(Boolean);
+  } catch (error) {
+    report.notes.push(`A part of this page cannot be drawn: ${error.message}`);
+    return [];
+  }
+}
+
+function outcome() {
+  if (report.datasets.length === 0) return "";
+  const failed = report.datasets.map((dataset) => dataset.failures.length);
+  const sum = failed.reduce((a, b) => a + b, 0);
+  if (sum === 0) return ", no task failed";
+  return html`, <a class="bad" href=${`#failures-${failed.findIndex((count) => count > 0)}`}>${count(sum, "failed task")}</a>`;
+}
+
 function header() {
   const names = [...new Set(report.datasets.map((dataset) => dataset.name))];
   const title = names.length > 0 ? names.join(", ") : report.title;
   document.title = `${title} · Carillon report`;
   const sounds = report.datasets.reduce((sum, dataset) => sum + dataset.samples, 0);
-  const failed = report.datasets.reduce((sum, dataset) => sum + dataset.failures.length, 0);
   return html`<header>
     <p class="brand">Carillon report</p>
     <h1>${title}</h1>
-    <p>${sounds > 0 ? `${count(sounds, "sound")}, ` : ""}${failed > 0 ? html`<a class="bad" href="#failures-0">${count(failed, "failed task")}</a>` : "no task failed"}.
-      Made by <code>${report.made.command}</code> on ${report.made.date}, Carillon ${report.made.version},
-      ${report.made.processor}.</p>
-    ${report.notes.map((note) => html`<p class="note">${note}</p>`)}
+    <p>${count(sounds, "sound")}${outcome()}. Made by <code>${report.made.command}</code> on ${report.made.date}, Carillon ${report.made.version},
+      on ${report.made.processor}.</p>
+    ${report.notes.map((note) => html`<p class="note bad">${note}</p>`)}
   </header>`;
 }
 
-// Sections are {id, title, content}; those without content are left out.
-const sections = [
-  ...nightSections(report),
-  accuracySection(report),
-  samplesSection(report),
-  gallerySection(report),
-  ...sweepSections(report),
-  ...datasetSections(report),
-  ...learningSections(report),
-].filter(Boolean);
+// Sections are {id, title, content}.
+const sections = [nightSections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, learningSections].flatMap(parts);
 
 document.getElementById("page").append(
   header(),
@@ -51,3 +59,11 @@ document.getElementById("page").append(
 );
 // The address may name a section that was not there when the page was read.
 if (location.hash) document.querySelector(location.hash)?.scrollIntoView();
+
+// Paper shows what is folded away.
+let folded = [];
+addEventListener("beforeprint", () => {
+  folded = [...document.querySelectorAll("details:not([open])")];
+  for (const details of folded) details.open = true;
+});
+addEventListener("afterprint", () => folded.forEach((details) => (details.open = false)));

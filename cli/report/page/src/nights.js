@@ -46,7 +46,10 @@ function content(night) {
 function verdict(night) {
   const count = night.measures.filter((measure) => bad.has(measure.verdict)).length;
   if (night.verdict === "failed") return "The night could not run as a whole.";
-  if (night.verdict === "learning") return `Too few nights to compare with (${night.nights}).`;
+  if (night.verdict === "learning") {
+    const learning = night.measures.filter((measure) => ["learning", "new"].includes(measure.verdict)).length;
+    return `${learning} of ${night.measures.length} measures have too few nights to compare with (${night.nights} at the most); the others are as before.`;
+  }
   return count === 0 ? `Nothing is slower or less accurate than in ${night.nights} nights before.` : `${count} of ${night.measures.length} measures are worse than in ${night.nights} nights before.`;
 }
 

@@ -27,7 +27,7 @@ export function table(columns, rows, { caption, most = 200 } = {}) {
   });
   fill(rows);
   const rest = rows.length - most;
-  return html`<div class="scroll"><table>
+  return html`<div class="scroll" tabindex="0" role="region" aria-label=${caption ?? "Table"}><table>
     ${caption ? html`<caption>${caption}</caption>` : ""}
     <thead><tr>${heads}</tr></thead>
     ${body}

@@ -9,7 +9,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 // triangle as indices of vertices with barycentric weights.
 export class Viewer {
   constructor(struck) {
-    this.element = html`<div class="viewer" role="img" aria-label="The object in three dimensions"></div>`;
+    this.element = html`<div class="viewer" role="group" aria-label="The object in three dimensions; buttons below strike it without a pointer"></div>`;
     this.scene = new Scene();
     this.scene.add(new AmbientLight(0xffffff, 0.6), new HemisphereLight(0xffffff, 0x667788, 1.6));
     const light = new DirectionalLight(0xffffff, 2.2);
@@ -34,6 +34,11 @@ export class Viewer {
     this.element.append(canvas);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enablePan = false;
+    // A finger that moves up or down scrolls the page, and so does the wheel until the object is held.
+    canvas.style.touchAction = "pan-y";
+    this.controls.enableZoom = false;
+    canvas.addEventListener("pointerdown", () => (this.controls.enableZoom = true));
+    canvas.addEventListener("pointerleave", () => (this.controls.enableZoom = false));
     this.controls.addEventListener("change", () => this.render());
     let begun = null;
     canvas.addEventListener("pointerdown", (event) => (begun = [event.clientX, event.clientY]));
