@@ -74,7 +74,7 @@ class Nights(FolderTest):
         return out, json.loads(found.read_text())
 
     def pretend_nights(self, number):
-        """More nights as the real ones, with the spread that the times of docs/nightly.md have."""
+        """More nights as the real ones, on a machine noisier than that of docs/nightly.md."""
         random = numpy.random.default_rng(5)
         real, _ = history.read(self.history)
         for i in range(number):
@@ -83,7 +83,7 @@ class Nights(FolderTest):
                 if row["kind"] in verdicts.NOISY:
                     by_clock = name.startswith(("processor time", "modes of", "samples", "peak"))
                     mean = numpy.mean([one["runs"][0]["measures"][name]["value"] for one in real])
-                    row["value"] = mean * math.exp((0.025 if by_clock else 0.15) *
+                    row["value"] = mean * math.exp((0.04 if by_clock else 0.15) *
                                                    random.standard_normal())
             history.append(self.history, record)
 
@@ -100,7 +100,7 @@ class Nights(FolderTest):
         self.assertEqual((found["nights"], found["verdict"]), (10, "fine"))
         self.assertLessEqual(set(self.words(found).values()), {"faster", "better"})
 
-        out, found = self.night(1, BURN="0.25")
+        out, found = self.night(1, BURN="0.2")
         words = self.words(found)
         self.assertEqual(words.get("tiny: processor time"), "slower")
         self.assertNotIn("worse", words.values())
@@ -118,7 +118,6 @@ class Nights(FolderTest):
             value = next(row["value"] for row in found["measures"] if row["name"] == name)
             self.assertAlmostEqual(value, 2, delta=0.01)
         self.assertEqual(words.get("tiny: files"), "worse")
-        self.assertNotIn("tiny: processor time", words)
         kept = [path.parent for path in self.place.glob("nights/*/tiny/index.h5")]
         self.assertEqual(len(kept), 2)  # --keep
         self.assertEqual(len(list(self.place.glob("nights/*/nightly.json"))), 5)

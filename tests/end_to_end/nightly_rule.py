@@ -2,12 +2,13 @@
 import math
 import pathlib
 import sys
+import types
 import unittest
 
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
-from nightly_lib import verdicts  # noqa: E402
+from nightly_lib import benchmarks, nights, verdicts  # noqa: E402
 
 
 def runs(random, noise, repeats):
@@ -17,35 +18,37 @@ def runs(random, noise, repeats):
 
 
 class Campaign:
-    """Nights of 40 times with noises about 3 % a run, of 3 repetitions and a night's own 1 %."""
+    """Nights of `scripts/nightly` but for its benchmarks: 40 times with noises about 3 % a run, of 3
+    repetitions and a night's own 1 %."""
+    settings = nights.Settings(program="", ranks=1, repeats=3, timeout=0, folder=pathlib.Path(),
+                               remote=False, machine="these", program_hash="same")
+    chosen = [benchmarks.Benchmark("times", [], "hash")]
 
     def __init__(self, seed, measures=40, second_look=True):
         self.second_look = second_look
         self.random = numpy.random.default_rng(seed)
         self.noise = 0.03 * numpy.exp(0.4 * self.random.standard_normal(measures))
         self.noise[0] = 0.03
-        self.past = [[] for _ in range(measures)]
+        self.records = []
 
     def night(self, factor=1.0):
-        """Words of a night on which the first measure takes `factor` times its time; as
-        nights.run_night, with a second look at what seems slower."""
+        """Words of a night on which the first measure takes `factor` times its time."""
         factors = numpy.ones(len(self.noise))
         factors[0] = factor
-        first = factors * runs(self.random, self.noise, 3)
-        words, kept = self._judge(first), first
-        if "slower" in words and self.second_look:
-            second = factors * runs(self.random, self.noise, 3)
-            words, kept = self._judge(numpy.minimum(first, second)), (first + second) / 2
-        for past, value, word in zip(self.past, kept, words):
-            past.append(("", value, word))
-        return words
 
-    def _judge(self, values):
-        found = verdicts.judge([
-            verdicts.Series(verdicts.Measure(str(i), "time", "s", float(value)), past,
-                            verdicts.baseline_start(past, []))
-            for i, (value, past) in enumerate(zip(values, self.past))])
-        return [verdict.word for verdict in found]
+        def look(outcome, settings, _):
+            if outcome.looks and not self.second_look:
+                return
+            outcome.takes = [types.SimpleNamespace(versions={}, spectra={})]
+            outcome.loads.append(1.0)
+            outcome.looks.append({str(i): verdicts.Measure(str(i), "time", "s", float(value))
+                                  for i, value in enumerate(
+                                      factors * runs(self.random, self.noise, settings.repeats))})
+
+        outcomes, _ = nights.run_night(self.chosen, self.records, self.settings, look)
+        self.records.append({"date": "", "machine": self.settings.machine,
+                             **nights.record_of(outcomes, self.records, self.settings)})
+        return [verdict.word for _, verdict, _ in outcomes[0].verdicts.values()]
 
 
 class Rule(unittest.TestCase):
