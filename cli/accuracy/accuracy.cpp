@@ -9,7 +9,7 @@
 #include "cli/accuracy/modes_line.hpp"
 #include "cli/accuracy/stand_in.hpp"
 #include "cli/build/dataset.hpp"
-#include "cli/processor.hpp"
+#include "cli/made_by.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
@@ -113,6 +113,7 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
                           context.quiet || context.json || !context.speaks());
   json document = {{"name", config.name},
                    {"carillon", library_versions()},
+                   {"made", made_by(context)},
                    {"machine",
                     {{"processor", processor_name()},
                      {"cores", std::thread::hardware_concurrency()},

@@ -78,7 +78,7 @@ int run_build(LoadedBuild build, const BuildOptions& options, const Context& con
       const auto& [finished, tasks_run, results] = outcome.builds.front();
       const Summary summary = summary_of(results, tasks_run, outcome.interrupted);
       nlohmann::json trace = describe_trace(run.build, finished, results);
-      keep_trace(output, trace, &outcome);
+      keep_trace(output, trace, &outcome, context);
       if (summary.tasks_run > 0 && !context.json) {
         fmt::print("{}", run_text(trace.at("runs").back()));
       }

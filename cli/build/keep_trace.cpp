@@ -3,6 +3,7 @@
 #include "cli/build/inputs.hpp"
 #include "cli/build/task_times.hpp"
 #include "cli/build/trace_json.hpp"
+#include "cli/made_by.hpp"
 #include "core/files.hpp"
 
 namespace carillon::cli {
@@ -18,7 +19,8 @@ json describe_trace(const LoadedBuild& build, const std::map<std::string, json>&
   return document;
 }
 
-void keep_trace(const std::filesystem::path& folder, json& document, const RunOutcome* outcome) {
+void keep_trace(const std::filesystem::path& folder, json& document, const RunOutcome* outcome,
+                const Context& context) {
   const std::filesystem::path path = folder / "trace.json";
   json old = json::object();
   try {
@@ -33,8 +35,10 @@ void keep_trace(const std::filesystem::path& folder, json& document, const RunOu
   }
   if (ran) {
     document["index"] = {{"calls", outcome->index.calls}, {"seconds", outcome->index.seconds}};
-    document["runs"].push_back(
-        describe_run(outcome->run, outcome->ranks, outcome->calibration, document.at("tasks")));
+    json run =
+        describe_run(outcome->run, outcome->ranks, outcome->calibration, document.at("tasks"));
+    run["made"] = made_by(context);
+    document["runs"].push_back(std::move(run));
     document["ranks"] = document["runs"].back().at("ranks");
   }
   core::write_text_durably(path, document.dump(2) + "\n");

@@ -20,6 +20,6 @@ nlohmann::json describe_trace(const LoadedBuild& build,
 /// @param outcome   where ranks worked on this folder alone: what the run says of itself is added
 ///                  (`runs`, `ranks`, `index`) if it ran tasks. Null for one of several builds
 void keep_trace(const std::filesystem::path& folder, nlohmann::json& document,
-                const RunOutcome* outcome);
+                const RunOutcome* outcome, const Context& context);
 
 }  // namespace carillon::cli

@@ -6,6 +6,7 @@
 
 #include "cli/evaluate/damping_fits.hpp"
 #include "cli/evaluate/damping_tables.hpp"
+#include "cli/evaluate/evaluation.hpp"
 #include "cli/evaluate/sound_features.hpp"
 #include "cli/evaluate/stage.hpp"
 #include "cli/picture.hpp"
@@ -175,8 +176,10 @@ ordered_json Run::finish(double seconds) {
     const std::string no_picture = draw_picture("plot_damping_validation", path);
     timing_["picture_s"] = core::monotonic_seconds() - start - timing_["tables_s"].get<double>();
     timing_["damping_s"] = seconds + core::monotonic_seconds() - start;
-    core::write_text_durably(folder_ / "damping-trace.json",
-                             ordered_json{{"timing", timing_}, {"tasks_run", ran_}}.dump(1) + "\n");
+    bool worked = false;
+    for (const ordered_json& tasks : ran_) worked = worked || tasks > 0;
+    keep_evaluation_trace(folder_ / "damping-trace.json", worked,
+                          {{"timing", timing_}, {"tasks_run", ran_}}, context_);
     document["output"] = folder_.string();
     document["tasks_run"] = ran_;
     document["timing"] = timing_;

@@ -38,6 +38,11 @@ struct EvaluationSection {
 RunEvaluation read_damping_validation(core::ConfigNode& node, core::ConfigNode& root,
                                       const EvaluatedDatasets& datasets);
 
+/// Writes what a section says of its own work (`trace`: times and counts), with what made it.
+/// @param worked  whether this run did any of it; an earlier run's file is left alone otherwise
+void keep_evaluation_trace(const std::filesystem::path& path, bool worked,
+                           nlohmann::ordered_json trace, const Context& context);
+
 /// The command, with all sections that a program has.
 /// @param sections  outlive the program's run
 void add_evaluate(CLI::App& program, Context& context, std::span<const EvaluationSection> sections);

@@ -76,6 +76,9 @@ EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datas
     document["output"] = folder.string();
     document["trained"] = made;
     document["timing"] = {{"classification_s", core::monotonic_seconds() - start}};
+    keep_evaluation_trace(folder / "classification-trace.json", made > 0,
+                          {{"timing", document["timing"]}, {"tasks_run", {{"training", made}}}},
+                          context);
     if (!context.json) {
       fmt::print("{}\ntrained {} of {} classifiers in {}\n{}: classification.json, .csv, .md{}\n",
                  classification_text(document), made, end.trained.size(),

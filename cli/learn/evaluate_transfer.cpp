@@ -31,6 +31,8 @@ EvaluationEnd run(const TransferSpec& spec, const EvaluatedDatasets& datasets,
     const std::string no_picture = draw_picture("plot_transfer", path);
     document["output"] = folder.string();
     document["timing"] = {{"transfer_s", core::monotonic_seconds() - start}};
+    keep_evaluation_trace(folder / "transfer-trace.json", true, {{"timing", document["timing"]}},
+                          context);
     if (!context.json) {
       fmt::print("{}\n{}: transfer.json, .md{}\n", transfer_text(document), folder.string(),
                  no_picture.empty() ? ", .svg, .png" : "");

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 
@@ -18,9 +18,6 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 namespace {
-
-/// Tasks that are drawn one by one; of more, the longest.
-constexpr std::size_t most_tasks = 4000;
 
 /// A document that may not be there, or not whole: a build may be running.
 json read_json(const std::filesystem::path& path, const json& otherwise) {
@@ -62,11 +59,31 @@ void add_modes(const std::filesystem::path& path, ordered_json& shape) {
   if (worst >= 0) shape["pitch_error_cents"] = worst;
 }
 
-ordered_json describe_shapes(const StoredDataset& dataset, const json& trace) {
+/// Those of which `seconds` is largest, in the order that they have.
+template <class Row>
+std::vector<const Row*> longest(const std::vector<Row>& all, std::size_t rows,
+                                const std::function<double(const Row&)>& seconds) {
+  std::vector<const Row*> chosen;
+  for (const Row& row : all) chosen.push_back(&row);
+  if (all.size() <= rows) return chosen;
+  const auto end = chosen.begin() + static_cast<std::ptrdiff_t>(rows);
+  std::nth_element(chosen.begin(), end, chosen.end(),
+                   [&](const Row* a, const Row* b) { return seconds(*a) > seconds(*b); });
+  chosen.erase(end, chosen.end());
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+ordered_json describe_shapes(const StoredDataset& dataset, const json& trace, std::size_t rows) {
   const std::map<std::string, double> seconds = modes_seconds(trace);
   const BuildFolders folders{dataset.folder, {}};
   ordered_json shapes = ordered_json::array();
-  for (const Shape& shape : dataset.build.plan.shapes) {
+  const auto seconds_of = [&](const Shape& shape) {
+    const auto found = seconds.find(shape.id);
+    return found == seconds.end() ? 0.0 : found->second;
+  };
+  for (const Shape* one : longest<Shape>(dataset.build.plan.shapes, rows, seconds_of)) {
+    const Shape& shape = *one;
     ordered_json entry = {{"id", shape.id},
                           {"family", shape.family},
                           {"split", shape.split_shape},
@@ -106,25 +123,45 @@ ordered_json describe_effects_run(const StoredDataset& dataset, const json& trac
   return effects;
 }
 
-/// The longest tasks in the order they began, and how many are left out.
-void add_tasks(const json& trace, ordered_json& report) {
-  std::vector<json> tasks = trace.value("tasks", std::vector<json>{});
-  const std::size_t all = tasks.size();
-  if (all > most_tasks) {
-    std::nth_element(
-        tasks.begin(), tasks.begin() + most_tasks, tasks.end(),
-        [](const json& a, const json& b) { return a.at("seconds") > b.at("seconds"); });
-    tasks.resize(most_tasks);
-    std::sort(tasks.begin(), tasks.end(),
-              [](const json& a, const json& b) { return a.at("start_s") < b.at("start_s"); });
+void add_tasks(const json& trace, std::size_t rows, ordered_json& report) {
+  const auto tasks = trace.value("tasks", std::vector<json>{});
+  double seconds = 0;
+  for (const json& task : tasks) {
+    seconds += task.at("seconds").get<double>() * task.at("width").get<double>();
   }
-  report["tasks_left_out"] = all - tasks.size();
-  report["tasks"] = tasks;
+  report["task_seconds"] = seconds;
+  report["tasks_run"] = tasks.size();
+  json chosen = json::array();
+  for (const json* task : longest<json>(
+           tasks, rows, [](const json& row) { return row.at("seconds").get<double>(); })) {
+    chosen.push_back(*task);
+  }
+  report["tasks"] = std::move(chosen);
+}
+
+/// What made it: the last run of its own, or of the sweep whose variant it is; null of older
+/// builds.
+json last_made(const std::filesystem::path& folder, const json& trace) {
+  json runs = trace.value("runs", json::array());
+  const std::filesystem::path above = core::tidy_path(folder / "..");
+  if (runs.empty() && std::filesystem::is_regular_file(above / "sweep.json")) {
+    runs = read_json(above / "trace.json", json::object()).value("runs", json::array());
+  }
+  return runs.empty() ? json() : runs.back().value("made", json());
+}
+
+void add_failures(const std::filesystem::path& folder, std::size_t rows, ordered_json& report) {
+  json failures = read_json(folder / "failures.json", json::array());
+  report["failed"] = failures.size();
+  if (failures.size() > rows) {
+    failures.erase(failures.begin() + static_cast<std::ptrdiff_t>(rows), failures.end());
+  }
+  report["failures"] = std::move(failures);
 }
 
 }  // namespace
 
-ordered_json dataset_report(const StoredDataset& dataset) {
+ordered_json dataset_report(const StoredDataset& dataset, std::size_t rows) {
   const json& said = dataset.description;
   const json trace = read_json(dataset.folder / "trace.json", json::object());
   double bytes = 0;
@@ -137,18 +174,15 @@ ordered_json dataset_report(const StoredDataset& dataset) {
                          {"bytes", bytes},
                          {"configuration", dataset.configuration},
                          {"versions", said.at("versions")},
-                         {"shapes", describe_shapes(dataset, trace)},
+                         {"bodies", dataset.build.plan.shapes.size()},
+                         {"shapes", describe_shapes(dataset, trace, rows)},
                          {"stages", trace.value("stages", json::object())},
                          {"effects", describe_effects_run(dataset, trace)},
                          {"ranks", trace.value("ranks", json::array())},
                          {"runs", trace.value("runs", json::array())},
-                         {"failures", read_json(dataset.folder / "failures.json", json::array())}};
-  double seconds = 0;
-  for (const json& task : trace.value("tasks", json::array())) {
-    seconds += task.at("seconds").get<double>() * task.at("width").get<double>();
-  }
-  report["task_seconds"] = seconds;
-  add_tasks(trace, report);
+                         {"made", last_made(dataset.folder, trace)}};
+  add_tasks(trace, rows, report);
+  add_failures(dataset.folder, rows, report);
   return report;
 }
 

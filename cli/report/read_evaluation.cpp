@@ -52,6 +52,11 @@ ordered_json read_document(const fs::path& folder, const std::string& name,
                                       (folder / name).string(), key));
   }
   read["folder"] = folder.string();
+  const fs::path trace = folder / (fs::path(name).stem().string() + "-trace.json");
+  if (!read.contains("made") && fs::is_regular_file(trace)) {
+    const ordered_json told = ordered_json::parse(core::read_file(trace), nullptr, false);
+    if (told.is_object() && told.contains("made")) read["made"] = told["made"];
+  }
   return read;
 }
 

@@ -25,7 +25,9 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders);
 
 /// What was built and how long it took: bodies, stages, effects, ranks, failures, configuration.
 /// Made of the folder's own files; nothing is computed again.
-nlohmann::ordered_json dataset_report(const StoredDataset& dataset);
+/// @param rows  of bodies, tasks and failures each, at the most: those that took longest, the first
+///              failures; `bodies`, `tasks_run` and `failed` count all
+nlohmann::ordered_json dataset_report(const StoredDataset& dataset, std::size_t rows);
 
 /// What a page can hold of one kind.
 struct ReportShare {
@@ -46,7 +48,8 @@ nlohmann::ordered_json gallery_objects(const StoredDataset& dataset, ReportShare
 /// Presets whose damping is Rayleigh's, for the gallery.
 nlohmann::ordered_json gallery_materials();
 
-/// A folder's JSON document with the folder's path as `folder`.
+/// A folder's JSON document with the folder's path as `folder`, and `made` from the trace beside it
+/// (NAME-trace.json), where there is one.
 /// @param key  that it must have
 /// @throws FileError  it cannot be read, or is none of this kind
 nlohmann::ordered_json read_document(const std::filesystem::path& folder, const std::string& name,

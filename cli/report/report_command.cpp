@@ -1,15 +1,14 @@
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 
 #include "cli/context.hpp"
-#include "cli/processor.hpp"
+#include "cli/made_by.hpp"
 #include "cli/report/report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -20,23 +19,20 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// Together with the page itself and the tables, below 15 MB.
+/// Together with the page itself (1 MB), below 15 MB.
 constexpr std::size_t sounds_bytes = 4'000'000;
-constexpr std::size_t objects_bytes = 8'000'000;
+constexpr std::size_t objects_bytes = 7'000'000;
+/// Of bodies and of tasks, of all datasets together: some 400 bytes a pair.
+constexpr std::size_t most_rows = 4000;
+/// Each has a configuration, effects and versions: some 15 kB.
+constexpr std::size_t most_datasets = 40;
+constexpr std::size_t large_page = 15'000'000;
 
 struct ReportOptions {
   std::vector<std::string> folders;
   std::string output = "report.html";
   std::size_t sounds = 12, objects = 40;
 };
-
-ordered_json how_made(const Context& context) {
-  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return {{"command", context.command},
-          {"date", fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now))},
-          {"version", CARILLON_VERSION},
-          {"processor", processor_name()}};
-}
 
 /// Adds a part; one that cannot be read is noted, and the others are shown.
 void try_to_add(ordered_json& report, const std::string& what, const std::function<void()>& add) {
@@ -64,16 +60,21 @@ void add_document(ordered_json& report, const char* kind, const std::filesystem:
 /// Datasets with their sounds and objects. Variants of a sweep have one name and mostly the same
 /// bodies: the first one's can be struck.
 void add_datasets(const ReportFolders& found, const ReportOptions& options, ordered_json& report) {
-  const std::size_t count = found.datasets.size();
+  const std::size_t count = std::min(found.datasets.size(), most_datasets);
+  if (count < found.datasets.size()) {
+    report["notes"].push_back(fmt::format(
+        "{} of {} datasets are left out, after {}: name their folders to see them",
+        found.datasets.size() - count, found.datasets.size(), found.datasets[count - 1].string()));
+  }
   // At least one of each, as far as the page's bytes go.
   const auto share = [&](std::size_t all, std::size_t bytes) {
     return ReportShare{all == 0 ? 0 : (all + count - 1) / count, bytes / count};
   };
   std::map<std::string, StoredDataset> by_name;
-  for (const std::filesystem::path& folder : found.datasets) {
+  for (const std::filesystem::path& folder : std::span(found.datasets).first(count)) {
     try_to_add(report, folder.string(), [&] {
       StoredDataset dataset = open_dataset(folder, "");
-      ordered_json entry = dataset_report(dataset);
+      ordered_json entry = dataset_report(dataset, most_rows / count);
       entry["heard"] = ordered_json::array();
       const std::string name = entry.at("name");
       report["datasets"].push_back(std::move(entry));
@@ -102,7 +103,7 @@ void add_datasets(const ReportFolders& found, const ReportOptions& options, orde
 ordered_json collect(const ReportFolders& found, const ReportOptions& options,
                      const Context& context) {
   ordered_json report = {{"title", fmt::format("{}", fmt::join(options.folders, ", "))},
-                         {"made", how_made(context)},
+                         {"made", made_by(context)},
                          {"notes", ordered_json::array()}};
   for (const char* list :
        {"datasets", "sweeps", "ladders", "damping", "classification", "transfer", "nights"}) {
@@ -134,8 +135,13 @@ ordered_json collect(const ReportFolders& found, const ReportOptions& options,
 void run_report(const ReportOptions& options, const Context& context) {
   if (!context.speaks()) return;
   const ReportFolders found = find_report_folders(options.folders);
-  const ordered_json report = collect(found, options, context);
+  ordered_json report = collect(found, options, context);
   const std::string page = report_page(report);
+  if (page.size() > large_page) {
+    report["notes"].push_back(
+        "the page is large: name fewer folders, or give --sounds and "
+        "--objects smaller numbers");
+  }
   core::write_text_durably(options.output, page);
   if (context.json) {
     fmt::print("{}\n", ordered_json{{"output", options.output},

@@ -153,18 +153,18 @@ void refuse_dataset(const std::filesystem::path& output) {
 /// Writes what belongs into the folders and says how it went; on the host.
 /// @return what each folder holds
 std::vector<Results> finish_folders(const std::vector<BuildRun>& runs, const RunOutcome& outcome,
-                                    const std::filesystem::path& output, bool quiet) {
+                                    const std::filesystem::path& output, const Context& context) {
   std::vector<Results> held;
   std::vector<json> traces;
   for (std::size_t v = 0; v < runs.size(); ++v) {
     const EndedBuild& ended = outcome.builds[v];
     held.push_back(ended.results);
     traces.push_back(describe_trace(runs[v].build, ended.finished, held.back()));
-    keep_trace(runs[v].folders.output, traces.back(), nullptr);
+    keep_trace(runs[v].folders.output, traces.back(), nullptr, context);
   }
   json total = total_of(runs, traces, outcome);
-  keep_trace(output, total, &outcome);
-  if (outcome.tasks_run() > 0 && !quiet) fmt::print("{}", run_text(total.at("runs").back()));
+  keep_trace(output, total, &outcome, context);
+  if (outcome.tasks_run() > 0 && !context.json) fmt::print("{}", run_text(total.at("runs").back()));
   return held;
 }
 
@@ -202,7 +202,7 @@ int run_sweep(const LoadedSweep& loaded, const BuildOptions& options, const Cont
   return run_builds(request, context, [&](RunOutcome& outcome) {
     std::vector<Results> held;
     mpi::agreed(context.world, [&] {
-      if (host) held = finish_folders(runs, outcome, output, context.json);
+      if (host) held = finish_folders(runs, outcome, output, context);
     });
     if (outcome.interrupted) {
       if (host) print_interrupted(output.string(), held, outcome.tasks_run(), context.json);

@@ -23,7 +23,9 @@ objects:
   - {shape: bar, count: 2, materials: [steel, wood]}
   - {shape: tile, materials: [glass]}
   - {shape: bowl, materials: [ceramic], sizes: [1, 1.5]}
+  - {shape: disc, materials: [hard, soft], sizes: [1, 1.25]}
   - {mesh: broken.off, length: 10 cm, materials: [steel]}
+materials_file: own.yaml
 modes: {max_modes: 40, order: 2, element_size: 14 mm, max_frequency: 20 kHz}
 strikes: {per_object: 3, impulse: [5 mN s, 50 mN s], contact_time: [0.1 ms, 0.5 ms], spread: 0}
 audio: {seconds: 0.5 s, sample_rate: 44100 Hz}
@@ -32,6 +34,8 @@ voxels: {resolution: 12}
 camera: {width: 96, height: 64}
 split: {validation: 0.3, test: 0.3}
 """
+OWN = {"hard": {"youngs_modulus": 200e9, "density": 7800, "alphas": [5, 1e-7]},
+       "soft": {"youngs_modulus": 90e9, "density": 2700, "alphas": [12, 4e-7]}}
 LADDER = """
 name: ladder
 modes: 4
@@ -82,6 +86,10 @@ class Report(FolderTest):
         super().setUpClass()
         cls.config = cls.folder / "small.yaml"
         cls.config.write_text(CONFIG)
+        (cls.folder / "own.yaml").write_text("".join(
+            f"{name}: {{youngs_modulus: {own['youngs_modulus']}, density: {own['density']}, "
+            f"poisson_ratio: 0.3, alpha1: {own['alphas'][0]}, alpha2: {own['alphas'][1]}}}\n"
+            for name, own in OWN.items()))
         (cls.folder / "broken.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
         built = run("build", "small.yaml", cwd=cls.folder, ranks=2)
         assert built.returncode == 3, built.stderr  # the broken one fails
@@ -118,6 +126,39 @@ class Report(FolderTest):
         failed = json.loads((self.folder / "small" / "failures.json").read_text())
         self.assertEqual(dataset["failures"], failed)
         self.assertEqual(len(failed), 1)
+
+    def test_figures_name_what_made_them(self):
+        (dataset,), (ladder,) = self.report["datasets"], self.report["ladders"]
+        for made, words, ranks in ((dataset["made"], "build small.yaml", 2),
+                                   (ladder["made"], "accuracy ladder.yaml -o ladder", 1)):
+            self.assertIn(words, made["command"])
+            self.assertEqual(made["ranks"], ranks)
+            self.assertRegex(made["carillon"], r"^\d+\.\d+\.\d+$")
+            self.assertTrue(made["processor"])
+
+    def test_many_datasets_and_long_tables_are_cut_and_counted(self):
+        many = self.folder / "many"
+        for number in range(43):
+            shutil.copytree(self.folder / "small", many / f"{number:02}",
+                            ignore=shutil.ignore_patterns("cache", "pictures", "sounds"))
+        path = many / "01" / "trace.json"
+        trace = json.loads(path.read_text())
+        trace["tasks"] = [{**trace["tasks"][0], "seconds": float(s)} for s in range(9000)]
+        path.write_text(json.dumps(trace))
+        path = many / "02" / "failures.json"
+        path.write_text(json.dumps(500 * json.loads(path.read_text())))
+        told = run_json("report", "many", "-o", "many.html", cwd=self.folder)
+        self.assertIn("3 of 43 datasets are left out, after many/39", told["notes"][0])
+        self.assertEqual(told["datasets"], 40)
+        self.assertLess(told["bytes"], 15e6)
+        page = (self.folder / "many.html").read_text()
+        datasets = json.loads(re.search(
+            r'<script type="application/json" id="report">(.*?)</script>', page, re.S)[1])["datasets"]
+        self.assertEqual([len(d["heard"]) for d in datasets], 40 * [1])
+        self.assertEqual(datasets[1]["tasks_run"], 9000)
+        self.assertEqual([t["seconds"] for t in datasets[1]["tasks"]],
+                         [float(s) for s in range(8900, 9000)])  # the longest
+        self.assertEqual((datasets[2]["failed"], len(datasets[2]["failures"])), (500, 100))
 
     def test_effects_are_those_of_plan_and_trace(self):
         (dataset,) = self.report["datasets"]
@@ -197,7 +238,7 @@ class Report(FolderTest):
         (copy / "modes" / "tile-000.h5").write_bytes(b"nothing")
         told = run_json("report", copy, "-o", "copy.html", cwd=self.folder)
         self.assertEqual(told["datasets"], 1)
-        self.assertEqual(told["objects"], 3)
+        self.assertEqual(told["objects"], 4)
         self.assertIn("tile-000 cannot be struck", told["notes"][0])
 
     @needs_browser
@@ -281,7 +322,7 @@ class Report(FolderTest):
         self.open()
         keys = self.index["key"].asstr()[:]
         objects = self.report["gallery"]["objects"]
-        self.assertEqual(len(objects), 4)
+        self.assertEqual(len(objects), 5)
         for number, body in enumerate(objects):
             row = next(i for i, key in enumerate(keys)
                        if key.startswith(f"{body['body']}/{body['material']}/{body['size']:g}/"))
@@ -302,6 +343,32 @@ class Report(FolderTest):
             numpy.testing.assert_allclose(found[which], level[which], atol=1, err_msg=body["name"])
             # The strongest, which a listener hears first, is far closer.
             numpy.testing.assert_allclose(found[which[0]], level[which[0]], atol=0.2)
+            error = numpy.linalg.norm(made - stored) / numpy.linalg.norm(stored)
+            self.assertLess(error, 0.01, body["name"])
+
+    @needs_browser
+    def test_an_object_of_another_material_and_size_sounds_as_that_one_in_the_dataset(self):
+        self.open()
+        number, body = next((i, one) for i, one in enumerate(self.report["gallery"]["objects"])
+                            if one["body"].startswith("disc"))
+        keys = self.index["key"].asstr()[:]
+        others = [(name, size) for name in OWN for size in (1, 1.25)]
+        others.remove((body["material"], body["size"]))
+        self.assertEqual(len(others), 3)
+        for name, size in others:
+            prefix = f"{body['body']}/{name}/{size:g}/"
+            for row in [i for i, key in enumerate(keys) if key.startswith(prefix)]:
+                factor = size / body["size"]
+                stored = self.index["audio"][row].astype(float)
+                blow = {"object": number, "material": OWN[name], "size": factor,
+                        "position": [float(x) / factor for x in self.index["position"][row]],
+                        "impulse": float(self.index["impulse"][row]),
+                        "duration": float(self.index["contact_time"][row]), "sampleRate": 44100,
+                        "seconds": 0.5}
+                made = numpy.array(self.js("return window.carillon.strike(arguments[0])", blow))
+                # The whole waveform: frequencies, decay rates, levels and signs of all modes.
+                error = numpy.linalg.norm(made - stored) / numpy.linalg.norm(stored)
+                self.assertLess(error, 0.01, prefix)
 
     @needs_browser
     def test_a_click_strikes_and_sliders_change_the_sound(self):

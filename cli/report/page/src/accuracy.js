@@ -2,7 +2,7 @@ import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
 import { base, colors, figure, logScale } from "./figure.js";
-import { number, percent, seconds } from "./format.js";
+import { number, percent, seconds, source } from "./format.js";
 import { table } from "./table.js";
 
 // What accuracy costs in time: one picture for each stage that was measured.
@@ -94,7 +94,7 @@ function modesFigures(ladder) {
         narrow: true,
         title: `Modes: ${body.name}`,
         caption: body.half_the_error_costs ? `Half the error costs ${number(body.half_the_error_costs)} times the time (along the line).` : "",
-        source: `carillon accuracy, ${ladder.folder}/accuracy.json: ${ladder.modes} modes against a far finer reference; ${ladder.machine.processor ?? ""}`,
+        source: source(ladder.made, `${ladder.folder}/accuracy.json: ${ladder.modes} modes against a far finer reference`),
       },
     );
   });
@@ -141,7 +141,7 @@ function bodiesFigure(dataset) {
       narrow: true,
       title: `Modes: the bodies of ${dataset.name}`,
       caption: "Each body at the setting of the build. Bodies whose modes came from the cache took no time for them.",
-      source: `${dataset.folder}/trace.json and modes/`,
+      source: source(dataset.made, `${dataset.folder}/trace.json and modes/`),
     },
   );
 }
@@ -170,7 +170,7 @@ function soundFigures(ladder) {
         narrow: true,
         title: key === "modes" ? "Sound: modes that ring" : "Sound: order of a room's reflections",
         caption: `Numbers at the points: ${key === "modes" ? "the lowest so many modes" : "reflections on the way"}. Median over ${own[0].sounds} sounds of short-time spectra.`,
-        source: `carillon accuracy, ${ladder.folder}/accuracy.json: ${ladder.sound.body}`,
+        source: source(ladder.made, `${ladder.folder}/accuracy.json: ${ladder.sound.body}`),
       },
     );
   });
@@ -209,7 +209,7 @@ function featureFigures(ladder) {
         narrow: true,
         title: "Features of recordings",
         caption: "Median errors over the least that noise allows (1, dashed). Numbers at the points: modes of a clip.",
-        source: `carillon accuracy, ${ladder.folder}/accuracy.json: ${ladder.features.clips} clips each`,
+        source: source(ladder.made, `${ladder.folder}/accuracy.json: ${ladder.features.clips} clips each`),
       },
     ),
   ];
@@ -251,7 +251,7 @@ function fitFigures(damping) {
         narrow: true,
         title: `Fits of damping: ${parameter}`,
         caption: `Sets of ${[...new Set(rows.map((row) => row.sounds))].join(", ")} sounds (${rows[0].condition}; features: ${rows[0].features}).`,
-        source: `carillon evaluate, ${damping.folder}/damping.json and damping-trace.json`,
+        source: source(damping.made, `${damping.folder}/damping.json and damping-trace.json`),
       },
     );
   });
@@ -287,7 +287,7 @@ function classifierFigure(classification) {
     {
       title: `Classifiers: ${classification.name}`,
       caption: "Each point one method on one task.",
-      source: `carillon evaluate, ${classification.folder}/classification.json`,
+      source: source(classification.made, `${classification.folder}/classification.json`),
     },
   );
 }

@@ -2,7 +2,7 @@ import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
 import { base, colors, figure } from "./figure.js";
-import { bytes, count, hertz, number, seconds } from "./format.js";
+import { bytes, count, hertz, number, seconds, source } from "./format.js";
 import { ranksOf } from "./ranks.js";
 import { table } from "./table.js";
 
@@ -24,20 +24,20 @@ function datasetContent(dataset, index, folded) {
     ${ranksOf(dataset)}
     ${configuration(dataset)}
   </div>`;
-  return folded ? html`<details open=${index === 0 || dataset.failures.length > 0}><summary>${summaryLine(dataset)}</summary>${parts}</details>` : parts;
+  return folded ? html`<details open=${index === 0 || dataset.failed > 0}><summary>${summaryLine(dataset)}</summary>${parts}</details>` : parts;
 }
 
 function summaryLine(dataset) {
-  return `${count(dataset.samples, "sound")} of ${count(dataset.shapes.length, "body", "bodies")}`;
+  return `${count(dataset.samples, "sound")} of ${count(dataset.bodies, "body", "bodies")}`;
 }
 
 function summary(dataset) {
   const about = dataset.about;
   const tiles = [
     ["sounds", dataset.samples.toLocaleString("en")],
-    ["bodies", dataset.shapes.length.toLocaleString("en")],
+    ["bodies", dataset.bodies.toLocaleString("en")],
     ["materials", dataset.materials.length],
-    ["failed tasks", dataset.failures.length],
+    ["failed tasks", dataset.failed],
     ["task time", seconds(dataset.task_seconds)],
     ["on disk", bytes(dataset.bytes)],
   ];
@@ -49,7 +49,7 @@ function summary(dataset) {
 }
 
 function failures(dataset, index) {
-  if (dataset.failures.length === 0) return html`<p id=${`failures-${index}`} class="good">No task failed.</p>`;
+  if (dataset.failed === 0) return html`<p id=${`failures-${index}`} class="good">No task failed.</p>`;
   return html`<div id=${`failures-${index}`}><h3>What failed</h3>
     ${table(
       [
@@ -60,7 +60,7 @@ function failures(dataset, index) {
         { title: "again", value: (f) => f.reproduce ?? "", text: (f) => html`<code>${f.reproduce ?? ""}</code>` },
       ],
       dataset.failures,
-    )}</div>`;
+    )}${leftOut(dataset.failed - dataset.failures.length, "failures.json has", "more")}</div>`;
 }
 
 function stages(dataset) {
@@ -89,7 +89,7 @@ function stages(dataset) {
         ),
       {
         caption: `Stages of all tasks, ${seconds(whole)} in all. Some lie within others: the estimate of a body's errors solves it once more, coarser.`,
-        source: `${dataset.folder}/trace.json`,
+        source: source(dataset.made, `${dataset.folder}/trace.json`),
       },
     )}`;
 }
@@ -132,7 +132,11 @@ function bodies(dataset) {
       ],
       dataset.shapes,
       { most: 100 },
-    )}`;
+    )}${leftOut(dataset.bodies - dataset.shapes.length, "modes/ has", "more, which took less time")}`;
+}
+
+function leftOut(number, where, what) {
+  return number > 0 ? html`<p class="source">${where} ${number.toLocaleString("en")} ${what}.</p>` : "";
 }
 
 function configuration(dataset) {

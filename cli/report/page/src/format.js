@@ -41,6 +41,13 @@ export function percent(value, digits = 3) {
   return `${number(100 * value, digits)} %`;
 }
 
+// Where figures come from: files, and the command and the machine that made them.
+export function source(made, files) {
+  if (!made) return files;
+  const ranks = made.ranks > 1 ? ` (${made.ranks} ranks)` : "";
+  return `${files} · ${made.command}${ranks}, Carillon ${made.carillon}, ${made.processor}, ${made.date}`;
+}
+
 export function hertz(value) {
   return value >= 1000 ? `${number(value / 1000, 4)} kHz` : `${number(value, 4)} Hz`;
 }

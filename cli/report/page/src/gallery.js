@@ -105,19 +105,23 @@ class Desk {
   presets() {
     const select = html`<select><option value="">${this.object.material} (its own)</option>${this.materials.map((material, i) => html`<option value=${i}>${material.name}</option>`)}</select>`;
     select.onchange = () => {
-      const own = this.object;
-      const material = select.value === "" ? null : this.materials[Number(select.value)];
-      this.set({
-        stiffness: material ? material.youngs_modulus / own.youngs_modulus : 1,
-        density: material ? material.density / own.density : 1,
-        alpha1: (material?.alphas ?? own.rayleigh)[0],
-        alpha2: (material?.alphas ?? own.rayleigh)[1],
-      });
+      this.set(this.inMaterial(select.value === "" ? null : this.materials[Number(select.value)]));
       const kept = select.value;
       this.fillControls();
       this.controls.querySelector("select").value = kept;
     };
     return html`<label>Material ${select}</label>`;
+  }
+
+  // The settings that make the object one of another material; of null: its own.
+  inMaterial(material) {
+    const own = this.object;
+    return {
+      stiffness: material ? material.youngs_modulus / own.youngs_modulus : 1,
+      density: material ? material.density / own.density : 1,
+      alpha1: (material?.alphas ?? own.rayleigh)[0],
+      alpha2: (material?.alphas ?? own.rayleigh)[1],
+    };
   }
 
   modeChooser() {
@@ -196,9 +200,12 @@ class Desk {
   }
 
   // {object, position [m], impulse [N s], duration [s], sampleRate, seconds}: samples [m/s] of the
-  // object as it is, struck at its nearest point.
+  // object struck at its nearest point, as it is or in another material ({youngs_modulus, density,
+  // alphas}) and size (factor; the position is that before it).
   strikeAt(blow) {
     this.choose(blow.object);
+    if (blow.material) Object.assign(this.state, this.inMaterial(blow.material));
+    this.state.size = blow.size ?? 1;
     const hit = this.viewer.nearest(blow.position);
     const modes = this.modes();
     return Array.from(ring(modes, this.gainsAt(hit, modes.shape), blow, blow.sampleRate, Math.round(blow.seconds * blow.sampleRate)));

@@ -2,7 +2,7 @@ import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
 import { base, colors, figure, logScale } from "./figure.js";
-import { number, percent, seconds } from "./format.js";
+import { number, percent, seconds, source } from "./format.js";
 import { table } from "./table.js";
 
 export function learningSections({ damping, classification, transfer }) {
@@ -74,7 +74,7 @@ function errorsFigures({ name, members: rows }, document) {
             ],
           }),
         ),
-      { narrow: true, title: parameter, caption: `${name}. Medians; shaded from quartile to quartile.`, source: `${document.folder}/damping.json` },
+      { narrow: true, title: parameter, caption: `${name}. Medians; shaded from quartile to quartile.`, source: source(document.made, `${document.folder}/damping.json`) },
     );
   });
 }
@@ -149,7 +149,7 @@ function confusions(rows, document) {
           narrow: row.classes.length < 8,
           title: `${row.task}: ${row.method}`,
           caption: `${row.dataset}: ${percent(row.accuracy.mean)} of ${row.samples} right.${many ? " Names of classes show at the pointer." : ""}`,
-          source: `${document.folder}/classification.json`,
+          source: source(document.made, `${document.folder}/classification.json`),
         },
       );
     })}</div>`;
@@ -168,5 +168,5 @@ function transferContent(document) {
     ],
     document.rows,
   )}
-  <p class="source">carillon evaluate, ${document.folder}/transfer.json</p>`;
+  <p class="source">${source(document.made, `${document.folder}/transfer.json`)}</p>`;
 }

@@ -29,7 +29,7 @@ function parts(make) {
 
 function outcome() {
   if (report.datasets.length === 0) return "";
-  const failed = report.datasets.map((dataset) => dataset.failures.length);
+  const failed = report.datasets.map((dataset) => dataset.failed);
   const sum = failed.reduce((a, b) => a + b, 0);
   if (sum === 0) return ", no task failed";
   return html`, <a class="bad" href=${`#failures-${failed.findIndex((count) => count > 0)}`}>${count(sum, "failed task")}</a>`;
@@ -43,7 +43,7 @@ function header() {
   return html`<header>
     <p class="brand">Carillon report</p>
     <h1>${title}</h1>
-    <p>${count(sounds, "sound")}${outcome()}. Made by <code>${report.made.command}</code> on ${report.made.date}, Carillon ${report.made.version},
+    <p>${count(sounds, "sound")}${outcome()}. Made by <code>${report.made.command}</code> on ${report.made.date}, Carillon ${report.made.carillon},
       on ${report.made.processor}.</p>
     ${report.notes.map((note) => html`<p class="note bad">${note}</p>`)}
   </header>`;

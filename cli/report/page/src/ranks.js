@@ -2,7 +2,7 @@ import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
 import { base, colors, figure } from "./figure.js";
-import { bytes, number, percent, seconds } from "./format.js";
+import { bytes, number, percent, seconds, source } from "./format.js";
 import { table } from "./table.js";
 
 // What every rank did when, and how busy the ranks were.
@@ -46,8 +46,8 @@ function timeline(dataset, run, runs) {
         }),
       ),
     {
-      caption: `${runs > 1 ? `Run ${run}: ` : ""}${tasks.length} tasks on ${ranks.length} ${ranks.length === 1 ? "rank" : "ranks"}.${busy}${dataset.tasks_left_out > 0 ? ` ${dataset.tasks_left_out} short tasks are not drawn.` : ""}`,
-      source: `${dataset.folder}/trace.json`,
+      caption: `${runs > 1 ? `Run ${run}: ` : ""}${tasks.length} tasks on ${ranks.length} ${ranks.length === 1 ? "rank" : "ranks"}.${busy}${dataset.tasks_run > dataset.tasks.length ? ` ${dataset.tasks_run - dataset.tasks.length} short tasks are not drawn.` : ""}`,
+      source: source(entry?.made ?? dataset.made, `${dataset.folder}/trace.json`),
     },
   );
 }
