@@ -8,7 +8,7 @@ export function number(value, digits = 3) {
     const power = Math.floor(Math.log10(size));
     return `${(value / 10 ** power).toPrecision(digits)}·10${superscript(power)}`;
   }
-  if (size >= 10 ** digits) return Math.round(value).toLocaleString("en");
+  if (size >= Math.min(10 ** digits, 1e4)) return Math.round(value).toLocaleString("en");
   return String(Number(value.toPrecision(digits)));
 }
 
