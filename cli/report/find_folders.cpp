@@ -21,6 +21,7 @@ const std::set<std::string> own_folders = {"cache",    "inputs",  "modes",   "mo
                                            "pictures", "running", "samples", "sounds"};
 
 /// @param seen  folders that were looked in, which may be named twice
+/// @throws filesystem_error  the folder cannot be read
 void look_in(const fs::path& folder, int depth, std::set<fs::path>& seen, ReportFolders& found) {
   if (!seen.insert(fs::canonical(folder)).second) return;
   const auto holds = [&](const char* name) { return fs::is_regular_file(folder / name); };
@@ -33,13 +34,21 @@ void look_in(const fs::path& folder, int depth, std::set<fs::path>& seen, Report
   std::vector<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (entry.is_directory() && !own_folders.contains(name) && name != "evaluation" &&
+    std::error_code unknown;  // of links that lead nowhere
+    if (entry.is_directory(unknown) && !own_folders.contains(name) && name != "evaluation" &&
         !name.starts_with('.')) {
       below.push_back(entry.path());
     }
   }
   std::sort(below.begin(), below.end());
-  for (const fs::path& path : below) look_in(path, depth - 1, seen, found);
+  for (const fs::path& path : below) {
+    try {
+      look_in(path, depth - 1, seen, found);
+    } catch (const fs::filesystem_error& error) {
+      found.unreadable.push_back(
+          fmt::format("{} cannot be looked into: {}", path.string(), error.code().message()));
+    }
+  }
 }
 
 }  // namespace
@@ -52,7 +61,13 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders) {
       throw core::InputError(fmt::format("{}: no such folder", folder),
                              "name folders that build, accuracy or evaluate made");
     }
-    look_in(core::tidy_path(folder), deepest, seen, found);
+    try {
+      look_in(core::tidy_path(folder), deepest, seen, found);
+    } catch (const fs::filesystem_error& error) {
+      throw core::InputError(
+          fmt::format("{} cannot be looked into: {}", folder, error.code().message()),
+          "name folders that you may read");
+    }
   }
   if (found.datasets.empty() && found.ladders.empty() && found.nights.empty() &&
       found.evaluations.empty()) {

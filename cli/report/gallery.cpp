@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <span>
 
 #include "cli/body.hpp"
@@ -12,6 +11,7 @@
 #include "core/error.hpp"
 #include "render/frame.hpp"
 #include "render/shading_mesh.hpp"
+#include "solvers/lagrange.hpp"
 #include "synth/damping.hpp"
 
 namespace carillon::cli {
@@ -20,10 +20,15 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// Modes of an object in the page: a blow's contact time leaves little of higher ones.
-constexpr std::size_t most_modes = 64;
-/// Faces that meet at more than this have an edge between them.
-constexpr double crease = 40 * std::numbers::pi / 180;
+/// Of them a listener hears no more: without a limit, plates of a soft material have thousands.
+constexpr std::size_t most_modes = 256;
+/// A surface of corners alone is taken where a curved one would leave fewer.
+constexpr std::size_t few_modes = 24;
+/// Factors between which damping is tabulated: those of the page's sliders (stiffness 20, density
+/// 1/10, size 1/4) at their ends.
+constexpr double widest_factor = 3200;
+constexpr int factors = 65;
+constexpr double base64_size = 4.0 / 3;
 
 bool is_rayleigh(const synth::DampingModel& damping) {
   return damping.kind == synth::DampingKind::rayleigh && damping.parameters.size() == 2;
@@ -74,47 +79,108 @@ void add_surface(const solvers::ModeSurface& surface, const render::ShadingMesh&
   object["triangles"] = core::base64(std::span<const std::uint32_t>(mesh.indices));
 }
 
-ordered_json describe_material(const std::vector<synth::Material>& materials,
-                               const std::string& name) {
-  const synth::Material& first = materials.front();
-  const render::Appearance appearance = render::appearance_of(first.name);
-  ordered_json object = {{"material", name},
-                         {"youngs_modulus", first.elastic.youngs_modulus},
-                         {"density", first.elastic.density},
-                         {"rayleigh", nullptr},
-                         {"appearance",
-                          {{"color", appearance.color},
-                           {"roughness", appearance.roughness},
-                           {"metallic", appearance.metallic}}}};
-  if (materials.size() == 1 && is_rayleigh(first.damping)) {
-    object["rayleigh"] = first.damping.parameters;
+/// Decay rates d [1/s] of each mode when its eigenvalue is multiplied by factors from
+/// 1 / widest_factor to widest_factor, evenly spaced in their logarithm: n x factors, whatever the
+/// law is and of how many regions.
+std::string tabulated_damping(const solvers::Modes& modes, std::size_t count,
+                              std::span<const synth::DampingModel> regions) {
+  solvers::Modes scaled;
+  scaled.kinetic_share = modes.kinetic_share;
+  scaled.strain_share = modes.strain_share;
+  std::vector<float> table(count * factors);
+  for (int k = 0; k < factors; ++k) {
+    const double factor = std::pow(widest_factor, 2.0 * k / (factors - 1) - 1);
+    scaled.eigenvalues.clear();
+    for (const double lambda : modes.eigenvalues) scaled.eigenvalues.push_back(factor * lambda);
+    const std::vector<double> rates = synth::clamped_decay_rates(scaled, regions).values;
+    for (std::size_t i = 0; i < count; ++i) {
+      table[i * factors + static_cast<std::size_t>(k)] = static_cast<float>(rates[i]);
+    }
   }
-  return object;
+  return core::base64(std::span<const float>(table));
 }
 
-ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v) {
+/// What the page may change: Rayleigh's parameters of one material, else all rates by a factor.
+void add_damping(const solvers::Modes& modes, std::size_t count,
+                 const std::vector<synth::Material>& materials, ordered_json& object) {
+  std::vector<synth::DampingModel> regions;
+  for (const synth::Material& material : materials) regions.push_back(material.damping);
+  object["regions"] = materials.size();
+  object["rayleigh"] = nullptr;
+  object["damping"] = nullptr;
+  if (materials.size() == 1 && is_rayleigh(regions.front())) {
+    object["rayleigh"] = regions.front().parameters;
+  } else {
+    object["damping"] = {{"law", materials.size() == 1 ? synth::formula_of(regions.front())
+                                                       : "of several materials"},
+                         {"widest_factor", widest_factor},
+                         {"rates", tabulated_damping(modes, count, regions)}};
+  }
+}
+
+void add_material(const std::vector<synth::Material>& materials, const std::string& name,
+                  ordered_json& object) {
+  const synth::Material& first = materials.front();
+  const render::Appearance appearance = render::appearance_of(first.name);
+  object["material"] = name;
+  object["youngs_modulus"] = first.elastic.youngs_modulus;
+  object["density"] = first.elastic.density;
+  object["appearance"] = {{"color", appearance.color},
+                          {"roughness", appearance.roughness},
+                          {"metallic", appearance.metallic}};
+}
+
+/// Each curved face as the triangle of its corners, over the same nodes.
+solvers::SurfaceMesh corners_of(const solvers::ModeSurface& surface) {
+  solvers::ModeSurface straight{1, surface.nodes, {}};
+  const auto nodes = static_cast<std::size_t>(solvers::nodes_per_face(surface.order));
+  for (std::size_t i = 0; i < surface.faces.size(); i += nodes) {
+    for (std::size_t k = 0; k < 3; ++k) straight.faces.push_back(surface.faces[i + k]);
+  }
+  return solvers::flatten(straight);
+}
+
+/// How many of the lowest modes fit beside a surface.
+std::size_t modes_that_fit(const render::ShadingMesh& mesh, std::size_t bytes) {
+  const auto vertices = static_cast<double>(mesh.sources.size());
+  const double surface = base64_size * (vertices * (3 * sizeof(float) + 3) +
+                                        static_cast<double>(mesh.indices.size()) * sizeof(int));
+  const double mode = base64_size * (vertices * sizeof(std::int16_t) + 2 * sizeof(double) +
+                                     factors * sizeof(float));
+  const double left = static_cast<double>(bytes) - surface - 2000;
+  return left > 0 ? static_cast<std::size_t>(left / mode) : 0;
+}
+
+/// @return null where its surface and some modes take more than `bytes`
+ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v,
+                       std::size_t bytes) {
   const Variant& variant = shape.variants[v];
   const solvers::Modes modes = all.of(v);
-  const std::vector<synth::Material>& materials = all.materials(v);
-  ordered_json object = describe_material(materials, variant.material);
-  object["name"] = fmt::format("{}, {}", shape.id, variant.material);
+  const std::size_t wanted = std::min(modes.size(), most_modes);
+  const auto shade = [](const solvers::SurfaceMesh& mesh) {
+    return render::shading_mesh(mesh, render::bounding_ball(mesh), render::kCreaseAngle);
+  };
+  render::ShadingMesh mesh = shade(solvers::flatten(modes.surface));
+  if (modes_that_fit(mesh, bytes) < std::min(wanted, few_modes)) {
+    mesh = shade(corners_of(modes.surface));
+  }
+  const std::size_t count = std::min(wanted, modes_that_fit(mesh, bytes));
+  if (count < std::min(wanted, few_modes / 2)) return nullptr;
+
+  ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
+                         {"body", shape.id},
+                         {"size", variant.size}};
   if (variant.size != 1) {
     object["name"] = fmt::format("{}, size {}", object["name"].get<std::string>(), variant.size);
   }
-  object["body"] = shape.id;
-  object["size"] = variant.size;
-  const std::size_t count = std::min(modes.size(), most_modes);
-  std::vector<synth::DampingModel> damping;
-  for (const synth::Material& material : materials) damping.push_back(material.damping);
-  const std::vector<double> decay_rates = synth::clamped_decay_rates(modes, damping).values;
+  add_material(all.materials(v), variant.material, object);
+  add_damping(modes, count, all.materials(v), object);
   object["modes_left_out"] = modes.size() - count;
+  object["complete_to_hz"] =
+      count < modes.size() ? modes.frequency(count) : modes.certificate.complete_to_hz;
   object["eigenvalues"] = core::base64(std::span(modes.eigenvalues).first(count));
-  object["decay_rates"] = core::base64(std::span(decay_rates).first(count));
-  const solvers::SurfaceMesh mesh = solvers::flatten(modes.surface);
-  const render::ShadingMesh shading =
-      render::shading_mesh(mesh, render::bounding_ball(mesh), crease);
-  add_surface(modes.surface, shading, object);
-  add_gains(modes, shading, count, object);
+  add_surface(modes.surface, mesh, object);
+  add_gains(modes, mesh, count, object);
   return object;
 }
 
@@ -122,29 +188,42 @@ ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v)
 
 ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share, ordered_json& notes) {
   const BuildFolders folders{dataset.folder, {}};
+  const std::vector<Shape>& all = dataset.build.plan.shapes;
   std::vector<const Shape*> there;
-  for (const Shape& shape : dataset.build.plan.shapes) {
+  for (const Shape& shape : all) {
     if (std::filesystem::is_regular_file(folders.modes_file(shape))) there.push_back(&shape);
   }
   ordered_json objects = ordered_json::array();
   const std::size_t count = std::min(share.count, there.size());
-  std::size_t bytes = 0;
+  std::size_t large = 0, silent = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Shape& shape = *there[(2 * i + 1) * there.size() / (2 * count)];
     try {
       const ShapeModes modes(dataset.build.config, shape, folders);
-      // One variant after the other, so that different materials are heard.
-      ordered_json object = object_of(shape, modes, i % shape.variants.size());
-      const std::size_t size = object.dump().size();
-      const bool silent = object.at("eigenvalues").get_ref<const std::string&>().empty();
-      if (silent || bytes + size > share.bytes) continue;
-      bytes += size;
+      // One variant after the other, so that different materials are heard; what one leaves of
+      // its share is the others'.
+      const std::size_t v = i % shape.variants.size();
+      if (modes.of(v).size() == 0) {
+        ++silent;
+        continue;
+      }
+      ordered_json object = object_of(shape, modes, v, share.bytes / (count - i));
+      if (object.is_null()) {
+        ++large;
+        continue;
+      }
+      share.bytes -= std::min(share.bytes, object.dump().size());
       objects.push_back(std::move(object));
     } catch (const core::Error& error) {
       notes.push_back(fmt::format("{} cannot be struck: {}", shape.id, error.message()));
     }
   }
-  return objects;
+  return {{"objects", std::move(objects)},
+          {"left_out",
+           {{"without modes (yet)", all.size() - there.size()},
+            {"beyond --objects", there.size() - count},
+            {"with no mode in the band", silent},
+            {"of more triangles than this page can hold for each", large}}}};
 }
 
 ordered_json gallery_materials() {

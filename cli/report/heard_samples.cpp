@@ -100,9 +100,32 @@ void add_voxels(const Hdf5Group& index, std::uint64_t row, ordered_json& sample)
   sample["voxels"] = {{"resolution", resolution}, {"cells", core::base64(bits)}};
 }
 
+/// The first two listeners, and the beginning, as far as it fits into `bytes` of base64.
+core::AudioClip beginning(const core::AudioClip& whole, std::size_t bytes, ordered_json& labels) {
+  constexpr std::size_t header = 44;
+  const auto channels = static_cast<std::size_t>(whole.channels);
+  const std::size_t heard = std::min<std::size_t>(channels, 2);
+  const std::size_t all = whole.samples.size() / channels;
+  const std::size_t room = bytes / 4 * 3;
+  const std::size_t frames =
+      std::min(all, (room - std::min(room, header)) / (heard * sizeof(std::int16_t)));
+  core::AudioClip clip{{}, static_cast<int>(heard), whole.sample_rate};
+  for (std::size_t i = 0; i < frames; ++i) {
+    const auto frame = whole.samples.begin() + static_cast<std::ptrdiff_t>(i * channels);
+    clip.samples.insert(clip.samples.end(), frame, frame + static_cast<std::ptrdiff_t>(heard));
+  }
+  if (heard < channels) labels["listeners"] = fmt::format("2 of {}", channels);
+  if (frames < all) {
+    labels["beginning [s]"] = fmt::format("{:.3g} of {:.3g}", static_cast<double>(frames) / clip.sample_rate,
+                                          static_cast<double>(all) / clip.sample_rate);
+  }
+  return clip;
+}
+
 /// The clip with its peak at half of full scale, so that every one can be heard.
-void add_audio(const SampleAudio& audio, std::uint64_t row, ordered_json& sample) {
-  core::AudioClip clip = audio.read(row, 1).front();
+void add_audio(const SampleAudio& audio, std::uint64_t row, std::size_t bytes,
+               ordered_json& sample) {
+  core::AudioClip clip = beginning(audio.read(row, 1).front(), bytes, sample["labels"]);
   float peak = 0;
   for (const float value : clip.samples) peak = std::max(peak, std::abs(value));
   if (peak > 0) {
@@ -114,14 +137,16 @@ void add_audio(const SampleAudio& audio, std::uint64_t row, ordered_json& sample
   sample["audio"] = core::base64(core::wav_bytes("audio", clip, core::SampleFormat::int16));
 }
 
-ordered_json heard(const Hdf5Group& index, const SampleAudio& audio, std::uint64_t row) {
+ordered_json heard(const Hdf5Group& index, const SampleAudio& audio, std::uint64_t row,
+                   std::size_t bytes) {
   ordered_json sample = {{"key", index.read_rows<std::string>("key", row, 1).front()},
                          {"body", index.read_rows<std::string>("shape", row, 1).front()},
                          {"labels", ordered_json::object()}};
   for (const char* column : told) add_label(index, column, row, sample["labels"]);
   add_picture(index, row, sample);
   add_voxels(index, row, sample);
-  add_audio(audio, row, sample);
+  const std::size_t used = sample.dump().size();
+  add_audio(audio, row, bytes - std::min(bytes, used), sample);
   return sample;
 }
 
@@ -137,18 +162,15 @@ ordered_json heard_samples(const std::filesystem::path& folder, ReportShare shar
   const std::uint64_t rows = index.extent("key").front();
   const std::uint64_t count = std::min<std::uint64_t>(share.count, rows);
   const auto ids = index.read<std::uint64_t>("id");
-  std::size_t bytes = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
     // Of as many equal stretches; within one by the ids, which are random and always the same.
     const auto place = [&](std::uint64_t k) {
       return ids.begin() + static_cast<std::ptrdiff_t>(k * rows / count);
     };
     const auto row = std::min_element(place(i), place(i + 1)) - ids.begin();
-    ordered_json sample = heard(index, audio, static_cast<std::uint64_t>(row));
-    const std::size_t size = sample.at("audio").get_ref<const std::string&>().size();
-    if (bytes + size > share.bytes) continue;
-    bytes += size;
-    samples.push_back(std::move(sample));
+    samples.push_back(
+        heard(index, audio, static_cast<std::uint64_t>(row), share.bytes / (count - i)));
+    share.bytes -= std::min(share.bytes, samples.back().dump().size());
   }
   return samples;
 }

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <map>
+#include <utility>
+
 #include "cli/report/report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -7,6 +10,7 @@
 namespace carillon::cli {
 
 using nlohmann::ordered_json;
+using namespace std::string_literals;
 namespace fs = std::filesystem;
 
 namespace {
@@ -52,10 +56,27 @@ ordered_json read_document(const fs::path& folder, const std::string& name,
                                       (folder / name).string(), key));
   }
   read["folder"] = folder.string();
-  const fs::path trace = folder / (fs::path(name).stem().string() + "-trace.json");
-  if (!read.contains("made") && fs::is_regular_file(trace)) {
-    const ordered_json told = ordered_json::parse(core::read_file(trace), nullptr, false);
-    if (told.is_object() && told.contains("made")) read["made"] = told["made"];
+  for (const std::string& trace : {fs::path(name).stem().string() + "-trace.json", "trace.json"s}) {
+    if (read.contains("made") || !fs::is_regular_file(folder / trace)) continue;
+    const ordered_json told = ordered_json::parse(core::read_file(folder / trace), nullptr, false);
+    if (!told.is_object()) continue;
+    const ordered_json runs = told.value("runs", ordered_json::array());
+    const ordered_json& last = runs.empty() ? told : runs.back();
+    if (last.contains("made")) read["made"] = last["made"];
+  }
+  return read;
+}
+
+ordered_json read_classification(const fs::path& folder) {
+  ordered_json read = read_document(folder, "classification.json", "rows");
+  std::map<std::pair<std::string, std::string>, std::pair<double, ordered_json*>> best;
+  for (ordered_json& row : read.at("rows")) {
+    const double right = row.at("accuracy").at("mean");
+    const auto [place, first] = best.try_emplace({row.at("dataset"), row.at("task")}, right, &row);
+    if (first) continue;
+    ordered_json& less = right > place->second.first ? *place->second.second : row;
+    if (right > place->second.first) place->second = {right, &row};
+    less.erase("confusion");
   }
   return read;
 }

@@ -12,6 +12,7 @@
 #include "cli/report/report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "mpi/comm.hpp"
 
 namespace carillon::cli {
 
@@ -26,6 +27,8 @@ constexpr std::size_t objects_bytes = 7'000'000;
 constexpr std::size_t most_rows = 4000;
 /// Each has a configuration, effects and versions: some 15 kB.
 constexpr std::size_t most_datasets = 40;
+/// Of sweeps, ladders and evaluations each.
+constexpr std::size_t most_documents = 20;
 constexpr std::size_t large_page = 15'000'000;
 
 struct ReportOptions {
@@ -57,21 +60,30 @@ void add_document(ordered_json& report, const char* kind, const std::filesystem:
              [&] { report[kind].push_back(read_document(folder, name, key)); });
 }
 
+/// So many folders as are shown, the first ones; what is left out is noted.
+std::span<const std::filesystem::path> first_of(const std::vector<std::filesystem::path>& folders,
+                                                std::size_t most, const char* what,
+                                                ordered_json& report) {
+  const std::size_t count = std::min(folders.size(), most);
+  if (count < folders.size()) {
+    report["notes"].push_back(fmt::format(
+        "{} of {} {} are left out, after {}: name their folders to see them",
+        folders.size() - count, folders.size(), what, folders[count - 1].string()));
+  }
+  return std::span(folders).first(count);
+}
+
 /// Datasets with their sounds and objects. Variants of a sweep have one name and mostly the same
 /// bodies: the first one's can be struck.
 void add_datasets(const ReportFolders& found, const ReportOptions& options, ordered_json& report) {
-  const std::size_t count = std::min(found.datasets.size(), most_datasets);
-  if (count < found.datasets.size()) {
-    report["notes"].push_back(fmt::format(
-        "{} of {} datasets are left out, after {}: name their folders to see them",
-        found.datasets.size() - count, found.datasets.size(), found.datasets[count - 1].string()));
-  }
+  const auto shown = first_of(found.datasets, most_datasets, "datasets", report);
+  const std::size_t count = shown.size();
   // At least one of each, as far as the page's bytes go.
   const auto share = [&](std::size_t all, std::size_t bytes) {
     return ReportShare{all == 0 ? 0 : (all + count - 1) / count, bytes / count};
   };
   std::map<std::string, StoredDataset> by_name;
-  for (const std::filesystem::path& folder : std::span(found.datasets).first(count)) {
+  for (const std::filesystem::path& folder : shown) {
     try_to_add(report, folder.string(), [&] {
       StoredDataset dataset = open_dataset(folder, "");
       ordered_json entry = dataset_report(dataset, most_rows / count);
@@ -85,19 +97,34 @@ void add_datasets(const ReportFolders& found, const ReportOptions& options, orde
       });
     });
   }
-  ordered_json& objects = report["gallery"]["objects"];
+  ordered_json& gallery = report["gallery"];
   for (const auto& [name, dataset] : by_name) {
     const std::size_t names = by_name.size();
     const ReportShare part = {(options.objects + names - 1) / names, objects_bytes / names};
     try_to_add(report, "objects of " + name, [&] {
-      for (ordered_json& object : gallery_objects(dataset, part, report["notes"])) {
-        object["dataset"] = name;
-        objects.push_back(std::move(object));
+      ordered_json here = gallery_objects(dataset, part, report["notes"]);
+      for (ordered_json& object : here.at("objects")) {
+        gallery["objects"].push_back(std::move(object));
       }
-      report["gallery"]["bodies"] =
-          report["gallery"]["bodies"].get<std::size_t>() + dataset.build.plan.shapes.size();
+      for (const auto& [reason, bodies] : here.at("left_out").items()) {
+        gallery["left_out"][reason] =
+            gallery["left_out"].value(reason, std::size_t{0}) + bodies.get<std::size_t>();
+      }
+      gallery["bodies"] =
+          gallery["bodies"].get<std::size_t>() + dataset.build.plan.shapes.size();
     });
   }
+}
+
+/// Of the nights the last one, which tells of those before.
+void add_night(const ReportFolders& found, ordered_json& report) {
+  if (found.nights.empty()) return;
+  if (found.nights.size() > 1) {
+    report["notes"].push_back(fmt::format(
+        "of {} nights the last one is shown: name another one's folder to see it",
+        found.nights.size()));
+  }
+  add_document(report, "nights", found.nights.back(), "nightly.json", "measures");
 }
 
 ordered_json collect(const ReportFolders& found, const ReportOptions& options,
@@ -109,38 +136,41 @@ ordered_json collect(const ReportFolders& found, const ReportOptions& options,
        {"datasets", "sweeps", "ladders", "damping", "classification", "transfer", "nights"}) {
     report[list] = ordered_json::array();
   }
-  report["gallery"] = {
-      {"bodies", 0}, {"objects", ordered_json::array()}, {"materials", gallery_materials()}};
+  report["gallery"] = {{"bodies", 0},
+                       {"objects", ordered_json::array()},
+                       {"left_out", ordered_json::object()},
+                       {"materials", gallery_materials()}};
+  for (const std::string& why : found.unreadable) report["notes"].push_back(why);
   add_datasets(found, options, report);
-  for (const auto& folder : found.sweeps) {
+  for (const auto& folder : first_of(found.sweeps, most_documents, "sweeps", report)) {
     add_document(report, "sweeps", folder, "sweep.json", "variants");
   }
-  for (const auto& folder : found.ladders) {
+  for (const auto& folder : first_of(found.ladders, most_documents, "ladders", report)) {
     add_document(report, "ladders", folder, "accuracy.json", "objects");
   }
-  for (const auto& folder : found.nights) {
-    add_document(report, "nights", folder, "nightly.json", "measures");
-  }
-  for (const auto& folder : found.evaluations) {
-    if (std::filesystem::is_regular_file(folder / "damping.json")) {
-      try_to_add(report, (folder / "damping.json").string(),
-                 [&] { report["damping"].push_back(read_damping(folder)); });
-    }
-    add_document(report, "classification", folder, "classification.json", "rows");
+  add_night(found, report);
+  for (const auto& folder : first_of(found.evaluations, most_documents, "evaluations", report)) {
+    const auto add = [&](const char* kind, const char* name, auto&& read) {
+      if (!std::filesystem::is_regular_file(folder / name)) return;
+      try_to_add(report, (folder / name).string(), [&] { report[kind].push_back(read(folder)); });
+    };
+    add("damping", "damping.json", read_damping);
+    add("classification", "classification.json", read_classification);
     add_document(report, "transfer", folder, "transfer.json", "rows");
   }
   return report;
 }
 
-void run_report(const ReportOptions& options, const Context& context) {
-  if (!context.speaks()) return;
+void write_report(const ReportOptions& options, const Context& context) {
   const ReportFolders found = find_report_folders(options.folders);
   ordered_json report = collect(found, options, context);
-  const std::string page = report_page(report);
+  std::string page = report_page(report);
   if (page.size() > large_page) {
     report["notes"].push_back(
-        "the page is large: name fewer folders, or give --sounds and "
-        "--objects smaller numbers");
+        fmt::format("this page has {:.0f} MB: name fewer folders, or give --sounds and --objects "
+                    "smaller numbers",
+                    static_cast<double>(page.size()) / 1e6));
+    page = report_page(report);
   }
   core::write_text_durably(options.output, page);
   if (context.json) {
@@ -155,6 +185,13 @@ void run_report(const ReportOptions& options, const Context& context) {
   }
   fmt::print("{}: {:.1f} MB\n", options.output, static_cast<double>(page.size()) / 1e6);
   for (const ordered_json& note : report["notes"]) fmt::print("  {}\n", note.get<std::string>());
+}
+
+/// One rank does it; all end with its outcome.
+void run_report(const ReportOptions& options, const Context& context) {
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) write_report(options, context);
+  });
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 """A headless Chromium for pages of reports (Debian: chromium-driver, python3-selenium)."""
+import json
 import shutil
 import unittest
 
@@ -14,9 +15,12 @@ DRIVER = shutil.which("chromedriver")
 BROWSER = shutil.which("chromium")
 
 
+def there():
+    return bool(webdriver and DRIVER and BROWSER)
+
+
 def needs_browser(test):
-    there = webdriver and DRIVER and BROWSER
-    return unittest.skipUnless(there, "no chromium, chromedriver or selenium (Debian: "
+    return unittest.skipUnless(there(), "no chromium, chromedriver or selenium (Debian: "
                                       "chromium-driver, python3-selenium)")(test)
 
 
@@ -39,6 +43,54 @@ def open_page(path, width=1280, height=900, dark=False):
     driver.set_script_timeout(60)
     driver.get(path.resolve().as_uri())
     return driver
+
+
+def look_through(driver):
+    """Scrolls to the end, so that everything is drawn."""
+    driver.execute_async_script("""
+        const done = arguments[0]; let at = 0;
+        const step = () => { scrollTo(0, at); at += 700;
+          at > document.documentElement.scrollHeight ? setTimeout(done, 500) : setTimeout(step, 60); };
+        step();""")
+
+
+def expect_whole(test, driver, width):
+    """Nothing went wrong, nothing was fetched, all charts are drawn, nothing is wider than the screen.
+    Gives the number of charts."""
+    look_through(driver)
+    faults = [e for e in driver.get_log("browser") if e["level"] in ("SEVERE", "ERROR")]
+    test.assertEqual(faults, [])
+    requests = [json.loads(e["message"])["message"] for e in driver.get_log("performance")]
+    urls = {r["params"]["request"]["url"][:5] for r in requests
+            if r["method"] == "Network.requestWillBeSent"}
+    test.assertLessEqual(urls, {"file:", "data:", "blob:"})
+    test.assertLessEqual(driver.execute_script("return document.documentElement.scrollWidth"), width)
+    test.assertNotIn("cannot be drawn", driver.execute_script("return document.body.textContent"))
+    empty, drawn = driver.execute_script("""
+        const charts = [...document.querySelectorAll('figure > .chart')].filter((chart) => chart.clientWidth > 0);
+        const is_drawn = (chart) => chart.querySelector('svg[role=img][aria-label]');
+        return [charts.filter((c) => !is_drawn(c)).length, charts.filter(is_drawn).length];""")
+    test.assertEqual(empty, 0)
+    return drawn
+
+
+def expect_sections(test, path, expected):
+    """The page has these sections (the beginnings of their ids), each with a table or a chart, at the
+    width of a screen and of a telephone. Nothing where there is no browser."""
+    if not there():
+        return
+    for width in (1280, 390):
+        driver = open_page(path, width)
+        try:
+            expect_whole(test, driver, width)
+            found = driver.execute_script("""
+                return [...document.querySelectorAll('section')]
+                  .map((one) => [one.id, one.querySelectorAll('tbody tr, svg').length]);""")
+            for prefix in expected:
+                test.assertTrue([n for name, n in found if name.startswith(prefix) and n > 0],
+                                (prefix, found))
+        finally:
+            driver.quit()
 
 
 def click(driver, element):

@@ -1,32 +1,40 @@
 import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
-import { base, colors, figure, logScale } from "./figure.js";
+import { base, colors, figure, logScale, safely } from "./figure.js";
 import { number, percent, seconds, source } from "./format.js";
+import { featureFigures, modesFigures, rungsTables, soundFigures } from "./ladders.js";
 import { table } from "./table.js";
 
 // What accuracy costs in time: one picture for each stage that was measured.
 export function accuracySection(report) {
+  // A document that cannot be drawn costs its own figures.
+  const drawn = (documents, make) => documents.flatMap((document) => safely(() => make(document)));
   const figures = [
-    ...report.ladders.flatMap(modesFigures),
-    ...firstOfName(report.datasets).filter((dataset) => solvedShapes(dataset).length > 0).map(bodiesFigure),
-    ...report.ladders.flatMap(soundFigures),
-    ...report.ladders.flatMap(featureFigures),
-    ...report.damping.flatMap(fitFigures),
-    ...report.classification.map(classifierFigure),
+    ...drawn(report.ladders, modesFigures),
+    ...drawn(firstOfName(report.datasets).filter((dataset) => solvedShapes(dataset).length > 0), bodiesFigure),
+    ...drawn(report.ladders, soundFigures),
+    ...drawn(report.ladders, featureFigures),
+    ...drawn(report.damping, fitFigures),
+    ...drawn(report.classification, classifierFigure),
   ].filter(Boolean);
-  const failed = failures(report);
-  if (figures.length === 0 && failed.length === 0) return null;
+  if (figures.length === 0 && report.ladders.length === 0 && report.damping.length === 0) return null;
   return {
     id: "accuracy",
     title: "What accuracy costs",
-    content: html`<p>Seconds run across, the error runs down: lower is better, left is cheaper.</p>
+    content: () => html`<p>Seconds run across, the error runs down: lower is better, left is cheaper.</p>
       <div class="figures">${figures}</div>${missing(report)}
-      ${failed.length > 0 ? html`<details open><summary class="bad">${failed.length} measurements failed</summary>${table([{ title: "what", value: (f) => f.what }, { title: "reason", value: (f) => f.reason }], failed)}</details>` : ""}`,
+      ${drawn(report.ladders, rungsTables)}
+      ${safely(() => failuresTable(report))}`,
   };
 }
 
 // What could not be measured, and why.
+function failuresTable(report) {
+  const failed = failures(report);
+  return html`${failed.length > 0 ? html`<details open><summary class="bad">${failed.length} measurements failed</summary>${table([{ title: "what", value: (f) => f.what }, { title: "reason", value: (f) => f.reason }], failed)}</details>` : ""}`;
+}
+
 function failures({ ladders, damping }) {
   const of = (what, reason) => (reason ? [{ what, reason }] : []);
   return [
@@ -44,7 +52,7 @@ function failures({ ladders, damping }) {
 
 // What would fill the gaps.
 function missing(report) {
-  const none = (key) => !report.ladders.some((ladder) => (key === "objects" ? ladder.objects.length > 0 : ladder[key]));
+  const none = (key) => !report.ladders.some((ladder) => (key === "objects" ? ladder.objects?.length > 0 : ladder[key]));
   const gaps = [
     [none("objects"), "modes against a reference", "carillon accuracy CONFIG"],
     [none("sound"), "sounds with fewer modes and reflections", "carillon accuracy CONFIG with sound:"],
@@ -54,54 +62,6 @@ function missing(report) {
   ].filter(([is]) => is);
   if (gaps.length === 0) return "";
   return html`<p class="note">Not measured in the folders shown here: ${gaps.map(([, what, command], i) => html`${i > 0 ? "; " : ""}${what} (<code>${command}</code>)`)}.</p>`;
-}
-
-const orders = new Map([1, 2, 3, 4].map((order, i) => [`order ${order}`, [colors[7], colors[1], colors[0], colors[2]][i]]));
-
-function modesFigures(ladder) {
-  const bodies = (ladder.objects ?? []).filter((body) => solved(body).length > 0);
-  const all = bodies.flatMap(solved);
-  const present = [...orders.keys()].filter((order) => all.some((rung) => `order ${rung.order}` === order));
-  if (all.length === 0) return [];
-  const x = logScale(all.map((rung) => rung.seconds), "seconds", (value) => number(value));
-  const y = logScale(all.map((rung) => Math.max(rung.worst_cents, 1e-4)), "worst mode [cents]", (value) => number(value));
-  return bodies.map((body) => {
-    const rungs = solved(body).map((rung) => ({ ...rung, cents: Math.max(rung.worst_cents, 1e-4) }));
-    const front = rungs.filter((rung) => rung.on_front).sort((a, b) => a.seconds - b.seconds);
-    return figure(
-      (width) =>
-        Plot.plot(
-          base(width, {
-            height: 260,
-            x,
-            y,
-            color: { type: "ordinal", domain: present, range: present.map((order) => orders.get(order)), legend: true },
-            marks: [
-              Plot.line(front, { x: "seconds", y: "cents", stroke: "currentColor", strokeOpacity: 0.6 }),
-              Plot.dot(rungs, {
-                x: "seconds",
-                y: "cents",
-                fill: (rung) => `order ${rung.order}`,
-                r: 4,
-                tip: true,
-                title: (rung) =>
-                  `order ${rung.order}, ${number(1000 * rung.element_size_m)} mm\nworst ${number(rung.worst_cents)} cents (estimated ${number(rung.estimated_worst_cents)})\nmedian ${number(rung.median_cents)} cents\n${seconds(rung.seconds)}, ${number(rung.unknowns, 6)} unknowns`,
-              }),
-            ],
-          }),
-        ),
-      {
-        narrow: true,
-        title: `Modes: ${body.name}`,
-        caption: body.half_the_error_costs ? `Half the error costs ${number(body.half_the_error_costs)} times the time (along the line).` : "",
-        source: source(ladder.made, `${ladder.folder}/accuracy.json: ${ladder.modes} modes against a far finer reference`),
-      },
-    );
-  });
-}
-
-function solved(body) {
-  return (body.rungs ?? []).filter((rung) => rung.failure === undefined && rung.worst_cents !== undefined);
 }
 
 function solvedShapes(dataset) {
@@ -144,75 +104,6 @@ function bodiesFigure(dataset) {
       source: source(dataset.made, `${dataset.folder}/trace.json and modes/`),
     },
   );
-}
-
-function soundFigures(ladder) {
-  const rows = (ladder.sound?.rungs ?? []).filter((row) => row.error_db > 0);
-  if (rows.length === 0) return [];
-  return [...new Set(rows.map((row) => row.key))].map((key) => {
-    const own = rows.filter((row) => row.key === key).sort((a, b) => a.value - b.value);
-    return figure(
-      (width) =>
-        Plot.plot(
-          base(width, {
-            height: 260,
-            marginRight: 50,
-            x: logScale(own.map((row) => row.seconds), "seconds of one sound", (value) => seconds(value)),
-            y: { label: "difference to the full sound [dB]", grid: true, zero: true, nice: true },
-            marks: [
-              Plot.line(own, { x: "seconds", y: "error_db", z: "body", stroke: colors[0], sort: "value" }),
-              Plot.dot(own, { x: "seconds", y: "error_db", fill: colors[0], r: 4, tip: true, title: (row) => `${key} ${row.value}\n${number(row.error_db)} dB, ${seconds(row.seconds)}` }),
-              Plot.text(own, { x: "seconds", y: "error_db", text: (row) => String(row.value), dx: 8, textAnchor: "start" }),
-            ],
-          }),
-        ),
-      {
-        narrow: true,
-        title: key === "modes" ? "Sound: modes that ring" : "Sound: order of a room's reflections",
-        caption: `Numbers at the points: ${key === "modes" ? "the lowest so many modes" : "reflections on the way"}. Median over ${own[0].sounds} sounds of short-time spectra.`,
-        source: source(ladder.made, `${ladder.folder}/accuracy.json: ${ladder.sound.body}`),
-      },
-    );
-  });
-}
-
-function featureFigures(ladder) {
-  const rows = (ladder.features?.rungs ?? []).filter((row) => row.bounds_frequency > 0);
-  if (rows.length === 0) return [];
-  const methods = [...new Set(rows.map((row) => row.method))];
-  return [
-    figure(
-      (width) =>
-        Plot.plot(
-          base(width, {
-            height: 260,
-            marginRight: 40,
-            x: logScale(rows.map((row) => row.seconds), "seconds of one clip", (value) => seconds(value)),
-            y: logScale(rows.map((row) => row.bounds_frequency), "error of frequency [Cramér-Rao bounds]", (value) => number(value)),
-            color: { domain: methods, range: colors, legend: true },
-            marks: [
-              Plot.ruleY([1], { strokeDasharray: "4 3" }),
-              Plot.dot(rows, {
-                x: "seconds",
-                y: "bounds_frequency",
-                fill: "method",
-                r: 4,
-                tip: true,
-                title: (row) =>
-                  `${row.method}, ${row.modes} modes at ${row.snr_db} dB\nfrequency ${number(row.bounds_frequency)}, decay rate ${number(row.bounds_decay_rate)} bounds\nfound ${percent(row.found)}\n${seconds(row.seconds)}`,
-              }),
-              Plot.text(rows, { x: "seconds", y: "bounds_frequency", text: (row) => String(row.modes), dx: 7, textAnchor: "start" }),
-            ],
-          }),
-        ),
-      {
-        narrow: true,
-        title: "Features of recordings",
-        caption: "Median errors over the least that noise allows (1, dashed). Numbers at the points: modes of a clip.",
-        source: source(ladder.made, `${ladder.folder}/accuracy.json: ${ladder.features.clips} clips each`),
-      },
-    ),
-  ];
 }
 
 // A sound's features cost the time of a fit; the fit itself is a few milliseconds.
@@ -258,20 +149,29 @@ function fitFigures(damping) {
 }
 
 function classifierFigure(classification) {
+  // A method has one number wherever it stands; half a sample is the least error that is drawn.
+  const methods = [...new Set(classification.rows.map((row) => `${row.method} (${row.senses})`))];
+  const floor = (row) => 0.5 / row.samples;
   const rows = classification.rows
     .filter((row) => row.training_s > 0)
-    .map((row) => ({ ...row, error: Math.max(1 - row.accuracy.mean, 0.5 / row.samples) }));
-  if (rows.length === 0) return null;
+    .map((row) => {
+      const wrong = (accuracy) => Math.max(1 - accuracy, floor(row));
+      const [low, high] = row.accuracy.interval95 ?? [row.accuracy.mean, row.accuracy.mean];
+      return { ...row, number: 1 + methods.indexOf(`${row.method} (${row.senses})`), error: wrong(row.accuracy.mean), least: wrong(high), most: wrong(low) };
+    });
+  if (rows.length === 0) return [];
   const tasks = [...new Set(rows.map((row) => row.task))];
+  const told = new Set(rows.map((row) => row.number));
   return figure(
     (width) =>
       Plot.plot(
         base(width, {
-          height: 300,
+          height: 320,
           x: logScale(rows.map((row) => row.training_s), "seconds of training", (value) => number(value)),
-          y: logScale(rows.map((row) => row.error), "wrong answers, test part", (value) => percent(value)),
+          y: logScale(rows.flatMap((row) => [row.least, row.most]), "wrong answers, test part", (value) => percent(value)),
           color: { domain: tasks, range: colors, legend: true },
           marks: [
+            Plot.ruleX(rows, { x: "training_s", y1: "least", y2: "most", stroke: "task", strokeOpacity: 0.5 }),
             Plot.dot(rows, {
               x: "training_s",
               y: "error",
@@ -280,13 +180,14 @@ function classifierFigure(classification) {
               tip: true,
               title: (row) => `${row.method} (${row.senses})\n${row.task}: ${percent(row.accuracy.mean)} right\ntrained in ${seconds(row.training_s)}`,
             }),
-            Plot.text(rows, { x: "training_s", y: "error", text: "method", dy: -9, fontSize: 9, filter: () => width > 500 && rows.length <= 24 }),
+            Plot.text(rows, { x: "training_s", y: "error", text: (row) => String(row.number), dx: 6, textAnchor: "start" }),
           ],
         }),
       ),
     {
       title: `Classifiers: ${classification.name}`,
-      caption: "Each point one method on one task.",
+      caption: html`Each point one method on one task, with its 95 % interval.${rows.some((row) => row.error === floor(row)) ? " Where all answers are right, half a wrong one is drawn." : ""}
+        Methods: ${methods.map((method, i) => (told.has(i + 1) ? `${i + 1} ${method}` : "")).filter(Boolean).join(", ")}.`,
       source: source(classification.made, `${classification.folder}/classification.json`),
     },
   );

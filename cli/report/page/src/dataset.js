@@ -10,7 +10,7 @@ export function datasetSections({ datasets }) {
   return datasets.map((dataset, index) => ({
     id: `dataset-${index}`,
     title: datasets.length > 1 ? `What was built: ${dataset.label}` : "What was built",
-    content: datasetContent(dataset, index, datasets.length > 3),
+    content: () => datasetContent(dataset, index, datasets.length > 3),
   }));
 }
 
@@ -38,7 +38,8 @@ function summary(dataset) {
     ["bodies", dataset.bodies.toLocaleString("en")],
     ["materials", dataset.materials.length],
     ["failed tasks", dataset.failed],
-    ["task time", seconds(dataset.task_seconds)],
+    ["took", seconds(wallSeconds(dataset))],
+    ["in tasks, of all ranks", seconds(dataset.task_seconds)],
     ["on disk", bytes(dataset.bytes)],
   ];
   return html`<div>
@@ -46,6 +47,12 @@ function summary(dataset) {
     <dl class="tiles">${tiles.map(([name, value]) => html`<div class=${name === "failed tasks" && value > 0 ? "bad" : ""}><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
     <p class="source">${dataset.folder}${about.license ? ` · ${about.license}` : ""}${about.creators ? ` · ${about.creators.join(", ")}` : ""}</p>
   </div>`;
+}
+
+// Of every run, one after the other, as long as its ranks were there; undefined where none is done.
+function wallSeconds({ runs }) {
+  const there = runs.map((run) => Math.max(0, ...(run.ranks ?? []).map((rank) => rank.busy_s + rank.idle_s)));
+  return there.length > 0 ? there.reduce((sum, one) => sum + one, 0) : undefined;
 }
 
 function failures(dataset, index) {
@@ -69,7 +76,6 @@ function stages(dataset) {
     .filter((row) => row.seconds > 0)
     .sort((a, b) => b.seconds - a.seconds);
   if (rows.length === 0) return "";
-  const whole = rows.reduce((sum, row) => sum + row.seconds, 0);
   return html`<h3>Where the time went</h3>
     ${figure(
       (width) =>
@@ -88,7 +94,7 @@ function stages(dataset) {
           }),
         ),
       {
-        caption: `Stages of all tasks, ${seconds(whole)} in all. Some lie within others: the estimate of a body's errors solves it once more, coarser.`,
+        caption: "Stages of all tasks. Some lie within others, so that they have no sum: the estimate of a body's errors solves it once more, coarser.",
         source: source(dataset.made, `${dataset.folder}/trace.json`),
       },
     )}`;
@@ -109,6 +115,7 @@ function effects(dataset) {
       ],
       on,
     )}
+    <p class="source">${source(dataset.made, `${dataset.folder}/trace.json`)}</p>
     <details><summary>${count(off.length, "effect")} that nothing calls for did not run: trace.json has no call of ${off.length === 1 ? "it" : "them"}</summary>
     ${table([{ title: "effect", value: (e) => e.name }, { title: "calls", number: true, value: (e) => e.calls }, { title: "why not", value: (e) => e.reason }], off)}
     </details>`;
@@ -132,7 +139,8 @@ function bodies(dataset) {
       ],
       dataset.shapes,
       { most: 100 },
-    )}${leftOut(dataset.bodies - dataset.shapes.length, "modes/ has", "more, which took less time")}`;
+    )}${leftOut(dataset.bodies - dataset.shapes.length, "modes/ has", "more, which took less time")}
+    <p class="source">${source(dataset.made, `${dataset.folder}/modes/ and trace.json`)}</p>`;
 }
 
 function leftOut(number, where, what) {

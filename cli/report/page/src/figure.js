@@ -1,20 +1,28 @@
 import { html } from "htl";
 
+import { whenSized } from "./seen.js";
+
+// What make() gives; where it throws, what is wrong in its place, so that the rest is shown.
+export function safely(make) {
+  try {
+    return make();
+  } catch (error) {
+    return html`<p class="note bad">This part cannot be drawn: ${error.message}</p>`;
+  }
+}
+
 // A chart that is drawn anew for every width it gets, with what it shows and where its numbers come
 // from. draw(width) gives an SVG element.
 export function figure(draw, { title, caption, source, narrow = false } = {}) {
   const box = html`<div class="chart"></div>`;
-  let drawn = 0;
-  const fit = (width) => {
-    if (width <= 0 || Math.abs(width - drawn) < 4) return;
-    drawn = width;
-    const drawing = draw(width);
-    const svg = drawing.matches("svg") ? drawing : drawing.querySelector(":scope > svg");
+  const drawing = (width) => {
+    const drawn = draw(width);
+    const svg = drawn.matches("svg") ? drawn : drawn.querySelector(":scope > svg");
     svg.setAttribute("role", "img");
     svg.setAttribute("aria-label", title ?? "Chart");
-    box.replaceChildren(drawing);
+    return drawn;
   };
-  new ResizeObserver(([entry]) => fit(Math.floor(entry.contentRect.width))).observe(box);
+  whenSized(box, (width) => box.replaceChildren(safely(() => drawing(width))));
   return html`<figure class=${narrow ? "narrow" : ""}>
     ${title ? html`<h4>${title}</h4>` : ""}
     ${box}

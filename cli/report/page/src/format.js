@@ -21,8 +21,8 @@ export function seconds(value) {
   if (value < 1e-3) return `${number(1e6 * value, 2)} µs`;
   if (value < 1) return `${number(1e3 * value, 3)} ms`;
   if (value < 100) return `${number(value, 3)} s`;
-  const minutes = Math.round(value / 60);
-  if (value < 6000) return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`.replace(" 0 s", "");
+  const [whole, minutes] = [Math.round(value), Math.round(value / 60)];
+  if (whole < 6000) return `${Math.floor(whole / 60)} min ${whole % 60} s`.replace(/ 0 s$/, "");
   return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 

@@ -10,17 +10,26 @@ import { Viewer } from "./viewer.js";
 
 export function gallerySection({ gallery }) {
   if (gallery.objects.length === 0) return null;
-  const desk = new Desk(gallery.objects.map(unpack), gallery.materials);
-  const left = gallery.bodies - gallery.objects.length;
-  // For programs that drive the page: a blow as numbers, and what it sounds like.
-  window.carillon = { strike: (blow) => desk.strikeAt(blow) };
   return {
     id: "gallery",
     title: "Objects to strike",
-    content: html`<p>Click an object to strike it there, against its surface; drag to turn it. Its modes are the dataset's, and what is heard is
-      the velocity of the struck point, as <code>carillon strike</code> computes it without a listener. Other materials and sizes are exact
-      rescalings of the same modes; Poisson's ratio stays that of the object.${left > 0 ? ` ${left} of ${gallery.bodies} bodies are left out for the size of this page.` : ""}</p>${desk.element}`,
+    content: () => content(gallery),
   };
+}
+
+function content(gallery) {
+  const desk = new Desk(gallery.objects.map(unpack), gallery.materials);
+  // For programs that drive the page: a blow as numbers, and what it sounds like; the last one heard.
+  window.carillon = { strike: (blow) => desk.strikeAt(blow), heard: () => desk.heard };
+  return html`<p>Click an object to strike it there, against its surface; drag to turn it. Its modes are the dataset's, and what is heard is
+      the velocity of the struck point, as <code>carillon strike</code> computes it without a listener, from the modes that are here. Other materials and
+      sizes are exact rescalings of them; Poisson's ratio stays that of the object.${leftOut(gallery)}</p>${desk.element}`;
+}
+
+function leftOut({ bodies, left_out }) {
+  const why = Object.entries(left_out).filter(([, number]) => number > 0);
+  if (why.length === 0) return "";
+  return ` Of ${bodies} bodies these are not here: ${why.map(([reason, number]) => `${number} ${reason}`).join(", ")}.`;
 }
 
 // An object's arrays. gains: displacement along the normal, mode by mode over the vertices [kg^-1/2].
@@ -33,12 +42,27 @@ function unpack(object) {
     normals: int8s(object.normals),
     triangles: uint32s(object.triangles),
     eigenvalues: float64s(object.eigenvalues),
-    decayRates: float64s(object.decay_rates),
     gain: (mode, vertex) => (scaled[mode * vertices + vertex] / 32767) * object.gain_scales[mode],
+    ownRate: object.damping && tabulated(object.damping),
+  };
+}
+
+// Decay rate [1/s] of a mode whose eigenvalue is multiplied by a factor, from its table over the
+// factor's logarithm: straight between the points on logarithmic scales, as power laws are.
+function tabulated({ rates, widest_factor }) {
+  const table = float32s(rates);
+  return (mode, factor, modes) => {
+    const points = table.length / modes;
+    const place = Math.min(1, Math.max(0, (Math.log(factor) / Math.log(widest_factor) + 1) / 2)) * (points - 1);
+    const low = Math.min(Math.floor(place), points - 2);
+    const [a, b] = [table[mode * points + low], table[mode * points + low + 1]];
+    const part = place - low;
+    return a > 0 && b > 0 ? a * (b / a) ** part : a + part * (b - a);
   };
 }
 
 const defaults = { stiffness: 1, density: 1, size: 1, damping: 1, duration: 2e-4, impulse: 0.02 };
+const fadeSeconds = 0.03;
 
 class Desk {
   constructor(objects, materials) {
@@ -47,6 +71,7 @@ class Desk {
     this.viewer = new Viewer((hit) => this.strike(hit));
     this.message = html`<p class="note" aria-live="polite">Not struck yet.</p>`;
     this.chart = html`<div class="chart"></div>`;
+    this.limit = html`<p class="note"></p>`;
     this.controls = html`<form class="controls" onsubmit=${(event) => event.preventDefault()}></form>`;
     this.element = html`<div class="desk">
       <div>${this.chooser()}${this.viewer.element}<p class="buttons">
@@ -54,7 +79,7 @@ class Desk {
         <button type="button" onclick=${() => this.strike(this.viewer.anywhere())}>Strike anywhere</button>
         <button type="button" onclick=${() => this.choose(this.index)}>As it was</button></p>
         ${this.message}</div>
-      <div>${this.controls}${this.chart}</div>
+      <div>${this.controls}${this.chart}${this.limit}</div>
     </div>`;
     new ResizeObserver(() => this.hit && this.draw()).observe(this.chart);
     this.choose(0);
@@ -69,27 +94,44 @@ class Desk {
   choose(index) {
     this.index = index;
     this.object = this.objects[index];
-    const { rayleigh } = this.object;
-    this.state = { ...defaults, alpha1: rayleigh?.[0], alpha2: rayleigh?.[1] };
+    const [alpha1, alpha2] = this.object.rayleigh ?? [];
+    this.state = { ...defaults, alpha1, alpha2 };
     this.hit = null;
     this.volume = null;
     this.viewer.show(this.object);
     this.fillControls();
     this.chart.replaceChildren(html`<p class="note">Its modes are drawn here once it is struck.</p>`);
-    this.message.textContent = `${this.object.name}: ${this.object.eigenvalues.length} modes from ${hertz(Math.sqrt(this.object.eigenvalues[0]) / 2 / Math.PI)}${this.object.modes_left_out > 0 ? `; ${this.object.modes_left_out} higher ones are left out here` : ""}. Not struck yet.`;
+    this.message.textContent = `${this.object.name}: ${this.object.eigenvalues.length} modes from ${hertz(Math.sqrt(this.object.eigenvalues[0]) / 2 / Math.PI)}. Not struck yet.`;
+    this.tellLimit();
+  }
+
+  // Factor of all eigenvalues, by the settings.
+  factor() {
+    return this.state.stiffness / (this.state.density * this.state.size ** 2);
+  }
+
+  // Up to where what is heard has every mode, by the settings [Hz].
+  completeTo() {
+    return this.object.complete_to_hz * Math.sqrt(this.factor());
+  }
+
+  tellLimit() {
+    const { modes_left_out: left, damping } = this.object;
+    this.limit.textContent = `No mode is missing up to ${hertz(this.completeTo())}${left > 0 ? `; ${left} higher ones of the dataset are left out for the size of this page` : ""}.${
+      this.state.alpha1 === undefined ? ` Damping: ${damping.law}.` : ""}`;
   }
 
   fillControls() {
     const put = (key, label, low, high, format) =>
       slider({ label, low, high, value: this.state[key], format, changed: (value) => this.set({ [key]: value }) });
-    const { rayleigh } = this.object;
+    const isRayleigh = this.state.alpha1 !== undefined;
     this.controls.replaceChildren(
       ...[
-        rayleigh ? this.presets() : "",
+        this.object.regions === 1 ? this.presets() : "",
         put("stiffness", "Stiffness", 0.05, 20, (v) => `× ${number(v, 3)}`),
         put("density", "Density", 0.1, 10, (v) => `× ${number(v, 3)}`),
         put("size", "Size", 0.25, 4, (v) => `× ${number(v, 3)}`),
-        ...(rayleigh
+        ...(isRayleigh
           ? [
               put("alpha1", "Damping α₁", 0.1, 1000, (v) => `${number(v, 3)} 1/s`),
               put("alpha2", "Damping α₂", 1e-10, 1e-4, (v) => `${number(v, 2)} s`),
@@ -113,14 +155,17 @@ class Desk {
     return html`<label>Material ${select}</label>`;
   }
 
-  // The settings that make the object one of another material; of null: its own.
+  // The settings that make the object one of another material, whose damping is Rayleigh's; of
+  // null: its own.
   inMaterial(material) {
     const own = this.object;
+    const [alpha1, alpha2] = material?.alphas ?? own.rayleigh ?? [];
     return {
       stiffness: material ? material.youngs_modulus / own.youngs_modulus : 1,
       density: material ? material.density / own.density : 1,
-      alpha1: (material?.alphas ?? own.rayleigh)[0],
-      alpha2: (material?.alphas ?? own.rayleigh)[1],
+      damping: 1,
+      alpha1,
+      alpha2,
     };
   }
 
@@ -134,15 +179,16 @@ class Desk {
   // A change is heard at the point struck last.
   set(values) {
     Object.assign(this.state, values);
+    this.tellLimit();
     if (this.hit) this.strike(this.hit);
   }
 
   modes() {
     const { alpha1, alpha2, damping } = this.state;
-    const { rayleigh, eigenvalues, decayRates } = this.object;
-    let mode = 0;
-    return changed(this.object, this.state, (lambda) =>
-      rayleigh ? (alpha1 + alpha2 * lambda) / 2 : damping * decayRates[mode++ % eigenvalues.length],
+    const { ownRate, eigenvalues } = this.object;
+    const factor = this.factor();
+    return changed(this.object, this.state, (lambda, mode) =>
+      alpha1 === undefined ? damping * ownRate(mode, factor, eigenvalues.length) : (alpha1 + alpha2 * lambda) / 2,
     );
   }
 
@@ -169,12 +215,25 @@ class Desk {
     const buffer = audio.createBuffer(1, sound.length, audio.sampleRate);
     const channel = buffer.getChannelData(0);
     for (let i = 0; i < sound.length; ++i) channel[i] = volume * sound[i] * Math.min(1, (sound.length - i) / fade);
-    const source = audio.createBufferSource();
-    source.buffer = buffer;
-    source.connect(audio.destination);
-    source.start();
-    this.message.textContent = `Struck at (${hit.position.map((x) => number(1000 * x, 3)).join(", ")}) mm: peak ${number(peak, 3)} m/s${volume < this.volume ? ", turned down to full scale" : ""}.`;
+    this.play(audio, buffer);
+    this.heard = { object: this.index, ...this.state, position: hit.position, volume };
+    this.message.textContent = `Struck at (${hit.position.map((x) => number(1000 * this.state.size * x, 3)).join(", ")}) mm: peak ${number(peak, 3)} m/s${volume < this.volume ? ", turned down to full scale" : ""}.`;
     this.draw();
+  }
+
+  // What rang before fades: together they would go beyond full scale.
+  play(audio, buffer) {
+    if (this.rings) {
+      const { source, gain } = this.rings;
+      gain.gain.setTargetAtTime(0, audio.currentTime, fadeSeconds / 5);
+      source.stop(audio.currentTime + fadeSeconds);
+    }
+    const source = audio.createBufferSource();
+    const gain = audio.createGain();
+    source.buffer = buffer;
+    source.connect(gain).connect(audio.destination);
+    source.start();
+    this.rings = { source, gain };
   }
 
   draw() {
@@ -191,6 +250,7 @@ class Desk {
           x: { type: "log", label: "frequency [Hz]", tickFormat: (hz) => (hz >= 1000 ? `${hz / 1000}k` : String(hz)), ticks: 5 },
           y: { label: "level after the blow [dB]", domain: [-80, 0], grid: true },
           marks: [
+            Plot.ruleX([this.completeTo()].filter((limit) => rows.some((row) => row.hertz > 0.5 * limit)), { strokeDasharray: "4 3", strokeOpacity: 0.6 }),
             Plot.ruleX(rows, { x: "hertz", y1: -80, y2: "level", stroke: colors[0], strokeWidth: 2 }),
             Plot.tip(rows, Plot.pointerX({ x: "hertz", y: "level", title: (row) => `${hertz(row.hertz)}\n${number(row.level, 3)} dB\nT60 ${seconds(row.t60)}` })),
           ],
@@ -201,9 +261,10 @@ class Desk {
 
   // {object, position [m], impulse [N s], duration [s], sampleRate, seconds}: samples [m/s] of the
   // object struck at its nearest point, as it is or in another material ({youngs_modulus, density,
-  // alphas}) and size (factor; the position is that before it).
+  // alphas: Rayleigh's two}) and size (factor; the position is that before it).
   strikeAt(blow) {
     this.choose(blow.object);
+    if (blow.material && this.object.regions > 1) throw new Error(`${this.object.name} is of several materials`);
     if (blow.material) Object.assign(this.state, this.inMaterial(blow.material));
     this.state.size = blow.size ?? 1;
     const hit = this.viewer.nearest(blow.position);

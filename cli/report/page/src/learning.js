@@ -7,9 +7,9 @@ import { table } from "./table.js";
 
 export function learningSections({ damping, classification, transfer }) {
   return [
-    ...damping.map((document, i) => ({ id: `damping-${i}`, title: `Damping found again: ${document.name}`, content: dampingContent(document) })),
-    ...classification.map((document, i) => ({ id: `classification-${i}`, title: `Told apart: ${document.name}`, content: classificationContent(document) })),
-    ...transfer.map((document, i) => ({ id: `transfer-${i}`, title: `In other conditions: ${document.name}`, content: transferContent(document) })),
+    ...damping.map((document, i) => ({ id: `damping-${i}`, title: `Damping found again: ${document.name}`, content: () => dampingContent(document) })),
+    ...classification.map((document, i) => ({ id: `classification-${i}`, title: `Told apart: ${document.name}`, content: () => classificationContent(document) })),
+    ...transfer.map((document, i) => ({ id: `transfer-${i}`, title: `In other conditions: ${document.name}`, content: () => transferContent(document) })),
   ];
 }
 
@@ -20,11 +20,11 @@ const shown = (error) => Math.max(error, 1e-4);
 
 function dampingContent(document) {
   const rows = document.errors.filter((row) => row.material === "all");
-  const [source] = document.features;
+  const [best] = document.features;
   const figuresOf = (some) => html`<div class="figures">${conditions(some).flatMap((group) => errorsFigures(group, document))}</div>`;
-  const others = rows.filter((row) => row.features !== source);
+  const others = rows.filter((row) => row.features !== best);
   return html`<p>Relative errors of the parameters of the law <em>${document.model}</em>, of materials whose damping is known.</p>
-    ${figuresOf(rows.filter((row) => row.features === source))}
+    ${figuresOf(rows.filter((row) => row.features === best))}
     ${others.length > 0 ? html`<details><summary>With features by ${[...new Set(others.map((row) => row.features))].join(", ")}</summary>${figuresOf(others)}</details>` : ""}
     <details><summary>All medians</summary>${table(
       [
@@ -41,7 +41,8 @@ function dampingContent(document) {
       rows,
       { most: 400 },
     )}</details>
-    ${ahead(document)}`;
+    ${ahead(document)}
+    <p class="source">${source(document.made, `${document.folder}/damping.json`)}</p>`;
 }
 
 // Rows by what they have in common: condition, source of features, and where a set's sounds are from.
@@ -114,14 +115,13 @@ function classificationContent(document) {
     ],
     rows,
   )}
-  <p class="source">carillon evaluate, ${document.folder}/classification.json</p>
+  <p class="source">${source(document.made, `${document.folder}/classification.json`)}</p>
   ${confusions(rows, document)}`;
 }
 
-// Of each task the method that is most often right.
+// The report holds one for each task: of the method that is most often right.
 function confusions(rows, document) {
-  const best = [...new Map([...rows].reverse().map((row) => [`${row.dataset} ${row.task}`, row])).values()].reverse();
-  return html`<div class="figures">${best
+  return html`<div class="figures">${rows
     .filter((row) => row.confusion?.length > 1)
     .map((row) => {
       const cells = row.confusion.flatMap((line, truth) => {

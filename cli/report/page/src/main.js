@@ -2,11 +2,13 @@ import { html } from "htl";
 
 import { accuracySection } from "./accuracy.js";
 import { datasetSections } from "./dataset.js";
+import { safely } from "./figure.js";
 import { count } from "./format.js";
 import { gallerySection } from "./gallery.js";
 import { learningSections } from "./learning.js";
 import { nightSections } from "./nights.js";
 import { samplesSection } from "./samples.js";
+import { drawEverything } from "./seen.js";
 import { sweepSections } from "./sweeps.js";
 
 const report = JSON.parse(document.getElementById("report").textContent);
@@ -15,16 +17,6 @@ const report = JSON.parse(document.getElementById("report").textContent);
 for (const dataset of report.datasets) {
   const alike = report.datasets.filter((other) => other.name === dataset.name).length;
   dataset.label = alike > 1 ? `${dataset.name}, ${dataset.folder.split("/").pop()}` : dataset.name;
-}
-
-// Parts that cannot be drawn are named, and the others are shown.
-function parts(make) {
-  try {
-    return [make(report)].flat().filter(Boolean);
-  } catch (error) {
-    report.notes.push(`A part of this page cannot be drawn: ${error.message}`);
-    return [];
-  }
 }
 
 function outcome() {
@@ -49,21 +41,24 @@ function header() {
   </header>`;
 }
 
-// Sections are {id, title, content}.
-const sections = [nightSections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, learningSections].flatMap(parts);
+// Sections are {id, title, content()}.
+const sections = [nightSections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, learningSections]
+  .flatMap((make) => make(report))
+  .filter(Boolean);
 
 document.getElementById("page").append(
   header(),
   html`<nav aria-label="Contents"><ul>${sections.map(({ id, title }) => html`<li><a href=${`#${id}`}>${title}</a>`)}</ul></nav>`,
-  ...sections.map(({ id, title, content }) => html`<section id=${id}><h2>${title}</h2>${content}</section>`),
+  ...sections.map(({ id, title, content }) => html`<section id=${id}><h2>${title}</h2>${safely(content)}</section>`),
 );
 // The address may name a section that was not there when the page was read.
-if (location.hash) document.querySelector(location.hash)?.scrollIntoView();
+document.getElementById(location.hash.slice(1))?.scrollIntoView();
 
 // Paper shows what is folded away.
 let folded = [];
 addEventListener("beforeprint", () => {
   folded = [...document.querySelectorAll("details:not([open])")];
   for (const details of folded) details.open = true;
+  drawEverything();
 });
 addEventListener("afterprint", () => folded.forEach((details) => (details.open = false)));

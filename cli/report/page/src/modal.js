@@ -3,13 +3,13 @@
 
 // What a body's modes become in another material or size. Exact: lambda goes with stiffness over
 // density and the inverse square of size, mass-normalised shapes with the root of the mass.
-// change: {stiffness, density, size} factors; damping(lambda) gives the decay rate d [1/s].
+// change: {stiffness, density, size} factors; damping(lambda, mode) gives the decay rate d [1/s].
 export function changed(body, change, damping) {
   const factor = change.stiffness / (change.density * change.size ** 2);
   const lambda = Array.from(body.eigenvalues, (value) => factor * value);
   return {
     lambda,
-    decay: lambda.map(damping),
+    decay: lambda.map((value, mode) => damping(value, mode)),
     shape: 1 / Math.sqrt(change.density * change.size ** 3),
   };
 }
@@ -91,7 +91,7 @@ const exponential = ([re, im], t) => [Math.exp(re * t) * Math.cos(im * t), Math.
 export function levels(modes, gains, blow) {
   const amplitude = modes.lambda.map((lambda, i) => {
     const omega = Math.sqrt(Math.max(lambda - modes.decay[i] ** 2, 0));
-    return omega > 0 ? gains[i] ** 2 * Math.hypot(...spectrumOf(blow.duration, omega)) : 0;
+    return omega > 0 ? gains[i] ** 2 * Math.abs(spectrumOf(blow.duration, omega)) : 0;
   });
   const loudest = Math.max(...amplitude, Number.MIN_VALUE);
   return amplitude.map((value) => 20 * Math.log10(value / loudest));
@@ -100,7 +100,7 @@ export function levels(modes, gains, blow) {
 // Fourier transform of the force at omega, but for its phase.
 function spectrumOf(duration, omega) {
   const x = (omega * duration) / 2;
-  if (x < 1e-9) return [1, 0];
+  if (x < 1e-9) return 1;
   const nearOne = Math.abs(x / Math.PI - 1) < 1e-6;
-  return [nearOne ? 0.5 : Math.sin(x) / (x * (1 - (x / Math.PI) ** 2)), 0];
+  return nearOne ? 0.5 : Math.sin(x) / (x * (1 - (x / Math.PI) ** 2));
 }

@@ -2,12 +2,12 @@ import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
 import { base, colors, figure } from "./figure.js";
-import { number, seconds } from "./format.js";
+import { number, seconds, source } from "./format.js";
 import { table } from "./table.js";
 
 // What changed since the nights before (scripts/nightly).
 export function nightSections({ nights }) {
-  return nights.map((night, i) => ({ id: `night-${i}`, title: `The night of ${night.date}`, content: content(night) }));
+  return nights.map((night, i) => ({ id: `night-${i}`, title: `The night of ${night.date}`, content: () => content(night) }));
 }
 
 const bad = new Set(["slower", "worse", "failed"]);
@@ -20,6 +20,8 @@ function shown(value, unit) {
 function content(night) {
   const measures = [...night.measures].sort((a, b) => Number(bad.has(b.verdict)) - Number(bad.has(a.verdict)));
   const marked = measures.filter(({ verdict, value }) => typeof value === "number" && !["steady", "learning", "new"].includes(verdict));
+  const made = { command: "scripts/nightly", ranks: night.ranks, carillon: `${night.version} (${night.commit})`, processor: night.cpu, date: night.date };
+  const from = source(made, `${night.folder}/nightly.json`);
   return html`<p class=${night.verdict === "fine" ? "good" : night.verdict === "learning" ? "" : "bad"}>${verdict(night)}</p>
     ${table(
       [
@@ -29,7 +31,8 @@ function content(night) {
       ],
       night.runs,
     )}
-    <div class="figures">${marked.slice(0, 12).map(trend)}</div>
+    <p class="source">${from}</p>
+    <div class="figures">${marked.slice(0, 12).map((measure) => trend(measure, from))}</div>
     <details open=${marked.length === 0}><summary>All ${measures.length} measures</summary>${table(
       [
         { title: "measure", value: (m) => m.name },
@@ -54,7 +57,7 @@ function verdict(night) {
 }
 
 // The history's last night is this one.
-function trend(measure) {
+function trend(measure, from) {
   const rows = measure.history.map(([date, value], night) => ({ night, date, value, tonight: night === measure.history.length - 1 }));
   return figure(
     (width) =>
@@ -71,6 +74,6 @@ function trend(measure) {
           ],
         }),
       ),
-    { narrow: true, title: measure.name, caption: `${measure.verdict} ${measure.change ?? ""}; dashed: the bound.` },
+    { narrow: true, title: measure.name, caption: `${measure.verdict} ${measure.change ?? ""}; dashed: the bound.`, source: from },
   );
 }

@@ -2,6 +2,7 @@ import { html } from "htl";
 
 import { uint8s } from "./arrays.js";
 import { number } from "./format.js";
+import { whenSeen } from "./seen.js";
 import { spectrogram } from "./spectrogram.js";
 import { drawVoxels } from "./voxels.js";
 
@@ -11,8 +12,8 @@ export function samplesSection({ datasets }) {
   return {
     id: "samples",
     title: "Samples to hear",
-    content: html`<p>Chosen evenly from the datasets. Each is turned to the same peak, and <em>played at</em> says by how much.
-      Spectrograms: 60 Hz to half the sample rate, 80 dB.</p>
+    content: () => html`<p>Chosen evenly from the datasets. Each is turned to the same peak, and <em>played at</em> says by how much.
+      Spectrograms: 60 Hz to half the sample rate, of the loudest 80 dB, first channel.</p>
       <div class="cards">${all.map(card)}</div>`,
   };
 }
@@ -47,18 +48,4 @@ function clipOf({ audio, channels }) {
   while (view.getUint32(at) !== 0x64617461) at += 8 + view.getUint32(at + 4, true); // "data"
   const count = view.getUint32(at + 4, true) / 2 / channels;
   return Float32Array.from({ length: count }, (_, i) => view.getInt16(at + 8 + 2 * channels * i, true) / 32768);
-}
-
-// Draws what scrolls into view, and everything before it is printed.
-function whenSeen(element, draw) {
-  let drawn = false;
-  const once = () => {
-    if (drawn) return;
-    drawn = true;
-    observer.disconnect();
-    draw();
-  };
-  const observer = new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && once(), { rootMargin: "400px" });
-  observer.observe(element);
-  addEventListener("beforeprint", once);
 }

@@ -1,31 +1,70 @@
 import FFT from "fft.js";
+import { html } from "htl";
 
-// Power spectrogram of a clip as a picture: time across, frequency up on a logarithmic scale, 80 dB
-// of magma. Windows of 1,024 values (Hann), a quarter apart.
+import { number } from "./format.js";
+
+// Power spectrogram of a clip as a picture with its scales: time across, frequency up on a
+// logarithmic scale, 80 dB of magma. Windows of 1,024 values (Hann), a quarter apart.
 const size = 1024;
 const range = 80;
+const lowest = 60;
 
 export function spectrogram(samples, sampleRate, width, height) {
+  const seconds = samples.length / sampleRate;
+  const octaves = Math.log2(sampleRate / 2 / lowest);
+  const up = (hertz) => `bottom: ${(100 * Math.log2(hertz / lowest)) / octaves}%`;
+  const step = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60].find((each) => seconds / each < 6) ?? seconds / 4;
+  const times = Array.from({ length: Math.floor(seconds / step) + 1 }, (_, i) => i * step);
+  const tones = [100, 1000, 10000].filter((hertz) => hertz < 0.45 * sampleRate);
+  return html`<div class="scales" aria-hidden="true">
+    ${drawing(samples, sampleRate, width, height)}
+    ${tones.map((hertz) => html`<span class="tone" style=${up(hertz)}>${hertz < 1000 ? `${hertz} Hz` : `${hertz / 1000} kHz`}</span>`)}
+    ${times.map((time, i) => html`<span class=${i === 0 ? "time first" : "time"} style=${`left: ${(100 * time) / seconds}%`}>${i === 0 ? "0 s" : number(time, 2)}</span>`)}
+  </div>`;
+}
+
+function drawing(samples, sampleRate, width, height) {
   const frames = powers(samples);
   const loudest = frames.reduce((most, frame) => frame.reduce((m, p) => Math.max(m, p), most), 1e-30);
   const canvas = document.createElement("canvas");
   canvas.width = width;
   canvas.height = height;
   const picture = canvas.getContext("2d").createImageData(width, height);
+  // Every window and every frequency falls into a pixel: the largest of those in one is shown, as
+  // the line of a mode is narrower than a pixel at high frequencies.
+  const columns = Array.from({ length: width }, (_, x) => {
+    const begin = Math.floor((x / width) * frames.length);
+    return largest(frames.slice(begin, Math.max(begin + 1, Math.floor(((x + 1) / width) * frames.length))));
+  });
   for (let y = 0; y < height; ++y) {
-    // From 60 Hz at the bottom to half the rate at the top.
-    const hertz = 60 * (sampleRate / 2 / 60) ** (1 - (y + 0.5) / height);
-    const bin = Math.min((hertz / sampleRate) * size, size / 2 - 1);
-    const low = Math.floor(bin);
-    for (let x = 0; x < width; ++x) {
-      const frame = frames[Math.floor((x / width) * frames.length)];
-      const power = frame[low] * (low + 1 - bin) + frame[Math.min(low + 1, size / 2 - 1)] * (bin - low);
-      const level = 1 + (10 * Math.log10(power / loudest + 1e-30)) / range;
+    // From the lowest at the bottom to half the rate at the top.
+    const bin = (row) => (lowest * (sampleRate / 2 / lowest) ** (1 - row / height) * size) / sampleRate;
+    columns.forEach((column, x) => {
+      const level = 1 + (10 * Math.log10(within(column, bin(y + 1), bin(y)) / loudest + 1e-30)) / range;
       picture.data.set(magma(Math.min(1, Math.max(0, level))), 4 * (y * width + x));
-    }
+    });
   }
   canvas.getContext("2d").putImageData(picture, 0, 0);
   return canvas;
+}
+
+function largest(frames) {
+  if (frames.length === 1) return frames[0];
+  return frames[0].map((_, bin) => frames.reduce((most, frame) => Math.max(most, frame[bin]), 0));
+}
+
+// The largest power from bin `low` to bin `high`; between two bins where none lies there.
+function within(powers, low, high) {
+  const last = powers.length - 1;
+  const [first, end] = [Math.ceil(low), Math.min(Math.floor(high), last)];
+  if (first > end) {
+    const below = Math.min(Math.floor(low), last);
+    const part = (low + high) / 2 - below;
+    return (1 - part) * powers[below] + part * powers[Math.min(below + 1, last)];
+  }
+  let most = 0;
+  for (let bin = first; bin <= end; ++bin) most = Math.max(most, powers[bin]);
+  return most;
 }
 
 function powers(samples) {

@@ -1,11 +1,11 @@
 import { html } from "htl";
 
-import { number } from "./format.js";
+import { number, source } from "./format.js";
 import { table } from "./table.js";
 
 // The table of each sweep: what varies, and what the variants' datasets came to.
 export function sweepSections({ sweeps }) {
-  return sweeps.map((sweep, i) => ({ id: `sweep-${i}`, title: `Variants: ${sweep.name}`, content: content(sweep) }));
+  return sweeps.map((sweep, i) => ({ id: `sweep-${i}`, title: `Variants: ${sweep.name}`, content: () => content(sweep) }));
 }
 
 function content(sweep) {
@@ -24,5 +24,5 @@ function content(sweep) {
     ],
     sweep.variants,
   )}
-  <p class="source">${sweep.folder}/sweep.json</p>`;
+  <p class="source">${source(sweep.made, `${sweep.folder}/sweep.json`)}</p>`;
 }

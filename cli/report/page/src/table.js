@@ -1,7 +1,7 @@
 import { html } from "htl";
 
 // A table that scrolls within its own width and sorts by the column that is clicked.
-// columns: {title, value(row), text(row)?, number?, title_text?}; rows: any.
+// columns: {title, value(row), text(row)?, number?}; rows: any.
 export function table(columns, rows, { caption, most = 200 } = {}) {
   const body = html`<tbody></tbody>`;
   const fill = (sorted) => {
