@@ -116,8 +116,9 @@ core::AudioClip beginning(const core::AudioClip& whole, std::size_t bytes, order
   }
   if (heard < channels) labels["listeners"] = fmt::format("2 of {}", channels);
   if (frames < all) {
-    labels["beginning [s]"] = fmt::format("{:.3g} of {:.3g}", static_cast<double>(frames) / clip.sample_rate,
-                                          static_cast<double>(all) / clip.sample_rate);
+    labels["beginning [s]"] =
+        fmt::format("{:.3g} of {:.3g}", static_cast<double>(frames) / clip.sample_rate,
+                    static_cast<double>(all) / clip.sample_rate);
   }
   return clip;
 }

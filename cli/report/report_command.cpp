@@ -66,9 +66,9 @@ std::span<const std::filesystem::path> first_of(const std::vector<std::filesyste
                                                 ordered_json& report) {
   const std::size_t count = std::min(folders.size(), most);
   if (count < folders.size()) {
-    report["notes"].push_back(fmt::format(
-        "{} of {} {} are left out, after {}: name their folders to see them",
-        folders.size() - count, folders.size(), what, folders[count - 1].string()));
+    report["notes"].push_back(
+        fmt::format("{} of {} {} are left out, after {}: name their folders to see them",
+                    folders.size() - count, folders.size(), what, folders[count - 1].string()));
   }
   return std::span(folders).first(count);
 }
@@ -110,8 +110,7 @@ void add_datasets(const ReportFolders& found, const ReportOptions& options, orde
         gallery["left_out"][reason] =
             gallery["left_out"].value(reason, std::size_t{0}) + bodies.get<std::size_t>();
       }
-      gallery["bodies"] =
-          gallery["bodies"].get<std::size_t>() + dataset.build.plan.shapes.size();
+      gallery["bodies"] = gallery["bodies"].get<std::size_t>() + dataset.build.plan.shapes.size();
     });
   }
 }
@@ -120,9 +119,9 @@ void add_datasets(const ReportFolders& found, const ReportOptions& options, orde
 void add_night(const ReportFolders& found, ordered_json& report) {
   if (found.nights.empty()) return;
   if (found.nights.size() > 1) {
-    report["notes"].push_back(fmt::format(
-        "of {} nights the last one is shown: name another one's folder to see it",
-        found.nights.size()));
+    report["notes"].push_back(
+        fmt::format("of {} nights the last one is shown: name another one's folder to see it",
+                    found.nights.size()));
   }
   add_document(report, "nights", found.nights.back(), "nightly.json", "measures");
 }

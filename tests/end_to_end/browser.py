@@ -3,6 +3,8 @@ import json
 import shutil
 import unittest
 
+from program import run
+
 try:
     from selenium import webdriver
     from selenium.webdriver import ActionChains
@@ -13,6 +15,7 @@ except ImportError:
 
 DRIVER = shutil.which("chromedriver")
 BROWSER = shutil.which("chromium")
+NONE = "no chromium, chromedriver or selenium (Debian: chromium-driver, python3-selenium)"
 
 
 def there():
@@ -20,8 +23,7 @@ def there():
 
 
 def needs_browser(test):
-    return unittest.skipUnless(there(), "no chromium, chromedriver or selenium (Debian: "
-                                      "chromium-driver, python3-selenium)")(test)
+    return unittest.skipUnless(there(), NONE)(test)
 
 
 def open_page(path, width=1280, height=900, dark=False):
@@ -65,7 +67,7 @@ def expect_whole(test, driver, width):
             if r["method"] == "Network.requestWillBeSent"}
     test.assertLessEqual(urls, {"file:", "data:", "blob:"})
     test.assertLessEqual(driver.execute_script("return document.documentElement.scrollWidth"), width)
-    test.assertNotIn("cannot be drawn", driver.execute_script("return document.body.textContent"))
+    test.assertNotIn("cannot be drawn", driver.execute_script("return document.querySelector('main').textContent"))
     empty, drawn = driver.execute_script("""
         const charts = [...document.querySelectorAll('figure > .chart')].filter((chart) => chart.clientWidth > 0);
         const is_drawn = (chart) => chart.querySelector('svg[role=img][aria-label]');
@@ -76,9 +78,7 @@ def expect_whole(test, driver, width):
 
 def expect_sections(test, path, expected):
     """The page has these sections (the beginnings of their ids), each with a table or a chart, at the
-    width of a screen and of a telephone. Nothing where there is no browser."""
-    if not there():
-        return
+    width of a screen and of a telephone."""
     for width in (1280, 390):
         driver = open_page(path, width)
         try:
@@ -91,6 +91,18 @@ def expect_sections(test, path, expected):
                                 (prefix, found))
         finally:
             driver.quit()
+
+
+def expect_report(test, folder, expected):
+    """`carillon report` of the folder has these sections."""
+    if not there():
+        test.skipTest(NONE)
+    page = test.folder / "report.html"
+    made = run("report", folder, "-o", page)
+    if "built without the page" in made.stderr:
+        test.skipTest("this program was built without the page of reports")
+    test.assertEqual(made.returncode, 0, made.stderr)
+    expect_sections(test, page, expected)
 
 
 def click(driver, element):

@@ -7,6 +7,7 @@ import unittest
 import h5py
 import numpy
 
+from browser import expect_report
 from program import CONFIGS, FolderTest, processor_seconds, run, run_json
 
 CONFIG = """
@@ -84,6 +85,9 @@ class Classify(FolderTest):
                     self.assertLessEqual(low, line[name]["mean"])
                     self.assertLessEqual(line[name]["mean"], high)
                     self.assertLessEqual(high, 1)
+
+    def test_its_report(self):
+        expect_report(self, self.output, ["accuracy", "classification-0"])
 
     def test_groups_are_what_was_held_out(self):
         geometry, hardness = (row(self.found, task, "isnn-a") for task in ("geometry", "hardness"))

@@ -11,6 +11,7 @@ import h5py
 import numpy
 import scipy.stats
 
+from browser import expect_report
 from interrupted import wait_for
 from program import CARILLON, FolderTest, run, run_json
 from same import hashes
@@ -106,6 +107,9 @@ class Evaluate(FolderTest):
             del self.found[name]
         self.assertEqual(self.found, stored)
         self.assertTrue((self.output / "evaluation" / "damping.svg").exists())
+
+    def test_its_report(self):
+        expect_report(self, self.output, ["accuracy", "samples", "gallery", "damping-0"])
 
     def test_errors_are_those_of_the_fits(self):
         recomputed = errors_of_fits(self.output)

@@ -7,6 +7,7 @@ import unittest
 import h5py
 import numpy
 
+from browser import expect_report
 from estimate import write_wav
 from program import FolderTest, run, run_json
 
@@ -55,6 +56,9 @@ class Transfer(FolderTest):
     def row(self, trained_on, share=None):
         return next(row for row in self.found["rows"] if row["trained_on"] == trained_on
                     and share in (None, row["share"]))
+
+    def test_its_report(self):
+        expect_report(self, self.output, ["sweep-0", "transfer-0"])
 
     def test_another_condition_is_harder_than_ones_own(self):
         row = self.row("clean")
