@@ -11,6 +11,7 @@
 #include "cli/context.hpp"
 #include "cli/export/export.hpp"
 #include "cli/export/export_folder.hpp"
+#include "cli/export/whole_dataset.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/trace.hpp"
@@ -87,6 +88,7 @@ void run_export(const ExportOptions& options, const Context& context) {
                              "a dataset has an index.h5; of a sweep give one variant's folder");
     }
     index = core::Hdf5Group::open_file(folder / "index.h5");
+    if (context.speaks()) require_whole(folder, *index, options.arrays);
     rows.emplace(*index, options.split);
     head = head_of(folder, *rows);
   });
