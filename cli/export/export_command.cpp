@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <optional>
 
@@ -31,8 +30,8 @@ struct ExportOptions {
 };
 
 ordered_json samples_by_part(const ExportedRows& rows) {
-  std::map<std::string, std::size_t> counts;
-  for (std::size_t row = 0; row < rows.size(); ++row) ++counts[rows.part(row)];
+  ordered_json counts = ordered_json::object();
+  for (const auto& [part, members] : rows.by_part()) counts[part] = members.size();
   return counts;
 }
 
@@ -105,9 +104,11 @@ void run_export(const ExportOptions& options, const Context& context) {
   files = gather(files, context.world);
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    const ordered_json croissant =
-        croissant_of(head, options.format, files, *rows,
-                     static_cast<int>(index->number_attribute("sample_rate_hz")));
+    if (std::filesystem::exists(folder / "dataset.json")) {
+      core::write_text_durably(output / "dataset.json", core::read_file(folder / "dataset.json"));
+      files.push_back(exported_file(output, "dataset.json"));
+    }
+    const ordered_json croissant = croissant_of(head, options.format, files, *rows, *index);
     core::write_text_durably(output / "croissant.json", croissant.dump(2) + "\n");
     ExportFolder::finish(output);
   });
