@@ -9,6 +9,9 @@
 
 namespace carillon::cli {
 
+/// What a description says that a configuration does: the name and what `about` holds.
+nlohmann::ordered_json croissant_about(const std::string& name, const About& about);
+
 /// A description of a dataset in MLCommons' Croissant format 1.1 (JSON-LD), without its files and
 /// records. What `about` does not say is left out, but for the description.
 /// @param what  a sentence for a dataset whose `about` has no description
