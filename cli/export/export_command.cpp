@@ -126,6 +126,13 @@ void run_export(const ExportOptions& options, const Context& context) {
   }
 }
 
+/// What is wrong with a format that nobody needs to ask for.
+std::string refuse_croissant(const std::string& format) {
+  return format == "croissant"
+             ? "every dataset has a croissant.json already, and so has every export"
+             : "";
+}
+
 }  // namespace
 
 void add_export(CLI::App& program, Context& context) {
@@ -137,6 +144,7 @@ void add_export(CLI::App& program, Context& context) {
                    "wav: files and a metadata.csv for each part (AudioFolder); webdataset: tar "
                    "files of shuffled samples")
       ->required()
+      ->check(refuse_croissant)
       ->check(CLI::IsMember({"wav", "webdataset"}));
   command->add_option("-o,--output", options->output,
                       "new folder (default: DATASET-FORMAT in the current one)");
@@ -151,6 +159,7 @@ void add_export(CLI::App& program, Context& context) {
       "Examples:\n"
       "  carillon export carillon-smoke --format wav\n"
       "  mpirun -n 4 carillon export kitchen --format webdataset --with mel voxels -o shards\n"
+      "Every export has a croissant.json, as every dataset has.\n"
       "docs/exports.md");
   command->callback([&context, options] {
     if (options->format != "webdataset" && !options->arrays.empty()) {
