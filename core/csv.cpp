@@ -50,4 +50,14 @@ std::vector<std::string> csv_cells(std::string_view line) {
   return cells;
 }
 
+std::string csv_cell(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos &&
+      trimmed(std::string(text)) == text) {
+    return std::string(text);
+  }
+  std::string cell = "\"";
+  for (const char c : text) cell.append(c == '"' ? 2 : 1, c);
+  return cell + '"';
+}
+
 }  // namespace carillon::core

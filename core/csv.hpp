@@ -12,4 +12,8 @@ namespace carillon::core {
 /// @throws InputError  a quote that is not closed
 std::vector<std::string> csv_cells(std::string_view line);
 
+/// A text as a cell (RFC 4180): in quotes, a quote there doubled, where it holds a comma, a quote,
+/// a line break, or a blank at either end.
+std::string csv_cell(std::string_view text);
+
 }  // namespace carillon::core

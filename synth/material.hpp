@@ -42,7 +42,8 @@ void check_material(const Material& material);
 /// Materials of a YAML file: name -> the same fields, and `source` as a text if wanted. `damping`
 /// is a model's name or a formula, with alpha1, alpha2, ... beside it; or a mapping
 /// `{model: hybrid, alpha1: ..., ...}`.
-/// @throws ConfigError  unknown key, wrong unit or unphysical value, with file:line:column
+/// @throws ConfigError  unknown key, wrong unit, unphysical value, or a name that keys of samples
+///                      cannot have, with file:line:column
 /// @throws FileError    not readable
 std::vector<Material> read_materials(const std::string& path);
 

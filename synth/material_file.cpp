@@ -67,6 +67,11 @@ std::vector<Material> read_materials(const std::string& path) {
     if (name.empty() || name.find_first_of("=,") != std::string::npos) {
       root.fail(name, "a material's name must not be empty nor contain \"=\" or \",\"");
     }
+    // It is a folder's name in keys, which files of sounds are named by.
+    if (name == "." || name == ".." || name.find('/') != std::string::npos) {
+      root.fail(name, "a material's name must not contain \"/\" nor be \".\" or \"..\"",
+                "it names folders of sound files");
+    }
     materials.push_back(read_material(root.child(name), name, path));
   }
   root.finish();

@@ -33,6 +33,10 @@ About read_about(core::ConfigNode node) {
   if (!about.published.empty() && !is_date(about.published)) {
     node.fail("published", "is not a date", "for example 2026-03-31");
   }
+  if (!about.url.empty() && !about.url.starts_with("https://") &&
+      !about.url.starts_with("http://")) {
+    node.fail("url", "is not an address on the web", "it begins with https:// or http://");
+  }
   return about;
 }
 

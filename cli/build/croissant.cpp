@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <map>
+#include <regex>
+
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
 
@@ -12,7 +15,9 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// The context that the specification recommends (Appendix 1).
+/// The context of the specification's Appendix 1, but for what mlcroissant has otherwise, as
+/// published descriptions do: schema.org by https (readers compare addresses letter by letter), and
+/// the term `samplingRate`.
 ordered_json context() {
   ordered_json context = {{"@language", "en"}, {"@vocab", "https://schema.org/"}};
   for (const char* term :
@@ -36,36 +41,62 @@ ordered_json context() {
   return context;
 }
 
+/// The specification asks for an address. An identifier of SPDX's list, which has one, is told by
+/// its version, CC-BY-4.0; of those without any, by name.
+std::string license_address(const std::string& license) {
+  static const std::regex identifier(R"((?:[A-Za-z0-9]+-)+[0-9][A-Za-z0-9.-]*|MIT|ISC|Unlicense)");
+  return std::regex_match(license, identifier) ? "https://spdx.org/licenses/" + license : license;
+}
+
 }  // namespace
+
+ordered_json croissant_about(const std::string& name, const About& about) {
+  ordered_json said = {{"name", name}};
+  const auto say = [&](const char* property, const std::string& text) {
+    if (!text.empty()) said[property] = text;
+  };
+  say("description", about.description);
+  say("license", license_address(about.license));
+  say("url", about.url);
+  say("version", about.version);
+  say("datePublished", about.published);
+  say("citeAs", about.cite_as);
+  for (const std::string& creator : about.creators) {
+    said["creator"].push_back({{"@type", "sc:Person"}, {"name", creator}});
+  }
+  return said;
+}
 
 ordered_json croissant_head(const std::string& name, const About& about, const std::string& what) {
   ordered_json head = {{"@context", context()},
                        {"@type", "sc:Dataset"},
                        {"name", name},
                        {"conformsTo", "http://mlcommons.org/croissant/1.1"},
-                       {"description", about.description.empty() ? what : about.description}};
-  const auto say = [&](const char* property, const std::string& text) {
-    if (!text.empty()) head[property] = text;
-  };
-  say("license", about.license);
-  say("url", about.url);
-  say("version", about.version);
-  say("datePublished", about.published);
-  say("citeAs", about.cite_as);
-  for (const std::string& creator : about.creators) {
-    head["creator"].push_back({{"@type", "sc:Person"}, {"name", creator}});
-  }
+                       {"description", what}};
+  head.update(croissant_about(name, about));
   return head;
 }
 
-ordered_json croissant_file(const std::string& path, const std::string& mime_type,
-                            const std::string& sha256, std::uintmax_t bytes) {
+namespace {
+
+std::string mime_type(const std::string& path) {
+  static const std::map<std::string, const char*> types = {
+      {".wav", "audio/wav"}, {".png", "image/png"},         {".mp4", "video/mp4"},
+      {".csv", "text/csv"},  {".tar", "application/x-tar"}, {".json", "application/json"}};
+  const auto found = types.find(std::filesystem::path(path).extension().string());
+  return found != types.end() ? found->second : "application/x-hdf5";
+}
+
+}  // namespace
+
+ordered_json croissant_file(const std::string& path, const std::string& sha256,
+                            std::uintmax_t bytes) {
   return {{"@type", "cr:FileObject"},
           {"@id", path},
           {"name", path},
           {"contentUrl", path},
           {"contentSize", fmt::format("{} B", bytes)},
-          {"encodingFormat", mime_type},
+          {"encodingFormat", mime_type(path)},
           {"sha256", sha256}};
 }
 
@@ -100,6 +131,11 @@ ordered_json croissant_field(const std::string& record_set, const std::string& n
   return field;
 }
 
+std::string croissant_column_text(const std::string& name, const std::string& unit) {
+  return unit == "1" ? fmt::format("column {} of docs/format.md", name)
+                     : fmt::format("column {} of docs/format.md, in {}", name, unit);
+}
+
 namespace {
 
 /// A column of the index: one value a sample, or an array.
@@ -107,9 +143,7 @@ ordered_json column_field(const core::Hdf5Group& index, const std::string& name)
   const std::string type = index.element_type(name);
   const std::string unit = type == "text" ? "1" : index.text_attribute("unit", name);
   ordered_json field =
-      croissant_field("samples", name, croissant_type(type),
-                      unit == "1" ? fmt::format("column {} of docs/format.md", name)
-                                  : fmt::format("column {} of docs/format.md, in {}", name, unit),
+      croissant_field("samples", name, croissant_type(type), croissant_column_text(name, unit),
                       {{"fileObject", {{"@id", "index.h5"}}}, {"extract", {{"column", name}}}});
   const core::Extent extent = index.extent(name);
   if (extent.size() > 1) {
@@ -117,14 +151,6 @@ ordered_json column_field(const core::Hdf5Group& index, const std::string& name)
     field["arrayShape"] = fmt::format("{}", fmt::join(extent.begin() + 1, extent.end(), ","));
   }
   return field;
-}
-
-std::string mime_type(const std::string& path) {
-  const std::string extension = std::filesystem::path(path).extension().string();
-  if (extension == ".wav") return "audio/wav";
-  if (extension == ".png") return "image/png";
-  if (extension == ".mp4") return "video/mp4";
-  return "application/x-hdf5";
 }
 
 }  // namespace
@@ -141,13 +167,11 @@ ordered_json dataset_croissant(const std::filesystem::path& folder,
       samples_sentence(description.at("samples")));
   const std::filesystem::path index_file = folder / "index.h5";
   ordered_json distribution = ordered_json::array();
-  distribution.push_back(croissant_file("index.h5", "application/x-hdf5",
-                                        core::sha256_file(index_file),
+  distribution.push_back(croissant_file("index.h5", core::sha256_file(index_file),
                                         std::filesystem::file_size(index_file)));
   for (const nlohmann::json& file : description.at("files")) {
     const std::string path = file.at("path");
-    distribution.push_back(
-        croissant_file(path, mime_type(path), file.at("sha256"), file.at("bytes")));
+    distribution.push_back(croissant_file(path, file.at("sha256"), file.at("bytes")));
   }
   document["distribution"] = std::move(distribution);
   ordered_json fields = ordered_json::array();

@@ -9,15 +9,18 @@
 
 namespace carillon::cli {
 
+/// What a description says that a configuration does: the name and what `about` holds.
+nlohmann::ordered_json croissant_about(const std::string& name, const About& about);
+
 /// A description of a dataset in MLCommons' Croissant format 1.1 (JSON-LD), without its files and
 /// records. What `about` does not say is left out, but for the description.
 /// @param what  a sentence for a dataset whose `about` has no description
 nlohmann::ordered_json croissant_head(const std::string& name, const About& about,
                                       const std::string& what);
 
-/// A FileObject, named and found by its path from the description.
-nlohmann::ordered_json croissant_file(const std::string& path, const std::string& mime_type,
-                                      const std::string& sha256, std::uintmax_t bytes);
+/// A FileObject, named and found by its path from the description, its type told by its ending.
+nlohmann::ordered_json croissant_file(const std::string& path, const std::string& sha256,
+                                      std::uintmax_t bytes);
 /// A FileSet of all files whose paths match.
 nlohmann::ordered_json croissant_files(const std::string& id, const std::string& mime_type,
                                        const nlohmann::ordered_json& includes);
@@ -32,6 +35,9 @@ nlohmann::ordered_json croissant_records(const std::string& id, const std::strin
 nlohmann::ordered_json croissant_field(const std::string& record_set, const std::string& name,
                                        const std::string& type, const std::string& description,
                                        const nlohmann::ordered_json& source);
+
+/// What a field says of a column of docs/format.md. @param unit  "1": a number alone, or a text
+std::string croissant_column_text(const std::string& name, const std::string& unit);
 
 /// What stands for a description where none was given.
 std::string samples_sentence(std::size_t samples);

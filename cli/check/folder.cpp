@@ -21,15 +21,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Whether a build holds the folder's lock.
-bool is_locked(const fs::path& folder) {
-  const int file = open((folder / ".lock").c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return false;
-  const bool held = flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  close(file);
-  return held;
-}
-
 /// By the journal, which is only read here: a build may be writing to it.
 std::map<std::string, json> finished_by_journal(const fs::path& folder) {
   const fs::path path = folder / "journal.jsonl";
@@ -99,6 +90,14 @@ void compare_configuration(const DatasetFolder& folder, Finding& finding) {
 }
 
 }  // namespace
+
+bool is_locked(const fs::path& folder) {
+  const int file = open((folder / ".lock").c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool held = flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(file);
+  return held;
+}
 
 std::string DatasetFolder::path_of(std::size_t task) const {
   return dataset.build.plan.tasks[task].key + ".h5";

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/csv.hpp"
+
 namespace carillon::cli {
 
 using nlohmann::json;
@@ -14,12 +16,7 @@ namespace {
 
 std::string cell(const ordered_json& value) {
   if (value.is_null()) return "";
-  if (!value.is_string()) return value.dump();
-  const std::string text = value;
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
+  return value.is_string() ? core::csv_cell(value.get<std::string>()) : value.dump();
 }
 
 std::string joined(const std::vector<std::string>& cells) {

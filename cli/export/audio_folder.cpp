@@ -1,17 +1,20 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
+#include <fstream>
+#include <span>
 
 #include "cli/dataset/sample_audio.hpp"
 #include "cli/export/export.hpp"
+#include "core/csv.hpp"
+#include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
 
 namespace carillon::cli {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
 namespace {
 
@@ -37,25 +40,37 @@ void write_sounds(const Export& task) {
   progress.finish("");
 }
 
-/// One table for each part.
+/// Nothing for null.
+std::string metadata_cell(const ordered_json& value) {
+  if (value.is_null()) return "";
+  return value.is_string() ? core::csv_cell(value.get<std::string>()) : value.dump();
+}
+
+/// A part's table, row by row: of a large set it is gigabytes.
+void write_table(const ExportedRows& all, std::span<const std::size_t> rows, const fs::path& path) {
+  std::ofstream table(path, std::ios::binary);
+  table << "file_name";
+  for (const ExportedRows::Column& column : all.columns()) {
+    for (const std::string& label : column.labels) table << ',' << core::csv_cell(label);
+  }
+  table << '\n';
+  LabelStream labels(all, rows);
+  for (const std::size_t row : rows) {
+    table << core::csv_cell(all.key(row) + ".wav");
+    for (const ordered_json& value : labels.next()) table << ',' << metadata_cell(value);
+    table << '\n';
+  }
+  table.close();
+  if (!table) throw core::FileError(fmt::format("{}: cannot be written", path.string()));
+}
+
 std::vector<ExportedFile> write_metadata(const Export& task) {
-  std::string header = "file_name";
-  for (const ExportedRows::Column& column : task.rows.columns()) {
-    header += "," + csv_cell(column.name);
-  }
-  std::map<std::string, std::string> tables;
-  for (std::size_t row = 0; row < task.rows.size(); ++row) {
-    std::string& table = tables[task.rows.part(row)];
-    if (table.empty()) table = header + "\n";
-    table += csv_cell(task.rows.key(row) + ".wav");
-    const nlohmann::ordered_json values = task.rows.values(row);
-    for (const nlohmann::ordered_json& value : values) table += "," + csv_cell(value);
-    table += "\n";
-  }
   std::vector<ExportedFile> files;
-  for (const auto& [part, table] : tables) {
+  for (const auto& [part, rows] : task.rows.by_part()) {
     const std::string path = part + "/metadata.csv";
-    core::write_text_durably(task.output / path, table);
+    const std::span<const std::size_t> own = rows;
+    core::write_durably(task.output / path,
+                        [&](const fs::path& temporary) { write_table(task.rows, own, temporary); });
     files.push_back(exported_file(task.output, path));
   }
   return files;

@@ -52,9 +52,9 @@ ExportedFile exported_file(const std::filesystem::path& folder, const std::strin
 /// The Croissant description of an export: its files, and records that joins of them make.
 /// @param head    as croissant_head makes it
 /// @param format  `wav` or `webdataset`
-/// @param files   of all ranks
+/// @param files   of all ranks, and others of the export
 nlohmann::ordered_json croissant_of(nlohmann::ordered_json head, const std::string& format,
                                     const std::vector<ExportedFile>& files,
-                                    const ExportedRows& rows, int sample_rate);
+                                    const ExportedRows& rows, const core::Hdf5Group& index);
 
 }  // namespace carillon::cli

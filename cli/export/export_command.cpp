@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <optional>
 
@@ -11,6 +10,7 @@
 #include "cli/context.hpp"
 #include "cli/export/export.hpp"
 #include "cli/export/export_folder.hpp"
+#include "cli/export/whole_dataset.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/trace.hpp"
@@ -30,8 +30,8 @@ struct ExportOptions {
 };
 
 ordered_json samples_by_part(const ExportedRows& rows) {
-  std::map<std::string, std::size_t> counts;
-  for (std::size_t row = 0; row < rows.size(); ++row) ++counts[rows.part(row)];
+  ordered_json counts = ordered_json::object();
+  for (const auto& [part, members] : rows.by_part()) counts[part] = members.size();
   return counts;
 }
 
@@ -87,6 +87,7 @@ void run_export(const ExportOptions& options, const Context& context) {
                              "a dataset has an index.h5; of a sweep give one variant's folder");
     }
     index = core::Hdf5Group::open_file(folder / "index.h5");
+    if (context.speaks()) require_whole(folder, *index, options.arrays);
     rows.emplace(*index, options.split);
     head = head_of(folder, *rows);
   });
@@ -103,9 +104,11 @@ void run_export(const ExportOptions& options, const Context& context) {
   files = gather(files, context.world);
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    const ordered_json croissant =
-        croissant_of(head, options.format, files, *rows,
-                     static_cast<int>(index->number_attribute("sample_rate_hz")));
+    if (std::filesystem::exists(folder / "dataset.json")) {
+      core::write_text_durably(output / "dataset.json", core::read_file(folder / "dataset.json"));
+      files.push_back(exported_file(output, "dataset.json"));
+    }
+    const ordered_json croissant = croissant_of(head, options.format, files, *rows, *index);
     core::write_text_durably(output / "croissant.json", croissant.dump(2) + "\n");
     ExportFolder::finish(output);
   });
@@ -123,6 +126,13 @@ void run_export(const ExportOptions& options, const Context& context) {
   }
 }
 
+/// What is wrong with a format that nobody needs to ask for.
+std::string refuse_croissant(const std::string& format) {
+  return format == "croissant"
+             ? "every dataset has a croissant.json already, and so has every export"
+             : "";
+}
+
 }  // namespace
 
 void add_export(CLI::App& program, Context& context) {
@@ -134,6 +144,7 @@ void add_export(CLI::App& program, Context& context) {
                    "wav: files and a metadata.csv for each part (AudioFolder); webdataset: tar "
                    "files of shuffled samples")
       ->required()
+      ->check(refuse_croissant)
       ->check(CLI::IsMember({"wav", "webdataset"}));
   command->add_option("-o,--output", options->output,
                       "new folder (default: DATASET-FORMAT in the current one)");
@@ -148,6 +159,7 @@ void add_export(CLI::App& program, Context& context) {
       "Examples:\n"
       "  carillon export carillon-smoke --format wav\n"
       "  mpirun -n 4 carillon export kitchen --format webdataset --with mel voxels -o shards\n"
+      "Every export has a croissant.json, as every dataset has.\n"
       "docs/exports.md");
   command->callback([&context, options] {
     if (options->format != "webdataset" && !options->arrays.empty()) {

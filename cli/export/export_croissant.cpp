@@ -10,13 +10,19 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// A column of the labels: its type, and what its numbers are in.
-ordered_json label_field(const ExportedRows::Column& column, const ordered_json& source) {
-  const char* types[] = {"sc:Float", "sc:Integer", "sc:Integer", "sc:Text"};
-  const std::string what = column.unit.empty() || column.unit == "1"
-                               ? fmt::format("{} of the sample", column.name)
-                               : fmt::format("{} of the sample, in {}", column.name, column.unit);
-  return croissant_field("labels", column.name, types[column.values.index()], what, source);
+/// A label: its type, and what its numbers are in.
+ordered_json label_field(const ExportedRows::Column& column, const std::string& label,
+                         const ordered_json& source) {
+  return croissant_field("labels", label, croissant_type(column.type),
+                         croissant_column_text(column.name, column.unit), source);
+}
+
+/// What a value of 1 in a sound file is.
+std::string sound_text(const core::Hdf5Group& index) {
+  return fmt::format(
+      "the sound, a channel for each listener: {} times the gain of {} {}, full scale 1",
+      index.text_attribute("unit", "audio"), index.read_rows<double>("gain", 0, 1).front(),
+      index.text_attribute("unit", "gain"));
 }
 
 }  // namespace
@@ -27,13 +33,12 @@ ExportedFile exported_file(const std::filesystem::path& folder, const std::strin
 
 ordered_json croissant_of(ordered_json head, const std::string& format,
                           const std::vector<ExportedFile>& files, const ExportedRows& rows,
-                          int sample_rate) {
+                          const core::Hdf5Group& index) {
   const bool tables = format == "wav";
   ordered_json distribution = ordered_json::array(), archives = ordered_json::array();
   for (const ExportedFile& file : files) {
-    distribution.push_back(croissant_file(file.path, tables ? "text/csv" : "application/x-tar",
-                                          file.sha256, file.bytes));
-    archives.push_back({{"@id", file.path}});
+    distribution.push_back(croissant_file(file.path, file.sha256, file.bytes));
+    if (file.path.ends_with(".tar")) archives.push_back({{"@id", file.path}});
   }
   ordered_json sounds = croissant_files("sounds", "audio/wav", "*.wav");
   ordered_json labels = tables ? croissant_files("label-files", "text/csv", "*/metadata.csv")
@@ -43,33 +48,36 @@ ordered_json croissant_of(ordered_json head, const std::string& format,
   distribution.push_back(std::move(labels));
 
   ordered_json label_fields = ordered_json::array();
-  // Tables lie in their part's folder and name keys; a tar's members are named by them.
+  // A tar's members are named by the keys, files lie in their part's folder: the first of such a
+  // name on the way, as a body may be called so too.
   const ordered_json from_path = {
       {"fileSet", {{"@id", "sounds"}}},
       {"extract", {{"fileProperty", "fullpath"}}},
       {"transform",
        {{"regex",
-         tables ? R"(^(?:.*/)?(?:train|validation|test)/(.*)\.wav$)" : R"(^(.*)\.wav$)"}}}};
+         tables ? R"(^(?:.*?/)??(?:train|validation|test)/(.*)\.wav$)" : R"(^(.*)\.wav$)"}}}};
   ordered_json key = croissant_field("samples", "key", "sc:Text", "names the sample", from_path);
   key["references"] = {{"@id", "labels/key"}};
-  ordered_json audio = croissant_field("samples", "audio", "sc:AudioObject",
-                                       "the sound, a channel for each listener",
-                                       {{"fileSet", {{"@id", "sounds"}}},
-                                        {"extract", {{"fileProperty", "content"}}},
-                                        {"samplingRate", sample_rate}});
+  ordered_json audio = croissant_field(
+      "samples", "audio", "sc:AudioObject", sound_text(index),
+      {{"fileSet", {{"@id", "sounds"}}},
+       {"extract", {{"fileProperty", "content"}}},
+       {"samplingRate", static_cast<int>(index.number_attribute("sample_rate_hz"))}});
   ordered_json sample_fields = ordered_json::array();
   sample_fields.push_back(std::move(key));
   sample_fields.push_back(std::move(audio));
   for (const ExportedRows::Column& column : rows.columns()) {
-    const ordered_json extract = tables ? ordered_json{{"column", column.name}}
-                                        : ordered_json{{"jsonPath", "$." + column.name}};
-    label_fields.push_back(
-        label_field(column, {{"fileSet", {{"@id", "label-files"}}}, {"extract", extract}}));
-    if (column.name == "key") continue;
-    ordered_json joined = label_fields.back();
-    joined["@id"] = "samples/" + column.name;
-    joined["source"] = {{"@id", "labels/" + column.name}};
-    sample_fields.push_back(std::move(joined));
+    for (const std::string& label : column.labels) {
+      const ordered_json extract =
+          tables ? ordered_json{{"column", label}} : ordered_json{{"jsonPath", "$." + label}};
+      label_fields.push_back(label_field(
+          column, label, {{"fileSet", {{"@id", "label-files"}}}, {"extract", extract}}));
+      if (label == "key") continue;
+      ordered_json joined = label_fields.back();
+      joined["@id"] = "samples/" + label;
+      joined["source"] = {{"@id", "labels/" + label}};
+      sample_fields.push_back(std::move(joined));
+    }
   }
   head["distribution"] = std::move(distribution);
   head["recordSet"].push_back(

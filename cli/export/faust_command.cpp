@@ -162,8 +162,13 @@ void check_options(const FaustOptions& options) {
     throw core::InputError("--at and --points both say where", "give one of them");
   }
   positive(options.impulse, core::Dimension::impulse, "--impulse", "it is the blow's at first");
-  positive(options.contact_time, core::Dimension::time, "--contact-time",
-           "an ideal impulse of 1 N s is one sample of the program's input, as high as its rate");
+  const double contact = positive(
+      options.contact_time, core::Dimension::time, "--contact-time",
+      "an ideal impulse of 1 N s is one sample of the program's input, as high as its rate");
+  if (contact < shortest_contact || contact > longest_contact) {
+    throw core::InputError(fmt::format("--contact-time {}: the program's blows last 1 us to 1 s",
+                                       options.contact_time));
+  }
   if (!(options.gain > 0)) throw core::InputError("--gain is not positive");
 }
 

@@ -33,6 +33,9 @@ struct FaustMode {
   std::string remark;
 };
 
+/// Contacts that a program's blows may last [s].
+constexpr double shortest_contact = 1e-6, longest_contact = 1;
+
 /// What a Faust program of one body is made from.
 struct FaustProgram {
   std::string name;

@@ -63,7 +63,7 @@ std::string sliders(const FaustProgram& program) {
   std::string text = "\n// ---- What can be set\n\n";
   text += "strike = button(\"v:blow/[1]strike\");\n";
   text += fmt::format(
-      "contactTime = max(1e-6, min(1, {}/1000));\n",
+      "contactTime = max({}, min({}, {}/1000));\n", shortest_contact, longest_contact,
       faust_slider("v:blow/[2]contact time[unit:ms][scale:log]", milliseconds, 0.02, 20));
   text += fmt::format("impulse = {};\n",
                       faust_slider("v:blow/[3]impulse[unit:N s][scale:log]", program.impulse,

@@ -3,6 +3,7 @@
 #include <archive.h>
 #include <archive_entry.h>
 #include <fmt/format.h>
+#include <locale.h>
 
 #include "core/error.hpp"
 #include "core/handle.hpp"
@@ -17,6 +18,29 @@ void free_archive(archive** file) {
 void free_entry(archive_entry** entry) {
   archive_entry_free(*entry);
 }
+
+void free_locale(locale_t* locale) {
+  freelocale(*locale);
+}
+
+/// Names are UTF-8 while this lives, for the thread. libarchive converts them by the locale, and
+/// the program's is "C": some versions crash over a name that this does not hold.
+class Utf8Names {
+ public:
+  Utf8Names() {
+    if (locale_.get() == locale_t{}) {
+      throw core::FileError("the system has no locale C.UTF-8, which tar files need for names");
+    }
+    before_ = uselocale(locale_.get());
+  }
+  ~Utf8Names() { uselocale(before_); }
+  Utf8Names(const Utf8Names&) = delete;
+  Utf8Names& operator=(const Utf8Names&) = delete;
+
+ private:
+  core::Handle<locale_t, free_locale> locale_{newlocale(LC_CTYPE_MASK, "C.UTF-8", locale_t{})};
+  locale_t before_{};
+};
 
 }  // namespace
 
@@ -44,6 +68,7 @@ TarFile::TarFile(const std::filesystem::path& path)
 TarFile::~TarFile() = default;
 
 void TarFile::add(const std::string& name, std::string_view bytes) {
+  const Utf8Names utf8;
   archive* file = state_->file.get();
   archive_entry* entry = state_->entry.get();
   archive_entry_clear(entry);

@@ -53,10 +53,8 @@ struct Shard {
 
 /// A part's samples in the order of their ids, so many to a shard.
 std::vector<Shard> make_shards(const ExportedRows& rows, std::size_t per_shard) {
-  std::map<std::string, std::vector<std::size_t>> parts;
-  for (std::size_t row = 0; row < rows.size(); ++row) parts[rows.part(row)].push_back(row);
   std::vector<Shard> shards;
-  for (auto& [part, members] : parts) {
+  for (auto& [part, members] : rows.by_part()) {
     std::sort(members.begin(), members.end(),
               [&](std::size_t a, std::size_t b) { return rows.id(a) < rows.id(b); });
     for (std::size_t first = 0; first < members.size(); first += per_shard) {
@@ -83,6 +81,12 @@ std::vector<ExportedFile> write_web_dataset(const Export& task,
   }
   const std::vector<Array> more = open_arrays(task.index, bodies, arrays);
   const std::vector<Shard> shards = make_shards(task.rows, per_shard);
+  std::vector<std::size_t> own_rows;
+  for (std::size_t s = 0; s < shards.size(); ++s) {
+    if (!task.is_own(s)) continue;
+    own_rows.insert(own_rows.end(), shards[s].rows.begin(), shards[s].rows.end());
+  }
+  LabelStream labels(task.rows, own_rows);
   core::Progress progress("export", static_cast<double>(shards.size()),
                           task.quiet || task.rank != 0);
   std::vector<ExportedFile> files;
@@ -93,7 +97,7 @@ std::vector<ExportedFile> write_web_dataset(const Export& task,
       for (const std::size_t row : shards[s].rows) {
         const std::string& key = task.rows.key(row);
         tar.add(key + ".wav", core::wav_bytes(key, audio.read(row, 1).front(), audio.format()));
-        tar.add(key + ".json", task.rows.values(row).dump());
+        tar.add(key + ".json", labels.next().dump());
         for (const Array& array : more) {
           const auto entry = array.of_bodies ? static_cast<std::uint64_t>(body_of[row]) : row;
           tar.add(key + "." + array.name + ".npy", array.rows.row(entry));

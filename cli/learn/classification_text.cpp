@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/learn/tables.hpp"
+#include "core/csv.hpp"
 #include "core/progress.hpp"
 
 namespace carillon::cli {
@@ -104,13 +105,6 @@ std::string differences(const ordered_json& document) {
          "are not theirs or ours to give. Numbers may be compared in kind, not to the percent.\n";
 }
 
-/// Names of sweeps' variants hold commas.
-std::string quoted(const std::string& text) {
-  std::string cell = "\"";
-  for (const char c : text) cell += c == '"' ? "\"\"" : std::string(1, c);
-  return cell + '"';
-}
-
 }  // namespace
 
 std::string classification_text(const ordered_json& document) {
@@ -153,7 +147,7 @@ std::string classification_csv(const ordered_json& document) {
   for (const ordered_json& row : document.at("rows")) {
     std::vector<std::string> cells;
     for (const char* name : {"dataset", "task", "method", "senses"}) {
-      cells.push_back(quoted(row.at(name)));
+      cells.push_back(core::csv_cell(row.at(name).get<std::string>()));
     }
     for (const char* name : {"seeds", "samples", "groups", "classes"}) {
       const ordered_json& value = row.at(name);

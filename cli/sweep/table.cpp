@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "core/csv.hpp"
+
 namespace carillon::cli {
 
 using nlohmann::ordered_json;
@@ -15,14 +17,6 @@ std::string cell(const ordered_json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
   return value.dump();
-}
-
-/// As RFC 4180 has it.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string doubled;
-  for (const char c : text) doubled.append(c == '"' ? 2 : 1, c);
-  return fmt::format("\"{}\"", doubled);
 }
 
 /// Head and rows of the table, the variant's folder first.
@@ -48,7 +42,7 @@ std::string csv_table(const Sweep& sweep, const std::vector<ordered_json>& rows)
   for (const auto& line : cells(sweep, rows)) {
     for (std::size_t c = 0; c < line.size(); ++c) {
       if (c > 0) text += ',';
-      text += csv_field(line[c]);
+      text += core::csv_cell(line[c]);
     }
     text += "\n";
   }

@@ -1,11 +1,14 @@
 """`carillon export`: WAV files with tables, and tar shards, read back by Python's own libraries; what
 Croissant descriptions promise, of exports and of datasets."""
 import csv
+import fcntl
 import fnmatch
 import hashlib
 import io
 import json
+import pathlib
 import re
+import shutil
 import tarfile
 import unittest
 import wave
@@ -13,6 +16,7 @@ import wave
 import h5py
 import numpy
 
+from msh_files import msh_4, two_part_bar
 from program import FolderTest, run, run_json
 
 CONFIG = """
@@ -33,6 +37,22 @@ mel: {bands: 16, frames: 5}
 voxels: {resolution: 8}
 split: {validation: 0.3, test: 0.3}
 """
+
+
+# A body called as a part of the split, of two materials, on three fingers.
+ODD = """
+name: odd
+seed: 2
+materials_file: own.yaml
+objects: [{mesh: test.msh, materials: {left: steel, right: Messing-ä}}]
+modes: {max_modes: 4, order: 2}
+strikes: {per_object: 12}
+supports: {contacts: [{kind: finger, count: 3, pool: 5}]}
+audio: {seconds: 0.05 s, sample_rate: 22050 Hz, gain: 2}
+split: {validation: 0.3, test: 0.3}
+"""
+OWN = "Messing-ä: {youngs_modulus: 100 GPa, poisson_ratio: 0.34, density: 8500, alpha2: 2e-8 s}\n"
+ODD_MATERIAL = "left=steel,right=Messing-ä"
 
 
 def hashes(folder):
@@ -105,7 +125,7 @@ class Exports(FolderTest):
         document = json.loads((folder / "croissant.json").read_text())
         self.assertEqual(document["conformsTo"], "http://mlcommons.org/croissant/1.1")
         self.assertEqual(document["name"], "small")
-        self.assertEqual(document["license"], "CC-BY-4.0")
+        self.assertEqual(document["license"], "https://spdx.org/licenses/CC-BY-4.0")
         self.assertEqual([one["name"] for one in document["creator"]], ["A", "B"])
         self.assertNotIn("datePublished", document)
         defined = ids(document["distribution"]) + ids(document["recordSet"])
@@ -129,6 +149,9 @@ class Exports(FolderTest):
                          sorted(self.keys))
         self.assertEqual(fields["samples/key"]["references"], {"@id": "labels/key"})
         self.assertEqual(fields["samples/audio"]["source"]["samplingRate"], 22050)
+        self.assertIn("Pa times the gain of 100 1/Pa", fields["samples/audio"]["description"])
+        self.assertTrue(fields["samples/impulse"]["description"].endswith("in N s"))
+        self.assertEqual(sets["dataset.json"]["encodingFormat"], "application/json")
         self.assertEqual(fields["samples/material"]["source"], {"@id": "labels/material"})
         self.assertEqual([fields[f"labels/{name}"]["dataType"] for name in
                           ("material", "strike", "impulse")],
@@ -139,6 +162,8 @@ class Exports(FolderTest):
         output = self.export("described-wav", "--format", "wav")
         document = self.expect_described(output)
         paths = [str(path.relative_to(output)) for path in output.rglob("*") if path.is_file()]
+        self.assertEqual((output / "dataset.json").read_bytes(),
+                         (self.dataset / "dataset.json").read_bytes())
         tables, fields = self.expect_joined(document, paths)
         self.assertEqual(len(tables), len(set(self.parts)))
         for table in tables:
@@ -192,6 +217,13 @@ class Exports(FolderTest):
         self.assertEqual(document["datePublished"], "2026-03-31")
         self.assertEqual(hashes(output / "samples"), shards)
         self.assertEqual({path: path.stat().st_mtime_ns for path in times}, times)  # none anew
+        # Another version puts it otherwise; what it says counts.
+        document.update({"@context": {}, "conformsTo": "http://mlcommons.org/croissant/1.2"})
+        (output / "croissant.json").write_text(json.dumps(document))
+        self.assertEqual(publication()["verdict"], "pass")
+        gone = document["recordSet"][0]["field"].pop()["name"]
+        (output / "croissant.json").write_text(json.dumps(document))
+        self.assertIn(f"croissant.json: column {gone}", run("check", output).stdout)
         (output / "croissant.json").write_text("{}")
         checked = run("check", output)
         self.assertEqual(checked.returncode, 3)
@@ -199,6 +231,9 @@ class Exports(FolderTest):
         refused = run("build", config, "-o", output, "--set", "dataset.published=soon")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("is not a date", refused.stderr)
+        refused = run("build", config, "-o", output, "--set", "dataset.url=example.org")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("is not an address on the web", refused.stderr)
 
     def test_wav_files_and_a_table_for_each_part(self):
         output = self.export("wav", "--format", "wav")
@@ -260,6 +295,42 @@ class Exports(FolderTest):
         next(output.rglob("*.wav")).unlink()
         self.assertEqual(hashes(self.export("again", "--format", "wav")), full)
 
+    def copy(self, name):
+        return pathlib.Path(shutil.copytree(self.dataset, self.folder / name))
+
+    def test_refuses_what_is_not_whole(self):
+        def refused(said, *arguments):
+            output = self.folder / "not-whole"
+            for ranks in (None, 2):
+                result = run("export", copy, "--format", "webdataset", "-o", output, *arguments,
+                             ranks=ranks)
+                self.assertEqual(result.returncode, 2, result.stderr)
+                self.assertIn(said, result.stderr)
+                self.assertFalse(output.exists())
+
+        copy = self.copy("lacking")
+        (copy / "modes" / "bar-001.h5").unlink()
+        refused("lacks files: modes/bar-001.h5", "--with", "voxels")
+        shard = next(copy.glob("samples/*.h5"))
+        shard.unlink()
+        refused(f"lacks files: samples/{shard.name}")
+        with open(copy / ".lock", "a") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            refused("is at work in")
+
+    def test_counts_what_a_build_left_out(self):
+        copy = self.copy("stopped")
+        planned = run("export", copy, "--format", "wav", "-o", self.folder / "planned")
+        self.assertEqual(planned.returncode, 0)
+        self.assertNotIn("planned", planned.stderr)
+        path = copy / "configuration.yaml"
+        text = path.read_text()
+        self.assertIn("per_object: 8", text)
+        path.write_text(text.replace("per_object: 8", "per_object: 9"))
+        stopped = run("export", copy, "--format", "wav", "-o", self.folder / "fewer", ranks=2)
+        self.assertEqual(stopped.returncode, 0)
+        self.assertEqual(stopped.stderr.count("has 80 of 90 planned samples"), 1)
+
     def test_says_what_is_wrong(self):
         for arguments, said in (
                 ((self.folder, "--format", "wav"), "is no dataset"),
@@ -267,11 +338,78 @@ class Exports(FolderTest):
                 ((self.dataset, "--format", "wav", "--with", "mel"), "webdataset"),
                 ((self.dataset, "--format", "webdataset", "--with", "smell"), "mel"),
                 ((self.dataset, "--format", "webdataset", "--with", "material"), ".json"),
+                ((self.dataset, "--format", "croissant"), "has a croissant.json already"),
                 ((self.dataset, "--format", "zip"), "zip")):
             for ranks in (None, 2):
                 result = run("export", *arguments, "-o", self.folder / "wrong", ranks=ranks)
                 self.assertEqual(result.returncode, 2, result.stderr)
                 self.assertIn(said, result.stderr)
+
+
+class OddNames(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.write(cls, "own.yaml", OWN)
+        cls.write(cls, "test.msh", msh_4(*two_part_bar()))
+        cls.dataset = cls.folder / "odd"
+        run_json("build", cls.write(cls, "odd.yaml", ODD), "-o", cls.dataset)
+        with h5py.File(cls.dataset / "index.h5") as index:
+            cls.keys = list(index["key"].asstr()[:])
+            cls.columns = {name: index[name][:] for name in
+                           ("position", "support_force", "support_index", "support_position")}
+
+    def export(self, form):
+        output = self.folder / form
+        run_json("export", self.dataset, "--format", form, "-o", output, "--split", "split_strike")
+        return output
+
+    def expect_values(self, values):
+        self.assertEqual(values["material"], ODD_MATERIAL)
+        row = self.keys.index(values["key"])
+        expected = {f"position_{name}": self.columns["position"][row, axis]
+                    for axis, name in enumerate("xyz")}
+        for i in range(3):
+            expected[f"support_force_{i}"] = self.columns["support_force"][row, i]
+            expected[f"support_index_{i}"] = self.columns["support_index"][row, i]
+            for axis, name in enumerate("xyz"):
+                expected[f"support_position_{i}_{name}"] = \
+                    self.columns["support_position"][row, i, axis]
+        self.assertEqual({name: float(values[name]) for name in expected}, expected)
+        self.assertNotIn("support_force_x", values)
+
+    def test_tables_and_paths(self):
+        output = self.export("wav")
+        seen = []
+        for table in output.glob("*/metadata.csv"):
+            self.assertIn(f',"{ODD_MATERIAL}",', table.read_text())
+            with open(table, newline="") as file:
+                for values in csv.DictReader(file):
+                    self.expect_values(values)
+                    self.assertTrue((table.parent / values["file_name"]).exists())
+                    seen.append(values["key"])
+        self.assertEqual(sorted(seen), sorted(self.keys))
+        fields = {field["@id"]: field for records in
+                  json.loads((output / "croissant.json").read_text())["recordSet"]
+                  for field in records["field"]}
+        self.assertIn("m/s times the gain of 2 s/m", fields["samples/audio"]["description"])
+        self.assertTrue(fields["labels/support_force_2"]["description"].endswith("in N"))
+        regex = fields["samples/key"]["source"]["transform"]["regex"]
+        paths = [str(path.relative_to(output)) for path in output.rglob("*.wav")]
+        self.assertTrue(any(path.startswith("train/test/") for path in paths))
+        for above in ("", "data/"):
+            self.assertEqual(sorted(re.match(regex, above + path).group(1) for path in paths),
+                             sorted(self.keys))
+
+    def test_tar_files(self):
+        seen = []
+        for path in self.export("webdataset").glob("*.tar"):
+            with tarfile.open(path, encoding="utf-8") as tar:
+                names = tar.getnames()
+                for name in names[1::2]:
+                    self.expect_values(json.loads(tar.extractfile(name).read()))
+            seen += [name.removesuffix(".wav") for name in names[::2]]
+        self.assertEqual(sorted(seen), sorted(self.keys))
 
 
 if __name__ == "__main__":

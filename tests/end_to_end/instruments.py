@@ -188,6 +188,8 @@ class Instruments(FolderTest):
     def test_says_what_is_wrong(self):
         for arguments, said in ((("--at", "0,0,0", "--points", "2"), "--points"),
                                 (("--contact-time", "0"), "ideal impulse"),
+                                (("--contact-time", "0.1 us"), "last 1 us to 1 s"),
+                                (("--contact-time", "2 s"), "last 1 us to 1 s"),
                                 (("--impulse", "0"), "--impulse"), (("--gain", "0"), "--gain"),
                                 (("--at", "0,0"), "not a position"),
                                 (("--max-frequency", "100 Hz"), "no mode")):

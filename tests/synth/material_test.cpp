@@ -170,6 +170,17 @@ TEST(ReadMaterials, PointsAtTheLine) {
       file_error("a=b: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}\n"), "name"));
 }
 
+TEST(ReadMaterials, RefusesNamesThatLeaveAFolder) {
+  const auto error_of = [](const std::string& name) {
+    return file_error(name + ": {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}\n");
+  };
+  for (const char* name : {"..", ".", "../clay", "clay/red"}) {
+    EXPECT_TRUE(contains(error_of(name), "must not contain \"/\"")) << name;
+  }
+  EXPECT_EQ(error_of("Messing-ä"), "no error");
+  EXPECT_EQ(error_of("clay..red"), "no error");
+}
+
 TEST(ParseMaterial, TakesAnyDampingModel) {
   const std::string elastic = "youngs_modulus=70 GPa,poisson_ratio=0.2,density=2500,";
   const auto damping = [&](const std::string& text) {
