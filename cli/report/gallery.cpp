@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "render/frame.hpp"
 #include "render/shading_mesh.hpp"
-#include "solvers/lagrange.hpp"
+#include "solvers/coarser_surface.hpp"
 #include "synth/damping.hpp"
 
 namespace carillon::cli {
@@ -22,8 +22,8 @@ namespace {
 
 /// Of them a listener hears no more: without a limit, plates of a soft material have thousands.
 constexpr std::size_t most_modes = 256;
-/// A surface of corners alone is taken where a curved one would leave fewer.
-constexpr std::size_t few_modes = 24;
+/// A surface is made no coarser, and fewer modes than that are no object to strike.
+constexpr std::size_t least_vertices = 1000, least_modes = 12;
 /// Factors between which damping is tabulated: those of the page's sliders (stiffness 20, density
 /// 1/10, size 1/4) at their ends.
 constexpr double widest_factor = 3200;
@@ -130,25 +130,42 @@ void add_material(const std::vector<synth::Material>& materials, const std::stri
                           {"metallic", appearance.metallic}};
 }
 
-/// Each curved face as the triangle of its corners, over the same nodes.
-solvers::SurfaceMesh corners_of(const solvers::ModeSurface& surface) {
-  solvers::ModeSurface straight{1, surface.nodes, {}};
-  const auto nodes = static_cast<std::size_t>(solvers::nodes_per_face(surface.order));
-  for (std::size_t i = 0; i < surface.faces.size(); i += nodes) {
-    for (std::size_t k = 0; k < 3; ++k) straight.faces.push_back(surface.faces[i + k]);
-  }
-  return solvers::flatten(straight);
-}
+/// Bytes of a page: of a vertex with its share of the triangles, of which there are two for each,
+/// and of a mode beside its displacements.
+constexpr double vertex_bytes = base64_size * (3 * sizeof(float) + 3 + 6 * sizeof(std::uint32_t));
+constexpr double gain_bytes = base64_size * sizeof(std::int16_t);
+constexpr double mode_bytes = base64_size * (2 * sizeof(double) + factors * sizeof(float));
+constexpr double object_bytes = 2000;
 
 /// How many of the lowest modes fit beside a surface.
-std::size_t modes_that_fit(const render::ShadingMesh& mesh, std::size_t bytes) {
-  const auto vertices = static_cast<double>(mesh.sources.size());
-  const double surface = base64_size * (vertices * (3 * sizeof(float) + 3) +
-                                        static_cast<double>(mesh.indices.size()) * sizeof(int));
-  const double mode = base64_size * (vertices * sizeof(std::int16_t) + 2 * sizeof(double) +
-                                     factors * sizeof(float));
-  const double left = static_cast<double>(bytes) - surface - 2000;
-  return left > 0 ? static_cast<std::size_t>(left / mode) : 0;
+std::size_t modes_that_fit(std::size_t vertices, std::size_t bytes) {
+  const auto v = static_cast<double>(vertices);
+  const double left = static_cast<double>(bytes) - object_bytes - v * vertex_bytes;
+  return left > 0 ? static_cast<std::size_t>(left / (v * gain_bytes + mode_bytes)) : 0;
+}
+
+/// The surface in triangles; a coarser one where with all its vertices fewer modes would fit.
+render::ShadingMesh surface_that_fits(const solvers::ModeSurface& surface, std::size_t modes,
+                                      std::size_t bytes) {
+  const auto shade = [](const solvers::SurfaceMesh& mesh) {
+    return render::shading_mesh(mesh, render::bounding_ball(mesh), render::kCreaseAngle);
+  };
+  const solvers::SurfaceMesh fine = solvers::flatten(surface);
+  render::ShadingMesh mesh = shade(fine);
+  const std::size_t vertices = mesh.sources.size();
+  if (modes_that_fit(vertices, bytes) >= modes) return mesh;
+  const auto m = static_cast<double>(modes);
+  const double room = static_cast<double>(bytes) - object_bytes - m * mode_bytes;
+  const std::size_t fit =
+      room > 0 ? static_cast<std::size_t>(room / (vertex_bytes + m * gain_bytes)) : 0;
+  // Vertices are split where the surface has an edge.
+  const std::size_t wanted =
+      std::max(least_vertices, fit) * surface.nodes.size() / std::max<std::size_t>(vertices, 1);
+  try {
+    return shade(solvers::coarser_surface(fine, wanted, render::kCreaseAngle));
+  } catch (const core::InputError&) {
+    return mesh;  // parts that touch one another
+  }
 }
 
 /// @return null where its surface and some modes take more than `bytes`
@@ -157,15 +174,9 @@ ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v,
   const Variant& variant = shape.variants[v];
   const solvers::Modes modes = all.of(v);
   const std::size_t wanted = std::min(modes.size(), most_modes);
-  const auto shade = [](const solvers::SurfaceMesh& mesh) {
-    return render::shading_mesh(mesh, render::bounding_ball(mesh), render::kCreaseAngle);
-  };
-  render::ShadingMesh mesh = shade(solvers::flatten(modes.surface));
-  if (modes_that_fit(mesh, bytes) < std::min(wanted, few_modes)) {
-    mesh = shade(corners_of(modes.surface));
-  }
-  const std::size_t count = std::min(wanted, modes_that_fit(mesh, bytes));
-  if (count < std::min(wanted, few_modes / 2)) return nullptr;
+  const render::ShadingMesh mesh = surface_that_fits(modes.surface, wanted, bytes);
+  const std::size_t count = std::min(wanted, modes_that_fit(mesh.sources.size(), bytes));
+  if (count < std::min(wanted, least_modes)) return nullptr;
 
   ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
                          {"body", shape.id},

@@ -21,8 +21,8 @@ using nlohmann::ordered_json;
 namespace {
 
 /// Together with the page itself (1 MB), below 15 MB.
-constexpr std::size_t sounds_bytes = 4'000'000;
-constexpr std::size_t objects_bytes = 7'000'000;
+constexpr std::size_t sounds_bytes = 3'500'000;
+constexpr std::size_t objects_bytes = 8'000'000;
 /// Of bodies and of tasks, of all datasets together: some 400 bytes a pair.
 constexpr std::size_t most_rows = 4000;
 /// Each has a configuration, effects and versions: some 15 kB.

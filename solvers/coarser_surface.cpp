@@ -1,0 +1,139 @@
+#include "solvers/coarser_surface.hpp"
+
+#include <CGAL/number_utils.h>  // the next header calls is_positive() without it
+
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_placement.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Edge_length_cost.h>
+#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "solvers/cgal_mesh.hpp"
+
+namespace carillon::solvers {
+
+namespace {
+
+namespace collapse = CGAL::Surface_mesh_simplification;
+using Point = CgalMesh::Point;
+
+std::array<double, 3> key_of(const Point& p) {
+  return {p.x(), p.y(), p.z()};
+}
+
+/// Where a vertex lies: on how many edges between faces that meet at more than the crease angle.
+enum class Place { face, crease, corner };
+
+class Creases {
+ public:
+  Creases(const CgalMesh& mesh, double angle) : cosine_(std::cos(angle)) {
+    std::map<std::array<double, 3>, int> edges;
+    for (const auto edge : mesh.edges()) {
+      const auto h = mesh.halfedge(edge);
+      if (!is_crease(mesh, h)) continue;
+      ++edges[key_of(mesh.point(mesh.source(h)))];
+      ++edges[key_of(mesh.point(mesh.target(h)))];
+    }
+    for (const auto& [point, count] : edges) {
+      places_[point] = count == 2 ? Place::crease : Place::corner;
+    }
+  }
+
+  bool is_crease(const CgalMesh& mesh, CgalMesh::Halfedge_index h) const {
+    const auto a = normal(mesh, h), b = normal(mesh, mesh.opposite(h));
+    return a * b < cosine_ * std::sqrt(a.squared_length() * b.squared_length());
+  }
+
+  Place of(const Point& point) const {
+    const auto found = places_.find(key_of(point));
+    return found == places_.end() ? Place::face : found->second;
+  }
+
+ private:
+  static auto normal(const CgalMesh& mesh, CgalMesh::Halfedge_index h)
+      -> decltype(Point() - Point()) {
+    const Point &a = mesh.point(mesh.source(h)), &b = mesh.point(mesh.target(h)),
+                &c = mesh.point(mesh.target(mesh.next(h)));
+    return CGAL::cross_product(b - a, c - a);
+  }
+
+  double cosine_;
+  std::map<std::array<double, 3>, Place> places_;
+};
+
+/// The end of an edge that stays; none where both must.
+struct OneOfItsEnds {
+  const Creases* creases;
+
+  template <class Profile>
+  boost::optional<Point> operator()(const Profile& edge) const {
+    const Place from = creases->of(edge.p0()), to = creases->of(edge.p1());
+    const bool along = creases->is_crease(edge.surface_mesh(), edge.v0_v1());
+    const auto may_go = [&](Place place) {
+      return place == Place::face || (place == Place::crease && along);
+    };
+    if (may_go(from)) return edge.p1();
+    if (may_go(to)) return edge.p0();
+    return boost::none;
+  }
+};
+
+/// Stops by vertices, where CGAL counts edges: a closed surface has three times as many, but for
+/// its handles.
+struct SoManyVertices {
+  std::size_t vertices;
+
+  template <class Cost, class Profile>
+  bool operator()(const Cost&, const Profile&, std::size_t, std::size_t edges) const {
+    return edges / 3 <= vertices;
+  }
+};
+
+/// The surface without the vertices that no triangle has.
+SurfaceMesh without_others(const SurfaceMesh& mesh) {
+  SurfaceMesh used;
+  std::vector<std::int32_t> number(mesh.vertices.size(), -1);
+  for (Triangle triangle : mesh.triangles) {
+    for (std::int32_t& v : triangle) {
+      std::int32_t& n = number[static_cast<std::size_t>(v)];
+      if (n < 0) {
+        n = static_cast<std::int32_t>(used.vertices.size());
+        used.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
+      }
+      v = n;
+    }
+    used.triangles.push_back(triangle);
+  }
+  return used;
+}
+
+}  // namespace
+
+SurfaceMesh coarser_surface(const SurfaceMesh& mesh, std::size_t vertices, double crease) {
+  CgalMesh work = closed_cgal_mesh(without_others(mesh));
+  const Creases creases(work, crease);
+  collapse::edge_collapse(
+      work, SoManyVertices{vertices},
+      CGAL::parameters::get_cost(collapse::Edge_length_cost<CgalMesh>())
+          .get_placement(collapse::Bounded_normal_change_placement<OneOfItsEnds>({&creases})));
+  std::map<std::array<double, 3>, std::int32_t> number;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    number[{mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z()}] =
+        static_cast<std::int32_t>(v);
+  }
+  SurfaceMesh coarser{mesh.vertices, {}};
+  for (const auto face : work.faces()) {
+    Triangle triangle{};
+    std::size_t k = 0;
+    for (const auto v : work.vertices_around_face(work.halfedge(face))) {
+      triangle[k++] = number.at(key_of(work.point(v)));
+    }
+    coarser.triangles.push_back(triangle);
+  }
+  return coarser;
+}
+
+}  // namespace carillon::solvers
