@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
-from program import run
+from program import CARILLON, run
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -125,6 +125,16 @@ class Help(unittest.TestCase):
     def test_every_command_has_examples(self):
         for name in commands():
             self.assertRegex(run(name, "--help").stdout, r"Examples?:\n.*carillon", name)
+
+    def test_what_stands_in_for_missing_commands_has_them_too(self):
+        with tempfile.TemporaryDirectory() as folder:
+            alone = shutil.copy(CARILLON, folder)  # carillon-learn does not lie beside it
+            for name in ("train", "identify"):
+                told = subprocess.run([alone, name, "--help"], capture_output=True, text=True)
+                self.assertRegex(told.stdout, rf"Examples:\n.*carillon {name}")
+                refused = subprocess.run([alone, name, "x"], capture_output=True, text=True)
+                self.assertEqual(refused.returncode, 2)
+                self.assertIn("needs carillon-learn", refused.stderr)
 
 
 class Documentation(unittest.TestCase):
