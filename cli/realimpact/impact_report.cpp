@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "cli/fit/fitted_alphas.hpp"
 #include "cli/json_number.hpp"
 
 namespace carillon::cli {
@@ -111,10 +112,6 @@ json variant_json(const ModelVariant& variant) {
 json fit_json(const ImpactReport& report) {
   const StudyFit& fit = *report.fit;
   const double density = report.material.elastic.density;
-  json parameters = json::object();
-  for (std::size_t k = 0; k < fit.damping.parameters.size(); ++k) {
-    parameters[synth::parameter_name(k)] = fit.damping.parameters[k];
-  }
   json alone = json::array();
   for (const auto& one : fit.joint.alone) {
     alone.push_back(one ? json(one->candidate.specific_modulus) : json(nullptr));
@@ -126,7 +123,7 @@ json fit_json(const ImpactReport& report) {
       {"density_kg_m3", density},
       {"specific_modulus_of_each_vertex", alone},
       {"model", synth::formula_of(fit.damping)},
-      {"parameters", parameters},
+      {"parameters", alphas_json(fit.damping, fit.confidence95)},
       {"damping_points", fit.points},
       {"joint_model", synth::formula_of(fit.joint.candidate.damping)},
       {"metric", fit.joint.metric},

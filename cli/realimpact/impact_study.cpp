@@ -211,8 +211,9 @@ StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<M
   }
   try {
     const eval::DampingFit law =
-        eval::fit_damping(data, options.law, {.estimator = options.estimator, .confidence = false});
+        eval::fit_damping(data, options.law, {.estimator = options.estimator});
     fit.damping = law.model;
+    fit.confidence95 = law.confidence95;
     fit.points = data.size();
     fit.remarks.insert(fit.remarks.end(), law.remarks.begin(), law.remarks.end());
   } catch (const core::InputError& error) {

@@ -53,6 +53,9 @@ struct StudyFit {
   eval::JointEstimate joint;
   synth::DampingModel damping;  ///< of the material, without what is radiated
   std::size_t points = 0;       ///< matched modes that the damping was fitted to
+  /// Of the damping's numbers, as those modes bound them; empty: the damping is the joint
+  /// estimate's.
+  std::vector<eval::Interval> confidence95;
   std::vector<std::string> remarks;
 };
 

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "cli/fit/fitted_alphas.hpp"
 #include "cli/realimpact/impact_report.hpp"
 
 namespace carillon::cli {
@@ -77,10 +79,23 @@ void print_vertices(const ImpactReport& report) {
   }
 }
 
+/// What single vertices would have in place of the modulus of all.
+void print_moduli_alone(const StudyFit& fit, double modulus) {
+  std::vector<double> ratios;
+  for (const auto& alone : fit.joint.alone) {
+    if (alone) ratios.push_back(alone->candidate.specific_modulus / modulus);
+  }
+  if (ratios.size() < 2) return;
+  const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
+  fmt::print("  {:<20} {:.4f} to {:.4f} of that, {} of {}\n", "each vertex alone", *least, *most,
+             ratios.size(), fit.joint.alone.size());
+}
+
 void print_fit(const ImpactReport& report) {
   const double modulus = report.fitted->specific_modulus;
   fmt::print("\n{:<22} {:.5g} m^2/s^2, {:.4f} of the one given\n", "specific modulus", modulus,
              modulus / report.given.specific_modulus);
+  print_moduli_alone(*report.fit, modulus);
   fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
              1e-9 * modulus * report.material.elastic.density, report.material.elastic.density);
   const synth::DampingModel& damping = report.fit->damping;
@@ -89,8 +104,9 @@ void print_fit(const ImpactReport& report) {
                                                             : synth::form_of(damping.kind).formula,
              report.options.radiation ? " and what is radiated" : "", report.fit->points);
   for (std::size_t k = 0; k < damping.parameters.size(); ++k) {
-    fmt::print("  {:<20} {:.5g} {}\n", synth::parameter_name(k), damping.parameters[k],
-               synth::parameter_unit(damping.kind, k));
+    fmt::print("  {:<20} {:.5g} {:<16} {}\n", synth::parameter_name(k), damping.parameters[k],
+               synth::parameter_unit(damping.kind, k),
+               report.fit->confidence95.empty() ? "" : interval_text(report.fit->confidence95[k]));
   }
 }
 
