@@ -145,8 +145,7 @@ void remark_on_chance(const std::vector<StudiedBlow>& blows,
                   near, kNear * widest, chance));
 }
 
-}  // namespace
-
+/// @throws InputError  nothing to compare; as eval::extract_features()
 StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
                        const StudyOptions& options) {
   StudiedBlow studied;
@@ -163,10 +162,36 @@ StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, dou
   studied.peaks = eval::highest_peaks(studied.spectrum, options.peaks, options.min_frequency);
   if (studied.peaks.empty()) {
     throw core::InputError(
-        fmt::format("row {} of {} is silent", blow.row, folder.recordings.path().string()),
-        "choose another recording with --listener, or leave --vertex out");
+        fmt::format("row {} of {} is silent", blow.row, folder.recordings.path().string()));
   }
   return studied;
+}
+
+}  // namespace
+
+std::vector<StudiedBlow> study_blows(const ImpactFolder& folder,
+                                     const std::vector<RecordedBlow>& rows,
+                                     const StudyOptions& options, std::vector<ModelBlow>& model,
+                                     HeardBody& given, std::vector<std::string>& remarks) {
+  std::vector<StudiedBlow> blows;
+  std::vector<std::size_t> kept;
+  std::string why = "there are none";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    try {
+      blows.push_back(study_blow(folder, rows[i], arrival(given, model, i), options));
+      kept.push_back(i);
+    } catch (const core::InputError& error) {
+      why = error.message();
+      remarks.push_back(fmt::format("vertex {} is left out: {}", rows[i].vertex, why));
+    }
+  }
+  if (blows.empty()) {
+    throw core::InputError("no recording can be compared: " + why,
+                           "name other vertices with --vertex, or another microphone with "
+                           "--listener");
+  }
+  keep_blows(kept, model, given);
+  return blows;
 }
 
 StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<ModelBlow>& model,

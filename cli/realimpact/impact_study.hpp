@@ -59,9 +59,15 @@ struct StudyFit {
   std::vector<std::string> remarks;
 };
 
-/// @throws InputError  as eval::extract_features()
-StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
-                       const StudyOptions& options);
+/// What the recordings hold. One that holds nothing to compare (a sample that is not finite,
+/// silence) is left out, of `model` and `given` too.
+/// @param rows     one for each blow of `model`
+/// @param remarks  get a line for each recording that is left out
+/// @throws InputError  none is left; says why
+std::vector<StudiedBlow> study_blows(const ImpactFolder& folder,
+                                     const std::vector<RecordedBlow>& rows,
+                                     const StudyOptions& options, std::vector<ModelBlow>& model,
+                                     HeardBody& given, std::vector<std::string>& remarks);
 
 /// Specific modulus and damping from all blows, with the body as the fitted material radiates.
 /// @param given  the body with the material it is taken to be of

@@ -97,16 +97,16 @@ void study(const ImpactOptions& options, const StudyOptions& how, const ImpactFo
   std::vector<std::string> remarks;
   const synth::Material& material = body.materials.front();
   const double modulus = specific_modulus(body, folder.mesh.string());
-  const std::vector<ModelBlow> model = model_blows(folder, rows, body.modes.surface, remarks);
+  std::vector<ModelBlow> model = model_blows(folder, rows, body.modes.surface, remarks);
   HeardBody given, fitted;
   {
     const core::ScopedTimer timer(trace.stages["radiation"]);
     given = hear_body(body.modes, modulus, modulus, model, how.radiation, context.cache);
   }
   std::vector<StudiedBlow> blows;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
+  {
     const core::ScopedTimer timer(trace.stages["features"]);
-    blows.push_back(study_blow(folder, rows[i], arrival(given, model, i), how));
+    blows = study_blows(folder, rows, how, model, given, remarks);
   }
   std::optional<StudyFit> fit;
   if (!options.no_fit) {

@@ -57,6 +57,22 @@ class MadeFolder(FolderTest):
     def make_empty(cls, folder):
         return write_folder(folder, cls.mesh, [(VERTICES[0], [numpy.zeros(10)] * len(microphones()))])
 
+    def expect_same(self, one, two, place="found"):
+        """But for last digits, as two ranks add up in another order than one."""
+        self.assertIs(type(one), type(two), place)
+        if isinstance(one, dict):
+            self.assertEqual(set(one), set(two), place)
+            for name in one:
+                self.expect_same(one[name], two[name], f"{place}.{name}")
+        elif isinstance(one, list):
+            self.assertEqual(len(one), len(two), place)
+            for number, pair in enumerate(zip(one, two)):
+                self.expect_same(*pair, f"{place}[{number}]")
+        elif isinstance(one, float):
+            self.assertTrue(math.isclose(one, two, rel_tol=1e-6, abs_tol=1e-10), (place, one, two))
+        else:
+            self.assertEqual(one, two, place)
+
 
 class Contact(MadeFolder):
     """Recordings of the struck point itself, summed by NumPy: nothing is radiated."""
@@ -162,22 +178,6 @@ class Contact(MadeFolder):
             del found["timing"]
         self.expect_same(one, two)
 
-    def expect_same(self, one, two, place="found"):
-        """Modes that two ranks solve differ in the last digits, and what follows from them."""
-        self.assertIs(type(one), type(two), place)
-        if isinstance(one, dict):
-            self.assertEqual(set(one), set(two), place)
-            for name in one:
-                self.expect_same(one[name], two[name], f"{place}.{name}")
-        elif isinstance(one, list):
-            self.assertEqual(len(one), len(two), place)
-            for number, pair in enumerate(zip(one, two)):
-                self.expect_same(*pair, f"{place}[{number}]")
-        elif isinstance(one, float):
-            self.assertTrue(math.isclose(one, two, rel_tol=1e-6, abs_tol=1e-10), (place, one, two))
-        else:
-            self.assertEqual(one, two, place)
-
     def test_listeners(self):
         def rows(listener, *more):
             found = run_json("realimpact", self.object, "-m", TAKEN, *SOLVE, "--radiation", "off",
@@ -234,8 +234,8 @@ class Radiated(MadeFolder):
 
 
 class Refused(MadeFolder):
-    def refuse(self, folder, *arguments):
-        result = run("realimpact", folder, "-m", TAKEN, *SOLVE, *arguments)
+    def refuse(self, folder, *arguments, ranks=None):
+        result = run("realimpact", folder, "-m", TAKEN, *SOLVE, *arguments, ranks=ranks)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         return result.stderr
 
@@ -282,12 +282,29 @@ class Refused(MadeFolder):
         def spoilt(array):
             array[1, 5] = numpy.nan
             return array
-        self.assertIn("sample 5 of row 1 is not finite",
-                      self.refuse(self.changed("deconvolved_0db", spoilt), "--radiation", "off"))
-        self.assertIn("row 1 of", self.refuse(
-            self.changed("deconvolved_0db", lambda array: 0 * array), "--radiation", "off"))
-        self.assertIn("silent", self.refuse(
-            self.changed("deconvolved_0db", lambda array: 0 * array), "--radiation", "off"))
+        folder = self.changed("deconvolved_0db", spoilt)
+        refused = self.refuse(folder, "--radiation", "off", "--vertex", VERTICES[0])
+        self.assertIn("sample 5 of row 1 is not finite", refused)
+        self.assertIn("name other vertices", refused)
+        # The others are studied, as if they were alone.
+        arguments = ("-m", TAKEN, *SOLVE, "--no-fit")
+        found = run_json("realimpact", folder, *arguments)
+        remarks = "\n".join(found["remarks"])
+        self.assertIn(f"vertex {VERTICES[0]} is left out: ", remarks)
+        self.assertIn("sample 5 of row 1 is not finite", remarks)
+        others = run_json("realimpact", folder, *arguments,
+                          *(word for vertex in VERTICES[1:] for word in ("--vertex", vertex)))
+        self.expect_same(found["vertices"], others["vertices"])
+        self.expect_same(found["variants"], others["variants"])
+
+    def test_silence_is_named_by_all_ranks(self):
+        refused = self.refuse(self.changed("deconvolved_0db", lambda array: 0 * array),
+                              "--radiation", "off", ranks=2)
+        self.assertIn("no recording can be compared: row", refused)
+        self.assertIn("is silent", refused)
+        self.assertNotIn("MPI_ABORT", refused)
+
+    def test_a_cut_file_is_named(self):
         cut = self.changed("angle", lambda array: array)
         path = cut / "preprocessed" / "deconvolved_0db.npy"
         path.write_bytes(path.read_bytes()[:-4])
