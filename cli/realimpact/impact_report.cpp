@@ -138,6 +138,7 @@ json to_json(const ImpactReport& report) {
               {"recordings", report.folder.rows()},
               {"samples", report.folder.samples()},
               {"sample_rate_hz", report.options.sample_rate},
+              {"stretch_samples", {report.options.stretch.first, report.options.stretch.end}},
               {"modes", report.given.modes.size()},
               {"complete_to_hz", report.given.modes.certificate.complete_to_hz},
               {"specific_modulus_given_m2_per_s2", report.given.specific_modulus},

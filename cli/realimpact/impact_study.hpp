@@ -16,7 +16,7 @@ namespace carillon::cli {
 /// How recordings and model are compared.
 struct StudyOptions {
   double sample_rate = 48000;  ///< [Hz]
-  eval::Stretch stretch;       ///< of Hiner's spectra, in samples
+  eval::Stretch stretch;       ///< of Hiner's spectra, in samples of the recordings
   std::size_t peaks = 30;      ///< modes, against as many of the highest peaks
   double widest = 100;         ///< further apart a mode is another one [cents]
   double min_level = -60;      ///< of modes, in energy against the strongest's [dB]

@@ -165,6 +165,16 @@ class Contact(MadeFolder):
                         "--no-fit", "--widest", "150", "--max-modes", "1")
         self.assertEqual(wide["modes"], 1)
 
+    def test_a_stretch_is_of_the_same_time_at_every_rate(self):
+        one = ("realimpact", self.object, "-m", TAKEN, *SOLVE, "--radiation", "off", "--no-fit",
+               "--vertex", VERTICES[1])
+        slow = run_json(*one, "--sample-rate", "24 kHz")
+        self.assertEqual(slow["stretch_samples"], [15, 1500])
+        found = run_json(*one, "--stretch", "60,2000", "-o", self.folder / "stretch")
+        self.assertEqual(found["stretch_samples"], [60, 2000])
+        lines = (self.folder / "stretch" / "spectra.csv").read_text().splitlines()
+        self.assertEqual(len(lines), 1 + 1940 // 2 + 1)
+
     def test_text_and_ranks(self):
         arguments = ("realimpact", self.place, "-m", TAKEN, *SOLVE, "--radiation", "off",
                      "--vertex", VERTICES[0], "--vertex", VERTICES[2])
@@ -318,6 +328,9 @@ class Refused(MadeFolder):
         self.assertIn("there is no angle.npy", self.refuse(
             self.changed("angle", lambda array: None), "--listener", "angle=0"))
         self.assertIn("raleigh", self.refuse(self.object, "--model", "raleigh"))
+        for stretch, said in (("30", "FIRST,END"), ("30,40", "fewer than 16"),
+                              ("-1,3000", "not samples")):
+            self.assertIn(said, self.refuse(self.object, f"--stretch={stretch}"))
 
 
 if __name__ == "__main__":
