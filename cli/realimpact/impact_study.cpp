@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 
@@ -36,12 +37,26 @@ std::vector<double> lowest_modes(const solvers::Modes& modes, std::size_t count,
   return frequencies;
 }
 
+/// Takes out of a comparison what was reckoned with the pressure at other frequencies.
+void leave_frequencies(eval::RecordedComparison& modes) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  for (eval::ModeComparison& blow : modes.blows) {
+    for (eval::MatchedMode& pair : blow.matched) pair.decay_ratio = pair.level = none;
+  }
+  for (std::vector<eval::Feature>& tones : modes.synthetic) {
+    for (eval::Feature& tone : tones) tone.decay_rate = tone.amplitude = none;
+  }
+  modes.gain = modes.all.synthetic_share = none;
+  modes.all.decay_ratio = modes.all.level_error = {none, none, none};
+}
+
 /// A body with one damping model, whose frequencies are scaled blow by blow.
 ModelVariant make_variant(const std::string& name, const std::vector<StudiedBlow>& blows,
                           const std::vector<ModelBlow>& model, const HeardBody& body,
                           const synth::DampingModel& damping, const std::vector<double>& factors,
                           const StudyOptions& options) {
-  ModelVariant variant{.name = name, .scales = factors, .peaks = {}, .modes = {}};
+  ModelVariant variant{
+      .name = name, .frequencies_alone = false, .scales = factors, .peaks = {}, .modes = {}};
   std::vector<eval::RecordedTones> tones;
   for (std::size_t i = 0; i < blows.size(); ++i) {
     const auto frequencies = lowest_modes(body.modes, options.peaks, factors[i]);
@@ -58,6 +73,11 @@ ModelVariant make_variant(const std::string& name, const std::vector<StudiedBlow
   how.modes.from = options.skip;
   how.min_level = options.min_level;
   variant.modes = eval::compare_recorded(tones, how);
+  const auto scaled = [](double factor) { return factor != 1; };
+  if (body.pressure && std::any_of(factors.begin(), factors.end(), scaled)) {
+    variant.frequencies_alone = true;
+    leave_frequencies(variant.modes);
+  }
   return variant;
 }
 

@@ -43,6 +43,9 @@ struct StudiedBlow {
 /// The model with one set of parameters, beside all recordings.
 struct ModelVariant {
   std::string name;
+  /// Levels, decay rates and the gain are not known (NaN): pressure and what is radiated go with
+  /// the frequencies, and are those of other ones.
+  bool frequencies_alone = false;
   std::vector<double> scales;          ///< of each blow's mode frequencies against those given
   std::vector<eval::PeakMatch> peaks;  ///< of each blow
   eval::RecordedComparison modes;
@@ -78,7 +81,9 @@ StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<M
                       const std::filesystem::path& cache);
 
 /// The model beside the recordings: as given, with each blow's lowest mode scaled to the highest
-/// peak, to the lowest of the ten highest, and fitted if there is a fit.
+/// peak, to the lowest of the ten highest, and fitted if there is a fit. Where sound is radiated,
+/// the scaled ones have frequencies alone: equivalent sources of every recording's own scale would
+/// take many times as long as all the rest.
 /// @param damping  of the material given
 std::vector<ModelVariant> compare_variants(const std::vector<StudiedBlow>& blows,
                                            const std::vector<ModelBlow>& model,

@@ -226,7 +226,7 @@ class Radiated(MadeFolder):
 
     def test_levels_are_those_of_the_sound(self):
         found = run_json("realimpact", self.object, "-m", TAKEN, *SOLVE, "--listener",
-                         "angle=0,distance=333,mic=7")
+                         "angle=0,distance=333,mic=7", "-o", self.folder / "radiated-out")
         fit = found["fit"]
         self.assertLess(abs(fit["specific_modulus_ratio"] / MODULUS_RATIO - 1), 0.002)
         # The material's own damping, without what is radiated.
@@ -237,10 +237,25 @@ class Radiated(MadeFolder):
         self.assertLess(fitted["level_error_db"]["nine_tenths"], 1)
         self.assertLess(abs(fitted["decay_ratio"]["median"] - 1), 0.02)
         self.assertLess(abs(20 * math.log10(found["variants"][3]["gain"] / 0.003)), 0.5)
+        # What was reckoned at other frequencies is not told.
+        for scaled in found["variants"][1:3]:
+            self.assertTrue(scaled["frequencies_alone"])
+            self.assertIsNotNone(scaled["modes"]["matched"])
+            self.assertIsNone(scaled["modes"]["decay_ratio"]["median"])
+            self.assertIsNone(scaled["modes"]["level_error_db"]["median"])
+            self.assertIsNone(scaled["gain"])
+        with open(self.folder / "radiated-out" / "modes.csv", encoding="utf-8") as file:
+            lines = [line for line in csv.DictReader(file) if line["synthetic_hz"]]
+        for line in lines:
+            told = not line["variant"].startswith("scaled")
+            for name in ("synthetic_decay_per_s", "synthetic_amplitude"):
+                self.assertEqual(bool(line[name]), told, line)
+        self.assertTrue(any(line["variant"].startswith("scaled") for line in lines))
         # A contact microphone hears other levels than a room does.
         contact = run_json("realimpact", self.object, "-m", TAKEN, *SOLVE, "--listener",
                            "angle=0,distance=333,mic=7", "--radiation", "off")
         self.assertGreater(contact["variants"][3]["modes"]["level_error_db"]["median"], 3)
+        self.assertFalse(any(variant["frequencies_alone"] for variant in contact["variants"]))
 
 
 class Refused(MadeFolder):
