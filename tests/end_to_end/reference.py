@@ -148,6 +148,11 @@ class Documentation(unittest.TestCase):
                 if not re.match(r"[a-z]+:", link):
                     self.assertTrue((page.parent / link).exists(), f"{page.name}: {link}")
 
+    def test_readme_names_every_command(self):
+        page = (ROOT / "README.md").read_text()
+        for name in commands():
+            self.assertRegex(page, rf"carillon {name}\b(?!-)", name)
+
     def test_every_page_can_be_found(self):
         listed = set(re.findall(r"\]\(([^)#\s]+)\)", (ROOT / "docs" / "README.md").read_text()))
         pages = {str(page.relative_to(ROOT / "docs")) for page in ROOT.glob("docs/**/*.md")}
