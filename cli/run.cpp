@@ -3,19 +3,17 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
 #include <memory>
-#include <thread>
 
 #include "cli/context.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/storage_error.hpp"
-#include "core/trace.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
+#include "mpi/patience.hpp"
 
 namespace carillon::cli {
 
@@ -31,30 +29,46 @@ constexpr AddCommand commands[] = {
     add_estimate,   add_compare, add_texture,    add_export,   add_export_faust, add_export_gltf,
     add_realimpact, add_report,  add_completion, add_manual};
 
-/// Whether every rank comes here soon: they do after an error that they agreed on.
-bool everyone_arrives(MPI_Comm world) {
-  constexpr double patience_s = 5;
+/// Waits until every rank has ended its command, without holding a core.
+/// @param seconds  after which it gives up
+/// @return whether they all came
+/// @note Collective.
+bool everyone_arrives(MPI_Comm world, double seconds) {
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Ibarrier(world, &request);
-  const double start = core::monotonic_seconds();
-  int done = 0;
-  MPI_Test(&request, &done, MPI_STATUS_IGNORE);
-  while (done == 0 && core::monotonic_seconds() - start < patience_s) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
-  }
-  return done != 0;
+  return mpi::wait_patiently(request, seconds);
+}
+
+/// The lowest rank whose command failed, or as many as there are ranks.
+/// @note Collective.
+int first_failed(MPI_Comm world, bool failed) {
+  const int here = failed ? mpi::rank(world) : mpi::size(world);
+  int first = 0;
+  MPI_Allreduce(&here, &first, 1, MPI_INT, MPI_MIN, world);
+  return first;
+}
+
+/// Ends a command that this rank is done with. Rank 0 may have more to do, and may fail at it: it
+/// then finds the others here, and need not end them by force.
+int succeed(const Context& context) {
+  everyone_arrives(context.world, mpi::endless);
+  first_failed(context.world, false);
+  return context.exit_code;
 }
 
 int fail(const Context& context, ExitCode code, const char* message) {
+  constexpr double patience_s = 5;
+  const auto tell = [&] {
+    std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
+  };
   if (context.speaks()) std::fprintf(stderr, "carillon: %s\n", message);
-  if (!everyone_arrives(context.world)) {
+  if (!everyone_arrives(context.world, patience_s)) {
     // The others are in a collective call that this rank will never join: end them all.
-    if (!context.speaks()) {
-      std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
-    }
+    if (!context.speaks()) tell();
     MPI_Abort(context.world, code);
   }
+  const int first = first_failed(context.world, true);
+  if (first != 0 && first == mpi::rank(context.world)) tell();
   return code;
 }
 
@@ -99,7 +113,7 @@ int run(int argc, char** argv, MPI_Comm world, std::span<const AddCommand> more)
 
   try {
     program.parse(argc, argv);
-    return context.exit_code;
+    return succeed(context);
   } catch (const CLI::ParseError& error) {
     const bool wanted = error.get_exit_code() == 0;  // --help and --version
     if (context.speaks()) program.exit(error);

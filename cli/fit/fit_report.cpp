@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "cli/fit/fitted_alphas.hpp"
 #include "cli/json_number.hpp"
 #include "eval/damping/information.hpp"
 #include "eval/damping/law_text.hpp"
@@ -18,24 +19,10 @@ namespace {
 using eval::DampingFit;
 using nlohmann::json;
 
-json alphas_of(const DampingFit& fit) {
-  json alphas = json::object();
-  json confidence = json::object();
-  for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
-    const std::string name = synth::parameter_name(k);
-    alphas[name] = fit.model.parameters[k];
-    if (fit.confidence95.empty()) continue;
-    confidence[name] = {number_or_null(fit.confidence95[k].low),
-                        number_or_null(fit.confidence95[k].high)};
-  }
-  if (!confidence.empty()) alphas["confidence95"] = confidence;
-  return alphas;
-}
-
 json to_json(const DampingFit& fit) {
   return {
       {"estimator", eval::name_of(fit.estimator)},
-      {"parameters", alphas_of(fit)},
+      {"parameters", alphas_json(fit.model, fit.confidence95)},
       {"formula", synth::formula_of(fit.model)},
       {fit.estimator == eval::Estimator::emg_relative ? "sigma_of_c" : "sigma_per_s", fit.sigma},
       {"eta_s", number_or_null(fit.eta)},
@@ -77,13 +64,6 @@ json to_json(const FitSource& source) {
   if (!source.nothing.empty()) entry["nothing"] = source.nothing;
   if (!source.remarks.empty()) entry["remarks"] = source.remarks;
   return entry;
-}
-
-std::string interval_text(const eval::Interval& interval) {
-  const auto end = [](double value) {
-    return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("any");
-  };
-  return fmt::format("95 %: {} to {}", end(interval.low), end(interval.high));
 }
 
 /// The formula with as many digits as a reader wants.

@@ -235,12 +235,7 @@ void add_identify(CLI::App& program, Context& context) {
       ->add_option("-o,--output", options->output,
                    "file for the longer scene (default: the scene's own)")
       ->needs(scene);
-  command->footer(
-      "Examples:\n"
-      "  carillon identify clip.wav --models carillon-learning-smoke\n"
-      "  carillon identify *.wav -m carillon-rsaudio --task geometry material\n"
-      "  carillon identify clip.wav -m out --scene scene.yaml --at 0.2,0,5cm -o with-it.yaml\n"
-      "Only networks that hear and nothing else answer. docs/learning.md.");
+  command->footer(identify_footer);
   command->callback([&context, options] {
     if (!options->scene.empty() && options->clips.size() > 1) {
       throw core::InputError("--scene takes the body of one clip", "give one");

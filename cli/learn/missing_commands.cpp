@@ -16,8 +16,9 @@ namespace {
       "build with libtorch: -DCARILLON_LEARN=ON");
 }
 
-void add_missing(CLI::App& program, const char* name, const char* summary) {
+void add_missing(CLI::App& program, const char* name, const char* summary, const char* footer) {
   CLI::App* command = program.add_subcommand(name, summary);
+  command->footer(footer);
   command->allow_extras();
   command->callback([name] { missing(name); });
 }
@@ -37,11 +38,11 @@ constexpr EvaluationSection sections[] = {{"damping", read_damping_validation},
 }  // namespace
 
 void add_missing_train(CLI::App& program, Context&) {
-  add_missing(program, "train", train_summary);
+  add_missing(program, "train", train_summary, train_footer);
 }
 
 void add_missing_identify(CLI::App& program, Context&) {
-  add_missing(program, "identify", identify_summary);
+  add_missing(program, "identify", identify_summary, identify_footer);
 }
 
 void add_plain_evaluate(CLI::App& program, Context& context) {

@@ -156,12 +156,7 @@ void add_train(CLI::App& program, Context& context) {
   command->add_flag("--search", *searches,
                     "try the sizes of the section `search`, and tell which are best on the "
                     "validation samples");
-  command->footer(
-      "Examples:\n"
-      "  mpirun -n 2 carillon train configs/learning-smoke.yaml\n"
-      "  mpirun -n 2 carillon train configs/learning-smoke.yaml --search\n"
-      "  carillon train mine.yaml --set data=path/to/dataset --set train.seed=2\n"
-      "Ranks share each step's samples; one thread a rank. docs/learning.md.");
+  command->footer(train_footer);
   command->callback([&context, options, searches] {
     context.exit_code = run_train(*options, *searches, context);
   });

@@ -35,6 +35,17 @@ HeardBody hear_body(const solvers::Modes& modes, double assumed, double specific
   return body;
 }
 
+void keep_blows(const std::vector<std::size_t>& kept, std::vector<ModelBlow>& blows,
+                HeardBody& body) {
+  std::vector<ModelBlow> left;
+  for (const std::size_t blow : kept) left.push_back(blows[blow]);
+  blows = std::move(left);
+  if (!body.pressure) return;
+  synth::ModalPressure pressure{body.pressure->pressure(kept, Eigen::all), {}};
+  for (const std::size_t blow : kept) pressure.delays.push_back(body.pressure->delays[blow]);
+  body.pressure = std::move(pressure);
+}
+
 eval::StruckModes struck_by(const HeardBody& body, const std::vector<ModelBlow>& blows,
                             std::size_t blow) {
   const ModelBlow& blown = blows[blow];

@@ -38,6 +38,11 @@ HeardBody hear_body(const solvers::Modes& modes, double assumed, double specific
                     const std::vector<ModelBlow>& blows, bool radiation,
                     const std::filesystem::path& cache);
 
+/// Leaves of the blows, and of what is heard of them, those whose numbers are in `kept`.
+/// @param kept  ascending
+void keep_blows(const std::vector<std::size_t>& kept, std::vector<ModelBlow>& blows,
+                HeardBody& body);
+
 /// Modes as blow number `blow` strikes them and its listener hears them.
 eval::StruckModes struck_by(const HeardBody& body, const std::vector<ModelBlow>& blows,
                             std::size_t blow);

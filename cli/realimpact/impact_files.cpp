@@ -11,18 +11,23 @@ namespace carillon::cli {
 
 namespace {
 
+/// A number as a cell of a table; none: an empty one.
+std::string cell(double value, int digits) {
+  return std::isnan(value) ? std::string(",") : fmt::format(",{:.{}g}", value, digits);
+}
+
 /// A recorded mode, a synthetic one or a pair, as a line of modes.csv.
 std::string line_of(const eval::Feature* recorded, const eval::Feature* synthetic,
                     const eval::MatchedMode* pair) {
   const auto mode = [](const eval::Feature* feature) {
     return feature == nullptr ? std::string(",,,")
-                              : fmt::format(",{:.6g},{:.6g},{:.6g}", feature->frequency,
-                                            feature->decay_rate, feature->amplitude);
+                              : cell(feature->frequency, 6) + cell(feature->decay_rate, 6) +
+                                    cell(feature->amplitude, 6);
   };
   return mode(recorded) + mode(synthetic) +
-         (pair == nullptr ? std::string(",,,\n")
-                          : fmt::format(",{:.4g},{:.5g},{:.4g}\n", pair->cents, pair->decay_ratio,
-                                        pair->level));
+         (pair == nullptr
+              ? std::string(",,,\n")
+              : cell(pair->cents, 4) + cell(pair->decay_ratio, 5) + cell(pair->level, 4) + "\n");
 }
 
 std::string modes_csv(const ImpactReport& report) {

@@ -153,8 +153,7 @@ std::vector<double> read_recording(const ImpactFolder& folder, std::size_t row) 
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (std::isfinite(samples[i])) continue;
     throw InputError(fmt::format("{}: sample {} of row {} is not finite",
-                                 folder.recordings.path().string(), i, row),
-                     "choose another recording with --listener, or leave --vertex out");
+                                 folder.recordings.path().string(), i, row));
   }
   return samples;
 }

@@ -32,8 +32,8 @@ struct ImpactFolder {
 /// @param mesh    in place of the folder's transformed.obj; "": that one
 /// @throws FileError   a file is missing or cannot be read
 /// @throws InputError  arrays whose rows do not agree or that have another extent, a position that
-///                     is not finite, a vertex that the mesh does not have or that lies elsewhere,
-///                     one vertex at two places; names file and row
+///                     is not finite, a vertex that the mesh does not have or that lies elsewhere;
+///                     names file and row
 ImpactFolder read_impact_folder(const std::filesystem::path& folder, const std::string& mesh);
 
 /// Samples of one recording.

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "cli/fit/fitted_alphas.hpp"
 #include "cli/json_number.hpp"
 
 namespace carillon::cli {
@@ -20,8 +21,8 @@ json spread_json(const eval::Spread& spread) {
 
 json mode_json(const eval::Feature& mode) {
   return {{"frequency_hz", mode.frequency},
-          {"decay_rate_per_s", mode.decay_rate},
-          {"amplitude", mode.amplitude}};
+          {"decay_rate_per_s", number_or_null(mode.decay_rate)},
+          {"amplitude", number_or_null(mode.amplitude)}};
 }
 
 json peaks_json(const eval::PeakMatch& match) {
@@ -54,14 +55,12 @@ json blow_json(const ImpactReport& report, const ModelVariant& variant, std::siz
   const auto& synthetic = variant.modes.synthetic[blow];
   const eval::ModeComparison& modes = variant.modes.blows[blow];
   json matched = json::array(), only = json::array(), other = json::array();
-  std::vector<double> levels;
   for (const eval::MatchedMode& pair : modes.matched) {
-    levels.push_back(pair.level);
     matched.push_back({{"recorded", mode_json(recorded[pair.reference])},
                        {"synthetic", mode_json(synthetic[pair.other])},
                        {"pitch_cents", pair.cents},
-                       {"decay_ratio", pair.decay_ratio},
-                       {"level_db", pair.level}});
+                       {"decay_ratio", number_or_null(pair.decay_ratio)},
+                       {"level_db", number_or_null(pair.level)}});
   }
   for (const std::size_t place : modes.reference_only) only.push_back(mode_json(recorded[place]));
   for (const std::size_t place : modes.other_only) other.push_back(mode_json(synthetic[place]));
@@ -71,7 +70,7 @@ json blow_json(const ImpactReport& report, const ModelVariant& variant, std::siz
           {"matched", matched},
           {"recorded_only", only},
           {"synthetic_only", other},
-          {"level_db", spread_json(eval::spread_of(levels))}};
+          {"level_db", spread_json(eval::spread_of(levels_of(modes)))}};
 }
 
 json vertex_json(const ImpactReport& report, std::size_t blow) {
@@ -102,19 +101,16 @@ json vertex_json(const ImpactReport& report, std::size_t blow) {
 
 json variant_json(const ModelVariant& variant) {
   return {{"variant", variant.name},
+          {"frequencies_alone", variant.frequencies_alone},
           {"frequency_scale", spread_json(eval::spread_of(variant.scales))},
           {"peaks", peaks_json(eval::joined(variant.peaks))},
           {"modes", summary_json(variant.modes.all)},
-          {"gain", variant.modes.gain}};
+          {"gain", number_or_null(variant.modes.gain)}};
 }
 
 json fit_json(const ImpactReport& report) {
   const StudyFit& fit = *report.fit;
   const double density = report.material.elastic.density;
-  json parameters = json::object();
-  for (std::size_t k = 0; k < fit.damping.parameters.size(); ++k) {
-    parameters[synth::parameter_name(k)] = fit.damping.parameters[k];
-  }
   json alone = json::array();
   for (const auto& one : fit.joint.alone) {
     alone.push_back(one ? json(one->candidate.specific_modulus) : json(nullptr));
@@ -126,7 +122,7 @@ json fit_json(const ImpactReport& report) {
       {"density_kg_m3", density},
       {"specific_modulus_of_each_vertex", alone},
       {"model", synth::formula_of(fit.damping)},
-      {"parameters", parameters},
+      {"parameters", alphas_json(fit.damping, fit.confidence95)},
       {"damping_points", fit.points},
       {"joint_model", synth::formula_of(fit.joint.candidate.damping)},
       {"metric", fit.joint.metric},
@@ -136,11 +132,20 @@ json fit_json(const ImpactReport& report) {
 
 }  // namespace
 
+std::vector<double> levels_of(const eval::ModeComparison& modes) {
+  std::vector<double> levels;
+  for (const eval::MatchedMode& pair : modes.matched) {
+    if (!std::isnan(pair.level)) levels.push_back(pair.level);
+  }
+  return levels;
+}
+
 json to_json(const ImpactReport& report) {
   json out = {{"mesh", report.folder.mesh.string()},
               {"recordings", report.folder.rows()},
               {"samples", report.folder.samples()},
               {"sample_rate_hz", report.options.sample_rate},
+              {"stretch_samples", {report.options.stretch.first, report.options.stretch.end}},
               {"modes", report.given.modes.size()},
               {"complete_to_hz", report.given.modes.certificate.complete_to_hz},
               {"specific_modulus_given_m2_per_s2", report.given.specific_modulus},

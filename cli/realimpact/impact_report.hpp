@@ -26,6 +26,9 @@ struct ImpactReport {
   const core::Trace& trace;
 };
 
+/// Levels of the pairs that have one, against the recorded modes [dB].
+std::vector<double> levels_of(const eval::ModeComparison& modes);
+
 /// docs/realimpact.md names the fields.
 nlohmann::json to_json(const ImpactReport& report);
 void print_report(const ImpactReport& report);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 
@@ -36,12 +37,26 @@ std::vector<double> lowest_modes(const solvers::Modes& modes, std::size_t count,
   return frequencies;
 }
 
+/// Takes out of a comparison what was reckoned with the pressure at other frequencies.
+void leave_frequencies(eval::RecordedComparison& modes) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  for (eval::ModeComparison& blow : modes.blows) {
+    for (eval::MatchedMode& pair : blow.matched) pair.decay_ratio = pair.level = none;
+  }
+  for (std::vector<eval::Feature>& tones : modes.synthetic) {
+    for (eval::Feature& tone : tones) tone.decay_rate = tone.amplitude = none;
+  }
+  modes.gain = modes.all.synthetic_share = none;
+  modes.all.decay_ratio = modes.all.level_error = {none, none, none};
+}
+
 /// A body with one damping model, whose frequencies are scaled blow by blow.
 ModelVariant make_variant(const std::string& name, const std::vector<StudiedBlow>& blows,
                           const std::vector<ModelBlow>& model, const HeardBody& body,
                           const synth::DampingModel& damping, const std::vector<double>& factors,
                           const StudyOptions& options) {
-  ModelVariant variant{.name = name, .scales = factors, .peaks = {}, .modes = {}};
+  ModelVariant variant{
+      .name = name, .frequencies_alone = false, .scales = factors, .peaks = {}, .modes = {}};
   std::vector<eval::RecordedTones> tones;
   for (std::size_t i = 0; i < blows.size(); ++i) {
     const auto frequencies = lowest_modes(body.modes, options.peaks, factors[i]);
@@ -58,6 +73,11 @@ ModelVariant make_variant(const std::string& name, const std::vector<StudiedBlow
   how.modes.from = options.skip;
   how.min_level = options.min_level;
   variant.modes = eval::compare_recorded(tones, how);
+  const auto scaled = [](double factor) { return factor != 1; };
+  if (body.pressure && std::any_of(factors.begin(), factors.end(), scaled)) {
+    variant.frequencies_alone = true;
+    leave_frequencies(variant.modes);
+  }
   return variant;
 }
 
@@ -145,8 +165,7 @@ void remark_on_chance(const std::vector<StudiedBlow>& blows,
                   near, kNear * widest, chance));
 }
 
-}  // namespace
-
+/// @throws InputError  nothing to compare; as eval::extract_features()
 StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
                        const StudyOptions& options) {
   StudiedBlow studied;
@@ -163,10 +182,36 @@ StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, dou
   studied.peaks = eval::highest_peaks(studied.spectrum, options.peaks, options.min_frequency);
   if (studied.peaks.empty()) {
     throw core::InputError(
-        fmt::format("row {} of {} is silent", blow.row, folder.recordings.path().string()),
-        "choose another recording with --listener, or leave --vertex out");
+        fmt::format("row {} of {} is silent", blow.row, folder.recordings.path().string()));
   }
   return studied;
+}
+
+}  // namespace
+
+std::vector<StudiedBlow> study_blows(const ImpactFolder& folder,
+                                     const std::vector<RecordedBlow>& rows,
+                                     const StudyOptions& options, std::vector<ModelBlow>& model,
+                                     HeardBody& given, std::vector<std::string>& remarks) {
+  std::vector<StudiedBlow> blows;
+  std::vector<std::size_t> kept;
+  std::string why = "there are none";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    try {
+      blows.push_back(study_blow(folder, rows[i], arrival(given, model, i), options));
+      kept.push_back(i);
+    } catch (const core::InputError& error) {
+      why = error.message();
+      remarks.push_back(fmt::format("vertex {} is left out: {}", rows[i].vertex, why));
+    }
+  }
+  if (blows.empty()) {
+    throw core::InputError("no recording can be compared: " + why,
+                           "name other vertices with --vertex, or another microphone with "
+                           "--listener");
+  }
+  keep_blows(kept, model, given);
+  return blows;
 }
 
 StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<ModelBlow>& model,
@@ -211,8 +256,9 @@ StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<M
   }
   try {
     const eval::DampingFit law =
-        eval::fit_damping(data, options.law, {.estimator = options.estimator, .confidence = false});
+        eval::fit_damping(data, options.law, {.estimator = options.estimator});
     fit.damping = law.model;
+    fit.confidence95 = law.confidence95;
     fit.points = data.size();
     fit.remarks.insert(fit.remarks.end(), law.remarks.begin(), law.remarks.end());
   } catch (const core::InputError& error) {

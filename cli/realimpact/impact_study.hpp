@@ -16,7 +16,7 @@ namespace carillon::cli {
 /// How recordings and model are compared.
 struct StudyOptions {
   double sample_rate = 48000;  ///< [Hz]
-  eval::Stretch stretch;       ///< of Hiner's spectra, in samples
+  eval::Stretch stretch;       ///< of Hiner's spectra, in samples of the recordings
   std::size_t peaks = 30;      ///< modes, against as many of the highest peaks
   double widest = 100;         ///< further apart a mode is another one [cents]
   double min_level = -60;      ///< of modes, in energy against the strongest's [dB]
@@ -43,6 +43,9 @@ struct StudiedBlow {
 /// The model with one set of parameters, beside all recordings.
 struct ModelVariant {
   std::string name;
+  /// Levels, decay rates and the gain are not known (NaN): pressure and what is radiated go with
+  /// the frequencies, and are those of other ones.
+  bool frequencies_alone = false;
   std::vector<double> scales;          ///< of each blow's mode frequencies against those given
   std::vector<eval::PeakMatch> peaks;  ///< of each blow
   eval::RecordedComparison modes;
@@ -53,12 +56,21 @@ struct StudyFit {
   eval::JointEstimate joint;
   synth::DampingModel damping;  ///< of the material, without what is radiated
   std::size_t points = 0;       ///< matched modes that the damping was fitted to
+  /// Of the damping's numbers, as those modes bound them; empty: the damping is the joint
+  /// estimate's.
+  std::vector<eval::Interval> confidence95;
   std::vector<std::string> remarks;
 };
 
-/// @throws InputError  as eval::extract_features()
-StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
-                       const StudyOptions& options);
+/// What the recordings hold. One that holds nothing to compare (a sample that is not finite,
+/// silence) is left out, of `model` and `given` too.
+/// @param rows     one for each blow of `model`
+/// @param remarks  get a line for each recording that is left out
+/// @throws InputError  none is left; says why
+std::vector<StudiedBlow> study_blows(const ImpactFolder& folder,
+                                     const std::vector<RecordedBlow>& rows,
+                                     const StudyOptions& options, std::vector<ModelBlow>& model,
+                                     HeardBody& given, std::vector<std::string>& remarks);
 
 /// Specific modulus and damping from all blows, with the body as the fitted material radiates.
 /// @param given  the body with the material it is taken to be of
@@ -69,7 +81,9 @@ StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<M
                       const std::filesystem::path& cache);
 
 /// The model beside the recordings: as given, with each blow's lowest mode scaled to the highest
-/// peak, to the lowest of the ten highest, and fitted if there is a fit.
+/// peak, to the lowest of the ten highest, and fitted if there is a fit. Where sound is radiated,
+/// the scaled ones have frequencies alone: equivalent sources of every recording's own scale would
+/// take many times as long as all the rest.
 /// @param damping  of the material given
 std::vector<ModelVariant> compare_variants(const std::vector<StudiedBlow>& blows,
                                            const std::vector<ModelBlow>& model,

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "cli/fit/fitted_alphas.hpp"
 #include "cli/realimpact/impact_report.hpp"
 
 namespace carillon::cli {
@@ -32,24 +34,35 @@ void print_peaks(const ImpactReport& report) {
   }
 }
 
+/// The middle and where most lie, or a dash.
+std::string decay_text(const eval::Spread& ratio) {
+  if (std::isnan(ratio.median)) return fmt::format("{:>22}", "-");
+  return fmt::format("{} ({} -{})", figure(ratio.median, 7, 3), figure(ratio.low, 5, 2),
+                     figure(ratio.high, 5, 2));
+}
+
 void print_modes(const ImpactReport& report) {
   fmt::print("\nmodes of the whole recordings, of all vertices:\n");
   fmt::print("  {:<28} {:>13} {:>10} {:>8} {:>16} {:>22} {:>17}\n", "", "matched", "by chance",
              "energy", "cents: med, 90 %", "decay ratio (10-90 %)", "dB: med, 90 %");
+  bool without = false;
   for (const ModelVariant& variant : report.variants) {
     const eval::RecordedSummary& all = variant.modes.all;
-    fmt::print("  {:<28} {:>13} {:>10.1f} {} % {} {} {} ({} -{}) {} {}\n", variant.name,
+    fmt::print("  {:<28} {:>13} {:>10.1f} {} % {} {} {} {} {}\n", variant.name,
                fmt::format("{} of {}, {}", all.matched, all.recorded, all.synthetic),
                all.matched_by_chance, figure(100 * all.recorded_share, 6, 1),
                figure(all.distance.median, 8, 1), figure(all.distance.high, 7, 1),
-               figure(all.decay_ratio.median, 7, 3), figure(all.decay_ratio.low, 5, 2),
-               figure(all.decay_ratio.high, 5, 2), figure(all.level_error.median, 8, 1),
+               decay_text(all.decay_ratio), figure(all.level_error.median, 8, 1),
                figure(all.level_error.high, 8, 1));
+    without = without || variant.frequencies_alone;
   }
   fmt::print("  matched: of recorded and synthetic modes; energy: of what is recorded; dB: {}\n",
              report.options.radiation
                  ? "beside one gain of all recordings"
                  : "not physical, as the struck point is heard and not the sound");
+  if (without) {
+    fmt::print("  -: pressure goes with the frequencies, and is not known for scaled ones\n");
+  }
 }
 
 void print_vertices(const ImpactReport& report) {
@@ -61,10 +74,9 @@ void print_vertices(const ImpactReport& report) {
     const RecordedBlow& blow = report.blows[i].recorded;
     const solvers::Vec3& ear = report.folder.listeners[blow.row];
     const eval::ModeComparison& modes = variant.modes.blows[i];
-    std::vector<double> distances, levels;
+    std::vector<double> distances;
     for (const eval::MatchedMode& pair : modes.matched) {
       distances.push_back(std::abs(pair.cents));
-      levels.push_back(pair.level);
     }
     fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8.1f} {:>16} {} {}\n", blow.vertex, blow.row,
                fmt::format("{:.3f},{:.3f},{:.3f}", ear.x(), ear.y(), ear.z()),
@@ -73,14 +85,27 @@ void print_vertices(const ImpactReport& report) {
                fmt::format("{} of {}, {}", modes.matched.size(),
                            report.blows[i].set.features.size(), variant.modes.synthetic[i].size()),
                figure(eval::spread_of(distances).median, 9, 1),
-               figure(eval::spread_of(levels).median, 9, 1));
+               figure(eval::spread_of(levels_of(modes)).median, 9, 1));
   }
+}
+
+/// What single vertices would have in place of the modulus of all.
+void print_moduli_alone(const StudyFit& fit, double modulus) {
+  std::vector<double> ratios;
+  for (const auto& alone : fit.joint.alone) {
+    if (alone) ratios.push_back(alone->candidate.specific_modulus / modulus);
+  }
+  if (ratios.size() < 2) return;
+  const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
+  fmt::print("  {:<20} {:.4f} to {:.4f} of that, {} of {}\n", "each vertex alone", *least, *most,
+             ratios.size(), fit.joint.alone.size());
 }
 
 void print_fit(const ImpactReport& report) {
   const double modulus = report.fitted->specific_modulus;
   fmt::print("\n{:<22} {:.5g} m^2/s^2, {:.4f} of the one given\n", "specific modulus", modulus,
              modulus / report.given.specific_modulus);
+  print_moduli_alone(*report.fit, modulus);
   fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
              1e-9 * modulus * report.material.elastic.density, report.material.elastic.density);
   const synth::DampingModel& damping = report.fit->damping;
@@ -89,8 +114,9 @@ void print_fit(const ImpactReport& report) {
                                                             : synth::form_of(damping.kind).formula,
              report.options.radiation ? " and what is radiated" : "", report.fit->points);
   for (std::size_t k = 0; k < damping.parameters.size(); ++k) {
-    fmt::print("  {:<20} {:.5g} {}\n", synth::parameter_name(k), damping.parameters[k],
-               synth::parameter_unit(damping.kind, k));
+    fmt::print("  {:<20} {:.5g} {:<16} {}\n", synth::parameter_name(k), damping.parameters[k],
+               synth::parameter_unit(damping.kind, k),
+               report.fit->confidence95.empty() ? "" : interval_text(report.fit->confidence95[k]));
   }
 }
 

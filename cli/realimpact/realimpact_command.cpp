@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "cli/body.hpp"
@@ -25,7 +27,7 @@ struct ImpactOptions {
   std::vector<std::int64_t> vertices;
   std::string radiation = "equivalent_sources";
   std::string model = "rayleigh", estimator = "emg_relative";
-  std::string sample_rate = "48 kHz", skip = "1 ms";
+  std::string sample_rate = "48 kHz", skip = "1 ms", stretch = "30,3000";
   bool no_fit = false;
   StudyOptions study;
   std::string output;
@@ -39,12 +41,37 @@ eval::Estimator estimator_of(const std::string& name) {
   throw core::InputError(fmt::format("there is no estimator \"{}\"", name));
 }
 
+/// "FIRST,END", counted at 48 kHz, in samples of another rate [Hz].
+eval::Stretch parse_stretch(const std::string& text, double sample_rate) {
+  constexpr double counted_at = 48000;  // Hz, of the dataset and of Hiner's numbers
+  constexpr double longest = 1e8;
+  constexpr std::size_t fewest = 16;  // that a spectrum with peaks is made of
+  const std::size_t comma = std::min(text.find(','), text.size());
+  const auto sample = [&](const std::string& number) {
+    const double value = core::parse_quantity(number, core::Dimension::none);
+    if (!(value >= 0 && value <= longest)) {
+      throw core::InputError(fmt::format("--stretch {}: not samples of a recording", text));
+    }
+    return static_cast<std::size_t>(std::lround(value * sample_rate / counted_at));
+  };
+  if (comma == text.size()) {
+    throw core::InputError(fmt::format("--stretch {}: FIRST,END is expected", text),
+                           "as in 30,3000");
+  }
+  const eval::Stretch stretch{sample(text.substr(0, comma)), sample(text.substr(comma + 1))};
+  if (stretch.end < stretch.first + fewest) {
+    throw core::InputError(fmt::format("--stretch {} is of fewer than {} samples", text, fewest));
+  }
+  return stretch;
+}
+
 StudyOptions study_options(const ImpactOptions& options) {
   StudyOptions study = options.study;
   study.sample_rate = core::parse_quantity(options.sample_rate, core::Dimension::frequency);
   study.skip = core::parse_quantity(options.skip, core::Dimension::time);
   if (!(study.sample_rate >= 1000)) throw core::InputError("--sample-rate must be 1 kHz or more");
   if (!(study.skip >= 0)) throw core::InputError("--skip must not be negative");
+  study.stretch = parse_stretch(options.stretch, study.sample_rate);
   study.radiation = options.radiation != "off";
   study.law = eval::damping_law(options.model);
   study.estimator = estimator_of(options.estimator);
@@ -97,16 +124,16 @@ void study(const ImpactOptions& options, const StudyOptions& how, const ImpactFo
   std::vector<std::string> remarks;
   const synth::Material& material = body.materials.front();
   const double modulus = specific_modulus(body, folder.mesh.string());
-  const std::vector<ModelBlow> model = model_blows(folder, rows, body.modes.surface, remarks);
+  std::vector<ModelBlow> model = model_blows(folder, rows, body.modes.surface, remarks);
   HeardBody given, fitted;
   {
     const core::ScopedTimer timer(trace.stages["radiation"]);
     given = hear_body(body.modes, modulus, modulus, model, how.radiation, context.cache);
   }
   std::vector<StudiedBlow> blows;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
+  {
     const core::ScopedTimer timer(trace.stages["features"]);
-    blows.push_back(study_blow(folder, rows[i], arrival(given, model, i), how));
+    blows = study_blows(folder, rows, how, model, given, remarks);
   }
   std::optional<StudyFit> fit;
   if (!options.no_fit) {
@@ -196,6 +223,11 @@ void add_study_options(CLI::App& command, ImpactOptions& options) {
   command
       .add_option("--skip", options.skip,
                   "left out of modal features after the sound's arrival at the microphone")
+      ->capture_default_str();
+  command
+      .add_option("--stretch", options.stretch,
+                  "FIRST,END: samples whose peaks are compared, counted at 48 kHz whatever the "
+                  "rate is")
       ->capture_default_str();
   command.add_option("--sample-rate", options.sample_rate, "of the recordings; no file says it")
       ->capture_default_str();

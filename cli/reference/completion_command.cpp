@@ -87,7 +87,7 @@ std::string bash_script(const CLI::App& program) {
 _carillon() {{
   local current=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD-1]}}
   local command='' options={} others='' words='' word
-  for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
+  for word in "${{COMP_WORDS[@]:1:$COMP_CWORD-1}}"; do
     case $word in
       {}) command=$word; break ;;
     esac
@@ -166,7 +166,7 @@ void add_completion(CLI::App& program, Context& context) {
       "  carillon completion fish > ~/.config/fish/completions/carillon.fish");
   command->callback([&program, &context, shell] {
     if (!context.speaks()) return;
-    // zsh reads bash's scripts.
+    // zsh reads bash's scripts, as long as no length of a slice begins with a letter.
     if (*shell == "zsh") fmt::print("autoload -U +X bashcompinit && bashcompinit\n");
     fmt::print("{}", *shell == "fish" ? fish_script(program) : bash_script(program));
   });

@@ -199,6 +199,13 @@ class Instruments(FolderTest):
             self.assertIn(said, result.stderr)
             self.assertFalse((self.folder / "wrong.dsp").exists())
 
+    def test_what_rank_0_alone_finds_wrong_ends_all(self):
+        result = run("export-faust", *BLOCK, "-m", "steel", "--max-frequency", "100 Hz", "-o",
+                     self.folder / "wrong.dsp", ranks=2)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("no mode", result.stderr)
+        self.assertNotIn("MPI_ABORT", result.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

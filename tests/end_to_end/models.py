@@ -224,6 +224,13 @@ class Models(FolderTest):
             self.assertIn(said, result.stderr)
             self.assertFalse((self.folder / "wrong.glb").exists())
 
+    def test_what_rank_0_alone_finds_wrong_ends_all(self):
+        file = self.write("file", "")
+        result = run("export-gltf", *BODY, "-o", file / "wrong.glb", ranks=2)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn(str(file), result.stderr)
+        self.assertNotIn("MPI_ABORT", result.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -57,6 +57,22 @@ class MadeFolder(FolderTest):
     def make_empty(cls, folder):
         return write_folder(folder, cls.mesh, [(VERTICES[0], [numpy.zeros(10)] * len(microphones()))])
 
+    def expect_same(self, one, two, place="found"):
+        """But for last digits, as two ranks add up in another order than one."""
+        self.assertIs(type(one), type(two), place)
+        if isinstance(one, dict):
+            self.assertEqual(set(one), set(two), place)
+            for name in one:
+                self.expect_same(one[name], two[name], f"{place}.{name}")
+        elif isinstance(one, list):
+            self.assertEqual(len(one), len(two), place)
+            for number, pair in enumerate(zip(one, two)):
+                self.expect_same(*pair, f"{place}[{number}]")
+        elif isinstance(one, float):
+            self.assertTrue(math.isclose(one, two, rel_tol=1e-6, abs_tol=1e-10), (place, one, two))
+        else:
+            self.assertEqual(one, two, place)
+
 
 class Contact(MadeFolder):
     """Recordings of the struck point itself, summed by NumPy: nothing is radiated."""
@@ -69,6 +85,11 @@ class Contact(MadeFolder):
         self.assertLess(abs(fit["youngs_modulus_pa"] / 6.5e10 - 1), 0.002)
         self.assertLess(abs(fit["parameters"]["alpha1"] / ALPHAS[0] - 1), 0.1)
         self.assertLess(abs(fit["parameters"]["alpha2"] / ALPHAS[1] - 1), 0.02)
+        for name, truth in zip(("alpha1", "alpha2"), ALPHAS):
+            low, high = fit["parameters"]["confidence95"][name]
+            self.assertLess(low, truth)
+            self.assertGreater(high, truth)
+            self.assertLess(high - low, 0.2 * truth)
         names = [variant["variant"] for variant in found["variants"]]
         self.assertEqual(names, ["as given", "scaled to the highest peak",
                                  "scaled to the lowest of ten", "fitted"])
@@ -144,17 +165,28 @@ class Contact(MadeFolder):
                         "--no-fit", "--widest", "150", "--max-modes", "1")
         self.assertEqual(wide["modes"], 1)
 
+    def test_a_stretch_is_of_the_same_time_at_every_rate(self):
+        one = ("realimpact", self.object, "-m", TAKEN, *SOLVE, "--radiation", "off", "--no-fit",
+               "--vertex", VERTICES[1])
+        slow = run_json(*one, "--sample-rate", "24 kHz")
+        self.assertEqual(slow["stretch_samples"], [15, 1500])
+        found = run_json(*one, "--stretch", "60,2000", "-o", self.folder / "stretch")
+        self.assertEqual(found["stretch_samples"], [60, 2000])
+        lines = (self.folder / "stretch" / "spectra.csv").read_text().splitlines()
+        self.assertEqual(len(lines), 1 + 1940 // 2 + 1)
+
     def test_text_and_ranks(self):
         arguments = ("realimpact", self.place, "-m", TAKEN, *SOLVE, "--radiation", "off",
-                     "--vertex", VERTICES[0])
+                     "--vertex", VERTICES[0], "--vertex", VERTICES[2])
         result = run(*arguments)
         self.assertEqual(result.returncode, 0, result.stderr)
         for words in ("as given", "scaled to the highest peak", "fitted", "by chance",
-                      "specific modulus", "not physical"):
+                      "specific modulus", "each vertex alone", "95 %:", "not physical"):
             self.assertIn(words, result.stdout)
-        ranks = run(*arguments, "--json", ranks=2)
-        self.assertEqual(ranks.returncode, 0, ranks.stderr)
-        self.assertEqual(ranks.stdout.count('"variants": ['), 2)
+        one, two = (run_json(*arguments, ranks=ranks) for ranks in (None, 2))
+        for found in (one, two):
+            del found["timing"]
+        self.expect_same(one, two)
 
     def test_listeners(self):
         def rows(listener, *more):
@@ -194,7 +226,7 @@ class Radiated(MadeFolder):
 
     def test_levels_are_those_of_the_sound(self):
         found = run_json("realimpact", self.object, "-m", TAKEN, *SOLVE, "--listener",
-                         "angle=0,distance=333,mic=7")
+                         "angle=0,distance=333,mic=7", "-o", self.folder / "radiated-out")
         fit = found["fit"]
         self.assertLess(abs(fit["specific_modulus_ratio"] / MODULUS_RATIO - 1), 0.002)
         # The material's own damping, without what is radiated.
@@ -205,15 +237,30 @@ class Radiated(MadeFolder):
         self.assertLess(fitted["level_error_db"]["nine_tenths"], 1)
         self.assertLess(abs(fitted["decay_ratio"]["median"] - 1), 0.02)
         self.assertLess(abs(20 * math.log10(found["variants"][3]["gain"] / 0.003)), 0.5)
+        # What was reckoned at other frequencies is not told.
+        for scaled in found["variants"][1:3]:
+            self.assertTrue(scaled["frequencies_alone"])
+            self.assertIsNotNone(scaled["modes"]["matched"])
+            self.assertIsNone(scaled["modes"]["decay_ratio"]["median"])
+            self.assertIsNone(scaled["modes"]["level_error_db"]["median"])
+            self.assertIsNone(scaled["gain"])
+        with open(self.folder / "radiated-out" / "modes.csv", encoding="utf-8") as file:
+            lines = [line for line in csv.DictReader(file) if line["synthetic_hz"]]
+        for line in lines:
+            told = not line["variant"].startswith("scaled")
+            for name in ("synthetic_decay_per_s", "synthetic_amplitude"):
+                self.assertEqual(bool(line[name]), told, line)
+        self.assertTrue(any(line["variant"].startswith("scaled") for line in lines))
         # A contact microphone hears other levels than a room does.
         contact = run_json("realimpact", self.object, "-m", TAKEN, *SOLVE, "--listener",
                            "angle=0,distance=333,mic=7", "--radiation", "off")
         self.assertGreater(contact["variants"][3]["modes"]["level_error_db"]["median"], 3)
+        self.assertFalse(any(variant["frequencies_alone"] for variant in contact["variants"]))
 
 
 class Refused(MadeFolder):
-    def refuse(self, folder, *arguments):
-        result = run("realimpact", folder, "-m", TAKEN, *SOLVE, *arguments)
+    def refuse(self, folder, *arguments, ranks=None):
+        result = run("realimpact", folder, "-m", TAKEN, *SOLVE, *arguments, ranks=ranks)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         return result.stderr
 
@@ -260,12 +307,29 @@ class Refused(MadeFolder):
         def spoilt(array):
             array[1, 5] = numpy.nan
             return array
-        self.assertIn("sample 5 of row 1 is not finite",
-                      self.refuse(self.changed("deconvolved_0db", spoilt), "--radiation", "off"))
-        self.assertIn("row 1 of", self.refuse(
-            self.changed("deconvolved_0db", lambda array: 0 * array), "--radiation", "off"))
-        self.assertIn("silent", self.refuse(
-            self.changed("deconvolved_0db", lambda array: 0 * array), "--radiation", "off"))
+        folder = self.changed("deconvolved_0db", spoilt)
+        refused = self.refuse(folder, "--radiation", "off", "--vertex", VERTICES[0])
+        self.assertIn("sample 5 of row 1 is not finite", refused)
+        self.assertIn("name other vertices", refused)
+        # The others are studied, as if they were alone.
+        arguments = ("-m", TAKEN, *SOLVE, "--no-fit")
+        found = run_json("realimpact", folder, *arguments)
+        remarks = "\n".join(found["remarks"])
+        self.assertIn(f"vertex {VERTICES[0]} is left out: ", remarks)
+        self.assertIn("sample 5 of row 1 is not finite", remarks)
+        others = run_json("realimpact", folder, *arguments,
+                          *(word for vertex in VERTICES[1:] for word in ("--vertex", vertex)))
+        self.expect_same(found["vertices"], others["vertices"])
+        self.expect_same(found["variants"], others["variants"])
+
+    def test_silence_is_named_by_all_ranks(self):
+        refused = self.refuse(self.changed("deconvolved_0db", lambda array: 0 * array),
+                              "--radiation", "off", ranks=2)
+        self.assertIn("no recording can be compared: row", refused)
+        self.assertIn("is silent", refused)
+        self.assertNotIn("MPI_ABORT", refused)
+
+    def test_a_cut_file_is_named(self):
         cut = self.changed("angle", lambda array: array)
         path = cut / "preprocessed" / "deconvolved_0db.npy"
         path.write_bytes(path.read_bytes()[:-4])
@@ -279,6 +343,9 @@ class Refused(MadeFolder):
         self.assertIn("there is no angle.npy", self.refuse(
             self.changed("angle", lambda array: None), "--listener", "angle=0"))
         self.assertIn("raleigh", self.refuse(self.object, "--model", "raleigh"))
+        for stretch, said in (("30", "FIRST,END"), ("30,40", "fewer than 16"),
+                              ("-1,3000", "not samples")):
+            self.assertIn(said, self.refuse(self.object, f"--stretch={stretch}"))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
 """Completion in shells, the manual page, and links of the documentation."""
+import os
 import pathlib
+import pty
 import re
 import shutil
 import subprocess
+import tempfile
 import unittest
 
-from program import run
+from program import CARILLON, run
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -19,6 +22,28 @@ def commands():
 def options(command):
     lines = re.findall(r"(?m)^  (-\S+)", run(command, "--help").stdout)
     return {name for line in lines for name in line.split(",")}
+
+
+def typed_in_zsh(script, words):
+    """What `carillon` is called with after its words and a tabulator were typed at a terminal."""
+    with tempfile.NamedTemporaryFile("w") as file:
+        file.write(script)
+        file.flush()
+        ours, its = pty.openpty()
+        with subprocess.Popen(["zsh", "-f", "-i"], stdin=its, stdout=its, stderr=its, cwd=ROOT,
+                              start_new_session=True, env={**os.environ, "TERM": "dumb"}):
+            os.close(its)
+            for line in (f"autoload -Uz compinit && compinit -D -u; source {file.name}",
+                         'carillon() { print -r "<$@>" }', f"carillon {words}\t", "exit"):
+                os.write(ours, f"{line}\n".encode())
+            told = b""
+            try:
+                while block := os.read(ours, 4096):
+                    told += block
+            except OSError:  # the shell has ended
+                pass
+        os.close(ours)
+    return re.search(rb"\n<(.*?)>\r", told)[1].decode()
 
 
 class Completion(unittest.TestCase):
@@ -49,15 +74,26 @@ class Completion(unittest.TestCase):
         self.assertLessEqual({"bowl", "box"}, self.complete("modes", "bo"))
         self.assertIn("configs", self.complete("build", "confi"))
 
-    def test_other_shells(self):
-        self.assertIn("bashcompinit", run("completion", "zsh").stdout)
+    @unittest.skipUnless(shutil.which("zsh"), "no zsh")
+    def test_zsh(self):
+        script = run("completion", "zsh").stdout
+        for typed, meant in (("str", "strike"), ("strike bowl -m gla", "strike bowl -m glass"),
+                             ("strike --liste", "strike --listener"), ("modes bow", "modes bowl"),
+                             ("export set --format webd", "export set --format webdataset"),
+                             ("build confi", "build configs")):
+            self.assertEqual(typed_in_zsh(script, typed), meant)
+
+    def test_fish(self):
         fish = run("completion", "fish").stdout
         for name in commands():
             self.assertRegex(fish, rf"(?m)^complete -c carillon -n __fish_use_subcommand -f -a {name} ")
         if shutil.which("fish"):
-            checked = subprocess.run(["fish", "--no-execute"], input=fish, text=True,
-                                     capture_output=True)
-            self.assertEqual(checked.stderr, "")
+            for typed, meant in (("str", "strike"), ("strike bowl -m gla", "glass"),
+                                 ("export set --format webd", "webdataset")):
+                told = subprocess.run(["fish", "-c", fish + f"\ncomplete -C 'carillon {typed}'"],
+                                      capture_output=True, text=True)
+                self.assertEqual(told.stderr, "")
+                self.assertEqual([line.split("\t")[0] for line in told.stdout.splitlines()], [meant])
 
     def test_a_shell_that_it_does_not_know(self):
         answer = run("completion", "tcsh")
@@ -82,13 +118,23 @@ class Manual(unittest.TestCase):
         done = subprocess.run(["groff", "-man", "-ww", "-Tutf8"], input=page, text=True,
                               capture_output=True)
         self.assertEqual(done.stderr, "")
-        self.assertIn("carillon strike bell -m iron -o bell.wav".split()[1], done.stdout)
+        self.assertIn("\n         carillon strike bell --material iron -o bell.wav\n", done.stdout)
 
 
 class Help(unittest.TestCase):
     def test_every_command_has_examples(self):
         for name in commands():
             self.assertRegex(run(name, "--help").stdout, r"Examples?:\n.*carillon", name)
+
+    def test_what_stands_in_for_missing_commands_has_them_too(self):
+        with tempfile.TemporaryDirectory() as folder:
+            alone = shutil.copy(CARILLON, folder)  # carillon-learn does not lie beside it
+            for name in ("train", "identify"):
+                told = subprocess.run([alone, name, "--help"], capture_output=True, text=True)
+                self.assertRegex(told.stdout, rf"Examples:\n.*carillon {name}")
+                refused = subprocess.run([alone, name, "x"], capture_output=True, text=True)
+                self.assertEqual(refused.returncode, 2)
+                self.assertIn("needs carillon-learn", refused.stderr)
 
 
 class Documentation(unittest.TestCase):
@@ -101,6 +147,11 @@ class Documentation(unittest.TestCase):
             for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
                 if not re.match(r"[a-z]+:", link):
                     self.assertTrue((page.parent / link).exists(), f"{page.name}: {link}")
+
+    def test_readme_names_every_command(self):
+        page = (ROOT / "README.md").read_text()
+        for name in commands():
+            self.assertRegex(page, rf"carillon {name}\b(?!-)", name)
 
     def test_every_page_can_be_found(self):
         listed = set(re.findall(r"\]\(([^)#\s]+)\)", (ROOT / "docs" / "README.md").read_text()))
