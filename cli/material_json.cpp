@@ -10,17 +10,17 @@ nlohmann::json to_json(const synth::Material& material) {
   for (std::size_t i = 0; i < model.parameters.size(); ++i) {
     damping[synth::parameter_name(i)] = model.parameters[i];
   }
-  nlohmann::json json = {{"name", material.name},
-                         {"youngs_modulus_pa", material.elastic.youngs_modulus},
-                         {"poisson_ratio", material.elastic.poisson_ratio},
-                         {"density_kg_m3", material.elastic.density},
-                         {"damping", damping},
-                         {"source", material.source}};
+  nlohmann::json entry = {{"name", material.name},
+                          {"youngs_modulus_pa", material.elastic.youngs_modulus},
+                          {"poisson_ratio", material.elastic.poisson_ratio},
+                          {"density_kg_m3", material.elastic.density},
+                          {"damping", damping},
+                          {"source", material.source}};
   if (model.kind == synth::DampingKind::rayleigh) {
-    json["alpha1_per_s"] = model.parameters.at(0);
-    json["alpha2_s"] = model.parameters.at(1);
+    entry["alpha1_per_s"] = model.parameters.at(0);
+    entry["alpha2_s"] = model.parameters.at(1);
   }
-  return json;
+  return entry;
 }
 
 }  // namespace carillon::cli

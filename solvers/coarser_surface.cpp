@@ -4,9 +4,9 @@
 
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_placement.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
-#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Edge_length_cost.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -64,7 +64,8 @@ class Creases {
   std::map<std::array<double, 3>, Place> places_;
 };
 
-/// The end of an edge that stays; none where both must.
+/// Of the ends of an edge that may stay the one that leaves shorter edges; none where both must go
+/// on.
 struct OneOfItsEnds {
   const Creases* creases;
 
@@ -75,20 +76,43 @@ struct OneOfItsEnds {
     const auto may_go = [&](Place place) {
       return place == Place::face || (place == Place::crease && along);
     };
-    if (may_go(from)) return edge.p1();
-    if (may_go(to)) return edge.p0();
-    return boost::none;
+    boost::optional<Point> kept;
+    if (may_go(from)) kept = edge.p1();
+    if (may_go(to) && (!kept || longest(edge, edge.p0()) < longest(edge, edge.p1()))) {
+      kept = edge.p0();
+    }
+    return kept;
+  }
+
+  /// Squared length of the longest edge that a collapse leaves at the vertex.
+  template <class Profile>
+  static double longest(const Profile& edge, const Point& kept) {
+    double squared = 0;
+    for (const auto v : edge.link()) {
+      squared = std::max(squared, CGAL::squared_distance(kept, edge.surface_mesh().point(v)));
+    }
+    return squared;
   }
 };
 
-/// Stops by vertices, where CGAL counts edges: a closed surface has three times as many, but for
-/// its handles.
+/// Collapses first what leaves the shortest edges, so that no vertex becomes a hub of long ones.
+struct LongestEdgeLeft {
+  template <class Profile>
+  boost::optional<double> operator()(const Profile& edge,
+                                     const boost::optional<Point>& kept) const {
+    if (!kept) return boost::none;
+    return OneOfItsEnds::longest(edge, *kept);
+  }
+};
+
+/// Stops by vertices, where CGAL counts edges: a closed surface without handles has three times as
+/// many, less six.
 struct SoManyVertices {
   std::size_t vertices;
 
   template <class Cost, class Profile>
   bool operator()(const Cost&, const Profile&, std::size_t, std::size_t edges) const {
-    return edges / 3 <= vertices;
+    return edges / 3 + 2 <= vertices;
   }
 };
 
@@ -117,7 +141,7 @@ SurfaceMesh coarser_surface(const SurfaceMesh& mesh, std::size_t vertices, doubl
   const Creases creases(work, crease);
   collapse::edge_collapse(
       work, SoManyVertices{vertices},
-      CGAL::parameters::get_cost(collapse::Edge_length_cost<CgalMesh>())
+      CGAL::parameters::get_cost(LongestEdgeLeft{})
           .get_placement(collapse::Bounded_normal_change_placement<OneOfItsEnds>({&creases})));
   std::map<std::array<double, 3>, std::int32_t> number;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {

@@ -7,9 +7,9 @@
 namespace carillon::solvers {
 
 /// A closed surface with fewer vertices, which are some of its own, so that values at them stay
-/// valid. Edges are collapsed into one of their ends, the shortest first, so that vertices stay
-/// evenly spread; edges between faces that meet at more than `crease` stay where they are, and so
-/// do their corners (CGAL's edge collapse).
+/// valid. Edges are collapsed into one of their ends, first those that leave the shortest edges, so
+/// that vertices stay evenly spread; edges between faces that meet at more than `crease` stay where
+/// they are, and so do their corners (CGAL's edge collapse).
 ///
 /// @param mesh      other vertices than those of its triangles may be there
 /// @param vertices  to stop at; more are left where no edge can be collapsed any more

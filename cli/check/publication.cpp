@@ -54,7 +54,8 @@ Finding check_publication(const DatasetFolder& folder) {
   const json document = json::parse(core::read_file(path), nullptr, false);
   std::vector<std::string> wrong;
   // How a version of this program puts it beyond that is no fault of a dataset.
-  for (const auto& [property, value] : croissant_about(stored.at("name"), about).items()) {
+  const nlohmann::ordered_json said = croissant_about(stored.at("name"), about);
+  for (const auto& [property, value] : said.items()) {
     if (!document.is_object() || document.value(property, json()) != json(value)) {
       wrong.push_back(fmt::format("croissant.json: {}", property));
     }

@@ -19,7 +19,7 @@ namespace {
 void add_missing(CLI::App& program, const char* name, const char* summary, const char* footer) {
   CLI::App* command = program.add_subcommand(name, summary);
   command->footer(footer);
-  command->allow_extras();
+  command->allow_extras()->fallthrough(false);  // whatever is asked of it
   command->callback([name] { missing(name); });
 }
 

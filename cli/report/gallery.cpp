@@ -12,6 +12,7 @@
 #include "render/frame.hpp"
 #include "render/shading_mesh.hpp"
 #include "solvers/coarser_surface.hpp"
+#include "solvers/lagrange.hpp"
 #include "synth/damping.hpp"
 
 namespace carillon::cli {
@@ -59,24 +60,6 @@ void add_gains(const solvers::Modes& modes, const render::ShadingMesh& mesh, std
   }
   object["gains"] = core::base64(std::span<const std::int16_t>(shares));
   object["gain_scales"] = scales;
-}
-
-void add_surface(const solvers::ModeSurface& surface, const render::ShadingMesh& mesh,
-                 ordered_json& object) {
-  std::vector<float> positions;
-  std::vector<std::int8_t> normals;
-  for (std::size_t v = 0; v < mesh.sources.size(); ++v) {
-    const solvers::Vec3& node = surface.nodes[static_cast<std::size_t>(mesh.sources[v])];
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      positions.push_back(static_cast<float>(node[k]));
-      normals.push_back(static_cast<std::int8_t>(
-          std::lround(127 * mesh.normals[3 * v + static_cast<std::size_t>(k)])));
-    }
-  }
-  object["vertices_count"] = mesh.sources.size();
-  object["vertices"] = core::base64(std::span<const float>(positions));
-  object["normals"] = core::base64(std::span<const std::int8_t>(normals));
-  object["triangles"] = core::base64(std::span<const std::uint32_t>(mesh.indices));
 }
 
 /// Decay rates d [1/s] of each mode when its eigenvalue is multiplied by factors from
@@ -130,41 +113,88 @@ void add_material(const std::vector<synth::Material>& materials, const std::stri
                           {"metallic", appearance.metallic}};
 }
 
-/// Bytes of a page: of a vertex with its share of the triangles, of which there are two for each,
-/// and of a mode beside its displacements.
-constexpr double vertex_bytes = base64_size * (3 * sizeof(float) + 3 + 6 * sizeof(std::uint32_t));
+/// A surface as the page draws it: vertices, and faces over them whose nodes are those of
+/// solvers::triangle_lattice(order).
+struct Skin {
+  render::ShadingMesh mesh;
+  int order = 1;
+  std::vector<std::uint32_t> faces;  ///< n x nodes_per_face(order)
+};
+
+Skin skin_of(const solvers::SurfaceMesh& flat, const solvers::ModeSurface& surface) {
+  Skin skin{render::shading_mesh(flat, render::bounding_ball(flat), render::kCreaseAngle),
+            surface.order,
+            {}};
+  const auto nodes = static_cast<std::size_t>(solvers::nodes_per_face(surface.order));
+  const auto pieces = static_cast<std::size_t>(surface.order * surface.order);
+  for (std::size_t n = 0; n < surface.faces.size(); ++n) {
+    // Where one of the face's triangles has the node, there is its vertex.
+    for (std::size_t corner = n / nodes * pieces * 3;; ++corner) {
+      if (flat.triangles[corner / 3][corner % 3] != surface.faces[n]) continue;
+      skin.faces.push_back(skin.mesh.indices[corner]);
+      break;
+    }
+  }
+  return skin;
+}
+
+void add_surface(const solvers::ModeSurface& surface, const Skin& skin, ordered_json& object) {
+  const render::ShadingMesh& mesh = skin.mesh;
+  std::vector<float> positions;
+  std::vector<std::int8_t> normals;
+  for (std::size_t v = 0; v < mesh.sources.size(); ++v) {
+    const solvers::Vec3& node = surface.nodes[static_cast<std::size_t>(mesh.sources[v])];
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      positions.push_back(static_cast<float>(node[k]));
+      normals.push_back(static_cast<std::int8_t>(
+          std::lround(127 * mesh.normals[3 * v + static_cast<std::size_t>(k)])));
+    }
+  }
+  object["vertices_count"] = mesh.sources.size();
+  object["vertices"] = core::base64(std::span<const float>(positions));
+  object["normals"] = core::base64(std::span<const std::int8_t>(normals));
+  object["order"] = skin.order;
+  object["lattice"] = solvers::triangle_lattice(skin.order);
+  object["faces"] = core::base64(std::span<const std::uint32_t>(skin.faces));
+}
+
+/// Bytes of a page: of a vertex, and of its displacement in one mode; of a mode beside these.
+constexpr double vertex_bytes = base64_size * (3 * sizeof(float) + 3);
+constexpr double index_bytes = base64_size * sizeof(std::uint32_t);
 constexpr double gain_bytes = base64_size * sizeof(std::int16_t);
 constexpr double mode_bytes = base64_size * (2 * sizeof(double) + factors * sizeof(float));
 constexpr double object_bytes = 2000;
 
 /// How many of the lowest modes fit beside a surface.
-std::size_t modes_that_fit(std::size_t vertices, std::size_t bytes) {
-  const auto v = static_cast<double>(vertices);
-  const double left = static_cast<double>(bytes) - object_bytes - v * vertex_bytes;
-  return left > 0 ? static_cast<std::size_t>(left / (v * gain_bytes + mode_bytes)) : 0;
+std::size_t modes_that_fit(const Skin& skin, std::size_t bytes) {
+  const auto vertices = static_cast<double>(skin.mesh.sources.size());
+  const double left = static_cast<double>(bytes) - object_bytes - vertices * vertex_bytes -
+                      static_cast<double>(skin.faces.size()) * index_bytes;
+  return left > 0 ? static_cast<std::size_t>(left / (vertices * gain_bytes + mode_bytes)) : 0;
 }
 
-/// The surface in triangles; a coarser one where with all its vertices fewer modes would fit.
-render::ShadingMesh surface_that_fits(const solvers::ModeSurface& surface, std::size_t modes,
-                                      std::size_t bytes) {
-  const auto shade = [](const solvers::SurfaceMesh& mesh) {
-    return render::shading_mesh(mesh, render::bounding_ball(mesh), render::kCreaseAngle);
-  };
+/// The curved surface; a coarser one of straight triangles where beside it fewer modes would fit.
+Skin skin_that_fits(const solvers::ModeSurface& surface, std::size_t modes, std::size_t bytes) {
   const solvers::SurfaceMesh fine = solvers::flatten(surface);
-  render::ShadingMesh mesh = shade(fine);
-  const std::size_t vertices = mesh.sources.size();
-  if (modes_that_fit(vertices, bytes) >= modes) return mesh;
+  Skin skin = skin_of(fine, surface);
+  if (modes_that_fit(skin, bytes) >= modes) return skin;
   const auto m = static_cast<double>(modes);
   const double room = static_cast<double>(bytes) - object_bytes - m * mode_bytes;
-  const std::size_t fit =
-      room > 0 ? static_cast<std::size_t>(room / (vertex_bytes + m * gain_bytes)) : 0;
+  // A vertex has two triangles.
+  const double fit = std::max(0.0, room / (vertex_bytes + 6 * index_bytes + m * gain_bytes));
   // Vertices are split where the surface has an edge.
-  const std::size_t wanted =
-      std::max(least_vertices, fit) * surface.nodes.size() / std::max<std::size_t>(vertices, 1);
+  const std::size_t wanted = std::max(least_vertices, static_cast<std::size_t>(fit)) *
+                             surface.nodes.size() / skin.mesh.sources.size();
   try {
-    return shade(solvers::coarser_surface(fine, wanted, render::kCreaseAngle));
+    const solvers::SurfaceMesh coarser =
+        solvers::coarser_surface(fine, wanted, render::kCreaseAngle);
+    solvers::ModeSurface straight{1, {}, {}};
+    for (const solvers::Triangle& t : coarser.triangles) {
+      straight.faces.insert(straight.faces.end(), t.begin(), t.end());
+    }
+    return skin_of(coarser, straight);
   } catch (const core::InputError&) {
-    return mesh;  // parts that touch one another
+    return skin;  // parts that touch one another
   }
 }
 
@@ -174,8 +204,8 @@ ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v,
   const Variant& variant = shape.variants[v];
   const solvers::Modes modes = all.of(v);
   const std::size_t wanted = std::min(modes.size(), most_modes);
-  const render::ShadingMesh mesh = surface_that_fits(modes.surface, wanted, bytes);
-  const std::size_t count = std::min(wanted, modes_that_fit(mesh.sources.size(), bytes));
+  const Skin skin = skin_that_fits(modes.surface, wanted, bytes);
+  const std::size_t count = std::min(wanted, modes_that_fit(skin, bytes));
   if (count < std::min(wanted, least_modes)) return nullptr;
 
   ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
@@ -190,8 +220,8 @@ ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v,
   object["complete_to_hz"] =
       count < modes.size() ? modes.frequency(count) : modes.certificate.complete_to_hz;
   object["eigenvalues"] = core::base64(std::span(modes.eigenvalues).first(count));
-  add_surface(modes.surface, mesh, object);
-  add_gains(modes, mesh, count, object);
+  add_surface(modes.surface, skin, object);
+  add_gains(modes, skin.mesh, count, object);
   return object;
 }
 

@@ -1,11 +1,12 @@
 import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
-import { float32s, float64s, int16s, int8s, uint32s } from "./arrays.js";
+import { float32s, float64s, int16s, int8s } from "./arrays.js";
 import { base, colors } from "./figure.js";
 import { hertz, number, seconds } from "./format.js";
 import { changed, levels, ring } from "./modal.js";
 import { slider } from "./slider.js";
+import { surfaceOf } from "./surface.js";
 import { Viewer } from "./viewer.js";
 
 export function gallerySection({ gallery }) {
@@ -40,7 +41,7 @@ function unpack(object) {
     ...object,
     vertices: float32s(object.vertices),
     normals: int8s(object.normals),
-    triangles: uint32s(object.triangles),
+    ...surfaceOf(object),
     eigenvalues: float64s(object.eigenvalues),
     gain: (mode, vertex) => (scaled[mode * vertices + vertex] / 32767) * object.gain_scales[mode],
     ownRate: object.damping && tabulated(object.damping),

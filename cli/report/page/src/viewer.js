@@ -5,8 +5,8 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-// Shows one object and says where it is clicked: struck({position, corners, weights}), the point's
-// triangle as indices of vertices with barycentric weights.
+// Shows one object and says where it is clicked: struck({position, corners, weights}), the vertices of the
+// point's face with the weights that interpolate between them.
 export class Viewer {
   constructor(struck) {
     this.element = html`<div class="viewer" role="group" aria-label="The object in three dimensions; buttons below strike it without a pointer"></div>`;
@@ -141,11 +141,7 @@ export class Viewer {
   on(index, point) {
     const weights = new Vector3();
     this.triangle(index).getBarycoord(point, weights);
-    return {
-      position: point.toArray(),
-      corners: [0, 1, 2].map((k) => this.object.triangles[3 * index + k]),
-      weights: weights.toArray(),
-    };
+    return { position: point.toArray(), ...this.object.onFace(index, weights.toArray()) };
   }
 
   // The point of the surface that is nearest to a position.
