@@ -182,8 +182,8 @@ Skin skin_that_fits(const solvers::ModeSurface& surface, std::size_t modes, std:
   const double room = static_cast<double>(bytes) - object_bytes - m * mode_bytes;
   // A vertex has two triangles.
   const double fit = std::max(0.0, room / (vertex_bytes + 6 * index_bytes + m * gain_bytes));
-  // Vertices are split where the surface has an edge.
-  const std::size_t wanted = std::max(least_vertices, static_cast<std::size_t>(fit)) *
+  // Vertices are split where the surface has an edge, and on a coarser one more of them lie there.
+  const std::size_t wanted = std::max(least_vertices, static_cast<std::size_t>(0.95 * fit)) *
                              surface.nodes.size() / skin.mesh.sources.size();
   try {
     const solvers::SurfaceMesh coarser =

@@ -51,7 +51,7 @@ def look_through(driver):
     """Scrolls to the end, so that everything is drawn."""
     driver.execute_async_script("""
         const done = arguments[0]; let at = 0;
-        const step = () => { scrollTo(0, at); at += 700;
+        const step = () => { scrollTo({top: at, behavior: 'instant'}); at += 700;
           at > document.documentElement.scrollHeight ? setTimeout(done, 500) : setTimeout(step, 60); };
         step();""")
 

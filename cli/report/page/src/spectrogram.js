@@ -15,11 +15,12 @@ export function spectrogram(samples, sampleRate, width, height) {
   const up = (hertz) => `bottom: ${(100 * Math.log2(hertz / lowest)) / octaves}%`;
   const step = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60].find((each) => seconds / each < 6) ?? seconds / 4;
   const times = Array.from({ length: Math.floor(seconds / step) + 1 }, (_, i) => i * step);
-  const tones = [100, 1000, 10000].filter((hertz) => hertz < 0.45 * sampleRate);
+  const tones = [100, 300, 1000, 3000, 10000].filter((hertz) => hertz < 0.45 * sampleRate);
   return html`<div class="scales" aria-hidden="true">
     ${drawing(samples, sampleRate, width, height)}
-    ${tones.map((hertz) => html`<span class="tone" style=${up(hertz)}>${hertz < 1000 ? `${hertz} Hz` : `${hertz / 1000} kHz`}</span>`)}
-    ${times.map((time, i) => html`<span class=${i === 0 ? "time first" : "time"} style=${`left: ${(100 * time) / seconds}%`}>${i === 0 ? "0 s" : number(time, 2)}</span>`)}
+    ${tones.map((hertz) => html`<span class="tone" style=${up(hertz)}>${hertz < 1000 ? `${hertz}` : `${hertz / 1000}k`}</span>`)}
+    <span class="tone top">Hz</span>
+    ${times.map((time, i) => html`<span class="time" style=${`left: ${(100 * time) / seconds}%`}>${i === 0 ? "0 s" : number(time, 2)}</span>`)}
   </div>`;
 }
 
