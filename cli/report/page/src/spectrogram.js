@@ -19,7 +19,7 @@ export function spectrogram(samples, sampleRate, width, height) {
   return html`<div class="scales" aria-hidden="true">
     ${drawing(samples, sampleRate, width, height)}
     ${tones.map((hertz) => html`<span class="tone" style=${up(hertz)}>${hertz < 1000 ? `${hertz}` : `${hertz / 1000}k`}</span>`)}
-    <span class="tone top">Hz</span>
+    <span class="unit">Hz</span>
     ${times.map((time, i) => html`<span class="time" style=${`left: ${(100 * time) / seconds}%`}>${i === 0 ? "0 s" : number(time, 2)}</span>`)}
   </div>`;
 }
