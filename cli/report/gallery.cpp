@@ -6,12 +6,12 @@
 
 #include "cli/body.hpp"
 #include "cli/build/shape_modes.hpp"
+#include "cli/report/gallery_skin.hpp"
 #include "cli/report/report.hpp"
 #include "core/base64.hpp"
 #include "core/error.hpp"
 #include "render/frame.hpp"
 #include "render/shading_mesh.hpp"
-#include "solvers/coarser_surface.hpp"
 #include "solvers/lagrange.hpp"
 #include "synth/damping.hpp"
 
@@ -23,13 +23,11 @@ namespace {
 
 /// Of them a listener hears no more: without a limit, plates of a soft material have thousands.
 constexpr std::size_t most_modes = 256;
-/// A surface is made no coarser, and fewer modes than that are no object to strike.
-constexpr std::size_t least_vertices = 1000, least_modes = 12;
+/// Fewer are no object to strike.
+constexpr std::size_t least_modes = 12;
 /// Factors between which damping is tabulated: those of the page's sliders (stiffness 20, density
 /// 1/10, size 1/4) at their ends.
 constexpr double widest_factor = 3200;
-constexpr int factors = 65;
-constexpr double base64_size = 4.0 / 3;
 
 bool is_rayleigh(const synth::DampingModel& damping) {
   return damping.kind == synth::DampingKind::rayleigh && damping.parameters.size() == 2;
@@ -63,21 +61,22 @@ void add_gains(const solvers::Modes& modes, const render::ShadingMesh& mesh, std
 }
 
 /// Decay rates d [1/s] of each mode when its eigenvalue is multiplied by factors from
-/// 1 / widest_factor to widest_factor, evenly spaced in their logarithm: n x factors, whatever the
-/// law is and of how many regions.
+/// 1 / widest_factor to widest_factor, evenly spaced in their logarithm: n x damping_factors,
+/// whatever the law is and of how many regions.
 std::string tabulated_damping(const solvers::Modes& modes, std::size_t count,
                               std::span<const synth::DampingModel> regions) {
   solvers::Modes scaled;
   scaled.kinetic_share = modes.kinetic_share;
   scaled.strain_share = modes.strain_share;
-  std::vector<float> table(count * factors);
-  for (int k = 0; k < factors; ++k) {
-    const double factor = std::pow(widest_factor, 2.0 * k / (factors - 1) - 1);
+  std::vector<float> table(count * damping_factors);
+  for (std::size_t k = 0; k < damping_factors; ++k) {
+    const double factor =
+        std::pow(widest_factor, 2.0 * static_cast<double>(k) / (damping_factors - 1) - 1);
     scaled.eigenvalues.clear();
     for (const double lambda : modes.eigenvalues) scaled.eigenvalues.push_back(factor * lambda);
     const std::vector<double> rates = synth::clamped_decay_rates(scaled, regions).values;
     for (std::size_t i = 0; i < count; ++i) {
-      table[i * factors + static_cast<std::size_t>(k)] = static_cast<float>(rates[i]);
+      table[i * damping_factors + k] = static_cast<float>(rates[i]);
     }
   }
   return core::base64(std::span<const float>(table));
@@ -113,32 +112,8 @@ void add_material(const std::vector<synth::Material>& materials, const std::stri
                           {"metallic", appearance.metallic}};
 }
 
-/// A surface as the page draws it: vertices, and faces over them whose nodes are those of
-/// solvers::triangle_lattice(order).
-struct Skin {
-  render::ShadingMesh mesh;
-  int order = 1;
-  std::vector<std::uint32_t> faces;  ///< n x nodes_per_face(order)
-};
-
-Skin skin_of(const solvers::SurfaceMesh& flat, const solvers::ModeSurface& surface) {
-  Skin skin{render::shading_mesh(flat, render::bounding_ball(flat), render::kCreaseAngle),
-            surface.order,
-            {}};
-  const auto nodes = static_cast<std::size_t>(solvers::nodes_per_face(surface.order));
-  const auto pieces = static_cast<std::size_t>(surface.order * surface.order);
-  for (std::size_t n = 0; n < surface.faces.size(); ++n) {
-    // Where one of the face's triangles has the node, there is its vertex.
-    for (std::size_t corner = n / nodes * pieces * 3;; ++corner) {
-      if (flat.triangles[corner / 3][corner % 3] != surface.faces[n]) continue;
-      skin.faces.push_back(skin.mesh.indices[corner]);
-      break;
-    }
-  }
-  return skin;
-}
-
-void add_surface(const solvers::ModeSurface& surface, const Skin& skin, ordered_json& object) {
+void add_surface(const solvers::ModeSurface& surface, const GallerySkin& skin,
+                 ordered_json& object) {
   const render::ShadingMesh& mesh = skin.mesh;
   std::vector<float> positions;
   std::vector<std::int8_t> normals;
@@ -158,54 +133,14 @@ void add_surface(const solvers::ModeSurface& surface, const Skin& skin, ordered_
   object["faces"] = core::base64(std::span<const std::uint32_t>(skin.faces));
 }
 
-/// Bytes of a page: of a vertex, and of its displacement in one mode; of a mode beside these.
-constexpr double vertex_bytes = base64_size * (3 * sizeof(float) + 3);
-constexpr double index_bytes = base64_size * sizeof(std::uint32_t);
-constexpr double gain_bytes = base64_size * sizeof(std::int16_t);
-constexpr double mode_bytes = base64_size * (2 * sizeof(double) + factors * sizeof(float));
-constexpr double object_bytes = 2000;
-
-/// How many of the lowest modes fit beside a surface.
-std::size_t modes_that_fit(const Skin& skin, std::size_t bytes) {
-  const auto vertices = static_cast<double>(skin.mesh.sources.size());
-  const double left = static_cast<double>(bytes) - object_bytes - vertices * vertex_bytes -
-                      static_cast<double>(skin.faces.size()) * index_bytes;
-  return left > 0 ? static_cast<std::size_t>(left / (vertices * gain_bytes + mode_bytes)) : 0;
-}
-
-/// The curved surface; a coarser one of straight triangles where beside it fewer modes would fit.
-Skin skin_that_fits(const solvers::ModeSurface& surface, std::size_t modes, std::size_t bytes) {
-  const solvers::SurfaceMesh fine = solvers::flatten(surface);
-  Skin skin = skin_of(fine, surface);
-  if (modes_that_fit(skin, bytes) >= modes) return skin;
-  const auto m = static_cast<double>(modes);
-  const double room = static_cast<double>(bytes) - object_bytes - m * mode_bytes;
-  // A vertex has two triangles.
-  const double fit = std::max(0.0, room / (vertex_bytes + 6 * index_bytes + m * gain_bytes));
-  // Vertices are split where the surface has an edge, and on a coarser one more of them lie there.
-  const std::size_t wanted = std::max(least_vertices, static_cast<std::size_t>(0.95 * fit)) *
-                             surface.nodes.size() / skin.mesh.sources.size();
-  try {
-    const solvers::SurfaceMesh coarser =
-        solvers::coarser_surface(fine, wanted, render::kCreaseAngle);
-    solvers::ModeSurface straight{1, {}, {}};
-    for (const solvers::Triangle& t : coarser.triangles) {
-      straight.faces.insert(straight.faces.end(), t.begin(), t.end());
-    }
-    return skin_of(coarser, straight);
-  } catch (const core::InputError&) {
-    return skin;  // parts that touch one another
-  }
-}
-
 /// @return null where its surface and some modes take more than `bytes`
 ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v,
                        std::size_t bytes) {
   const Variant& variant = shape.variants[v];
   const solvers::Modes modes = all.of(v);
   const std::size_t wanted = std::min(modes.size(), most_modes);
-  const Skin skin = skin_that_fits(modes.surface, wanted, bytes);
-  const std::size_t count = std::min(wanted, modes_that_fit(skin, bytes));
+  const GallerySkin skin = skin_that_fits(modes.surface, wanted, bytes);
+  const std::size_t count = skin.modes;
   if (count < std::min(wanted, least_modes)) return nullptr;
 
   ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
@@ -236,6 +171,7 @@ ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share, or
   }
   ordered_json objects = ordered_json::array();
   const std::size_t count = std::min(share.count, there.size());
+  const std::size_t given = share.bytes;
   std::size_t large = 0, silent = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Shape& shape = *there[(2 * i + 1) * there.size() / (2 * count)];
@@ -260,6 +196,7 @@ ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share, or
     }
   }
   return {{"objects", std::move(objects)},
+          {"bytes", given - share.bytes},
           {"left_out",
            {{"without modes (yet)", all.size() - there.size()},
             {"beyond --objects", there.size() - count},

@@ -43,7 +43,7 @@ nlohmann::ordered_json heard_samples(const std::filesystem::path& folder, Report
 
 /// `objects`: bodies of a dataset, each in one of its materials and sizes: surface and modes, as
 /// displacements along the normal, the lowest ones as far as they fit, and what damps them.
-/// `left_out`: how many bodies are not among them, by reason.
+/// `left_out`: how many bodies are not among them, by reason; `bytes`: of the share, those used.
 /// @param notes  of what could not be read
 nlohmann::ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share,
                                        nlohmann::ordered_json& notes);

@@ -20,9 +20,10 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// Together with the page itself (1 MB), below 15 MB.
+/// Of sounds, of all datasets together.
 constexpr std::size_t sounds_bytes = 3'500'000;
-constexpr std::size_t objects_bytes = 8'000'000;
+/// Objects have what the rest leaves of a page, and as much at the least.
+constexpr std::size_t full_page = 14'500'000, least_objects_bytes = 2'000'000;
 /// Of bodies and of tasks, of all datasets together: some 400 bytes a pair.
 constexpr std::size_t most_rows = 4000;
 /// Each has a configuration, effects and versions: some 15 kB.
@@ -73,16 +74,15 @@ std::span<const std::filesystem::path> first_of(const std::vector<std::filesyste
   return std::span(folders).first(count);
 }
 
-/// Datasets with their sounds and objects. Variants of a sweep have one name and mostly the same
-/// bodies: the first one's can be struck.
-void add_datasets(const ReportFolders& found, const ReportOptions& options, ordered_json& report) {
+using NamedDatasets = std::map<std::string, StoredDataset>;
+
+/// Datasets with their sounds.
+/// @return the first of each name: variants of a sweep share theirs, and most of their bodies
+NamedDatasets add_datasets(const ReportFolders& found, const ReportOptions& options,
+                           ordered_json& report) {
   const auto shown = first_of(found.datasets, most_datasets, "datasets", report);
   const std::size_t count = shown.size();
-  // At least one of each, as far as the page's bytes go.
-  const auto share = [&](std::size_t all, std::size_t bytes) {
-    return ReportShare{all == 0 ? 0 : (all + count - 1) / count, bytes / count};
-  };
-  std::map<std::string, StoredDataset> by_name;
+  NamedDatasets by_name;
   for (const std::filesystem::path& folder : shown) {
     try_to_add(report, folder.string(), [&] {
       StoredDataset dataset = open_dataset(folder, "");
@@ -91,18 +91,24 @@ void add_datasets(const ReportFolders& found, const ReportOptions& options, orde
       const std::string name = entry.at("name");
       report["datasets"].push_back(std::move(entry));
       by_name.try_emplace(name, std::move(dataset));
-      try_to_add(report, (folder / "index.h5").string(), [&] {
-        report["datasets"].back()["heard"] =
-            heard_samples(folder, share(options.sounds, sounds_bytes));
-      });
+      // At least one of each, as far as the page's bytes go.
+      const ReportShare share = {(options.sounds + count - 1) / count, sounds_bytes / count};
+      try_to_add(report, (folder / "index.h5").string(),
+                 [&] { report["datasets"].back()["heard"] = heard_samples(folder, share); });
     });
   }
+  return by_name;
+}
+
+void add_gallery(const NamedDatasets& datasets, std::size_t bytes, const ReportOptions& options,
+                 ordered_json& report) {
   ordered_json& gallery = report["gallery"];
-  for (const auto& [name, dataset] : by_name) {
-    const std::size_t names = by_name.size();
-    const ReportShare part = {(options.objects + names - 1) / names, objects_bytes / names};
+  std::size_t left = datasets.size();
+  for (const auto& [name, dataset] : datasets) {
+    const ReportShare share = {(options.objects + datasets.size() - 1) / datasets.size(),
+                               bytes / left--};
     try_to_add(report, "objects of " + name, [&] {
-      ordered_json here = gallery_objects(dataset, part, report["notes"]);
+      ordered_json here = gallery_objects(dataset, share, report["notes"]);
       for (ordered_json& object : here.at("objects")) {
         gallery["objects"].push_back(std::move(object));
       }
@@ -110,6 +116,7 @@ void add_datasets(const ReportFolders& found, const ReportOptions& options, orde
         gallery["left_out"][reason] =
             gallery["left_out"].value(reason, std::size_t{0}) + bodies.get<std::size_t>();
       }
+      bytes -= std::min(bytes, here.at("bytes").get<std::size_t>());
       gallery["bodies"] = gallery["bodies"].get<std::size_t>() + dataset.build.plan.shapes.size();
     });
   }
@@ -140,7 +147,7 @@ ordered_json collect(const ReportFolders& found, const ReportOptions& options,
                        {"left_out", ordered_json::object()},
                        {"materials", gallery_materials()}};
   for (const std::string& why : found.unreadable) report["notes"].push_back(why);
-  add_datasets(found, options, report);
+  const NamedDatasets datasets = add_datasets(found, options, report);
   for (const auto& folder : first_of(found.sweeps, most_documents, "sweeps", report)) {
     add_document(report, "sweeps", folder, "sweep.json", "variants");
   }
@@ -157,6 +164,8 @@ ordered_json collect(const ReportFolders& found, const ReportOptions& options,
     add("classification", "classification.json", read_classification);
     add_document(report, "transfer", folder, "transfer.json", "rows");
   }
+  const std::size_t rest = std::min(full_page, report_page(report).size());
+  add_gallery(datasets, std::max(least_objects_bytes, full_page - rest), options, report);
   return report;
 }
 

@@ -248,7 +248,7 @@ class Desk {
       Plot.plot(
         base(width, {
           height: 200,
-          x: { type: "log", label: "frequency [Hz]", tickFormat: (hz) => (hz >= 1000 ? `${hz / 1000}k` : String(hz)), ticks: 5 },
+          x: { type: "log", label: "frequency [Hz]", labelOffset: 38, tickFormat: (hz) => (hz >= 1000 ? `${hz / 1000}k` : String(hz)), ticks: 5 },
           y: { label: "level after the blow [dB]", domain: [-80, 0], grid: true },
           marks: [
             Plot.ruleX([this.completeTo()].filter((limit) => rows.some((row) => row.hertz > 0.5 * limit)), { strokeDasharray: "4 3", strokeOpacity: 0.6 }),

@@ -73,7 +73,7 @@ export class Viewer {
     geometry.computeBoundingSphere();
     const { color, roughness, metallic } = object.appearance;
     this.own = new Color().setRGB(...color);
-    this.mesh = new Mesh(geometry, new MeshStandardMaterial({ color: this.own, roughness, metalness: 0.4 * metallic }));
+    this.mesh = new Mesh(geometry, new MeshStandardMaterial({ color: this.own, roughness: Math.max(roughness, 0.45), metalness: 0.4 * metallic }));
     this.scene.add(this.mesh);
     const { center, radius } = geometry.boundingSphere;
     this.radius = radius;
