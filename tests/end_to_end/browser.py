@@ -26,8 +26,8 @@ def needs_browser(test):
     return unittest.skipUnless(there(), NONE)(test)
 
 
-def open_page(path, width=1280, height=900, dark=False):
-    """A driver with the page open, as wide as a screen or a telephone's; the caller quits it."""
+def start():
+    """A browser; the caller quits it."""
     options = Options()
     # As root in a container there is no sandbox; WebGL is drawn by the processor.
     for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
@@ -37,12 +37,18 @@ def open_page(path, width=1280, height=900, dark=False):
     options.binary_location = BROWSER
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     driver = webdriver.Chrome(service=Service(DRIVER), options=options)
+    driver.set_script_timeout(60)
+    return driver
+
+
+def show(driver, path, width=1280, height=900, dark=False):
+    """Opens a page anew, as wide as a screen or a telephone's; what was logged before is forgotten."""
+    driver.get_log("browser"), driver.get_log("performance")
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                            {"width": width, "height": height, "deviceScaleFactor": 1,
                             "mobile": width < 600})
     scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [scheme]})
-    driver.set_script_timeout(60)
     driver.get(path.resolve().as_uri())
     return driver
 
@@ -57,8 +63,8 @@ def look_through(driver):
 
 
 def expect_whole(test, driver, width):
-    """Nothing went wrong, nothing was fetched, all charts are drawn, nothing is wider than the screen.
-    Gives the number of charts."""
+    """Nothing went wrong, nothing was fetched, all charts are drawn that are not folded away, nothing is
+    wider than the screen. Gives the number of charts."""
     look_through(driver)
     faults = [e for e in driver.get_log("browser") if e["level"] in ("SEVERE", "ERROR")]
     test.assertEqual(faults, [])
@@ -69,7 +75,7 @@ def expect_whole(test, driver, width):
     test.assertLessEqual(driver.execute_script("return document.documentElement.scrollWidth"), width)
     test.assertNotIn("cannot be drawn", driver.execute_script("return document.querySelector('main').textContent"))
     empty, drawn = driver.execute_script("""
-        const charts = [...document.querySelectorAll('figure > .chart')].filter((chart) => chart.clientWidth > 0);
+        const charts = [...document.querySelectorAll('figure > .chart')].filter((chart) => !chart.closest('details:not([open])'));
         const is_drawn = (chart) => chart.querySelector('svg[role=img][aria-label]');
         return [charts.filter((c) => !is_drawn(c)).length, charts.filter(is_drawn).length];""")
     test.assertEqual(empty, 0)
@@ -79,18 +85,16 @@ def expect_whole(test, driver, width):
 def expect_sections(test, path, expected):
     """The page has these sections (the beginnings of their ids), each with a table or a chart, at the
     width of a screen and of a telephone."""
+    driver = start()
+    test.addCleanup(driver.quit)
     for width in (1280, 390):
-        driver = open_page(path, width)
-        try:
-            expect_whole(test, driver, width)
-            found = driver.execute_script("""
-                return [...document.querySelectorAll('section')]
-                  .map((one) => [one.id, one.querySelectorAll('tbody tr, svg').length]);""")
-            for prefix in expected:
-                test.assertTrue([n for name, n in found if name.startswith(prefix) and n > 0],
-                                (prefix, found))
-        finally:
-            driver.quit()
+        expect_whole(test, show(driver, path, width), width)
+        found = driver.execute_script("""
+            return [...document.querySelectorAll('section')]
+              .map((one) => [one.id, one.querySelectorAll('tbody tr, svg').length]);""")
+        for prefix in expected:
+            test.assertTrue([n for name, n in found if name.startswith(prefix) and n > 0],
+                            (prefix, found))
 
 
 def expect_report(test, folder, expected):

@@ -12,7 +12,7 @@ import wave
 import h5py
 import numpy
 
-from browser import expect_whole, needs_browser, open_page
+from browser import expect_whole, needs_browser, show, start, there
 from program import FolderTest, run, run_json
 from report_gallery import OWN, SLACK, Gallery
 
@@ -89,6 +89,13 @@ class Report(FolderTest, Gallery):
         cls.report = json.loads(re.search(
             r'<script type="application/json" id="report">(.*?)</script>', text, re.S).group(1))
         cls.index = h5py.File(cls.folder / "small" / "index.h5")
+        cls.driver = start() if there() else None
+
+    @classmethod
+    def tearDownClass(cls):
+        if cls.driver:
+            cls.driver.quit()
+        super().tearDownClass()
 
     def test_what_was_built_is_what_the_folder_says(self):
         (dataset,) = self.report["datasets"]
@@ -235,8 +242,7 @@ class Report(FolderTest, Gallery):
         (hurt / "evaluation" / "classification.json").write_text('{"rows": [{}]}')
         (hurt / "nightly.json").write_text('{"measures": [{}]}')
         run_json("report", hurt, "ladder", "-o", "other.html", cwd=self.folder)
-        driver = open_page(self.folder / "other.html")
-        self.addCleanup(driver.quit)
+        driver = show(self.driver, self.folder / "other.html")
         said = driver.execute_script("return document.querySelector('main').textContent")
         self.assertIn("cannot be drawn", said)
         titles = driver.execute_script(
@@ -249,9 +255,7 @@ class Report(FolderTest, Gallery):
         self.assertLess(self.told["bytes"], 15e6)
 
     def open(self, width=1280, dark=False):
-        self.driver = open_page(self.page, width, dark=dark)
-        self.addCleanup(self.driver.quit)
-        return self.driver
+        return show(self.driver, self.page, width, dark=dark)
 
     def js(self, script, *arguments):
         return self.driver.execute_script(script, *arguments)
@@ -271,8 +275,7 @@ class Report(FolderTest, Gallery):
                             ignore=shutil.ignore_patterns("cache", "pictures", "sounds"))
             (copy / "failures.json").write_text("[]")  # what has none stays closed
         run_json("report", "four", "ladder", "-o", "four.html", cwd=self.folder)
-        driver = open_page(self.folder / "four.html")
-        self.addCleanup(driver.quit)
+        driver = show(self.driver, self.folder / "four.html")
         charts = "return [...document.querySelectorAll('details .chart')].map((chart) => chart.querySelectorAll('svg').length)"
         self.assertEqual(min(driver.execute_script(charts)), 0)
         driver.execute_cdp_cmd("Page.printToPDF", {})

@@ -47,7 +47,7 @@ class Gallery:
         keys = self.index["key"].asstr()[:]
         objects = self.report["gallery"]["objects"]
         self.assertEqual(len(objects), 6)
-        counts, errors = [], []
+        counts, errors, compared = [], [], 0
         for number, body in enumerate(objects):
             eigenvalues = numpy.frombuffer(base64.b64decode(body["eigenvalues"]))
             decay = own_decay_rates(body, eigenvalues)
@@ -60,13 +60,14 @@ class Gallery:
                 level = mode_levels(stored, 44100, ring)
                 found = mode_levels(made, 44100, ring)
                 which = strongest(level, 20)
-                self.assertGreaterEqual(len(which), min(5, len(ring)), body["name"])
+                compared += len(which)
                 numpy.testing.assert_allclose(found[which], level[which], atol=1, err_msg=keys[row])
                 # The strongest, which a listener hears first, is far closer.
                 numpy.testing.assert_allclose(found[which[0]], level[which[0]], atol=0.2)
                 errors.append(numpy.linalg.norm(made - stored) / numpy.linalg.norm(stored))
                 self.assertLess(errors[-1], 0.02, keys[row])
         self.assertGreater(max(counts), 64)
+        self.assertGreater(compared, 8 * len(errors))
         self.assertLess(numpy.median(errors), 0.001)
 
     def stored_and_struck(self, number, row, material=None, factor=1):

@@ -43,11 +43,12 @@ export const base = (width, options) => ({
 // Okabe and Ito's colours, told apart by everyone, in shades that show on white and on black.
 export const colors = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#8A7A00", "#7F7F7F"];
 
-// Ticks of a logarithmic axis: powers of ten alone where there are many.
+// Ticks of a logarithmic axis: powers of ten alone where there are many, more between them where there
+// is less than one.
 export function logTicks([low, high]) {
   const ticks = [];
   const decades = Math.log10(high / low);
-  const steps = decades > 4 ? [1] : decades > 1.5 ? [1, 3] : [1, 2, 5];
+  const steps = decades > 4 ? [1] : decades > 1.5 ? [1, 3] : decades > 0.8 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8];
   for (let power = Math.floor(Math.log10(low)); power <= Math.ceil(Math.log10(high)); ++power) {
     for (const step of steps) {
       const tick = step * 10 ** power;
