@@ -45,8 +45,8 @@ struct Sounds {
   std::vector<double> seconds;
 };
 
-/// Strikes are those of the same numbers whatever the scene. Each is made twice and timed the second
-/// time, as in a build of many: the first fills caches and tables.
+/// Strikes are those of the same numbers whatever the scene. Each is made twice and timed the
+/// second time, as in a build of many: the first fills caches and tables.
 Sounds make_sounds(const Scene& scene, int strikes, const RingingBody& body) {
   Sounds made;
   core::Trace trace;

@@ -83,7 +83,7 @@ def expect_whole(test, driver, width):
 
 
 def expect_sections(test, path, expected):
-    """The page has these sections (the beginnings of their ids), each with a table or a chart, at the
+    """The page has these sections (the beginnings of their ids), each with something to see or hear, at the
     width of a screen and of a telephone."""
     driver = start()
     test.addCleanup(driver.quit)
@@ -91,7 +91,7 @@ def expect_sections(test, path, expected):
         expect_whole(test, show(driver, path, width), width)
         found = driver.execute_script("""
             return [...document.querySelectorAll('section')]
-              .map((one) => [one.id, one.querySelectorAll('tbody tr, svg').length]);""")
+              .map((one) => [one.id, one.querySelectorAll('tbody tr, svg, canvas, audio').length]);""")
         for prefix in expected:
             test.assertTrue([n for name, n in found if name.startswith(prefix) and n > 0],
                             (prefix, found))
