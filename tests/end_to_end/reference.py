@@ -1,4 +1,5 @@
 """Completion in shells, the manual page, and links of the documentation."""
+import functools
 import os
 import pathlib
 import pty
@@ -19,8 +20,13 @@ def commands():
     return re.findall(r"^  ([a-z][a-z-]+) ", text, re.M)
 
 
+@functools.cache
+def help_of(command):
+    return run(command, "--help").stdout
+
+
 def options(command):
-    lines = re.findall(r"(?m)^  (-\S+)", run(command, "--help").stdout)
+    lines = re.findall(r"(?m)^  (-\S+)", help_of(command))
     return {name for line in lines for name in line.split(",")}
 
 
@@ -124,7 +130,7 @@ class Manual(unittest.TestCase):
 class Help(unittest.TestCase):
     def test_every_command_has_examples(self):
         for name in commands():
-            self.assertRegex(run(name, "--help").stdout, r"Examples?:\n.*carillon", name)
+            self.assertRegex(help_of(name), r"Examples?:\n.*carillon", name)
 
     def test_what_stands_in_for_missing_commands_has_them_too(self):
         with tempfile.TemporaryDirectory() as folder:
