@@ -77,6 +77,7 @@ function firstOfName(datasets) {
 function bodiesFigure(dataset) {
   const rows = solvedShapes(dataset);
   const families = [...new Set(rows.map((row) => row.family))];
+  const told = families.length <= colors.length;
   return figure(
     (width) =>
       Plot.plot(
@@ -84,12 +85,12 @@ function bodiesFigure(dataset) {
           height: 260,
           x: logScale(rows.map((row) => row.seconds), "seconds of the body's modes", (value) => number(value)),
           y: logScale(rows.map((row) => row.pitch_error_cents), "worst mode, estimated [cents]", (value) => number(value)),
-          color: { domain: families, range: families.map((_, i) => colors[i % colors.length]), legend: families.length <= 10 },
+          color: { domain: families, range: colors, legend: told },
           marks: [
             Plot.dot(rows, {
               x: "seconds",
               y: "pitch_error_cents",
-              stroke: "family",
+              stroke: told ? "family" : colors[0],
               r: 4,
               tip: true,
               title: (row) => `${row.id}\n${number(row.pitch_error_cents)} cents, ${seconds(row.seconds)}\norder ${row.order}, ${number(row.unknowns, 6)} unknowns`,
@@ -100,7 +101,7 @@ function bodiesFigure(dataset) {
     {
       narrow: true,
       title: `Modes: the bodies of ${dataset.name}`,
-      caption: "Each body at the setting of the build. Bodies whose modes came from the cache took no time for them.",
+      caption: `Each body at the setting of the build${told ? "" : ", its name at the pointer"}. Bodies whose modes came from the cache took no time for them.`,
       source: source(dataset.made, `${dataset.folder}/trace.json and modes/`),
     },
   );
