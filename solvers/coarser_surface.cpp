@@ -3,7 +3,6 @@
 #include <CGAL/number_utils.h>  // the next header calls is_positive() without it
 
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_placement.h>
-#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 
 #include <algorithm>
@@ -116,28 +115,10 @@ struct SoManyVertices {
   }
 };
 
-/// The surface without the vertices that no triangle has.
-SurfaceMesh without_others(const SurfaceMesh& mesh) {
-  SurfaceMesh used;
-  std::vector<std::int32_t> number(mesh.vertices.size(), -1);
-  for (Triangle triangle : mesh.triangles) {
-    for (std::int32_t& v : triangle) {
-      std::int32_t& n = number[static_cast<std::size_t>(v)];
-      if (n < 0) {
-        n = static_cast<std::int32_t>(used.vertices.size());
-        used.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
-      }
-      v = n;
-    }
-    used.triangles.push_back(triangle);
-  }
-  return used;
-}
-
 }  // namespace
 
 SurfaceMesh coarser_surface(const SurfaceMesh& mesh, std::size_t vertices, double crease) {
-  CgalMesh work = closed_cgal_mesh(without_others(mesh));
+  CgalMesh work = closed_cgal_mesh(mesh);
   const Creases creases(work, crease);
   collapse::edge_collapse(
       work, SoManyVertices{vertices},
@@ -148,15 +129,14 @@ SurfaceMesh coarser_surface(const SurfaceMesh& mesh, std::size_t vertices, doubl
     number[{mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z()}] =
         static_cast<std::int32_t>(v);
   }
-  SurfaceMesh coarser{mesh.vertices, {}};
-  for (const auto face : work.faces()) {
-    Triangle triangle{};
-    std::size_t k = 0;
-    for (const auto v : work.vertices_around_face(work.halfedge(face))) {
-      triangle[k++] = number.at(key_of(work.point(v)));
+  SurfaceMesh coarser = from_cgal(work);
+  for (Triangle& triangle : coarser.triangles) {
+    for (std::int32_t& v : triangle) {
+      const Vec3& place = coarser.vertices[static_cast<std::size_t>(v)];
+      v = number.at({place.x(), place.y(), place.z()});
     }
-    coarser.triangles.push_back(triangle);
   }
+  coarser.vertices = mesh.vertices;
   return coarser;
 }
 

@@ -134,10 +134,8 @@ void add_surface(const solvers::ModeSurface& surface, const GallerySkin& skin,
 }
 
 /// @return null where its surface and some modes take more than `bytes`
-ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v,
-                       std::size_t bytes) {
-  const Variant& variant = shape.variants[v];
-  const solvers::Modes modes = all.of(v);
+ordered_json object_of(const Shape& shape, const Variant& variant, const solvers::Modes& modes,
+                       const std::vector<synth::Material>& materials, std::size_t bytes) {
   const std::size_t wanted = std::min(modes.size(), most_modes);
   const GallerySkin skin = skin_that_fits(modes.surface, wanted, bytes);
   const std::size_t count = skin.modes;
@@ -149,8 +147,8 @@ ordered_json object_of(const Shape& shape, const ShapeModes& all, std::size_t v,
   if (variant.size != 1) {
     object["name"] = fmt::format("{}, size {}", object["name"].get<std::string>(), variant.size);
   }
-  add_material(all.materials(v), variant.material, object);
-  add_damping(modes, count, all.materials(v), object);
+  add_material(materials, variant.material, object);
+  add_damping(modes, count, materials, object);
   object["modes_left_out"] = modes.size() - count;
   object["complete_to_hz"] =
       count < modes.size() ? modes.frequency(count) : modes.certificate.complete_to_hz;
@@ -176,15 +174,17 @@ ordered_json gallery_objects(const StoredDataset& dataset, ReportShare share, or
   for (std::size_t i = 0; i < count; ++i) {
     const Shape& shape = *there[(2 * i + 1) * there.size() / (2 * count)];
     try {
-      const ShapeModes modes(dataset.build.config, shape, folders);
+      const ShapeModes solved(dataset.build.config, shape, folders);
       // One variant after the other, so that different materials are heard; what one leaves of
       // its share is the others'.
       const std::size_t v = i % shape.variants.size();
-      if (modes.of(v).size() == 0) {
+      const solvers::Modes modes = solved.of(v);
+      if (modes.size() == 0) {
         ++silent;
         continue;
       }
-      ordered_json object = object_of(shape, modes, v, share.bytes / (count - i));
+      ordered_json object = object_of(shape, shape.variants[v], modes, solved.materials(v),
+                                      share.bytes / (count - i));
       if (object.is_null()) {
         ++large;
         continue;
