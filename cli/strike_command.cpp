@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <ranges>
 
 #include "cli/blow.hpp"
 #include "cli/body.hpp"
@@ -176,8 +175,10 @@ void run_strike(const StrikeOptions& options, Context& context) {
   if (sound.modes_above_nyquist > 0) {
     fmt::print("{} modes above half the sample rate left out\n", sound.modes_above_nyquist);
   }
+  std::vector<std::string> effects;
+  for (const auto& [name, entry] : trace.effects) effects.push_back(name);
   fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", sound.strike.impulse,
-             1000 * sound.strike.force.duration, fmt::join(std::views::keys(trace.effects), ", "));
+             1000 * sound.strike.force.duration, fmt::join(effects, ", "));
   // What was asked for and cannot be: a room without a listener.
   for (const EffectDecision& effect : scene.effects) {
     if (!effect.enabled && !effect.in_scene.asked_by.empty() && !effect.effect->only_on_demand) {

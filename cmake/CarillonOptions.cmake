@@ -1,14 +1,24 @@
 # Compile options that every target of the project shares, and the one way to make a library.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  # Precompiled headers are cached by what is in them, not by when they were made.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+      CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${CCACHE_PROGRAM})
 endif()
 
 # Installed programs find a site's libraries where they were linked.
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 
+option(CARILLON_JOIN_SOURCES "Compile sources in groups, for builds from nothing" OFF)
+
 add_library(carillon_options INTERFACE)
-target_compile_options(carillon_options INTERFACE -Wall -Wextra -Wshadow)
+target_compile_options(carillon_options INTERFACE -Wall -Wextra)
+# Where sources are joined, names of one file's unnamed namespace are seen by the next.
+if(NOT CARILLON_JOIN_SOURCES)
+  target_compile_options(carillon_options INTERFACE -Wshadow)
+elseif(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  target_compile_options(carillon_options INTERFACE -Wno-subobject-linkage)
+endif()
 # GCC 12 sees these in the standard library's and Eigen's inlined code where there are none.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   target_compile_options(carillon_options INTERFACE -Wno-array-bounds -Wno-restrict
@@ -29,28 +39,40 @@ target_include_directories(carillon_options INTERFACE ${PROJECT_SOURCE_DIR})
 # nowhere, as one program has one definition of each of Eigen's functions.
 target_compile_definitions(carillon_options INTERFACE EIGEN_USE_BLAS)
 
-# carillon_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [OWN_OPTIONS]): a static library of one
-# folder. OWN_OPTIONS: compiled with other options than the rest, so without the common headers.
+# How what is no kernel is optimised in a release.
+set(CARILLON_REST_OPTIONS $<$<CONFIG:Release>:-O1>)
+if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+  list(APPEND CARILLON_REST_OPTIONS "$<$<CONFIG:Release>:SHELL:-mllvm -inline-threshold=25>")
+endif()
+
+# carillon_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [KERNELS] [ALONE ...] [OWN_OPTIONS]): a
+# static library of one folder. KERNELS: most of a run's time is spent here, so it is optimised in
+# full; the rest of a release is compiled at -O1, in two thirds of the time. ALONE: sources that are
+# not joined with others, as they take long alone or share names of unnamed namespaces with their
+# neighbours. OWN_OPTIONS: compiled with other options than the rest, so without the common headers.
 function(carillon_library name)
-  cmake_parse_arguments(ARG "OWN_OPTIONS" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS" "" "SOURCES;LINK;PRIVATE_LINK;ALONE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC carillon_options ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
-  if(NOT ARG_OWN_OPTIONS)
-    carillon_precompile(${name})
+  if(ARG_KERNELS)
+    set(kind kernels)
+  else()
+    set(kind rest)
+    target_compile_options(${name} PRIVATE ${CARILLON_REST_OPTIONS})
   endif()
+  if(NOT ARG_OWN_OPTIONS)
+    carillon_precompile(${name} ${kind})
+  endif()
+  carillon_join_sources(${name} ${ARG_ALONE})
 endfunction()
 
-# carillon_join_sources(TARGET [ALONE ...]): sources compiled six at a time with
-# -DCARILLON_JOIN_SOURCES=ON, which halves a build from nothing and lengthens the next ones. ALONE:
-# those whose unnamed namespaces share names with their neighbours'.
-option(CARILLON_JOIN_SOURCES "Compile sources in groups, for builds from nothing" OFF)
+# carillon_join_sources(TARGET [SOURCE ...]): all but the named sources are compiled eight at a time
+# with -DCARILLON_JOIN_SOURCES=ON, which halves a build from nothing and lengthens the next ones a
+# little.
 function(carillon_join_sources target)
-  cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
   if(NOT CARILLON_JOIN_SOURCES)
     return()
   endif()
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
-  set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  # Names of one file's unnamed namespace are seen by the next.
-  target_compile_options(${target} PRIVATE -Wno-shadow -Wno-subobject-linkage)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

@@ -29,7 +29,7 @@ std::int16_t to_int16(float sample) {
   return static_cast<std::int16_t>(std::clamp(scaled, -32768.0F, 32767.0F));
 }
 
-void check(const std::string& name, const AudioClip& clip) {
+void check_clip(const std::string& name, const AudioClip& clip) {
   if (clip.channels < 1 || clip.sample_rate < 1 ||
       clip.samples.size() % static_cast<std::size_t>(clip.channels) != 0) {
     throw FileError(fmt::format("{}: {} samples do not make whole frames of {} channels at {} Hz",
@@ -80,7 +80,7 @@ SF_VIRTUAL_IO bytes_io() {
 /// @param open  opens the file to be written
 template <class Open>
 void write(const std::string& name, const AudioClip& clip, SampleFormat format, Open&& open) {
-  check(name, clip);
+  check_clip(name, clip);
   SF_INFO info{};
   info.channels = clip.channels;
   info.samplerate = clip.sample_rate;

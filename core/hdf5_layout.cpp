@@ -9,7 +9,7 @@ using namespace hdf5;
 
 namespace {
 
-Hdf5Object open_dataset(hid_t group, const std::string& file, const std::string& name) {
+Hdf5Object dataset_object(hid_t group, const std::string& file, const std::string& name) {
   return checked(H5Dopen2(group, name.c_str(), H5P_DEFAULT), H5Dclose, file, name,
                  "cannot be opened");
 }
@@ -39,7 +39,7 @@ std::string with_single_percents(const std::string& name) {
 
 std::string Hdf5Group::element_type(const std::string& name) const {
   const QuietErrors quiet;
-  const Hdf5Object dataset = open_dataset(id_.get(), file_, name);
+  const Hdf5Object dataset = dataset_object(id_.get(), file_, name);
   const Hdf5Object type(H5Dget_type(dataset.get()), H5Tclose);
   const std::size_t bits = 8 * H5Tget_size(type.get());
   switch (H5Tget_class(type.get())) {
@@ -56,7 +56,7 @@ std::string Hdf5Group::element_type(const std::string& name) const {
 
 std::vector<VirtualSource> Hdf5Group::virtual_sources(const std::string& name) const {
   const QuietErrors quiet;
-  const Hdf5Object dataset = open_dataset(id_.get(), file_, name);
+  const Hdf5Object dataset = dataset_object(id_.get(), file_, name);
   const Hdf5Object properties(H5Dget_create_plist(dataset.get()), H5Pclose);
   std::vector<VirtualSource> sources;
   if (H5Pget_layout(properties.get()) != H5D_VIRTUAL) return sources;

@@ -15,7 +15,7 @@ namespace carillon::core {
 
 namespace {
 
-constexpr std::uint64_t largest_picture_bytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t largest_samples_bytes = std::uint64_t{1} << 30;
 constexpr int largest_side = 1 << 20;
 
 struct CloseFile {
@@ -147,7 +147,7 @@ ImageSamples read_png_samples(const std::filesystem::path& path) {
   image.bits = png_get_bit_depth(state.png, state.info);
   const std::uint64_t stride = png_get_rowbytes(state.png, state.info);
   const std::uint64_t size = stride * static_cast<std::uint64_t>(image.height);
-  if (size > largest_picture_bytes) {
+  if (size > largest_samples_bytes) {
     throw FileError(fmt::format("{}: a picture of {} x {} is too large", path.string(), image.width,
                                 image.height));
   }

@@ -15,7 +15,7 @@ namespace carillon::mpi {
 
 namespace {
 
-constexpr std::int64_t unbounded = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t unlimited = std::numeric_limits<std::int64_t>::max();
 
 std::int64_t available() {
   std::ifstream file("/proc/meminfo");
@@ -23,7 +23,7 @@ std::int64_t available() {
     if (!line.starts_with("MemAvailable:")) continue;
     return std::stoll(line.substr(line.find(':') + 1)) * 1024;
   }
-  return unbounded;
+  return unlimited;
 }
 
 /// A number of an environment variable; 0 where it is not set.
@@ -38,7 +38,7 @@ std::int64_t given_by_slurm() {
   if (const std::int64_t node = number_of("SLURM_MEM_PER_NODE"); node > 0) return node * mib;
   const std::int64_t each = number_of("SLURM_MEM_PER_CPU");
   const std::int64_t processors = number_of("SLURM_CPUS_ON_NODE");
-  return each > 0 && processors > 0 ? each * processors * mib : unbounded;
+  return each > 0 && processors > 0 ? each * processors * mib : unlimited;
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ Machine describe_machine(MPI_Comm world, std::int64_t memory_per_node) {
   } else {
     const std::int64_t given = given_by_slurm();
     const std::int64_t free = std::min(available(), memory_left_in_groups());
-    memory = given == unbounded ? free : std::min(free, given - held);
+    memory = given == unlimited ? free : std::min(free, given - held);
     measured = memory == free;
   }
   std::ostringstream mine;

@@ -29,13 +29,13 @@ struct Group {
 };
 
 /// A message of a group's leader that reaches the host.
-struct Request {
+struct SimulatedRequest {
   double time = 0;
   std::int64_t number = 0;  ///< in the order of sending, for those of the same time
   std::size_t group = 0;
   std::int64_t completed = -1;  ///< the task, or -1 for a question for one
   /// Greater means later, as std::priority_queue wants the first on top.
-  bool operator<(const Request& other) const {
+  bool operator<(const SimulatedRequest& other) const {
     return time != other.time ? time > other.time : number > other.number;
   }
 };
@@ -86,7 +86,7 @@ class Simulation {
 
   Schedule run() {
     while (!requests_.empty()) {
-      const Request request = requests_.top();
+      const SimulatedRequest request = requests_.top();
       requests_.pop();
       serve(request);
     }
@@ -128,7 +128,7 @@ class Simulation {
     idle_.add(1, free);
   }
 
-  void serve(const Request& request) {
+  void serve(const SimulatedRequest& request) {
     count_repeats(request.time);
     // Where those who wait ask faster than the host can answer, everybody queues.
     const double crowded =
@@ -289,7 +289,7 @@ class Simulation {
   std::int64_t refused_ = 0;
   Calibration calibration_;
   std::map<std::string, int> ended_of_kind_;
-  std::priority_queue<Request> requests_;
+  std::priority_queue<SimulatedRequest> requests_;
   /// Groups told to wait, by width and, where memory is bounded, node: those of one place get the
   /// same answer.
   std::map<std::pair<int, int>, std::deque<std::size_t>> waiting_groups_;

@@ -25,7 +25,7 @@ namespace {
 constexpr int kMaxSide = 4096;
 constexpr int kSamples = 3;  ///< per pixel and direction
 constexpr int kShadowSide = 1024;
-constexpr double kMargin = 1.08;  ///< room around the body's ball
+constexpr double kRoomAround = 1.08;  ///< room around the body's ball
 
 /// A light fixed to the camera: to the right, up and towards the camera.
 struct Light {
@@ -76,7 +76,8 @@ View make_view(const Camera& camera, double radius) {
   const double aspect = static_cast<double>(camera.width) / camera.height;
   const double half_height = std::tan(camera.field_of_view / 2);
   const double half_narrow = std::atan(half_height * std::min(1.0, aspect));
-  view.distance = camera.distance > 0 ? camera.distance / radius : kMargin / std::sin(half_narrow);
+  view.distance =
+      camera.distance > 0 ? camera.distance / radius : kRoomAround / std::sin(half_narrow);
 
   // Clip planes hug the ball; a camera inside it still sees what lies ahead.
   const double near = std::max(view.distance - 1.01, 1e-3);

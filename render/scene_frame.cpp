@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "render/frame_shaders.hpp"
 #include "render/scene_checks.hpp"
 #include "render/scene_parts.hpp"
@@ -17,7 +18,7 @@ namespace carillon::render {
 namespace {
 
 constexpr int kShadowSide = 2048;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using core::infinity;
 
 /// Units that textures are bound to.
 constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2, kFootprintUnit = 3;
@@ -110,7 +111,7 @@ struct SceneRenderer::Parts {
 /// All bodies near enough to be seen share the shadow map.
 void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
   const double near = 4 * (camera.target - camera.eye).norm();
-  solvers::Box box{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
+  solvers::Box box{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
   std::vector<Vec3> centres;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     centres.emplace_back(world_from_body(poses[i]) * bodies[i].ball.centre);

@@ -10,10 +10,6 @@
 namespace carillon::solvers {
 namespace {
 
-std::size_t corner_of(const Triangle& t, std::int32_t vertex) {
-  return static_cast<std::size_t>(std::find(t.begin(), t.end(), vertex) - t.begin());
-}
-
 /// Pairs of triangles at an edge that bound the same wedge of material. Seen against the edge's
 /// direction, low to high, a wedge begins at a triangle that walks the edge backward and ends at
 /// the next one that walks it forward.

@@ -13,7 +13,7 @@
 namespace carillon::solvers {
 namespace {
 
-using Edge = std::pair<std::int32_t, std::int32_t>;
+using NodePair = std::pair<std::int32_t, std::int32_t>;
 
 /// Faces meeting at more than this keep a sharp edge.
 const double sharp_angle = 40 * std::numbers::pi / 180;
@@ -26,8 +26,8 @@ struct BoundaryEdge {
   std::vector<Vec3> opposite;  ///< third corners of its faces
 };
 
-std::map<Edge, BoundaryEdge> boundary_edges(const TetMesh& mesh) {
-  std::map<Edge, BoundaryEdge> edges;
+std::map<NodePair, BoundaryEdge> boundary_edges(const TetMesh& mesh) {
+  std::map<NodePair, BoundaryEdge> edges;
   const auto per_face = static_cast<std::size_t>(nodes_per_face(mesh.order));
   for (std::size_t f = 0; f < mesh.faces.size(); f += per_face) {
     const auto at = [&](std::size_t i) {
@@ -71,7 +71,7 @@ Vec3 edge_move(const BoundaryEdge& edge, const Vec3& a, const Vec3& b, const Vec
 /// Moves of the nodes that lie on boundary edges, for one edge its order-1 nodes from the lower
 /// vertex on; and the faces of the boundary with their normals.
 struct Boundary {
-  std::map<Edge, std::vector<Vec3>> edges;
+  std::map<NodePair, std::vector<Vec3>> edges;
   std::map<std::array<std::int32_t, 3>, Vec3> face_normals;
 };
 
@@ -88,7 +88,7 @@ Boundary project_boundary(const TetMesh& mesh, const SurfaceProjection& project)
         if (lattice[n][i] > 0) ends[count++] = i;
       if (count != 2) continue;
       if (element[ends[0]] > element[ends[1]]) std::swap(ends[0], ends[1]);
-      const Edge key{element[ends[0]], element[ends[1]]};
+      const NodePair key{element[ends[0]], element[ends[1]]};
       const auto edge = seen.find(key);
       if (edge == seen.end()) continue;
       auto& moves = boundary.edges[key];

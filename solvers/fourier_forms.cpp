@@ -16,7 +16,7 @@
 namespace carillon::solvers {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int strains = 6;  ///< rr, theta theta, zz, rz, r theta, theta z
 
 /// Shape functions at the points of one quadrature rule of the unit square.

@@ -16,7 +16,7 @@
 namespace carillon::solvers {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 /// Side of a cell times the largest wave number, and its order: errors near 0.001 cents.
 constexpr double waves_in_cell = 4.0 / 6.0;
 constexpr int most_refinements = 2;

@@ -1,5 +1,6 @@
 // Steps of the repair that CGAL's polygon mesh processing does.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_mesh_to_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
@@ -11,6 +12,7 @@
 #include <CGAL/utility.h>
 
 #include <Eigen/Geometry>
+#include <exception>
 #include <iterator>
 
 #include "solvers/hole_loops.hpp"
@@ -138,6 +140,28 @@ std::optional<SurfaceMesh> remove_self_intersections(const SurfaceMesh& mesh) {
     return {};
   }
   return from_cgal(surface);
+}
+
+std::optional<SurfaceMesh> unite(const std::vector<SurfaceMesh>& bodies) {
+  CgalMesh whole;
+  if (!to_cgal(bodies.front(), whole)) return {};
+  try {
+    for (std::size_t i = 1; i < bodies.size(); ++i) {
+      CgalMesh next;
+      CgalMesh both;
+      if (!to_cgal(bodies[i], next)) return {};
+      if (!pmp::corefine_and_compute_union(whole, next, both,
+                                           CGAL::parameters::throw_on_self_intersection(true))) {
+        return {};
+      }
+      // Exact intersection points are rounded to doubles, which may flatten triangles.
+      if (!pmp::remove_degenerate_faces(both)) return {};
+      whole = std::move(both);
+    }
+  } catch (const std::exception&) {
+    return {};  // rounding has made an operand intersect itself, or a CGAL check failed
+  }
+  return from_cgal(whole);
 }
 
 }  // namespace carillon::solvers

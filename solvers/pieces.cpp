@@ -16,7 +16,7 @@ namespace carillon::solvers {
 namespace {
 
 /// Enough to find every pair of pieces that meet in all but absurd input.
-constexpr std::size_t kPairLimit = 1000000;
+constexpr std::size_t kPiecePairLimit = 1000000;
 
 void turn_over(SurfaceMesh& mesh) {
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
@@ -31,7 +31,7 @@ std::optional<std::vector<std::vector<std::size_t>>> meeting_groups(
     while (group[i] != i) i = group[i];
     return i;
   };
-  for (const auto& [s, t] : intersecting_pairs(mesh, kPairLimit)) {
+  for (const auto& [s, t] : intersecting_pairs(mesh, kPiecePairLimit)) {
     if (component[s] == component[t]) return {};
     const std::size_t a = root(static_cast<std::size_t>(component[s]));
     const std::size_t b = root(static_cast<std::size_t>(component[t]));

@@ -13,44 +13,44 @@
 namespace carillon::solvers {
 namespace {
 
-using Kernel = CGAL::Simple_cartesian<double>;
-using Facets = std::vector<Kernel::Triangle_3>;
-using Primitive = CGAL::AABB_triangle_primitive<Kernel, Facets::const_iterator>;
-using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+using Cartesian = CGAL::Simple_cartesian<double>;
+using FacetList = std::vector<Cartesian::Triangle_3>;
+using FacetPrimitive = CGAL::AABB_triangle_primitive<Cartesian, FacetList::const_iterator>;
+using FacetTree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, FacetPrimitive>>;
 
-Kernel::Point_3 to_cgal(const Vec3& p) {
+Cartesian::Point_3 facet_point(const Vec3& p) {
   return {p.x(), p.y(), p.z()};
 }
-Vec3 from_cgal(const Kernel::Point_3& p) {
+Vec3 coordinates(const Cartesian::Point_3& p) {
   return {p.x(), p.y(), p.z()};
 }
 
-Vec3 normal_of(const Kernel::Triangle_3& facet) {
-  const Vec3 a = from_cgal(facet[0]);
-  return (from_cgal(facet[1]) - a).cross(from_cgal(facet[2]) - a).normalized();
+Vec3 normal_of(const Cartesian::Triangle_3& facet) {
+  const Vec3 a = coordinates(facet[0]);
+  return (coordinates(facet[1]) - a).cross(coordinates(facet[2]) - a).normalized();
 }
 
 /// Signed way along `direction` (unit length) from a point to the plane of a facet.
-double way_to(const Kernel::Triangle_3& facet, const Vec3& facing, const Vec3& point,
+double way_to(const Cartesian::Triangle_3& facet, const Vec3& facing, const Vec3& point,
               const Vec3& direction) {
-  return facing.dot(from_cgal(facet[0]) - point) / facing.dot(direction);
+  return facing.dot(coordinates(facet[0]) - point) / facing.dot(direction);
 }
 
 }  // namespace
 
 struct SurfaceSearch::Impl {
-  Facets facets;
+  FacetList facets;
   std::vector<std::size_t> triangle;  ///< of each facet
   std::vector<std::ptrdiff_t> facet;  ///< of each triangle, -1 when degenerate
-  Tree tree;
+  FacetTree tree;
 };
 
 SurfaceSearch::SurfaceSearch(const SurfaceMesh& surface) : impl_(std::make_unique<Impl>()) {
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const auto at = [&](std::size_t i) {
-      return to_cgal(surface.vertices[static_cast<std::size_t>(surface.triangles[t][i])]);
+      return facet_point(surface.vertices[static_cast<std::size_t>(surface.triangles[t][i])]);
     };
-    const Kernel::Triangle_3 facet(at(0), at(1), at(2));
+    const Cartesian::Triangle_3 facet(at(0), at(1), at(2));
     impl_->facet.push_back(-1);
     if (facet.is_degenerate()) continue;
     impl_->facet.back() = static_cast<std::ptrdiff_t>(impl_->facets.size());
@@ -65,19 +65,20 @@ SurfaceSearch::~SurfaceSearch() = default;
 SurfaceSearch::SurfaceSearch(SurfaceSearch&&) noexcept = default;
 
 SurfaceSearch::Hit SurfaceSearch::nearest(const Vec3& point) const {
-  const auto [at, facet] = impl_->tree.closest_point_and_primitive(to_cgal(point));
-  return {from_cgal(at), impl_->triangle[static_cast<std::size_t>(facet - impl_->facets.cbegin())]};
+  const auto [at, facet] = impl_->tree.closest_point_and_primitive(facet_point(point));
+  return {coordinates(at),
+          impl_->triangle[static_cast<std::size_t>(facet - impl_->facets.cbegin())]};
 }
 
 std::optional<SurfaceSearch::Hit> SurfaceSearch::nearest_on_side(const Vec3& point,
                                                                  const Vec3& normal) const {
-  const auto number = [&](Facets::const_iterator facet) {
+  const auto number = [&](FacetList::const_iterator facet) {
     return impl_->triangle[static_cast<std::size_t>(facet - impl_->facets.cbegin())];
   };
-  const auto [at, facet] = impl_->tree.closest_point_and_primitive(to_cgal(point));
-  if (normal_of(*facet).dot(normal) > 0) return Hit{from_cgal(at), number(facet)};
-  const Kernel::Line_3 line(to_cgal(point), to_cgal(point + normal));
-  std::vector<Tree::Primitive_id> hits;
+  const auto [at, facet] = impl_->tree.closest_point_and_primitive(facet_point(point));
+  if (normal_of(*facet).dot(normal) > 0) return Hit{coordinates(at), number(facet)};
+  const Cartesian::Line_3 line(facet_point(point), facet_point(point + normal));
+  std::vector<FacetTree::Primitive_id> hits;
   impl_->tree.all_intersected_primitives(line, std::back_inserter(hits));
   std::optional<Hit> best;
   double shortest = std::numeric_limits<double>::infinity();
@@ -96,10 +97,10 @@ double SurfaceSearch::thickness_below(std::size_t triangle) const {
   double shortest = std::numeric_limits<double>::infinity();
   if (impl_->facet[triangle] < 0) return shortest;
   const auto& own = impl_->facets[static_cast<std::size_t>(impl_->facet[triangle])];
-  const Vec3 middle = (from_cgal(own[0]) + from_cgal(own[1]) + from_cgal(own[2])) / 3;
+  const Vec3 middle = (coordinates(own[0]) + coordinates(own[1]) + coordinates(own[2])) / 3;
   const Vec3 inward = -normal_of(own);
-  const Kernel::Ray_3 ray(to_cgal(middle), to_cgal(middle + inward));
-  std::vector<Tree::Primitive_id> hits;
+  const Cartesian::Ray_3 ray(facet_point(middle), facet_point(middle + inward));
+  std::vector<FacetTree::Primitive_id> hits;
   impl_->tree.all_intersected_primitives(ray, std::back_inserter(hits));
   for (const auto& hit : hits) {
     const Vec3 facing = normal_of(*hit);

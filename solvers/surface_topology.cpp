@@ -19,11 +19,11 @@ std::size_t root_of(std::vector<std::size_t>& parent, std::size_t i) {
   return i;
 }
 
+}  // namespace
+
 std::size_t corner_of(const Triangle& t, std::int32_t vertex) {
   return static_cast<std::size_t>(std::find(t.begin(), t.end(), vertex) - t.begin());
 }
-
-}  // namespace
 
 std::vector<EdgeUse> edge_uses(const std::vector<Triangle>& triangles) {
   std::vector<EdgeUse> uses;

@@ -34,6 +34,9 @@ void for_each_edge(const std::vector<EdgeUse>& uses, Visit visit) {
   }
 }
 
+/// Which corner of a triangle a vertex is; 3 where it is none.
+std::size_t corner_of(const Triangle& t, std::int32_t vertex);
+
 /// Every edge has two triangles that walk it in opposite directions.
 bool is_closed_and_oriented(const std::vector<Triangle>& triangles);
 

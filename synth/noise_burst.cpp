@@ -13,7 +13,7 @@ namespace carillon::synth {
 namespace {
 
 /// The filter rings on after the burst; it is followed down to this share (-120 dB).
-constexpr double kTail = 1e-6;
+constexpr double kFilterTail = 1e-6;
 
 void check_share(double value, const char* what) {
   if (!(value >= 0 && value <= 1)) {
@@ -69,7 +69,7 @@ ContactForce noise_burst(const NoiseBurst& burst, double sample_rate, core::Rand
   const bool filtered = cutoff < sample_rate / 2;
   // The slowest pole of the low-pass falls as exp(-pi cutoff t).
   const double ringing =
-      filtered ? std::ceil(-std::log(kTail) * sample_rate / (std::numbers::pi * cutoff)) : 0;
+      filtered ? std::ceil(-std::log(kFilterTail) * sample_rate / (std::numbers::pi * cutoff)) : 0;
 
   std::vector<double> force(length + static_cast<std::size_t>(ringing) + 1, 0.0);
   double energy = 0;  // of the envelope under noise of variance 1/3

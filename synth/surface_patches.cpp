@@ -3,18 +3,18 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <queue>
 #include <set>
 
+#include "core/numbers.hpp"
 #include "synth/point_flux.hpp"
 
 namespace carillon::synth {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using core::infinity;
 
 /// A way over the surface, from triangle to triangle.
 struct Way {
@@ -73,7 +73,7 @@ void add_centre(const OuterTriangles& surface, int centre, double turn_length, C
 Cells cells_about(const OuterTriangles& surface, const std::vector<int>& centres,
                   double turn_length) {
   Cells cells{
-      {}, std::vector<int>(surface.size(), 0), std::vector<double>(surface.size(), kInfinity)};
+      {}, std::vector<int>(surface.size(), 0), std::vector<double>(surface.size(), infinity)};
   for (const int centre : centres) add_centre(surface, centre, turn_length, cells);
   return cells;
 }
@@ -95,7 +95,7 @@ Cells far_apart(const OuterTriangles& surface, std::size_t count, double turn_le
       area[c] += surface.areas[t];
     }
     std::vector<int> centres = cells.centres;
-    std::vector<double> best(centres.size(), kInfinity);
+    std::vector<double> best(centres.size(), infinity);
     for (std::size_t t = 0; t < surface.size(); ++t) {
       const auto c = static_cast<std::size_t>(cells.cell[t]);
       if (!(area[c] > 0)) continue;
@@ -193,7 +193,7 @@ Eigen::SparseMatrix<double> smooth_functions(const OuterTriangles& surface, std:
 }
 
 std::vector<double> inscribed_radii(const OuterTriangles& surface, const SurfacePatches& patches) {
-  std::vector<double> radii(surface.size(), kInfinity);
+  std::vector<double> radii(surface.size(), infinity);
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const Vec3 inward = -unit_normal(surface, t);
     double& radius = radii[t];
@@ -225,7 +225,7 @@ double winding_number(const OuterTriangles& surface, const Vec3& point) {
 }
 
 double distance_from(const OuterTriangles& surface, const Vec3& point) {
-  double nearest = kInfinity;
+  double nearest = infinity;
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const auto corner = [&](std::size_t c) -> const Vec3& {
       return surface.vertices[static_cast<std::size_t>(surface.corners[t][c])];

@@ -65,12 +65,15 @@ class Runner {
 
 /// One task on the ranks of a group; returns its journal record.
 std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::Witness& witness) const {
-  const auto [b, task] = state_.place_of(number);
-  const auto& [build, folders, name] = builds_[b];
+  const RunState::Place place = state_.place_of(number);
+  const BuildTask& task = place.task;
+  const BuildRun& run = builds_[place.build];
+  const LoadedBuild& build = run.build;
+  const BuildFolders& folders = run.folders;
   const double start = core::monotonic_seconds();
   ModesTaskResult result;
   core::Trace own;
-  watch_task(witness, build.config.limits, name + task.key, own, group, [&] {
+  watch_task(witness, build.config.limits, run.name + task.key, own, group, [&] {
     if (task.kind == TaskKind::modes) {
       result = run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
     } else {

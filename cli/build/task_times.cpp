@@ -182,14 +182,15 @@ std::string run_text(const json& run) {
   }
   text += "\n";
   text += idle_text(run.at("ranks"));
-  for (const auto& [kind, report] : run.at("estimates").items()) {
+  for (const auto& entry : run.at("estimates").items()) {
+    const auto& report = entry.value();
     const auto number = [&](const char* when, const char* what) {
       return report.at(when).at(what).template get<double>();
     };
     text += fmt::format(
         "{}: {} tasks took {:.2f} times their estimate (within a factor of {:.2f}); corrected "
         "as the build went, {:.2f} times ({:.2f})\n",
-        kind, report.at("tasks").template get<std::int64_t>(), number("before", "median"),
+        entry.key(), report.at("tasks").template get<std::int64_t>(), number("before", "median"),
         number("before", "spread"), number("after", "median"), number("after", "spread"));
   }
   return text;

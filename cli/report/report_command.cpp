@@ -104,10 +104,11 @@ void add_gallery(const NamedDatasets& datasets, std::size_t bytes, const ReportO
                  ordered_json& report) {
   ordered_json& gallery = report["gallery"];
   std::size_t left = datasets.size();
-  for (const auto& [name, dataset] : datasets) {
+  for (const auto& named : datasets) {
+    const auto& dataset = named.second;
     const ReportShare share = {(options.objects + datasets.size() - 1) / datasets.size(),
                                bytes / left--};
-    try_to_add(report, "objects of " + name, [&] {
+    try_to_add(report, "objects of " + named.first, [&] {
       ordered_json here = gallery_objects(dataset, share, report["notes"]);
       for (ordered_json& object : here.at("objects")) {
         gallery["objects"].push_back(std::move(object));

@@ -90,7 +90,9 @@ std::vector<ModesTask> open_modes_tasks(const std::vector<BuildRun>& builds,
 SameWork order_shared_work(const std::vector<BuildRun>& builds, CommonTasks& common) {
   SameWork same;
   std::map<std::string, std::size_t> first;  // task by what it does
-  for (const auto& [number, keys] : open_modes_tasks(builds, common)) {
+  for (const auto& open : open_modes_tasks(builds, common)) {
+    const std::size_t number = open.number;
+    const auto& keys = open.keys;
     const std::size_t mesh = first.emplace(keys.mesh, number).first->second;
     const std::size_t limited = first.emplace(keys.mesh + keys.mesh_limits, number).first->second;
     const std::size_t solve = first.emplace(keys.modes, number).first->second;

@@ -5,17 +5,17 @@
 #include <algorithm>
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using core::nan;
 /// Temperatures sought, over the logits' mean range.
 constexpr double kLeast = 1e-3;
 constexpr double kGreatest = 1e3;

@@ -3,16 +3,16 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/classification/score_rows.hpp"
 
 namespace carillon::eval {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using core::nan;
 
 double share(std::size_t part, std::size_t whole) {
   return whole == 0 ? nan : static_cast<double>(part) / static_cast<double>(whole);

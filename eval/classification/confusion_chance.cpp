@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/classification/confusion.hpp"
 
 namespace carillon::eval {
@@ -109,8 +109,7 @@ NormByChance confusion_norm_by_chance(const AnsweredSamples& first, const Answer
                     second.tested.classes));
   }
   std::vector<Dealt> strata = strata_of(first, second);
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  if (draws == 0 || difference_of(strata, classes).rows == 0) return {nan, nan};
+  if (draws == 0 || difference_of(strata, classes).rows == 0) return {core::nan, core::nan};
   std::vector<double> norms;
   double sum = 0;
   for (std::size_t draw = 0; draw < draws; ++draw) {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/classification/score_rows.hpp"
 #include "eval/statistics/variance.hpp"
 
@@ -16,7 +16,7 @@ namespace carillon::eval {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using core::nan;
 
 /// Samples, and those that are right, of every group and class: groups x classes.
 struct GroupCounts {

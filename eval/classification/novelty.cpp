@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/classification/intervals.hpp"
 #include "eval/statistics/variance.hpp"
 
@@ -15,7 +15,7 @@ namespace carillon::eval {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using core::nan;
 
 std::vector<double> sorted_scores(std::span<const double> scores, const char* name) {
   for (std::size_t i = 0; i < scores.size(); ++i) {

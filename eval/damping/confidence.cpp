@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 
 namespace carillon::eval {
@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using core::infinity;
 
 /// How other parameters follow when one is held elsewhere: d others / d held, and the curvature
 /// along that way, by the Hessian at the minimum.
@@ -59,7 +59,7 @@ class Side {
     if (best == bound) return bound;
     const double goal = std::sqrt(2 * drop_);
     double inside = 0, inside_root = 0;  // distance, and sqrt(2 drop) there
-    double outside = kInfinity, outside_root = 0;
+    double outside = infinity, outside_root = 0;
     double distance = first_distance();
     for (int attempt = 0; attempt < 60; ++attempt) {
       const double limit = std::abs(bound - best);
@@ -72,7 +72,7 @@ class Side {
         inside = distance;
         inside_root = root;
         if (std::isinf(outside)) {
-          if (attempt > 25) return direction_ * kInfinity;
+          if (attempt > 25) return direction_ * infinity;
           // The root grows about linearly; where it does not grow, faster and faster.
           distance *= std::clamp(1.05 * goal / std::max(root, 1e-3), 1.2, 5.0);
           continue;
@@ -118,7 +118,7 @@ class Side {
       const BoundedMinimum again = minimise(likelihood_.objective, plain, box, options);
       if (again.at.gradient.size() && !(again.at.value > found.at.value)) found = again;
     }
-    if (!std::isfinite(found.at.value) || found.at.gradient.size() == 0) return kInfinity;
+    if (!std::isfinite(found.at.value) || found.at.gradient.size() == 0) return infinity;
     const double drop = likelihood_.weight * (found.at.value - at_.value);
     const double root = std::sqrt(2 * std::max(0.0, drop));
     if (root < 2 * std::sqrt(2 * drop_)) {
@@ -155,7 +155,7 @@ Interval profile_interval(const ScaledLaw& law, const Likelihood& likelihood, st
     const double value = Side(likelihood, at, held, sign * direction, drop).find();
     // A bound other than zero is the search's, not the law's.
     const bool at_bound = value == law.box.low[held] || value == law.box.high[held];
-    if (std::isinf(value) || (at_bound && value != 0)) return direction * kInfinity;
+    if (std::isinf(value) || (at_bound && value != 0)) return direction * infinity;
     return alpha_at(value);
   };
   return {end(-1), end(1)};

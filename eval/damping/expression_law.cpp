@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "eval/damping/linear_law.hpp"
 #include "synth/damping_expression.hpp"
@@ -154,8 +154,7 @@ ScaledLaw expression_law(const std::string& expression, const DampingData& data,
     if (near[k] != 0) units[Index(k)] = std::abs(near[k]);
   }
   ScaledLaw law;
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  law.box = {VectorXd::Constant(n, -infinity), VectorXd::Constant(n, infinity)};
+  law.box = {VectorXd::Constant(n, -core::infinity), VectorXd::Constant(n, core::infinity)};
   law.curve = [=, lambda = data.eigenvalues](const VectorXd& x) {
     const auto c = [&](const VectorXd& at) {
       return VectorXd(values_of(expression, at.cwiseProduct(units), lambda) / scale);

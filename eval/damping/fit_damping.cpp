@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/damping/check_data.hpp"
 #include "eval/damping/confidence.hpp"
 #include "eval/damping/emg_fit.hpp"
@@ -23,7 +23,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using synth::DampingKind;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using core::infinity;
 
 /// One fit's work: the data in the law's units.
 struct Work {
@@ -116,7 +116,7 @@ double mean_square(const Work& work, const VectorXd& x) {
 void set_gaussian(DampingFit& fit, const Work& work, double misfit) {
   const double sigma = std::max(std::sqrt(misfit), work.least_sigma);
   fit.sigma = sigma * work.scaled.scale;
-  fit.eta = kInfinity;
+  fit.eta = infinity;
   fit.log_likelihood =
       -work.points() *
       (std::log(fit.sigma) + 0.5 * std::log(2 * std::numbers::pi) + misfit / (2 * sigma * sigma));
@@ -132,7 +132,7 @@ DampingFit fit_least_squares(const Work& work) {
   if (!work.options.confidence) return fit;
   const std::size_t n = fit.model.parameters.size();
   if (fit.points <= n) {
-    fit.confidence95.assign(n, {-kInfinity, kInfinity});
+    fit.confidence95.assign(n, {-infinity, infinity});
     return fit;
   }
   // Student's quantile makes the interval exact for a linear law.
@@ -157,7 +157,7 @@ DampingFit fit_lower_bound(const Work& work) {
   fit.history = std::move(history);
   const double excess = (work.target - work.scaled.curve(found.x).values).mean();
   const double mean = std::max(excess, work.least_sigma) * work.scaled.scale;
-  fit.eta = excess > work.least_sigma ? 1 / mean : kInfinity;
+  fit.eta = excess > work.least_sigma ? 1 / mean : infinity;
   fit.log_likelihood = -work.points() * (std::log(mean) + excess * work.scaled.scale / mean);
   if (work.options.confidence) {
     fit.confidence95 = lower_bound_intervals(work.scaled, work.target, found.x);
@@ -206,7 +206,7 @@ DampingFit fit_emg(const Work& work) {
   fit.history = std::move(history);
   if (no_excess) {
     fit.sigma = gaussian.sigma;
-    fit.eta = kInfinity;
+    fit.eta = infinity;
     fit.log_likelihood = gaussian.log_likelihood;
     log_sigma = std::log(gaussian.sigma / work.scaled.scale);
     log_kappa = std::log(kLargestKappa);
@@ -214,7 +214,7 @@ DampingFit fit_emg(const Work& work) {
     const double sigma = std::exp(log_sigma) * work.scaled.scale;  // where c is of one unit
     fit.sigma = relative ? std::exp(log_sigma) : sigma;
     fit.eta = std::exp(log_kappa) / sigma;
-    if (log_kappa > std::log(0.99 * kLargestKappa)) fit.eta = kInfinity;
+    if (log_kappa > std::log(0.99 * kLargestKappa)) fit.eta = infinity;
     fit.log_likelihood = log_likelihood;
   }
   if (work.options.confidence) emg_intervals(fit, work, log_sigma, log_kappa);

@@ -5,10 +5,10 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval {
 
@@ -62,8 +62,7 @@ ScaledLaw linear_law(const MatrixXd& columns, const VectorXd& offset, const Vect
   basis(Eigen::all, order) = root * (factor.householderQ() * MatrixXd::Identity(columns.rows(), n));
 
   ScaledLaw law;
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  law.box = {VectorXd::Constant(n, -infinity), VectorXd::Constant(n, infinity)};
+  law.box = {VectorXd::Constant(n, -core::infinity), VectorXd::Constant(n, core::infinity)};
   law.curve = [=](const VectorXd& x) { return Curve{basis * x + offset, basis}; };
   law.linear.resize(std::size_t(n));
   std::iota(law.linear.begin(), law.linear.end(), 0);

@@ -1,8 +1,8 @@
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/damping/estimators.hpp"
 #include "eval/damping/linear_program.hpp"
 
@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using core::infinity;
 
 /// The step from x, within +-radius in the parameters `which`, that raises the sum of the curve
 /// most while the curve's tangent stays below the target.
@@ -51,8 +51,8 @@ VectorXd best_step(const ScaledLaw& law, const Curve& curve, const VectorXd& x,
 
 /// Mean excess, and how far the curve is above the lowest point that it should be below.
 struct Merit {
-  double excess = kInfinity;
-  double above = kInfinity;
+  double excess = infinity;
+  double above = infinity;
   /// Lifting a whole curve gains as much excess as it is lifted: being above costs more than that.
   double cost() const { return excess + 10 * above; }
 };
@@ -83,7 +83,7 @@ std::optional<VectorXd> with_linear_part(const ScaledLaw& law, const VectorXd& s
   if (!curve.values.allFinite() || !curve.slopes.allFinite()) return {};
   if (law.linear.empty()) return x;
   try {
-    return stepped(law, x, best_step(law, curve, x, target, law.linear, kInfinity));
+    return stepped(law, x, best_step(law, curve, x, target, law.linear, infinity));
   } catch (const core::SolverError&) {
     return {};
   }
@@ -92,7 +92,7 @@ std::optional<VectorXd> with_linear_part(const ScaledLaw& law, const VectorXd& s
 /// The best of the candidates, each with its linear parameters found.
 VectorXd best_candidate(const ScaledLaw& law, const VectorXd& target) {
   VectorXd best = law.candidates.front();
-  double least = kInfinity;
+  double least = infinity;
   for (const VectorXd& candidate : law.candidates) {
     const auto x = with_linear_part(law, candidate, target);
     if (!x) continue;

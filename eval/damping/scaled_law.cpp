@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/damping/expression_law.hpp"
 #include "eval/damping/linear_law.hpp"
 #include "eval/statistics/median.hpp"
@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using synth::DampingKind;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using core::infinity;
 
 /// c = alpha1 + alpha2 lambda, neither negative.
 ScaledLaw rayleigh(const DampingData& data, double scale) {
@@ -28,7 +28,7 @@ ScaledLaw rayleigh(const DampingData& data, double scale) {
   MatrixXd basis(lambda.size(), 2);
   basis << VectorXd::Ones(lambda.size()), lambda / middle;
   ScaledLaw law;
-  law.box = {VectorXd::Zero(2), VectorXd::Constant(2, kInfinity)};
+  law.box = {VectorXd::Zero(2), VectorXd::Constant(2, infinity)};
   law.curve = [basis](const VectorXd& x) { return Curve{basis * x, basis}; };
   law.linear = {0, 1};
   law.candidates = {VectorXd::Zero(2)};
@@ -70,10 +70,10 @@ ScaledLaw power(const DampingData& data, bool constant, double scale,
   const VectorXd from_middle = logs.array() - middle;
 
   ScaledLaw law;
-  law.box = {VectorXd::Zero(size), VectorXd::Constant(size, kInfinity)};
+  law.box = {VectorXd::Zero(size), VectorXd::Constant(size, infinity)};
   law.box.low[a + 1] = -kLargestExponent;
   law.box.high[a + 1] = kLargestExponent;
-  if (as_logarithm) law.box.low[a] = -kInfinity;
+  if (as_logarithm) law.box.low[a] = -infinity;
   const auto powers = [=](const VectorXd& x) {
     const double factor = as_logarithm ? x[a] : 0;
     return VectorXd((factor + x[a + 1] * from_middle.array()).exp());

@@ -17,7 +17,7 @@ using Complex = std::complex<double>;
 
 constexpr std::size_t kShortest = 256, kLongest = 8192;
 constexpr double kExplained = 0.9999;
-constexpr double kAboveNoise = 10;  ///< power ratio, 10 dB
+constexpr double kPeakAboveNoise = 10;  ///< power ratio, 10 dB
 /// Bins on either side of a peak in which it is fitted, and from which it is taken.
 constexpr int kFitted = 2, kTaken = 8;
 
@@ -89,7 +89,8 @@ struct Peak {
 /// Frames after a peak in which its bin stays above the noise.
 Eigen::Index heard_frames(const Level& level, Eigen::Index frame, Eigen::Index bin) {
   Eigen::Index last = frame;
-  while (last + 1 < level.power.rows() && level.power(last + 1, bin) > kAboveNoise * level.noise) {
+  while (last + 1 < level.power.rows() &&
+         level.power(last + 1, bin) > kPeakAboveNoise * level.noise) {
     ++last;
   }
   return last - frame + 1;
@@ -229,7 +230,7 @@ void by_peaks(std::span<const double> samples, double sample_rate, double after_
   double explained = 0;
   for (std::size_t round = 0; round < 4 * options.max_features; ++round) {
     const Peak peak = highest(levels, sample_rate, options);
-    if (peak.prominence < kAboveNoise || set.features.size() >= options.max_features ||
+    if (peak.prominence < kPeakAboveNoise || set.features.size() >= options.max_features ||
         explained > kExplained * all) {
       break;
     }

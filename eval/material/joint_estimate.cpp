@@ -18,7 +18,7 @@ namespace {
 /// Minima that a search begins from.
 constexpr std::size_t kSearches = 4;
 /// Logarithms of specific moduli nearer than this lead to the same minimum.
-constexpr double kSameBasin = 0.01;
+constexpr double kSameModulus = 0.01;
 constexpr double kTolerance = 1e-7;
 constexpr int kEvaluations = 800;
 
@@ -106,10 +106,11 @@ std::vector<Candidate> starts(const JointEstimate& estimate, const Recordings& a
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<Candidate> kept;
-  for (const auto& [metric, candidate] : sorted) {
+  for (const auto& entry : sorted) {
+    const auto& candidate = entry.second;
     if (kept.size() == kSearches) break;
     const bool again = std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
-      return std::abs(std::log(other.specific_modulus / candidate.specific_modulus)) < kSameBasin;
+      return std::abs(std::log(other.specific_modulus / candidate.specific_modulus)) < kSameModulus;
     });
     if (!again) kept.push_back(candidate);
   }

@@ -11,7 +11,7 @@ namespace carillon::eval {
 namespace {
 
 /// Exponent of intensity in loudness (Zwicker and Fastl 2007, section 8.7).
-constexpr double kExponent = 0.23;
+constexpr double kProminenceExponent = 0.23;
 /// Decay rates below ring for longer than any clip [1/s].
 constexpr double kSlowest = 1e-3;
 
@@ -41,9 +41,9 @@ std::vector<FeaturePlace> places_of(std::span<const Feature> features, const Mat
     loudest = std::max(loudest, place.prominence);
     places.push_back(place);
   }
-  const double least = std::pow(10, -kExponent * scale.range / 10);
+  const double least = std::pow(10, -kProminenceExponent * scale.range / 10);
   for (FeaturePlace& place : places) {
-    const double weight = std::pow(10, kExponent * (place.prominence - loudest) / 10);
+    const double weight = std::pow(10, kProminenceExponent * (place.prominence - loudest) / 10);
     place.prominence = std::max(0.0, weight - least);
   }
   return places;

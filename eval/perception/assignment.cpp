@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval {
 
@@ -14,11 +14,10 @@ namespace {
 /// Column of each row for the least sum of -gains; rows <= columns, every row gets one.
 std::vector<std::size_t> assign(const std::vector<double>& gains, std::size_t rows,
                                 std::size_t columns) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
   std::vector<double> of_row(rows, 0.0), of_column(columns, 0.0);  // dual variables
   std::vector<std::size_t> row_of(columns, unpaired), column_of(rows, unpaired);
   for (std::size_t start = 0; start < rows; ++start) {
-    std::vector<double> distance(columns, infinity);
+    std::vector<double> distance(columns, core::infinity);
     std::vector<std::size_t> before(columns, unpaired);
     std::vector<bool> reached(columns, false);
     std::size_t row = start, last = unpaired;

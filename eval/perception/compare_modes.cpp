@@ -4,16 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/perception/assignment.hpp"
 
 namespace carillon::eval {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using core::nan;
 /// So that modes too weak to weigh anything find partners too, after all others have.
 constexpr double kLeastWeight = 1e-6;
 /// Decay rates below ring for longer than any clip [1/s].

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/material/loudness.hpp"
 #include "synth/resample.hpp"
 
@@ -13,7 +13,7 @@ namespace carillon::eval {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using core::nan;
 
 /// From the onset to the next strike or the end, without a constant offset, at a rate.
 std::vector<double> ringing(const HeardSound& sound, double rate) {

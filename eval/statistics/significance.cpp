@@ -6,10 +6,10 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/statistics/summary.hpp"
 
 namespace carillon::eval {
@@ -92,16 +92,15 @@ WelchTest welch_test(std::span<const double> a, std::span<const double> b) {
   check_finite(a);
   check_finite(b);
   WelchTest test;
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const auto variance_of_mean = [](std::span<const double> values) {
     const double centre = mean(values), n = static_cast<double>(values.size());
     double sum = 0;
     for (const double value : values) sum += (value - centre) * (value - centre);
     return sum / (n - 1) / n;
   };
-  if (a.size() < 2 || b.size() < 2) return {nan, nan, nan};
+  if (a.size() < 2 || b.size() < 2) return {core::nan, core::nan, core::nan};
   const double va = variance_of_mean(a), vb = variance_of_mean(b);
-  if (!(va + vb > 0)) return {nan, nan, nan};
+  if (!(va + vb > 0)) return {core::nan, core::nan, core::nan};
   test.t = (mean(a) - mean(b)) / std::sqrt(va + vb);
   test.freedom =
       (va + vb) * (va + vb) /

@@ -7,16 +7,16 @@ namespace {
 
 /// Axis of a face, and those that its u and v run along: outward where u, v, outward are
 /// right-handed.
-struct Face {
+struct CubeFace {
   std::size_t across, u, v;
   bool positive;
 };
 
 /// Faces -x, +x, -y, +y, -z, +z.
-Face face_of(int number) {
+CubeFace face_of(int number) {
   const auto axis = static_cast<std::size_t>(number / 2);
   const std::size_t next = (axis + 1) % 3, last = (axis + 2) % 3;
-  return number % 2 == 1 ? Face{axis, next, last, true} : Face{axis, last, next, false};
+  return number % 2 == 1 ? CubeFace{axis, next, last, true} : CubeFace{axis, last, next, false};
 }
 
 /// Faces lie beside each other along x, with a gap, so that a point of an edge has a face.
@@ -26,7 +26,7 @@ constexpr double pitch = 2;
 
 Vec3 on_cube(const Vec2& chart) {
   const int number = static_cast<int>((chart.x() + 0.5) / pitch);
-  const Face face = face_of(number);
+  const CubeFace face = face_of(number);
   std::array<double, 3> at{};
   at[face.across] = face.positive ? 1 : -1;
   at[face.u] = 2 * (chart.x() - pitch * number) - 1;
@@ -44,7 +44,7 @@ PlanarGrid cube_grid(const std::array<int, 3>& cells) {
   std::map<std::array<int, 3>, std::int32_t> known;
   std::vector<std::array<Vec2, 3>> corners;
   for (int number = 0; number < 6; ++number) {
-    const Face face = face_of(number);
+    const CubeFace face = face_of(number);
     const int across = cells[face.across], nu = cells[face.u], nv = cells[face.v];
     const auto vertex = [&](int i, int j) {
       std::array<int, 3> at{};

@@ -10,7 +10,7 @@
 namespace carillon::solvers {
 namespace {
 
-constexpr double full_turn = 2 * std::numbers::pi;
+constexpr double whole_turn = 2 * std::numbers::pi;
 
 Shell disc(const GeneratedShape& shape) {
   const double thickness = parameter(shape, "thickness");
@@ -55,7 +55,8 @@ MeshResult mesh_annulus(double inner, double outer, double length, const MeshOpt
   const double thickness = std::min(wall, length), other = std::max(wall, length);
   const auto around = [&](double cell) {
     const double chord = std::min(cell, max_chord(outer, layers_in_wall ? wall : outer));
-    return 4 * std::max(3, static_cast<int>(std::ceil(full_turn * outer / chord / 4 * (1 - 1e-9))));
+    return 4 *
+           std::max(3, static_cast<int>(std::ceil(whole_turn * outer / chord / 4 * (1 - 1e-9))));
   };
   const auto count = [&](double cell) {
     return std::int64_t{6} * around(cell) * cells_along(other, cell) *
@@ -65,7 +66,7 @@ MeshResult mesh_annulus(double inner, double outer, double length, const MeshOpt
   const PlanarGrid grid = rectangle_grid(around(cell), cells_along(other, cell), true);
   return finish(extrude(grid, layers_through(thickness, cell, options), options.order,
                         [=](const Vec2& p, double t) {
-                          const double angle = full_turn * p.x();
+                          const double angle = whole_turn * p.x();
                           const double across = layers_in_wall ? t : p.y();
                           const double along = layers_in_wall ? p.y() : t;
                           const double r = (1 - across) * inner + across * outer;

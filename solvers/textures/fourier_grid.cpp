@@ -9,7 +9,7 @@
 namespace carillon::solvers {
 
 FourierGrid::FourierGrid(int width, int height)
-    : width_(width), height_(height), stride_(2 * static_cast<std::size_t>(width / 2 + 1)) {
+    : width_(width), stride_(2 * static_cast<std::size_t>(width / 2 + 1)) {
   const std::lock_guard lock(core::fft_planner());
   values_ = fftw_alloc_real(stride_ * static_cast<std::size_t>(height));
   auto* waves = reinterpret_cast<fftw_complex*>(values_);

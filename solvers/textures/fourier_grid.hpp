@@ -29,7 +29,7 @@ class FourierGrid {
   void inverse();  ///< no factor: forward, then inverse, multiplies by width times height
 
  private:
-  int width_, height_;
+  int width_;
   std::size_t stride_;
   double* values_;
   void* forward_;

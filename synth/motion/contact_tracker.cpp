@@ -11,10 +11,10 @@ namespace carillon::synth {
 
 namespace {
 
-constexpr double kLongestGap = 4;   ///< steps without a push that a contact outlives
-constexpr double kShock = 5;        ///< times what a contact bears that count as a blow
-constexpr double kNearness = 0.02;  ///< of the smaller body's reach: the same place
-constexpr double kForget = 0.2;     ///< weight of the newest part in what a contact usually bears
+constexpr double kLongestGap = 4;    ///< steps without a push that a contact outlives
+constexpr double kShock = 5;         ///< times what a contact bears that count as a blow
+constexpr double kSamePlace = 0.02;  ///< of the smaller body's reach: the same place
+constexpr double kForget = 0.2;      ///< weight of the newest part in what a contact usually bears
 
 /// Hertz's contact time of two bodies that meet [s]. Where both are flat the radius is the smaller
 /// body's reach.
@@ -69,7 +69,7 @@ ContactTracker::Track* ContactTracker::find(const SolvedContact& contact, const 
   if (tracks == tracks_.end()) return nullptr;
   // Bodies that travel together carry their places of contact along.
   const double travel = std::max(states[pair[0]].velocity.norm(), states[pair[1]].velocity.norm());
-  const double near = kNearness * std::min(reach_of(bodies_[pair[0]]), reach_of(bodies_[pair[1]]));
+  const double near = kSamePlace * std::min(reach_of(bodies_[pair[0]]), reach_of(bodies_[pair[1]]));
   const double speed = speed_bound(pair, states) + travel;
   for (Track& track : tracks->second) {
     const double distance = (track.place - place).norm();

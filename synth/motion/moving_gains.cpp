@@ -15,7 +15,7 @@ namespace {
 /// Pieces of the surface over which the dry signal's mean is taken, at least.
 constexpr std::size_t kPieces = 2000;
 /// A body that moves by less than this share stands still.
-constexpr double kStill = 1e-7;
+constexpr double kStillGain = 1e-7;
 
 }  // namespace
 
@@ -108,7 +108,8 @@ DrivenGains MovingGains::over(std::size_t step) {
     after_at_ = end;
     while (after_at_ < last_ && near(step, after_at_ + 1, turn_)) ++after_at_;
     still_ = true;
-    for (std::size_t k = step + 1; still_ && k <= after_at_; ++k) still_ = near(step, k, kStill);
+    for (std::size_t k = step + 1; still_ && k <= after_at_; ++k)
+      still_ = near(step, k, kStillGain);
     after_ = still_ ? before_ : gains_at(after_at_);
   }
   if (still_) return {&before_, &before_, 0, 0};
