@@ -51,8 +51,8 @@ std::string blas_complaint() {
   const Blas blas;
   const auto& [path, library] = blas;
   if (!library) return {};
-  const auto has = [&library](const char* symbol) {
-    return dlsym(library.get(), symbol) != nullptr;
+  const auto has = [handle = library.get()](const char* symbol) {
+    return dlsym(handle, symbol) != nullptr;
   };
   // OpenBLAS, BLIS, MKL, ATLAS.
   constexpr std::array tuned = {"openblas_get_config", "bli_info_get_version_str",
