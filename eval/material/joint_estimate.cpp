@@ -108,8 +108,9 @@ std::vector<Candidate> starts(const JointEstimate& estimate, const Recordings& a
   std::vector<Candidate> kept;
   for (const auto& [metric, candidate] : sorted) {
     if (kept.size() == kSearches) break;
-    const bool again = std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
-      return std::abs(std::log(other.specific_modulus / candidate.specific_modulus)) < kSameBasin;
+    const double modulus = candidate.specific_modulus;
+    const bool again = std::any_of(kept.begin(), kept.end(), [modulus](const Candidate& other) {
+      return std::abs(std::log(other.specific_modulus / modulus)) < kSameBasin;
     });
     if (!again) kept.push_back(candidate);
   }
