@@ -1,4 +1,3 @@
-
 #include "cli/build/build.hpp"
 #include "cli/command_line.hpp"
 #include "cli/sweep/run_sweep.hpp"
