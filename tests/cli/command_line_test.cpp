@@ -161,7 +161,6 @@ TEST_F(CommandLine, OptionsCanBeListed) {
     }
   }
   EXPECT_EQ(program.common().options().back().names, std::vector<std::string>{"--quiet"});
-  EXPECT_FALSE(program.common().options().back().takes_value);
 }
 
 }  // namespace
