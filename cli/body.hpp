@@ -9,11 +9,9 @@
 #include "solvers/pitch_target.hpp"
 #include "synth/material.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace carillon::cli {
+
+class Command;
 
 /// The body that `modes`, `strike` and others take on the command line, and how to solve it.
 struct BodyOptions {
@@ -36,7 +34,7 @@ struct BodyOptions {
 };
 
 /// Adds the options above to a command.
-void add_body_options(CLI::App& command, BodyOptions& options);
+void add_body_options(Command& command, BodyOptions& options);
 
 /// A file's name, or `bowl:radius=60mm,wall=3mm` (parameters not named are the middle of their
 /// range) as a request to the mesher.

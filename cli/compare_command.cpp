@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
+#include "cli/command_line.hpp"
 #include "cli/compare_report.hpp"
 #include "cli/context.hpp"
 #include "cli/feature_options.hpp"
@@ -56,31 +56,30 @@ void run_compare(const CompareOptions& options, Context& context) {
 
 }  // namespace
 
-void add_compare(CLI::App& program, Context& context) {
+void add_compare(Program& program, Context& context) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command = program.add_subcommand("compare",
-                                             "two sounds of one object: errors of modes in "
-                                             "just-noticeable differences, loudness, spectra");
-  command->add_option("reference", options->reference, "audio file")->required();
-  command->add_option("other", options->other, "audio file that is compared with it")->required();
-  command->add_option("--channel", options->channel, "of both, from 1")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  Command& command = program.add("compare",
+                                 "two sounds of one object: errors of modes in "
+                                 "just-noticeable differences, loudness, spectra",
+                                 Needs::nothing);
+  command.option("reference", options->reference, "audio file").required();
+  command.option("other", options->other, "audio file that is compared with it").required();
+  command.option("--channel", options->channel, "of both, from 1").range(1, 1000).show_default();
   command
-      ->add_option("--loudest-level", options->loudest_level,
-                   "that the louder one's loudest moment is heard at [dB re 20 uPa]")
-      ->check(CLI::Range(0.0, 140.0))
-      ->capture_default_str();
-  command->add_option("--widest", options->widest, "modes further apart are not the same [cents]")
-      ->check(CLI::Range(0.1, 2400.0))
-      ->capture_default_str();
-  add_feature_arguments(*command, options->features);
-  command->footer(
+      .option("--loudest-level", options->loudest_level,
+              "that the louder one's loudest moment is heard at [dB re 20 uPa]")
+      .range(0.0, 140.0)
+      .show_default();
+  command.option("--widest", options->widest, "modes further apart are not the same [cents]")
+      .range(0.1, 2400.0)
+      .show_default();
+  add_feature_arguments(command, options->features);
+  command.footer(
       "Example:\n"
       "  carillon estimate bowl.wav bowl.obj --at 0.06,0,0.05 --poisson-ratio 0.2 -o again.wav\n"
       "  carillon compare bowl.wav again.wav\n"
       "What the numbers mean: docs/comparison.md");
-  command->callback([&context, options] { run_compare(*options, context); });
+  command.does([&context, options] { run_compare(*options, context); });
 }
 
 }  // namespace carillon::cli

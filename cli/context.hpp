@@ -2,25 +2,24 @@
 
 #include <mpi.h>
 
-#include <span>
 #include <string>
-
-namespace CLI {
-class App;
-}
 
 namespace carillon::cli {
 
+class Program;
+struct LearningCommands;
+
 /// What every command gets: the world's ranks and the options before the command's name.
 struct Context {
-  MPI_Comm world = MPI_COMM_NULL;
-  bool json = false;    ///< one JSON document on standard output instead of text
-  bool quiet = false;   ///< no progress lines
-  std::string cache;    ///< folder of meshes and modes; empty: none is kept
-  std::string command;  ///< as it was typed, for files that say what made them
-  int exit_code = 0;    ///< what the command ends with when it throws nothing
+  MPI_Comm world = MPI_COMM_NULL;    ///< null for a command that needs no ranks and has none
+  char* const* arguments = nullptr;  ///< of main(), null at the end
+  bool json = false;                 ///< one JSON document on standard output instead of text
+  bool quiet = false;                ///< no progress lines
+  std::string cache;                 ///< folder of meshes and modes; empty: none is kept
+  std::string command;               ///< as it was typed, for files that say what made them
+  int exit_code = 0;                 ///< what the command ends with when it throws nothing
 
-  /// Rank 0 speaks for all.
+  /// Rank 0 speaks for all, also before MPI has started.
   bool speaks() const;
 };
 
@@ -36,32 +35,33 @@ enum ExitCode {
 
 /// Each adds one command to the program. A new command is one file, a line here and one in the list
 /// `commands` of run.cpp.
-using AddCommand = void (*)(CLI::App& program, Context& context);
-void add_accuracy(CLI::App& program, Context& context);
-void add_build(CLI::App& program, Context& context);
-void add_check(CLI::App& program, Context& context);
-void add_compare(CLI::App& program, Context& context);
-void add_completion(CLI::App& program, Context& context);
-void add_estimate(CLI::App& program, Context& context);
-void add_export(CLI::App& program, Context& context);
-void add_export_faust(CLI::App& program, Context& context);
-void add_export_gltf(CLI::App& program, Context& context);
-void add_features(CLI::App& program, Context& context);
-void add_fit(CLI::App& program, Context& context);
-void add_inspect(CLI::App& program, Context& context);
-void add_list(CLI::App& program, Context& context);
-void add_texture(CLI::App& program, Context& context);
-void add_manual(CLI::App& program, Context& context);
-void add_modes(CLI::App& program, Context& context);
-void add_plan(CLI::App& program, Context& context);
-void add_preview(CLI::App& program, Context& context);
-void add_realimpact(CLI::App& program, Context& context);
-void add_report(CLI::App& program, Context& context);
-void add_regenerate(CLI::App& program, Context& context);
-void add_strike(CLI::App& program, Context& context);
+using AddCommand = void (*)(Program& program, Context& context);
+void add_accuracy(Program& program, Context& context);
+void add_build(Program& program, Context& context);
+void add_check(Program& program, Context& context);
+void add_compare(Program& program, Context& context);
+void add_completion(Program& program, Context& context);
+void add_estimate(Program& program, Context& context);
+void add_export(Program& program, Context& context);
+void add_export_faust(Program& program, Context& context);
+void add_export_gltf(Program& program, Context& context);
+void add_features(Program& program, Context& context);
+void add_fit(Program& program, Context& context);
+void add_inspect(Program& program, Context& context);
+void add_list(Program& program, Context& context);
+void add_texture(Program& program, Context& context);
+void add_manual(Program& program, Context& context);
+void add_modes(Program& program, Context& context);
+void add_plan(Program& program, Context& context);
+void add_preview(Program& program, Context& context);
+void add_realimpact(Program& program, Context& context);
+void add_report(Program& program, Context& context);
+void add_regenerate(Program& program, Context& context);
+void add_strike(Program& program, Context& context);
 
-/// Runs the program: parses, calls the command, turns errors into messages and exit codes.
-/// @param more  commands beside those that every program has
-int run(int argc, char** argv, MPI_Comm world, std::span<const AddCommand> more = {});
+/// Runs the program: parses, starts what the command needs and calls it, turns errors into messages
+/// and exit codes. Call it first in main(); MPI, PETSc and SLEPc have ended when it returns.
+/// @param learning  what a program with libtorch has in place of the commands that start one
+int run(int argc, char** argv, const LearningCommands& learning);
 
 }  // namespace carillon::cli

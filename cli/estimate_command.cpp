@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 
 #include "cli/body.hpp"
+#include "cli/command_line.hpp"
 #include "cli/estimate_report.hpp"
 #include "cli/feature_options.hpp"
 #include "cli/recording.hpp"
@@ -189,61 +189,60 @@ void run_estimate(const EstimateOptions& options, Context& context) {
 
 }  // namespace
 
-void add_estimate(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "estimate", "material of a struck body from one recording, its mesh and where it was struck");
+void add_estimate(Program& program, Context& context) {
+  Command& command = program.add(
+      "estimate", "material of a struck body from one recording, its mesh and where it was struck",
+      Needs::solver);
   auto options = std::make_shared<EstimateOptions>();
-  command->add_option("recording", options->recording, "WAV or any file that libsndfile reads")
-      ->required();
-  add_body_options(*command, options->body);
-  command->get_option("--material")
-      ->required(false)
-      ->description(
+  command.option("recording", options->recording, "WAV or any file that libsndfile reads")
+      .required();
+  add_body_options(command, options->body);
+  command.option_named("--material")
+      .required(false)
+      .description(
           "assumed material, whose modes are solved once and rescaled: preset or "
           "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700; its damping is not "
           "used")
-      ->default_str("70 GPa, 2500 kg/m^3");
-  command->add_option("--at", options->at, "point struck, x,y,z [m]")->required();
-  command->add_option("--direction", options->direction,
-                      "way the force points, x,y,z (default: inward along the normal)");
-  command->add_option("--poisson-ratio", options->poisson_ratio,
-                      "of the body; it is not estimated (default: the assumed material's)");
-  command->add_option("--density", options->density,
-                      "of the body; gives Young's modulus, which cannot be heard without it");
+      .show_default("70 GPa, 2500 kg/m^3");
+  command.option("--at", options->at, "point struck, x,y,z [m]").required();
+  command.option("--direction", options->direction,
+                 "way the force points, x,y,z (default: inward along the normal)");
+  command.option("--poisson-ratio", options->poisson_ratio,
+                 "of the body; it is not estimated (default: the assumed material's)");
+  command.option("--density", options->density,
+                 "of the body; gives Young's modulus, which cannot be heard without it");
   command
-      ->add_option("--model", options->model,
-                   "rayleigh, caughey, power, hybrid, or a formula of lambda, omega, f and "
-                   "alpha1, alpha2, ...")
-      ->capture_default_str();
+      .option("--model", options->model,
+              "rayleigh, caughey, power, hybrid, or a formula of lambda, omega, f and "
+              "alpha1, alpha2, ...")
+      .show_default();
   command
-      ->add_option("--heard", options->heard,
-                   "motion of the struck point that the recording follows: velocity (strike "
-                   "without listeners), acceleration (microphones), displacement")
-      ->capture_default_str();
-  command->add_option("--contact-time", options->contact_time,
-                      "duration of the contact; 0: an ideal impulse (default: estimated too)");
-  command->add_option("--channel", options->channel, "of the recording, from 1")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_option("--onset", options->onset, "where the strike begins (default: it is found)");
-  command->add_option(
-      "--rt60", options->rt60,
-      "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: damping "
-      "that cannot be told from its decay is not used");
-  command->add_option("--starts", options->starts, "local searches, from the best start points")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_option("--seed", options->seed, "of everything that is drawn")
-      ->capture_default_str();
-  command->add_option("-o,--output", options->output,
-                      "WAV file of the estimate, as long and as loud as the recording");
-  command->footer(
+      .option("--heard", options->heard,
+              "motion of the struck point that the recording follows: velocity (strike "
+              "without listeners), acceleration (microphones), displacement")
+      .show_default();
+  command.option("--contact-time", options->contact_time,
+                 "duration of the contact; 0: an ideal impulse (default: estimated too)");
+  command.option("--channel", options->channel, "of the recording, from 1")
+      .range(1, 1000)
+      .show_default();
+  command.option("--onset", options->onset, "where the strike begins (default: it is found)");
+  command.option("--rt60", options->rt60,
+                 "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: damping "
+                 "that cannot be told from its decay is not used");
+  command.option("--starts", options->starts, "local searches, from the best start points")
+      .range(1, 1000)
+      .show_default();
+  command.option("--seed", options->seed, "of everything that is drawn").show_default();
+  command.option("-o,--output", options->output,
+                 "WAV file of the estimate, as long and as loud as the recording");
+  command.footer(
       "Examples:\n"
       "  carillon strike bowl -m glass --at 0.06,0,0.05 -o bowl.wav\n"
       "  carillon estimate bowl.wav bowl --at 0.06,0,0.05 --poisson-ratio 0.2 --density 2600\n"
       "  carillon estimate plate.wav plate.obj --at 5,2,0cm -m ceramic --heard acceleration "
       "--model hybrid -o again.wav");
-  command->callback([&context, options] { run_estimate(*options, context); });
+  command.does([&context, options] { run_estimate(*options, context); });
 }
 
 }  // namespace carillon::cli

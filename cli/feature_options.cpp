@@ -1,10 +1,10 @@
 #include "cli/feature_options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "cli/command_line.hpp"
 #include "cli/json_number.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -24,37 +24,37 @@ double parse_argument(const std::string& text, core::Dimension dimension, const 
 
 }  // namespace
 
-void add_feature_arguments(CLI::App& command, FeatureArguments& arguments) {
+void add_feature_arguments(Command& command, FeatureArguments& arguments) {
   command
-      .add_option("--method", arguments.method,
-                  "esprit: subspace and likelihood in bands; peaks: of spectrograms, as the papers")
-      ->check(CLI::IsMember({"esprit", "peaks"}))
-      ->capture_default_str();
-  command.add_option("--onset", arguments.onset, "where the strike begins; found by itself");
+      .option("--method", arguments.method,
+              "esprit: subspace and likelihood in bands; peaks: of spectrograms, as the papers")
+      .one_of({"esprit", "peaks"})
+      .show_default();
+  command.option("--onset", arguments.onset, "where the strike begins; found by itself");
   command
-      .add_option("--contact-time", arguments.contact_time,
-                  "left out after the onset: the body is still driven")
-      ->default_str("3 ms");
-  command.add_option("--min-frequency", arguments.min_frequency, "of modes")->default_str("20 Hz");
+      .option("--contact-time", arguments.contact_time,
+              "left out after the onset: the body is still driven")
+      .show_default("3 ms");
+  command.option("--min-frequency", arguments.min_frequency, "of modes").show_default("20 Hz");
   command
-      .add_option("--max-frequency", arguments.max_frequency,
-                  "of modes; at most 0.95 of half the sample rate")
-      ->default_str("20 kHz");
+      .option("--max-frequency", arguments.max_frequency,
+              "of modes; at most 0.95 of half the sample rate")
+      .show_default("20 kHz");
   command
-      .add_option("--min-decay-rate", arguments.min_decay_rate,
-                  "what decays slower is taken for a hum [1/s]")
-      ->default_str("0.2");
-  command.add_option("--rt60", arguments.rt60,
-                     "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
-                     "that cannot be told from its decay are marked");
+      .option("--min-decay-rate", arguments.min_decay_rate,
+              "what decays slower is taken for a hum [1/s]")
+      .show_default("0.2");
+  command.option("--rt60", arguments.rt60,
+                 "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
+                 "that cannot be told from its decay are marked");
   command
-      .add_option("--min-level", arguments.min_level,
-                  "energy of a mode against the strongest's, at least [dB]")
-      ->check(CLI::Range(-140.0, 0.0))
-      ->capture_default_str();
-  command.add_option("--max-features", arguments.max_features, "modes at most")
-      ->check(CLI::Range(1, 5000))
-      ->capture_default_str();
+      .option("--min-level", arguments.min_level,
+              "energy of a mode against the strongest's, at least [dB]")
+      .range(-140.0, 0.0)
+      .show_default();
+  command.option("--max-features", arguments.max_features, "modes at most")
+      .range(1, 5000)
+      .show_default();
 }
 
 eval::FeatureOptions feature_options(const FeatureArguments& arguments) {

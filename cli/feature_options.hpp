@@ -6,11 +6,9 @@
 
 #include "eval/features/read_clip.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace carillon::cli {
+
+class Command;
 
 /// What commands that analyse recordings take, as it was typed.
 struct FeatureArguments {
@@ -20,7 +18,7 @@ struct FeatureArguments {
   std::size_t max_features = 300;
 };
 
-void add_feature_arguments(CLI::App& command, FeatureArguments& arguments);
+void add_feature_arguments(Command& command, FeatureArguments& arguments);
 
 /// @throws InputError  a value that cannot be read; names the option
 eval::FeatureOptions feature_options(const FeatureArguments& arguments);

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "cli/feature_options.hpp"
 #include "core/audio.hpp"
@@ -108,20 +108,21 @@ void run_features(const FeaturesOptions& options, Context& context) {
 
 }  // namespace
 
-void add_features(CLI::App& program, Context& context) {
+void add_features(Program& program, Context& context) {
   auto options = std::make_shared<FeaturesOptions>();
-  CLI::App* command = program.add_subcommand(
-      "features", "modal features of recorded strikes: frequency, decay rate, amplitude, errors");
-  command->add_option("recordings", options->files, "audio files, one strike each")->required();
-  add_feature_arguments(*command, options->features);
-  command->add_option("--csv", options->csv, "write a table, which `fit --features` reads");
-  command->add_option("--residual", options->residual,
-                      "write what the modes do not explain as a WAV file");
-  command->footer(
+  Command& command = program.add(
+      "features", "modal features of recorded strikes: frequency, decay rate, amplitude, errors",
+      Needs::nothing);
+  command.option("recordings", options->files, "audio files, one strike each").required();
+  add_feature_arguments(command, options->features);
+  command.option("--csv", options->csv, "write a table, which `fit --features` reads");
+  command.option("--residual", options->residual,
+                 "write what the modes do not explain as a WAV file");
+  command.footer(
       "Examples:\n  carillon features bowl.wav\n"
       "  carillon features plate-*.wav --rt60 0.4 --csv plate.csv\n"
       "Method and limits: docs/features.md");
-  command->callback([&context, options] { run_features(*options, context); });
+  command.does([&context, options] { run_features(*options, context); });
 }
 
 }  // namespace carillon::cli

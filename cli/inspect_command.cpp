@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -41,18 +41,17 @@ void print_diagnosis(const std::string& path, const solvers::Diagnosis& d) {
 
 }  // namespace
 
-void add_inspect(CLI::App& program, Context& context) {
+void add_inspect(Program& program, Context& context) {
   struct Options {
     std::vector<std::string> meshes;
     std::string length;
   };
-  CLI::App* command = program.add_subcommand("inspect", "diagnosis of surface meshes");
+  Command& command = program.add("inspect", "diagnosis of surface meshes", Needs::nothing);
   auto options = std::make_shared<Options>();
-  command->add_option("mesh", options->meshes, "OBJ, OFF, PLY or STL files")->required();
-  command->add_option("--length", options->length,
-                      "longest side the body is scaled to, e.g. 12 cm");
-  command->footer("Example:\n  carillon inspect *.obj");
-  command->callback([&context, options] {
+  command.option("mesh", options->meshes, "OBJ, OFF, PLY or STL files").required();
+  command.option("--length", options->length, "longest side the body is scaled to, e.g. 12 cm");
+  command.footer("Example:\n  carillon inspect *.obj");
+  command.does([&context, options] {
     if (!context.speaks()) return;
     nlohmann::json all = nlohmann::json::array();
     for (const std::string& path : options->meshes) {

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "cli/learn/known_methods.hpp"
 #include "cli/material_json.hpp"
@@ -164,7 +164,7 @@ void print_list(const nlohmann::json& list) {
 
 }  // namespace
 
-void add_list(CLI::App& program, Context& context) {
+void add_list(Program& program, Context& context) {
   static const std::map<std::string, nlohmann::json (*)()> lists = {
       {"materials", list_materials},    {"shapes", list_shapes},
       {"effects", list_effects},        {"models", list_models},
@@ -173,21 +173,20 @@ void add_list(CLI::App& program, Context& context) {
       {"classifiers", list_classifiers}};
   const std::string names =
       "materials, shapes, effects, models, strikers, supports, noises, textures or classifiers";
-  CLI::App* command = program.add_subcommand(
+  Command& command = program.add(
       "list",
       "materials, shapes, effects, damping models, strikers, supports, noises, textures or "
-      "classifiers by name");
+      "classifiers by name",
+      Needs::nothing);
+  std::vector<std::string> known;
+  for (const auto& [name, make] : lists) known.push_back(name);
   auto what = std::make_shared<std::string>();
-  command->add_option("what", *what, names)->required()->check(CLI::IsMember([] {
-    std::vector<std::string> known;
-    for (const auto& [name, make] : lists) known.push_back(name);
-    return known;
-  }()));
-  command->footer(
+  command.option("what", *what, names).required().one_of(known);
+  command.footer(
       "Examples:\n"
       "  carillon list materials\n"
       "  carillon list shapes --json");
-  command->callback([&context, what] {
+  command.does([&context, what] {
     if (!context.speaks()) return;
     const nlohmann::json list = lists.at(*what)();
     if (context.json) {

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "cli/body.hpp"
+#include "cli/command_line.hpp"
 #include "cli/pitch.hpp"
 #include "core/files.hpp"
 #include "solvers/modes_file.hpp"
@@ -123,19 +123,20 @@ void print_table(const Body& body, const synth::DecayRates& damping) {
 
 }  // namespace
 
-void add_modes(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand("modes", "modes of one shape, with their certificate");
+void add_modes(Program& program, Context& context) {
+  Command& command =
+      program.add("modes", "modes of one shape, with their certificate", Needs::solver);
   auto options = std::make_shared<BodyOptions>();
   auto output = std::make_shared<std::string>();
-  add_body_options(*command, *options);
-  command->add_option("-o,--output", *output, "HDF5 file for frequencies, shapes and certificate");
-  command->footer(
+  add_body_options(command, *options);
+  command.option("-o,--output", *output, "HDF5 file for frequencies, shapes and certificate");
+  command.footer(
       "Examples:\n"
       "  carillon modes cup.obj --length 0.1 m --material ceramic\n"
       "  carillon modes block:length=50mm,width=30mm,height=20mm -m steel --max-frequency 150kHz\n"
       "  carillon modes bowl -m glass --pitch-cents 5\n"
       "  mpirun -n 2 carillon modes bowl -m glass --json");
-  command->callback([&context, options, output] {
+  command.does([&context, options, output] {
     const Body body = solve_body(*options, context);
     settle(body.pitch_target, context);
     const auto damping = synth::clamped_decay_rates(body.modes, damping_of(body.materials));

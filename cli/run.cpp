@@ -2,23 +2,28 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
+#include "cli/build/dataset.hpp"
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
+#include "cli/learn/commands.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/storage_error.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
+#include "mpi/launcher.hpp"
 #include "mpi/patience.hpp"
+#include "solvers/environment.hpp"
 
 namespace carillon::cli {
 
 bool Context::speaks() const {
-  return mpi::rank(world) == 0;
+  return world == MPI_COMM_NULL ? mpi::launcher_rank().value_or(0) == 0 : mpi::rank(world) == 0;
 }
 
 namespace {
@@ -51,6 +56,7 @@ int first_failed(MPI_Comm world, bool failed) {
 /// Ends a command that this rank is done with. Rank 0 may have more to do, and may fail at it: it
 /// then finds the others here, and need not end them by force.
 int succeed(const Context& context) {
+  if (context.world == MPI_COMM_NULL) return context.exit_code;
   everyone_arrives(context.world, mpi::endless);
   first_failed(context.world, false);
   return context.exit_code;
@@ -62,6 +68,7 @@ int fail(const Context& context, ExitCode code, const char* message) {
     std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
   };
   if (context.speaks()) std::fprintf(stderr, "carillon: %s\n", message);
+  if (context.world == MPI_COMM_NULL) return code;
   if (!everyone_arrives(context.world, patience_s)) {
     // The others are in a collective call that this rank will never join: end them all.
     if (!context.speaks()) tell();
@@ -72,35 +79,45 @@ int fail(const Context& context, ExitCode code, const char* message) {
   return code;
 }
 
-}  // namespace
+/// Libraries that run for the program's life, and end in the other order.
+struct Started {
+  std::optional<mpi::Environment> mpi{};
+  std::optional<solvers::SolverEnvironment> solver{};
+};
 
-int run(int argc, char** argv, MPI_Comm world, std::span<const AddCommand> more) {
-  // Standard output belongs to results: a warning among them would spoil --json.
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "carillon", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+/// @note Collective where a launcher started the program.
+void start(Started& started, Needs needs, Context& context, int argc, char** argv) {
+  // Whoever starts ranks means them to know each other: one of them speaks and writes.
+  if (needs == Needs::nothing && !mpi::launcher_rank()) return;
+  {
+    const mpi::AloneSettings settings;
+    started.mpi.emplace(argc, argv);
+  }
+  context.world = MPI_COMM_WORLD;
+  if (needs == Needs::solver) started.solver.emplace();
+}
 
-  Context context;
-  context.world = world;
-  context.command = typed_command(argc, argv);
+std::string version_text() {
+  std::string text = "carillon " CARILLON_VERSION;
+  const nlohmann::json versions = library_versions();
+  for (const auto& [library, version] : versions.items()) {
+    if (library != "carillon") text += "\n" + library + " " + version.get<std::string>();
+  }
+  return text;
+}
 
-  CLI::App program{
-      "Carillon: datasets of struck objects, from shapes and materials to modes, sounds, voxels "
-      "and "
-      "pictures.\nRuns with or without mpirun."};
-  program.name("carillon");
-  program.set_version_flag("--version", "carillon " CARILLON_VERSION);
-  program.require_subcommand(1);
-  program.fallthrough();
-  program.add_flag("--json", context.json, "print one JSON document on standard output");
-  program.add_flag("--quiet", context.quiet, "no progress lines");
+void describe(Program& program, Context& context, const LearningCommands& learning) {
+  Command& common = program.common();
+  common.flag("--json", context.json, "print one JSON document on standard output");
+  common.flag("--quiet", context.quiet, "no progress lines");
   context.cache = core::default_cache_folder();
-  program
-      .add_option("--cache", context.cache,
-                  "folder for meshes and modes that can be used again; \"\" for none")
-      ->capture_default_str();
+  common
+      .option("--cache", context.cache,
+              "folder for meshes and modes that can be used again; \"\" for none")
+      .show_default();
   for (const AddCommand add : commands) add(program, context);
-  for (const AddCommand add : more) add(program, context);
-  program.footer(
+  add_learning_commands(program, context, learning);
+  common.footer(
       "Exit codes: 0 done, 1 internal error, 2 wrong usage, configuration or input, or a body "
       "that\n"
       "cannot be solved within the limits asked for, 3 finished but some tasks failed "
@@ -110,14 +127,41 @@ int run(int argc, char** argv, MPI_Comm world, std::span<const AddCommand> more)
       "its\n"
       "limit of time (run again to go on without it).\n"
       "Guide: docs/guide.md");
+}
 
+/// @return the exit code
+int tell(const Reply& reply, Context& context, int argc, char** argv) {
+  Started started;
+  // A launcher ends every rank when one has failed. MPI keeps them until rank 0 has spoken.
+  if (reply.refused) start(started, Needs::nothing, context, argc, argv);
+  if (context.speaks()) std::fputs(reply.text.c_str(), reply.refused ? stderr : stdout);
+  return reply.refused ? exit_input : exit_done;
+}
+
+}  // namespace
+
+int run(int argc, char** argv, const LearningCommands& learning) {
+  // Standard output belongs to results: a warning among them would spoil --json.
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "carillon", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+
+  Context context;
+  context.arguments = argv;
+  context.command = typed_command(argc, argv);
+  Program program("carillon",
+                  "Carillon: datasets of struck objects, from shapes and materials to modes, "
+                  "sounds, voxels and pictures.\nRuns with or without mpirun.",
+                  version_text);
+  describe(program, context, learning);
+  if (const auto reply = program.parse(argc, argv)) return tell(*reply, context, argc, argv);
+
+  const Command& command = program.chosen();
+  Started started;
   try {
-    program.parse(argc, argv);
+    command.begin();
+    start(started, command.needs(), context, argc, argv);
+    command.run();
     return succeed(context);
-  } catch (const CLI::ParseError& error) {
-    const bool wanted = error.get_exit_code() == 0;  // --help and --version
-    if (context.speaks()) program.exit(error);
-    return wanted ? exit_done : exit_input;
   } catch (const core::ConfigError& error) {
     return fail(context, exit_input, error.what());
   } catch (const core::InputError& error) {

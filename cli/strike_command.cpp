@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -9,6 +8,7 @@
 #include "cli/blow.hpp"
 #include "cli/body.hpp"
 #include "cli/columns.hpp"
+#include "cli/command_line.hpp"
 #include "cli/pitch.hpp"
 #include "cli/sound/chain.hpp"
 #include "cli/sound/drawn_strike.hpp"
@@ -193,45 +193,41 @@ void run_strike(const StrikeOptions& options, Context& context) {
 
 }  // namespace
 
-void add_strike(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand("strike", "one sound of one shape");
+void add_strike(Program& program, Context& context) {
+  Command& command = program.add("strike", "one sound of one shape", Needs::solver);
   auto options = std::make_shared<StrikeOptions>();
-  add_body_options(*command, options->body);
-  command->get_option("--max-frequency")->default_str("20 kHz or half the sample rate");
-  command->add_option("-o,--output", options->output, "WAV file, one channel per listener")
-      ->required();
-  command->add_option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");
-  command->add_option("--direction", options->direction,
-                      "way the force points, x,y,z (default: inward along the normal)");
-  command->add_option("--scene", options->scene,
-                      "YAML file with the keys of a scene (strikes, listeners, supports, room, "
-                      "noise, ...); a build's configuration will do");
-  command->add_option("--set", options->overrides, "key=value instead of the scene's")
-      ->allow_extra_args(false);
-  command->add_option("--impulse", options->impulse, "integral of the force")
-      ->default_str(default_impulse);
+  add_body_options(command, options->body);
+  command.option_named("--max-frequency").show_default("20 kHz or half the sample rate");
+  command.option("-o,--output", options->output, "WAV file, one channel per listener").required();
+  command.option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");
+  command.option("--direction", options->direction,
+                 "way the force points, x,y,z (default: inward along the normal)");
+  command.option("--scene", options->scene,
+                 "YAML file with the keys of a scene (strikes, listeners, supports, room, "
+                 "noise, ...); a build's configuration will do");
+  command.option("--set", options->overrides, "key=value instead of the scene's").one_value_each();
+  command.option("--impulse", options->impulse, "integral of the force")
+      .show_default(default_impulse);
   command
-      ->add_option("--contact-time", options->contact_time,
-                   "duration of the contact; 0: an ideal impulse")
-      ->default_str(default_contact_time);
-  command->add_option("--listener", options->listener,
-                      "x,y,z [m] from the centre of the body's box: pressure there instead of the "
-                      "velocity at the point");
-  command->add_option("--seconds", options->seconds, "length of the clip")->default_str("1 s");
-  command->add_option("--sample-rate", options->sample_rate, "[Hz]")->default_str("44100");
-  command->add_option("--gain", options->gain, "full scale per m/s or Pa")->default_str("1");
-  command->add_option("--seed", options->seed, "of everything that is drawn")
-      ->capture_default_str();
-  command->add_option("--repeat", options->repeat, "strikes one after the other on the same point")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
-  command->add_option("--interval", options->interval, "from one strike to the next")
-      ->capture_default_str();
-  command->footer(
+      .option("--contact-time", options->contact_time,
+              "duration of the contact; 0: an ideal impulse")
+      .show_default(default_contact_time);
+  command.option("--listener", options->listener,
+                 "x,y,z [m] from the centre of the body's box: pressure there instead of the "
+                 "velocity at the point");
+  command.option("--seconds", options->seconds, "length of the clip").show_default("1 s");
+  command.option("--sample-rate", options->sample_rate, "[Hz]").show_default("44100");
+  command.option("--gain", options->gain, "full scale per m/s or Pa").show_default("1");
+  command.option("--seed", options->seed, "of everything that is drawn").show_default();
+  command.option("--repeat", options->repeat, "strikes one after the other on the same point")
+      .range(1, 10000)
+      .show_default();
+  command.option("--interval", options->interval, "from one strike to the next").show_default();
+  command.footer(
       "Examples:\n  carillon strike bell --material iron -o bell.wav\n"
       "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.size=[5, 4, 3]' "
       "--set room.rt60=0.6 -o room.wav");
-  command->callback([&context, options] { run_strike(*options, context); });
+  command.does([&context, options] { run_strike(*options, context); });
 }
 
 }  // namespace carillon::cli

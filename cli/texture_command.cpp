@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -47,22 +47,21 @@ nlohmann::json write_texture(const TextureOptions& options) {
 
 }  // namespace
 
-void add_texture(CLI::App& program, Context& context) {
-  CLI::App* command =
-      program.add_subcommand("texture", "a generated map of a surface as a PNG (docs/textures.md)");
+void add_texture(Program& program, Context& context) {
+  Command& command = program.add(
+      "texture", "a generated map of a surface as a PNG (docs/textures.md)", Needs::nothing);
   auto options = std::make_shared<TextureOptions>();
-  command->add_option("map", options->name, "brick, grooves, pebbles, tiles or noise")->required();
-  command->add_option("-o,--output", options->output, "PNG, 16 bits a channel")->required();
-  command->add_option("--set", options->parameters, "parameter=value (carillon list textures)")
-      ->allow_extra_args(false);
-  command->add_option("--texels", options->texels, "along the longer side")->capture_default_str();
-  command->add_option("--seed", options->seed, "of what is drawn")->capture_default_str();
-  command->add_flag("--normals", options->normals,
-                    "a normal map (RGB) in place of a relief (RGBA)");
-  command->footer(
+  command.option("map", options->name, "brick, grooves, pebbles, tiles or noise").required();
+  command.option("-o,--output", options->output, "PNG, 16 bits a channel").required();
+  command.option("--set", options->parameters, "parameter=value (carillon list textures)")
+      .one_value_each();
+  command.option("--texels", options->texels, "along the longer side").show_default();
+  command.option("--seed", options->seed, "of what is drawn").show_default();
+  command.flag("--normals", options->normals, "a normal map (RGB) in place of a relief (RGBA)");
+  command.footer(
       "Example:\n  carillon texture brick --set mortar_depth=3mm -o brick.png\n"
       "What it prints goes under `texture:` of a body, as `image:`, `width:` and `depth:`.");
-  command->callback([&context, options] {
+  command.does([&context, options] {
     if (!context.speaks()) return;
     const nlohmann::json made = write_texture(*options);
     if (context.json) {

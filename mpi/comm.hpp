@@ -23,7 +23,7 @@ Comm duplicate(MPI_Comm comm);
 int rank(MPI_Comm comm);
 int size(MPI_Comm comm);
 
-/// Starts MPI with full thread support and ends it; the one object of main().
+/// Starts MPI with full thread support and ends it; the one object of a program.
 /// @throws core::Error  the library gives less than MPI_THREAD_MULTIPLE, or MPI is running already
 class Environment {
  public:

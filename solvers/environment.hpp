@@ -4,7 +4,7 @@
 
 namespace carillon::solvers {
 
-/// Starts PETSc and SLEPc after MPI and ends them before it; one object of main(), made on every
+/// Starts PETSc and SLEPc after MPI and ends them before it; one object of a program, made on every
 /// rank. No command line and no option file is read; signal handlers stay as they are; PETSc's
 /// errors print nothing and are collected for check(). CHOLMOD's own threads are switched off. A
 /// BLAS that is slow or has threads of its own is warned of once, by rank 0.

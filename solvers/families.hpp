@@ -26,7 +26,8 @@ struct Family {
   std::vector<FamilyParameter> parameters;
   /// Throws InputError when parameters contradict each other (wall thicker than the radius ...).
   void (*check)(const GeneratedShape& shape);
-  /// Tetrahedra of the body at an order, boundary nodes on the true surface.
+  /// Tetrahedra of the body at an order, boundary nodes on the true surface. Null: Gmsh makes them,
+  /// see mesh_family().
   MeshResult (*mesh)(const GeneratedShape& shape, const MeshOptions& options);
   /// Section of a body of revolution about z (checks the shape first); null for other bodies.
   Meridian (*meridian)(const GeneratedShape& shape) = nullptr;
@@ -37,6 +38,9 @@ struct Family {
 std::span<const Family> families();
 /// @throws InputError  unknown; names the nearest
 const Family& find_family(const std::string& name);
+
+/// Tetrahedra of a shape of any family; in carillon_mesher.
+MeshResult mesh_family(const GeneratedShape& shape, const MeshOptions& options);
 
 /// Profile of the first path of an SVG file as a closed polygon (radius, height): x is the radius,
 /// y (which points down in SVG) becomes height; scaled so that the tallest side is `height` [m].

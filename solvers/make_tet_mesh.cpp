@@ -92,9 +92,8 @@ MeshResult make_tet_mesh(const MeshRequest& request) {
         fmt::format("order {}: elements have order 1 to 4", request.options.order));
   }
   if (!request.shape.family.empty()) {
-    const Family& family = find_family(request.shape.family);
-    family.check(request.shape);
-    return family.mesh(request.shape, request.options);
+    find_family(request.shape.family).check(request.shape);
+    return mesh_family(request.shape, request.options);
   }
   return mesh_extension(request.file.path) == ".msh" ? mesh_of_tetrahedra(request)
                                                      : mesh_of_surface(request);

@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
 #include "cli/accuracy/accuracy.hpp"
 #include "cli/accuracy/findings.hpp"
+#include "cli/command_line.hpp"
 #include "cli/picture.hpp"
 #include "core/config.hpp"
 #include "core/error.hpp"
@@ -101,23 +101,23 @@ int run_accuracy(const AccuracyOptions& options, const Context& context) {
 
 }  // namespace
 
-void add_accuracy(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "accuracy", "the accuracy-for-time ladder: seconds against pitch errors");
+void add_accuracy(Program& program, Context& context) {
+  Command& command = program.add(
+      "accuracy", "the accuracy-for-time ladder: seconds against pitch errors", Needs::solver);
   auto options = std::make_shared<AccuracyOptions>();
-  command->add_option("config", options->config, "YAML configuration")->required();
-  command->add_option("-o,--output", options->output,
-                      "folder of the findings (default: the configuration's name)");
+  command.option("config", options->config, "YAML configuration").required();
+  command.option("-o,--output", options->output,
+                 "folder of the findings (default: the configuration's name)");
   command
-      ->add_option("--set", options->overrides,
-                   "key=value instead of the configuration's, e.g. modes=60")
-      ->allow_extra_args(false);
-  command->footer(
+      .option("--set", options->overrides,
+              "key=value instead of the configuration's, e.g. modes=60")
+      .one_value_each();
+  command.footer(
       "Examples:\n"
       "  carillon accuracy configs/accuracy.yaml\n"
       "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o ladder\n"
       "Exit code 3: a body or a target could not be measured; the others are in accuracy.json.");
-  command->callback([&context, options] { context.exit_code = run_accuracy(*options, context); });
+  command.does([&context, options] { context.exit_code = run_accuracy(*options, context); });
 }
 
 }  // namespace carillon::cli

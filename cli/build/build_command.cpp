@@ -1,30 +1,30 @@
-#include <CLI/CLI.hpp>
-
 #include "cli/build/build.hpp"
+#include "cli/command_line.hpp"
 #include "cli/sweep/run_sweep.hpp"
 
 namespace carillon::cli {
 
-void add_build(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "build", "the dataset of a configuration; carries on where an earlier run stopped");
+void add_build(Program& program, Context& context) {
+  Command& command = program.add(
+      "build", "the dataset of a configuration; carries on where an earlier run stopped",
+      Needs::solver);
   auto options = std::make_shared<BuildOptions>();
-  command->add_option("config", options->config, "YAML configuration")->required();
-  command->add_option("-o,--output", options->output,
-                      "folder of the dataset (default: the configuration's name)");
+  command.option("config", options->config, "YAML configuration").required();
+  command.option("-o,--output", options->output,
+                 "folder of the dataset (default: the configuration's name)");
   command
-      ->add_option("--set", options->overrides,
-                   "key=value instead of the configuration's, e.g. audio.seconds=2")
-      ->allow_extra_args(false);
-  command->add_flag("--retry-failed", options->retry_failed, "try failed tasks again");
-  command->footer(
+      .option("--set", options->overrides,
+              "key=value instead of the configuration's, e.g. audio.seconds=2")
+      .one_value_each();
+  command.flag("--retry-failed", options->retry_failed, "try failed tasks again");
+  command.footer(
       "Examples:\n"
       "  mpirun -n 4 carillon build configs/smoke.yaml\n"
       "  carillon build configs/smoke.yaml --set strikes.per_object=1 --output small\n"
       "  mpirun -n 4 carillon build configs/sweep-damping.yaml    every variant of its `sweep`, "
       "and "
       "a table");
-  command->callback([&context, options] {
+  command.does([&context, options] {
     const auto sweep = load_sweep(*options, context.world);
     context.exit_code = sweep ? run_sweep(*sweep, *options, context) : run_build(*options, context);
   });

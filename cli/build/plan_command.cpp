@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -11,6 +10,7 @@
 #include "cli/build/disk.hpp"
 #include "cli/build/schedule.hpp"
 #include "cli/build/solver_plan.hpp"
+#include "cli/command_line.hpp"
 #include "cli/motion/cast.hpp"
 #include "cli/sound/scene.hpp"
 #include "cli/sweep/run_sweep.hpp"
@@ -105,29 +105,29 @@ void print_plan(const nlohmann::json& plan) {
 
 }  // namespace
 
-void add_plan(CLI::App& program, Context& context) {
-  CLI::App* command =
-      program.add_subcommand("plan", "what a build would run, and why; runs nothing");
+void add_plan(Program& program, Context& context) {
+  Command& command =
+      program.add("plan", "what a build would run, and why; runs nothing", Needs::ranks);
   auto options = std::make_shared<BuildOptions>();
-  command->add_option("config", options->config, "YAML configuration")->required();
-  command->add_option("--set", options->overrides, "key=value instead of the configuration's")
-      ->allow_extra_args(false);
+  command.option("config", options->config, "YAML configuration").required();
+  command.option("--set", options->overrides, "key=value instead of the configuration's")
+      .one_value_each();
   auto schedule = std::make_shared<ScheduleOptions>();
-  CLI::Option* ranks = command->add_option(
-      "--ranks", schedule->ranks, "also simulate the schedule on so many ranks: 1,2,64,4096");
-  ranks->delimiter(',')->check(CLI::Range(1, 10000000))->allow_extra_args(false);
-  command->add_option("--ranks-per-node", schedule->ranks_per_node, "ranks that share a memory")
-      ->check(CLI::Range(1, 10000000))
-      ->needs(ranks);
+  Option ranks = command.option("--ranks", schedule->ranks,
+                                "also simulate the schedule on so many ranks: 1,2,64,4096");
+  ranks.delimiter(',').range(1, 10000000).one_value_each();
+  command.option("--ranks-per-node", schedule->ranks_per_node, "ranks that share a memory")
+      .range(1, 10000000)
+      .needs(ranks);
   command
-      ->add_option("--trace", schedule->trace,
-                   "folder or trace.json of a dataset or sweep: its task times instead of "
-                   "estimates")
-      ->needs(ranks);
-  command->footer(
+      .option("--trace", schedule->trace,
+              "folder or trace.json of a dataset or sweep: its task times instead of "
+              "estimates")
+      .needs(ranks);
+  command.footer(
       "Examples:\n  carillon plan configs/smoke.yaml\n"
       "  carillon plan configs/rsaudio.yaml --ranks 64,4096 --ranks-per-node 64 --trace rsaudio");
-  command->callback([&context, options, schedule] {
+  command.does([&context, options, schedule] {
     if (const auto sweep = load_sweep(*options, context.world)) {
       if (context.speaks()) tell_sweep_plan(*sweep, *schedule, context.json);
       return;

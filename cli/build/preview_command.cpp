@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "cli/build/build.hpp"
 #include "cli/build/sample_row.hpp"
+#include "cli/command_line.hpp"
 #include "cli/motion/take_rows.hpp"
 #include "cli/sound/chain.hpp"
 #include "core/audio.hpp"
@@ -59,24 +59,23 @@ core::Image spectrogram_picture(const std::vector<float>& mel, int bands, int fr
 
 }  // namespace
 
-void add_preview(CLI::App& program, Context& context) {
+void add_preview(Program& program, Context& context) {
   struct Options {
     BuildOptions build;
     std::string sample = "0";
     std::string output = "preview";
   };
-  CLI::App* command = program.add_subcommand(
-      "preview", "one sample of a configuration as WAV, spectrogram and picture, before any build");
+  Command& command = program.add(
+      "preview", "one sample of a configuration as WAV, spectrogram and picture, before any build",
+      Needs::solver);
   auto options = std::make_shared<Options>();
-  command->add_option("config", options->build.config, "YAML configuration")->required();
-  command->add_option("--sample", options->sample, "number, id or key of the sample")
-      ->capture_default_str();
-  command->add_option("-o,--output", options->output, "folder for the files")
-      ->capture_default_str();
-  command->add_option("--set", options->build.overrides, "key=value instead of the configuration's")
-      ->allow_extra_args(false);
-  command->footer("Example:\n  carillon preview configs/smoke.yaml --sample 3");
-  command->callback([&context, options] {
+  command.option("config", options->build.config, "YAML configuration").required();
+  command.option("--sample", options->sample, "number, id or key of the sample").show_default();
+  command.option("-o,--output", options->output, "folder for the files").show_default();
+  command.option("--set", options->build.overrides, "key=value instead of the configuration's")
+      .one_value_each();
+  command.footer("Example:\n  carillon preview configs/smoke.yaml --sample 3");
+  command.does([&context, options] {
     LoadedBuild build = load_build(options->build, context.world);
     if (std::filesystem::exists(std::filesystem::path(options->output) / "journal.jsonl")) {
       throw core::InputError(fmt::format("{} holds a dataset", options->output),

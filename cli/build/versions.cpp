@@ -1,6 +1,5 @@
 #include <fftw3.h>
 #include <fmt/format.h>
-#include <gmsh.h>
 #include <hdf5.h>
 #include <mpi.h>
 
@@ -24,7 +23,7 @@ nlohmann::json library_versions() {
       {"hdf5", fmt::format("{}.{}.{}", H5_VERS_MAJOR, H5_VERS_MINOR, H5_VERS_RELEASE)},
       {"fftw", std::string(fftw_version)},
       {"cgal", CARILLON_CGAL_VERSION},
-      {"gmsh", GMSH_API_VERSION},
+      {"gmsh", CARILLON_GMSH_VERSION},
       {"mpi", mpi_text.substr(0, mpi_text.find(','))}};
   for (const auto& [library, version] : solvers::library_versions()) versions[library] = version;
   return versions;

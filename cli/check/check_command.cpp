@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <functional>
 #include <unordered_set>
@@ -12,6 +11,7 @@
 #include "cli/check/remade.hpp"
 #include "cli/check/schema.hpp"
 #include "cli/check/values.hpp"
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "core/error.hpp"
 #include "core/progress.hpp"
@@ -171,19 +171,19 @@ void check_dataset(const CheckOptions& options, Context& context) {
 
 }  // namespace
 
-void add_check(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "check", "a dataset: checksums, columns, index, counts, values, leaks between parts");
+void add_check(Program& program, Context& context) {
+  Command& command = program.add(
+      "check", "a dataset: checksums, columns, index, counts, values, leaks between parts",
+      Needs::ranks);
   auto options = std::make_shared<CheckOptions>();
-  command->add_option("dataset", options->dataset, "folder of a dataset")->required();
-  command->add_option(
-      "--inputs", options->inputs,
-      "folder that paths in the configuration (recordings of noise) are meant from");
-  command->footer(
+  command.option("dataset", options->dataset, "folder of a dataset").required();
+  command.option("--inputs", options->inputs,
+                 "folder that paths in the configuration (recordings of noise) are meant from");
+  command.footer(
       "Ends with 0 when every check passes, with 3 when one fails, with 2 when it is no dataset.\n"
       "Ranks share the reading.\n"
       "Example:\n  carillon check kitchen");
-  command->callback([&context, options] { check_dataset(*options, context); });
+  command.does([&context, options] { check_dataset(*options, context); });
 }
 
 }  // namespace carillon::cli

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "cli/build/run_builds.hpp"
+#include "cli/command_line.hpp"
 #include "cli/evaluate/evaluation.hpp"
+#include "cli/learn/learn_program.hpp"
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/folder_lock.hpp"
@@ -78,31 +80,51 @@ int run_evaluate(BuildOptions options, Sections sections, const Context& context
   return exit_code;
 }
 
+/// Whether the configuration asks for a section that only carillon-learn has. What is wrong with it
+/// is told when it is read on all ranks.
+bool goes_elsewhere(const BuildOptions& options, Sections sections) {
+  try {
+    const std::string text = core::read_text_file(options.config);
+    core::ConfigNode root = core::ConfigNode::parse(text, options.config, options.overrides);
+    if (!root.has("evaluate")) return false;
+    const core::ConfigNode node = root.child("evaluate");
+    return std::any_of(sections.begin(), sections.end(), [&](const EvaluationSection& section) {
+      return section.elsewhere && node.has(section.name);
+    });
+  } catch (const core::Error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
-void add_evaluate(CLI::App& program, Context& context, Sections sections) {
-  CLI::App* command = program.add_subcommand(
-      "evaluate",
-      "datasets, and what can be learnt back from their sounds; carries on where an "
-      "earlier run stopped");
+void add_evaluate(Program& program, Context& context, Sections sections) {
+  Command& command =
+      program.add("evaluate",
+                  "datasets, and what can be learnt back from their sounds; carries on where an "
+                  "earlier run stopped",
+                  Needs::solver);
   auto options = std::make_shared<BuildOptions>();
-  command->add_option("config", options->config, "YAML configuration with a section `evaluate`")
-      ->required();
-  command->add_option("-o,--output", options->output,
-                      "folder of datasets and findings (default: the configuration's name)");
+  command.option("config", options->config, "YAML configuration with a section `evaluate`")
+      .required();
+  command.option("-o,--output", options->output,
+                 "folder of datasets and findings (default: the configuration's name)");
   command
-      ->add_option("--set", options->overrides,
-                   "key=value instead of the configuration's, e.g. evaluate.damping.draws=10")
-      ->allow_extra_args(false);
-  command->add_flag("--retry-failed", options->retry_failed, "try failed tasks again");
-  command->footer(
+      .option("--set", options->overrides,
+              "key=value instead of the configuration's, e.g. evaluate.damping.draws=10")
+      .one_value_each();
+  command.flag("--retry-failed", options->retry_failed, "try failed tasks again");
+  command.footer(
       "Examples:\n"
       "  mpirun -n 4 carillon evaluate configs/damping-validation.yaml\n"
       "  carillon evaluate configs/damping-validation.yaml --set strikes.per_object=20 \\\n"
       "    --set 'evaluate.damping.sounds=[1, 5, 20]' --output small\n"
       "  mpirun -n 2 carillon evaluate configs/learning-smoke.yaml\n"
       "What was found lies in OUTPUT/evaluation: docs/damping-validation.md, docs/learning.md.");
-  command->callback([&context, options, sections] {
+  command.begins_with([&context, options, sections] {
+    if (goes_elsewhere(*options, sections)) become_learner(context.arguments);
+  });
+  command.does([&context, options, sections] {
     context.exit_code = run_evaluate(*options, sections, context);
   });
 }

@@ -11,6 +11,8 @@
 
 namespace carillon::cli {
 
+class Program;
+
 /// How a section ended; the same on every rank.
 struct EvaluationEnd {
   int exit_code = exit_done;
@@ -32,6 +34,7 @@ struct EvaluationSection {
   /// @throws ConfigError
   RunEvaluation (*read)(core::ConfigNode& node, core::ConfigNode& root,
                         const EvaluatedDatasets& datasets);
+  bool elsewhere = false;  ///< only carillon-learn, which then takes this program's place, has it
 };
 
 /// `damping`: are damping parameters found again? (docs/damping-validation.md)
@@ -45,6 +48,6 @@ void keep_evaluation_trace(const std::filesystem::path& path, bool worked,
 
 /// The command, with all sections that a program has.
 /// @param sections  outlive the program's run
-void add_evaluate(CLI::App& program, Context& context, std::span<const EvaluationSection> sections);
+void add_evaluate(Program& program, Context& context, std::span<const EvaluationSection> sections);
 
 }  // namespace carillon::cli

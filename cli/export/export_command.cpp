@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <optional>
 
 #include "cli/build/about.hpp"
 #include "cli/build/croissant.hpp"
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "cli/export/export.hpp"
 #include "cli/export/export_folder.hpp"
@@ -135,33 +135,33 @@ std::string refuse_croissant(const std::string& format) {
 
 }  // namespace
 
-void add_export(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand("export", "a dataset in another format");
+void add_export(Program& program, Context& context) {
+  Command& command = program.add("export", "a dataset in another format", Needs::ranks);
   auto options = std::make_shared<ExportOptions>();
-  command->add_option("dataset", options->dataset, "folder of a dataset")->required();
+  command.option("dataset", options->dataset, "folder of a dataset").required();
   command
-      ->add_option("--format", options->format,
-                   "wav: files and a metadata.csv for each part (AudioFolder); webdataset: tar "
-                   "files of shuffled samples")
-      ->required()
-      ->check(refuse_croissant)
-      ->check(CLI::IsMember({"wav", "webdataset"}));
-  command->add_option("-o,--output", options->output,
-                      "new folder (default: DATASET-FORMAT in the current one)");
-  command->add_option("--split", options->split, "column that says which part a sample is in")
-      ->capture_default_str();
-  command->add_option("--with", options->arrays,
-                      "columns that a webdataset has as .npy too: mel, voxels, frame, touch, ...");
-  command->add_option("--per-shard", options->per_shard, "samples of a tar file")
-      ->capture_default_str()
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1000000}));
-  command->footer(
+      .option("--format", options->format,
+              "wav: files and a metadata.csv for each part (AudioFolder); webdataset: tar "
+              "files of shuffled samples")
+      .required()
+      .check(refuse_croissant)
+      .one_of({"wav", "webdataset"});
+  command.option("-o,--output", options->output,
+                 "new folder (default: DATASET-FORMAT in the current one)");
+  command.option("--split", options->split, "column that says which part a sample is in")
+      .show_default();
+  command.option("--with", options->arrays,
+                 "columns that a webdataset has as .npy too: mel, voxels, frame, touch, ...");
+  command.option("--per-shard", options->per_shard, "samples of a tar file")
+      .show_default()
+      .range(std::size_t{1}, std::size_t{1000000});
+  command.footer(
       "Examples:\n"
       "  carillon export carillon-smoke --format wav\n"
       "  mpirun -n 4 carillon export kitchen --format webdataset --with mel voxels -o shards\n"
       "Every export has a croissant.json, as every dataset has.\n"
       "docs/exports.md");
-  command->callback([&context, options] {
+  command.does([&context, options] {
     if (options->format != "webdataset" && !options->arrays.empty()) {
       throw core::InputError("--with goes with --format webdataset",
                              "the other columns are in metadata.csv");

@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "cli/blow.hpp"
 #include "cli/body.hpp"
+#include "cli/command_line.hpp"
 #include "cli/export/faust_program.hpp"
 #include "cli/pitch.hpp"
 #include "cli/sound/drawn_strike.hpp"
@@ -197,37 +197,34 @@ void run_export_faust(const FaustOptions& options, Context& context) {
 
 }  // namespace
 
-void add_export_faust(CLI::App& program, Context& context) {
-  CLI::App* command =
-      program.add_subcommand("export-faust", "a body as an instrument: a program in Faust");
+void add_export_faust(Program& program, Context& context) {
+  Command& command =
+      program.add("export-faust", "a body as an instrument: a program in Faust", Needs::solver);
   auto options = std::make_shared<FaustOptions>();
-  add_body_options(*command, options->body);
-  command->add_option("-o,--output", options->output, "Faust program, .dsp")->required();
+  add_body_options(command, options->body);
+  command.option("-o,--output", options->output, "Faust program, .dsp").required();
   command
-      ->add_option("--at", options->at,
-                   "point that can be struck, x,y,z [m]; more than one: a position each "
-                   "(default: drawn by --seed)")
-      ->allow_extra_args(false);
-  command->add_option("--points", options->points, "so many points, far from each other")
-      ->check(CLI::Range(1, 1000));
-  command->add_option("--seed", options->seed, "of points that are drawn")->capture_default_str();
+      .option("--at", options->at,
+              "point that can be struck, x,y,z [m]; more than one: a position each "
+              "(default: drawn by --seed)")
+      .one_value_each();
+  command.option("--points", options->points, "so many points, far from each other").range(1, 1000);
+  command.option("--seed", options->seed, "of points that are drawn").show_default();
   command
-      ->add_option("--loudest", options->loudest,
-                   "at most so many modes: those with the most energy in the 200 ms after a blow, "
-                   "at the point where each is loudest (default: all)")
-      ->check(CLI::Range(1, 100000));
-  command->add_option("--impulse", options->impulse, "of a blow, at first")->capture_default_str();
-  command->add_option("--contact-time", options->contact_time, "of a blow, at first")
-      ->capture_default_str();
-  command->add_option("--gain", options->gain, "full scale per m/s, at first")
-      ->capture_default_str();
-  command->footer(
+      .option("--loudest", options->loudest,
+              "at most so many modes: those with the most energy in the 200 ms after a blow, "
+              "at the point where each is loudest (default: all)")
+      .range(1, 100000);
+  command.option("--impulse", options->impulse, "of a blow, at first").show_default();
+  command.option("--contact-time", options->contact_time, "of a blow, at first").show_default();
+  command.option("--gain", options->gain, "full scale per m/s, at first").show_default();
+  command.footer(
       "Examples:\n"
       "  carillon export-faust bowl -m ceramic --points 8 -o bowl.dsp && faust2jaqt bowl.dsp\n"
       "  carillon export-faust bell -m iron --at 0.05,0,0.02 --at 0,0,0.09 --loudest 40 -o "
       "bell.dsp\n"
       "docs/exports.md");
-  command->callback([&context, options] { run_export_faust(*options, context); });
+  command.does([&context, options] { run_export_faust(*options, context); });
 }
 
 }  // namespace carillon::cli

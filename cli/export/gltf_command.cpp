@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "cli/body.hpp"
+#include "cli/command_line.hpp"
 #include "cli/export/gltf_document.hpp"
 #include "cli/material_json.hpp"
 #include "cli/pitch.hpp"
@@ -148,32 +148,33 @@ void run_export_gltf(const GltfOptions& options, Context& context) {
 
 }  // namespace
 
-void add_export_gltf(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "export-gltf", "a body as a model for pictures and games, with its modes: binary glTF");
+void add_export_gltf(Program& program, Context& context) {
+  Command& command = program.add(
+      "export-gltf", "a body as a model for pictures and games, with its modes: binary glTF",
+      Needs::solver);
   auto options = std::make_shared<GltfOptions>();
-  add_body_options(*command, options->body);
-  command->get_option("--material")->required(false);
-  command->remove_option(command->get_option("--max-modes"));
-  command->add_option("-o,--output", options->output, "file, .glb")->required();
+  add_body_options(command, options->body);
+  command.option_named("--material").required(false);
+  command.remove("--max-modes");
+  command.option("-o,--output", options->output, "file, .glb").required();
   command
-      ->add_option("--modes", options->modes,
-                   "at most so many, the lowest: a morph target and an animation each; pairs are "
-                   "kept whole")
-      ->default_str(fmt::format("{} with a material", default_modes))
-      ->check(CLI::Range(0, 1000));
+      .option("--modes", options->modes,
+              "at most so many, the lowest: a morph target and an animation each; pairs are "
+              "kept whole")
+      .show_default(fmt::format("{} with a material", default_modes))
+      .range(0, 1000);
   command
-      ->add_option("--amplitude", options->amplitude,
-                   "largest displacement at a weight of 1, over the longest side")
-      ->capture_default_str();
-  command->add_option("--period", options->period, "that each mode swings with when shown")
-      ->capture_default_str();
-  command->footer(
+      .option("--amplitude", options->amplitude,
+              "largest displacement at a weight of 1, over the longest side")
+      .show_default();
+  command.option("--period", options->period, "that each mode swings with when shown")
+      .show_default();
+  command.footer(
       "Examples:\n"
       "  carillon export-gltf bowl -m ceramic -o bowl.glb\n"
       "  carillon export-gltf cup.obj --length 10cm -o cup.glb\n"
       "docs/exports.md");
-  command->callback([&context, options] { run_export_gltf(*options, context); });
+  command.does([&context, options] { run_export_gltf(*options, context); });
 }
 
 }  // namespace carillon::cli

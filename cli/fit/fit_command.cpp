@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "cli/feature_options.hpp"
 #include "cli/fit/fit_inputs.hpp"
@@ -107,37 +107,38 @@ void run_fit(const FitCommandOptions& options, const Context& context) {
 
 }  // namespace
 
-void add_fit(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "fit", "a material's damping from its sounds or their features, whatever held the object");
+void add_fit(Program& program, Context& context) {
+  Command& command = program.add(
+      "fit", "a material's damping from its sounds or their features, whatever held the object",
+      Needs::nothing);
   auto options = std::make_shared<FitCommandOptions>();
-  command->add_option("recordings", options->recordings,
-                      "audio files, one strike each, of objects of one material");
+  command.option("recordings", options->recordings,
+                 "audio files, one strike each, of objects of one material");
   command
-      ->add_option("--features", options->tables,
-                   "table of features: columns frequency_hz,decay_rate_per_s and, where known, "
-                   "decay_rate_error_per_s")
-      ->allow_extra_args(false);
+      .option("--features", options->tables,
+              "table of features: columns frequency_hz,decay_rate_per_s and, where known, "
+              "decay_rate_error_per_s")
+      .one_value_each();
   command
-      ->add_option("--model", options->model,
-                   "rayleigh, caughey (three terms), caughey:N, power, hybrid, or a formula of "
-                   "lambda, omega, f and alpha1, alpha2, ...")
-      ->capture_default_str();
+      .option("--model", options->model,
+              "rayleigh, caughey (three terms), caughey:N, power, hybrid, or a formula of "
+              "lambda, omega, f and alpha1, alpha2, ...")
+      .show_default();
   command
-      ->add_option("--estimator", options->estimator,
-                   "emg (excess damping and errors), emg_relative (errors in proportion to "
-                   "damping), least_squares (errors alone), lower_bound (excess alone) or all")
-      ->capture_default_str();
-  command->add_option("--history", options->history, "CSV file for every step of the optimisers");
-  add_feature_arguments(*command, options->features);
-  command->footer(
+      .option("--estimator", options->estimator,
+              "emg (excess damping and errors), emg_relative (errors in proportion to "
+              "damping), least_squares (errors alone), lower_bound (excess alone) or all")
+      .show_default();
+  command.option("--history", options->history, "CSV file for every step of the optimisers");
+  add_feature_arguments(command, options->features);
+  command.footer(
       "Examples:\n"
       "  carillon fit mug-*.wav --rt60 0.4\n"
       "  carillon fit --features mug.csv\n"
       "  carillon fit --features mug.csv --features bowl.csv --model hybrid --estimator all\n"
       "  carillon fit --features mug.csv --model \"alpha1 + alpha2*sqrt(f)\" --json\n"
       "docs/damping-fits.md says when which estimator fits.");
-  command->callback([&context, options] { run_fit(*options, context); });
+  command.does([&context, options] { run_fit(*options, context); });
 }
 
 }  // namespace carillon::cli

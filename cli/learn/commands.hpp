@@ -1,39 +1,49 @@
 #pragma once
 
-#include "cli/context.hpp"
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/build/build.hpp"
+#include "cli/evaluate/evaluation.hpp"
 
 namespace carillon::cli {
 
-inline constexpr const char* train_summary =
-    "classifiers that tell shapes and materials apart; goes on where it stopped";
+class Program;
 
-inline constexpr const char* train_footer =
-    "Examples:\n"
-    "  mpirun -n 2 carillon train configs/learning-smoke.yaml\n"
-    "  mpirun -n 2 carillon train configs/learning-smoke.yaml --search\n"
-    "  carillon train mine.yaml --set data=path/to/dataset --set train.seed=2\n"
-    "Ranks share each step's samples; one thread a rank. docs/learning.md.";
+/// What `train` takes on the command line.
+struct TrainOptions {
+  BuildOptions build;
+  bool search = false;  ///< try sizes of networks instead
+};
 
-inline constexpr const char* identify_summary =
-    "which shape and material a sound is of, and how sure that is";
+/// What `identify` takes on the command line.
+struct IdentifyOptions {
+  std::vector<std::string> clips;
+  std::string models, method;
+  std::vector<std::string> tasks;
+  std::string scene, at, output;
+};
 
-inline constexpr const char* identify_footer =
-    "Examples:\n"
-    "  carillon identify clip.wav --models carillon-learning-smoke\n"
-    "  carillon identify *.wav -m carillon-rsaudio --task geometry material\n"
-    "  carillon identify clip.wav -m out --scene scene.yaml --at 0.2,0,5cm -o with-it.yaml\n"
-    "Only networks that hear and nothing else answer. docs/learning.md.";
+/// What the commands that need libtorch do. Every program has the commands and their options; one
+/// without libtorch lets carillon-learn take its place when they run, and where there is none says
+/// so.
+struct LearningCommands {
+  /// @return the exit code, the same on every rank
+  int (*train)(const TrainOptions& options, const Context& context) = nullptr;
+  void (*identify)(const IdentifyOptions& options, const Context& context) = nullptr;
+  /// Sections of `evaluate`; outlive the program's run.
+  std::span<const EvaluationSection> sections{};
+};
 
-/// Commands of carillon-learn.
-void add_train(CLI::App& program, Context& context);
-void add_identify(CLI::App& program, Context& context);
-/// With every section.
-void add_full_evaluate(CLI::App& program, Context& context);
+/// Without libtorch.
+LearningCommands plain_commands();
 
-/// In their place where there is no carillon-learn: they are listed, and say what is missing.
-void add_missing_train(CLI::App& program, Context& context);
-void add_missing_identify(CLI::App& program, Context& context);
-/// Without the sections that need libtorch.
-void add_plain_evaluate(CLI::App& program, Context& context);
+/// In carillon-learn.
+int run_train(const TrainOptions& options, const Context& context);
+void run_identify(const IdentifyOptions& options, const Context& context);
+
+/// Adds `train`, `identify` and `evaluate`.
+void add_learning_commands(Program& program, Context& context, const LearningCommands& learning);
 
 }  // namespace carillon::cli

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -21,13 +19,6 @@ namespace carillon::cli {
 namespace {
 
 using nlohmann::ordered_json;
-
-struct IdentifyOptions {
-  std::vector<std::string> clips;
-  std::string models, method;
-  std::vector<std::string> tasks;
-  std::string scene, at, output;
-};
 
 /// What one network says of one clip.
 struct Answer {
@@ -181,7 +172,12 @@ std::string extended_scene(const IdentifyOptions& options, const solvers::Vec3& 
   return with_body(core::read_file(options.scene), options.scene, body, place);
 }
 
+}  // namespace
+
 void run_identify(const IdentifyOptions& options, const Context& context) {
+  if (!options.scene.empty() && options.clips.size() > 1) {
+    throw core::InputError("--scene takes the body of one clip", "give one");
+  }
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
   const solvers::Vec3 place =
@@ -210,38 +206,6 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
                                     {"timing", {{"identify_s", core::monotonic_seconds() - start}}}}
                            .dump(1));
   }
-}
-
-}  // namespace
-
-void add_identify(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand("identify", identify_summary);
-  auto options = std::make_shared<IdentifyOptions>();
-  command->add_option("clips", options->clips, "sounds of one strike each; of several the loudest")
-      ->required();
-  command
-      ->add_option("-m,--models", options->models,
-                   "folder below which trained networks lie: the output of carillon train")
-      ->required();
-  command->add_option("--method", options->method,
-                      "networks of this name alone (default: the best on the validation samples)");
-  command->add_option("--task", options->tasks, "answers to these tasks alone (default: all)");
-  CLI::Option* scene = command->add_option("--scene", options->scene,
-                                           "configuration with motion to put the body into");
-  CLI::Option* at = command->add_option("--at", options->at, "x,y,z of the centre of its box [m]");
-  scene->needs(at);
-  at->needs(scene);
-  command
-      ->add_option("-o,--output", options->output,
-                   "file for the longer scene (default: the scene's own)")
-      ->needs(scene);
-  command->footer(identify_footer);
-  command->callback([&context, options] {
-    if (!options->scene.empty() && options->clips.size() > 1) {
-      throw core::InputError("--scene takes the body of one clip", "give one");
-    }
-    run_identify(*options, context);
-  });
 }
 
 }  // namespace carillon::cli

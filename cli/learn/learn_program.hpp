@@ -2,11 +2,11 @@
 
 namespace carillon::cli {
 
-/// For main(), before MPI starts: commands that need libtorch run in carillon-learn, which lies
-/// beside this program and takes its place in the process. Returns where another command is asked
-/// for, or there is no such program.
+/// Before MPI starts: carillon-learn, which lies beside this program, takes its place in the
+/// process and runs the same command line. Returns where there is no such program.
 ///
 /// libtorch loads hundreds of libraries, which builds and everything else are to be spared.
-void become_learner(char** argv);
+/// @param arguments  of main(), null at the end
+void become_learner(char* const* arguments);
 
 }  // namespace carillon::cli

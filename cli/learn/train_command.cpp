@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <memory>
 
 #include "cli/build/run_builds.hpp"
 #include "cli/learn/commands.hpp"
@@ -115,17 +113,20 @@ int search(const std::vector<Search>& searches, const LearningConfig& config,
   return exit_done;
 }
 
-int run_train(BuildOptions options, bool searches_wanted, const Context& context) {
+}  // namespace
+
+int run_train(const TrainOptions& wanted, const Context& context) {
+  BuildOptions options = wanted.build;
   options.tell = !context.json;
   const std::vector<Search> searches =
-      searches_wanted ? read_all_searches(options, context.world) : std::vector<Search>{};
+      wanted.search ? read_all_searches(options, context.world) : std::vector<Search>{};
   const LearningConfig config = read_config(options, context.world);
   const EvaluatedDatasets datasets(options, context.world);
   const int exit_code = datasets.build(context);
   if (exit_code == exit_interrupted) return exit_code;
   const mpi::FolderLock lock(datasets.output(), context.world, lock_patience_s);
   const mpi::InterruptGuard guard;
-  if (searches_wanted) {
+  if (wanted.search) {
     const int code = search(searches, config, datasets, context);
     return code == exit_done ? exit_code : code;
   }
@@ -136,30 +137,6 @@ int run_train(BuildOptions options, bool searches_wanted, const Context& context
     if (context.speaks()) tell(end, models_folder(datasets), context.json);
   });
   return end.interrupted ? exit_interrupted : exit_code;
-}
-
-}  // namespace
-
-void add_train(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand("train", train_summary);
-  auto options = std::make_shared<BuildOptions>();
-  command->add_option("config", options->config, "YAML configuration with a section `train`")
-      ->required();
-  command->add_option(
-      "-o,--output", options->output,
-      "folder of the dataset and what is learnt (default: the configuration's name)");
-  command
-      ->add_option("--set", options->overrides,
-                   "key=value instead of the configuration's, e.g. train.epochs=5")
-      ->allow_extra_args(false);
-  auto searches = std::make_shared<bool>(false);
-  command->add_flag("--search", *searches,
-                    "try the sizes of the section `search`, and tell which are best on the "
-                    "validation samples");
-  command->footer(train_footer);
-  command->callback([&context, options, searches] {
-    context.exit_code = run_train(*options, *searches, context);
-  });
 }
 
 }  // namespace carillon::cli

@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "cli/body.hpp"
+#include "cli/command_line.hpp"
 #include "cli/pitch.hpp"
 #include "cli/realimpact/impact_report.hpp"
 #include "core/error.hpp"
@@ -177,88 +177,88 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
   if (context.speaks()) study(options, how, *folder, rows, solved, context);
 }
 
-void add_study_options(CLI::App& command, ImpactOptions& options) {
+void add_study_options(Command& command, ImpactOptions& options) {
   command
-      .add_option("--listener", options.listener,
-                  "microphone: nearest to the body; angle=80,distance=333,mic=8 (degrees, mm; the "
-                  "nearest of what is left open); or the number of a row among those of a vertex")
-      ->capture_default_str();
-  command.add_option("--vertex", options.vertices, "only blows on this vertex; may be repeated")
-      ->allow_extra_args(false);
+      .option("--listener", options.listener,
+              "microphone: nearest to the body; angle=80,distance=333,mic=8 (degrees, mm; the "
+              "nearest of what is left open); or the number of a row among those of a vertex")
+      .show_default();
+  command.option("--vertex", options.vertices, "only blows on this vertex; may be repeated")
+      .one_value_each();
   command
-      .add_option("--radiation", options.radiation,
-                  "equivalent_sources: pressure at the microphone; off: acceleration of the struck "
-                  "point, as a contact microphone takes it")
-      ->check(CLI::IsMember({"equivalent_sources", "off"}))
-      ->capture_default_str();
-  command.add_flag("--no-fit", options.no_fit, "compare the material as given alone");
+      .option("--radiation", options.radiation,
+              "equivalent_sources: pressure at the microphone; off: acceleration of the struck "
+              "point, as a contact microphone takes it")
+      .one_of({"equivalent_sources", "off"})
+      .show_default();
+  command.flag("--no-fit", options.no_fit, "compare the material as given alone");
   command
-      .add_option("--modulus-range", options.study.modulus_range,
-                  "the fitted specific modulus is at most so many times more or less than the one "
-                  "given")
-      ->check(CLI::Range(1.01, 1000.0))
-      ->capture_default_str();
+      .option("--modulus-range", options.study.modulus_range,
+              "the fitted specific modulus is at most so many times more or less than the one "
+              "given")
+      .range(1.01, 1000.0)
+      .show_default();
   command
-      .add_option("--model", options.model,
-                  "damping that is fitted: rayleigh, caughey, power, hybrid, or a formula")
-      ->capture_default_str();
+      .option("--model", options.model,
+              "damping that is fitted: rayleigh, caughey, power, hybrid, or a formula")
+      .show_default();
   command
-      .add_option("--estimator", options.estimator,
-                  "of the damping: emg_relative, emg, least_squares or lower_bound")
-      ->capture_default_str();
+      .option("--estimator", options.estimator,
+              "of the damping: emg_relative, emg, least_squares or lower_bound")
+      .show_default();
   command
-      .add_option("--peaks", options.study.peaks,
-                  "lowest modes, compared with as many of the highest peaks")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+      .option("--peaks", options.study.peaks,
+              "lowest modes, compared with as many of the highest peaks")
+      .range(1, 1000)
+      .show_default();
+  command.option("--widest", options.study.widest, "modes further apart are not the same [cents]")
+      .range(0.1, 150.0)
+      .show_default();
   command
-      .add_option("--widest", options.study.widest, "modes further apart are not the same [cents]")
-      ->check(CLI::Range(0.1, 150.0))
-      ->capture_default_str();
+      .option("--min-level", options.study.min_level,
+              "energy of a mode against the strongest's, at least [dB]")
+      .range(-140.0, 0.0)
+      .show_default();
   command
-      .add_option("--min-level", options.study.min_level,
-                  "energy of a mode against the strongest's, at least [dB]")
-      ->check(CLI::Range(-140.0, 0.0))
-      ->capture_default_str();
+      .option("--skip", options.skip,
+              "left out of modal features after the sound's arrival at the microphone")
+      .show_default();
   command
-      .add_option("--skip", options.skip,
-                  "left out of modal features after the sound's arrival at the microphone")
-      ->capture_default_str();
-  command
-      .add_option("--stretch", options.stretch,
-                  "FIRST,END: samples whose peaks are compared, counted at 48 kHz whatever the "
-                  "rate is")
-      ->capture_default_str();
-  command.add_option("--sample-rate", options.sample_rate, "of the recordings; no file says it")
-      ->capture_default_str();
+      .option("--stretch", options.stretch,
+              "FIRST,END: samples whose peaks are compared, counted at 48 kHz whatever the "
+              "rate is")
+      .show_default();
+  command.option("--sample-rate", options.sample_rate, "of the recordings; no file says it")
+      .show_default();
 }
 
 }  // namespace
 
-void add_realimpact(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "realimpact",
-      "recorded blows on an object, in RealImpact's folder layout, and what the "
-      "model makes of them");
+void add_realimpact(Program& program, Context& context) {
+  Command& command =
+      program.add("realimpact",
+                  "recorded blows on an object, in RealImpact's folder layout, and what the "
+                  "model makes of them",
+                  Needs::solver);
   auto options = std::make_shared<ImpactOptions>();
-  add_body_options(*command, options->body);
+  add_body_options(command, options->body);
   // The folder has the mesh, and in metres.
-  command->remove_option(command->get_option("mesh"));
-  command->remove_option(command->get_option("--length"));
-  command->add_option("folder", options->folder, "of one object, as dataset/22_Cup")->required();
-  command->add_option("--mesh", options->mesh,
-                      "solved in place of transformed.obj, in the same coordinates");
-  add_study_options(*command, *options);
-  command->add_option("-o,--output", options->output,
-                      "folder for report.json, modes.csv, spectra.csv and sounds");
-  command->footer(
+  command.remove("mesh");
+  command.remove("--length");
+  command.option("folder", options->folder, "of one object, as dataset/22_Cup").required();
+  command.option("--mesh", options->mesh,
+                 "solved in place of transformed.obj, in the same coordinates");
+  add_study_options(command, *options);
+  command.option("-o,--output", options->output,
+                 "folder for report.json, modes.csv, spectra.csv and sounds");
+  command.footer(
       "Examples:\n"
       "  carillon realimpact dataset/22_Cup -m ceramic\n"
       "  carillon realimpact dataset/17_IronSkillet -m iron --listener angle=80,distance=333,mic=8 "
       "-o skillet\n"
       "  carillon realimpact dataset/27_WoodPlate -m wood --no-fit --radiation off\n"
       "What is compared, and which levels mean something: docs/realimpact.md");
-  command->callback([&context, options] { run_realimpact(*options, context); });
+  command.does([&context, options] { run_realimpact(*options, context); });
 }
 
 }  // namespace carillon::cli

@@ -1,12 +1,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
-#include "cli/reference/options.hpp"
 #include "solvers/families.hpp"
 #include "synth/material.hpp"
 
@@ -34,8 +33,8 @@ std::string shapes() {
   return fmt::format("{}", fmt::join(names, " "));
 }
 
-bool takes_shape(const CLI::App& command) {
-  return command.get_option_no_throw("--element-size") != nullptr;
+bool takes_shape(const Command& command) {
+  return command.has("--element-size");
 }
 
 /// The names of all options, and a case for each one that takes certain words.
@@ -44,9 +43,9 @@ struct BashWords {
   std::string cases;
 };
 
-BashWords bash_words(const CLI::App& app) {
+BashWords bash_words(const Command& command) {
   BashWords words;
-  for (const OptionText& option : options_of(app)) {
+  for (const OptionText& option : command.options()) {
     if (option.positional) continue;
     words.names.insert(words.names.end(), option.names.begin(), option.names.end());
     const bool is_material =
@@ -60,26 +59,26 @@ BashWords bash_words(const CLI::App& app) {
   return words;
 }
 
-std::string bash_script(const CLI::App& program) {
+std::string bash_script(const Program& program) {
   std::vector<std::string> names;
   std::string cases;
-  const BashWords common = bash_words(program);
-  for (const CLI::App* command : commands_of(program)) {
-    names.push_back(command->get_name());
-    const BashWords words = bash_words(*command);
+  const BashWords common = bash_words(program.common());
+  for (const Command& command : program.commands()) {
+    names.push_back(command.name());
+    const BashWords words = bash_words(command);
     std::vector<std::string> options = words.names;
     options.insert(options.end(), common.names.begin(), common.names.end());
     std::string others;
-    for (const OptionText& option : options_of(*command)) {
+    for (const OptionText& option : command.options()) {
       if (option.positional && !option.choices.empty()) {
         others = fmt::format("{}", fmt::join(option.choices, " "));
       }
     }
-    if (takes_shape(*command)) others = shapes();
+    if (takes_shape(command)) others = shapes();
     cases += fmt::format(
         "    {})\n      options={}\n      others={}\n      case $previous in\n{}{}      esac\n     "
         " ;;\n",
-        command->get_name(), quoted(fmt::format("{}", fmt::join(options, " "))), quoted(others),
+        command.name(), quoted(fmt::format("{}", fmt::join(options, " "))), quoted(others),
         words.cases, "        *) ;;\n");
   }
   return fmt::format(
@@ -127,23 +126,23 @@ std::string fish_option(const OptionText& option, const std::string& condition) 
   return line + " -d " + quoted(option.description) + "\n";
 }
 
-std::string fish_script(const CLI::App& program) {
+std::string fish_script(const Program& program) {
   std::string script =
       "# Completion of carillon's commands, options and names; made by `carillon completion "
       "fish`.\n";
-  for (const OptionText& option : options_of(program)) script += fish_option(option, "");
-  for (const CLI::App* command : commands_of(program)) {
-    const std::string condition = " -n '__fish_seen_subcommand_from " + command->get_name() + "'";
+  for (const OptionText& option : program.common().options()) script += fish_option(option, "");
+  for (const Command& command : program.commands()) {
+    const std::string condition = " -n '__fish_seen_subcommand_from " + command.name() + "'";
     script += fmt::format("complete -c carillon -n __fish_use_subcommand -f -a {} -d {}\n",
-                          command->get_name(), quoted(command->get_description()));
-    for (const OptionText& option : options_of(*command)) {
+                          command.name(), quoted(command.summary()));
+    for (const OptionText& option : command.options()) {
       if (option.positional && !option.choices.empty()) {
         script += fmt::format("complete -c carillon{} -f -a {}\n", condition,
                               quoted(fmt::format("{}", fmt::join(option.choices, " "))));
       }
       script += fish_option(option, condition);
     }
-    if (takes_shape(*command)) {
+    if (takes_shape(command)) {
       script += fmt::format("complete -c carillon{} -a {}\n", condition, quoted(shapes()));
     }
   }
@@ -152,19 +151,17 @@ std::string fish_script(const CLI::App& program) {
 
 }  // namespace
 
-void add_completion(CLI::App& program, Context& context) {
-  CLI::App* command =
-      program.add_subcommand("completion", "a script that completes commands in a shell");
+void add_completion(Program& program, Context& context) {
+  Command& command =
+      program.add("completion", "a script that completes commands in a shell", Needs::nothing);
   auto shell = std::make_shared<std::string>();
-  command->add_option("shell", *shell, "bash, zsh or fish")
-      ->required()
-      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
-  command->footer(
+  command.option("shell", *shell, "bash, zsh or fish").required().one_of({"bash", "zsh", "fish"});
+  command.footer(
       "Examples:\n"
       "  carillon completion bash > ~/.local/share/bash-completion/completions/carillon\n"
       "  carillon completion zsh >> ~/.zshrc\n"
       "  carillon completion fish > ~/.config/fish/completions/carillon.fish");
-  command->callback([&program, &context, shell] {
+  command.does([&program, &context, shell] {
     if (!context.speaks()) return;
     // zsh reads bash's scripts, as long as no length of a slice begins with a letter.
     if (*shell == "zsh") fmt::print("autoload -U +X bashcompinit && bashcompinit\n");

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
-
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
-#include "cli/reference/options.hpp"
 
 namespace carillon::cli {
 
@@ -38,28 +36,27 @@ std::string option_text(const OptionText& option) {
   return fmt::format(".TP\n{}{}\n{}\n", fmt::join(names, ", "), value, roff(option.description));
 }
 
-std::string command_text(const CLI::App& command) {
-  std::string text =
-      fmt::format(".SS {}\n{}\n", roff(command.get_name()), roff(command.get_description()));
-  for (const OptionText& option : options_of(command)) text += option_text(option);
-  if (!command.get_footer().empty()) {
-    text += fmt::format(".PP\n.nf\n{}\n.fi\n", roff(command.get_footer()));
+std::string command_text(const Command& command) {
+  std::string text = fmt::format(".SS {}\n{}\n", roff(command.name()), roff(command.summary()));
+  for (const OptionText& option : command.options()) text += option_text(option);
+  if (!command.footer().empty()) {
+    text += fmt::format(".PP\n.nf\n{}\n.fi\n", roff(command.footer()));
   }
   return text;
 }
 
-std::string manual(const CLI::App& program) {
+std::string manual(const Program& program) {
   std::string text = fmt::format(
       ".TH CARILLON 1 \"\" \"carillon {}\" \"User Commands\"\n"
       ".SH NAME\ncarillon \\- datasets of struck objects: modes, sounds, voxels and pictures\n"
       ".SH SYNOPSIS\n\\fBcarillon\\fR [\\fIoptions\\fR] \\fIcommand\\fR [\\fIarguments\\fR]\n.br\n"
       "\\fBmpirun\\fR \\-n \\fIranks\\fR \\fBcarillon\\fR \\fIcommand\\fR [\\fIarguments\\fR]\n"
       ".SH DESCRIPTION\n{}\n.SH OPTIONS\n",
-      CARILLON_VERSION, roff(program.get_description()));
-  for (const OptionText& option : options_of(program)) text += option_text(option);
+      CARILLON_VERSION, roff(program.common().summary()));
+  for (const OptionText& option : program.common().options()) text += option_text(option);
   text += ".SH COMMANDS\n";
-  for (const CLI::App* command : commands_of(program)) text += command_text(*command);
-  text += fmt::format(".SH EXIT STATUS\n.nf\n{}\n.fi\n", roff(program.get_footer()));
+  for (const Command& command : program.commands()) text += command_text(command);
+  text += fmt::format(".SH EXIT STATUS\n.nf\n{}\n.fi\n", roff(program.common().footer()));
   text +=
       ".SH ENVIRONMENT\n"
       ".TP\n\\fBCARILLON_CACHE\\fR\nfolder of meshes and modes that can be used again\n"
@@ -70,13 +67,13 @@ std::string manual(const CLI::App& program) {
 
 }  // namespace
 
-void add_manual(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand("manual", "this program's manual page");
-  command->footer(
+void add_manual(Program& program, Context& context) {
+  Command& command = program.add("manual", "this program's manual page", Needs::nothing);
+  command.footer(
       "Examples:\n"
       "  carillon manual | man -l -\n"
       "  carillon manual > ~/.local/share/man/man1/carillon.1");
-  command->callback([&program, &context] {
+  command.does([&program, &context] {
     if (context.speaks()) fmt::print("{}", manual(program));
   });
 }

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "cli/command_line.hpp"
 #include "cli/regenerate/regenerate.hpp"
 #include "mpi/comm.hpp"
 
@@ -60,36 +60,33 @@ bool as_expected(const json& report) {
 
 }  // namespace
 
-void add_regenerate(CLI::App& program, Context& context) {
+void add_regenerate(Program& program, Context& context) {
   auto options = std::make_shared<RegenerateOptions>();
-  CLI::App* command = program.add_subcommand(
-      "regenerate", "samples of a dataset again, compared with what is stored");
-  command->add_option("dataset", options->dataset, "folder of a dataset")->required();
+  Command& command = program.add(
+      "regenerate", "samples of a dataset again, compared with what is stored", Needs::solver);
+  command.option("dataset", options->dataset, "folder of a dataset").required();
   command
-      ->add_option(
-          "--sample", options->samples,
-          "row of index.h5, key (shape/material/size/strike-NNNN, take-NNNN) or id; may be "
-          "repeated")
-      ->required()
-      ->allow_extra_args(false);
+      .option("--sample", options->samples,
+              "row of index.h5, key (shape/material/size/strike-NNNN, take-NNNN) or id; may be "
+              "repeated")
+      .required()
+      .one_value_each();
   command
-      ->add_option("--set", options->overrides,
-                   "key=value: the same sample with one thing changed; what is drawn for "
-                   "everything else stays")
-      ->allow_extra_args(false);
-  command->add_option("-o,--output", options->output,
-                      "WAV file; for several samples a folder of them");
-  command->add_option(
-      "--inputs", options->inputs,
-      "folder that paths in the configuration (recordings of noise) are meant from");
-  command->footer(
+      .option("--set", options->overrides,
+              "key=value: the same sample with one thing changed; what is drawn for "
+              "everything else stays")
+      .one_value_each();
+  command.option("-o,--output", options->output, "WAV file; for several samples a folder of them");
+  command.option("--inputs", options->inputs,
+                 "folder that paths in the configuration (recordings of noise) are meant from");
+  command.footer(
       "Ends with 0 when every sample is identical to what is stored (with --set: was made), with "
       "3\n"
       "when one differs or is not stored.\n"
       "Examples:\n"
       "  carillon regenerate kitchen --sample 12 -o again.wav\n"
       "  carillon regenerate kitchen --sample 12 --set noise.snr=0 -o louder-noise.wav");
-  command->callback([&context, options] {
+  command.does([&context, options] {
     int exit_code = exit_done;
     mpi::agreed(context.world, [&] {
       if (!context.speaks()) return;

@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <map>
 #include <memory>
 #include <span>
 
+#include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "cli/made_by.hpp"
 #include "cli/report/report.hpp"
@@ -205,27 +205,27 @@ void run_report(const ReportOptions& options, const Context& context) {
 
 }  // namespace
 
-void add_report(CLI::App& program, Context& context) {
-  CLI::App* command = program.add_subcommand(
-      "report", "one page that shows datasets, what accuracy costs and what can be learnt");
+void add_report(Program& program, Context& context) {
+  Command& command = program.add(
+      "report", "one page that shows datasets, what accuracy costs and what can be learnt",
+      Needs::ranks);
   auto options = std::make_shared<ReportOptions>();
   command
-      ->add_option(
-          "folders", options->folders,
-          "folders that build, accuracy, evaluate or scripts/nightly made, or that hold such")
-      ->required();
-  command->add_option("-o,--output", options->output, "HTML file")->capture_default_str();
-  command->add_option("--sounds", options->sounds, "samples to hear, of all datasets together")
-      ->capture_default_str();
-  command->add_option("--objects", options->objects, "objects to strike, of all datasets together")
-      ->capture_default_str();
-  command->footer(
+      .option("folders", options->folders,
+              "folders that build, accuracy, evaluate or scripts/nightly made, or that hold such")
+      .required();
+  command.option("-o,--output", options->output, "HTML file").show_default();
+  command.option("--sounds", options->sounds, "samples to hear, of all datasets together")
+      .show_default();
+  command.option("--objects", options->objects, "objects to strike, of all datasets together")
+      .show_default();
+  command.footer(
       "The page needs no network: open it in a browser, send it, print it.\n"
       "Examples:\n"
       "  carillon report carillon-smoke -o report.html\n"
       "  carillon report carillon-smoke carillon-accuracy carillon-learning-smoke\n"
       "docs/report.md");
-  command->callback([&context, options] { run_report(*options, context); });
+  command.does([&context, options] { run_report(*options, context); });
 }
 
 }  // namespace carillon::cli

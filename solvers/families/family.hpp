@@ -16,6 +16,13 @@ std::vector<Family> ball_families();
 Family wrench_family();
 Family turned_family();
 
+// Meshes of families that have none of their own, as Gmsh's library makes them, which few programs
+// load.
+MeshResult mesh_sphere(const GeneratedShape& shape, const MeshOptions& options);
+MeshResult mesh_pebble(const GeneratedShape& shape, const MeshOptions& options);
+MeshResult mesh_turned(const GeneratedShape& shape, const MeshOptions& options);
+MeshResult mesh_wrench(const GeneratedShape& shape, const MeshOptions& options);
+
 /// Value of a parameter of a checked shape.
 double parameter(const GeneratedShape& shape, const std::string& name);
 

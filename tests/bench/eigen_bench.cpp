@@ -35,7 +35,6 @@ std::vector<Body> bodies() {
 
 /// A mesh of nearly so many unknowns; the last making is timed.
 TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
-  const auto& family = find_family(body.shape.family);
   MeshOptions options;
   options.order = 3;
   options.max_elements = 10000000;
@@ -44,7 +43,7 @@ TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
   // Element counts come in steps, so the nearest of a few tries has to do.
   double best = 0, best_size = options.element_size;
   for (int tries = 0; tries < 8; ++tries) {
-    mesh = family.mesh(body.shape, options).mesh;
+    mesh = mesh_family(body.shape, options).mesh;
     const double count = 3.0 * static_cast<double>(mesh.nodes.size());
     if (std::abs(std::log(count / unknowns)) < std::abs(std::log(std::max(1.0, best) / unknowns))) {
       best = count;
@@ -54,7 +53,7 @@ TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
     options.element_size *= std::pow(count / unknowns, body.name == "block" ? 1.0 / 3 : 0.45);
   }
   options.element_size = best_size;
-  measure_stage(stages, "mesh", [&] { mesh = family.mesh(body.shape, options).mesh; });
+  measure_stage(stages, "mesh", [&] { mesh = mesh_family(body.shape, options).mesh; });
   return mesh;
 }
 

@@ -137,7 +137,7 @@ void run(const std::vector<std::string>& names, double finer, int modes) {
     MeshOptions options;
     options.order = 3;
     options.element_size = body.element_size / finer;
-    const auto mesh = find_family(body.shape.family).mesh(body.shape, options).mesh;
+    const auto mesh = mesh_family(body.shape, options).mesh;
     const auto unknowns = 3 * static_cast<std::int64_t>(mesh.nodes.size());
 
     // (a) As many modes for all: bands of equal top over the speed of sound.

@@ -1,7 +1,9 @@
 """modes, strike, inspect, list, plan and preview, and what they say when something is wrong."""
 import json
 import math
+import os
 import unittest
+import unittest.mock
 
 import numpy
 
@@ -366,8 +368,49 @@ class Others(FolderTest):
 
     def test_help_and_version(self):
         self.assertEqual(run("--help").returncode, 0)
-        self.assertIn("carillon", run("--version").stdout)
+        first, *libraries = run("--version").stdout.splitlines()
+        self.assertRegex(first, r"^carillon \d+\.\d+\.\d+$")
+        names = {line.split(" ", 1)[0] for line in libraries}
+        self.assertLessEqual({"cgal", "gmsh", "hdf5", "mpi", "petsc", "slepc"}, names)
         self.assertEqual(run("build", "--help").returncode, 0)
+
+
+class Start(FolderTest):
+    """What a command line starts."""
+
+    def starts_mpi(self, *arguments):
+        with unittest.mock.patch.dict(os.environ, OMPI_MCA_mpi_show_mca_params="enviro"):
+            result = run(*arguments)
+        return "mpi_show_mca_params" in result.stdout + result.stderr
+
+    def test_nothing_starts_mpi_that_needs_none(self):
+        if not self.starts_mpi("plan", CONFIGS / "smoke.yaml"):
+            self.skipTest("this MPI does not tell that it starts")
+        cube = self.write("cube.off", CUBE)
+        for words in (["--version"], ["--help"], ["build", "--help"], ["train", "--help"], [],
+                      ["modes"], ["modes", "bar", "-m", "steel", "--order", "9"],
+                      ["train", "--no-such-option"], ["list", "materials"],
+                      ["completion", "bash"], ["manual"], ["inspect", cube, "--length", "10cm"]):
+            self.assertFalse(self.starts_mpi(*words), words)
+
+    def test_one_rank_tells_what_is_wrong_with_a_command_line(self):
+        result = run("modes", "bar", "-m", "steel", "--order", "9", ranks=2)
+        self.assertEqual(result.returncode, 2)
+        self.assertEqual(result.stderr.count("--order"), 1, result.stderr)
+
+    def test_one_rank_helps(self):
+        for words, part in ((["--version"], "petsc "), (["modes", "--help"], "--max-modes")):
+            result = run(*words, ranks=2)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(result.stdout.count(part), 1, result.stdout)
+
+    def test_one_rank_does_what_needs_no_ranks(self):
+        result = run("list", "materials", "--json", ranks=2)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertGreater(len(json.loads(result.stdout)), 3)
+        missing = run("inspect", "no-such.obj", ranks=2)
+        self.assertEqual(missing.returncode, 2)
+        self.assertEqual(missing.stderr.count("carillon: no-such.obj"), 1, missing.stderr)
 
 
 if __name__ == "__main__":

@@ -135,12 +135,32 @@ class Help(unittest.TestCase):
     def test_what_stands_in_for_missing_commands_has_them_too(self):
         with tempfile.TemporaryDirectory() as folder:
             alone = shutil.copy(CARILLON, folder)  # carillon-learn does not lie beside it
-            for name in ("train", "identify"):
+            for name, *words in (["train", "x"], ["identify", "x", "-m", "y"]):
                 told = subprocess.run([alone, name, "--help"], capture_output=True, text=True)
                 self.assertRegex(told.stdout, rf"Examples:\n.*carillon {name}")
-                refused = subprocess.run([alone, name, "x"], capture_output=True, text=True)
+                refused = subprocess.run([alone, name, *words], capture_output=True, text=True)
                 self.assertEqual(refused.returncode, 2)
                 self.assertIn("needs carillon-learn", refused.stderr)
+
+    def test_the_program_that_learns_begins_when_a_command_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            alone = shutil.copy(CARILLON, folder)
+            learner = pathlib.Path(folder) / "carillon-learn"
+            learner.write_text('#!/bin/sh\necho "learns: $*"\n')
+            learner.chmod(0o755)
+            learning = pathlib.Path(folder) / "learning.yaml"
+            learning.write_text("evaluate: {classification: {}}\n")
+
+            def told(*words):
+                return subprocess.run([alone, *map(str, words)], capture_output=True, text=True)
+
+            for words in (["train", "x.yaml", "--search"], ["identify", "x.wav", "-m", "y"],
+                          ["--quiet", "evaluate", learning], ["evaluate", learning, "--json"]):
+                self.assertEqual(told(*words).stdout, f"learns: {' '.join(map(str, words))}\n")
+            for words in (["train", "--help"], ["train"], ["identify", "x.wav"], ["manual"],
+                          ["completion", "fish"], ["evaluate", "no-such.yaml"],
+                          ["evaluate", learning, "--set", "evaluate.classification"]):
+                self.assertNotIn("learns:", told(*words).stdout, words)
 
 
 class Documentation(unittest.TestCase):

@@ -309,16 +309,15 @@ TEST(ElementBound, NamesASizeThatFits) {
     options.order = 1;
     options.element_size = 0.002;
     options.max_elements = 4000;
-    const auto message = message_of<core::Error>([&] { family.mesh(shape, options); });
+    const auto message = message_of<core::Error>([&] { mesh_family(shape, options); });
     const auto at = message.find("element_size ");
     ASSERT_NE(at, std::string::npos) << family.name << ": " << message;
     options.element_size = std::stod(message.substr(at + 13));
-    EXPECT_LE(family.mesh(shape, options).mesh.element_count(), 4200u) << family.name;
+    EXPECT_LE(mesh_family(shape, options).mesh.element_count(), 4200u) << family.name;
   }
   MeshOptions impossible;
   impossible.max_elements = 5;
-  EXPECT_THROW(find_family("tube").mesh(shape_at(find_family("tube")), impossible),
-               core::SolverError);
+  EXPECT_THROW(mesh_family(shape_at(find_family("tube")), impossible), core::SolverError);
 }
 
 TEST(ElementSize, IsTheLongestEdge) {

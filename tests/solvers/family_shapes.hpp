@@ -36,7 +36,7 @@ inline MeshResult mesh_of(const GeneratedShape& shape, int order, double element
   MeshOptions options;
   options.order = order;
   options.element_size = element_size;
-  return find_family(shape.family).mesh(shape, options);
+  return mesh_family(shape, options);
 }
 
 /// Errors of volume with cells of a size and of half of it.

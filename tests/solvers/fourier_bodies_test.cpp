@@ -49,7 +49,7 @@ Modes fourier(const GeneratedShape& shape, const Elastic& material, double top,
 Modes tetrahedra(const GeneratedShape& shape, const Elastic& material, int modes) {
   MeshOptions options;
   options.order = 4;
-  return test::lowest_modes(find_family(shape.family).mesh(shape, options).mesh, {material}, modes);
+  return test::lowest_modes(mesh_family(shape, options).mesh, {material}, modes);
 }
 
 struct Thick {

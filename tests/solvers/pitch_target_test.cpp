@@ -42,7 +42,7 @@ struct Body {
     return [this](const MeshOptions& options) {
       ++meshes;
       asked.push_back(options);
-      return find_family(shape.family).mesh(shape, options);
+      return mesh_family(shape, options);
     };
   }
   ModeSolver solver() {
@@ -267,7 +267,7 @@ TEST(PitchTarget, GivenElementsRiseInOrderAlone) {
     EXPECT_EQ(options.element_size, 0);
     MeshOptions at = coarse;
     at.order = options.order;
-    return find_family("tile").mesh(body.shape, at);
+    return mesh_family(body.shape, at);
   };
   const auto result = reach_pitch(target, given, body.solver());
   EXPECT_EQ(result.report.stopped_by, "order") << result.report.reason;

@@ -153,7 +153,7 @@ TEST(SvgProfile, AWineGlassBecomesAMesh) {
       "M0 160 H32 V157 Q6 155 4 145 V80 C30 75 38 50 32 0 H30 C36 50 28 72 0 76 Z", 0.16);
   find_family("turned").check(shape);
   MeshOptions options;
-  const auto result = find_family("turned").mesh(shape, options);
+  const auto result = mesh_family(shape, options);
   EXPECT_GT(result.quality.volume, 1e-5);
   EXPECT_LT(result.quality.elements, 10000);
 }

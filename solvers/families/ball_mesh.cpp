@@ -71,6 +71,8 @@ int frequency_for(double radius, double edge) {
   return std::max(2, static_cast<int>(std::ceil(1.25 * radius / edge * (1 - 1e-9))));
 }
 
+}  // namespace
+
 MeshResult mesh_sphere(const GeneratedShape& shape, const MeshOptions& options) {
   check_parameters(shape);
   const double radius = parameter(shape, "radius");
@@ -104,29 +106,6 @@ MeshResult mesh_pebble(const GeneratedShape& shape, const MeshOptions& options) 
   for (auto* nodes : {&ball.mesh.nodes, &ball.mesh.finer_nodes, &ball.mesh.finer_gaps})
     for (Vec3& node : *nodes) node = node.cwiseProduct(stretch);
   return finish(std::move(ball.mesh), ball.quality.straightened);
-}
-
-Meridian sphere_meridian(const GeneratedShape& shape) {
-  check_parameters(shape);
-  return ball_meridian(parameter(shape, "radius"));
-}
-
-}  // namespace
-
-std::vector<Family> ball_families() {
-  return {{"sphere",
-           "solid ball about the origin",
-           {{"radius", 0.01, 0.06, "[m]"}},
-           check_parameters,
-           mesh_sphere,
-           sphere_meridian},
-          {"pebble",
-           "solid ellipsoid about the origin",
-           {{"length", 0.05, 0.12, "along x [m]"},
-            {"width", 0.04, 0.08, "along y [m]"},
-            {"height", 0.03, 0.06, "along z [m]"}},
-           check_parameters,
-           mesh_pebble}};
 }
 
 }  // namespace carillon::solvers

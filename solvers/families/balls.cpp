@@ -1,0 +1,29 @@
+#include "solvers/families/family.hpp"
+
+namespace carillon::solvers {
+namespace {
+
+Meridian sphere_meridian(const GeneratedShape& shape) {
+  check_parameters(shape);
+  return ball_meridian(parameter(shape, "radius"));
+}
+
+}  // namespace
+
+std::vector<Family> ball_families() {
+  return {{"sphere",
+           "solid ball about the origin",
+           {{"radius", 0.01, 0.06, "[m]"}},
+           check_parameters,
+           nullptr,
+           sphere_meridian},
+          {"pebble",
+           "solid ellipsoid about the origin",
+           {{"length", 0.05, 0.12, "along x [m]"},
+            {"width", 0.04, 0.08, "along y [m]"},
+            {"height", 0.03, 0.06, "along z [m]"}},
+           check_parameters,
+           nullptr}};
+}
+
+}  // namespace carillon::solvers
