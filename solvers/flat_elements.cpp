@@ -31,13 +31,13 @@ bool is_flat(const TetMesh& mesh, std::span<const Node> corners) {
 }
 
 /// What the boundary consists of, and how many elements share a node.
-struct Boundary {
+struct BodyBoundary {
   std::set<Face> faces;
   std::set<std::pair<Node, Node>> edges;
   std::set<Node> nodes;
   std::map<Node, int> uses;
 
-  explicit Boundary(const TetMesh& mesh) {
+  explicit BodyBoundary(const TetMesh& mesh) {
     std::map<Face, int> counts;
     for (std::size_t e = 0; e < mesh.element_count(); ++e) {
       for (std::size_t i = 0; i < 4; ++i) ++counts[face_opposite(mesh.element(e), i)];
@@ -108,7 +108,7 @@ std::int64_t peel_flat_elements(TetMesh& mesh) {
     for (std::size_t e = 0; e < mesh.element_count(); ++e)
       if (is_flat(mesh, mesh.element(e))) flat.push_back(e);
     if (flat.empty()) break;
-    const Boundary boundary(mesh);
+    const BodyBoundary boundary(mesh);
     // Elements that share a node would change the boundary for each other: one layer at a time.
     std::set<std::size_t> dropped;
     std::set<Node> touched;
