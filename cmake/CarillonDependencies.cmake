@@ -41,9 +41,15 @@ if("${CHOLMOD_LIBRARY};${DMUMPS_LIBRARY}" MATCHES "[.]a(;|$)")
 endif()
 
 # Only the run-time library of OpenMP: its threads are switched off there, and no code is made for it.
-find_package(OpenMP REQUIRED COMPONENTS CXX)
+# SuiteSparse's is GCC's, whatever compiles this.
 add_library(carillon_openmp INTERFACE)
-target_link_libraries(carillon_openmp INTERFACE ${OpenMP_CXX_LIBRARIES})
+find_library(GOMP_LIBRARY NAMES gomp libgomp.so.1 PATHS ${CMAKE_C_IMPLICIT_LINK_DIRECTORIES})
+if(GOMP_LIBRARY)
+  target_link_libraries(carillon_openmp INTERFACE ${GOMP_LIBRARY})
+else()
+  find_package(OpenMP REQUIRED COMPONENTS CXX)
+  target_link_libraries(carillon_openmp INTERFACE ${OpenMP_CXX_LIBRARIES})
+endif()
 
 # Headers alone: distributions of random numbers. CGAL needs them too.
 find_package(Boost REQUIRED)

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 #include <mpi.h>
-#include <omp.h>
 #include <slepcsys.h>
 #include <spdlog/spdlog.h>
 
@@ -10,6 +9,9 @@
 
 #include "core/error.hpp"
 #include "solvers/blas_library.hpp"
+
+// Of the run-time library that SuiteSparse runs on, whose header need not be this compiler's.
+extern "C" void omp_set_max_active_levels(int levels);
 
 namespace carillon::solvers {
 namespace {

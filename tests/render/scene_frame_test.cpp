@@ -4,11 +4,6 @@
 #include "core/error.hpp"
 #include "tests/render/scenes.hpp"
 
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libOSMesa\nleak:libLLVM\n";
-}
-
 namespace carillon::render {
 namespace {
 
