@@ -37,8 +37,13 @@ VectorXd any_alphas(Index n, core::RandomStream& random) {
   VectorXd alphas(n);
   for (double& alpha : alphas) {
     const bool exponent = random.uniform() < 0.5;
-    alpha = exponent ? random.uniform(-2, 2)
-                     : std::copysign(random.log_uniform(1e-9, 1e4), random.uniform() - 0.25);
+    if (exponent) {
+      alpha = random.uniform(-2, 2);
+    } else {
+      // One after the other: arguments are evaluated in an order of the compiler's.
+      const double sign = random.uniform() - 0.25;
+      alpha = std::copysign(random.log_uniform(1e-9, 1e4), sign);
+    }
   }
   return alphas;
 }

@@ -98,7 +98,7 @@ TEST(GeneratedIdentities, AreThoseOfProportions) {
   for (std::size_t i = 3; i < 6; ++i) EXPECT_EQ(shapes[i].identity, shapes[i].id);
 }
 
-TEST(GivenStrikes, AtOnePointStayTogether) {
+TEST(GivenStrikeIdentities, AtOnePointStayTogether) {
   BuildConfig config = config_of("  - shape: bar\n");
   for (int i = 0; i < 40; ++i) {
     config.scene.strikes.given.push_back({"*", {0.001 * (i % 20), 0, 0}, {}, 0.01, 0.001 * i});

@@ -161,9 +161,9 @@ TEST(NoiseEffect, RefusesWhatMakesNoSense) {
 TEST(NoiseEffect, LooksAtItsFolderOnlyWhenItIsOn) {
   const core::TemporaryFolder empty;
   const std::string path = empty.path().string();
-  const auto scene_of = [](const std::string& text) {
+  const Effect registry[] = {noise_effect};  // scenes point into it
+  const auto scene_of = [&registry](const std::string& text) {
     core::ConfigNode root = core::ConfigNode::parse(text, "scene.yaml");
-    const Effect registry[] = {noise_effect};
     return read_scene(root, "scene.yaml", registry);
   };
   EXPECT_FALSE(scene_of("noise: {folder: absent}\neffects: {noise: off}\n").runs("noise"));

@@ -39,7 +39,8 @@ TEST(TracedHeight, IsTheHighestOfAllPlacesUnderTheBall) {
     core::RandomStream random(5, 0, name);
     for (const double texels : {0.4, 1.3, 6.0}) {
       for (int k = 0; k < 12; ++k) {
-        const Vector2d uv = Vector2d(random.uniform(), random.uniform()).cwiseProduct(map.size());
+        const double v = random.uniform(), u = random.uniform();
+        const Vector2d uv = Vector2d(u, v).cwiseProduct(map.size());
         const double radius = texels * map.texel;
         const double truth = by_trying(map, uv, radius);
         const double found = traced_height(map, uv, radius);
