@@ -12,7 +12,8 @@ set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 option(CARILLON_JOIN_SOURCES "Compile sources in groups, for builds from nothing" OFF)
 
 add_library(carillon_options INTERFACE)
-target_compile_options(carillon_options INTERFACE -Wall -Wextra)
+# Clang wants two pairs of braces around what initialises an array.
+target_compile_options(carillon_options INTERFACE -Wall -Wextra -Wno-missing-braces)
 # Where sources are joined, names of one file's unnamed namespace are seen by the next.
 if(NOT CARILLON_JOIN_SOURCES)
   target_compile_options(carillon_options INTERFACE -Wshadow)
