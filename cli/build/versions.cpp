@@ -10,6 +10,12 @@
 
 namespace carillon::cli {
 
+#ifdef __clang__
+constexpr const char* compiler = "clang++ " __clang_version__;
+#else
+constexpr const char* compiler = "g++ " __VERSION__;
+#endif
+
 nlohmann::json library_versions() {
   char mpi[MPI_MAX_LIBRARY_VERSION_STRING] = {};
   int length = 0;
@@ -17,7 +23,7 @@ nlohmann::json library_versions() {
   const std::string mpi_text(mpi, static_cast<std::size_t>(length));
   nlohmann::json versions = {
       {"carillon", CARILLON_VERSION},
-      {"compiler", "g++ " __VERSION__},
+      {"compiler", compiler},
       {"eigen",
        fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
       {"hdf5", fmt::format("{}.{}.{}", H5_VERS_MAJOR, H5_VERS_MINOR, H5_VERS_RELEASE)},

@@ -18,8 +18,11 @@ namespace {
 }
 
 /// A command of a program without libtorch.
-void goes_elsewhere(Command& command, const char* name, const Context& context) {
-  command.begins_with([&context] { become_learner(context.arguments); });
+/// @param options  that its command line sets: they live as long as the command
+void goes_elsewhere(Command& command, const char* name, const Context& context,
+                    std::shared_ptr<const void> options) {
+  command.begins_with(
+      [&context, options = std::move(options)] { become_learner(context.arguments); });
   command.does([name] { missing(name); });
 }
 
@@ -59,7 +62,7 @@ void add_train(Program& program, Context& context, const LearningCommands& learn
       "  carillon train mine.yaml --set data=path/to/dataset --set train.seed=2\n"
       "Ranks share each step's samples; one thread a rank. docs/learning.md.");
   if (learning.train == nullptr) {
-    goes_elsewhere(command, "train", context);
+    goes_elsewhere(command, "train", context, options);
   } else {
     command.does(
         [&context, options, run = learning.train] { context.exit_code = run(*options, context); });
@@ -95,7 +98,7 @@ void add_identify(Program& program, Context& context, const LearningCommands& le
       "  carillon identify clip.wav -m out --scene scene.yaml --at 0.2,0,5cm -o with-it.yaml\n"
       "Only networks that hear and nothing else answer. docs/learning.md.");
   if (learning.identify == nullptr) {
-    goes_elsewhere(command, "identify", context);
+    goes_elsewhere(command, "identify", context, options);
   } else {
     command.does([&context, options, run = learning.identify] { run(*options, context); });
   }

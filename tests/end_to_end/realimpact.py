@@ -2,6 +2,7 @@
 folder is named."""
 import csv
 import math
+import re
 import shutil
 import unittest
 
@@ -70,6 +71,11 @@ class MadeFolder(FolderTest):
                 self.expect_same(*pair, f"{place}[{number}]")
         elif isinstance(one, float):
             self.assertTrue(math.isclose(one, two, rel_tol=1e-6, abs_tol=1e-10), (place, one, two))
+        elif isinstance(one, str):
+            number = r"-?\d+\.?\d*(?:e[+-]?\d+)?"
+            self.assertEqual(re.sub(number, "", one), re.sub(number, "", two), place)
+            self.expect_same([float(found) for found in re.findall(number, one)],
+                             [float(found) for found in re.findall(number, two)], place)
         else:
             self.assertEqual(one, two, place)
 
