@@ -25,7 +25,7 @@ except ImportError:
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 CONFIG = """
-name: carillon-smoke
+name: smoke
 seed: 4
 materials: [steel, wood]
 objects:
@@ -56,8 +56,9 @@ class DatasetTest(FolderTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        run_json("build", cls.write(cls, "small.yaml", CONFIG), "-o", cls.folder / "carillon-smoke")
-        with h5py.File(cls.folder / "carillon-smoke" / "index.h5") as index:
+        cls.dataset = cls.folder / "carillon-demo" / "smoke"  # where ./scripts/demo leaves it
+        run_json("build", cls.write(cls, "small.yaml", CONFIG), "-o", cls.dataset)
+        with h5py.File(cls.dataset / "index.h5") as index:
             cls.columns = {name: index[name][:] for name in ("audio", "mel", "id", "shape_index")}
             cls.columns |= {name: index[name].asstr()[:] for name in
                             ("key", "material", "shape", "split_shape", "split_strike")}
@@ -98,7 +99,7 @@ class NumPy(DatasetTest):
 @unittest.skipIf(torch is None, "needs Debian's python3-torch and python3-soundfile")
 class Torch(DatasetTest):
     def struck(self, *arguments, **options):
-        return importlib.import_module("struck").Struck(self.folder / "carillon-smoke", *arguments, **options)
+        return importlib.import_module("struck").Struck(self.dataset, *arguments, **options)
 
     def expect_epochs(self, data, split, part, context, epochs=3):
         """Every row of a part comes once an epoch, in another order each time, with its label and bits."""
@@ -154,7 +155,7 @@ class Torch(DatasetTest):
                 super().__getitem__(i)
                 return len(inherited), os.getpid()
 
-        data = Probe(self.folder / "carillon-smoke")
+        data = Probe(self.dataset)
         struck.__getitem__(data, 0)
         seen = {}
         for inherited, worker in DataLoader(data, batch_size=None, num_workers=2,
@@ -189,13 +190,13 @@ class Torch(DatasetTest):
 
     def export(self, name, *arguments):
         """The training part's tar files of a dataset."""
-        output = self.folder / f"{name}-webdataset"
+        output = self.folder / f"{pathlib.Path(name).name}-webdataset"
         done = run("export", self.folder / name, "--format", "webdataset", *arguments, "-o", output)
         self.assertEqual(done.returncode, 0, done.stderr)
         return [str(path) for path in output.glob("train-*.tar")]
 
     def test_tar_shards(self):
-        paths = self.export("carillon-smoke", "--with", "mel", "--per-shard", 9, "--split", "split_strike")
+        paths = self.export("carillon-demo/smoke", "--with", "mel", "--per-shard", 9, "--split", "split_strike")
         self.assertGreater(len(paths), 3)
         shards = importlib.import_module("shards").Shards(paths)
         rows = {key: row for row, key in enumerate(self.columns["key"])}
@@ -239,7 +240,7 @@ class Cpp(DatasetTest):
     @unittest.skipUnless(shutil.which("g++") and shutil.which("pkg-config"), "needs g++ and pkg-config")
     def test_reads_sounds_and_labels(self):
         self.compile()
-        index = self.folder / "carillon-smoke" / "index.h5"
+        index = self.dataset / "index.h5"
         for row in (0, 17, len(self.columns["key"]) - 1):
             done = subprocess.run([self.folder / "listen", index, str(row)], cwd="/", capture_output=True,
                                   text=True)
@@ -262,7 +263,7 @@ class Cpp(DatasetTest):
         for words in (("cmake", "-S", ".", "-B", "build"), ("cmake", "--build", "build")):
             done = subprocess.run(words, cwd=place, capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
-        done = subprocess.run([place / "build" / "listen", self.folder / "carillon-smoke" / "index.h5", "1"],
+        done = subprocess.run([place / "build" / "listen", self.dataset / "index.h5", "1"],
                               capture_output=True, text=True)
         self.assertEqual(done.stdout.split()[0], self.columns["key"][1])
 
