@@ -23,7 +23,7 @@ objects:
   - shape: disc
     count: 2
   - shape: tube
-modes: {max_modes: 40, max_frequency: 12 kHz}
+modes: {max_modes: 40, max_frequency: 12 kHz, order: 2, element_size: 4 cm}
 audio: {seconds: 0.5 s, sample_rate: 22050 Hz}
 strikes: {per_object: 3, spread: 15 deg}
 mel: {bands: 32, frames: 9}

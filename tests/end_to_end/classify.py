@@ -8,7 +8,7 @@ import h5py
 import numpy
 
 from browser import expect_report
-from program import CONFIGS, FolderTest, processor_seconds, run, run_json
+from program import CONFIGS, FolderTest, long, processor_seconds, run, run_json
 
 CONFIG = """
 name: told-apart
@@ -199,6 +199,7 @@ class Classify(FolderTest):
             self.assertIn(said, result.stderr, override)
 
 
+@long
 class SmokeConfig(FolderTest):
     def test_evaluates_in_a_minute(self):
         before = processor_seconds()

@@ -20,6 +20,10 @@ def run(*arguments, ranks=None, cwd=None, timeout=400):
                           timeout=timeout)
 
 
+# Minutes for what the others show on less; ctest -L slow runs them.
+long = unittest.skipUnless(os.environ.get("CARILLON_LONG"), "CARILLON_LONG is not set")
+
+
 def run_json(*arguments, **options):
     result = run(*arguments, "--json", **options)
     if result.returncode != 0:

@@ -14,7 +14,7 @@ PAIRS = {
 }
 COMMON = """
 materials: [ceramic]
-modes: {max_modes: 12}
+modes: {max_modes: 12, order: 2, element_size: 3 cm}
 audio: {seconds: 0.1 s}
 strikes: {per_object: 1}
 voxels: {resolution: 30, fill: outer}
