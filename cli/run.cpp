@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 #include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "cli/learn/commands.hpp"
+#include "cli/revision.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -99,9 +101,10 @@ void start(Started& started, Needs needs, Context& context, int argc, char** arg
 
 std::string version_text() {
   std::string text = "carillon " CARILLON_VERSION;
+  if (*revision) text += fmt::format(" ({})", revision);
   const nlohmann::json versions = library_versions();
   for (const auto& [library, version] : versions.items()) {
-    if (library != "carillon") text += "\n" + library + " " + version.get<std::string>();
+    if (library != "carillon" && library != "revision") text += "\n" + library + " " + version.get<std::string>();
   }
   return text;
 }

@@ -28,7 +28,8 @@ nlohmann::json describe_dataset(const BuildConfig& config, const BuildPlan& plan
                                 std::size_t samples, const nlohmann::json& pitch_targets,
                                 const nlohmann::json& files);
 
-/// Versions of this program and of the libraries that results depend on.
+/// Versions of this program (`carillon`, and `revision` where it was built from a clone) and of the
+/// libraries that results depend on.
 nlohmann::json library_versions();
 
 }  // namespace carillon::cli

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "cli/build/dataset.hpp"
+#include "cli/revision.hpp"
 #include "solvers/library_versions.hpp"
 
 namespace carillon::cli {
@@ -31,6 +32,7 @@ nlohmann::json library_versions() {
       {"cgal", CARILLON_CGAL_VERSION},
       {"gmsh", CARILLON_GMSH_VERSION},
       {"mpi", mpi_text.substr(0, mpi_text.find(','))}};
+  if (*revision) versions["revision"] = revision;
   for (const auto& [library, version] : solvers::library_versions()) versions[library] = version;
   return versions;
 }

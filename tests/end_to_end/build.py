@@ -208,6 +208,7 @@ class Build(FolderTest):
         config = self.write("names.yaml", "objects:\n  - shape: disc\n    name: ../../escape\n"
                             "    materials: ['youngs_modulus=7e10,poisson_ratio=0.2,density=2500,"
                             "alpha1=5,alpha2=1e-7']\n"
+                            "modes: {max_modes: 5, order: 2, element_size: 4 cm}\n"
                             "strikes: {per_object: 1}\naudio: {seconds: 0.1 s}\n"
                             "files: {wav: true, png: true}\ncamera: {width: 32, height: 32}\n")
         output = self.folder / "a" / "b" / "names"
@@ -240,6 +241,7 @@ class Build(FolderTest):
         table = "x_m,y_m,z_m,impulse_ns,contact_time_s\n0,0,0,%s,0.0002\n"
         self.write("hits.csv", table % 0.01)
         config = self.write("hits.yaml", "objects:\n  - shape: disc\n    materials: [steel]\n"
+                            "modes: {max_modes: 5, order: 2, element_size: 4 cm}\n"
                             "strikes: {csv: hits.csv}\naudio: {seconds: 0.1 s}\n")
         output = self.folder / "hits"
         run_json("build", config, "-o", output)
@@ -278,7 +280,8 @@ class Build(FolderTest):
         config = self.write("listeners.yaml", CONFIG + "listeners:\n"
                             "  - position: [0 m, 0 m, 1 m]\n  - position: [2 m, 0 m, 0 m]\n")
         run_json("build", config, "-o", output, "--set", "audio.dtype=int16", "--set",
-                 "audio.gain=10", "--set", "strikes.per_object=1")
+                 "audio.gain=10", "--set", "strikes.per_object=1", "--set",
+                 "radiation={model: monopole}")
         with h5py.File(output / "index.h5") as index:
             self.assertEqual(index["audio"].shape[1:], (2, 11025))
             self.assertEqual(index["audio"].dtype, numpy.int16)

@@ -2,6 +2,8 @@
 import json
 import math
 import os
+import re
+import subprocess
 import unittest
 import unittest.mock
 
@@ -370,7 +372,13 @@ class Others(FolderTest):
     def test_help_and_version(self):
         self.assertEqual(run("--help").returncode, 0)
         first, *libraries = run("--version").stdout.splitlines()
-        self.assertRegex(first, r"^carillon \d+\.\d+\.\d+$")
+        version = re.fullmatch(r"carillon \d+\.\d+\.\d+(?: \((\S+)\))?", first)
+        self.assertTrue(version, first)
+        root = CONFIGS.parent
+        if (root / ".git").exists():
+            commit = subprocess.run(["git", "-C", root, "describe", "--always", "--tags"],
+                                    capture_output=True, text=True).stdout.strip()
+            self.assertEqual((version[1] or "").removesuffix("-dirty"), commit)
         names = {line.split(" ", 1)[0] for line in libraries}
         self.assertLessEqual({"cgal", "gmsh", "hdf5", "mpi", "petsc", "slepc"}, names)
         self.assertEqual(run("build", "--help").returncode, 0)

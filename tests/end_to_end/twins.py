@@ -14,11 +14,14 @@ PAIRS = {
 }
 COMMON = """
 materials: [ceramic]
-modes: {max_modes: 12, order: 2, element_size: 3 cm}
+modes: {max_modes: 12}
 audio: {seconds: 0.1 s}
 strikes: {per_object: 1}
 voxels: {resolution: 30, fill: outer}
 """
+
+
+COARSE = COMMON.replace("max_modes: 12", "max_modes: 12, order: 2, element_size: 5 cm")
 
 
 class Twins(FolderTest):
@@ -67,7 +70,7 @@ class ModelNet(FolderTest):
             write_box(folder / name / "test" / f"{name}_8.off", 1, 1.5, 2)
         # The same body in train and test: ModelNet's own affair.
         write_box(folder / "bed" / "test" / "bed_9.off", 2, 1, 0.5)
-        config = self.write("modelnet.yaml", COMMON + "split: {validation: 0.3}\nobjects:\n"
+        config = self.write("modelnet.yaml", COARSE + "split: {validation: 0.3}\nobjects:\n"
                             "  - {modelnet: boxes, length: 20 cm}\n")
         output = self.folder / "modelnet"
         run_json("build", config, "-o", output, ranks=2)
@@ -99,7 +102,7 @@ class ModelNet(FolderTest):
 
 class SharedSolves(FolderTest):
     def test_variants_share_every_solve(self):
-        config = self.write("sizes.yaml", COMMON.replace("[ceramic]", "[ceramic, wood]") + """
+        config = self.write("sizes.yaml", COARSE.replace("[ceramic]", "[ceramic, wood]") + """
 objects:
   - {shape: box, count: 2, length: 15 cm, sizes: [1], drawn_size: {mean: 0.5, deviation: 0.1}}
 sweep:
