@@ -104,7 +104,8 @@ std::string version_text() {
   if (*revision) text += fmt::format(" ({})", revision);
   const nlohmann::json versions = library_versions();
   for (const auto& [library, version] : versions.items()) {
-    if (library != "carillon" && library != "revision") text += "\n" + library + " " + version.get<std::string>();
+    if (library != "carillon" && library != "revision")
+      text += "\n" + library + " " + version.get<std::string>();
   }
   return text;
 }
