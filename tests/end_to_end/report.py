@@ -28,7 +28,7 @@ objects:
   - {shape: plate, materials: [slack], sizes: [1, 1.25]}
   - {mesh: broken.off, length: 10 cm, materials: [steel]}
 materials_file: own.yaml
-modes: {max_modes: 90, order: 2, element_size: 25 mm, max_frequency: 20 kHz}
+modes: {max_modes: 90, order: 2, element_size: 14 mm, max_frequency: 20 kHz}
 strikes: {per_object: 3, impulse: [5 mN s, 50 mN s], contact_time: [0.1 ms, 0.5 ms], spread: 0}
 audio: {seconds: 0.5 s, sample_rate: 44100 Hz}
 mel: {bands: 16, frames: 5}
