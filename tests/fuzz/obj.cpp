@@ -1,0 +1,10 @@
+#include "solvers/polygon_mesh.hpp"
+#include "solvers/read_formats.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace carillon;
+  fuzz::expect_value_or_error(
+      [&] { solvers::triangulate(solvers::read_obj("input.obj", fuzz::text_of(data, size))); });
+  return 0;
+}
