@@ -30,7 +30,7 @@ objects:
   - mesh: {DATA}/meshes/format_edge/*
     name: edge
     length: 0.12 m
-modes: {{order: 2, max_modes: 20, max_elements: 30000}}
+modes: {{order: 2, max_modes: 20, max_elements: 60000}}
 audio: {{seconds: 0.3 s}}
 strikes: {{per_object: 1}}
 voxels: {{}}
