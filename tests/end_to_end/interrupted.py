@@ -55,6 +55,14 @@ def descendants(pid):
     return found
 
 
+def program(pid):
+    """The name of what a process runs; "" where it is gone."""
+    try:
+        return pathlib.Path(f"/proc/{pid}/comm").read_text().strip()
+    except OSError:
+        return ""
+
+
 def alive(pid):
     try:
         return pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
