@@ -9,7 +9,7 @@ foreach(component program learn doc)
   endif()
   string(TOUPPER ${component} upper)
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
-  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} RENAME copyright
+  install(FILES scripts/packaging/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package}
           COMPONENT ${component})
 endforeach()
 
@@ -29,21 +29,21 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 
-set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "${PROJECT_DESCRIPTION}
- Modes of bodies by finite elements, impact sounds, voxels, pictures and touch
- as HDF5 datasets, on one core or on many MPI ranks; damping and materials
- found again in sounds.")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
+  "Modes of bodies by finite elements, impact sounds, voxels, pictures and touch
+as HDF5 datasets, on one core or on many MPI ranks; damping and materials
+found again in sounds.")
 # mpirun; a BLAS of one thread (the reference BLAS is many times slower).
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial | libopenblas0")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3-h5py, python3-matplotlib")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "carillon-learn, carillon-doc")
 
-set(CPACK_COMPONENT_LEARN_DESCRIPTION "Classifiers of impact sounds, voxels, pictures and touch
- What carillon train, evaluate and identify run.")
+set(CPACK_COMPONENT_LEARN_DESCRIPTION "Classifiers of sounds, voxels, pictures and touch:
+what carillon train, evaluate and identify run.")
 set(CPACK_DEBIAN_LEARN_PACKAGE_DEPENDS "carillon (= ${PROJECT_VERSION})")
 
-set(CPACK_COMPONENT_DOC_DESCRIPTION "Documentation of Carillon
- Guide, every key of a configuration, methods, file formats, loaders to copy.")
+set(CPACK_COMPONENT_DOC_DESCRIPTION "Documentation: guide, every key of a configuration,
+methods, file formats, loaders to copy.")
 set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_DOC_PACKAGE_SECTION doc)
 set(CPACK_DEBIAN_DOC_PACKAGE_SHLIBDEPS OFF)
