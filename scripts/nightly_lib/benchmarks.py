@@ -99,7 +99,7 @@ def command(benchmark, output, program, ranks):
     own = [program, "--cache", "", "--quiet", *benchmark.words, "-o", str(output)]
     if "CARILLON_LAUNCH" in os.environ:
         return [*shlex.split(os.environ["CARILLON_LAUNCH"]), *own]
-    start = f'source scripts/environment; cd "$1"; shift; exec {{}} "$@"'
+    start = 'source scripts/environment; cd "$1"; shift; exec {} "$@"'
     words = f'"${{mpirun[@]}}" -n {ranks}' if ranks > 1 else ""
     return ["bash", "-c", f'cd {shlex.quote(str(ROOT))}; ' + start.format(words), "nightly",
             os.getcwd(), *own]

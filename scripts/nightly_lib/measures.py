@@ -1,12 +1,11 @@
 """What one run of a benchmark left in its folder, as measures (docs/nightly.md lists them)."""
-import json
 import hashlib
+import json
 import math
 import statistics
 
 import h5py
 import numpy
-
 from nightly_lib.verdicts import DIFFERS, Measure
 
 PITCH_TOLERANCE = 0.1  # cents

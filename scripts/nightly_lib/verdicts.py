@@ -56,9 +56,8 @@ class Series:
     def baseline(self):
         """Values that tonight is held against: without those that raised an alarm since it began."""
         since = self.past[self.start:]
-        kept = [value for i, (_, value, verdict) in enumerate(since)
+        return [value for i, (_, value, verdict) in enumerate(since)
                 if value is not None and (i == 0 or verdict not in FLAGGED)]
-        return kept
 
 
 @dataclass

@@ -10,7 +10,6 @@ import time
 import unittest
 
 import h5py
-
 from program import CARILLON, CONFIGS, FolderTest, run, run_json
 
 LADDER = """

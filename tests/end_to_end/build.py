@@ -9,7 +9,6 @@ import unittest
 
 import h5py
 import numpy
-
 from program import CARILLON, CONFIGS, FolderTest, run, run_json
 
 CONFIG = """
@@ -186,8 +185,8 @@ class Build(FolderTest):
         result = run("build", self.config, "-o", self.output, ranks=2)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("nothing to do", result.stdout)
-        for path, time in before.items():
-            self.assertEqual(path.stat().st_mtime_ns, time)
+        for path, written in before.items():
+            self.assertEqual(path.stat().st_mtime_ns, written)
 
     def test_lost_shard_is_made_again(self):
         output = self.folder / "lost"

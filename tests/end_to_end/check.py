@@ -7,7 +7,6 @@ import unittest
 
 import h5py
 import numpy
-
 from program import FolderTest, run, run_json
 from small_dataset import write_inputs
 

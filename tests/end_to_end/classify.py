@@ -6,7 +6,6 @@ import unittest
 
 import h5py
 import numpy
-
 from browser import expect_report
 from program import CONFIGS, FolderTest, long, processor_seconds, run, run_json
 
@@ -167,9 +166,9 @@ class Classify(FolderTest):
         train = train.replace("published: {geometry: mn10o-geometry}",
                               "published: {geometry: {\"10\": mn10o-geometry}}")
         config = self.write("sweep.yaml", train)
-        found = run_json("evaluate", config, "-o", self.folder / "sweep", ranks=2, *(
-            "--set", "train.methods={nearest-neighbour-a: {}}", "--set",
-            "train.tasks={geometry: {column: family, split: split_strike}}"))
+        found = run_json("evaluate", config, "-o", self.folder / "sweep",
+                         "--set", "train.methods={nearest-neighbour-a: {}}", "--set",
+                         "train.tasks={geometry: {column: family, split: split_strike}}", ranks=2)
         self.assertEqual([line["dataset"] for line in found["rows"]], ["10", "12"])
         self.assertEqual([line["published"] is not None for line in found["rows"]], [True, False])
         for line in found["rows"]:

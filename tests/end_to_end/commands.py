@@ -8,7 +8,6 @@ import unittest
 import unittest.mock
 
 import numpy
-
 from msh_files import msh_2, msh_4, two_part_bar
 from program import CONFIGS, FolderTest, run, run_json
 

@@ -3,7 +3,6 @@ import math
 import unittest
 
 import numpy
-
 from estimate import write_wav
 from features import RATE, read_float_wav, write_float_wav
 from program import FolderTest, run, run_json

@@ -7,7 +7,6 @@ import unittest
 
 import h5py
 import numpy
-
 from program import FolderTest, run_json
 
 DEPTH, RADIUS, STEP = 3e-3, 15e-3, 1e-3

@@ -4,7 +4,6 @@ import unittest
 
 import h5py
 import numpy
-
 from consistency import CONFIG, DEPTH, LISTENER, RADIUS, STEP, TEXEL
 from program import FolderTest, run_json
 

@@ -3,7 +3,6 @@ import math
 import unittest
 
 import numpy
-
 from program import FolderTest, run_json
 
 

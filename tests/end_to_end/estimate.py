@@ -4,7 +4,6 @@ import unittest
 import wave
 
 import numpy
-
 from program import FolderTest, run, run_json
 
 # Body and where it is struck; each is solved once for all tests.

@@ -10,7 +10,6 @@ import unittest
 import h5py
 import numpy
 import scipy.stats
-
 from browser import expect_report
 from interrupted import wait_for
 from program import CARILLON, FolderTest, run, run_json

@@ -15,7 +15,6 @@ import wave
 
 import h5py
 import numpy
-
 from msh_files import msh_4, two_part_bar
 from program import FolderTest, run, run_json
 

@@ -120,7 +120,7 @@ class Faults(InterruptedTest):
             output = disk / "out"
             result = self.build(output, ranks)
             self.assertIn("No space left on device", result.stderr)
-            self.assertEqual([p for p in output.rglob(".*tmp*")], [])
+            self.assertEqual(list(output.rglob(".*tmp*")), [])
             subprocess.run(["mount", "-o", "remount,size=1g", str(disk)], check=True)
             self.expect_full(result, output, recorded(output))
         finally:

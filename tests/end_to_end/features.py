@@ -8,7 +8,6 @@ import unittest
 import wave
 
 import numpy
-
 from program import FolderTest, run, run_json
 
 RATE = 44100

@@ -9,7 +9,6 @@ import unittest
 import wave
 
 import numpy
-
 from program import FolderTest, run, run_json
 
 PLOT = pathlib.Path(__file__).resolve().parents[2] / "scripts" / "plot_fit"

@@ -7,7 +7,6 @@ import unittest
 
 import h5py
 import numpy
-
 from interrupted import recorded, wait_for
 from program import CARILLON, FolderTest, run, run_json
 from same import hashes

@@ -5,7 +5,6 @@ import wave
 
 import h5py
 import numpy
-
 from program import CONFIGS, FolderTest, run, run_json
 
 CONFIG = """

@@ -6,9 +6,8 @@ import shutil
 import subprocess
 import unittest
 
-import numpy
-
 import msh_files
+import numpy
 from program import FolderTest, run, run_json
 
 DRIVER = pathlib.Path(__file__).with_name("faust_driver.cpp.in")

@@ -13,7 +13,6 @@ import time
 import unittest
 
 import h5py
-
 from interrupted import SAMPLES, TASKS, InterruptedTest, alive, descendants, program, recorded, wait_for
 from program import CARILLON, run_json
 from same import hashes

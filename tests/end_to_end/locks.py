@@ -4,7 +4,6 @@ import os
 import unittest
 
 import h5py
-
 import program
 
 CONFIG = """

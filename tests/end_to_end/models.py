@@ -1,16 +1,14 @@
 """`carillon export-gltf`: files read back by Khronos' validator and by hand, against the surface and
 the shapes that `carillon modes` stores."""
 import json
-import pathlib
 import shutil
 import struct
 import subprocess
 import unittest
 
 import h5py
-import numpy
-
 import msh_files
+import numpy
 from program import FolderTest, run, run_json
 
 BODY = ["bowl:radius=60mm,wall=4mm", "--order", "2", "--element-size", "20 mm"]

@@ -12,7 +12,6 @@ import unittest
 import zlib
 
 import numpy
-
 from browser import expect_sections, there
 from interrupted import wait_for
 from program import CARILLON, FolderTest

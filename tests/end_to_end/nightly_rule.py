@@ -8,7 +8,7 @@ import unittest
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
-from nightly_lib import benchmarks, nights, verdicts  # noqa: E402
+from nightly_lib import benchmarks, nights, verdicts
 
 
 def runs(random, noise, repeats):
@@ -22,7 +22,7 @@ class Campaign:
     repetitions and a night's own 1 %."""
     settings = nights.Settings(program="", ranks=1, repeats=3, timeout=0, folder=pathlib.Path(),
                                remote=False, machine="these", program_hash="same")
-    chosen = [benchmarks.Benchmark("times", [], "hash")]
+    chosen = (benchmarks.Benchmark("times", [], "hash"),)
 
     def __init__(self, seed, measures=40, second_look=True):
         self.second_look = second_look
@@ -77,13 +77,13 @@ class Rule(unittest.TestCase):
 
     def test_a_fifth_slower_is_told_the_same_night(self):
         told = {}
-        for nights in (verdicts.LEARNING, 12, 25):
-            told[nights] = 0
+        for before in (verdicts.LEARNING, 12, 25):
+            told[before] = 0
             for seed in range(100):
                 campaign = Campaign(seed)
-                for _ in range(nights):
+                for _ in range(before):
                     campaign.night()
-                told[nights] += campaign.night(factor=1.2)[0] == "slower"
+                told[before] += campaign.night(factor=1.2)[0] == "slower"
         print(f"a slowdown by 20 % is told in {told} of 100 campaigns after so many nights",
               file=sys.stderr)
         self.assertGreaterEqual(min(told.values()), 90)

@@ -2,7 +2,6 @@
 forked and spawned, tar shards, NumPy, log-mel spectrograms, and the C interface of HDF5."""
 import contextlib
 import importlib
-
 import os
 import pathlib
 import re
@@ -13,7 +12,6 @@ import unittest
 
 import h5py
 import numpy
-
 from program import FolderTest, run, run_json
 
 try:

@@ -172,8 +172,8 @@ class Quarantine(FolderTest):
     def test_a_solve_that_takes_too_long(self):
         for solver in ("block_lanczos", "krylov_schur"):
             setting = f"solver.eigen_solver={solver}"
-            output, failures = self.build(f"late-{solver}", "--set", "limits.solve_time=1 ms",
-                                          "--set", setting, ranks=2)
+            _, failures = self.build(f"late-{solver}", "--set", "limits.solve_time=1 ms",
+                                     "--set", setting, ranks=2)
             self.assertEqual({f["task"] for f in failures}, {GOOD[0], BAD[0]})
             for failure in failures:
                 self.assertEqual((failure["stage"], failure["kind"]), ("solve", "TimeError"))

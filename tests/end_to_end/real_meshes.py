@@ -6,7 +6,6 @@ import unittest
 
 import h5py
 import numpy
-
 from program import FolderTest, run
 
 DATA = os.environ.get("CARILLON_TEST_DATA")

@@ -11,7 +11,6 @@ import pathlib
 import unittest
 
 import numpy
-
 from program import FolderTest, run_json
 
 DATA = os.environ.get("CARILLON_TEST_DATA")
@@ -99,7 +98,7 @@ def sphere_modes(radius, young, poisson, density, highest):
     found = []
     top = 2 * math.pi * highest * radius / shear
     grid = numpy.linspace(0.3, top, 4000)
-    for l in range(0, 12):
+    for l in range(12):
         for kind, function in (("T", torsional), ("S", spheroidal)):
             if kind == "T" and l == 0:
                 continue

@@ -11,7 +11,6 @@ import wave
 
 import h5py
 import numpy
-
 from browser import expect_whole, needs_browser, show, start, there
 from program import FolderTest, run, run_json
 from report_gallery import OWN, SLACK, Gallery

@@ -3,7 +3,6 @@ import base64
 import re
 
 import numpy
-
 from browser import click, needs_browser
 
 # Materials of its own that the dataset needs.

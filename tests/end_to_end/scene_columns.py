@@ -4,9 +4,8 @@ import unittest
 import wave
 
 import h5py
-import numpy
-
 import msh_files
+import numpy
 from moving_scene import BOXES, SHAPES, SHARDS, TAKES, MovingTest
 from program import run, run_json
 from same import hashes

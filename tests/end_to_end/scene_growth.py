@@ -5,7 +5,6 @@ import pathlib
 import unittest
 
 import h5py
-
 from moving_scene import MOVIE, SHARDS, TAKES, MovingTest, written
 from program import run, run_json
 from same import hashes

@@ -5,7 +5,6 @@ import unittest
 
 import h5py
 import numpy
-
 from program import FolderTest, run, run_json
 
 CONFIG = """

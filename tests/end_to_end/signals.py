@@ -7,9 +7,7 @@ import time
 import unittest
 
 import h5py
-
-from interrupted import (CONFIG, SAMPLES, TASKS, InterruptedTest, descendants, recorded,
-                         wait_for)
+from interrupted import CONFIG, SAMPLES, TASKS, InterruptedTest, descendants, recorded, wait_for
 from program import CARILLON, FolderTest, run_json
 from same import hashes
 

@@ -3,7 +3,6 @@ import json
 import unittest
 
 import h5py
-
 from program import FolderTest, run_json
 
 # Between what the matrices of SMALL take and what their factor would take beside them.

@@ -5,7 +5,6 @@ import re
 import unittest
 
 import h5py
-
 from program import FolderTest, run, run_json
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
@@ -69,9 +68,7 @@ noise: {kind: white}
 recording: {gain: 3 dB}
 thrift: {margin: 0}
 """
-SWITCHES = "effects: {%s}\n" % ", ".join(f"{name}: off" for name in (
-    "mel, voxels, frames, striker, supports, radiation, click, room, tail, noise, recording, thrift"
-).split(", "))
+SWITCHES = "effects: {%s}\n" % ", ".join(f"{name}: off" for name in ["mel", "voxels", "frames", "striker", "supports", "radiation", "click", "room", "tail", "noise", "recording", "thrift"])
 
 
 class Builds(FolderTest):
@@ -84,9 +81,9 @@ class Builds(FolderTest):
         stored = {}
         for path in sorted(out.glob("[ms]*/*.h5")):  # of the index, shards are all there is
             with h5py.File(path) as file:
-                def add(name, item, path=path.relative_to(out)):
+                def add(name, item, shard=str(path.relative_to(out))):  # noqa: B008 -- of this round
                     if isinstance(item, h5py.Dataset):
-                        stored[f"{path}:{name}"] = repr(item[()].tolist())
+                        stored[f"{shard}:{name}"] = repr(item[()].tolist())
                 file.visititems(add)
         return {name: entry["calls"] for name, entry in trace["effects"].items()}, stored
 
@@ -100,7 +97,7 @@ class Builds(FolderTest):
             self.assertEqual(off_stored[name], values, name)
 
     def test_views_are_counted_where_they_are_on_and_change_no_sound(self):
-        calls, stored = self.build("without", LITTLE)
+        _, stored = self.build("without", LITTLE)
         views = "".join(line + "\n" for line in KEYS.splitlines()
                         if line.startswith(("mel", "voxels", "camera")))
         seen_calls, seen = self.build("views", LITTLE + views)

@@ -11,7 +11,6 @@ import unittest
 
 import h5py
 import numpy
-
 from interrupted import descendants, wait_for
 from program import CARILLON, CONFIGS, FolderTest, run, run_json
 from same import hashes

@@ -9,7 +9,6 @@ import unittest
 
 import h5py
 import numpy
-
 from interrupted import wait_for
 from program import CARILLON, FolderTest, run, run_json
 

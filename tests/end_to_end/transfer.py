@@ -6,7 +6,6 @@ import unittest
 
 import h5py
 import numpy
-
 from browser import expect_report
 from estimate import write_wav
 from program import FolderTest, run, run_json

@@ -3,7 +3,6 @@ import unittest
 
 import h5py
 import numpy
-
 from program import CONFIGS, FolderTest, run, run_json
 
 # The sizes of each pair of families, and the wall of the hollow one.
@@ -89,8 +88,7 @@ class ModelNet(FolderTest):
     def test_the_papers_furniture_is_ten_classes_in_four_variants(self):
         config = self.folder / "modelnet10.yaml"
         config.write_text((CONFIGS / config.name).read_text())
-        for size, name in enumerate("bathtub bed chair desk dresser monitor night_stand sofa table "
-                                    "toilet".split()):
+        for size, name in enumerate(["bathtub", "bed", "chair", "desk", "dresser", "monitor", "night_stand", "sofa", "table", "toilet"]):
             for part, number in (("train", 1), ("train", 2), ("test", 107)):
                 write_box(self.folder / "ModelNet10" / name / part / f"{name}_{number:04}.off",
                           1, 1 + 0.1 * size, 2 + 0.05 * number)

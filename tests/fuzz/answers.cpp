@@ -35,15 +35,22 @@ void write_array(const core::Hdf5Group& group, const std::string& name, Bytes& i
 
 void write_any(const core::Hdf5Group& group, const std::string& name, Bytes& input) {
   switch (input.next() % 8) {
-    case 0: return;  // missing
-    case 1: return write_array<std::string>(group, name, input);
-    case 2: return write_array<float>(group, name, input);
-    case 3: return write_array<std::int8_t>(group, name, input);
-    case 4: group.create_group(name); return;
-    default: return name == "key"      ? write_array<std::string>(group, name, input)
-                    : name == "scores" ? write_array<float>(group, name, input)
-                    : name == "label"  ? write_array<std::int32_t>(group, name, input)
-                                       : write_array<std::uint32_t>(group, name, input);
+    case 0:
+      return;  // missing
+    case 1:
+      return write_array<std::string>(group, name, input);
+    case 2:
+      return write_array<float>(group, name, input);
+    case 3:
+      return write_array<std::int8_t>(group, name, input);
+    case 4:
+      group.create_group(name);
+      return;
+    default:
+      return name == "key"      ? write_array<std::string>(group, name, input)
+             : name == "scores" ? write_array<float>(group, name, input)
+             : name == "label"  ? write_array<std::int32_t>(group, name, input)
+                                : write_array<std::uint32_t>(group, name, input);
   }
 }
 

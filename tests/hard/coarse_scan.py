@@ -6,7 +6,7 @@ import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "end_to_end"))
-from program import FolderTest, run_json  # noqa: E402
+from program import FolderTest, run_json
 
 BAND = ("--material", "steel", "--max-modes", "16", "--min-frequency", "0 Hz",
         "--max-frequency", "100 kHz")

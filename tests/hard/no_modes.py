@@ -4,9 +4,8 @@ import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "end_to_end"))
-from program import FolderTest, run, run_json  # noqa: E402
-
-import h5py  # noqa: E402
+import h5py
+from program import FolderTest, run, run_json
 
 BLOCK = "block:length=5mm,width=3mm,height=2mm"
 

@@ -2,7 +2,7 @@ import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
 import { base, colors, figure } from "./figure.js";
-import { bytes, number, percent, seconds, source } from "./format.js";
+import { bytes, percent, seconds, source } from "./format.js";
 import { table } from "./table.js";
 
 // What every rank did when, and how busy the ranks were.
