@@ -74,13 +74,22 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
 class PointGrid {
  public:
   PointGrid(const TetMesh& mesh, const std::vector<std::int32_t>& nodes, double cell)
-      : cell_(cell) {
+      : cell_(cell), nodes_(nodes) {
     for (const auto n : nodes) cells_[key(index(position(mesh, n)))].push_back(n);
   }
 
   template <class Visit>
   void visit(const Vec3& low, const Vec3& high, const Visit& visit_node) const {
     const auto from = index(low), to = index(high);
+    double cubes = 1;
+    for (std::size_t a = 0; a < 3; ++a) {
+      cubes *= static_cast<double>(to[a]) - static_cast<double>(from[a]) + 1;
+    }
+    // A box that is large beside the others' takes in most points.
+    if (cubes > static_cast<double>(nodes_.size())) {
+      for (const auto n : nodes_) visit_node(n);
+      return;
+    }
     for (auto i = from[0]; i <= to[0]; ++i)
       for (auto j = from[1]; j <= to[1]; ++j)
         for (auto k = from[2]; k <= to[2]; ++k) {
@@ -95,7 +104,8 @@ class PointGrid {
   Index index(const Vec3& x) const {
     Index at;
     for (int a = 0; a < 3; ++a) {
-      at[static_cast<std::size_t>(a)] = static_cast<std::int64_t>(std::floor(x[a] / cell_));
+      at[static_cast<std::size_t>(a)] =
+          static_cast<std::int64_t>(std::clamp(std::floor(x[a] / cell_), -1e18, 1e18));
     }
     return at;
   }
@@ -107,6 +117,7 @@ class PointGrid {
   }
 
   double cell_;
+  std::vector<std::int32_t> nodes_;
   std::unordered_map<std::uint64_t, std::vector<std::int32_t>> cells_;
 };
 

@@ -19,6 +19,9 @@
 namespace carillon::solvers {
 namespace {
 
+/// Coordinates whose products of six are still numbers.
+constexpr double kFarthest = 1e50;
+
 /// Position in Gmsh's element of each node of ours.
 std::vector<std::size_t> gmsh_positions(const std::vector<std::array<int, 4>>& lattice, int order) {
   const auto theirs = gmsh_tetrahedron_lattice(order);
@@ -153,6 +156,11 @@ TetMesh read_msh(const std::string& path) {
     throw core::InputError(fmt::format("{}: no tetrahedra (the file holds {} other elements)", path,
                                        file.other_elements),
                            "save the volume mesh, or give the surface as .stl, .obj, .off or .ply");
+  }
+  for (const Vec3& node : file.nodes) {
+    if (!(node.cwiseAbs().maxCoeff() < kFarthest)) {
+      throw core::InputError(fmt::format("{}: the coordinates are too large to measure", path));
+    }
   }
   TetMesh mesh;
   mesh.order = file.order;

@@ -158,7 +158,9 @@ def write(folder):
         (folder / target).mkdir(parents=True, exist_ok=True)
         for number, seed in enumerate(make()):
             (folder / target / f"{number:02}").write_bytes(seed if isinstance(seed, bytes) else seed.encode())
+        if target not in WORDS:
+            continue
         words = "".join('"' + "".join(f"\\x{byte:02x}" for byte in word.encode()) + '"\n'
-                        for word in WORDS.get(target, []))
+                        for word in WORDS[target])
         (folder / f"{target}.dict").write_text(words)
     return list(SEEDS)

@@ -199,11 +199,28 @@ TEST(ReadMsh, NamesTheLineOfWhatIsWrong) {
   EXPECT_NE(error("2 4 2 0", "2 77 2 0").find("two.msh:19: unknown element type 77"),
             std::string::npos);
   EXPECT_NE(error("9 0 0 1", "9 0 0 inf").find("not finite"), std::string::npos);
+  EXPECT_NE(error("9 0 0 1", "9 0 0 1e60").find("too large to measure"), std::string::npos);
   EXPECT_NE(error("9 0 0 1", "9 0 0 0").find("no volume"), std::string::npos);
   EXPECT_NE(error("9 0 0 1", "3 0 0 1").find("node 3 twice"), std::string::npos);
   EXPECT_NE(error("1 2 3 9", "1 2 2 9").find("uses a node twice"), std::string::npos);
   EXPECT_NE(error("$Nodes\n6", "$Nodes\n6000000000").find("can hold"), std::string::npos);
   EXPECT_NE(error("$EndNodes", "$EndMode").find("$EndNodes expected"), std::string::npos);
+}
+
+// Faces were looked at in cubes of their mean edge, of which the largest face had 1e26.
+TEST(ReadMsh, OneElementMayBeFarLargerThanTheOthers) {
+  const TemporaryFolder folder;
+  std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n404\n", elements;
+  for (int i = 0; i < 101; ++i) {
+    const double size = i == 0 ? 1e15 : 1e-3;
+    const double at = i == 0 ? 0 : -i;
+    const int n = 4 * i;
+    text += fmt::format("{} {} 0 0\n{} {} 0 0\n{} {} {} 0\n{} {} 0 {}\n", n + 1, at, n + 2,
+                        at + size, n + 3, at, size, n + 4, at, size);
+    elements += fmt::format("{} 4 2 0 1 {} {} {} {}\n", i + 1, n + 1, n + 2, n + 3, n + 4);
+  }
+  text += "$EndNodes\n$Elements\n101\n" + elements + "$EndElements\n";
+  EXPECT_EQ(read_msh(folder.file("large.msh", text)).element_count(), 101u);
 }
 
 TEST_F(MshReader, AnswersDamagedFilesWithAMessage) {
