@@ -1,5 +1,10 @@
 #include "cli/learn/answers.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "eval/classification/score_rows.hpp"
@@ -21,6 +26,16 @@ PartAnswers read_part(const core::Hdf5Group& group) {
   return {group.read<std::string>("key"), group.read<std::int32_t>("label"),
           group.read<std::uint32_t>("body"), group.read<std::uint32_t>("strike"),
           group.read<float>("scores")};
+}
+
+/// Every sample has its label, body, strike and a score for each class, and every label is a class.
+bool fits(const PartAnswers& part, std::size_t classes) {
+  const std::size_t count = part.samples();
+  return part.labels.size() == count && part.bodies.size() == count &&
+         part.strikes.size() == count && part.scores.size() == count * classes &&
+         std::all_of(part.labels.begin(), part.labels.end(), [&](std::int32_t label) {
+           return label >= 0 && static_cast<std::size_t>(label) < classes;
+         });
 }
 
 }  // namespace
@@ -67,8 +82,15 @@ void write_answers(const std::filesystem::path& path, const Answers& answers) {
 
 Answers read_answers(const std::filesystem::path& path) {
   const core::Hdf5Group file = core::Hdf5Group::open_file(path);
-  return {file.read<std::string>("classes"), read_part(file.open_group("validation")),
-          read_part(file.open_group("test"))};
+  Answers answers{file.read<std::string>("classes"), read_part(file.open_group("validation")),
+                  read_part(file.open_group("test"))};
+  if (!fits(answers.validation, answers.classes.size()) ||
+      !fits(answers.test, answers.classes.size())) {
+    throw core::FileError(
+        fmt::format("{}: arrays of the answers do not fit together", path.string()),
+        fmt::format("remove {}: the training is run again", path.parent_path().string()));
+  }
+  return answers;
 }
 
 }  // namespace carillon::cli

@@ -41,7 +41,8 @@ eval::Confusion confusion_of(const PartAnswers& part, std::size_t classes);
 
 /// @throws StorageError
 void write_answers(const std::filesystem::path& path, const Answers& answers);
-/// @throws FileError  no such file, or not one of answers
+/// @throws FileError  no such file, or not one of answers: an array is missing, or they do not fit
+///                    together
 Answers read_answers(const std::filesystem::path& path);
 
 }  // namespace carillon::cli
