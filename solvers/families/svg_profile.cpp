@@ -120,8 +120,12 @@ std::array<double, 2> point_of(const PathCurve& curve, double t) {
   return p;
 }
 
+/// Points of an outline, each of which is held against all others for crossings.
+constexpr double kMostPoints = 1e4;
+
 /// Equal steps in t whose chords stay within `tolerance`: |B''| / (8 n^2) bounds their distance.
-int steps_of(const PathCurve& curve, double tolerance) {
+/// Without end for a curve that reaches without end to the side.
+double steps_of(const PathCurve& curve, double tolerance) {
   if (curve.straight) return 1;
   double second = 0;
   for (std::size_t i = 0; i < 2; ++i)
@@ -129,7 +133,7 @@ int steps_of(const PathCurve& curve, double tolerance) {
         second,
         6 * std::hypot(curve.points[i][0] - 2 * curve.points[i + 1][0] + curve.points[i + 2][0],
                        curve.points[i][1] - 2 * curve.points[i + 1][1] + curve.points[i + 2][1]));
-  return std::max(1, static_cast<int>(std::ceil(std::sqrt(second / (8 * tolerance)))));
+  return std::max(1.0, std::ceil(std::sqrt(second / (8 * tolerance))));
 }
 
 }  // namespace
@@ -155,9 +159,16 @@ std::vector<std::array<double, 2>> profile_from_svg(const std::string& path, dou
 
   ProfilePolygon polygon;
   for (const auto& curve : curves) {
-    const int steps = steps_of(curve, 1e-4 * (high - low));
-    for (int k = 0; k < steps; ++k) {
-      const auto p = point_of(curve, static_cast<double>(k) / steps);
+    const double steps = steps_of(curve, 1e-4 * (high - low));
+    if (!(static_cast<double>(polygon.size()) + steps <= kMostPoints))
+      throw core::InputError(
+          path +
+              ": an outline that is true to a ten thousandth of its height has more than 10000 "
+              "points",
+          "draw the half section alone, as one outline with few curves, none far wider than it is "
+          "high");
+    for (int k = 0; k < static_cast<int>(steps); ++k) {
+      const auto p = point_of(curve, k / steps);
       polygon.push_back({p[0], -p[1]});
     }
   }

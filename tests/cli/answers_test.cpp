@@ -1,5 +1,5 @@
-// Files of answers: what was written comes back, and what does not fit together is refused before anybody
-// counts with it.
+// Files of answers: what was written comes back, and what does not fit together is refused before
+// anybody counts with it.
 #include "cli/learn/answers.hpp"
 
 #include <gtest/gtest.h>

@@ -3,6 +3,7 @@ words that it may put in."""
 import io
 import json
 import pathlib
+import shutil
 import struct
 import sys
 
@@ -154,6 +155,7 @@ WORDS = {
 
 def write(folder):
     """Seeds into folder/TARGET/, words into folder/TARGET.dict; returns the targets."""
+    shutil.rmtree(folder, ignore_errors=True)
     for target, make in SEEDS.items():
         (folder / target).mkdir(parents=True, exist_ok=True)
         for number, seed in enumerate(make()):
