@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
+#include "core/hdf5.hpp"
 #include "tests/solvers/temporary_folder.hpp"
 
 namespace carillon::cli {
@@ -36,23 +37,30 @@ TEST(AnswersFile, IsRefusedWhereLabelsAreNoClasses) {
   }
 }
 
-TEST(AnswersFile, IsRefusedWhereThereAreFewerScoresThanClasses) {
+TEST(AnswersFile, IsRefusedWhereArraysDiffer) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("answers.h5", "");
-  Answers answers = two_samples();
-  answers.classes = {"steel"};
-  for (PartAnswers* part : {&answers.validation, &answers.test}) {
-    part->scores.resize(2);
-    part->labels = {0, 0};
+  Answers fewer = two_samples();
+  fewer.classes.pop_back();  // two scores of each sample, one class
+  fewer.test.labels = fewer.validation.labels = {0, 0};
+  Answers uneven = two_samples();
+  uneven.validation.strikes.pop_back();
+  for (const Answers& answers : {fewer, uneven}) {
+    {
+      const core::Hdf5Group file = core::Hdf5Group::create_file(path);
+      file.write<std::string>("classes", answers.classes, {answers.classes.size()});
+      for (const auto& [name, part] :
+           {std::pair{"validation", &answers.validation}, std::pair{"test", &answers.test}}) {
+        const core::Hdf5Group group = file.create_group(name);
+        group.write<std::string>("key", part->keys, {part->keys.size()});
+        group.write<std::int32_t>("label", part->labels, {part->labels.size()});
+        group.write<std::uint32_t>("body", part->bodies, {part->bodies.size()});
+        group.write<std::uint32_t>("strike", part->strikes, {part->strikes.size()});
+        group.write<float>("scores", part->scores, {part->scores.size()});
+      }
+    }
+    EXPECT_THROW(read_answers(path), core::FileError);
   }
-  write_answers(path, answers);
-  EXPECT_NO_THROW(read_answers(path));
-  answers.validation.keys.pop_back();
-  answers.validation.labels.pop_back();
-  answers.validation.bodies.pop_back();
-  answers.validation.scores.pop_back();
-  write_answers(path, answers);  // one strike too many
-  EXPECT_THROW(read_answers(path), core::FileError);
 }
 
 }  // namespace
