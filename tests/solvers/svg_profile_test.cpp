@@ -117,6 +117,7 @@ TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
   EXPECT_NE(reason("").find("a path"), std::string::npos);
   EXPECT_NE(reason("M0 0 A10 10 0 2 0 1 1").find("flag"), std::string::npos);
   EXPECT_NE(reason("M0 0 H10 H0 Z").find("no height"), std::string::npos);
+  EXPECT_NE(reason("M0 0 A1e200 1e200 0 0 0 10 10 V20 H0 Z").find("squared"), std::string::npos);
   EXPECT_NE(reason("M0 0 C1e30 0 1e30 10 0 10 Z").find("10000 points"), std::string::npos);
   const TemporaryFolder folder;
   const auto moved =
