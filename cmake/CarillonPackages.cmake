@@ -13,6 +13,11 @@ foreach(component program learn doc)
           COMPONENT ${component})
 endforeach()
 
+if(CARILLON_PAGE)
+  install(FILES ${PROJECT_BINARY_DIR}/report-page/licences.txt
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon COMPONENT program)
+endif()
+
 set(CPACK_GENERATOR DEB)
 set(CPACK_COMPONENTS_ALL program doc)
 if(CARILLON_LEARN)
