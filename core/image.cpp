@@ -19,6 +19,8 @@ struct PngImage : png_image {
 
 // A file of a few kilobytes can claim a picture of any size.
 constexpr std::uint64_t largest_picture_bytes = std::uint64_t{1} << 30;
+// Deflate makes at most 1032 bytes of one, of eight pixels each (zlib.net/zlib_tech.html).
+constexpr std::uint64_t most_pixels_per_byte = 1032 * 8;
 
 /// What libpng is told of a picture.
 /// @param name  for messages
@@ -81,6 +83,13 @@ Image read_png(const std::filesystem::path& path) {
   if (size > largest_picture_bytes) {
     throw FileError(
         fmt::format("{}: a picture of {} x {} is too large", path.string(), png.width, png.height));
+  }
+  // A header alone must not take memory.
+  if (size / static_cast<std::uint64_t>(image.channels) >
+      most_pixels_per_byte * std::filesystem::file_size(path)) {
+    throw FileError(fmt::format("{}: the file is too short for a picture of {} x {}", path.string(),
+                                png.width, png.height),
+                    "the file is damaged");
   }
   image.width = static_cast<int>(png.width);
   image.height = static_cast<int>(png.height);

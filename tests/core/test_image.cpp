@@ -109,6 +109,38 @@ TEST(ReadPng, NamesTheFileAndTheReason) {
   }
 }
 
+/// CRC-32 of a PNG chunk (ISO 3309).
+std::uint32_t crc_of(std::string_view bytes) {
+  std::uint32_t crc = 0xffffffff;
+  for (const char byte : bytes) {
+    crc ^= static_cast<std::uint8_t>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return ~crc;
+}
+
+TEST(ReadPng, AHeaderAloneTakesNoMemory) {
+  const TemporaryFolder folder;
+  write_png(folder / "a.png", checkered(4, 4, 1));
+  std::string bytes = read_file(folder / "a.png");
+  const std::size_t header = bytes.find("IHDR");
+  ASSERT_EQ(header, 12u);
+  const auto put = [&](std::size_t at, std::uint32_t value) {
+    for (int k = 0; k < 4; ++k) bytes[at + k] = static_cast<char>(value >> (24 - 8 * k));
+  };
+  put(header + 4, 30000);
+  put(header + 8, 30000);
+  put(header + 17, crc_of(std::string_view(bytes).substr(header, 17)));
+  write_text_durably(folder / "large.png", bytes);
+  try {
+    read_png(folder / "large.png");
+    FAIL() << "read";
+  } catch (const FileError& error) {
+    EXPECT_NE(error.message().find("too short for a picture of 30000 x 30000"), std::string::npos)
+        << error.message();
+  }
+}
+
 TEST(ReadPng, DamagedFilesGiveAPictureOrAnError) {
   const TemporaryFolder folder;
   write_png(folder / "good.png", checkered(20, 20, 3));
