@@ -182,7 +182,8 @@ class PathParser {
     double swept = angle_of(-half) - from;
     if (sweep && swept < 0) swept += 2 * std::numbers::pi;
     if (!sweep && swept > 0) swept -= 2 * std::numbers::pi;
-    if (!std::isfinite(swept)) fail("an arc whose radii and ends can be squared");
+    if (!std::isfinite(swept) || !centre.allFinite())
+      fail("an arc whose radii and ends can be squared");
     const int parts = std::max(1, static_cast<int>(std::ceil(std::abs(swept) / 0.7854)));
     const double step = swept / parts, handle = 4.0 / 3 * std::tan(step / 4);
     const auto on = [&](double angle) -> Vec2 {
