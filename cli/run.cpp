@@ -10,6 +10,7 @@
 #include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "cli/learn/commands.hpp"
+#include "cli/revision.hpp"
 #include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -98,7 +99,7 @@ void start(Started& started, Needs needs, Context& context, int argc, char** arg
 }
 
 std::string version_text() {
-  std::string text = "carillon " CARILLON_VERSION;
+  std::string text = std::string("carillon ") + revision();
   const nlohmann::json versions = library_versions();
   for (const auto& [library, version] : versions.items()) {
     if (library != "carillon") text += "\n" + library + " " + version.get<std::string>();

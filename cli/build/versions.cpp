@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "cli/build/dataset.hpp"
+#include "cli/revision.hpp"
 #include "solvers/library_versions.hpp"
 
 namespace carillon::cli {
@@ -22,7 +23,7 @@ nlohmann::json library_versions() {
   MPI_Get_library_version(mpi, &length);
   const std::string mpi_text(mpi, static_cast<std::size_t>(length));
   nlohmann::json versions = {
-      {"carillon", CARILLON_VERSION},
+      {"carillon", revision()},
       {"compiler", compiler},
       {"eigen",
        fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},

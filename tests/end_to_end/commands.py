@@ -369,7 +369,7 @@ class Others(FolderTest):
     def test_help_and_version(self):
         self.assertEqual(run("--help").returncode, 0)
         first, *libraries = run("--version").stdout.splitlines()
-        self.assertRegex(first, r"^carillon \d+\.\d+\.\d+$")
+        self.assertRegex(first, r"^carillon \d+\.\d+\.\d+(\+\S+)?$")
         names = {line.split(" ", 1)[0] for line in libraries}
         self.assertLessEqual({"cgal", "gmsh", "hdf5", "mpi", "petsc", "slepc"}, names)
         self.assertEqual(run("build", "--help").returncode, 0)

@@ -1,0 +1,66 @@
+# Debian packages by CPack, one for each component: scripts/packaging/debs makes them. What only they
+# hold (copyright, changelog, documentation) is not installed by hand.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME carillon)
+set(CPACK_PACKAGE_CONTACT "The Carillon developers")
+carillon_revision(CPACK_PACKAGE_VERSION ${PROJECT_SOURCE_DIR} ${PROJECT_VERSION})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+# carillon_package(NAME DESCRIPTION): the package of the component NAME.
+set(CPACK_COMPONENTS_ALL)
+macro(carillon_package name description)
+  list(APPEND CPACK_COMPONENTS_ALL ${name})
+  string(TOUPPER ${name} component)
+  set(CPACK_DEBIAN_${component}_PACKAGE_NAME ${name})
+  set(CPACK_COMPONENT_${component}_DESCRIPTION "${description}")
+  set(folder ${CMAKE_INSTALL_DATADIR}/doc/${name})
+  install(FILES cmake/copyright DESTINATION ${folder} COMPONENT ${name} EXCLUDE_FROM_ALL)
+  install(CODE "
+    execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md COMMAND_ERROR_IS_FATAL ANY
+      OUTPUT_FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${folder}/changelog.gz\")"
+    COMPONENT ${name} EXCLUDE_FROM_ALL)
+endmacro()
+
+carillon_package(carillon
+"datasets of struck objects: modes, sounds and pictures
+ Turns shapes, materials and scenes into labelled datasets of struck objects:
+ the modes of each body by finite elements, the sounds of blows on it, its
+ voxels and its picture, in HDF5, on one core or on many MPI ranks.")
+set(CPACK_DEBIAN_CARILLON_PACKAGE_SECTION science)
+# The launcher of its ranks, and a BLAS of one thread a rank.
+set(CPACK_DEBIAN_CARILLON_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial")
+# Pictures beside its results; movies; its documentation.
+set(CPACK_DEBIAN_CARILLON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-numpy, python3-h5py")
+set(CPACK_DEBIAN_CARILLON_PACKAGE_SUGGESTS "carillon-learn, carillon-doc, ffmpeg")
+
+if(CARILLON_LEARN)
+  carillon_package(carillon-learn
+"classifiers for datasets of struck objects
+ Trains networks and other classifiers on the datasets that carillon makes,
+ evaluates them, and tells shape and material of a recorded sound. Adds the
+ commands train and identify, and sections of evaluate, to carillon.")
+  set(CPACK_DEBIAN_CARILLON-LEARN_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_CARILLON-LEARN_PACKAGE_DEPENDS "carillon (= ${CPACK_PACKAGE_VERSION})")
+endif()
+
+carillon_package(carillon-doc
+"documentation of carillon
+ How datasets of struck objects are made with carillon, what their files hold,
+ what is computed and how well, and job scripts for clusters.")
+set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_SECTION doc)
+set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_ARCHITECTURE all)
+# As in the repository, so that links hold.
+install(FILES README.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc
+        COMPONENT carillon-doc EXCLUDE_FROM_ALL)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc
+        COMPONENT carillon-doc EXCLUDE_FROM_ALL)
+install(DIRECTORY scripts/slurm DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc/scripts
+        COMPONENT carillon-doc EXCLUDE_FROM_ALL USE_SOURCE_PERMISSIONS)
+
+include(CPack)
