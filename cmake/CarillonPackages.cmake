@@ -39,6 +39,11 @@ set(CPACK_DEBIAN_CARILLON_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial")
 set(CPACK_DEBIAN_CARILLON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-numpy, python3-h5py")
 set(CPACK_DEBIAN_CARILLON_PACKAGE_SUGGESTS "carillon-learn, carillon-doc, ffmpeg")
 
+if(CARILLON_PAGE)
+  install(FILES ${PROJECT_BINARY_DIR}/report-page/licences.txt DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon
+          COMPONENT carillon EXCLUDE_FROM_ALL)
+endif()
+
 if(CARILLON_LEARN)
   carillon_package(carillon-learn
 "classifiers for datasets of struck objects

@@ -27,7 +27,7 @@ add_custom_command(OUTPUT ${page_packages}
   WORKING_DIRECTORY ${page_folder}
   DEPENDS ${page_frozen}
   COMMENT "Fetching what the page of reports is made of (-DCARILLON_REPORT=OFF: none)")
-add_custom_command(OUTPUT ${page_folder}/page.html
+add_custom_command(OUTPUT ${page_folder}/page.html BYPRODUCTS ${page_folder}/licences.txt
   COMMAND ${CMAKE_COMMAND} -E copy ${page_source}/build.mjs ${page_folder}
   COMMAND ${CARILLON_NODE} build.mjs ${page_source}/src page.html
   WORKING_DIRECTORY ${page_folder}
