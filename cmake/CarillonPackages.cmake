@@ -3,6 +3,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME carillon)
 set(CPACK_PACKAGE_CONTACT "The Carillon developers")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
 carillon_revision(CPACK_PACKAGE_VERSION ${PROJECT_SOURCE_DIR} ${PROJECT_VERSION})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -29,14 +30,14 @@ endmacro()
 
 carillon_package(carillon
 "datasets of struck objects: modes, sounds and pictures
- Turns shapes, materials and scenes into labelled datasets of struck objects:
- the modes of each body by finite elements, the sounds of blows on it, its
- voxels and its picture, in HDF5, on one core or on many MPI ranks.")
+Turns shapes, materials and scenes into labelled datasets of struck objects:
+the modes of each body by finite elements, the sounds of blows on it, its
+voxels and its picture, in HDF5, on one core or on many MPI ranks.")
 set(CPACK_DEBIAN_CARILLON_PACKAGE_SECTION science)
 # The launcher of its ranks, and a BLAS of one thread a rank.
 set(CPACK_DEBIAN_CARILLON_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial")
-# Pictures beside its results; movies; its documentation.
-set(CPACK_DEBIAN_CARILLON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-numpy, python3-h5py")
+# Pictures beside its results, and movies.
+set(CPACK_DEBIAN_CARILLON_PACKAGE_RECOMMENDS "python3, python3-matplotlib, python3-numpy, python3-h5py")
 set(CPACK_DEBIAN_CARILLON_PACKAGE_SUGGESTS "carillon-learn, carillon-doc, ffmpeg")
 
 if(CARILLON_PAGE)
@@ -47,17 +48,17 @@ endif()
 if(CARILLON_LEARN)
   carillon_package(carillon-learn
 "classifiers for datasets of struck objects
- Trains networks and other classifiers on the datasets that carillon makes,
- evaluates them, and tells shape and material of a recorded sound. Adds the
- commands train and identify, and sections of evaluate, to carillon.")
+Trains networks and other classifiers on the datasets that carillon makes,
+evaluates them, and tells shape and material of a recorded sound. Adds the
+commands train and identify, and sections of evaluate, to carillon.")
   set(CPACK_DEBIAN_CARILLON-LEARN_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_CARILLON-LEARN_PACKAGE_DEPENDS "carillon (= ${CPACK_PACKAGE_VERSION})")
 endif()
 
 carillon_package(carillon-doc
 "documentation of carillon
- How datasets of struck objects are made with carillon, what their files hold,
- what is computed and how well, and job scripts for clusters.")
+How datasets of struck objects are made with carillon, what their files hold,
+what is computed and how well, and job scripts for clusters.")
 set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_SECTION doc)
 set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_ARCHITECTURE all)
 # As in the repository, so that links hold.
