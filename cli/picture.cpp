@@ -19,9 +19,9 @@ constexpr int no_matplotlib = 4;
 
 fs::path find_script(const std::string& name) {
   // Installed (carillon-learn in ../libexec/carillon), or in a build's folder or its tests'.
-  return core::find_near_program(
-      {"../share/carillon/scripts/" + name, "../../share/carillon/scripts/" + name,
-       "../scripts/" + name, "../../scripts/" + name});
+  return core::find_near_program({"../share/carillon/scripts/" + name,
+                                  "../../share/carillon/scripts/" + name, "../scripts/" + name,
+                                  "../../scripts/" + name});
 }
 
 /// Pythons to try: the one that is named, else the first of the path and the system's.

@@ -19,7 +19,7 @@ fs::path find_near_program(std::initializer_list<std::string_view> places) {
 
 fs::path find_helper(std::string_view name) {
   return find_near_program(
-      {name, fmt::format("../{}", name), fmt::format("../libexec/carillon/{}", name)});
+      {fmt::format("../libexec/carillon/{}", name), name, fmt::format("../{}", name)});
 }
 
 }  // namespace carillon::core

@@ -12,8 +12,8 @@ namespace carillon::core {
 /// @return the first that exists; empty where none does
 std::filesystem::path find_near_program(std::initializer_list<std::string_view> places);
 
-/// A program that this one starts: beside it, one folder up (tests lie in a folder of their own), or
-/// where it is installed, in ../libexec/carillon.
+/// A program that this one starts: installed, in ../libexec/carillon; beside this one, as built; or
+/// one folder up, as tests lie in a folder of their own.
 /// @return empty where there is none
 std::filesystem::path find_helper(std::string_view name);
 
