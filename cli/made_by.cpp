@@ -6,6 +6,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "cli/revision.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
@@ -13,7 +14,7 @@ namespace carillon::cli {
 nlohmann::ordered_json made_by(const Context& context) {
   const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   return {{"command", context.command},
-          {"carillon", CARILLON_VERSION},
+          {"carillon", revision()},
           {"processor", processor_name()},
           {"ranks", mpi::size(context.world)},
           {"date", fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now))}};

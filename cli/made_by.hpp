@@ -7,7 +7,7 @@
 
 namespace carillon::cli {
 
-/// Where figures come from: `command`, `carillon` (version), `processor`, `ranks` of the world and
+/// Where figures come from: `command`, `carillon` (revision), `processor`, `ranks` of the world and
 /// `date` (UTC).
 nlohmann::ordered_json made_by(const Context& context);
 

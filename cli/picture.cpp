@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "core/near_program.hpp"
 #include "solvers/child_process.hpp"
 
 namespace carillon::cli {
@@ -17,12 +18,10 @@ namespace fs = std::filesystem;
 constexpr int no_matplotlib = 4;
 
 fs::path find_script(const std::string& name) {
-  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const char* place : {"../share/carillon/scripts", "../scripts", "../../scripts"}) {
-    const fs::path script = here / place / name;
-    if (fs::exists(script)) return fs::weakly_canonical(script);
-  }
-  return {};
+  // Installed (carillon-learn in ../libexec/carillon), or in a build's folder or its tests'.
+  return core::find_near_program({"../share/carillon/scripts/" + name,
+                                  "../../share/carillon/scripts/" + name, "../scripts/" + name,
+                                  "../../scripts/" + name});
 }
 
 /// Pythons to try: the one that is named, else the first of the path and the system's.

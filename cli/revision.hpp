@@ -2,8 +2,11 @@
 
 namespace carillon::cli {
 
-/// The commit that the program was built from, as `git describe --always --dirty --tags` names it
-/// ("v0.1.0", "v0.1.0-12-g1a2b3c4", "1a2b3c4-dirty"); empty where the sources were no clone.
-extern const char* const revision;
+/// The version, and after a plus sign where in git the source stands that is no release itself:
+/// commits since that release, the commit, and `dirty` where files differ from it. Datasets and
+/// `--version` name it; keys of what is kept have CARILLON_VERSION alone, so that a commit does not
+/// make all of it anew.
+/// @return for example `0.1.0`, `0.1.0+67.g16a2a74` or `0.1.0+g16a2a74.dirty`
+const char* revision();
 
 }  // namespace carillon::cli

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -100,12 +99,10 @@ void start(Started& started, Needs needs, Context& context, int argc, char** arg
 }
 
 std::string version_text() {
-  std::string text = "carillon " CARILLON_VERSION;
-  if (*revision) text += fmt::format(" ({})", revision);
+  std::string text = std::string("carillon ") + revision();
   const nlohmann::json versions = library_versions();
   for (const auto& [library, version] : versions.items()) {
-    if (library != "carillon" && library != "revision")
-      text += "\n" + library + " " + version.get<std::string>();
+    if (library != "carillon") text += "\n" + library + " " + version.get<std::string>();
   }
   return text;
 }

@@ -1,55 +1,72 @@
-# Debian packages, made by scripts/packaging/debs: carillon, carillon-learn (classifiers; libtorch) and
-# carillon-doc. What they depend on dpkg-shlibdeps finds, but for what is run or loaded at run time.
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)
-install(FILES README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)
-foreach(component program learn doc)
-  set(package carillon-${component})
-  if(component STREQUAL program)
-    set(package carillon)
-  endif()
-  string(TOUPPER ${component} upper)
-  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
-  install(FILES scripts/packaging/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package}
-          COMPONENT ${component})
-endforeach()
-
-if(CARILLON_PAGE)
-  install(FILES ${PROJECT_BINARY_DIR}/report-page/licences.txt
-          DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon COMPONENT program)
-endif()
-
+# Debian packages by CPack, one for each component: scripts/packaging/debs makes them. What only they
+# hold (copyright, changelog, documentation) is not installed by hand.
 set(CPACK_GENERATOR DEB)
-set(CPACK_COMPONENTS_ALL program doc)
-if(CARILLON_LEARN)
-  list(APPEND CPACK_COMPONENTS_ALL learn)
-endif()
-set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
-set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_NAME carillon)
 set(CPACK_PACKAGE_CONTACT "The Carillon developers")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
+carillon_revision(CPACK_PACKAGE_VERSION ${PROJECT_SOURCE_DIR} ${PROJECT_VERSION})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_THREADS 0)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
-  "Modes of bodies by finite elements, impact sounds, voxels, pictures and touch
-as HDF5 datasets, on one core or on many MPI ranks; damping and materials
-found again in sounds.")
-# mpirun; a BLAS of one thread (the reference BLAS is many times slower).
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial | libopenblas0")
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3-h5py, python3-matplotlib")
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "carillon-learn, carillon-doc")
+# carillon_package(NAME DESCRIPTION): the package of the component NAME.
+set(CPACK_COMPONENTS_ALL)
+macro(carillon_package name description)
+  list(APPEND CPACK_COMPONENTS_ALL ${name})
+  string(TOUPPER ${name} component)
+  set(CPACK_DEBIAN_${component}_PACKAGE_NAME ${name})
+  set(CPACK_COMPONENT_${component}_DESCRIPTION "${description}")
+  set(folder ${CMAKE_INSTALL_DATADIR}/doc/${name})
+  install(FILES cmake/copyright DESTINATION ${folder} COMPONENT ${name} EXCLUDE_FROM_ALL)
+  install(CODE "
+    execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md COMMAND_ERROR_IS_FATAL ANY
+      OUTPUT_FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${folder}/changelog.gz\")"
+    COMPONENT ${name} EXCLUDE_FROM_ALL)
+endmacro()
 
-set(CPACK_COMPONENT_LEARN_DESCRIPTION "Classifiers of sounds, voxels, pictures and touch:
-what carillon train, evaluate and identify run.")
-set(CPACK_DEBIAN_LEARN_PACKAGE_DEPENDS "carillon (= ${PROJECT_VERSION})")
+carillon_package(carillon
+"datasets of struck objects: modes, sounds and pictures
+Turns shapes, materials and scenes into labelled datasets of struck objects:
+the modes of each body by finite elements, the sounds of blows on it, its
+voxels and its picture, in HDF5, on one core or on many MPI ranks.")
+set(CPACK_DEBIAN_CARILLON_PACKAGE_SECTION science)
+# The launcher of its ranks, and a BLAS of one thread a rank.
+set(CPACK_DEBIAN_CARILLON_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial")
+# Pictures beside its results, and movies.
+set(CPACK_DEBIAN_CARILLON_PACKAGE_RECOMMENDS "python3, python3-matplotlib, python3-numpy, python3-h5py")
+set(CPACK_DEBIAN_CARILLON_PACKAGE_SUGGESTS "carillon-learn, carillon-doc, ffmpeg")
 
-set(CPACK_COMPONENT_DOC_DESCRIPTION "Documentation: guide, every key of a configuration,
-methods, file formats, loaders to copy.")
-set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
-set(CPACK_DEBIAN_DOC_PACKAGE_SECTION doc)
-set(CPACK_DEBIAN_DOC_PACKAGE_SHLIBDEPS OFF)
+if(CARILLON_PAGE)
+  install(FILES ${PROJECT_BINARY_DIR}/report-page/licences.txt DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon
+          COMPONENT carillon EXCLUDE_FROM_ALL)
+endif()
+
+if(CARILLON_LEARN)
+  carillon_package(carillon-learn
+"classifiers for datasets of struck objects
+Trains networks and other classifiers on the datasets that carillon makes,
+evaluates them, and tells shape and material of a recorded sound. Adds the
+commands train and identify, and sections of evaluate, to carillon.")
+  set(CPACK_DEBIAN_CARILLON-LEARN_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_CARILLON-LEARN_PACKAGE_DEPENDS "carillon (= ${CPACK_PACKAGE_VERSION})")
+endif()
+
+carillon_package(carillon-doc
+"documentation of carillon
+How datasets of struck objects are made with carillon, what their files hold,
+what is computed and how well, and job scripts for clusters.")
+set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_SECTION doc)
+set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_ARCHITECTURE all)
+# As in the repository, so that links hold.
+install(FILES README.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc
+        COMPONENT carillon-doc EXCLUDE_FROM_ALL)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc
+        COMPONENT carillon-doc EXCLUDE_FROM_ALL)
+install(DIRECTORY scripts/slurm DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc/scripts
+        COMPONENT carillon-doc EXCLUDE_FROM_ALL USE_SOURCE_PERMISSIONS)
+
 include(CPack)

@@ -1,6 +1,6 @@
 # Manual page and completion, written by the program when it is installed.
 set(carillon_reference
-  "manual|man/man1|carillon.1"
+  "manual COMMAND gzip -9n|man/man1|carillon.1.gz"
   "completion bash|bash-completion/completions|carillon"
   "completion fish|fish/vendor_completions.d|carillon.fish")
 foreach(entry IN LISTS carillon_reference)

@@ -20,6 +20,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
+#include "core/near_program.hpp"
 #include "core/progress.hpp"
 #include "core/storage_error.hpp"
 #include "solvers/child_process.hpp"
@@ -100,12 +101,8 @@ fs::path worker_program() {
     throw core::StorageError(fmt::format("CARILLON_MESH names {}, which does not exist", named),
                              "name carillon-mesh, or nothing where it lies beside carillon");
   }
-  // Beside this program, or one folder up: tests lie in a folder of their own.
-  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const fs::path& folder : {here, here.parent_path()}) {
-    if (fs::exists(folder / "carillon-mesh")) return folder / "carillon-mesh";
-  }
-  throw core::StorageError(fmt::format("{}: carillon-mesh is missing", here.string()),
+  if (const fs::path found = core::find_helper("carillon-mesh"); !found.empty()) return found;
+  throw core::StorageError("carillon-mesh is missing",
                            "install it beside carillon, or name it in CARILLON_MESH");
 }
 

@@ -21,7 +21,7 @@ constexpr int mesher_without_storage = 74;
 /// @throws FileError  the mesh file cannot be read
 std::string mesh_key(const MeshRequest& request);
 
-/// Meshes in a child process (`carillon-mesh`, found beside this program or in $CARILLON_MESH),
+/// Meshes in a child process (`carillon-mesh`, found by core::find_helper or in $CARILLON_MESH),
 /// so that a crash, a hang or a lack of memory there costs this call only. The result is kept in
 /// `cache` under its key (empty path: no cache).
 /// @throws InputError, SolverError  as make_tet_mesh does, and SolverError for a crash, the time

@@ -23,7 +23,7 @@ nlohmann::json library_versions() {
   MPI_Get_library_version(mpi, &length);
   const std::string mpi_text(mpi, static_cast<std::size_t>(length));
   nlohmann::json versions = {
-      {"carillon", CARILLON_VERSION},
+      {"carillon", revision()},
       {"compiler", compiler},
       {"eigen",
        fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
@@ -32,7 +32,6 @@ nlohmann::json library_versions() {
       {"cgal", CARILLON_CGAL_VERSION},
       {"gmsh", CARILLON_GMSH_VERSION},
       {"mpi", mpi_text.substr(0, mpi_text.find(','))}};
-  if (*revision) versions["revision"] = revision;
   for (const auto& [library, version] : solvers::library_versions()) versions[library] = version;
   return versions;
 }

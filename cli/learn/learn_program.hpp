@@ -2,7 +2,7 @@
 
 namespace carillon::cli {
 
-/// Before MPI starts: carillon-learn, which lies beside this program, takes its place in the
+/// Before MPI starts: carillon-learn (core::find_helper) takes its place in the
 /// process and runs the same command line. Returns where there is no such program.
 ///
 /// libtorch loads hundreds of libraries, which builds and everything else are to be spared.

@@ -13,8 +13,8 @@ namespace {
 
 [[noreturn]] void missing(const char* what) {
   throw core::InputError(
-      fmt::format("{} needs carillon-learn, which does not lie beside this program", what),
-      "build with libtorch: -DCARILLON_LEARN=ON");
+      fmt::format("{} needs carillon-learn, which is not installed", what),
+      "build with libtorch (-DCARILLON_LEARN=ON), or install the package carillon-learn");
 }
 
 /// A command of a program without libtorch.

@@ -2,8 +2,6 @@
 import json
 import math
 import os
-import re
-import subprocess
 import unittest
 import unittest.mock
 
@@ -371,13 +369,7 @@ class Others(FolderTest):
     def test_help_and_version(self):
         self.assertEqual(run("--help").returncode, 0)
         first, *libraries = run("--version").stdout.splitlines()
-        version = re.fullmatch(r"carillon \d+\.\d+\.\d+(?: \((\S+)\))?", first)
-        self.assertTrue(version, first)
-        root = CONFIGS.parent
-        if (root / ".git").exists():
-            commit = version[1].removesuffix("-dirty")
-            known = subprocess.run(["git", "-C", root, "cat-file", "-e", commit + "^{commit}"])
-            self.assertEqual(known.returncode, 0, first)
+        self.assertRegex(first, r"^carillon \d+\.\d+\.\d+(\+\S+)?$")
         names = {line.split(" ", 1)[0] for line in libraries}
         self.assertLessEqual({"cgal", "gmsh", "hdf5", "mpi", "petsc", "slepc"}, names)
         self.assertEqual(run("build", "--help").returncode, 0)
