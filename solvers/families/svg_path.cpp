@@ -175,6 +175,8 @@ class PathParser {
         (large != sweep ? 1 : -1) * std::sqrt(std::max(0.0, (rx * rx * ry * ry - a) / a));
     const Vec2 middle(factor * rx * half.y() / ry, -factor * ry * half.x() / rx);
     const Vec2 centre = turn * middle + 0.5 * (here_ + to);
+    if (!(a > 0) || !std::isfinite(rx * rx * ry * ry) || !centre.allFinite())
+      fail("an arc whose radii and ends can be squared");
     const auto angle_of = [&](const Vec2& p) {
       return std::atan2((p.y() - middle.y()) / ry, (p.x() - middle.x()) / rx);
     };
@@ -182,8 +184,6 @@ class PathParser {
     double swept = angle_of(-half) - from;
     if (sweep && swept < 0) swept += 2 * std::numbers::pi;
     if (!sweep && swept > 0) swept -= 2 * std::numbers::pi;
-    if (!std::isfinite(swept) || !centre.allFinite())
-      fail("an arc whose radii and ends can be squared");
     const int parts = std::max(1, static_cast<int>(std::ceil(std::abs(swept) / 0.7854)));
     const double step = swept / parts, handle = 4.0 / 3 * std::tan(step / 4);
     const auto on = [&](double angle) -> Vec2 {
