@@ -90,15 +90,6 @@ def audio():
                 yield file.getvalue()
 
 
-def png():
-    import matplotlib.image
-    random = numpy.random.default_rng(1)
-    for shape in ((3, 4), (3, 4, 3), (3, 4, 4)):
-        file = io.BytesIO()
-        matplotlib.image.imsave(file, random.random(shape), format="png")
-        yield file.getvalue()
-
-
 def csv():
     yield "x_m,y_m,z_m,impulse_ns,contact_time_s\n0,0,0.1,0.01,0.0002\n1e-2,0,0,0.02,0.0003\n"
     yield '\ufeffshape,x_m,y_m,z_m,peak_force_n,contact_time_s,dx,dy,dz\r\n"a, ""b""",0,0,0,5,1e-3,0,0,-1\r\n'
@@ -133,8 +124,8 @@ def answers():
     yield bytes(range(64))
 
 
-SEEDS = {"obj": obj, "off": off, "ply": ply, "stl": stl, "msh": msh, "svg": svg, "audio": audio, "png": png,
-         "csv": csv, "numpy": numpy_files, "journal": journal, "configuration": configuration,
+SEEDS = {"obj": obj, "off": off, "ply": ply, "stl": stl, "msh": msh, "svg": svg, "audio": audio, "csv": csv,
+         "numpy": numpy_files, "journal": journal, "configuration": configuration,
          "answers": answers}
 WORDS = {
     "obj": ["v ", "vn ", "vt ", "f ", "\nf ", "/", "//", "-1", "\\\n", "1e308", "nan"],
