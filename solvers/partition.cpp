@@ -1,6 +1,7 @@
 #include "solvers/partition.hpp"
 
 #include <metis.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <numeric>
@@ -11,6 +12,38 @@ namespace carillon::solvers {
 namespace {
 
 static_assert(sizeof(idx_t) == sizeof(std::int32_t), "Debian's METIS counts in 32 bits");
+
+/// Who answers a signal now, and again when this ends.
+class KeptAction {
+ public:
+  explicit KeptAction(int signal) : signal_(signal) { sigaction(signal_, nullptr, &action_); }
+  ~KeptAction() { sigaction(signal_, &action_, nullptr); }
+  KeptAction(const KeptAction&) = delete;
+  KeptAction& operator=(const KeptAction&) = delete;
+
+ private:
+  int signal_;
+  struct sigaction action_ {};
+};
+
+/// METIS tells itself of its faults by SIGABRT and SIGTERM, and while it works it takes every other
+/// of them for such a fault: it returns METIS_ERROR, and nobody hears of the signal. It also leaves
+/// the former handlers for one signal only. So they are put back as they were, a SIGTERM is sent
+/// again, and METIS asked again.
+template <class Call>
+bool metis_succeeds(const Call& call) {
+  const auto ask = [&] {
+    const KeptAction abort(SIGABRT), terminate(SIGTERM);
+    return call();
+  };
+  int status = ask();
+  // mpirun sends more than one.
+  for (int tries = 0; status == METIS_ERROR && tries < 4; ++tries) {
+    ::raise(SIGTERM);
+    status = ask();
+  }
+  return status == METIS_OK;
+}
 
 }  // namespace
 
@@ -32,9 +65,11 @@ std::vector<std::int32_t> element_parts(const TetMesh& mesh, int parts) {
   options[METIS_OPTION_SEED] = 1;
   idx_t shared = 3, count = parts, cut = 0;
   std::vector<idx_t> element_part(mesh.element_count()), node_part(mesh.nodes.size());
-  if (METIS_PartMeshDual(&elements, &nodes, start.data(), corners.data(), nullptr, nullptr, &shared,
-                         &count, nullptr, options, &cut, element_part.data(),
-                         node_part.data()) != METIS_OK) {
+  if (!metis_succeeds([&] {
+        return METIS_PartMeshDual(&elements, &nodes, start.data(), corners.data(), nullptr, nullptr,
+                                  &shared, &count, nullptr, options, &cut, element_part.data(),
+                                  node_part.data());
+      })) {
     throw core::SolverError("METIS could not partition the mesh");
   }
   return element_part;
@@ -140,8 +175,10 @@ std::vector<std::int32_t> nested_dissection(const NodeGraph& graph) {
   options[METIS_OPTION_NSEPS] = 3;
   std::vector<std::int32_t> order(static_cast<std::size_t>(nodes));
   std::vector<std::int32_t> place(static_cast<std::size_t>(nodes));
-  if (METIS_NodeND(&nodes, start.data(), neighbours.data(), nullptr, options, order.data(),
-                   place.data()) != METIS_OK) {
+  if (!metis_succeeds([&] {
+        return METIS_NodeND(&nodes, start.data(), neighbours.data(), nullptr, options, order.data(),
+                            place.data());
+      })) {
     throw core::SolverError("METIS could not order the unknowns");
   }
   return order;

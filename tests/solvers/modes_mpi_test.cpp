@@ -1,13 +1,16 @@
 // Run at 1, 2 and 4 ranks: the group's answer is that of one rank.
 #include <gtest/gtest.h>
 #include <mpi.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <thread>
 
 #include "core/error.hpp"
+#include "mpi/interrupt.hpp"
 #include "solve.hpp"
 #include "solvers/assemble.hpp"
 #include "solvers/modes_file.hpp"
@@ -141,6 +144,25 @@ TEST(Partition, SharesTheNodesEvenly) {
     for (int r = 0; r < parts; ++r) {
       EXPECT_NEAR(split.owned(r) * parts / static_cast<double>(mesh.nodes.size()), 1, 0.2);
     }
+  }
+}
+
+/// METIS takes SIGTERM for a fault of its own.
+TEST(Partition, HearsOfSignalsWhileMetisWorks) {
+  const auto mesh = box_mesh({0.1, 0.1, 0.1}, {14, 14, 14}, 2);
+  const auto split = partition(mesh, 1);
+  const auto graph = node_graph(mesh, split, elements_around_nodes(mesh), 0);
+  const auto order = nested_dissection(graph);
+  const mpi::InterruptGuard guard;
+  for (const int delay_ms : {10, 30, 90}) {
+    std::thread sender([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      kill(getpid(), SIGTERM);
+    });
+    const auto again = nested_dissection(graph);
+    sender.join();
+    EXPECT_TRUE(mpi::interrupt_requested()) << delay_ms << " ms";
+    EXPECT_EQ(again, order) << delay_ms << " ms";
   }
 }
 
