@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/termination_blocked.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/patience.hpp"
 
@@ -44,6 +45,7 @@ Environment::Environment(int& argc, char**& argv) {
   MPI_Initialized(&running);
   if (running != 0) throw core::Error("MPI has been started already in this process");
   int given = MPI_THREAD_SINGLE;
+  const core::TerminationBlocked blocked;  // in MPI's threads
   MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &given);
   if (given < MPI_THREAD_MULTIPLE) {
     MPI_Finalize();

@@ -3,6 +3,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <ctime>
+
+#include "core/termination_blocked.hpp"
 
 namespace carillon::mpi {
 
@@ -28,6 +31,14 @@ extern "C" void leave(int) {
   _exit(interrupted_code);
 }
 
+/// SIGTERM came while no thread takes it.
+bool termination_waits() {
+  sigset_t pending;
+  sigemptyset(&pending);
+  sigpending(&pending);
+  return sigismember(&pending, SIGTERM) == 1;
+}
+
 }  // namespace
 
 void leave_on_interrupt() {
@@ -49,6 +60,7 @@ InterruptGuard::InterruptGuard() {
 
 InterruptGuard::InterruptGuard(Leaving leaving) : leaving_(std::move(leaving)) {
   install();
+  const core::TerminationBlocked blocked;
   watcher_ = std::thread([this] { watch(); });
 }
 
@@ -68,9 +80,22 @@ void InterruptGuard::install() {
   }
 }
 
-/// Sleeps until a signal or the guard's end; after a signal the process is gone within the grace.
+/// Sleeps until a signal or the guard's end; after a signal the process is gone within the grace. A
+/// signal that waits, because the main thread cannot be disturbed, wakes nobody.
 void InterruptGuard::watch() {
-  while (!leave_now.load() && !ending_.load()) sem_wait(&wake);
+  constexpr long look_every_ns = 50'000'000;
+  while (!leave_now.load() && !ending_.load()) {
+    timespec until{};
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_nsec += look_every_ns;
+    until.tv_sec += until.tv_nsec / 1'000'000'000;
+    until.tv_nsec %= 1'000'000'000;
+    sem_timedwait(&wake, &until);
+    if (termination_waits()) {
+      requested.store(true);
+      leave_now.store(true);
+    }
+  }
   if (ending_.load()) return;
   const auto deadline = std::chrono::steady_clock::now() + leaving_.grace;
   if (leaving_.last_words) last_words_ = std::thread(leaving_.last_words);

@@ -11,6 +11,7 @@
 
 #include "core/data_limit.hpp"
 #include "core/error.hpp"
+#include "core/termination_blocked.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/patience.hpp"
@@ -70,6 +71,7 @@ TaskService::Impl::Impl(MPI_Comm world, TaskBoard board, ServiceHooks hooks)
   agreed(world, [&] {
     if (!is_host()) return;
     host.emplace(std::move(board), std::move(hooks));
+    const core::TerminationBlocked blocked;
     thread = std::thread([this] { serve(); });
   });
 }

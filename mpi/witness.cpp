@@ -22,6 +22,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/termination_blocked.hpp"
 #include "core/trace.hpp"
 #include "mpi/crash_note.hpp"
 #include "mpi/interrupt.hpp"
@@ -149,6 +150,7 @@ Witness::Witness(std::filesystem::path file, int ranks, int exit_code)
     impl_->process = unique_name(this_host());
     impl_->crash_note.emplace(impl_->file, crashed_at);
   }
+  const core::TerminationBlocked blocked;
   impl_->thread = std::thread([this] { impl_->watch(); });
 }
 

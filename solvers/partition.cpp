@@ -7,41 +7,26 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/termination_blocked.hpp"
 
 namespace carillon::solvers {
 namespace {
 
 static_assert(sizeof(idx_t) == sizeof(std::int32_t), "Debian's METIS counts in 32 bits");
 
-/// Who answers a signal now, and again when this ends.
-class KeptAction {
- public:
-  explicit KeptAction(int signal) : signal_(signal) { sigaction(signal_, nullptr, &action_); }
-  ~KeptAction() { sigaction(signal_, &action_, nullptr); }
-  KeptAction(const KeptAction&) = delete;
-  KeptAction& operator=(const KeptAction&) = delete;
-
- private:
-  int signal_;
-  struct sigaction action_ {};
-};
-
-/// METIS tells itself of its faults by SIGABRT and SIGTERM, and while it works it takes every other
-/// of them for such a fault: it returns METIS_ERROR, and nobody hears of the signal. It also leaves
-/// the former handlers for one signal only. So they are put back as they were, a SIGTERM is sent
-/// again, and METIS asked again.
+/// Calls METIS, which takes SIGTERM for a fault of its own: its handler jumps out of whatever METIS
+/// was doing, malloc() among it, and nobody hears of the signal. So none comes while it works; and
+/// the former handlers, which METIS leaves for one signal only, are put back as they were.
 template <class Call>
 bool metis_succeeds(const Call& call) {
-  const auto ask = [&] {
-    const KeptAction abort(SIGABRT), terminate(SIGTERM);
-    return call();
-  };
-  int status = ask();
-  // mpirun sends more than one.
-  for (int tries = 0; status == METIS_ERROR && tries < 4; ++tries) {
-    ::raise(SIGTERM);
-    status = ask();
-  }
+  const core::TerminationBlocked blocked;
+  struct sigaction abort_action {};
+  struct sigaction termination_action {};
+  sigaction(SIGABRT, nullptr, &abort_action);
+  sigaction(SIGTERM, nullptr, &termination_action);
+  const int status = call();
+  sigaction(SIGABRT, &abort_action, nullptr);
+  sigaction(SIGTERM, &termination_action, nullptr);
   return status == METIS_OK;
 }
 

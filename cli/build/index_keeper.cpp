@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/data_limit.hpp"
+#include "core/termination_blocked.hpp"
 
 namespace carillon::cli {
 
@@ -17,6 +18,7 @@ IndexKeeper::IndexKeeper(std::vector<KeptIndex> builds)
     joined_.emplace_back(builds_[b].folders->output);
     behind_.insert(b);
   }
+  const core::TerminationBlocked blocked;
   thread_ = std::thread([this] { run(); });
 }
 

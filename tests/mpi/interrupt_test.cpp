@@ -9,7 +9,10 @@
 #include <csignal>
 #include <cstring>
 #include <functional>
+#include <optional>
 #include <string>
+
+#include "core/termination_blocked.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -59,14 +62,16 @@ struct End {
   double seconds = 0;
   std::string words;
 };
-End end_of_busy_child(int signal, std::function<void(int pipe)> words) {
+End end_of_busy_child(int signal, std::function<void(int pipe)> words, bool blocked = false) {
   std::array<int, 2> ends{};
   EXPECT_EQ(pipe(ends.data()), 0);
   const pid_t child = fork();
   if (child == 0) {
     const InterruptGuard guard(
         {.last_words = [&] { words(ends[1]); }, .grace = std::chrono::milliseconds(200)});
-    raise(signal);
+    std::optional<core::TerminationBlocked> undisturbed;
+    if (blocked) undisturbed.emplace();
+    kill(getpid(), signal);
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(3);
     while (std::chrono::steady_clock::now() < end) continue;
     _exit(42);
@@ -95,6 +100,14 @@ TEST(Interrupt, ABusyProgramIsOutWithinTheGraceAfterItsLastWords) {
     EXPECT_LT(end.seconds, 2.5);
     EXPECT_EQ(end.words, "bye");
   }
+}
+
+TEST(Interrupt, ASignalThatNoThreadTakesIsHeard) {
+  const End end = end_of_busy_child(
+      SIGTERM, [](int pipe) { say(pipe, "bye"); }, true);
+  EXPECT_TRUE(WIFEXITED(end.status) && WEXITSTATUS(end.status) == interrupted_code);
+  EXPECT_LT(end.seconds, 2.5);
+  EXPECT_EQ(end.words, "bye");
 }
 
 TEST(Interrupt, LastWordsThatHangAreCutOff) {

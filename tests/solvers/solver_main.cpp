@@ -2,12 +2,17 @@
 #include <gtest/gtest.h>
 #include <mpi.h>
 
+#include <optional>
+
+#include "core/termination_blocked.hpp"
 #include "solvers/environment.hpp"
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   int provided = 0;
+  std::optional<carillon::core::TerminationBlocked> blocked(std::in_place);
   MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &provided);
+  blocked.reset();
   int failed = 0;
   {
     const carillon::solvers::SolverEnvironment environment;
