@@ -32,6 +32,10 @@ endif()
 if(CARILLON_SANITIZE)
   target_compile_options(carillon_options INTERFACE -fsanitize=${CARILLON_SANITIZE}
                                                     -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    target_compile_options(carillon_options INTERFACE
+      -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/cmake/sanitizers.txt)
+  endif()
   target_link_options(carillon_options INTERFACE -fsanitize=${CARILLON_SANITIZE})
 endif()
 # Contraction of a*b+c would make results depend on the compiler's mood.

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "core/error.hpp"
+#include "core/sanitizers.hpp"
 
 namespace carillon::core {
 
@@ -34,7 +35,7 @@ Limit& limit() {
 }  // namespace
 
 DataLimit::DataLimit(std::int64_t bytes) {
-  if (bytes <= 0) return;
+  if (bytes <= 0 || address_sanitizer) return;
   const std::scoped_lock lock(limit().mutex);
   if (limit().lives) throw Error("two limits of a process's data at a time");
   if (getrlimit(RLIMIT_DATA, &limit().former) != 0) return;

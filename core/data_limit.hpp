@@ -8,7 +8,7 @@ namespace carillon::core {
 /// in all of its threads (a soft RLIMIT_DATA). One at a time in a process.
 class DataLimit {
  public:
-  /// @param bytes  0 or less: no limit
+  /// @param bytes  0 or less: no limit; nor is there one under AddressSanitizer
   /// @throws Error  another one lives
   explicit DataLimit(std::int64_t bytes);
   ~DataLimit();

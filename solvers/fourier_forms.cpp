@@ -317,6 +317,7 @@ std::vector<double> rayleigh_quotients(const FourierForms& forms, int n,
   const Elasticity d = elasticity(forms.material, forms.scales);
   const auto held = held_on_axis(n);
   const auto modes = vectors.cols();
+  if (modes == 0) return {};
   Eigen::ArrayXd strain_energy = Eigen::ArrayXd::Zero(modes), kinetic = strain_energy;
   std::array<Eigen::MatrixXd, 3> u;
   for_each_cell(forms.mesh, forms.scales, [&](const Cell& cell) {

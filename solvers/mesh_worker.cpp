@@ -16,6 +16,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/sanitizers.hpp"
 #include "solvers/mesh_child.hpp"
 #include "solvers/shape_source.hpp"
 
@@ -25,12 +26,6 @@ using nlohmann::json;
 namespace core = carillon::core;
 namespace solvers = carillon::solvers;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kLimitMemory = false;  // AddressSanitizer reserves terabytes of address space
-#else
-constexpr bool kLimitMemory = true;
-#endif
-
 void limit_myself(const json& request) {
   // The parent's death must not leave a mesher behind; if it has died already, so do we.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -38,7 +33,7 @@ void limit_myself(const json& request) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   const auto bytes = request.at("memory").get<rlim_t>();
-  if (kLimitMemory && bytes > 0) {
+  if (!core::address_sanitizer && bytes > 0) {
     const rlimit memory{bytes, bytes};
     setrlimit(RLIMIT_AS, &memory);
   }

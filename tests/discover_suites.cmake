@@ -2,14 +2,12 @@
 # includes. Variables: PROGRAM, NAME, OUTPUT, LABEL, TIMEOUT, ENVIRONMENT, and LONG: SUITE.TEST names with
 # colons between them, which make up one more test of label <LABEL>_slow.
 cmake_minimum_required(VERSION 3.25)
-set(ENV{OMPI_ALLOW_RUN_AS_ROOT} 1)
-set(ENV{OMPI_ALLOW_RUN_AS_ROOT_CONFIRM} 1)
-execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listed RESULT_VARIABLE status
+string(REPLACE "," ";" ENVIRONMENT "${ENVIRONMENT}")
+execute_process(COMMAND ${CMAKE_COMMAND} -E env ${ENVIRONMENT} ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listed RESULT_VARIABLE status
                 ERROR_VARIABLE complaint)
 if(NOT status EQUAL 0)
   message(FATAL_ERROR "${PROGRAM} --gtest_list_tests: ${status}\n${complaint}")
 endif()
-string(REPLACE "," ";" ENVIRONMENT "${ENVIRONMENT}")
 set(text)
 function(register name filter label timeout)
   set(properties "LABELS [==[${label}]==] TIMEOUT ${timeout} ENVIRONMENT [==[${ENVIRONMENT}]==]")

@@ -7,7 +7,7 @@
 
 #include "cli/sound/chain.hpp"
 #include "core/random.hpp"
-#include "tests/cli/counted_memory.hpp"
+#include "tests/counted_memory.hpp"
 #include "tests/synth/curved_bodies.hpp"
 
 namespace carillon::cli {
@@ -46,7 +46,7 @@ inline Heard hear(const std::string& text, std::span<const Effect> registry = ef
   root.finish();
   Heard heard;
   Columns record;
-  const std::size_t before = allocated_bytes();
+  const std::size_t before = test::allocated().bytes;
   SoundChain chain(scene, "", heard.trace);
   const RingingBody body = chain.prepare("ball", "ball", modes, materials);
   for (int i = 0; i < strikes; ++i) {
@@ -63,7 +63,7 @@ inline Heard hear(const std::string& text, std::span<const Effect> registry = ef
     chain.make(sound);
     heard.audio.insert(heard.audio.end(), sound.audio.begin(), sound.audio.end());
   }
-  heard.allocated = allocated_bytes() - before;
+  heard.allocated = test::allocated().bytes - before;
   heard.record = record.last_row();
   return heard;
 }

@@ -8,6 +8,8 @@ import tempfile
 import unittest
 
 CARILLON = os.environ["CARILLON"]
+# How many times longer than in a release things may take: sanitizers are slow.
+PATIENCE = float(os.environ.get("CARILLON_PATIENCE", "1"))
 CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs"
 
 
@@ -17,7 +19,7 @@ def run(*arguments, ranks=None, cwd=None, timeout=400):
     if ranks:
         command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd,
-                          timeout=timeout)
+                          timeout=timeout * PATIENCE)
 
 
 # Minutes for what the others show on less; ctest -L slow runs them.

@@ -11,6 +11,7 @@
 
 #include "core/data_limit.hpp"
 #include "core/error.hpp"
+#include "core/sanitizers.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/host.hpp"
 #include "tests/mpi/busy.hpp"
@@ -73,6 +74,7 @@ TEST(TaskService, EndsWithoutBeingFinished) {
 
 /// The host computes under a limit of its own while the others report.
 TEST(TaskService, TheHostsLimitOfMemoryIsNoneForTheService) {
+  if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   std::size_t length = 0;
   const ServiceHooks hooks{
       .completed = [&](const Task&, const Outcome& outcome) { length += outcome.record.size(); }};

@@ -12,6 +12,7 @@
 
 #include "core/data_limit.hpp"
 #include "core/error.hpp"
+#include "core/sanitizers.hpp"
 #include "mpi/comm.hpp"
 #include "solve.hpp"
 #include "solvers/extract.hpp"
@@ -210,6 +211,7 @@ TEST(Group, ATimeLimitReachesAllInTheMiddleOfASolve) {
 
 /// One rank runs out of memory in earnest: its address space is limited to little more than it has.
 TEST(Group, OneRankOutOfMemoryReachesAll) {
+  if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   const auto mesh = box_mesh({0.1, 0.1, 0.1}, {10, 10, 10}, 3);
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
@@ -268,6 +270,7 @@ void expect_all_hear(const std::string& message) {
 
 /// Between the guarded stages of a solve: shapes are gathered on every rank.
 TEST(Group, TheFirstRankOutOfMemoryWhereModesAreExtractedReachesAll) {
+  if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   const Assembled body;
   EigenPairs pairs;
   pairs.vectors = Eigen::MatrixXd::Random(body.system.owned_unknowns(), 32);
@@ -293,6 +296,7 @@ TEST(Group, TheFirstRankOutOfMemoryWhereModesAreExtractedReachesAll) {
 }
 
 TEST(Group, TheFirstRankOutOfMemoryWhereFieldsAreGatheredReachesAll) {
+  if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   const Assembled body;
   const Eigen::MatrixXd fields = Eigen::MatrixXd::Random(body.system.owned_unknowns(), 32);
   std::string message;
@@ -306,6 +310,7 @@ TEST(Group, TheFirstRankOutOfMemoryWhereFieldsAreGatheredReachesAll) {
 
 /// Whole columns are gathered on rank 0 alone.
 TEST(Group, TheFirstRankOutOfMemoryWhereAFactorIsAppliedReachesAll) {
+  if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   const Assembled body;
   const auto plan = plan_factors(body.system, MPI_COMM_WORLD);
   const auto inverse = factored_inverse(body.system, -1e-3, plan, MPI_COMM_WORLD);

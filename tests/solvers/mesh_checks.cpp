@@ -5,9 +5,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <set>
+#include <span>
 
 #include "solvers/quadrature.hpp"
 
@@ -159,7 +159,7 @@ std::vector<std::int32_t> boundary_nodes(const TetMesh& mesh) {
 
 bool same_bytes(const TetMesh& a, const TetMesh& b) {
   const auto same = [](const std::vector<Vec3>& x, const std::vector<Vec3>& y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(Vec3)) == 0;
+    return std::ranges::equal(std::as_bytes(std::span(x)), std::as_bytes(std::span(y)));
   };
   return a.order == b.order && a.elements == b.elements && a.faces == b.faces &&
          same(a.nodes, b.nodes) && same(a.finer_nodes, b.finer_nodes) &&

@@ -5,42 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <memory>
-#include <new>
 #include <type_traits>
 
 #include "core/error.hpp"
+#include "tests/counted_memory.hpp"
 #include "tests/synth/random_rings.hpp"
-
-namespace {
-std::size_t g_allocations = 0;
-}
-
-// Counts allocations of this program, for the test that none are made.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++g_allocations;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace carillon::synth {
 namespace {
@@ -241,13 +211,13 @@ TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
   std::size_t most = 0;
   std::size_t before = 0;
   for (int i = 0; i < 400; ++i) {
-    if (i == 50) before = g_allocations;
+    if (i == 50) before = test::allocated().times;
     renderer.strike(std::size_t(i % 3), all[std::size_t(i % 3)].excitation, {1.1e-3},
                     1e-5 * double(i % 7));
     renderer.render(block);
     most = std::max(most, renderer.voices());
   }
-  EXPECT_EQ(g_allocations, before);
+  EXPECT_EQ(test::allocated().times, before);
   std::size_t partials = 0;
   for (const RingDown& rings : all) partials += 2 * (rings.eigenvalues.size() + 1);
   EXPECT_LE(most, partials);
