@@ -244,10 +244,10 @@ class Evaluate(FolderTest):
         features = output / "evaluation" / "features"
         process = subprocess.Popen([CARILLON, "--quiet", "evaluate", str(self.config), "-o",
                                     str(output)], stdout=subprocess.DEVNULL)
-        wait_for(lambda: len(list(features.glob("*.h5"))) >= 2, 60)
+        wait_for(lambda: len(list(features.glob("[!.]*.h5"))) >= 2, 60)
         process.send_signal(signal.SIGKILL)
         process.wait()
-        kept = {path: path.stat().st_mtime_ns for path in features.glob("*.h5")}
+        kept = {path: path.stat().st_mtime_ns for path in features.glob("[!.]*.h5")}
         again = run_json("evaluate", self.config, "-o", output)
         # What was written last may not have been recorded yet.
         unrecorded = again["tasks_run"]["features"] - (12 - len(kept))
@@ -264,7 +264,7 @@ class Evaluate(FolderTest):
         process = subprocess.Popen([CARILLON, "evaluate", str(self.config), "-o", str(output),
                                     "--set", "evaluate.damping.draws=20000"],
                                    stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        wait_for(lambda: len(list((output / "evaluation").glob("features/*.h5"))) >= 1, 60)
+        wait_for(lambda: len(list((output / "evaluation").glob("features/[!.]*.h5"))) >= 1, 60)
         process.send_signal(signal.SIGINT)
         text = process.communicate(timeout=30)[0]
         self.assertEqual(process.returncode, 130)
