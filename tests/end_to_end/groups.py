@@ -5,7 +5,7 @@ import unittest
 
 import h5py
 import numpy
-from program import FolderTest, run, run_json
+from program import FolderTest, of_memory, run, run_json
 
 CONFIG = """
 name: groups
@@ -49,6 +49,7 @@ class Groups(FolderTest):
         for ranks in (2, 3, 4):
             self.assertEqual(sums(self.outputs[ranks][0], names), expected)
 
+    @of_memory
     def test_estimated_memory_is_what_a_body_takes(self):
         # A solid body and a thin-walled one, whose modes are judged by other means.
         for shape in ("block", "bowl"):

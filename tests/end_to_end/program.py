@@ -22,6 +22,10 @@ def run(*arguments, ranks=None, cwd=None, timeout=400):
                           timeout=timeout * PATIENCE)
 
 
+# Sanitizers take memory of their own, and know no limits of it.
+of_memory = unittest.skipIf(PATIENCE > 1, "sanitizers take memory of their own")
+
+
 # Minutes for what the others show on less; ctest -L slow runs them.
 long = unittest.skipUnless(os.environ.get("CARILLON_LONG"), "CARILLON_LONG is not set")
 

@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
-from program import CARILLON, FolderTest, run, run_json
+from program import CARILLON, FolderTest, of_memory, run, run_json
 from same import hashes
 
 # "bad" is the wide one: whoever breaks a body can tell it by its name or by its unknowns.
@@ -160,6 +160,7 @@ class Quarantine(FolderTest):
                           "meshing was stopped at the time limit of 3 s", "--set",
                           "limits.mesh_time=3 s")
 
+    @of_memory
     def test_a_mesher_without_memory(self):
         output, failures = self.build("starved", "--set", "limits.mesh_memory=16 MiB")
         self.assertEqual([f["task"] for f in failures], [GOOD[0], BAD[0]])
@@ -187,6 +188,7 @@ class Quarantine(FolderTest):
         self.assertEqual(failures, [])
         self.check_is_whole(output)
 
+    @of_memory
     def test_a_solve_that_grows_too_large(self):
         # The bad body has 186,000 unknowns now, and its solve takes 1.2 GB.
         _, failures = self.build("grown", "--set", "modes.order=3", "--set",
