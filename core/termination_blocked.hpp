@@ -4,8 +4,8 @@
 
 namespace carillon::core {
 
-/// While one lives, SIGTERM does not reach this thread. Threads that it starts meanwhile never hear of
-/// one: all but the main thread are started so, and where the main thread cannot be disturbed, a
+/// While one lives, SIGTERM does not reach this thread. Threads that it starts meanwhile never hear
+/// of one: all but the main thread are started so, and where the main thread cannot be disturbed, a
 /// signal waits for it instead of ending up in another.
 class TerminationBlocked {
  public:
