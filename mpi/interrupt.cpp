@@ -91,10 +91,7 @@ void InterruptGuard::watch() {
     until.tv_sec += until.tv_nsec / 1'000'000'000;
     until.tv_nsec %= 1'000'000'000;
     sem_timedwait(&wake, &until);
-    if (termination_waits()) {
-      requested.store(true);
-      leave_now.store(true);
-    }
+    if (termination_waits()) request_interrupt(SIGTERM);
   }
   if (ending_.load()) return;
   const auto deadline = std::chrono::steady_clock::now() + leaving_.grace;

@@ -1,20 +1,29 @@
 #include "mpi/task_service.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <new>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #include "core/data_limit.hpp"
 #include "core/error.hpp"
 #include "core/sanitizers.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/host.hpp"
+#include "mpi/interrupt.hpp"
+#include "mpi/witness.hpp"
 #include "tests/mpi/busy.hpp"
+#include "tests/mpi/temporary_folder.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -115,6 +124,29 @@ TEST(TaskService, RecordsOfAnyLengthReachTheHook) {
   if (rank(world) == 0) {
     EXPECT_EQ(lengths, std::set<std::size_t>(wanted.begin(), wanted.end()));
   }
+}
+
+/// Where the main thread blocks SIGTERM, as it does around METIS, no other must take it: neither
+/// MPI's nor ours.
+TEST(TaskService, NoThreadBesideTheMainOneTakesSigterm) {
+  const InterruptGuard guard({.last_words = {}});
+  const TemporaryFolder folder;
+  const Witness witness(folder.path() / "rank", size(world), 77);
+  TaskService service(world, board_of(1), {});
+  // A thread begins with every signal blocked.
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  constexpr std::uint64_t of_sigterm = std::uint64_t{1} << (SIGTERM - 1);
+  int others = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
+    if (entry.path().filename() == std::to_string(getpid())) continue;
+    ++others;
+    std::ifstream status(entry.path() / "status");
+    for (std::string line; std::getline(status, line);) {
+      if (!line.starts_with("SigBlk:")) continue;
+      EXPECT_NE(std::stoull(line.substr(7), nullptr, 16) & of_sigterm, 0U) << entry.path();
+    }
+  }
+  EXPECT_GT(others, rank(world) == 0 ? 1 : 0);
 }
 
 TEST(TaskService, AnyRankCanStopIt) {

@@ -7,8 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <thread>
 
@@ -173,22 +171,6 @@ TEST(Partition, SignalsThatComeWhileMetisWorksAreHeard) {
     EXPECT_TRUE(mpi::interrupt_requested()) << delay_ms << " ms";
     EXPECT_EQ(again, order) << delay_ms << " ms";
   }
-}
-
-/// Or they would end up in METIS's handler, in a thread that METIS knows nothing of.
-TEST(Partition, NoOtherThreadTakesTheSignal) {
-  constexpr std::uint64_t of_sigterm = std::uint64_t{1} << (SIGTERM - 1);
-  int others = 0;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
-    if (entry.path().filename() == std::to_string(getpid())) continue;
-    ++others;
-    std::ifstream status(entry.path() / "status");
-    for (std::string line; std::getline(status, line);) {
-      if (!line.starts_with("SigBlk:")) continue;
-      EXPECT_NE(std::stoull(line.substr(7), nullptr, 16) & of_sigterm, 0U) << entry.path();
-    }
-  }
-  EXPECT_GT(others, 0) << "MPI has threads";
 }
 
 TEST(Group, SmallBodiesAreSolvedByEachRankAlone) {

@@ -2,23 +2,14 @@
 #include <gtest/gtest.h>
 #include <mpi.h>
 
-#include <optional>
-
-#include "core/termination_blocked.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/environment.hpp"
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  int provided = 0;
-  std::optional<carillon::core::TerminationBlocked> blocked(std::in_place);
-  MPI_Init_thread(&argc, &argv, MPI_THREAD_MULTIPLE, &provided);
-  blocked.reset();
-  int failed = 0;
-  {
-    const carillon::solvers::SolverEnvironment environment;
-    failed = RUN_ALL_TESTS();
-    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-  }
-  MPI_Finalize();
+  const carillon::mpi::Environment mpi(argc, argv);
+  const carillon::solvers::SolverEnvironment solvers;
+  int failed = RUN_ALL_TESTS();
+  MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   return failed;
 }
