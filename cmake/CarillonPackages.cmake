@@ -62,7 +62,7 @@ what is computed and how well, and job scripts for clusters.")
 set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_SECTION doc)
 set(CPACK_DEBIAN_CARILLON-DOC_PACKAGE_ARCHITECTURE all)
 # As in the repository, so that links hold.
-install(FILES README.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc
+install(FILES README.md CONTRIBUTING.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc
         COMPONENT carillon-doc EXCLUDE_FROM_ALL)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-doc
         COMPONENT carillon-doc EXCLUDE_FROM_ALL)

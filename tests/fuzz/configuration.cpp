@@ -1,11 +1,23 @@
+#include "cli/accuracy/ladder_config.hpp"
 #include "cli/build/configuration.hpp"
+#include "cli/sweep/sweep.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace carillon;
-  const std::string text(fuzz::text_of(data, size));
+  std::string text(fuzz::text_of(data, size));
+  // A first line `--set KEY=VALUE` is the command line's.
+  std::vector<std::string> overrides;
+  if (text.starts_with("--set ")) {
+    const auto end = std::min(text.find('\n'), text.size());
+    overrides.push_back(text.substr(6, end - 6));
+    text.erase(0, end);
+  }
   // Files that a configuration names are looked for in a folder that there is not.
+  const std::string file = "/nowhere/input.yaml";
   fuzz::expect_value_or_error(
-      [&] { cli::read_build_config(text, "/nowhere/input.yaml", {}, cli::effects(), false); });
+      [&] { cli::read_build_config(text, file, overrides, cli::effects(), false); });
+  fuzz::expect_value_or_error([&] { cli::read_ladder_config(text, file, overrides); });
+  fuzz::expect_value_or_error([&] { cli::read_sweep(text, file, overrides); });
   return 0;
 }

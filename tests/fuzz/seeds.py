@@ -117,6 +117,8 @@ def configuration():
         text = path.read_text()
         if "texture" not in text:  # those are made while they are read: a tenth of a second each time
             yield text
+    yield "--set audio.duration=0.5 s\n" + (ROOT / "configs" / "smoke.yaml").read_text()
+    yield "--set sweep=\n" + "sweep: {mode: grid, keys: {modes.order: [2, 3], strikes.per_object: [1, 2]}}\n"
 
 
 def answers():
