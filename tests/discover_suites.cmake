@@ -1,5 +1,5 @@
 # Run after a test program was linked: registers each of its suites as one test, in OUTPUT, which CTest
-# includes. Variables: PROGRAM, NAME, OUTPUT, LABEL, TIMEOUT, ENVIRONMENT, and LONG: SUITE.TEST names with
+# includes. Variables: PROGRAM, NAME, OUTPUT, LABEL, TIMEOUT, LONG_TIMEOUT, ENVIRONMENT, and LONG: SUITE.TEST names with
 # colons between them, which make up one more test of label <LABEL>_slow.
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" ENVIRONMENT "${ENVIRONMENT}")
@@ -40,6 +40,6 @@ if(found EQUAL 0)
   message(FATAL_ERROR "${PROGRAM} has no tests")
 endif()
 if(LONG)
-  register(${NAME}.long "${LONG}" ${LABEL}_slow 600)
+  register(${NAME}.long "${LONG}" ${LABEL}_slow ${LONG_TIMEOUT})
 endif()
 file(WRITE ${OUTPUT} "${text}")
