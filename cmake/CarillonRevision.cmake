@@ -13,7 +13,12 @@ function(carillon_revision result source version)
     set(place v${version})
   endif()
   string(REGEX REPLACE "^v${version}-?" "" place "${place}")
-  string(REGEX REPLACE "^([0-9a-f]+(-dirty)?)$" "g\\1" place "${place}")
+  # Before its release a version counts all commits, so that packages can tell which is newer.
+  if(place MATCHES "^[0-9a-f]+(-dirty)?$")
+    execute_process(COMMAND git --git-dir=${source}/.git rev-list --count HEAD
+      OUTPUT_VARIABLE count ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
+    string(PREPEND place "${count}-g")
+  endif()
   string(REPLACE "-" "." place "${place}")
   if(place)
     string(PREPEND place +)
