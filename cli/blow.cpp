@@ -10,7 +10,7 @@ std::vector<synth::SurfacePoint> spread_points(const synth::SurfaceSampler& samp
                                                std::size_t count, core::RandomStream& places) {
   constexpr std::size_t drawn_for_each = 64;
   std::vector<synth::SurfacePoint> drawn(drawn_for_each * count);
-  std::vector<solvers::Vec3> positions;
+  std::vector<Vec3> positions;
   for (synth::SurfacePoint& point : drawn) {
     point = sampler.sample(places);
     positions.push_back(synth::frame_at(surface, point).position);

@@ -5,13 +5,11 @@
 
 #include "cli/context.hpp"
 #include "solvers/mesh_child.hpp"
-#include "solvers/modes.hpp"
 #include "solvers/pitch_target.hpp"
+#include "solvers/solve_modes.hpp"
 #include "synth/material.hpp"
 
 namespace carillon::cli {
-
-class Command;
 
 /// The body that `modes`, `strike` and others take on the command line, and how to solve it.
 struct BodyOptions {
@@ -33,9 +31,6 @@ struct BodyOptions {
   double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
 };
 
-/// Adds the options above to a command.
-void add_body_options(Command& command, BodyOptions& options);
-
 /// A file's name, or `bowl:radius=60mm,wall=3mm` (parameters not named are the middle of their
 /// range) as a request to the mesher.
 /// @throws InputError  unknown family or parameter, malformed value, or an option that would do
@@ -48,6 +43,13 @@ void refuse_tetrahedral_options(const BodyOptions& options);
 /// Band and solver that the options ask for.
 /// @throws InputError  malformed frequencies or memory, an empty band
 solvers::SolveOptions solve_options(const BodyOptions& options);
+
+/// One material for each region, from the names given to groups.
+/// @param own  materials that come before the presets
+/// @throws InputError  a region without material, or a group that the mesh does not have
+std::vector<synth::Material> assign_materials(const std::map<std::string, std::string>& groups,
+                                              const std::vector<std::string>& regions,
+                                              const std::vector<synth::Material>& own);
 
 /// One material for each region of a mesh, from `steel` or from `shell=steel,core=wood`.
 /// @throws InputError  a region without material, or a name that is no region

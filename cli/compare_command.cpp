@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "cli/command_line.hpp"
+#include "cli/commands.hpp"
 #include "cli/compare_report.hpp"
-#include "cli/context.hpp"
 #include "cli/feature_options.hpp"
 #include "cli/recording.hpp"
 #include "core/error.hpp"

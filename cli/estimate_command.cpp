@@ -2,12 +2,11 @@
 
 #include <cmath>
 
-#include "cli/body.hpp"
+#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/estimate_report.hpp"
 #include "cli/feature_options.hpp"
 #include "cli/recording.hpp"
-#include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -106,8 +105,8 @@ synth::Strike strike_on(const EstimateOptions& options, const solvers::Modes& mo
   synth::Strike strike;
   strike.point = synth::SurfaceSampler(modes.surface).nearest(parse_position(options.at));
   strike.direction = options.direction.empty()
-                         ? synth::Vec3(-synth::frame_at(modes.surface, strike.point).normal)
-                         : synth::Vec3(parse_position(options.direction).normalized());
+                         ? Vec3(-synth::frame_at(modes.surface, strike.point).normal)
+                         : Vec3(parse_position(options.direction).normalized());
   strike.impulse = 1;
   return strike;
 }

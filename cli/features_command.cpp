@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/feature_options.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"

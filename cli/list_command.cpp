@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/learn/known_methods.hpp"
 #include "cli/material_json.hpp"
 #include "cli/sound/effect.hpp"

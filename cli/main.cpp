@@ -1,4 +1,4 @@
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/learn/commands.hpp"
 #include "mpi/interrupt.hpp"
 

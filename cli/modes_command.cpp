@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "cli/body.hpp"
+#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
-#include "cli/pitch.hpp"
+#include "cli/pitch_report.hpp"
 #include "core/files.hpp"
 #include "solvers/modes_file.hpp"
 #include "solvers/search.hpp"

@@ -1,9 +1,5 @@
 #include "cli/pitch.hpp"
 
-#include <fmt/format.h>
-
-#include <cstdio>
-
 #include "cli/body.hpp"
 #include "mpi/comm.hpp"
 #include "solvers/read_mesh.hpp"
@@ -35,33 +31,6 @@ solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver&
   auto result = solvers::reach_pitch(pitch_target(search), make_mesh, solve);
   for (auto& modes : result.sets) modes = solvers::without_margin(modes);
   return result;
-}
-
-void settle(const std::optional<solvers::PitchReport>& report, Context& context) {
-  if (!report || report->met()) return;
-  context.exit_code = exit_failures;
-  if (!context.speaks()) return;
-  fmt::print(stderr, "carillon: the pitch target of {:.3g} cents is not met: {:.3g} cents; {}\n",
-             report->asked_cents, report->reached_cents, report->reason);
-}
-
-void print_report(const solvers::PitchReport& report) {
-  fmt::print("\npitch target {:.3g} cents: ", report.asked_cents);
-  if (report.met()) {
-    fmt::print("met, the worst mode is within {:.3g}\n", report.reached_cents);
-  } else {
-    fmt::print("not met, the worst mode is within {:.3g}; {}\n", report.reached_cents,
-               report.reason);
-  }
-  fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9} {:>14} {:>15}\n", "", "order", "size [mm]",
-             "elements", "unknowns", "time [s]", "worst [cent]", "median [cent]");
-  for (std::size_t i = 0; i < report.steps.size(); ++i) {
-    const solvers::PitchStep& step = report.steps[i];
-    fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9.2f} {:>14.3g} {:>15.3g}\n",
-               i == report.chosen ? "chosen" : "", step.order,
-               fmt::format("{}{:.3g}", step.automatic_size ? "auto " : "", 1e3 * step.element_size),
-               step.elements, step.unknowns, step.seconds, step.worst_cents, step.median_cents);
-  }
 }
 
 }  // namespace carillon::cli

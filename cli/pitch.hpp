@@ -4,9 +4,7 @@
 
 #include <filesystem>
 #include <functional>
-#include <optional>
 
-#include "cli/context.hpp"
 #include "core/trace.hpp"
 #include "solvers/mesh_child.hpp"
 #include "solvers/pitch_target.hpp"
@@ -37,11 +35,5 @@ solvers::PitchTarget pitch_target(const PitchSearch& search);
 /// @note Collective on comm.
 solvers::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver& solve,
                                      MPI_Comm comm, core::Trace& trace);
-
-/// A target that was asked for and not met: a warning, and the exit code that says so.
-void settle(const std::optional<solvers::PitchReport>& report, Context& context);
-
-/// What was tried, and how it ended, for a person.
-void print_report(const solvers::PitchReport& report);
 
 }  // namespace carillon::cli

@@ -8,7 +8,7 @@
 
 #include "cli/build/dataset.hpp"
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/learn/commands.hpp"
 #include "cli/revision.hpp"
 #include "cli/text.hpp"
@@ -22,10 +22,6 @@
 #include "solvers/environment.hpp"
 
 namespace carillon::cli {
-
-bool Context::speaks() const {
-  return world == MPI_COMM_NULL ? mpi::launcher_rank().value_or(0) == 0 : mpi::rank(world) == 0;
-}
 
 namespace {
 

@@ -6,13 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/blow.hpp"
-#include "cli/body.hpp"
+#include "cli/body_options.hpp"
 #include "cli/columns.hpp"
 #include "cli/command_line.hpp"
-#include "cli/pitch.hpp"
+#include "cli/pitch_report.hpp"
 #include "cli/sound/chain.hpp"
 #include "cli/sound/drawn_strike.hpp"
-#include "cli/text.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -54,7 +53,7 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
   put("audio.sample_rate", options.sample_rate);
   put("audio.gain", options.gain);
   if (!options.listener.empty()) {
-    const solvers::Vec3 ear = parse_position(options.listener);
+    const Vec3 ear = parse_position(options.listener);
     put("listeners", fmt::format("[{{position: [{}, {}, {}]}}]", ear.x(), ear.y(), ear.z()));
   }
   all.insert(all.end(), options.overrides.begin(), options.overrides.end());
@@ -143,9 +142,9 @@ void run_strike(const StrikeOptions& options, Context& context) {
   for (const float value : sound.audio) {
     peak = std::max(peak, std::abs(static_cast<double>(value)));
   }
-  const auto list = [](const solvers::Vec3& v) { return std::vector(v.begin(), v.end()); };
+  const auto list = [](const Vec3& v) { return std::vector(v.begin(), v.end()); };
   const synth::PointFrame frame = synth::frame_at(body.modes.surface, sound.strike.point);
-  const solvers::Vec3& position = frame.position;
+  const Vec3& position = frame.position;
   const std::string& unit = sound.rings.readout.unit;
   const nlohmann::json drawn = record.last_row();
   nlohmann::json ran = nlohmann::json::object();

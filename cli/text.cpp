@@ -58,18 +58,6 @@ std::string file_safe(const std::string& name) {
   return fmt::format("{}-{:08x}", safe.substr(0, longest), core::stable_hash(name) >> 32);
 }
 
-solvers::Vec3 parse_position(const std::string& text) {
-  solvers::Vec3 position;
-  std::istringstream parts(text);
-  int i = 0;
-  for (std::string part; std::getline(parts, part, ','); ++i) {
-    if (i < 3) position[i] = core::parse_quantity(part, core::Dimension::length);
-  }
-  if (i != 3)
-    throw InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
-  return position;
-}
-
 std::string typed_command(int argc, const char* const* argv) {
   std::string command = "carillon";
   for (int i = 1; i < argc; ++i) {
@@ -83,27 +71,6 @@ std::string typed_command(int argc, const char* const* argv) {
     command += bare ? " " + word : " '" + word + "'";
   }
   return command;
-}
-
-std::vector<synth::Material> assign_materials(const std::map<std::string, std::string>& groups,
-                                              const std::vector<std::string>& regions,
-                                              const std::vector<synth::Material>& own) {
-  for (const auto& [group, name] : groups) {
-    if (std::find(regions.begin(), regions.end(), group) == regions.end()) {
-      throw InputError(fmt::format("the mesh has no physical group \"{}\"", group),
-                       fmt::format("it has {}", fmt::join(regions, ", ")));
-    }
-  }
-  std::vector<synth::Material> materials;
-  for (const std::string& region : regions) {
-    const auto found = groups.find(region);
-    if (found == groups.end()) {
-      throw InputError(fmt::format("physical group \"{}\" has no material", region),
-                       fmt::format("add {}: NAME", region));
-    }
-    materials.push_back(synth::parse_material(found->second, own));
-  }
-  return materials;
 }
 
 }  // namespace carillon::cli

@@ -1,12 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "synth/material.hpp"
 
 namespace carillon::cli {
 
@@ -28,16 +25,5 @@ std::string file_safe(const std::string& name);
 /// The command as it was typed, arguments quoted where a shell would need it; control characters
 /// become blanks.
 std::string typed_command(int argc, const char* const* argv);
-
-/// Three numbers with units, "0.1,0,2 cm".
-/// @throws InputError
-solvers::Vec3 parse_position(const std::string& text);
-
-/// One material for each region, from the names given to groups.
-/// @param own  materials that come before the presets
-/// @throws InputError  a region without material, or a group that the mesh does not have
-std::vector<synth::Material> assign_materials(const std::map<std::string, std::string>& groups,
-                                              const std::vector<std::string>& regions,
-                                              const std::vector<synth::Material>& own);
 
 }  // namespace carillon::cli

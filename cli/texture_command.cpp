@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "solvers/textures/generated_maps.hpp"

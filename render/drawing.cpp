@@ -11,7 +11,7 @@ void set_matrix(const Program& program, const char* name, const Eigen::Matrix4d&
   glUniformMatrix4fv(glGetUniformLocation(program.get(), name), 1, GL_FALSE, values.data());
 }
 
-void set_vector(const Program& program, const std::string& name, const solvers::Vec3& value) {
+void set_vector(const Program& program, const std::string& name, const Vec3& value) {
   const Eigen::Vector3f values = value.cast<float>();
   glUniform3fv(glGetUniformLocation(program.get(), name.c_str()), 1, values.data());
 }

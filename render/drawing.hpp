@@ -12,7 +12,7 @@ namespace carillon::render {
 
 /// Uniforms of the program in use.
 void set_matrix(const Program& program, const char* name, const Eigen::Matrix4d& matrix);
-void set_vector(const Program& program, const std::string& name, const solvers::Vec3& value);
+void set_vector(const Program& program, const std::string& name, const Vec3& value);
 void set_number(const Program& program, const char* name, double value);
 void set_integer(const Program& program, const char* name, int value);
 

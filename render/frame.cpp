@@ -18,8 +18,6 @@
 
 namespace carillon::render {
 
-using solvers::Vec3;
-
 namespace {
 
 constexpr int kMaxSide = 4096;

@@ -6,8 +6,6 @@
 
 namespace carillon::render {
 
-using solvers::Vec3;
-
 namespace {
 
 /// A vertex seen along the line's axis.

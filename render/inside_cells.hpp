@@ -14,7 +14,7 @@ namespace carillon::render {
 ///
 /// @param vertices    in cells: the grid spans [0, n]^3
 /// @return n^3 zeros and ones, index (x * n + y) * n + z
-std::vector<std::uint8_t> cells_inside(const std::vector<solvers::Vec3>& vertices,
+std::vector<std::uint8_t> cells_inside(const std::vector<Vec3>& vertices,
                                        const std::vector<solvers::Triangle>& triangles, int n);
 
 }  // namespace carillon::render

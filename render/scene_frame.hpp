@@ -14,8 +14,6 @@
 
 namespace carillon::render {
 
-using solvers::Vec3;
-
 /// A camera that stays where it is.
 struct SceneCamera {
   int width = 256;  ///< [pixel]

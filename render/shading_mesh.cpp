@@ -11,8 +11,6 @@
 
 namespace carillon::render {
 
-using solvers::Vec3;
-
 namespace {
 
 /// Sets that are joined two by two.

@@ -22,7 +22,7 @@ inline constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 
 /// Ball that holds a body: centre of its box, farthest vertex.
 struct BoundingBall {
-  solvers::Vec3 centre{0, 0, 0};
+  Vec3 centre{0, 0, 0};
   double radius = 0;
 };
 /// @throws InputError  no faces, no extent, or a vertex that is not finite

@@ -6,8 +6,6 @@
 
 namespace carillon::render {
 
-using solvers::Vec3;
-
 bool triangle_meets_box(const std::array<Vec3, 3>& triangle, const Vec3& centre,
                         const Vec3& half_extent, double tolerance) {
   const std::array<Vec3, 3> corner = {triangle[0] - centre, triangle[1] - centre,

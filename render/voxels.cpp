@@ -15,8 +15,6 @@
 
 namespace carillon::render {
 
-using solvers::Vec3;
-
 namespace {
 
 constexpr int kMaxResolution = 512;

@@ -23,7 +23,7 @@ struct VoxelOptions {
 struct VoxelGrid {
   int resolution = 0;
   double pitch = 0;                 ///< [m]
-  solvers::Vec3 origin{0, 0, 0};    ///< corner of cell (0, 0, 0) [m]
+  Vec3 origin{0, 0, 0};             ///< corner of cell (0, 0, 0) [m]
   std::vector<std::uint8_t> cells;  ///< resolution^3 zeros and ones, index (x * n + y) * n + z
 };
 

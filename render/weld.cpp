@@ -8,8 +8,6 @@
 
 namespace carillon::render {
 
-using solvers::Vec3;
-
 std::vector<std::int32_t> first_at_same_place(const std::vector<Vec3>& vertices) {
   std::vector<std::int32_t> order(vertices.size());
   std::iota(order.begin(), order.end(), 0);

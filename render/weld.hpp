@@ -8,14 +8,14 @@
 namespace carillon::render {
 
 /// For every vertex the first one at exactly the same place.
-std::vector<std::int32_t> first_at_same_place(const std::vector<solvers::Vec3>& vertices);
+std::vector<std::int32_t> first_at_same_place(const std::vector<Vec3>& vertices);
 
 /// Unit normal at every vertex, the mean over its faces weighted by their angle there (Thuermer and
 /// Wuethrich 1998); vertices at the same place count as one. Zero where there is none.
-std::vector<solvers::Vec3> vertex_normals(const std::vector<solvers::Vec3>& vertices,
-                                          const std::vector<solvers::Triangle>& triangles);
+std::vector<Vec3> vertex_normals(const std::vector<Vec3>& vertices,
+                                 const std::vector<solvers::Triangle>& triangles);
 
 /// Angle between two edges that leave a corner [rad].
-double corner_angle(const solvers::Vec3& one, const solvers::Vec3& two);
+double corner_angle(const Vec3& one, const Vec3& two);
 
 }  // namespace carillon::render

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "solvers/elastic.hpp"
 #include "solvers/element.hpp"
-#include "solvers/modes.hpp"
 #include "solvers/partition.hpp"
 
 namespace carillon::solvers {

@@ -1,10 +1,8 @@
 #include "solvers/cgal_mesh.hpp"
 
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/boost/graph/helpers.h>
 
 #include "core/error.hpp"
-#include "solvers/remesh.hpp"
 
 namespace carillon::solvers {
 
@@ -42,10 +40,6 @@ SurfaceMesh from_cgal(const CgalMesh& mesh) {
     surface.triangles.push_back(t);
   }
   return surface;
-}
-
-bool intersects_itself(const SurfaceMesh& surface) {
-  return CGAL::Polygon_mesh_processing::does_self_intersect(closed_cgal_mesh(surface));
 }
 
 }  // namespace carillon::solvers

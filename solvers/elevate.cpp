@@ -1,3 +1,5 @@
+#include "solvers/elevate.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -5,7 +7,6 @@
 #include <numbers>
 #include <utility>
 
-#include "solvers/mesher.hpp"
 #include "solvers/node_numbering.hpp"
 #include "solvers/quadrature.hpp"
 #include "solvers/raise_order.hpp"

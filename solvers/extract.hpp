@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/eigen_solve.hpp"
+#include "solvers/elastic.hpp"
 #include "solvers/modes.hpp"
 
 namespace carillon::solvers {

@@ -2,7 +2,7 @@
 
 #include "core/trace.hpp"
 #include "solvers/meridian.hpp"
-#include "solvers/modes.hpp"
+#include "solvers/solve_modes.hpp"
 
 namespace carillon::solvers {
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/trace.hpp"
+#include "solvers/elastic.hpp"
 #include "solvers/fourier_forms.hpp"
 #include "solvers/modes.hpp"
 

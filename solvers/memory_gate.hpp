@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "solvers/factor.hpp"
-#include "solvers/modes.hpp"
+#include "solvers/solve_modes.hpp"
 
 namespace carillon::solvers {
 

@@ -1,27 +1,15 @@
 #pragma once
 
-#include <mpi.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <span>
 #include <string_view>
 #include <vector>
 
-#include "core/time_limit.hpp"
-#include "core/trace.hpp"
 #include "solvers/tet_mesh.hpp"
 
 namespace carillon::solvers {
-
-/// Linear isotropic elasticity of one region.
-struct Elastic {
-  double youngs_modulus = 0;  ///< [Pa]
-  double poisson_ratio = 0;
-  double density = 0;  ///< [kg/m^3]
-};
 
 struct Band {
   double min_frequency = 20;     ///< [Hz]
@@ -50,20 +38,6 @@ enum class LinearSolver {
   direct,     ///< Cholesky: CHOLMOD on one rank, MUMPS on a group
   iterative,  ///< multigrid, with LOBPCG or conjugate gradients; the count of modes is then not
               ///< verified
-};
-
-struct SolveOptions {
-  Band band;
-  double tolerance = 1e-12;  ///< of the transformed (shifted and inverted) problem
-  EigenSolver solver = EigenSolver::block_lanczos;  ///< block_lanczos or krylov_schur
-  LinearSolver linear_solver = LinearSolver::automatic;
-  /// [byte] for all ranks of the group together. What the machine has free is never asked: it
-  /// would let results depend on it.
-  std::int64_t memory_limit = 16ll << 30;
-  bool estimate_errors = true;  ///< fill Modes::pitch_errors
-  /// Looked at between factorisations and in every step of an eigensolver; the first rank's clock
-  /// counts. One factorisation cannot be stopped.
-  core::TimeLimit time;
 };
 
 /// What is known of a mode set's completeness and accuracy.
@@ -121,31 +95,6 @@ struct Modes {
   /// Undamped frequency [Hz].
   double frequency(std::size_t mode) const;
 };
-
-/// Modes of a free body by finite elements: K x = lambda M x, count by inertia, shift-and-invert
-/// with the eigensolver and the linear solver that the options choose, then checks
-/// (solver-independent units inside). Where modes are missing they are sought again, at last by
-/// slicing the spectrum. The lowest `max_modes` flexible modes in the band, or all of them; none in
-/// the band is a result like any other. A SolverEnvironment must be alive.
-///
-/// Pairs of equal frequency come with whatever basis the solver found. Each shape's sign makes the
-/// largest of its entries on the surface positive.
-///
-/// @param mesh     the same on every rank of `comm`
-/// @param regions  one for each of mesh.region_names
-/// @param trace    stages partition, assemble, order, count, solve, slice (only where modes were
-///                 missing), extract and estimate (only with estimate_errors) are added
-/// @return the same on every rank
-/// @throws InputError   nu outside (-1, 0.5), non-positive modulus or density, an empty band, no
-///                      elements, or element nodes and regions that do not exist
-/// @throws TimeError    options.time passed; MemoryError: an allocation failed
-/// @throws SolverError  more memory than the limit, an element turned inside out, elements that
-///                      overlap, no convergence,
-///                      residual above 1e-6 (and above 1e-2 in the energy norm), wrong number of
-///                      rigid modes, or parts that hang together by a point or an edge
-/// @note Collective on comm.
-Modes solve_modes(const TetMesh& mesh, std::span<const Elastic> regions,
-                  const SolveOptions& options, MPI_Comm comm, core::Trace& trace);
 
 /// Modes of the same body with every length, Young's modulus and density multiplied by a factor:
 /// lambda scales with modulus / (density length^2), shapes with (density length^3)^-1/2. Exact.

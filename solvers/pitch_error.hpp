@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "solvers/elastic.hpp"
 #include "solvers/modes.hpp"
 #include "solvers/search.hpp"
 

@@ -1,5 +1,6 @@
 #include "solvers/remesh.hpp"
 
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/boost/graph/Euler_operations.h>
 
 #include <Eigen/Geometry>
@@ -299,6 +300,10 @@ class Remesher {
 SurfaceMesh remesh(const SurfaceMesh& surface, const std::vector<double>& sizes,
                    const SurfaceSearch& search) {
   return Remesher(surface, sizes, search).run();
+}
+
+bool intersects_itself(const SurfaceMesh& surface) {
+  return CGAL::Polygon_mesh_processing::does_self_intersect(closed_cgal_mesh(surface));
 }
 
 }  // namespace carillon::solvers

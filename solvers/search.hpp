@@ -8,8 +8,8 @@
 
 #include "core/trace.hpp"
 #include "solvers/eigen_solve.hpp"
-#include "solvers/modes.hpp"
 #include "solvers/slicing.hpp"
+#include "solvers/solve_modes.hpp"
 
 namespace carillon::solvers {
 

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "core/hash.hpp"
+#include "solvers/cached_modes.hpp"
 #include "solvers/collective.hpp"
-#include "solvers/modes_file.hpp"
 #include "solvers/poisson_basis.hpp"
 #include "solvers/select.hpp"
 

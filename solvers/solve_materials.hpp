@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/trace.hpp"
-#include "solvers/modes.hpp"
+#include "solvers/solve_modes.hpp"
 
 namespace carillon::solvers {
 

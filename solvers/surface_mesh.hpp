@@ -1,13 +1,13 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "core/vec3.hpp"
+
 namespace carillon::solvers {
 
-using Vec3 = Eigen::Vector3d;
 using Triangle = std::array<std::int32_t, 3>;
 
 /// Triangles that bound a body, counter-clockwise seen from outside. Metres once a unit is known.

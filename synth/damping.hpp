@@ -12,8 +12,6 @@
 
 namespace carillon::synth {
 
-struct RingDown;
-
 /// How the damping coefficient c of a mode depends on its eigenvalue lambda = omega_n^2
 /// [rad^2/s^2]: q'' + c q' + lambda q = F, decay rate d = c / 2. All parameters alpha are those of
 /// c, in SI units.
@@ -126,8 +124,5 @@ std::vector<double> decay_rates(const solvers::Modes& modes, std::span<const Dam
 /// where its formula is negative between the first and the last mode.
 std::string describe_negative(const solvers::Modes& modes, std::span<const DampingModel> regions,
                               std::span<const std::size_t> negative);
-
-/// Takes modes out of a sound: they are neither struck nor heard. The others keep their places.
-void leave_out(RingDown& rings, std::span<const std::size_t> modes);
 
 }  // namespace carillon::synth

@@ -6,7 +6,6 @@
 
 #include "core/error.hpp"
 #include "synth/damping.hpp"
-#include "synth/ring_down.hpp"
 
 namespace carillon::synth {
 
@@ -138,19 +137,6 @@ std::string describe_negative(const solvers::Modes& modes, std::span<const Dampi
     if (!ranges.empty()) text += fmt::format(" is below zero from {}", fmt::join(ranges, ", "));
   }
   return text + ")";
-}
-
-void leave_out(RingDown& rings, std::span<const std::size_t> modes) {
-  for (const std::size_t mode : modes) {
-    const auto column = static_cast<Eigen::Index>(mode);
-    if (column >= rings.excitation.size()) {
-      throw InputError(fmt::format("leave out: there is no mode {}", mode));
-    }
-    rings.excitation[column] = 0;
-    for (Eigen::MatrixXd* gains : gains_of(rings.readout)) {
-      if (gains->size() != 0) gains->col(column).setZero();
-    }
-  }
 }
 
 }  // namespace carillon::synth

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/modes.hpp"
+#include "solvers/elastic.hpp"
 #include "synth/damping.hpp"
 
 namespace carillon::synth {

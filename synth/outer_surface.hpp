@@ -8,8 +8,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// A straight triangle of a curved face: three of its lattice nodes.
 struct FacePiece {
   std::array<int, 3> nodes;                ///< index in triangle_lattice(order)

@@ -8,8 +8,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// The outer surface of a body in straight triangles whose corners lie on the curved faces, all
 /// cut alike. Together they are closed, so that a field without sources inside has no flux through
 /// them, and a body that only moves as a whole has no volume velocity.

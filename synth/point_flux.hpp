@@ -1,10 +1,8 @@
 #pragma once
 
-#include "solvers/modes.hpp"
+#include "core/vec3.hpp"
 
 namespace carillon::synth {
-
-using solvers::Vec3;
 
 /// Solid angle of a triangle seen from the origin, positive when its normal points away (Van
 /// Oosterom and Strackee 1983).

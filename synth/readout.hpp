@@ -10,7 +10,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
 struct SurfacePoint;
 
 /// Air at 20 degrees C and 1013.25 hPa, dry (CRC Handbook of Chemistry and Physics).

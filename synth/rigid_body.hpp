@@ -7,8 +7,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// A free body's motion as a whole, whose six modal coordinates have no stiffness.
 struct RigidBody {
   double mass = 0;                                     ///< [kg]

@@ -109,4 +109,17 @@ double t60(double decay_rate) {
   return std::log(1000.0) / decay_rate;
 }
 
+void leave_out(RingDown& rings, std::span<const std::size_t> modes) {
+  for (const std::size_t mode : modes) {
+    const auto column = static_cast<Eigen::Index>(mode);
+    if (column >= rings.excitation.size()) {
+      throw InputError(fmt::format("leave out: there is no mode {}", mode));
+    }
+    rings.excitation[column] = 0;
+    for (Eigen::MatrixXd* gains : gains_of(rings.readout)) {
+      if (gains->size() != 0) gains->col(column).setZero();
+    }
+  }
+}
+
 }  // namespace carillon::synth

@@ -15,8 +15,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// A point on the surface: a face and barycentric coordinates on it.
 struct SurfacePoint {
   std::int32_t face = 0;
@@ -102,5 +100,8 @@ std::size_t modes_above_nyquist(const RingDown& rings, double sample_rate);
 
 /// T60 = ln(1000) / d [s].
 double t60(double decay_rate);
+
+/// Takes modes out of a sound: they are neither struck nor heard. The others keep their places.
+void leave_out(RingDown& rings, std::span<const std::size_t> modes);
 
 }  // namespace carillon::synth

@@ -11,10 +11,10 @@
 #include "cli/pitch.hpp"
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
+#include "solvers/cached_modes.hpp"
 #include "solvers/families.hpp"
 #include "solvers/fourier_modes.hpp"
 #include "solvers/modes_broadcast.hpp"
-#include "solvers/modes_file.hpp"
 #include "solvers/pitch_model.hpp"
 #include "solvers/surface_mesh.hpp"
 

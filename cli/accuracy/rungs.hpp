@@ -8,8 +8,8 @@
 
 #include "cli/accuracy/ladder_config.hpp"
 #include "cli/context.hpp"
-#include "solvers/modes.hpp"
 #include "solvers/pitch_target.hpp"
+#include "solvers/solve_modes.hpp"
 
 namespace carillon::cli {
 

@@ -10,8 +10,6 @@
 
 namespace carillon::cli {
 
-using solvers::Vec3;
-
 void write_stand_in(const StandIn& stand_in, const std::filesystem::path& file,
                     const std::filesystem::path& cache) {
   solvers::MeshRequest request;

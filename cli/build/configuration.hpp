@@ -14,7 +14,7 @@
 #include "core/config.hpp"
 #include "render/frame.hpp"
 #include "render/voxels.hpp"
-#include "solvers/modes.hpp"
+#include "solvers/solve_modes.hpp"
 #include "synth/material.hpp"
 #include "synth/mel.hpp"
 

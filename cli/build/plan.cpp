@@ -306,7 +306,7 @@ std::string fingerprint(const BuildConfig& config, const BuildPlan& plan) {
                          m.elastic.poisson_ratio, m.elastic.density, identity_of(m.damping)));
   }
   for (const GivenStrike& s : config.scene.strikes.given) {
-    const solvers::Vec3 direction = s.direction.value_or(solvers::Vec3::Zero());
+    const Vec3 direction = s.direction.value_or(Vec3::Zero());
     hash.add(fmt::format("{} {} {}\n", s.shape, s.impulse, s.contact_time));
     hash.add(std::span<const double>(s.position.data(), 3));
     hash.add(std::span<const double>(direction.data(), 3));

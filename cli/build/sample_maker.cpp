@@ -13,8 +13,6 @@
 
 namespace carillon::cli {
 
-using solvers::Vec3;
-
 struct SampleMaker::Impl {
   const BuildConfig& config;
   const Shape& shape;

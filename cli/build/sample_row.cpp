@@ -24,8 +24,7 @@ std::vector<std::int16_t> to_int16(std::span<const float> audio, std::int64_t& c
   return out;
 }
 
-void add_vector(Columns& columns, const std::string& name, const solvers::Vec3& v,
-                const std::string& unit) {
+void add_vector(Columns& columns, const std::string& name, const Vec3& v, const std::string& unit) {
   columns.add<double>(name, std::span(v.data(), 3), {3}, unit);
 }
 

@@ -7,8 +7,6 @@
 
 namespace carillon::cli {
 
-using solvers::Vec3;
-
 namespace {
 
 std::vector<std::vector<Vec3>> read_hulls(const core::Hdf5Group& file) {

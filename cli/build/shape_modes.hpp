@@ -22,7 +22,7 @@ class ShapeModes {
   /// At size 1.
   const solvers::ModeSurface& surface() const { return solved_.front().surface; }
   /// Corners of the body's convex pieces at size 1 [m]; empty where the build has no motion.
-  const std::vector<std::vector<solvers::Vec3>>& hulls() const { return hulls_; }
+  const std::vector<std::vector<Vec3>>& hulls() const { return hulls_; }
   /// Of its regions at size 1; empty where it has one only.
   const std::vector<synth::RegionMoments>& moments() const { return moments_; }
 
@@ -31,12 +31,12 @@ class ShapeModes {
   std::vector<std::vector<synth::Material>> materials_;
   ModeSets sets_;
   std::vector<solvers::Modes> solved_;
-  std::vector<std::vector<solvers::Vec3>> hulls_;
+  std::vector<std::vector<Vec3>> hulls_;
   std::vector<synth::RegionMoments> moments_;
 };
 
 /// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
-void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<solvers::Vec3>>& hulls);
+void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls);
 
 /// Writes `moments/volume` [regions], `moments/centroid` [regions, 3] and `moments/spread`
 /// [regions, 3, 3].

@@ -36,7 +36,7 @@ void add_material(core::Sha256& hash, const synth::Material& material) {
 }
 
 void add_strike(core::Sha256& hash, const GivenStrike& strike) {
-  const solvers::Vec3 direction = strike.direction.value_or(solvers::Vec3::Zero());
+  const Vec3 direction = strike.direction.value_or(Vec3::Zero());
   const std::vector<double> force = {strike.impulse, strike.contact_time};
   hash.add(std::span<const double>(strike.position.data(), 3));
   hash.add(std::span<const double>(direction.data(), 3)).add(std::span<const double>(force));

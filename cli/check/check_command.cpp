@@ -12,7 +12,7 @@
 #include "cli/check/schema.hpp"
 #include "cli/check/values.hpp"
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "cli/revision.hpp"
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "eval/statistics/median.hpp"
@@ -67,7 +68,7 @@ const std::string& FeatureStore::content(std::size_t condition, std::size_t sour
 
 std::vector<FitBlock> fit_blocks(const DampingValidation& validation,
                                  const EvaluatedDatasets& datasets, FeatureStore& store) {
-  std::string common = fmt::format("carillon {} {} {} {} {}", CARILLON_VERSION, validation.model,
+  std::string common = fmt::format("carillon {} {} {} {} {}", version(), validation.model,
                                    validation.law.parameters, validation.draws, validation.seed);
   if (validation.keep_reverberant) common += " reverberant";
   for (const NamedEstimator& estimator : validation.estimators) common += " " + estimator.name;

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "cli/build/samples_task.hpp"
+#include "cli/revision.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
@@ -31,8 +32,7 @@ std::string text_of(const FeatureSource& source) {
   const eval::FeatureOptions& o = source.options;
   return fmt::format("{} {} {} {} {} {} {} {} carillon {} revision {}", source.name, o.contact_time,
                      o.min_frequency, o.max_frequency, o.min_decay_rate, o.min_level,
-                     o.max_features, source.truth || o.keep_reverberant, CARILLON_VERSION,
-                     revision);
+                     o.max_features, source.truth || o.keep_reverberant, version(), revision);
 }
 
 /// SHA-256 of the files of a dataset by their paths.

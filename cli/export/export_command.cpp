@@ -7,7 +7,7 @@
 #include "cli/build/about.hpp"
 #include "cli/build/croissant.hpp"
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/export/export.hpp"
 #include "cli/export/export_folder.hpp"
 #include "cli/export/whole_dataset.hpp"

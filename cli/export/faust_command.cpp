@@ -5,12 +5,12 @@
 #include <numeric>
 
 #include "cli/blow.hpp"
-#include "cli/body.hpp"
+#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/export/faust_program.hpp"
-#include "cli/pitch.hpp"
+#include "cli/pitch_report.hpp"
+#include "cli/revision.hpp"
 #include "cli/sound/drawn_strike.hpp"
-#include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
@@ -101,7 +101,8 @@ std::vector<std::size_t> loudest(std::span<const double> loudness, std::size_t m
 std::vector<std::string> remarks(const Body& body, const FaustOptions& options,
                                  const FaustProgram& program, const Context& context) {
   const solvers::Certificate& certificate = body.modes.certificate;
-  std::vector<std::string> lines = {"Made by Carillon " CARILLON_VERSION ":", context.command, ""};
+  std::vector<std::string> lines = {fmt::format("Made by Carillon {}:", version()), context.command,
+                                    ""};
   for (const synth::Material& material : body.materials) {
     lines.push_back(fmt::format("Material {}: {:.6g} Pa, Poisson's ratio {:.4g}, {:.6g} kg/m^3; {}",
                                 material.name, material.elastic.youngs_modulus,
@@ -117,7 +118,7 @@ std::vector<std::string> remarks(const Body& body, const FaustOptions& options,
   lines.push_back(fmt::format("Complete to {:.6g} Hz; worst residual {:.1e}.",
                               certificate.complete_to_hz, certificate.max_residual));
   for (std::size_t p = 0; p < program.points.size(); ++p) {
-    const solvers::Vec3& at = program.points[p];
+    const Vec3& at = program.points[p];
     lines.push_back(
         fmt::format("Position {}: {:.6g}, {:.6g}, {:.6g} m.", p, at.x(), at.y(), at.z()));
   }
@@ -182,7 +183,7 @@ void run_export_faust(const FaustOptions& options, Context& context) {
   const std::size_t left_out = body.modes.size() - program.modes.size();
   if (context.json) {
     nlohmann::json points = nlohmann::json::array();
-    for (const solvers::Vec3& at : program.points) points.push_back({at.x(), at.y(), at.z()});
+    for (const Vec3& at : program.points) points.push_back({at.x(), at.y(), at.z()});
     fmt::print("{}\n", nlohmann::json{{"file", options.output},
                                       {"modes", program.modes.size()},
                                       {"modes_left_out", left_out},

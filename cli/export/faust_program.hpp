@@ -39,12 +39,12 @@ constexpr double shortest_contact = 1e-6, longest_contact = 1;
 /// What a Faust program of one body is made from.
 struct FaustProgram {
   std::string name;
-  std::vector<std::string> remarks;   ///< lines of the header
-  std::vector<solvers::Vec3> points;  ///< that can be struck [m]
-  double impulse = 0;                 ///< of a blow, at first [N s]
-  double contact_time = 0;            ///< likewise [s]
-  double gain = 1;                    ///< likewise, full scale per m/s
-  std::string damping;                ///< FaustDamping::definitions
+  std::vector<std::string> remarks;  ///< lines of the header
+  std::vector<Vec3> points;          ///< that can be struck [m]
+  double impulse = 0;                ///< of a blow, at first [N s]
+  double contact_time = 0;           ///< likewise [s]
+  double gain = 1;                   ///< likewise, full scale per m/s
+  std::string damping;               ///< FaustDamping::definitions
   std::vector<FaustMode> modes;
 };
 

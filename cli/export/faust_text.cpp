@@ -5,6 +5,7 @@
 
 #include "cli/export/faust_parts.hpp"
 #include "cli/export/faust_program.hpp"
+#include "cli/revision.hpp"
 
 namespace carillon::cli {
 
@@ -46,12 +47,12 @@ std::string header(const FaustProgram& program) {
 
 )";
   text += fmt::format("declare name \"{}\";\n", plain(program.name));
-  text +=
+  text += fmt::format(
       "declare description \"Modes of a struck body\";\n"
-      "declare version \"" CARILLON_VERSION
-      "\";\n"
-      "declare author \"Carillon " CARILLON_VERSION
-      "\";\n"
+      "declare version \"{0}\";\n"
+      "declare author \"Carillon {0}\";\n",
+      version());
+  text +=
       "declare license \"CC0-1.0\";\n\n"
       "import(\"stdfaust.lib\");\n";
   return text;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "cli/body.hpp"
+#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/export/gltf_document.hpp"
 #include "cli/material_json.hpp"
-#include "cli/pitch.hpp"
+#include "cli/pitch_report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"

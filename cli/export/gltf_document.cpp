@@ -1,9 +1,12 @@
 #include "cli/export/gltf_document.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
 #include "cli/export/glb_file.hpp"
+#include "cli/revision.hpp"
 
 namespace carillon::cli {
 
@@ -83,12 +86,13 @@ std::string gltf_bytes(const GltfBody& body) {
     mesh["extras"]["targetNames"] = names;
     mesh["extras"]["modes"] = facts;
   }
-  file.document = {{"asset", {{"version", "2.0"}, {"generator", "Carillon " CARILLON_VERSION}}},
-                   {"scene", 0},
-                   {"scenes", {{{"nodes", {0}}}}},
-                   {"nodes", {{{"mesh", 0}, {"name", body.name}}}},
-                   {"meshes", ordered_json::array({mesh})},
-                   {"materials", ordered_json::array()}};
+  file.document = {
+      {"asset", {{"version", "2.0"}, {"generator", fmt::format("Carillon {}", version())}}},
+      {"scene", 0},
+      {"scenes", {{{"nodes", {0}}}}},
+      {"nodes", {{{"mesh", 0}, {"name", body.name}}}},
+      {"meshes", ordered_json::array({mesh})},
+      {"materials", ordered_json::array()}};
   for (const GltfMaterial& material : body.materials) {
     file.document["materials"].push_back(material_json(material));
   }

@@ -11,8 +11,6 @@
 
 namespace carillon::cli {
 
-using solvers::Vec3;
-
 std::array<float, 3> to_gltf_axes(const Vec3& vector) {
   return {static_cast<float>(vector.x()), static_cast<float>(vector.z()),
           static_cast<float>(-vector.y())};

@@ -14,7 +14,7 @@ namespace carillon::cli {
 using GltfVectors = std::vector<std::array<float, 3>>;
 
 /// From our axes, z up, to glTF's, y up: (x, y, z) becomes (x, z, -y), a quarter turn about x.
-std::array<float, 3> to_gltf_axes(const solvers::Vec3& vector);
+std::array<float, 3> to_gltf_axes(const Vec3& vector);
 
 /// A surface in triangles with a normal at each vertex, split where it has an edge; in glTF's axes.
 struct GltfSurface {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/feature_options.hpp"
 #include "cli/fit/fit_inputs.hpp"
 #include "cli/fit/fit_report.hpp"

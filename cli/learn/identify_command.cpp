@@ -6,10 +6,10 @@
 #include <numeric>
 #include <utility>
 
+#include "cli/body_options.hpp"
 #include "cli/learn/commands.hpp"
 #include "cli/learn/recognised_scene.hpp"
 #include "cli/learn/recognisers.hpp"
-#include "cli/text.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/trace.hpp"
@@ -161,7 +161,7 @@ const Answer& answer_of(const std::vector<Answer>& answers, const std::vector<st
 }
 
 /// The scene with what was recognised in it.
-std::string extended_scene(const IdentifyOptions& options, const solvers::Vec3& place,
+std::string extended_scene(const IdentifyOptions& options, const Vec3& place,
                            const std::vector<Answer>& answers) {
   const Answer& shape = answer_of(answers, {"shape", "family"}, "shape");
   const Answer& material = answer_of(answers, {"material"}, "material");
@@ -180,8 +180,7 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
   }
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
-  const solvers::Vec3 place =
-      options.scene.empty() ? solvers::Vec3::Zero().eval() : parse_position(options.at);
+  const Vec3 place = options.scene.empty() ? Vec3::Zero().eval() : parse_position(options.at);
   const std::vector<Recogniser> recognisers =
       find_recognisers(options.models, options.method, options.tasks);
   const std::size_t width = task_width(recognisers);

@@ -1,5 +1,5 @@
 // carillon-learn: carillon with the commands that need libtorch; carillon starts it.
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/learn/commands.hpp"
 #include "cli/learn/sections.hpp"
 #include "eval/learning/training.hpp"

@@ -14,8 +14,6 @@
 
 namespace carillon::cli {
 
-using solvers::Vec3;
-
 namespace {
 
 constexpr double kGroundDepth = 0.5;  ///< thickness of the slab that the ground is [m]

@@ -18,9 +18,9 @@ struct Actor {
   solvers::Modes modes;
   RingingBody ringing;
   synth::RigidBody rigid;
-  std::vector<std::vector<solvers::Vec3>> hulls;  ///< at its size [m]
-  double ball_radius = 0;                         ///< of a ball; 0: none
-  std::optional<synth::RigidSource> click;        ///< where clicks are heard
+  std::vector<std::vector<Vec3>> hulls;     ///< at its size [m]
+  double ball_radius = 0;                   ///< of a ball; 0: none
+  std::optional<synth::RigidSource> click;  ///< where clicks are heard
   solvers::SurfaceMesh surface;
   solvers::Box box;
 };

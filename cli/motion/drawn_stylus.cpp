@@ -12,8 +12,6 @@
 
 namespace carillon::cli {
 
-using solvers::Vec3;
-
 namespace {
 
 /// The hand's way over the face in its body's coordinates, as many ticks as the clip has; it stops

@@ -7,10 +7,10 @@ namespace carillon::cli {
 
 /// What a take's stylus felt, in the world's axes.
 struct TakeTouch {
-  double rate = 0;                    ///< [Hz]
-  std::vector<solvers::Vec3> hand;    ///< [m], one a tick
-  std::vector<solvers::Vec3> tip;     ///< [m]
-  std::vector<solvers::Vec3> forces;  ///< of the face on the tip [N]
+  double rate = 0;           ///< [Hz]
+  std::vector<Vec3> hand;    ///< [m], one a tick
+  std::vector<Vec3> tip;     ///< [m]
+  std::vector<Vec3> forces;  ///< of the face on the tip [N]
   std::size_t limited = 0, held_back = 0;
 };
 

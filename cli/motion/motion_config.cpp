@@ -195,15 +195,15 @@ MotionCamera read_camera(ConfigNode node) {
   render::SceneCamera& view = camera.view;
   view.width = static_cast<int>(node.integer("width", 1, 4096, 128));
   view.height = static_cast<int>(node.integer("height", 1, 4096, 128));
-  const auto place = [&](const char* key, const solvers::Vec3& fallback) {
+  const auto place = [&](const char* key, const Vec3& fallback) {
     const std::vector<double> p = node.quantities(
         key, Dimension::length, 3, std::vector<double>{fallback.x(), fallback.y(), fallback.z()});
-    return solvers::Vec3(p[0], p[1], p[2]);
+    return Vec3(p[0], p[1], p[2]);
   };
   view.eye = place("eye", view.eye);
   view.target = place("target", view.target);
   view.field_of_view = node.quantity("field_of_view", Dimension::angle, view.field_of_view);
-  const solvers::Vec3 way = view.target - view.eye;
+  const Vec3 way = view.target - view.eye;
   if (!(way.norm() > 0)) node.fail("eye", "is where the target is");
   if (!(way.head<2>().norm() > 1e-6 * way.norm())) {
     node.fail("eye", "is straight above or below the target: the picture has no upper side",

@@ -10,7 +10,6 @@
 namespace carillon::cli {
 
 using nlohmann::json;
-using solvers::Vec3;
 
 namespace {
 

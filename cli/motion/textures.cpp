@@ -13,8 +13,6 @@
 
 namespace carillon::cli {
 
-using solvers::Vec3;
-
 std::shared_ptr<const solvers::SurfaceMap> Textures::of(const TextureConfig& texture) {
   std::string key = texture.map + texture.image;
   for (const auto& [name, value] : texture.parameters) key += fmt::format(" {} {}", name, value);

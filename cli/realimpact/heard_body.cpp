@@ -9,7 +9,7 @@ namespace carillon::cli {
 
 namespace {
 
-synth::Vec3 centre_of(const solvers::Modes& modes) {
+Vec3 centre_of(const solvers::Modes& modes) {
   const solvers::Box box = solvers::bounding_box(modes.surface.nodes);
   return 0.5 * (box.low + box.high);
 }

@@ -16,7 +16,7 @@ namespace carillon::cli {
 /// was deconvolved by the hammer's force is the answer to.
 struct ModelBlow {
   synth::SurfacePoint point;
-  synth::Vec3 direction;     ///< inward along the normal
+  Vec3 direction;     ///< inward along the normal
   synth::Listener listener;  ///< [m], in the body's coordinates
 };
 

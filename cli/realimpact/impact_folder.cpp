@@ -15,7 +15,6 @@ namespace carillon::cli {
 namespace {
 
 using core::InputError;
-using solvers::Vec3;
 namespace fs = std::filesystem;
 
 constexpr const char* kRecordings = "deconvolved_0db.npy";
@@ -115,7 +114,7 @@ void check_struck(const ImpactFolder& folder, const solvers::SurfaceMesh& mesh) 
 ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh) {
   const fs::path place = folder_of_arrays(folder);
   ImpactFolder read{.mesh = mesh.empty() ? place / kMesh : fs::path(mesh),
-                    .centre = solvers::Vec3::Zero(),
+                    .centre = Vec3::Zero(),
                     .recordings = open_array(place / kRecordings),
                     .vertices = {},
                     .struck = {},

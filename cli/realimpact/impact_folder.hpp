@@ -15,11 +15,11 @@ namespace carillon::cli {
 /// row n of every array belongs to recording n. Recordings stay in their file.
 struct ImpactFolder {
   std::filesystem::path mesh;  ///< in metres, in the coordinates of the positions
-  solvers::Vec3 centre;        ///< of the box about transformed.obj [m]
+  Vec3 centre;                 ///< of the box about transformed.obj [m]
   core::NpyFile recordings;    ///< rows x samples: pressure, deconvolved by the hammer's force
   std::vector<std::int64_t> vertices;              ///< of the mesh, struck; from 0
-  std::vector<solvers::Vec3> struck;               ///< their positions [m]
-  std::vector<solvers::Vec3> listeners;            ///< positions of the microphones [m]
+  std::vector<Vec3> struck;                        ///< their positions [m]
+  std::vector<Vec3> listeners;                     ///< positions of the microphones [m]
   std::optional<std::vector<double>> angles;       ///< of the gantry [degrees]; none: no such file
   std::optional<std::vector<double>> distances;    ///< of the gantry [mm]
   std::optional<std::vector<double>> microphones;  ///< number along the column, from 0

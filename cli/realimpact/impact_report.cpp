@@ -76,7 +76,7 @@ json blow_json(const ImpactReport& report, const ModelVariant& variant, std::siz
 json vertex_json(const ImpactReport& report, std::size_t blow) {
   const StudiedBlow& studied = report.blows[blow];
   const std::size_t row = studied.recorded.row;
-  const auto list = [](const solvers::Vec3& v) { return std::vector(v.begin(), v.end()); };
+  const auto list = [](const Vec3& v) { return std::vector(v.begin(), v.end()); };
   json vertex = {{"vertex", studied.recorded.vertex},
                  {"row", row},
                  {"struck_m", list(report.folder.struck[row])},

@@ -72,7 +72,7 @@ void print_vertices(const ImpactReport& report) {
              "microphone at [m]", "peaks", "chance", "modes matched", "cents", "level dB");
   for (std::size_t i = 0; i < report.blows.size(); ++i) {
     const RecordedBlow& blow = report.blows[i].recorded;
-    const solvers::Vec3& ear = report.folder.listeners[blow.row];
+    const Vec3& ear = report.folder.listeners[blow.row];
     const eval::ModeComparison& modes = variant.modes.blows[i];
     std::vector<double> distances;
     for (const eval::MatchedMode& pair : modes.matched) {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <memory>
 
-#include "cli/body.hpp"
+#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
-#include "cli/pitch.hpp"
+#include "cli/pitch_report.hpp"
 #include "cli/realimpact/impact_report.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "solvers/families.hpp"
 #include "synth/material.hpp"
 

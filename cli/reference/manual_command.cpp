@@ -2,7 +2,8 @@
 #include <fmt/ranges.h>
 
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
+#include "cli/revision.hpp"
 
 namespace carillon::cli {
 
@@ -52,7 +53,7 @@ std::string manual(const Program& program) {
       ".SH SYNOPSIS\n\\fBcarillon\\fR [\\fIoptions\\fR] \\fIcommand\\fR [\\fIarguments\\fR]\n.br\n"
       "\\fBmpirun\\fR \\-n \\fIranks\\fR \\fBcarillon\\fR \\fIcommand\\fR [\\fIarguments\\fR]\n"
       ".SH DESCRIPTION\n{}\n.SH OPTIONS\n",
-      CARILLON_VERSION, roff(program.common().summary()));
+      version(), roff(program.common().summary()));
   for (const OptionText& option : program.common().options()) text += option_text(option);
   text += ".SH COMMANDS\n";
   for (const Command& command : program.commands()) text += command_text(command);

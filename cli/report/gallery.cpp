@@ -118,7 +118,7 @@ void add_surface(const solvers::ModeSurface& surface, const GallerySkin& skin,
   std::vector<float> positions;
   std::vector<std::int8_t> normals;
   for (std::size_t v = 0; v < mesh.sources.size(); ++v) {
-    const solvers::Vec3& node = surface.nodes[static_cast<std::size_t>(mesh.sources[v])];
+    const Vec3& node = surface.nodes[static_cast<std::size_t>(mesh.sources[v])];
     for (Eigen::Index k = 0; k < 3; ++k) {
       positions.push_back(static_cast<float>(node[k]));
       normals.push_back(static_cast<std::int8_t>(

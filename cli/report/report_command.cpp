@@ -7,7 +7,7 @@
 #include <span>
 
 #include "cli/command_line.hpp"
-#include "cli/context.hpp"
+#include "cli/commands.hpp"
 #include "cli/made_by.hpp"
 #include "cli/report/report.hpp"
 #include "core/error.hpp"

@@ -15,7 +15,7 @@ void draw_strike(const Scene& scene, std::uint64_t seed, std::uint64_t item,
   core::RandomStream drawn = strike_places(seed, item);
   synth::Strike& strike = sound.strike;
   strike.point = place.at ? sampler.nearest(*place.at) : sampler.sample(drawn);
-  const solvers::Vec3 inward = -synth::frame_at(surface, strike.point).normal;
+  const Vec3 inward = -synth::frame_at(surface, strike.point).normal;
   strike.direction = place.direction ? place.direction->normalized()
                                      : synth::spread_direction(inward, scene.strikes.spread, drawn);
   core::RandomStream force(seed, item, "strike.force");

@@ -10,8 +10,8 @@ namespace carillon::cli {
 
 /// What of a strike is given rather than drawn, in the body's coordinates.
 struct StrikePlace {
-  std::optional<solvers::Vec3> at;         ///< [m]; the surface's nearest point is struck
-  std::optional<solvers::Vec3> direction;  ///< of the force; not of length zero
+  std::optional<Vec3> at;         ///< [m]; the surface's nearest point is struck
+  std::optional<Vec3> direction;  ///< of the force; not of length zero
 };
 
 /// The stream that the point and the direction of a strike are drawn from.

@@ -24,7 +24,7 @@ struct RingingBody {
   const solvers::Modes* modes = nullptr;  ///< at the body's size
   const std::vector<synth::Material>* materials = nullptr;  ///< one per region of the modes
   std::vector<double> decay_rates;                          ///< d of each mode [1/s]
-  solvers::Vec3 centre = solvers::Vec3::Zero();             ///< of its bounding box [m]
+  Vec3 centre = Vec3::Zero();                               ///< of its bounding box [m]
   std::vector<synth::Listener> listeners;  ///< in the body's coordinates; may be empty
   /// Pressure at the listeners per modal motion; without rows the dry signal is heard. Made once
   /// for a body, as it does not depend on the strike.

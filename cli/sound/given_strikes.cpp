@@ -57,7 +57,7 @@ GivenStrike parse_row(const Row& row) {
   strike.shape = row.text("shape");
   strike.position = {row.number("x_m"), row.number("y_m"), row.number("z_m")};
   if (row.has("dx") || row.has("dy") || row.has("dz")) {
-    const solvers::Vec3 direction(row.number("dx"), row.number("dy"), row.number("dz"));
+    const Vec3 direction(row.number("dx"), row.number("dy"), row.number("dz"));
     if (!(direction.norm() > 0)) throw row.error("the direction has no length");
     strike.direction = direction.normalized();
   }

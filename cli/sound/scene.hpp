@@ -16,8 +16,8 @@ namespace carillon::cli {
 /// One strike that was given rather than drawn, in the body's coordinates at size 1.
 struct GivenStrike {
   std::string shape;  ///< shape id; "" or "*": every shape
-  solvers::Vec3 position;
-  std::optional<solvers::Vec3> direction;
+  Vec3 position;
+  std::optional<Vec3> direction;
   double impulse;       ///< [N s]
   double contact_time;  ///< [s]
 };

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "cli/sweep/values.hpp"
-#include "cli/text.hpp"
 #include "core/config.hpp"
 #include "core/random.hpp"
 

@@ -60,9 +60,9 @@ std::string_view name_of(HeardMotion motion) {
 }
 
 StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                         const synth::Vec3& direction, double specific_modulus) {
+                         const Vec3& direction, double specific_modulus) {
   const Eigen::MatrixX3d shapes = synth::shapes_at(modes, point);
-  const synth::Vec3 normal = synth::frame_at(modes.surface, point).normal;
+  const Vec3 normal = synth::frame_at(modes.surface, point).normal;
   StruckModes struck = without_gains(modes, specific_modulus);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -78,7 +78,7 @@ StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint&
 }
 
 StruckModes radiated_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                           const synth::Vec3& direction, double specific_modulus,
+                           const Vec3& direction, double specific_modulus,
                            const synth::ModalPressure& pressure, std::size_t row,
                            std::span<const double> radiated) {
   const auto listener = static_cast<Eigen::Index>(row);

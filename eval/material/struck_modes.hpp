@@ -37,7 +37,7 @@ struct StruckModes {
 /// @param direction  unit vector the blow points along
 /// @throws InputError  a point or direction that is none
 StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                         const synth::Vec3& direction, double specific_modulus);
+                         const Vec3& direction, double specific_modulus);
 
 /// The same modes as a listener hears them: gains are pressures per modal acceleration times the
 /// coordinate's impulse [Pa s^2/(m kg)], their magnitudes, to be heard as
@@ -46,7 +46,7 @@ StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint&
 /// @param radiated  decay rate of each mode by radiation [1/s]; empty: none
 /// @throws InputError  a point or direction that is none, sizes that do not match
 StruckModes radiated_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                           const synth::Vec3& direction, double specific_modulus,
+                           const Vec3& direction, double specific_modulus,
                            const synth::ModalPressure& pressure, std::size_t row,
                            std::span<const double> radiated);
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "solvers/elevate.hpp"
 #include "solvers/families/outline.hpp"
-#include "solvers/mesher.hpp"
 
 namespace carillon::solvers {
 

@@ -6,10 +6,10 @@
 
 namespace carillon::synth {
 
-inline btVector3 to_bullet(const solvers::Vec3& v) {
+inline btVector3 to_bullet(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
-inline solvers::Vec3 from_bullet(const btVector3& v) {
+inline Vec3 from_bullet(const btVector3& v) {
   return {v.x(), v.y(), v.z()};
 }
 

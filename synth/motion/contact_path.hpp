@@ -7,8 +7,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// The way of a contact over a body between the steps of a motion: the uniform cubic B-spline whose
 /// control points they are, with two continuous derivatives (no steps, no hold). What moves evenly
 /// it follows exactly, at the ends too.

@@ -7,8 +7,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// Corners and outward triangles of a convex hull.
 struct ConvexHull {
   std::vector<Vec3> points;

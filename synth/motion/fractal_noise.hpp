@@ -7,8 +7,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// Roughness too fine for any map: noise that belongs to the places of a body, so that the same way
 /// over it gives the same course. A profile's power falls as wave number to the power -exponent:
 /// octaves of gradient noise (Perlin 1985) on lattices of `longest`, `longest` / 2, ...

@@ -8,8 +8,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 /// Where a body dips into a relief, in the face's axes (u, v, height above the face).
 struct ReliefContact {
   Vec3 point = Vec3::Zero();    ///< of the body [m]

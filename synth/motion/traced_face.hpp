@@ -10,8 +10,6 @@
 
 namespace carillon::synth {
 
-using solvers::Vec3;
-
 using SharedMap = std::shared_ptr<const solvers::SurfaceMap>;
 
 /// A map as a ball-shaped tip traces it.

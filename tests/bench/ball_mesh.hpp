@@ -14,9 +14,9 @@ inline solvers::SurfaceMesh ball(double radius, int rings) {
   const double step = std::numbers::pi / rings;
   for (int i = 0; i <= rings; ++i) {
     for (int j = 0; j < around; ++j) {
-      mesh.vertices.push_back(radius * solvers::Vec3(std::sin(i * step) * std::cos(j * step),
-                                                     std::sin(i * step) * std::sin(j * step),
-                                                     std::cos(i * step)));
+      mesh.vertices.push_back(radius * Vec3(std::sin(i * step) * std::cos(j * step),
+                                            std::sin(i * step) * std::sin(j * step),
+                                            std::cos(i * step)));
     }
   }
   for (int i = 0; i < rings; ++i) {

@@ -22,7 +22,6 @@ namespace carillon::bench {
 namespace {
 
 using render::Scene;
-using solvers::Vec3;
 
 /// A plate 450 x 300 mm of bricks, drawn one way or another, and a ball on it.
 Scene scene_of(const solvers::TexturedFace& face, const solvers::SurfaceMesh& mesh, bool textured) {

@@ -11,8 +11,6 @@
 namespace carillon::cli {
 namespace {
 
-using solvers::Vec3;
-
 BuildConfig scene_of(const std::string& motion, int bars) {
   return read_build_config(
       "objects:\n  - {name: bars, shape: bar, materials: [steel], count: " + std::to_string(bars) +

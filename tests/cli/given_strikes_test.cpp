@@ -38,7 +38,7 @@ TEST_F(GivenStrikes, ForcesBecomeImpulses) {
   ASSERT_EQ(strikes.size(), 2u);
   EXPECT_EQ(strikes[0].shape, "cup-000");
   EXPECT_DOUBLE_EQ(strikes[0].impulse, 0.02);
-  EXPECT_EQ(strikes[0].direction, solvers::Vec3(0, 0, -1));
+  EXPECT_EQ(strikes[0].direction, Vec3(0, 0, -1));
   EXPECT_FALSE(strikes[1].direction.has_value());
   EXPECT_DOUBLE_EQ(strikes[1].impulse, 0.025);
 }

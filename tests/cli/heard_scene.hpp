@@ -14,7 +14,6 @@ namespace carillon::cli {
 
 /// A ball of 1.4 kg whose twelve modes, 300 Hz to 5.8 kHz, breathe and bend.
 inline solvers::Modes ringing_ball() {
-  using solvers::Vec3;
   std::vector<double> eigenvalues;
   for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
   solvers::Modes modes = synth::modes_with(synth::curved_sphere(0.05, Vec3::Zero(), 4, 2),

@@ -33,11 +33,10 @@ const EffectDecision& decision(const Scene& scene, std::string_view name) {
 
 /// @param flat  of its height is left
 solvers::Modes ball(double flat) {
-  solvers::Modes modes = synth::modes_with(synth::curved_sphere(0.03, {0, 0, 0}, 3, 2), {1e8, 4e8},
-                                           [](int i, const solvers::Vec3& x) -> solvers::Vec3 {
-                                             return (i == 0 ? 3.0 : 1e-6) * x.normalized();
-                                           });
-  for (solvers::Vec3& node : modes.surface.nodes) node.z() *= flat;
+  solvers::Modes modes = synth::modes_with(
+      synth::curved_sphere(0.03, {0, 0, 0}, 3, 2), {1e8, 4e8},
+      [](int i, const Vec3& x) -> Vec3 { return (i == 0 ? 3.0 : 1e-6) * x.normalized(); });
+  for (Vec3& node : modes.surface.nodes) node.z() *= flat;
   return modes;
 }
 

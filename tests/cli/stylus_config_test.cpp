@@ -19,7 +19,7 @@ BuildConfig config_of(const std::string& keys) {
 }
 
 /// Forces of a take in which the configured stylus is drawn over a sine.
-std::vector<solvers::Vec3> forces_of(const BuildConfig& config) {
+std::vector<Vec3> forces_of(const BuildConfig& config) {
   TakeStage stage;
   stage.names = {"plate"};
   stage.actors = {nullptr};

@@ -14,8 +14,6 @@
 namespace carillon::cli {
 namespace {
 
-using solvers::Vec3;
-
 constexpr double kRadius = 0.05;
 
 solvers::Modes ball() {

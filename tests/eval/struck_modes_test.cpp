@@ -19,14 +19,14 @@ constexpr double kPi = std::numbers::pi;
 const synth::SurfacePoint kSomewhere{5, {0.2, 0.3, 0.5}};
 
 solvers::Modes modes_of(const std::vector<double>& frequencies,
-                        const std::function<synth::Vec3(int, const synth::Vec3&)>& shape) {
+                        const std::function<Vec3(int, const Vec3&)>& shape) {
   std::vector<double> eigenvalues;
   for (const double f : frequencies) eigenvalues.push_back(std::pow(2 * kPi * f, 2));
-  return synth::modes_with(synth::curved_sphere(0.1, synth::Vec3::Zero(), 2, 3), eigenvalues,
+  return synth::modes_with(synth::curved_sphere(0.1, Vec3::Zero(), 2, 3), eigenvalues,
                            shape);
 }
 
-synth::Vec3 wavy(int mode, const synth::Vec3& x) {
+Vec3 wavy(int mode, const Vec3& x) {
   return {std::sin(3 * x.x() + mode), std::cos(2 * x.y() * (mode + 1)),
           std::sin(x.z() + 0.5 * mode * x.x())};
 }
@@ -50,15 +50,15 @@ Candidate candidate(double modulus, double alpha1, double alpha2, double contact
 
 TEST(StruckModes, OfAPairDoNotDependOnItsBasis) {
   const auto shape = [](double turn) {
-    return [turn](int mode, const synth::Vec3& x) {
-      const synth::Vec3 a = wavy(0, x);
-      const synth::Vec3 b = wavy(1, x);
+    return [turn](int mode, const Vec3& x) {
+      const Vec3 a = wavy(0, x);
+      const Vec3 b = wavy(1, x);
       const double x_share = mode == 0 ? std::cos(turn) : -std::sin(turn);
       const double y_share = mode == 0 ? std::sin(turn) : std::cos(turn);
-      return synth::Vec3(x_share * a + y_share * b);
+      return Vec3(x_share * a + y_share * b);
     };
   };
-  const synth::Vec3 down(0, 0, -1);
+  const Vec3 down(0, 0, -1);
   const auto one = struck_modes(modes_of({400, 400}, shape(0)), kSomewhere, down, 1e7);
   const auto other = struck_modes(modes_of({400, 400}, shape(0.7)), kSomewhere, down, 1e7);
   ASSERT_EQ(one.gains.size(), 1U);
@@ -70,12 +70,12 @@ TEST(StruckModes, OfAPairDoNotDependOnItsBasis) {
 /// What is heard of a pair is the sum of both, however the solver turned them; each mode's
 /// loudness is pressure per acceleration times the coordinate's impulse.
 TEST(RadiatedModes, OfAPairDoNotDependOnItsBasis) {
-  const synth::Vec3 down(0, 0, -1);
+  const Vec3 down(0, 0, -1);
   const Eigen::RowVector2cd pressure{{{0.3, -0.8}, {-1.1, 0.2}}};
   const auto heard = [&](double turn) {
-    const auto shape = [turn](int mode, const synth::Vec3& x) {
+    const auto shape = [turn](int mode, const Vec3& x) {
       const double quarter = mode == 0 ? 0 : kPi / 2;
-      return synth::Vec3(std::cos(turn + quarter) * wavy(0, x) +
+      return Vec3(std::cos(turn + quarter) * wavy(0, x) +
                          std::sin(turn + quarter) * wavy(1, x));
     };
     Eigen::Matrix2d turned;
@@ -88,7 +88,7 @@ TEST(RadiatedModes, OfAPairDoNotDependOnItsBasis) {
   ASSERT_EQ(one.gains.size(), 1U);
   EXPECT_NEAR(one.gains[0], other.gains[0], 1e-6 * one.gains[0]);
   const auto impulse = [&](int mode) {
-    const auto shape = [mode](int, const synth::Vec3& x) { return wavy(mode, x); };
+    const auto shape = [mode](int, const Vec3& x) { return wavy(mode, x); };
     return synth::shapes_at(modes_of({400}, shape), kSomewhere).row(0).dot(down);
   };
   EXPECT_NEAR(one.gains[0], std::abs(pressure[0] * impulse(0) + pressure[1] * impulse(1)),
@@ -103,7 +103,7 @@ TEST(RadiatedModes, OfAPairDoNotDependOnItsBasis) {
                 1e-4);
   }
   const synth::ModalPressure none{Eigen::MatrixXcd(1, 3), {0}};
-  const auto shape = [](int mode, const synth::Vec3& x) { return wavy(mode, x); };
+  const auto shape = [](int mode, const Vec3& x) { return wavy(mode, x); };
   EXPECT_THROW(radiated_modes(modes_of({400, 500}, shape), kSomewhere, down, 1e7, none, 0, {}),
                core::InputError);
 }

@@ -33,13 +33,12 @@ double worst_cents(const std::vector<double>& found, const std::vector<double>& 
 /// flat tetrahedron. First order.
 /// @param cells     along each axis; the layer lies on the plane below cell `middle` of the third
 /// @param dihedral  smallest dihedral angle of the slivers [degree]
-solvers::TetMesh sliver_mesh(const solvers::Vec3& sides, const std::array<int, 3>& cells,
-                             int middle, double dihedral, int order);
+solvers::TetMesh sliver_mesh(const Vec3& sides, const std::array<int, 3>& cells, int middle,
+                             double dihedral, int order);
 
 /// Box of cells that each are cut into 24 tetrahedra about their middle: with equal sides and cells
 /// the mesh has every symmetry of the cube, so it splits no repeated mode.
-solvers::TetMesh symmetric_box_mesh(const solvers::Vec3& sides, const std::array<int, 3>& cells,
-                                    int order);
+solvers::TetMesh symmetric_box_mesh(const Vec3& sides, const std::array<int, 3>& cells, int order);
 
 /// Number of modes in each cluster of ascending values that lie within `gap` (relative) of the one
 /// before.

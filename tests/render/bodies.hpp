@@ -62,7 +62,7 @@ inline solvers::SurfaceMesh bowl(double radius, double wall, int segments = 64) 
   return turned_body(outline, segments);
 }
 
-inline solvers::SurfaceMesh box(const solvers::Vec3& low, const solvers::Vec3& high) {
+inline solvers::SurfaceMesh box(const Vec3& low, const Vec3& high) {
   solvers::SurfaceMesh mesh;
   for (int i = 0; i < 8; ++i) {
     mesh.vertices.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
@@ -83,9 +83,8 @@ inline void append(solvers::SurfaceMesh& mesh, const solvers::SurfaceMesh& more,
   }
 }
 
-inline void transform(solvers::SurfaceMesh& mesh, const Eigen::Matrix3d& turn,
-                      const solvers::Vec3& shift) {
-  for (solvers::Vec3& vertex : mesh.vertices) vertex = turn * vertex + shift;
+inline void transform(solvers::SurfaceMesh& mesh, const Eigen::Matrix3d& turn, const Vec3& shift) {
+  for (Vec3& vertex : mesh.vertices) vertex = turn * vertex + shift;
 }
 
 }  // namespace carillon::render

@@ -22,8 +22,6 @@ extern "C" const char* __lsan_default_suppressions() {
 namespace carillon::render {
 namespace {
 
-using solvers::Vec3;
-
 const Appearance kBlack = {{0, 0, 0}, 1, 0};
 
 std::array<int, 3> pixel(const core::Image& image, int column, int row) {

@@ -14,7 +14,6 @@
 namespace carillon::render {
 namespace {
 
-using solvers::Vec3;
 constexpr double kPi = std::numbers::pi;
 
 long filled(const VoxelGrid& grid) {

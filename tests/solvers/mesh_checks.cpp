@@ -15,7 +15,6 @@ namespace carillon::test {
 namespace {
 
 using solvers::TetMesh;
-using solvers::Vec3;
 
 const Vec3& node(const TetMesh& mesh, std::int32_t n) {
   return mesh.nodes[static_cast<std::size_t>(n)];

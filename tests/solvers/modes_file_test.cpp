@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "solve.hpp"
+#include "solvers/cached_modes.hpp"
 #include "solvers/modes_file.hpp"
 #include "temporary_folder.hpp"
 #include "test_meshes.hpp"

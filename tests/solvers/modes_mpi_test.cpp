@@ -15,7 +15,7 @@
 #include "mpi/interrupt.hpp"
 #include "solve.hpp"
 #include "solvers/assemble.hpp"
-#include "solvers/modes_file.hpp"
+#include "solvers/cached_modes.hpp"
 #include "solvers/partition.hpp"
 #include "temporary_folder.hpp"
 #include "test_meshes.hpp"

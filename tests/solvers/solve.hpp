@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "solvers/modes.hpp"
+#include "solvers/solve_modes.hpp"
 
 namespace carillon::test {
 

@@ -9,7 +9,6 @@
 namespace carillon::test {
 
 using solvers::TetMesh;
-using solvers::Vec3;
 
 /// Straight elements of a higher order on the corners of a first-order mesh; regions are kept,
 /// boundary faces are filled in.

@@ -9,7 +9,6 @@
 namespace carillon::test {
 
 using solvers::SurfaceMesh;
-using solvers::Vec3;
 
 /// Box [0, sides], each face in n x n squares of two triangles.
 SurfaceMesh box_surface(const Vec3& sides, int n);

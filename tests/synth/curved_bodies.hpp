@@ -13,9 +13,8 @@ namespace carillon::synth {
 
 /// Sphere of curved faces of an order: an octahedron whose faces are cut into n^2, all nodes moved
 /// onto the sphere. Inward faces when `inward`.
-inline solvers::ModeSurface curved_sphere(double radius, const solvers::Vec3& centre, int n,
-                                          int order, bool inward = false) {
-  using solvers::Vec3;
+inline solvers::ModeSurface curved_sphere(double radius, const Vec3& centre, int n, int order,
+                                          bool inward = false) {
   solvers::ModeSurface surface;
   surface.order = order;
   const int fine = n * order;
@@ -73,7 +72,7 @@ solvers::Modes modes_with(const solvers::ModeSurface& surface, std::vector<doubl
   modes.shapes.resize(count, 3 * static_cast<Eigen::Index>(surface.nodes.size()));
   for (Eigen::Index i = 0; i < count; ++i) {
     for (std::size_t a = 0; a < surface.nodes.size(); ++a) {
-      const solvers::Vec3 value = shape(static_cast<int>(i), surface.nodes[a]);
+      const Vec3 value = shape(static_cast<int>(i), surface.nodes[a]);
       modes.shapes.block<1, 3>(i, 3 * static_cast<Eigen::Index>(a)) =
           value.transpose().cast<float>();
     }

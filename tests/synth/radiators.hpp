@@ -32,7 +32,7 @@ inline Complex hankel(int order, double x) {
 
 /// Pressure of a sphere of radius a about the origin whose normal acceleration is the Legendre
 /// polynomial of an order, of the cosine to the z axis: p = -rho P h(kr) / (k h'(ka)).
-inline Complex sphere_pressure(int order, double k, double a, const solvers::Vec3& x) {
+inline Complex sphere_pressure(int order, double k, double a, const Vec3& x) {
   const double r = x.norm();
   const Complex slope = order / (k * a) * hankel(order, k * a) - hankel(order + 1, k * a);
   return -kAirDensity * legendre(order, x[2] / r) * hankel(order, k * r) / (k * slope);
@@ -45,7 +45,7 @@ inline solvers::Modes sphere_modes(const solvers::ModeSurface& sphere, double ra
   for (const double value : ka) {
     eigenvalues.push_back(std::pow(value / radius * kSoundSpeed, 2));
   }
-  return modes_with(sphere, eigenvalues, [&](int, const solvers::Vec3& x) -> solvers::Vec3 {
+  return modes_with(sphere, eigenvalues, [&](int, const Vec3& x) -> Vec3 {
     return legendre(order, x.normalized()[2]) * x.normalized();
   });
 }

@@ -11,7 +11,6 @@ namespace carillon::cli {
 namespace {
 
 using core::Dimension;
-using solvers::Vec3;
 
 std::vector<Vec3> read_points(core::ConfigNode& node, const std::string& key) {
   const auto values = node.quantities(key, Dimension::length);

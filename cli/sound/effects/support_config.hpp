@@ -14,12 +14,12 @@ struct SupportConfig {
 
   synth::SupportKind kind;
   Place place = Place::at;
-  std::vector<solvers::Vec3> points;  ///< at, along: from the centre of the body's box [m]
-  int count = 0;                      ///< random: so many places; along: points of contact
+  std::vector<Vec3> points;  ///< at, along: from the centre of the body's box [m]
+  int count = 0;             ///< random: so many places; along: points of contact
   int pool = 0;  ///< random: drawn once for a body, of which each sample takes `count`; 0: new ones
   double radius = 0;                 ///< at, random: of a patch [m]; 0: a point
   double height = 0;                 ///< lowest: of the contact above the lowest point [m]
-  solvers::Vec3 down = {0, 0, -1};   ///< lowest
+  Vec3 down = {0, 0, -1};            ///< lowest
   std::optional<core::Range> force;  ///< [N] of each hold; none: a share of the body's weight
 
   /// Places that are pressed with a force each.

@@ -14,7 +14,6 @@ namespace carillon::cli {
 
 namespace {
 
-using solvers::Vec3;
 using Place = SupportConfig::Place;
 
 std::shared_ptr<const Hold> hold_of(const RingingBody& body, const HeldPlaces& held,

@@ -14,9 +14,9 @@ namespace carillon::cli {
 /// A place that is pressed with one force, at a body.
 struct Hold {
   const SupportConfig* config = nullptr;
-  Eigen::MatrixXd unit;      ///< dashpots for 1 N s/m: modes, then rigid coordinates
-  Eigen::VectorXd diagonal;  ///< of their damping, of the modes
-  solvers::Vec3 centre = solvers::Vec3::Zero();  ///< from the centre of the body's box [m]
+  Eigen::MatrixXd unit;        ///< dashpots for 1 N s/m: modes, then rigid coordinates
+  Eigen::VectorXd diagonal;    ///< of their damping, of the modes
+  Vec3 centre = Vec3::Zero();  ///< from the centre of the body's box [m]
 };
 
 /// A hold as one sound has it: pressed with a force.
