@@ -10,7 +10,7 @@
 
 namespace carillon::cli {
 
-void add_body_options(Command& command, BodyOptions& options) {
+void add_body_options(Command& command, scene::BodyOptions& options) {
   command
       .option("mesh", options.mesh,
               "OBJ, OFF, PLY, STL or MSH file, or a generated shape such as "
@@ -48,7 +48,7 @@ void add_body_options(Command& command, BodyOptions& options) {
       .option("--pitch-cents", options.pitch_cents,
               "refine order and element size until the worst mode's estimated pitch error is "
               "below it; begins with --order and --element-size")
-      .range(solvers::least_pitch_target, 1e4);
+      .range(solvers::pitch::least_pitch_target, 1e4);
   command
       .option("--linear-solver", options.linear_solver,
               "direct: Cholesky; iterative: multigrid, modes are then "

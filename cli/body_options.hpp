@@ -2,14 +2,14 @@
 
 #include <string>
 
-#include "cli/body.hpp"
+#include "scene/body.hpp"
 
 namespace carillon::cli {
 
 class Command;
 
 /// Adds the options of a body to a command.
-void add_body_options(Command& command, BodyOptions& options);
+void add_body_options(Command& command, scene::BodyOptions& options);
 
 /// Three numbers with units, "0.1,0,2 cm".
 /// @throws InputError

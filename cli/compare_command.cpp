@@ -22,19 +22,21 @@ struct CompareOptions {
   FeatureArguments features;
 };
 
-eval::HeardSound hear(const std::string& file, int channel, const eval::FeatureOptions& options) {
+eval::perception::HeardSound hear(const std::string& file, int channel,
+                                  const eval::features::FeatureOptions& options) {
   ChannelClip clip = read_channel(file, channel);
   try {
-    eval::FeatureSet set = eval::extract_features(clip.samples, clip.sample_rate, options);
+    eval::features::FeatureSet set =
+        eval::features::extract_features(clip.samples, clip.sample_rate, options);
     return {std::move(clip.samples), std::move(set)};
   } catch (const core::InputError& error) {
     throw core::InputError(file + ": " + error.message(), error.hint());
   }
 }
 
-void run_compare(const CompareOptions& options, Context& context) {
-  const eval::FeatureOptions wanted = feature_options(options.features);
-  eval::SoundComparisonOptions how;
+void run_compare(const CompareOptions& options, mpi::Context& context) {
+  const eval::features::FeatureOptions wanted = feature_options(options.features);
+  eval::perception::SoundComparisonOptions how;
   how.loudest_level = options.loudest_level;
   how.modes.widest = options.widest;
   if (!context.speaks()) return;
@@ -44,7 +46,7 @@ void run_compare(const CompareOptions& options, Context& context) {
                          hear(options.reference, options.channel, wanted),
                          hear(options.other, options.channel, wanted),
                          {}};
-  compared.comparison = eval::compare_sounds(compared.reference, compared.other, how);
+  compared.comparison = eval::perception::compare_sounds(compared.reference, compared.other, how);
   if (context.json) {
     nlohmann::json document = to_json(compared);
     document["timing"] = {{"compare_s", core::monotonic_seconds() - start}};
@@ -56,7 +58,7 @@ void run_compare(const CompareOptions& options, Context& context) {
 
 }  // namespace
 
-void add_compare(Program& program, Context& context) {
+void add_compare(Program& program, mpi::Context& context) {
   auto options = std::make_shared<CompareOptions>();
   Command& command = program.add("compare",
                                  "two sounds of one object: errors of modes in "

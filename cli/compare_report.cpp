@@ -4,16 +4,17 @@
 
 #include <cmath>
 
-#include "cli/json_number.hpp"
+#include "core/json_number.hpp"
 
 namespace carillon::cli {
 
 namespace {
 
-nlohmann::json only_json(const eval::FeatureSet& set, const std::vector<std::size_t>& places) {
+nlohmann::json only_json(const eval::features::FeatureSet& set,
+                         const std::vector<std::size_t>& places) {
   nlohmann::json modes = nlohmann::json::array();
   for (const std::size_t place : places) {
-    const eval::Feature& mode = set.features[place];
+    const eval::features::Feature& mode = set.features[place];
     modes.push_back({{"frequency_hz", mode.frequency},
                      {"decay_rate_per_s", mode.decay_rate},
                      {"amplitude", mode.amplitude}});
@@ -21,11 +22,13 @@ nlohmann::json only_json(const eval::FeatureSet& set, const std::vector<std::siz
   return modes;
 }
 
-nlohmann::json summary_json(const eval::JndSummary& summary) {
-  return {{"mean", number_or_null(summary.mean)}, {"worst", number_or_null(summary.worst)}};
+nlohmann::json summary_json(const eval::perception::JndSummary& summary) {
+  return {{"mean", core::number_or_null(summary.mean)},
+          {"worst", core::number_or_null(summary.worst)}};
 }
 
-nlohmann::json sound_json(const std::string& file, const eval::HeardSound& sound, double loudest) {
+nlohmann::json sound_json(const std::string& file, const eval::perception::HeardSound& sound,
+                          double loudest) {
   return {{"file", file},
           {"sample_rate_hz", sound.set.sample_rate},
           {"onset_s", sound.set.onset},
@@ -41,17 +44,17 @@ std::string figure(double value, int width, int digits) {
                            : fmt::format("{:{}.{}f}", value, width, digits);
 }
 
-void print_unmatched(const std::string& file, const eval::FeatureSet& set,
+void print_unmatched(const std::string& file, const eval::features::FeatureSet& set,
                      const std::vector<std::size_t>& places) {
   for (const std::size_t place : places) {
-    const eval::Feature& mode = set.features[place];
+    const eval::features::Feature& mode = set.features[place];
     fmt::print("  {:12.3f}  d {:.4g} 1/s, amplitude {:.3g}: only in {}\n", mode.frequency,
                mode.decay_rate, mode.amplitude, file);
   }
 }
 
 void print_modes(const ComparedFiles& compared) {
-  const eval::ModeComparison& modes = compared.comparison.modes;
+  const eval::perception::ModeComparison& modes = compared.comparison.modes;
   for (const auto* sound : {&compared.reference, &compared.other}) {
     if (sound->set.nothing.empty()) continue;
     fmt::print("{}: no modes: {}\n",
@@ -62,7 +65,7 @@ void print_modes(const ComparedFiles& compared) {
     fmt::print("  {:>12}  {:>8} {:>7}  {:>8} {:>7}  {:>8} {:>7}\n", "f [Hz]", "cents", "JND",
                "d ratio", "JND", "level dB", "JND");
   }
-  for (const eval::MatchedMode& pair : modes.matched) {
+  for (const eval::perception::MatchedMode& pair : modes.matched) {
     fmt::print("  {:12.3f}  {:+8.2f} {:7.2f}  {:8.3f} {}  {:+8.2f} {:7.2f}\n",
                compared.reference.set.features[pair.reference].frequency, pair.cents,
                pair.pitch_jnd, pair.decay_ratio, figure(pair.decay_jnd, 7, 2), pair.level,
@@ -80,7 +83,7 @@ void print_modes(const ComparedFiles& compared) {
     }
   }
   fmt::print("\n");
-  const auto tell = [](const char* name, const eval::JndSummary& summary) {
+  const auto tell = [](const char* name, const eval::perception::JndSummary& summary) {
     fmt::print("{:<6} {} JND on average, {} at worst\n", name, figure(summary.mean, 6, 2),
                figure(summary.worst, 0, 2));
   };
@@ -92,12 +95,12 @@ void print_modes(const ComparedFiles& compared) {
 }  // namespace
 
 nlohmann::json to_json(const ComparedFiles& compared) {
-  const eval::SoundComparison& comparison = compared.comparison;
-  const eval::ModeComparison& modes = comparison.modes;
+  const eval::perception::SoundComparison& comparison = compared.comparison;
+  const eval::perception::ModeComparison& modes = comparison.modes;
   nlohmann::json matched = nlohmann::json::array();
-  for (const eval::MatchedMode& pair : modes.matched) {
-    const eval::Feature& mode = compared.reference.set.features[pair.reference];
-    const eval::Feature& other = compared.other.set.features[pair.other];
+  for (const eval::perception::MatchedMode& pair : modes.matched) {
+    const eval::features::Feature& mode = compared.reference.set.features[pair.reference];
+    const eval::features::Feature& other = compared.other.set.features[pair.other];
     matched.push_back({{"frequency_hz", mode.frequency},
                        {"other_frequency_hz", other.frequency},
                        {"decay_rate_per_s", mode.decay_rate},
@@ -105,7 +108,7 @@ nlohmann::json to_json(const ComparedFiles& compared) {
                        {"pitch_cents", pair.cents},
                        {"pitch_jnd", pair.pitch_jnd},
                        {"decay_ratio", pair.decay_ratio},
-                       {"decay_jnd", number_or_null(pair.decay_jnd)},
+                       {"decay_jnd", core::number_or_null(pair.decay_jnd)},
                        {"level_db", pair.level},
                        {"level_jnd", pair.level_jnd},
                        {"weight", pair.weight}});
@@ -116,20 +119,20 @@ nlohmann::json to_json(const ComparedFiles& compared) {
       {"other", sound_json(compared.other_file, compared.other, comparison.loudness.other_loudest)},
       {"compared_s", comparison.seconds},
       {"sample_rate_hz", comparison.sample_rate},
-      {"level_db", number_or_null(comparison.level)},
+      {"level_db", core::number_or_null(comparison.level)},
       {"matched", matched},
       {"reference_only", only_json(compared.reference.set, modes.reference_only)},
       {"other_only", only_json(compared.other.set, modes.other_only)},
-      {"reference_matched_energy", number_or_null(modes.reference_share)},
-      {"other_matched_energy", number_or_null(modes.other_share)},
-      {"unmatched_energy_db", number_or_null(modes.unmatched_level)},
+      {"reference_matched_energy", core::number_or_null(modes.reference_share)},
+      {"other_matched_energy", core::number_or_null(modes.other_share)},
+      {"unmatched_energy_db", core::number_or_null(modes.unmatched_level)},
       {"jnd",
        {{"pitch", summary_json(modes.pitch)},
         {"decay", summary_json(modes.decay)},
         {"level", summary_json(modes.level)}}},
       {"loudness",
        {{"rms_sone_per_bark", comparison.loudness.rms},
-        {"share", number_or_null(comparison.loudness.share)}}},
+        {"share", core::number_or_null(comparison.loudness.share)}}},
       {"spectra",
        {{"convergence", comparison.spectra.convergence},
         {"log_magnitude", comparison.spectra.log_magnitude},
@@ -137,7 +140,7 @@ nlohmann::json to_json(const ComparedFiles& compared) {
 }
 
 void print_comparison(const ComparedFiles& compared) {
-  const eval::SoundComparison& comparison = compared.comparison;
+  const eval::perception::SoundComparison& comparison = compared.comparison;
   fmt::print("{} against {}: {:.3f} s from both onsets at {:g} Hz\n", compared.other_file,
              compared.reference_file, comparison.seconds, comparison.sample_rate);
   print_modes(compared);

@@ -11,9 +11,9 @@ namespace carillon::cli {
 struct ComparedFiles {
   std::string reference_file;
   std::string other_file;
-  eval::HeardSound reference;
-  eval::HeardSound other;
-  eval::SoundComparison comparison;
+  eval::perception::HeardSound reference;
+  eval::perception::HeardSound other;
+  eval::perception::SoundComparison comparison;
 };
 
 /// As --json prints it; docs/comparison.md names the fields.

@@ -13,7 +13,7 @@
 #include "eval/damping/law_text.hpp"
 #include "eval/material/estimate_material.hpp"
 #include "mpi/comm.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 
 namespace carillon::cli {
 
@@ -24,7 +24,7 @@ constexpr const char* kAssumedModulus = "70 GPa";
 constexpr const char* kAssumedDensity = "2500 kg/m^3";
 
 struct EstimateOptions {
-  BodyOptions body;
+  scene::BodyOptions body;
   std::string recording;
   int channel = 1;
   std::string at, direction;
@@ -39,13 +39,13 @@ struct EstimateOptions {
 };
 
 /// The body with the material it is assumed to be of.
-BodyOptions assumed_body(const EstimateOptions& options) {
-  BodyOptions body = options.body;
+scene::BodyOptions assumed_body(const EstimateOptions& options) {
+  scene::BodyOptions body = options.body;
   if (body.material.empty() && options.poisson_ratio.empty()) {
     throw core::InputError("Poisson's ratio cannot be heard and must be given",
                            "--poisson-ratio 0.3, or --material with a preset that has it");
   }
-  synth::Material material = synth::parse_material(
+  synth::material::Material material = synth::material::parse_material(
       body.material.empty() ? fmt::format("youngs_modulus={},poisson_ratio={},density={}",
                                           kAssumedModulus, options.poisson_ratio, kAssumedDensity)
                             : body.material);
@@ -56,17 +56,18 @@ BodyOptions assumed_body(const EstimateOptions& options) {
   if (!options.density.empty()) {
     material.elastic.density = core::parse_quantity(options.density, core::Dimension::density);
   }
-  const solvers::Elastic& e = material.elastic;
+  const solvers::elements::Elastic& e = material.elastic;
   body.material = fmt::format("youngs_modulus={},poisson_ratio={},density={}", e.youngs_modulus,
                               e.poisson_ratio, e.density);
-  synth::parse_material(body.material);  // says what is unphysical before anything is solved
+  synth::material::parse_material(
+      body.material);  // says what is unphysical before anything is solved
   return body;
 }
 
-eval::MaterialOptions material_options(const EstimateOptions& options) {
-  eval::MaterialOptions material;
-  material.law = eval::damping_law(options.model);
-  material.motion = eval::parse_heard_motion(options.heard);
+eval::material::MaterialOptions material_options(const EstimateOptions& options) {
+  eval::material::MaterialOptions material;
+  material.law = eval::damping::damping_law(options.model);
+  material.motion = eval::material::parse_heard_motion(options.heard);
   if (!options.contact_time.empty()) {
     material.contact_time = core::parse_quantity(options.contact_time, core::Dimension::time);
     if (!(*material.contact_time >= 0)) {
@@ -80,19 +81,19 @@ eval::MaterialOptions material_options(const EstimateOptions& options) {
 
 struct Recording {
   std::vector<double> samples;
-  eval::FeatureSet set;
+  eval::features::FeatureSet set;
 };
 
 Recording listen(const EstimateOptions& options) {
   ChannelClip clip = read_channel(options.recording, options.channel);
   Recording recording;
   recording.samples = std::move(clip.samples);
-  eval::FeatureOptions features;
+  eval::features::FeatureOptions features;
   if (!options.onset.empty()) {
     features.onset = core::parse_quantity(options.onset, core::Dimension::time);
   }
   features.rt60 = parse_rt60(options.rt60);
-  recording.set = eval::extract_features(recording.samples, clip.sample_rate, features);
+  recording.set = eval::features::extract_features(recording.samples, clip.sample_rate, features);
   if (recording.set.features.empty()) {
     throw core::InputError(
         fmt::format("{}: no modes can be heard: {}", options.recording, recording.set.nothing),
@@ -101,35 +102,37 @@ Recording listen(const EstimateOptions& options) {
   return recording;
 }
 
-synth::Strike strike_on(const EstimateOptions& options, const solvers::Modes& modes) {
-  synth::Strike strike;
-  strike.point = synth::SurfaceSampler(modes.surface).nearest(parse_position(options.at));
+synth::modal::Strike strike_on(const EstimateOptions& options, const solvers::modes::Modes& modes) {
+  synth::modal::Strike strike;
+  strike.point = synth::modal::SurfaceSampler(modes.surface).nearest(parse_position(options.at));
   strike.direction = options.direction.empty()
-                         ? Vec3(-synth::frame_at(modes.surface, strike.point).normal)
+                         ? Vec3(-synth::modal::frame_at(modes.surface, strike.point).normal)
                          : Vec3(parse_position(options.direction).normalized());
   strike.impulse = 1;
   return strike;
 }
 
 /// The estimate as a clip of the recording's length, its strike at the recording's onset.
-core::AudioClip resynthesis(const Recording& recording, const solvers::Modes& modes,
-                            synth::Strike strike, const eval::Candidate& estimate,
-                            double assumed_modulus, eval::HeardMotion motion) {
-  const solvers::Modes scaled =
-      solvers::rescale(modes, 1, estimate.specific_modulus / assumed_modulus, 1);
-  synth::Readout readout = synth::point_velocity(scaled, strike.point);
-  if (motion == eval::HeardMotion::displacement) readout.velocity.swap(readout.displacement);
-  if (motion == eval::HeardMotion::acceleration) readout.velocity.swap(readout.acceleration);
+core::AudioClip resynthesis(const Recording& recording, const solvers::modes::Modes& modes,
+                            synth::modal::Strike strike, const eval::material::Candidate& estimate,
+                            double assumed_modulus, eval::material::HeardMotion motion) {
+  const solvers::modes::Modes scaled =
+      solvers::modes::rescale(modes, 1, estimate.specific_modulus / assumed_modulus, 1);
+  synth::modal::Readout readout = synth::modal::point_velocity(scaled, strike.point);
+  if (motion == eval::material::HeardMotion::displacement)
+    readout.velocity.swap(readout.displacement);
+  if (motion == eval::material::HeardMotion::acceleration)
+    readout.velocity.swap(readout.acceleration);
   strike.impulse = estimate.scale;
   strike.force = {.duration = estimate.contact_time};
-  const auto decay = synth::clamped_decay_rates(scaled, std::vector{estimate.damping});
-  synth::RingDown rings = synth::ring_down(scaled, decay.values, strike, readout);
-  synth::leave_out(rings, decay.negative);
+  const auto decay = synth::damping::clamped_decay_rates(scaled, std::vector{estimate.damping});
+  synth::modal::RingDown rings = synth::modal::ring_down(scaled, decay.values, strike, readout);
+  synth::modal::leave_out(rings, decay.negative);
   const double rate = recording.set.sample_rate;
   const std::size_t count = recording.samples.size();
   const auto onset =
       std::min(count, static_cast<std::size_t>(std::lround(recording.set.onset * rate)));
-  const auto sound = synth::synthesize(rings, strike.force, rate, count - onset);
+  const auto sound = synth::modal::synthesize(rings, strike.force, rate, count - onset);
   core::AudioClip clip;
   clip.sample_rate = static_cast<int>(rate);
   clip.samples.assign(onset, 0.0F);
@@ -137,9 +140,9 @@ core::AudioClip resynthesis(const Recording& recording, const solvers::Modes& mo
   return clip;
 }
 
-void run_estimate(const EstimateOptions& options, Context& context) {
-  const eval::MaterialOptions wanted = material_options(options);
-  const BodyOptions assumed = assumed_body(options);
+void run_estimate(const EstimateOptions& options, mpi::Context& context) {
+  const eval::material::MaterialOptions wanted = material_options(options);
+  const scene::BodyOptions assumed = assumed_body(options);
   parse_position(options.at);
   if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
     throw core::InputError("--direction has no length");
@@ -151,7 +154,7 @@ void run_estimate(const EstimateOptions& options, Context& context) {
     const core::ScopedTimer timer(trace.stages["features"]);
     recording = listen(options);
   });
-  const Body body = solve_body(assumed, context);
+  const scene::Body body = scene::solve_body(assumed, context);
   if (!context.speaks()) return;
   trace.merge(body.trace);
   if (body.materials.size() != 1) {
@@ -159,15 +162,15 @@ void run_estimate(const EstimateOptions& options, Context& context) {
         fmt::format("{} has {} regions", options.body.mesh, body.materials.size()),
         "one material is estimated: give a body of one region");
   }
-  const solvers::Elastic& elastic = body.materials.front().elastic;
+  const solvers::elements::Elastic& elastic = body.materials.front().elastic;
   const double modulus = elastic.youngs_modulus / elastic.density;
-  const synth::Strike strike = strike_on(options, body.modes);
-  const eval::StruckModes modes =
-      eval::struck_modes(body.modes, strike.point, strike.direction, modulus);
-  eval::MaterialEstimate estimate;
+  const synth::modal::Strike strike = strike_on(options, body.modes);
+  const eval::material::StruckModes modes =
+      eval::material::struck_modes(body.modes, strike.point, strike.direction, modulus);
+  eval::material::MaterialEstimate estimate;
   {
     const core::ScopedTimer timer(trace.stages["search"]);
-    estimate = eval::estimate_material(recording.samples, recording.set, modes, wanted);
+    estimate = eval::material::estimate_material(recording.samples, recording.set, modes, wanted);
   }
   if (!options.output.empty()) {
     core::write_wav(
@@ -188,7 +191,7 @@ void run_estimate(const EstimateOptions& options, Context& context) {
 
 }  // namespace
 
-void add_estimate(Program& program, Context& context) {
+void add_estimate(Program& program, mpi::Context& context) {
   Command& command = program.add(
       "estimate", "material of a struck body from one recording, its mesh and where it was struck",
       Needs::solver);

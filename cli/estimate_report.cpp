@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/json_number.hpp"
+#include "core/json_number.hpp"
 
 namespace carillon::cli {
 
 namespace {
 
-nlohmann::json json_of(const eval::Candidate& candidate, const eval::MetricValue& value) {
+nlohmann::json json_of(const eval::material::Candidate& candidate,
+                       const eval::material::MetricValue& value) {
   nlohmann::json parameters = nlohmann::json::object();
   for (std::size_t k = 0; k < candidate.damping.parameters.size(); ++k) {
-    parameters[synth::parameter_name(k)] = candidate.damping.parameters[k];
+    parameters[synth::damping::parameter_name(k)] = candidate.damping.parameters[k];
   }
   return {{"specific_modulus_m2_per_s2", candidate.specific_modulus},
           {"scale", candidate.scale},
@@ -28,26 +29,28 @@ nlohmann::json json_of(const eval::Candidate& candidate, const eval::MetricValue
 
 }  // namespace
 
-nlohmann::json to_json(const eval::MaterialEstimate& estimate, const eval::FeatureSet& recording,
+nlohmann::json to_json(const eval::material::MaterialEstimate& estimate,
+                       const eval::features::FeatureSet& recording,
                        const std::optional<double>& density, const core::Trace& trace) {
   nlohmann::json json = json_of(estimate.candidate, estimate.value);
   for (std::size_t k = 0; k < estimate.ranges.size(); ++k) {
-    json["parameters"]["range"][synth::parameter_name(k)] = {
-        number_or_null(estimate.ranges[k].low), number_or_null(estimate.ranges[k].high)};
+    json["parameters"]["range"][synth::damping::parameter_name(k)] = {
+        core::number_or_null(estimate.ranges[k].low),
+        core::number_or_null(estimate.ranges[k].high)};
   }
-  json["model"] = synth::formula_of(estimate.candidate.damping);
-  json["specific_modulus_error"] = number_or_null(estimate.modulus_error);
+  json["model"] = synth::damping::formula_of(estimate.candidate.damping);
+  json["specific_modulus_error"] = core::number_or_null(estimate.modulus_error);
   json["frequency_rms_cents"] = estimate.rms_cents;
   if (density) {
     json["youngs_modulus_pa"] = estimate.candidate.specific_modulus * *density;
     json["density_kg_m3"] = *density;
   }
-  for (const eval::LocalMinimum& minimum : estimate.minima) {
+  for (const eval::material::LocalMinimum& minimum : estimate.minima) {
     json["minima"].push_back(json_of(minimum.candidate, minimum.value));
   }
   json["matches"] = nlohmann::json::array();
-  for (const eval::MatchedFeature& match : estimate.matches) {
-    const eval::Feature& feature = recording.features[match.feature];
+  for (const eval::material::MatchedFeature& match : estimate.matches) {
+    const eval::features::Feature& feature = recording.features[match.feature];
     json["matches"].push_back({{"frequency_hz", feature.frequency},
                                {"decay_rate_per_s", feature.decay_rate},
                                {"amplitude", feature.amplitude},
@@ -69,9 +72,10 @@ nlohmann::json to_json(const eval::MaterialEstimate& estimate, const eval::Featu
   return json;
 }
 
-void print_estimate(const eval::MaterialEstimate& estimate, const eval::FeatureSet& recording,
+void print_estimate(const eval::material::MaterialEstimate& estimate,
+                    const eval::features::FeatureSet& recording,
                     const std::optional<double>& density, const core::Trace& trace) {
-  const eval::Candidate& found = estimate.candidate;
+  const eval::material::Candidate& found = estimate.candidate;
   fmt::print("{:<22} {:.5g} m^2/s^2", "specific modulus", found.specific_modulus);
   if (std::isfinite(estimate.modulus_error)) {
     fmt::print(" +- {:.2g} %", 100 * estimate.modulus_error);
@@ -82,13 +86,14 @@ void print_estimate(const eval::MaterialEstimate& estimate, const eval::FeatureS
                1e-9 * found.specific_modulus * *density, *density);
   }
   fmt::print("{:<22} {}\n", "damping",
-             found.damping.kind == synth::DampingKind::expression
+             found.damping.kind == synth::damping::DampingKind::expression
                  ? "c = " + found.damping.expression
-                 : synth::form_of(found.damping.kind).formula);
+                 : synth::damping::form_of(found.damping.kind).formula);
   for (std::size_t k = 0; k < found.damping.parameters.size(); ++k) {
-    fmt::print("  {:<20} {:.5g} {}, alone between {:.3g} and {:.3g}\n", synth::parameter_name(k),
-               found.damping.parameters[k], synth::parameter_unit(found.damping.kind, k),
-               estimate.ranges[k].low, estimate.ranges[k].high);
+    fmt::print("  {:<20} {:.5g} {}, alone between {:.3g} and {:.3g}\n",
+               synth::damping::parameter_name(k), found.damping.parameters[k],
+               synth::damping::parameter_unit(found.damping.kind, k), estimate.ranges[k].low,
+               estimate.ranges[k].high);
   }
   fmt::print("{:<22} {:.4g}; contact {:.3g} ms\n", "scale", found.scale, 1000 * found.contact_time);
   fmt::print("{:<22} {:.4g}: spectrograms differ by {:.3g}, match ratios {:.3f} and {:.3f}\n",
@@ -97,7 +102,7 @@ void print_estimate(const eval::MaterialEstimate& estimate, const eval::FeatureS
   fmt::print("{:<22} {} of the recording, {} of the estimate, {:.3g} cents apart\n", "modes",
              recording.features.size(), estimate.tones.size(), estimate.rms_cents);
   for (std::size_t i = 1; i < std::min<std::size_t>(4, estimate.minima.size()); ++i) {
-    const eval::LocalMinimum& other = estimate.minima[i];
+    const eval::material::LocalMinimum& other = estimate.minima[i];
     fmt::print("{:<22} {:.5g} m^2/s^2, metric {:.4g}\n", i == 1 ? "other minima" : "",
                other.candidate.specific_modulus, other.value.metric);
   }

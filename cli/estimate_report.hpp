@@ -12,11 +12,13 @@ namespace carillon::cli {
 /// @param recording  the features it was made from
 /// @param density    of the body [kg/m^3], where it is known
 /// @param trace      stages that ran
-nlohmann::json to_json(const eval::MaterialEstimate& estimate, const eval::FeatureSet& recording,
+nlohmann::json to_json(const eval::material::MaterialEstimate& estimate,
+                       const eval::features::FeatureSet& recording,
                        const std::optional<double>& density, const core::Trace& trace);
 
 /// The same for people.
-void print_estimate(const eval::MaterialEstimate& estimate, const eval::FeatureSet& recording,
+void print_estimate(const eval::material::MaterialEstimate& estimate,
+                    const eval::features::FeatureSet& recording,
                     const std::optional<double>& density, const core::Trace& trace);
 
 }  // namespace carillon::cli

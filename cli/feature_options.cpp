@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "cli/command_line.hpp"
-#include "cli/json_number.hpp"
 #include "core/error.hpp"
+#include "core/json_number.hpp"
 #include "core/units.hpp"
 
 namespace carillon::cli {
@@ -57,11 +57,11 @@ void add_feature_arguments(Command& command, FeatureArguments& arguments) {
       .show_default();
 }
 
-eval::FeatureOptions feature_options(const FeatureArguments& arguments) {
+eval::features::FeatureOptions feature_options(const FeatureArguments& arguments) {
   using core::Dimension;
-  eval::FeatureOptions options;
-  options.method =
-      arguments.method == "peaks" ? eval::FeatureMethod::peaks : eval::FeatureMethod::esprit;
+  eval::features::FeatureOptions options;
+  options.method = arguments.method == "peaks" ? eval::features::FeatureMethod::peaks
+                                               : eval::features::FeatureMethod::esprit;
   const auto read = [](const std::string& text, Dimension dimension, const char* name,
                        auto& value) {
     if (!text.empty()) value = parse_argument(text, dimension, name);
@@ -88,21 +88,21 @@ std::vector<double> parse_rt60(const std::string& text) {
   return times;
 }
 
-nlohmann::json features_json(const std::string& file, const eval::FeatureSet& set) {
+nlohmann::json features_json(const std::string& file, const eval::features::FeatureSet& set) {
   nlohmann::json features = nlohmann::json::array(), hums = nlohmann::json::array();
-  for (const eval::Feature& f : set.features) {
+  for (const eval::features::Feature& f : set.features) {
     features.push_back({{"frequency_hz", f.frequency},
                         {"decay_rate_per_s", f.decay_rate},
                         {"amplitude", f.amplitude},
-                        {"phase_rad", number_or_null(f.phase)},
-                        {"frequency_error_hz", number_or_null(f.frequency_error)},
-                        {"decay_rate_error_per_s", number_or_null(f.decay_rate_error)},
-                        {"amplitude_error", number_or_null(f.amplitude_error)},
-                        {"snr_db", number_or_null(f.snr)},
+                        {"phase_rad", core::number_or_null(f.phase)},
+                        {"frequency_error_hz", core::number_or_null(f.frequency_error)},
+                        {"decay_rate_error_per_s", core::number_or_null(f.decay_rate_error)},
+                        {"amplitude_error", core::number_or_null(f.amplitude_error)},
+                        {"snr_db", core::number_or_null(f.snr)},
                         {"reverberant", f.reverberant},
                         {"channel", f.channel + 1}});
   }
-  for (const eval::Hum& hum : set.hums) {
+  for (const eval::features::Hum& hum : set.hums) {
     hums.push_back({{"frequency_hz", hum.frequency},
                     {"decay_rate_per_s", hum.decay_rate},
                     {"amplitude", hum.amplitude}});

@@ -21,13 +21,13 @@ struct FeatureArguments {
 void add_feature_arguments(Command& command, FeatureArguments& arguments);
 
 /// @throws InputError  a value that cannot be read; names the option
-eval::FeatureOptions feature_options(const FeatureArguments& arguments);
+eval::features::FeatureOptions feature_options(const FeatureArguments& arguments);
 
 /// Reverberation times, one or several with commas between them [s]; empty for "".
 /// @throws InputError  names --rt60
 std::vector<double> parse_rt60(const std::string& text);
 
 /// A recording's features as --json prints them; docs/features.md names the fields.
-nlohmann::json features_json(const std::string& file, const eval::FeatureSet& set);
+nlohmann::json features_json(const std::string& file, const eval::features::FeatureSet& set);
 
 }  // namespace carillon::cli

@@ -24,12 +24,12 @@ struct FeaturesOptions {
 };
 
 std::string csv_of(const std::vector<std::string>& files,
-                   const std::vector<eval::FeatureSet>& sets) {
+                   const std::vector<eval::features::FeatureSet>& sets) {
   std::string text =
       "file,frequency_hz,decay_rate_per_s,amplitude,frequency_error_hz,decay_rate_error_per_s,"
       "amplitude_error,snr_db,reverberant\n";
   for (std::size_t i = 0; i < files.size(); ++i) {
-    for (const eval::Feature& f : sets[i].features) {
+    for (const eval::features::Feature& f : sets[i].features) {
       text += fmt::format("\"{}\",{:.9g},{:.9g},{:.6g},{:.3g},{:.3g},{:.3g},{:.1f},{}\n", files[i],
                           f.frequency, f.decay_rate, f.amplitude, f.frequency_error,
                           f.decay_rate_error, f.amplitude_error, f.snr, f.reverberant ? 1 : 0);
@@ -38,7 +38,7 @@ std::string csv_of(const std::vector<std::string>& files,
   return text;
 }
 
-void tell(const std::string& file, const eval::FeatureSet& set) {
+void tell(const std::string& file, const eval::features::FeatureSet& set) {
   fmt::print("{}: {} mode{}", file, set.features.size(), set.features.size() == 1 ? "" : "s");
   if (set.nothing.empty()) {
     fmt::print(", {:.3g} % of the energy from {:.4f} to {:.4f} s (onset {:.4f} s)",
@@ -51,35 +51,35 @@ void tell(const std::string& file, const eval::FeatureSet& set) {
     fmt::print("  {:>12} {:>9}  {:>10} {:>9}  {:>10} {:>8}  {:>6}\n", "f [Hz]", "+-", "d [1/s]",
                "+-", "amplitude", "+-", "SNR dB");
   }
-  for (const eval::Feature& f : set.features) {
+  for (const eval::features::Feature& f : set.features) {
     fmt::print("  {:12.3f} {:9.2g}  {:10.4g} {:9.2g}  {:10.3g} {:8.2g}  {:6.1f}{}\n", f.frequency,
                f.frequency_error, f.decay_rate, f.decay_rate_error, f.amplitude, f.amplitude_error,
                f.snr, f.reverberant ? "  may be the room's" : "");
   }
-  for (const eval::Hum& hum : set.hums) {
+  for (const eval::features::Hum& hum : set.hums) {
     fmt::print("  hum at {:.3f} Hz, d {:.3g} 1/s, amplitude {:.3g}: left out\n", hum.frequency,
                hum.decay_rate, hum.amplitude);
   }
   for (const std::string& remark : set.remarks) fmt::print("  {}\n", remark);
 }
 
-void run_features(const FeaturesOptions& options, Context& context) {
+void run_features(const FeaturesOptions& options, mpi::Context& context) {
   if (!options.residual.empty() && options.files.size() > 1) {
     throw core::InputError("--residual takes one recording");
   }
-  const eval::FeatureOptions wanted = feature_options(options.features);
+  const eval::features::FeatureOptions wanted = feature_options(options.features);
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
-  std::vector<eval::FeatureSet> sets;
+  std::vector<eval::features::FeatureSet> sets;
   nlohmann::json files = nlohmann::json::array();
   bool failed = false;
   for (const std::string& file : options.files) {
     // One that cannot be used does not take the others with it.
     try {
-      sets.push_back(eval::read_features(file, wanted));
+      sets.push_back(eval::features::read_features(file, wanted));
     } catch (const core::Error& error) {
       if (options.files.size() == 1) throw;
-      eval::FeatureSet none;
+      eval::features::FeatureSet none;
       none.nothing = error.message();
       sets.push_back(none);
       failed = true;
@@ -89,7 +89,7 @@ void run_features(const FeaturesOptions& options, Context& context) {
   }
   if (!options.csv.empty()) core::write_text_durably(options.csv, csv_of(options.files, sets));
   if (!options.residual.empty()) {
-    const eval::FeatureSet& set = sets.front();
+    const eval::features::FeatureSet& set = sets.front();
     core::write_wav(options.residual,
                     {{set.residual.begin(), set.residual.end()},
                      1,
@@ -103,12 +103,12 @@ void run_features(const FeaturesOptions& options, Context& context) {
     json["timing"] = {{"features_s", core::monotonic_seconds() - start}};
     fmt::print("{}\n", json.dump(2));
   }
-  if (failed) context.exit_code = exit_failures;
+  if (failed) context.exit_code = mpi::exit_failures;
 }
 
 }  // namespace
 
-void add_features(Program& program, Context& context) {
+void add_features(Program& program, mpi::Context& context) {
   auto options = std::make_shared<FeaturesOptions>();
   Command& command = program.add(
       "features", "modal features of recorded strikes: frequency, decay rate, amplitude, errors",

@@ -7,13 +7,13 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
-#include "solvers/mesh_child.hpp"
+#include "solvers/mesher/mesh_child.hpp"
 
 namespace carillon::cli {
 
 namespace {
 
-void print_diagnosis(const std::string& path, const solvers::Diagnosis& d) {
+void print_diagnosis(const std::string& path, const solvers::mesh::Diagnosis& d) {
   fmt::print("{}\n", path);
   fmt::print("  {:<26} {} vertices, {} triangles\n", "size", d.vertices, d.triangles);
   fmt::print("  {:<26} {:.4g} x {:.4g} x {:.4g} m\n", "extent", d.extent[0], d.extent[1],
@@ -41,7 +41,7 @@ void print_diagnosis(const std::string& path, const solvers::Diagnosis& d) {
 
 }  // namespace
 
-void add_inspect(Program& program, Context& context) {
+void add_inspect(Program& program, mpi::Context& context) {
   struct Options {
     std::vector<std::string> meshes;
     std::string length;
@@ -55,23 +55,23 @@ void add_inspect(Program& program, Context& context) {
     if (!context.speaks()) return;
     nlohmann::json all = nlohmann::json::array();
     for (const std::string& path : options->meshes) {
-      solvers::MeshFile file;
+      solvers::mesh::MeshFile file;
       file.path = path;
       file.any_size = true;
       if (!options->length.empty()) {
         file.length = core::parse_quantity(options->length, core::Dimension::length);
       }
       try {
-        const solvers::Diagnosis diagnosis = solvers::diagnose_in_child(file, {});
+        const solvers::mesh::Diagnosis diagnosis = solvers::mesher::diagnose_in_child(file, {});
         if (context.json) {
-          nlohmann::json one = solvers::to_json(diagnosis);
+          nlohmann::json one = solvers::mesh::to_json(diagnosis);
           one["file"] = path;
           all.push_back(one);
         } else {
           print_diagnosis(path, diagnosis);
         }
       } catch (const core::Error& error) {
-        context.exit_code = exit_input;
+        context.exit_code = mpi::exit_input;
         all.push_back({{"file", path}, {"error", error.message()}});
         fmt::print(stderr, "carillon: {}\n", error.what());
       }

@@ -4,15 +4,15 @@
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/learn/known_methods.hpp"
-#include "cli/material_json.hpp"
-#include "cli/sound/effect.hpp"
-#include "solvers/families.hpp"
-#include "solvers/textures/generated_maps.hpp"
-#include "synth/material.hpp"
-#include "synth/noise_generators.hpp"
-#include "synth/striker.hpp"
-#include "synth/supports.hpp"
+#include "eval/learning/known_methods.hpp"
+#include "render/maps/generated_maps.hpp"
+#include "scene/effect.hpp"
+#include "scene/material_json.hpp"
+#include "solvers/families/families.hpp"
+#include "synth/contact/striker.hpp"
+#include "synth/material/material.hpp"
+#include "synth/recording/noise_generators.hpp"
+#include "synth/support/supports.hpp"
 
 namespace carillon::cli {
 
@@ -20,17 +20,17 @@ namespace {
 
 nlohmann::json list_materials() {
   nlohmann::json list = nlohmann::json::array();
-  for (const synth::Material& m : synth::preset_materials()) {
-    list.push_back(to_json(m));
+  for (const synth::material::Material& m : synth::material::preset_materials()) {
+    list.push_back(scene::to_json(m));
   }
   return list;
 }
 
 nlohmann::json list_shapes() {
   nlohmann::json list = nlohmann::json::array();
-  for (const solvers::Family& family : solvers::families()) {
+  for (const solvers::families::Family& family : solvers::families::families()) {
     nlohmann::json parameters = nlohmann::json::array();
-    for (const solvers::FamilyParameter& p : family.parameters) {
+    for (const solvers::families::FamilyParameter& p : family.parameters) {
       parameters.push_back(
           {{"name", p.name}, {"low_m", p.low}, {"high_m", p.high}, {"meaning", p.meaning}});
     }
@@ -42,7 +42,7 @@ nlohmann::json list_shapes() {
 
 nlohmann::json list_effects() {
   nlohmann::json list = nlohmann::json::array();
-  for (const Effect& effect : effects()) {
+  for (const scene::Effect& effect : scene::effects()) {
     nlohmann::json entry = {{"name", effect.name},
                             {"description", effect.description},
                             {"key", effect.key},
@@ -55,7 +55,7 @@ nlohmann::json list_effects() {
 
 nlohmann::json list_strikers() {
   nlohmann::json list = nlohmann::json::array();
-  for (const synth::Striker& striker : synth::preset_strikers()) {
+  for (const synth::contact::Striker& striker : synth::contact::preset_strikers()) {
     list.push_back({{"name", striker.name},
                     {"mass_kg", striker.mass},
                     {"radius_m", striker.radius},
@@ -69,7 +69,7 @@ nlohmann::json list_strikers() {
 
 nlohmann::json list_supports() {
   nlohmann::json list = nlohmann::json::array();
-  for (const synth::SupportKind& kind : synth::preset_supports()) {
+  for (const synth::support::SupportKind& kind : synth::support::preset_supports()) {
     list.push_back({{"name", kind.name},
                     {"coefficient_s_per_m", kind.coefficient},
                     {"friction", kind.friction},
@@ -80,16 +80,17 @@ nlohmann::json list_supports() {
 
 nlohmann::json list_noises() {
   nlohmann::json list = nlohmann::json::array();
-  const std::vector<std::string>& names = synth::noise_kind_names();
+  const std::vector<std::string>& names = synth::recording::noise_kind_names();
   for (std::size_t i = 0; i < names.size(); ++i) {
-    list.push_back({{"name", names[i]}, {"spectrum", synth::noise_kind_spectra().at(i)}});
+    list.push_back(
+        {{"name", names[i]}, {"spectrum", synth::recording::noise_kind_spectra().at(i)}});
   }
   return list;
 }
 
 nlohmann::json list_textures() {
   nlohmann::json list = nlohmann::json::array();
-  for (const solvers::GeneratedMap& map : solvers::generated_maps()) {
+  for (const render::maps::GeneratedMap& map : render::maps::generated_maps()) {
     list.push_back(
         {{"name", map.name}, {"description", map.description}, {"defaults", map.defaults}});
   }
@@ -98,10 +99,10 @@ nlohmann::json list_textures() {
 
 nlohmann::json list_models() {
   nlohmann::json list = nlohmann::json::array();
-  for (const synth::DampingForm& form : synth::damping_forms()) {
+  for (const synth::damping::DampingForm& form : synth::damping::damping_forms()) {
     nlohmann::json units = nlohmann::json::object();
     for (std::size_t i = 0; i < form.units.size(); ++i) {
-      units[synth::parameter_name(i)] = form.units[i];
+      units[synth::damping::parameter_name(i)] = form.units[i];
     }
     list.push_back({{"name", form.name},
                     {"formula", form.formula},
@@ -113,10 +114,10 @@ nlohmann::json list_models() {
 
 nlohmann::json list_classifiers() {
   nlohmann::json list = nlohmann::json::array();
-  for (const eval::Method& method : known_methods()) {
-    const nlohmann::ordered_json all = eval::to_json(method);
+  for (const eval::learning::Method& method : eval::learning::known_methods()) {
+    const nlohmann::ordered_json all = eval::learning::to_json(method);
     nlohmann::json entry = {{"name", method.name}, {"senses", all.at("senses")}};
-    if (method.kind == eval::MethodKind::network) {
+    if (method.kind == eval::learning::MethodKind::network) {
       entry["branches"] = all.at("branches");
       if (method.branches.size() > 1) entry["fusion"] = all.at("fusion");
     } else {
@@ -164,7 +165,7 @@ void print_list(const nlohmann::json& list) {
 
 }  // namespace
 
-void add_list(Program& program, Context& context) {
+void add_list(Program& program, mpi::Context& context) {
   static const std::map<std::string, nlohmann::json (*)()> lists = {
       {"materials", list_materials},    {"shapes", list_shapes},
       {"effects", list_effects},        {"models", list_models},

@@ -1,5 +1,5 @@
 #include "cli/commands.hpp"
-#include "cli/learn/commands.hpp"
+#include "cli/learning_commands.hpp"
 #include "mpi/interrupt.hpp"
 
 int main(int argc, char** argv) {

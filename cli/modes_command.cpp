@@ -7,31 +7,31 @@
 #include "cli/command_line.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/files.hpp"
-#include "solvers/modes_file.hpp"
-#include "solvers/search.hpp"
-#include "synth/ring_down.hpp"
+#include "solvers/eigen/search.hpp"
+#include "solvers/modes/modes_file.hpp"
+#include "synth/modal/ring_down.hpp"
 
 namespace carillon::cli {
 
 namespace {
 
 /// Why a set is empty, and which way the band would have to be widened.
-std::string why_no_mode(const Body& body) {
-  const solvers::Certificate& certificate = body.modes.certificate;
+std::string why_no_mode(const scene::Body& body) {
+  const solvers::modes::Certificate& certificate = body.modes.certificate;
   std::string text =
       fmt::format("no mode lies between {:.6g} and {:.6g} Hz{}", certificate.min_frequency,
                   certificate.max_frequency, certificate.count_verified ? ", by count" : "");
   // Harmonics of a turned body come without a mesh to guess from.
   if (body.mesh.mesh.faces.empty()) return text;
   const double guess =
-      solvers::estimate_first_frequency(body.mesh.mesh, elastic_of(body.materials));
+      solvers::eigen::estimate_first_frequency(body.mesh.mesh, scene::elastic_of(body.materials));
   text += fmt::format("; the body's first is expected near {:.2g} Hz", guess);
   if (guess > certificate.max_frequency) text += ": raise --max-frequency";
   if (guess < certificate.min_frequency) text += ": lower --min-frequency";
   return text;
 }
 
-nlohmann::json to_json(const Body& body, const synth::DecayRates& damping) {
+nlohmann::json to_json(const scene::Body& body, const synth::damping::DecayRates& damping) {
   nlohmann::json modes = nlohmann::json::array();
   for (std::size_t i = 0; i < body.modes.size(); ++i) {
     modes.push_back({{"frequency_hz", body.modes.frequency(i)},
@@ -42,11 +42,12 @@ nlohmann::json to_json(const Body& body, const synth::DecayRates& damping) {
     }
     if (!body.modes.harmonics.empty()) modes.back()["harmonic"] = body.modes.harmonics[i];
   }
-  const solvers::Certificate& certificate = body.modes.certificate;
+  const solvers::modes::Certificate& certificate = body.modes.certificate;
   nlohmann::json timing = nlohmann::json::object();
   for (const auto& [stage, entry] : body.trace.stages) timing[stage + "_s"] = entry.seconds;
   nlohmann::json materials = nlohmann::json::array();
-  for (const synth::Material& material : body.materials) materials.push_back(material.name);
+  for (const synth::material::Material& material : body.materials)
+    materials.push_back(material.name);
   nlohmann::json out = {{"modes", modes},
                         {"certificate",
                          {{"modes_in_band", certificate.modes_in_band},
@@ -59,10 +60,10 @@ nlohmann::json to_json(const Body& body, const synth::DecayRates& damping) {
                           {"orthonormality", certificate.orthonormality},
                           {"unknowns", certificate.unknowns},
                           {"count_verified", certificate.count_verified},
-                          {"eigen_solver", solvers::name_of(certificate.eigen_solver)},
-                          {"linear_solver", solvers::name_of(certificate.linear_solver)}}},
-                        {"mesh", solvers::to_json(body.mesh.quality)},
-                        {"repair", solvers::to_json(body.mesh.repair)},
+                          {"eigen_solver", solvers::modes::name_of(certificate.eigen_solver)},
+                          {"linear_solver", solvers::modes::name_of(certificate.linear_solver)}}},
+                        {"mesh", solvers::mesh::to_json(body.mesh.quality)},
+                        {"repair", solvers::mesh::to_json(body.mesh.repair)},
                         {"materials", materials},
                         {"mass_kg", body.modes.mass},
                         {"timing", timing}};
@@ -72,7 +73,7 @@ nlohmann::json to_json(const Body& body, const synth::DecayRates& damping) {
                                {"low_hz", body.modes.frequency(damping.negative.front())},
                                {"high_hz", body.modes.frequency(damping.negative.back())}};
   }
-  if (body.pitch_target) out["pitch_target"] = solvers::to_json(*body.pitch_target, true);
+  if (body.pitch_target) out["pitch_target"] = solvers::pitch::to_json(*body.pitch_target, true);
   return out;
 }
 
@@ -80,10 +81,10 @@ nlohmann::json to_json(const Body& body, const synth::DecayRates& damping) {
 void print_pitch_errors(const std::vector<double>& errors) {
   const auto worst = std::max_element(errors.begin(), errors.end());
   fmt::print("estimated pitch error: worst {:.3g} cents (mode {}), median {:.3g}\n", *worst,
-             worst - errors.begin() + 1, solvers::median(errors));
+             worst - errors.begin() + 1, solvers::pitch::median(errors));
 }
 
-void print_table(const Body& body, const synth::DecayRates& damping) {
+void print_table(const scene::Body& body, const synth::damping::DecayRates& damping) {
   const bool turned = !body.modes.harmonics.empty();
   const bool estimated = !body.modes.pitch_errors.empty();
   fmt::print("{:>5} {:>14} {}{:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]",
@@ -93,15 +94,16 @@ void print_table(const Body& body, const synth::DecayRates& damping) {
     fmt::print("{:>5} {:>14.4f} {}{:>14.4f} {:>10.3g} {:>10.1e}{}\n", i + 1,
                body.modes.frequency(i),
                estimated ? fmt::format("{:>12.2g} ", body.modes.pitch_errors[i]) : "",
-               damping.values[i], synth::t60(damping.values[i]), body.modes.residuals[i],
+               damping.values[i], synth::modal::t60(damping.values[i]), body.modes.residuals[i],
                turned ? fmt::format(" {:>8}", body.modes.harmonics[i]) : "");
   }
   if (body.modes.size() == 0) fmt::print("{}\n", why_no_mode(body));
   if (!damping.negative.empty()) {
     fmt::print("{}; shown as 0\n",
-               synth::describe_negative(body.modes, damping_of(body.materials), damping.negative));
+               synth::damping::describe_negative(body.modes, scene::damping_of(body.materials),
+                                                 damping.negative));
   }
-  const solvers::Certificate& certificate = body.modes.certificate;
+  const solvers::modes::Certificate& certificate = body.modes.certificate;
   fmt::print("\n{} of the {} modes in the band{}; complete to {:.1f} Hz\n", certificate.modes_found,
              certificate.modes_in_band,
              certificate.count_verified ? "" : " that were seen (not counted by inertia)",
@@ -123,10 +125,10 @@ void print_table(const Body& body, const synth::DecayRates& damping) {
 
 }  // namespace
 
-void add_modes(Program& program, Context& context) {
+void add_modes(Program& program, mpi::Context& context) {
   Command& command =
       program.add("modes", "modes of one shape, with their certificate", Needs::solver);
-  auto options = std::make_shared<BodyOptions>();
+  auto options = std::make_shared<scene::BodyOptions>();
   auto output = std::make_shared<std::string>();
   add_body_options(command, *options);
   command.option("-o,--output", *output, "HDF5 file for frequencies, shapes and certificate");
@@ -137,13 +139,14 @@ void add_modes(Program& program, Context& context) {
       "  carillon modes bowl -m glass --pitch-cents 5\n"
       "  mpirun -n 2 carillon modes bowl -m glass --json");
   command.does([&context, options, output] {
-    const Body body = solve_body(*options, context);
+    const scene::Body body = scene::solve_body(*options, context);
     settle(body.pitch_target, context);
-    const auto damping = synth::clamped_decay_rates(body.modes, damping_of(body.materials));
+    const auto damping =
+        synth::damping::clamped_decay_rates(body.modes, scene::damping_of(body.materials));
     if (!context.speaks()) return;
     if (!output->empty()) {
       core::write_durably(*output, [&](const std::filesystem::path& path) {
-        solvers::write_modes(core::Hdf5Group::create_file(path), body.modes);
+        solvers::modes::write_modes(core::Hdf5Group::create_file(path), body.modes);
       });
     }
     if (context.json) {

@@ -6,15 +6,15 @@
 
 namespace carillon::cli {
 
-void settle(const std::optional<solvers::PitchReport>& report, Context& context) {
+void settle(const std::optional<solvers::pitch::PitchReport>& report, mpi::Context& context) {
   if (!report || report->met()) return;
-  context.exit_code = exit_failures;
+  context.exit_code = mpi::exit_failures;
   if (!context.speaks()) return;
   fmt::print(stderr, "carillon: the pitch target of {:.3g} cents is not met: {:.3g} cents; {}\n",
              report->asked_cents, report->reached_cents, report->reason);
 }
 
-void print_report(const solvers::PitchReport& report) {
+void print_report(const solvers::pitch::PitchReport& report) {
   fmt::print("\npitch target {:.3g} cents: ", report.asked_cents);
   if (report.met()) {
     fmt::print("met, the worst mode is within {:.3g}\n", report.reached_cents);
@@ -25,7 +25,7 @@ void print_report(const solvers::PitchReport& report) {
   fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9} {:>14} {:>15}\n", "", "order", "size [mm]",
              "elements", "unknowns", "time [s]", "worst [cent]", "median [cent]");
   for (std::size_t i = 0; i < report.steps.size(); ++i) {
-    const solvers::PitchStep& step = report.steps[i];
+    const solvers::pitch::PitchStep& step = report.steps[i];
     fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9.2f} {:>14.3g} {:>15.3g}\n",
                i == report.chosen ? "chosen" : "", step.order,
                fmt::format("{}{:.3g}", step.automatic_size ? "auto " : "", 1e3 * step.element_size),

@@ -6,20 +6,20 @@
 #include <memory>
 #include <optional>
 
-#include "cli/build/dataset.hpp"
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/learn/commands.hpp"
-#include "cli/revision.hpp"
-#include "cli/text.hpp"
+#include "cli/learning_commands.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/revision.hpp"
 #include "core/storage_error.hpp"
+#include "core/text.hpp"
+#include "dataset/run/dataset.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/launcher.hpp"
 #include "mpi/patience.hpp"
-#include "solvers/environment.hpp"
+#include "solvers/libraries/environment.hpp"
 
 namespace carillon::cli {
 
@@ -52,14 +52,14 @@ int first_failed(MPI_Comm world, bool failed) {
 
 /// Ends a command that this rank is done with. Rank 0 may have more to do, and may fail at it: it
 /// then finds the others here, and need not end them by force.
-int succeed(const Context& context) {
+int succeed(const mpi::Context& context) {
   if (context.world == MPI_COMM_NULL) return context.exit_code;
   everyone_arrives(context.world, mpi::endless);
   first_failed(context.world, false);
   return context.exit_code;
 }
 
-int fail(const Context& context, ExitCode code, const char* message) {
+int fail(const mpi::Context& context, mpi::ExitCode code, const char* message) {
   constexpr double patience_s = 5;
   const auto tell = [&] {
     std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
@@ -79,11 +79,11 @@ int fail(const Context& context, ExitCode code, const char* message) {
 /// Libraries that run for the program's life, and end in the other order.
 struct Started {
   std::optional<mpi::Environment> mpi{};
-  std::optional<solvers::SolverEnvironment> solver{};
+  std::optional<solvers::libraries::SolverEnvironment> solver{};
 };
 
 /// @note Collective where a launcher started the program.
-void start(Started& started, Needs needs, Context& context, int argc, char** argv) {
+void start(Started& started, Needs needs, mpi::Context& context, int argc, char** argv) {
   // Whoever starts ranks means them to know each other: one of them speaks and writes.
   if (needs == Needs::nothing && !mpi::launcher_rank()) return;
   {
@@ -95,15 +95,15 @@ void start(Started& started, Needs needs, Context& context, int argc, char** arg
 }
 
 std::string version_text() {
-  std::string text = std::string("carillon ") + revision();
-  const nlohmann::json versions = library_versions();
+  std::string text = std::string("carillon ") + core::revision();
+  const nlohmann::json versions = dataset::run::library_versions();
   for (const auto& [library, version] : versions.items()) {
     if (library != "carillon") text += "\n" + library + " " + version.get<std::string>();
   }
   return text;
 }
 
-void describe(Program& program, Context& context, const LearningCommands& learning) {
+void describe(Program& program, mpi::Context& context, const LearningCommands& learning) {
   Command& common = program.common();
   common.flag("--json", context.json, "print one JSON document on standard output");
   common.flag("--quiet", context.quiet, "no progress lines");
@@ -127,12 +127,12 @@ void describe(Program& program, Context& context, const LearningCommands& learni
 }
 
 /// @return the exit code
-int tell(const Reply& reply, Context& context, int argc, char** argv) {
+int tell(const Reply& reply, mpi::Context& context, int argc, char** argv) {
   Started started;
   // A launcher ends every rank when one has failed. MPI keeps them until rank 0 has spoken.
   if (reply.refused) start(started, Needs::nothing, context, argc, argv);
   if (context.speaks()) std::fputs(reply.text.c_str(), reply.refused ? stderr : stdout);
-  return reply.refused ? exit_input : exit_done;
+  return reply.refused ? mpi::exit_input : mpi::exit_done;
 }
 
 }  // namespace
@@ -142,9 +142,9 @@ int run(int argc, char** argv, const LearningCommands& learning) {
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
       "carillon", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
 
-  Context context;
+  mpi::Context context;
   context.arguments = argv;
-  context.command = typed_command(argc, argv);
+  context.command = core::typed_command(argc, argv);
   Program program("carillon",
                   "Carillon: datasets of struck objects, from shapes and materials to modes, "
                   "sounds, voxels and pictures.\nRuns with or without mpirun.",
@@ -160,24 +160,24 @@ int run(int argc, char** argv, const LearningCommands& learning) {
     command.run();
     return succeed(context);
   } catch (const core::ConfigError& error) {
-    return fail(context, exit_input, error.what());
+    return fail(context, mpi::exit_input, error.what());
   } catch (const core::InputError& error) {
-    return fail(context, exit_input, error.what());
+    return fail(context, mpi::exit_input, error.what());
   } catch (const core::StorageError& error) {
-    const int code = fail(context, exit_input, error.what());
+    const int code = fail(context, mpi::exit_input, error.what());
     // HDF5 cannot close a file that the disk had no room for, and crashes over it in MPI_Finalize.
     std::fflush(nullptr);
     _exit(code);
   } catch (const core::FileError& error) {
-    return fail(context, exit_input, error.what());
+    return fail(context, mpi::exit_input, error.what());
   } catch (const core::SolverError& error) {
     // A body that cannot be solved, or not within the limits that were asked for.
-    return fail(context, exit_input, error.what());
+    return fail(context, mpi::exit_input, error.what());
   } catch (const mpi::TaskError& error) {
-    return fail(context, error.failure().kind == "Error" ? exit_internal : exit_input,
+    return fail(context, error.failure().kind == "Error" ? mpi::exit_internal : mpi::exit_input,
                 error.what());
   } catch (const std::exception& error) {
-    return fail(context, exit_internal, error.what());
+    return fail(context, mpi::exit_internal, error.what());
   }
 }
 

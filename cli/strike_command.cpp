@@ -5,24 +5,24 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "cli/blow.hpp"
 #include "cli/body_options.hpp"
-#include "cli/columns.hpp"
 #include "cli/command_line.hpp"
 #include "cli/pitch_report.hpp"
-#include "cli/sound/chain.hpp"
-#include "cli/sound/drawn_strike.hpp"
 #include "core/audio.hpp"
+#include "core/columns.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "synth/ring_down.hpp"
+#include "scene/blow.hpp"
+#include "scene/chain.hpp"
+#include "scene/drawn_strike.hpp"
+#include "synth/modal/ring_down.hpp"
 
 namespace carillon::cli {
 
 namespace {
 
 struct StrikeOptions {
-  BodyOptions body;
+  scene::BodyOptions body;
   std::string scene;                   ///< configuration whose scene is taken; "": none
   std::vector<std::string> overrides;  ///< --set
   std::string at, direction;
@@ -41,9 +41,10 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
     if (!value.empty()) all.push_back(fmt::format("{}={}", key, value));
   };
   const bool bare = options.scene.empty();
-  put("strikes.impulse", bare && options.impulse.empty() ? default_impulse : options.impulse);
+  put("strikes.impulse",
+      bare && options.impulse.empty() ? scene::default_impulse : options.impulse);
   const std::string contact =
-      bare && options.contact_time.empty() ? default_contact_time : options.contact_time;
+      bare && options.contact_time.empty() ? scene::default_contact_time : options.contact_time;
   if (!contact.empty() && core::parse_quantity(contact, core::Dimension::time) == 0) {
     put("effects.contact", "off");  // an ideal impulse
   } else {
@@ -61,7 +62,8 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
 }
 
 /// @param materials  of the body, which decide whether there is damping
-Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>& materials) {
+scene::Scene scene_of(const StrikeOptions& options,
+                      const std::vector<synth::material::Material>& materials) {
   const std::string name = options.scene.empty() ? "strike" : options.scene;
   core::ConfigNode root =
       core::ConfigNode::parse(options.scene.empty() ? "{}" : core::read_text_file(options.scene),
@@ -70,8 +72,8 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
   root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
                     "limits", "mel", "voxels", "camera", "files", "split", "variants", "sweep",
                     "train", "search", "evaluate"});
-  Scene scene =
-      read_scene(root, name, effects(), {.materials = materials, .materials_place = "--material"});
+  scene::Scene scene = scene::read_scene(root, name, scene::effects(),
+                                         {.materials = materials, .materials_place = "--material"});
   root.finish();
   if (!scene.strikes.given.empty()) {
     throw core::InputError("strikes.csv gives the strikes of a build",
@@ -89,7 +91,7 @@ Scene scene_of(const StrikeOptions& options, const std::vector<synth::Material>&
 
 /// The band ends at half the sample rate unless another end is asked for: modes above it would not
 /// sound.
-BodyOptions sounding_band(BodyOptions body, const Scene& scene) {
+scene::BodyOptions sounding_band(scene::BodyOptions body, const scene::Scene& scene) {
   if (!body.max_frequency) {
     body.max_frequency = fmt::format("{} Hz", std::min(20000.0, scene.audio.sample_rate / 2));
   }
@@ -107,43 +109,44 @@ void check_options(const StrikeOptions& options) {
   }
 }
 
-StrikePlace place_of(const StrikeOptions& options) {
-  StrikePlace place;
+scene::StrikePlace place_of(const StrikeOptions& options) {
+  scene::StrikePlace place;
   if (!options.at.empty()) place.at = parse_position(options.at);
   if (!options.direction.empty()) place.direction = parse_position(options.direction);
   return place;
 }
 
-void run_strike(const StrikeOptions& options, Context& context) {
+void run_strike(const StrikeOptions& options, mpi::Context& context) {
   check_options(options);
-  const Scene scene = scene_of(options, named_materials(options.body.material));
-  const Body body = solve_body(sounding_band(options.body, scene), context);
+  const scene::Scene scene = scene_of(options, scene::named_materials(options.body.material));
+  const scene::Body body = scene::solve_body(sounding_band(options.body, scene), context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
 
   core::Trace trace;
-  SoundChain chain(scene, context.cache, trace);
-  const RingingBody ringing =
+  scene::SoundChain chain(scene, context.cache, trace);
+  const scene::RingingBody ringing =
       chain.prepare(options.body.mesh, options.body.mesh, body.modes, body.materials);
-  Columns record;
-  Sound sound;
+  core::Columns record;
+  scene::Sound sound;
   sound.body = &ringing;
   sound.seed = options.seed;
   sound.record = &record;
-  draw_strike(scene, options.seed, 0, place_of(options), sound);
+  scene::draw_strike(scene, options.seed, 0, place_of(options), sound);
   const double interval = core::parse_quantity(options.interval, core::Dimension::time);
   for (std::size_t i = 1; i < options.repeat; ++i) {
     sound.blows.push_back(static_cast<double>(i) * interval);
   }
   chain.make(sound);
-  core::write_wav(options.output, clip_of(sound), scene.audio.dtype);
+  core::write_wav(options.output, scene::clip_of(sound), scene.audio.dtype);
 
   double peak = 0;
   for (const float value : sound.audio) {
     peak = std::max(peak, std::abs(static_cast<double>(value)));
   }
   const auto list = [](const Vec3& v) { return std::vector(v.begin(), v.end()); };
-  const synth::PointFrame frame = synth::frame_at(body.modes.surface, sound.strike.point);
+  const synth::modal::PointFrame frame =
+      synth::modal::frame_at(body.modes.surface, sound.strike.point);
   const Vec3& position = frame.position;
   const std::string& unit = sound.rings.readout.unit;
   const nlohmann::json drawn = record.last_row();
@@ -162,10 +165,10 @@ void run_strike(const StrikeOptions& options, Context& context) {
                            {"direction", list(sound.strike.direction)},
                            {"impulse_ns", sound.strike.impulse},
                            {"contact_time_s", sound.strike.force.duration},
-                           {"scene", describe_effects(scene)},
+                           {"scene", scene::describe_effects(scene)},
                            {"effects", ran},
                            {"record", drawn}};
-    if (body.pitch_target) json["pitch_target"] = solvers::to_json(*body.pitch_target, true);
+    if (body.pitch_target) json["pitch_target"] = solvers::pitch::to_json(*body.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
     return;
   }
@@ -179,7 +182,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", sound.strike.impulse,
              1000 * sound.strike.force.duration, fmt::join(effects, ", "));
   // What was asked for and cannot be: a room without a listener.
-  for (const EffectDecision& effect : scene.effects) {
+  for (const scene::EffectDecision& effect : scene.effects) {
     if (!effect.enabled && !effect.in_scene.asked_by.empty() && !effect.effect->only_on_demand) {
       fmt::print("  {:<24} off: {}\n", effect.effect->name, effect.reason);
     }
@@ -192,7 +195,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
 
 }  // namespace
 
-void add_strike(Program& program, Context& context) {
+void add_strike(Program& program, mpi::Context& context) {
   Command& command = program.add("strike", "one sound of one shape", Needs::solver);
   auto options = std::make_shared<StrikeOptions>();
   add_body_options(command, options->body);
@@ -206,11 +209,11 @@ void add_strike(Program& program, Context& context) {
                  "noise, ...); a build's configuration will do");
   command.option("--set", options->overrides, "key=value instead of the scene's").one_value_each();
   command.option("--impulse", options->impulse, "integral of the force")
-      .show_default(default_impulse);
+      .show_default(scene::default_impulse);
   command
       .option("--contact-time", options->contact_time,
               "duration of the contact; 0: an ideal impulse")
-      .show_default(default_contact_time);
+      .show_default(scene::default_contact_time);
   command.option("--listener", options->listener,
                  "x,y,z [m] from the centre of the body's box: pressure there instead of the "
                  "velocity at the point");

@@ -6,8 +6,8 @@
 #include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "solvers/textures/generated_maps.hpp"
-#include "solvers/textures/map_image.hpp"
+#include "render/maps/generated_maps.hpp"
+#include "render/maps/map_image.hpp"
 
 namespace carillon::cli {
 
@@ -37,17 +37,17 @@ std::map<std::string, double> parse_parameters(const std::vector<std::string>& t
 }
 
 nlohmann::json write_texture(const TextureOptions& options) {
-  solvers::SurfaceMap map = solvers::generate_map(
+  render::maps::SurfaceMap map = render::maps::generate_map(
       options.name, parse_parameters(options.parameters), options.texels, options.seed);
-  if (options.normals) map = solvers::normal_map_of(map);
-  const solvers::MapImage image = solvers::write_map(options.output, map);
+  if (options.normals) map = render::maps::normal_map_of(map);
+  const render::maps::MapImage image = render::maps::write_map(options.output, map);
   return {{"file", options.output}, {"columns", map.width},   {"rows", map.height},
           {"width_m", image.width}, {"depth_m", image.depth}, {"texel_m", map.texel}};
 }
 
 }  // namespace
 
-void add_texture(Program& program, Context& context) {
+void add_texture(Program& program, mpi::Context& context) {
   Command& command = program.add(
       "texture", "a generated map of a surface as a PNG (docs/textures.md)", Needs::nothing);
   auto options = std::make_shared<TextureOptions>();

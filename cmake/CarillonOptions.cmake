@@ -82,3 +82,48 @@ function(carillon_join_sources target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
+
+# carillon_targets(RESULT WORD ...): the words, where they are folders of the source by the targets of those.
+function(carillon_targets result)
+  set(targets)
+  foreach(word IN LISTS ARGN)
+    if(word MATCHES "^[a-z_/]+$" AND IS_DIRECTORY ${PROJECT_SOURCE_DIR}/${word})
+      string(REPLACE / _ word carillon_${word})
+    endif()
+    list(APPEND targets ${word})
+  endforeach()
+  set(${result} ${targets} PARENT_SCOPE)
+endfunction()
+
+# carillon_link(TARGET PUBLIC|PRIVATE|INTERFACE WORD ...): folders among the words mean their libraries.
+function(carillon_link target how)
+  carillon_targets(libraries ${ARGN})
+  target_link_libraries(${target} ${how} ${libraries})
+endfunction()
+
+# carillon_folder(FOLDER [FOLDERS ...] [EXCEPT ...] LINK ... [PRIVATE_LINK ...] [KERNELS] [ALONE ...]
+#                 [OWN_OPTIONS]): the library of a folder, carillon_ and its name with _ for /, from the
+# sources in it and in its detail/; FOLDERS: and in those below it; EXCEPT: but for these. LINK names other
+# folders, or targets. The rest as for carillon_library.
+function(carillon_folder folder)
+  cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS" "" "FOLDERS;EXCEPT;LINK;PRIVATE_LINK;ALONE" ${ARGN})
+  set(patterns *.cpp detail/*.cpp)
+  foreach(below ${ARG_FOLDERS})
+    list(APPEND patterns ${below}/*.cpp ${below}/detail/*.cpp)
+  endforeach()
+  list(TRANSFORM patterns PREPEND ${PROJECT_SOURCE_DIR}/${folder}/)
+  file(GLOB sources CONFIGURE_DEPENDS ${patterns})
+  list(TRANSFORM ARG_EXCEPT PREPEND ${PROJECT_SOURCE_DIR}/${folder}/)
+  list(REMOVE_ITEM sources ${ARG_EXCEPT})
+  list(TRANSFORM ARG_ALONE PREPEND ${PROJECT_SOURCE_DIR}/${folder}/)
+  carillon_targets(libraries ${ARG_LINK})
+  string(REPLACE / _ name carillon_${folder})
+  set(flags)
+  foreach(flag KERNELS OWN_OPTIONS)
+    if(ARG_${flag})
+      list(APPEND flags ${flag})
+    endif()
+  endforeach()
+  carillon_library(${name} SOURCES ${sources} LINK ${libraries} PRIVATE_LINK ${ARG_PRIVATE_LINK}
+                   ALONE ${ARG_ALONE} ${flags})
+endfunction()

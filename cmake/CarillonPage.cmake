@@ -11,7 +11,7 @@ if(NOT CARILLON_NPM OR NOT CARILLON_NODE)
   return()
 endif()
 
-set(page_source ${PROJECT_SOURCE_DIR}/cli/report/page)
+set(page_source ${PROJECT_SOURCE_DIR}/report/page)
 set(page_folder ${PROJECT_BINARY_DIR}/report-page)
 set(page_packages ${page_folder}/node_modules/.package-lock.json)
 set(page_frozen package.json package-lock.json .npmrc)
@@ -33,7 +33,7 @@ add_custom_command(OUTPUT ${page_folder}/page.html BYPRODUCTS ${page_folder}/lic
   WORKING_DIRECTORY ${page_folder}
   DEPENDS ${page_packages} ${page_source}/build.mjs ${page_parts}
   COMMENT "Bundling the page of reports")
-set_source_files_properties(report/page.cpp PROPERTIES
+set_source_files_properties(${PROJECT_SOURCE_DIR}/report/page.cpp PROPERTIES
   OBJECT_DEPENDS ${page_folder}/page.html
   COMPILE_DEFINITIONS CARILLON_PAGE="${page_folder}/page.html")
 set(CARILLON_PAGE ON PARENT_SCOPE)

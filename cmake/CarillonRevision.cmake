@@ -1,4 +1,4 @@
-# The revision of the source (cli/revision.hpp says what it looks like), at build time: each build asks
+# The revision of the source (core/revision.hpp says what it looks like), at build time: each build asks
 # git, and compiles one small source anew where the answer has changed. CMake runs this file with
 # SOURCE, VERSION and OUTPUT for that. A source without git is taken for a release.
 
@@ -28,7 +28,7 @@ endfunction()
 
 if(CMAKE_SCRIPT_MODE_FILE)
   carillon_revision(revision ${SOURCE} ${VERSION})
-  configure_file(${SOURCE}/cli/revision.cpp.in ${OUTPUT} @ONLY)
+  configure_file(${SOURCE}/core/revision.cpp.in ${OUTPUT} @ONLY)
   return()
 endif()
 

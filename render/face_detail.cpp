@@ -14,7 +14,7 @@ namespace {
 constexpr int most_texels = 8192;  ///< a side
 constexpr int fine_texels = 1024;  ///< up to which samples lie half a texel apart
 
-void check(const solvers::SurfaceMap& map) {
+void check(const maps::SurfaceMap& map) {
   const std::size_t count =
       map.width > 0 && map.height > 0 ? std::size_t(map.width) * std::size_t(map.height) : 0;
   const auto full = [&](const std::vector<float>& texels) {
@@ -47,7 +47,7 @@ Texture upload(GLint internal, GLenum format, int width, int height,
 
 }  // namespace
 
-FaceDetail face_detail(const solvers::SurfaceMap& map) {
+FaceDetail face_detail(const maps::SurfaceMap& map) {
   check(map);
   const int factor = std::max(map.width, map.height) <= fine_texels ? 2 : 1;
   const int width = factor * map.width, height = factor * map.height;
@@ -61,10 +61,10 @@ FaceDetail face_detail(const solvers::SurfaceMap& map) {
   for (int j = 0; j < height; ++j) {
     for (int i = 0; i < width; ++i) {
       const Eigen::Vector2d uv = Eigen::Vector2d(i + 0.5, j + 0.5) * detail.grain;
-      const Eigen::Vector2d slope = slope_at(map, uv);
+      const Eigen::Vector2d slope = maps::slope_at(map, uv);
       slopes.push_back(static_cast<float>(slope.x()));
       slopes.push_back(static_cast<float>(slope.y()));
-      if (map.relief()) heights.push_back(static_cast<float>(height_at(map, uv)));
+      if (map.relief()) heights.push_back(static_cast<float>(maps::height_at(map, uv)));
     }
   }
   detail.slopes = upload(GL_RG32F, GL_RG, width, height, slopes, map.repeats, true);
@@ -77,7 +77,7 @@ FaceDetail face_detail(const solvers::SurfaceMap& map) {
   return detail;
 }
 
-Eigen::Affine3d body_from_face(const solvers::TexturedFace& face) {
+Eigen::Affine3d body_from_face(const maps::TexturedFace& face) {
   Eigen::Affine3d body = Eigen::Affine3d::Identity();
   body.linear() << face.u, face.v, face.normal();
   body.translation() = face.origin;

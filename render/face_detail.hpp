@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 
+#include "render/maps/surface_map.hpp"
 #include "render/offscreen.hpp"
-#include "solvers/textures/surface_map.hpp"
 
 namespace carillon::render {
 
@@ -21,9 +21,9 @@ struct FaceDetail {
 };
 
 /// @throws InputError  a map without texels, or with values that are not finite or too many
-FaceDetail face_detail(const solvers::SurfaceMap& map);
+FaceDetail face_detail(const maps::SurfaceMap& map);
 
 /// (u, v, height above the face) to the body's coordinates.
-Eigen::Affine3d body_from_face(const solvers::TexturedFace& face);
+Eigen::Affine3d body_from_face(const maps::TexturedFace& face);
 
 }  // namespace carillon::render

@@ -185,7 +185,7 @@ class FrameRenderer {
 
 }  // namespace
 
-core::Image render_frame(const solvers::SurfaceMesh& mesh, const Camera& camera,
+core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance) {
   check_all(camera, appearance);
   const BoundingBall ball = bounding_ball(mesh);

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/image.hpp"
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
 
@@ -34,7 +34,7 @@ void check(const Appearance& appearance);
 /// bytes. The OpenGL context is made at the first picture of each thread and kept.
 /// @throws InputError   no faces or extent, or a camera or appearance out of range
 /// @throws core::Error  OSMesa cannot make a context
-core::Image render_frame(const solvers::SurfaceMesh& mesh, const Camera& camera,
+core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance);
 
 /// Looks of a material preset (a prefix `sterling_` does not matter); a neutral grey for names it

@@ -35,7 +35,8 @@ struct Crossing {
 }  // namespace
 
 std::vector<std::uint8_t> cells_inside(const std::vector<Vec3>& vertices,
-                                       const std::vector<solvers::Triangle>& triangles, int n) {
+                                       const std::vector<solvers::mesh::Triangle>& triangles,
+                                       int n) {
   const auto size = static_cast<std::size_t>(n);
   std::vector<std::uint8_t> votes(size * size * size, 0);
   const std::array<std::size_t, 3> stride = {size * size, size, 1};
@@ -46,7 +47,7 @@ std::vector<std::uint8_t> cells_inside(const std::vector<Vec3>& vertices,
     const int across = (axis + 1) % 3;
     const int up = (axis + 2) % 3;
     std::vector<std::vector<Crossing>> columns(size * size);
-    for (const solvers::Triangle& triangle : triangles) {
+    for (const solvers::mesh::Triangle& triangle : triangles) {
       std::array<Vec3, 3> corner;
       std::array<Planar, 3> flat;
       for (std::size_t k = 0; k < 3; ++k) {

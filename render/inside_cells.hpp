@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
 
@@ -15,6 +15,7 @@ namespace carillon::render {
 /// @param vertices    in cells: the grid spans [0, n]^3
 /// @return n^3 zeros and ones, index (x * n + y) * n + z
 std::vector<std::uint8_t> cells_inside(const std::vector<Vec3>& vertices,
-                                       const std::vector<solvers::Triangle>& triangles, int n);
+                                       const std::vector<solvers::mesh::Triangle>& triangles,
+                                       int n);
 
 }  // namespace carillon::render

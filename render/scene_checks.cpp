@@ -40,7 +40,7 @@ void check(const std::optional<std::array<double, 3>>& color) {
   if (color) render::check(Appearance{*color, 0, 0});
 }
 
-void check(const solvers::TexturedFace& face) {
+void check(const maps::TexturedFace& face) {
   if (face.map == nullptr) throw core::InputError("a textured face has no map");
   const bool frame = std::abs(face.u.norm() - 1) < 1e-6 && std::abs(face.v.norm() - 1) < 1e-6 &&
                      std::abs(face.u.dot(face.v)) < 1e-6 && face.origin.allFinite();

@@ -111,7 +111,7 @@ struct SceneRenderer::Parts {
 /// All bodies near enough to be seen share the shadow map.
 void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
   const double near = 4 * (camera.target - camera.eye).norm();
-  solvers::Box box{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
+  solvers::mesh::Box box{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
   std::vector<Vec3> centres;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     centres.emplace_back(world_from_body(poses[i]) * bodies[i].ball.centre);

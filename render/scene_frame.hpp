@@ -10,7 +10,7 @@
 #include "core/image.hpp"
 #include "core/image_samples.hpp"
 #include "render/frame.hpp"
-#include "solvers/textures/surface_map.hpp"
+#include "render/maps/surface_map.hpp"
 
 namespace carillon::render {
 
@@ -26,12 +26,12 @@ struct SceneCamera {
 };
 
 struct SceneBody {
-  solvers::SurfaceMesh mesh;  ///< body's coordinates [m]
+  solvers::mesh::SurfaceMesh mesh;  ///< body's coordinates [m]
   Appearance appearance;
   /// Detail of a flat side of the body, in the body's coordinates. A normal map changes its
   /// shading; a relief is cut into it: rays march through it to where they meet it, also at the
   /// side's edges, and to the light. The side need not be a rectangle, nor end where the map does.
-  std::optional<solvers::TexturedFace> texture;
+  std::optional<maps::TexturedFace> texture;
   /// Colour of the deepest parts of a relief (mortar, the earth between pebbles): it takes over
   /// between a quarter and three quarters of the depth.
   std::optional<std::array<double, 3>> deep_color;
@@ -42,7 +42,7 @@ struct SceneGround {
   Vec3 middle = Vec3::Zero();  ///< [m]
   double reach = 10;           ///< from the middle to its edges, where it fades away [m]
   Appearance appearance = {{0.32, 0.31, 0.30}, 0.8, 0};
-  std::shared_ptr<const solvers::SurfaceMap> map;  ///< lower left corner at the ground's; u along x
+  std::shared_ptr<const maps::SurfaceMap> map;  ///< lower left corner at the ground's; u along x
   std::optional<std::array<double, 3>> deep_color;
 };
 

@@ -45,11 +45,11 @@ struct Side {
 
 }  // namespace
 
-BoundingBall bounding_ball(const solvers::SurfaceMesh& mesh) {
+BoundingBall bounding_ball(const solvers::mesh::SurfaceMesh& mesh) {
   if (mesh.triangles.empty()) throw core::InputError("picture: the mesh has no faces");
   std::vector<Vec3> used;
   used.reserve(3 * mesh.triangles.size());
-  for (const solvers::Triangle& triangle : mesh.triangles) {
+  for (const solvers::mesh::Triangle& triangle : mesh.triangles) {
     for (const std::int32_t vertex : triangle) {
       if (vertex < 0 || static_cast<std::size_t>(vertex) >= mesh.vertices.size() ||
           !mesh.vertices[static_cast<std::size_t>(vertex)].allFinite()) {
@@ -73,7 +73,7 @@ BoundingBall bounding_ball(const solvers::SurfaceMesh& mesh) {
   return ball;
 }
 
-ShadingMesh shading_mesh(const solvers::SurfaceMesh& mesh, const BoundingBall& ball,
+ShadingMesh shading_mesh(const solvers::mesh::SurfaceMesh& mesh, const BoundingBall& ball,
                          double crease_angle) {
   const std::vector<std::int32_t> weld = first_at_same_place(mesh.vertices);
   const std::size_t corners = 3 * mesh.triangles.size();

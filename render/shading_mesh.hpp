@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
 
@@ -26,13 +26,13 @@ struct BoundingBall {
   double radius = 0;
 };
 /// @throws InputError  no faces, no extent, or a vertex that is not finite
-BoundingBall bounding_ball(const solvers::SurfaceMesh& mesh);
+BoundingBall bounding_ball(const solvers::mesh::SurfaceMesh& mesh);
 
 /// Normals are means over the faces around a vertex, weighted by their angle there (Thuermer and
 /// Wuethrich 1998), over those faces that are joined by edges flatter than `crease_angle`. Vertices
 /// at the same place count as one, so that triangle soups look smooth too.
 /// @param crease_angle  largest angle between the normals of smoothly joined faces [rad]
-ShadingMesh shading_mesh(const solvers::SurfaceMesh& mesh, const BoundingBall& ball,
+ShadingMesh shading_mesh(const solvers::mesh::SurfaceMesh& mesh, const BoundingBall& ball,
                          double crease_angle);
 
 }  // namespace carillon::render

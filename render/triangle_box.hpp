@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
 

@@ -27,14 +27,15 @@ constexpr double kTouch = 1e-9;
 
 /// Cells the surface passes through; vertices are given in cells.
 std::vector<std::uint8_t> surface_cells(const std::vector<Vec3>& vertices,
-                                        const std::vector<solvers::Triangle>& triangles, int n) {
+                                        const std::vector<solvers::mesh::Triangle>& triangles,
+                                        int n) {
   const auto size = static_cast<std::size_t>(n);
   std::vector<std::uint8_t> cells(size * size * size, 0);
   const std::vector<Vec3> normals = vertex_normals(vertices, triangles);
   const auto cell_of = [&](double position) {
     return std::clamp(static_cast<int>(std::floor(position)), 0, n - 1);
   };
-  for (const solvers::Triangle& triangle : triangles) {
+  for (const solvers::mesh::Triangle& triangle : triangles) {
     std::array<Vec3, 3> corner;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto vertex = static_cast<std::size_t>(triangle[k]);
@@ -95,7 +96,7 @@ std::vector<std::uint8_t> reachable_cells(const std::vector<std::uint8_t>& fille
   return reached;
 }
 
-void check(const solvers::SurfaceMesh& mesh, const VoxelOptions& options) {
+void check(const solvers::mesh::SurfaceMesh& mesh, const VoxelOptions& options) {
   if (options.resolution < 1 || options.resolution > kMaxResolution) {
     throw core::InputError(fmt::format("voxels: resolution must be 1 to {}, not {}", kMaxResolution,
                                        options.resolution));
@@ -108,7 +109,7 @@ void check(const solvers::SurfaceMesh& mesh, const VoxelOptions& options) {
     if (!vertex.allFinite()) throw core::InputError("voxels: a vertex is not finite");
   }
   const auto vertices = static_cast<std::int32_t>(mesh.vertices.size());
-  for (const solvers::Triangle& triangle : mesh.triangles) {
+  for (const solvers::mesh::Triangle& triangle : mesh.triangles) {
     for (const std::int32_t vertex : triangle) {
       if (vertex < 0 || vertex >= vertices) {
         throw core::InputError(
@@ -125,10 +126,10 @@ double rounded_up(double value) {
 }
 
 /// Box of the vertices that faces use; stray vertices are no part of the body.
-solvers::Box box_of_faces(const solvers::SurfaceMesh& mesh) {
-  solvers::Box box;
+solvers::mesh::Box box_of_faces(const solvers::mesh::SurfaceMesh& mesh) {
+  solvers::mesh::Box box;
   box.low = box.high = mesh.vertices[static_cast<std::size_t>(mesh.triangles[0][0])];
-  for (const solvers::Triangle& triangle : mesh.triangles) {
+  for (const solvers::mesh::Triangle& triangle : mesh.triangles) {
     for (const std::int32_t vertex : triangle) {
       const Vec3& position = mesh.vertices[static_cast<std::size_t>(vertex)];
       box.low = box.low.cwiseMin(position);
@@ -140,10 +141,10 @@ solvers::Box box_of_faces(const solvers::SurfaceMesh& mesh) {
 
 }  // namespace
 
-VoxelGrid voxelize(const solvers::SurfaceMesh& mesh, const VoxelOptions& options) {
+VoxelGrid voxelize(const solvers::mesh::SurfaceMesh& mesh, const VoxelOptions& options) {
   check(mesh, options);
   const int n = options.resolution;
-  const solvers::Box box = box_of_faces(mesh);
+  const solvers::mesh::Box box = box_of_faces(mesh);
   const double longest = box.longest_side();
   if (!(longest > 0)) throw core::InputError("voxels: the body has no extent");
 

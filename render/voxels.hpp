@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
 
@@ -30,7 +30,7 @@ struct VoxelGrid {
 /// The body's box lies centred in the grid.
 /// @throws InputError  a metric grid is too small for the body (names the pitch that fits), no
 ///                     faces, no extent, or a resolution outside 1 to 512
-VoxelGrid voxelize(const solvers::SurfaceMesh& mesh, const VoxelOptions& options);
+VoxelGrid voxelize(const solvers::mesh::SurfaceMesh& mesh, const VoxelOptions& options);
 
 /// @throws InputError  unknown; names the nearest
 VoxelFill parse_voxel_fill(const std::string& name);

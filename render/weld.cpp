@@ -33,10 +33,10 @@ double corner_angle(const Vec3& one, const Vec3& two) {
 }
 
 std::vector<Vec3> vertex_normals(const std::vector<Vec3>& vertices,
-                                 const std::vector<solvers::Triangle>& triangles) {
+                                 const std::vector<solvers::mesh::Triangle>& triangles) {
   const std::vector<std::int32_t> first = first_at_same_place(vertices);
   std::vector<Vec3> normals(vertices.size(), Vec3(Vec3::Zero()));
-  for (const solvers::Triangle& triangle : triangles) {
+  for (const solvers::mesh::Triangle& triangle : triangles) {
     std::array<Vec3, 3> corner;
     for (std::size_t k = 0; k < 3; ++k) corner[k] = vertices[static_cast<std::size_t>(triangle[k])];
     const Vec3 face = (corner[1] - corner[0]).cross(corner[2] - corner[0]);

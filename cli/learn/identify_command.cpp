@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "cli/body_options.hpp"
-#include "cli/learn/commands.hpp"
-#include "cli/learn/recognised_scene.hpp"
-#include "cli/learn/recognisers.hpp"
+#include "cli/learning_commands.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/trace.hpp"
+#include "eval/studies/learning/recognised_scene.hpp"
+#include "eval/studies/learning/recognisers.hpp"
 
 namespace carillon::cli {
 
@@ -22,14 +22,14 @@ using nlohmann::ordered_json;
 
 /// What one network says of one clip.
 struct Answer {
-  const Recogniser* recogniser = nullptr;
-  eval::Recognised recognised;
+  const eval::studies::Recogniser* recogniser = nullptr;
+  eval::recognition::Recognised recognised;
   std::vector<std::size_t> order;  ///< classes, the most likely first
 
   const std::string& best() const { return recogniser->classes()[order.front()]; }
 };
 
-Answer ask(const Recogniser& recogniser, const core::AudioClip& clip) {
+Answer ask(const eval::studies::Recogniser& recogniser, const core::AudioClip& clip) {
   Answer answer{&recogniser, recogniser(clip), {}};
   const std::vector<double>& probabilities = answer.recognised.probabilities;
   answer.order.resize(probabilities.size());
@@ -41,11 +41,13 @@ Answer ask(const Recogniser& recogniser, const core::AudioClip& clip) {
 }
 
 /// The clip's answers by every network.
-std::vector<Answer> ask_all(const std::vector<Recogniser>& recognisers, const std::string& file) {
+std::vector<Answer> ask_all(const std::vector<eval::studies::Recogniser>& recognisers,
+                            const std::string& file) {
   const core::AudioClip clip = core::read_audio(file);
   std::vector<Answer> answers;
   try {
-    for (const Recogniser& recogniser : recognisers) answers.push_back(ask(recogniser, clip));
+    for (const eval::studies::Recogniser& recogniser : recognisers)
+      answers.push_back(ask(recogniser, clip));
   } catch (const core::InputError& error) {
     throw core::InputError(fmt::format("{}: {}", file, error.message()), error.hint());
   }
@@ -53,7 +55,7 @@ std::vector<Answer> ask_all(const std::vector<Recogniser>& recognisers, const st
 }
 
 ordered_json to_json(const Answer& answer) {
-  const eval::Recognised& recognised = answer.recognised;
+  const eval::recognition::Recognised& recognised = answer.recognised;
   ordered_json classes = ordered_json::object();
   for (const std::size_t c : answer.order) {
     classes[answer.recogniser->classes()[c]] = recognised.probabilities[c];
@@ -70,9 +72,9 @@ ordered_json to_json(const Answer& answer) {
 }
 
 /// As wide as the longest task's name, for columns that stand below one another.
-std::size_t task_width(const std::vector<Recogniser>& recognisers) {
+std::size_t task_width(const std::vector<eval::studies::Recogniser>& recognisers) {
   std::size_t width = 0;
-  for (const Recogniser& recogniser : recognisers) {
+  for (const eval::studies::Recogniser& recogniser : recognisers) {
     width = std::max(width, recogniser.task().size());
   }
   return width;
@@ -100,9 +102,9 @@ void print(const std::string& file, const std::vector<Answer>& answers, std::siz
 }
 
 /// How far each network may be trusted: what its training measured on what was held out.
-void print_trust(const std::vector<Recogniser>& recognisers, std::size_t width) {
+void print_trust(const std::vector<eval::studies::Recogniser>& recognisers, std::size_t width) {
   fmt::print("\nOn what was held out in training:\n");
-  for (const Recogniser& recogniser : recognisers) {
+  for (const eval::studies::Recogniser& recogniser : recognisers) {
     const ordered_json& measured = recogniser.measured();
     std::vector<std::string> words = {recogniser.method()};
     if (!measured.at("accuracy").is_null()) {
@@ -165,24 +167,25 @@ std::string extended_scene(const IdentifyOptions& options, const Vec3& place,
                            const std::vector<Answer>& answers) {
   const Answer& shape = answer_of(answers, {"shape", "family"}, "shape");
   const Answer& material = answer_of(answers, {"material"}, "material");
-  RecognisedBody body = body_of_class(shape.recogniser->source(), shape.recogniser->column(),
-                                      shape.recogniser->label_of(shape.best()));
-  body.material = material_of_class(material.recogniser->source(),
-                                    material.recogniser->label_of(material.best()));
-  return with_body(core::read_file(options.scene), options.scene, body, place);
+  eval::studies::RecognisedBody body =
+      eval::studies::body_of_class(shape.recogniser->source(), shape.recogniser->column(),
+                                   shape.recogniser->label_of(shape.best()));
+  body.material = eval::studies::material_of_class(material.recogniser->source(),
+                                                   material.recogniser->label_of(material.best()));
+  return eval::studies::with_body(core::read_file(options.scene), options.scene, body, place);
 }
 
 }  // namespace
 
-void run_identify(const IdentifyOptions& options, const Context& context) {
+void run_identify(const IdentifyOptions& options, const mpi::Context& context) {
   if (!options.scene.empty() && options.clips.size() > 1) {
     throw core::InputError("--scene takes the body of one clip", "give one");
   }
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
   const Vec3 place = options.scene.empty() ? Vec3::Zero().eval() : parse_position(options.at);
-  const std::vector<Recogniser> recognisers =
-      find_recognisers(options.models, options.method, options.tasks);
+  const std::vector<eval::studies::Recogniser> recognisers =
+      eval::studies::find_recognisers(options.models, options.method, options.tasks);
   const std::size_t width = task_width(recognisers);
   ordered_json clips = ordered_json::array();
   std::vector<Answer> answers;

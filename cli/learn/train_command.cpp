@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
-#include "cli/build/run_builds.hpp"
-#include "cli/learn/commands.hpp"
-#include "cli/learn/learning_config.hpp"
-#include "cli/learn/run_trainings.hpp"
-#include "cli/learn/search.hpp"
-#include "cli/picture.hpp"
+#include "cli/learning_commands.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
+#include "dataset/run/run_builds.hpp"
+#include "eval/studies/learning/learning_config.hpp"
+#include "eval/studies/learning/run_trainings.hpp"
+#include "eval/studies/learning/search.hpp"
+#include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/folder_lock.hpp"
 #include "mpi/interrupt.hpp"
@@ -20,19 +20,20 @@ using nlohmann::ordered_json;
 
 namespace {
 
-LearningConfig read_config(const BuildOptions& options, MPI_Comm world) {
-  const std::string text = shared_text(options.config, world);
-  LearningConfig config;
+eval::studies::LearningConfig read_config(const dataset::run::BuildOptions& options,
+                                          MPI_Comm world) {
+  const std::string text = dataset::run::shared_text(options.config, world);
+  eval::studies::LearningConfig config;
   mpi::agreed(world, [&] {
     core::ConfigNode root = core::ConfigNode::parse(text, options.config, options.overrides);
-    config = read_train_section(root, options.config);
+    config = eval::studies::read_train_section(root, options.config);
   });
   return config;
 }
 
-ordered_json lines_of(const TrainingsEnd& end) {
+ordered_json lines_of(const eval::studies::TrainingsEnd& end) {
   ordered_json lines = ordered_json::array();
-  for (const TrainedClassifier& trained : end.trained) {
+  for (const eval::studies::TrainedClassifier& trained : end.trained) {
     ordered_json line = trained.found;
     line["key"] = trained.job.key;
     line["folder"] = std::filesystem::absolute(trained.job.folder).string();
@@ -59,12 +60,12 @@ void print(const ordered_json& found) {
 }
 
 /// Learning curves are drawn of what learns in epochs.
-bool has_curves(const TrainedClassifier& trained) {
+bool has_curves(const eval::studies::TrainedClassifier& trained) {
   return std::filesystem::exists(trained.job.folder / "curves.csv");
 }
 
 /// What is printed, then trainings.json and its picture beside the models.
-void tell(const TrainingsEnd& end, const std::filesystem::path& models, bool json) {
+void tell(const eval::studies::TrainingsEnd& end, const std::filesystem::path& models, bool json) {
   const ordered_json lines = lines_of(end);
   const ordered_json document = {
       {"output", models.string()}, {"trainings", lines}, {"interrupted", end.interrupted}};
@@ -81,7 +82,7 @@ void tell(const TrainingsEnd& end, const std::filesystem::path& models, bool jso
     std::filesystem::remove(std::filesystem::path(path).replace_extension(picture));
   }
   if (std::none_of(end.trained.begin(), end.trained.end(), has_curves)) return;
-  const std::string no_picture = draw_picture("plot_trainings", path);
+  const std::string no_picture = eval::studies::draw_picture("plot_trainings", path);
   if (!no_picture.empty()) {
     fmt::print(stderr, "carillon: {}\n", no_picture);
   } else if (!json) {
@@ -89,17 +90,19 @@ void tell(const TrainingsEnd& end, const std::filesystem::path& models, bool jso
   }
 }
 
-std::vector<Search> read_all_searches(const BuildOptions& options, MPI_Comm world) {
-  const std::string text = shared_text(options.config, world);
-  std::vector<Search> searches;
-  mpi::agreed(world, [&] { searches = read_searches(text, options); });
+std::vector<eval::studies::Search> read_all_searches(const dataset::run::BuildOptions& options,
+                                                     MPI_Comm world) {
+  const std::string text = dataset::run::shared_text(options.config, world);
+  std::vector<eval::studies::Search> searches;
+  mpi::agreed(world, [&] { searches = eval::studies::read_searches(text, options); });
   return searches;
 }
 
-int search(const std::vector<Search>& searches, const LearningConfig& config,
-           const EvaluatedDatasets& datasets, const Context& context) {
-  const ordered_json found = run_searches(searches, config, datasets, context);
-  if (found.is_null()) return exit_interrupted;
+int search(const std::vector<eval::studies::Search>& searches,
+           const eval::studies::LearningConfig& config,
+           const eval::studies::EvaluatedDatasets& datasets, const mpi::Context& context) {
+  const ordered_json found = eval::studies::run_searches(searches, config, datasets, context);
+  if (found.is_null()) return mpi::exit_interrupted;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
     const std::filesystem::path path = datasets.output() / "evaluation" / "search.json";
@@ -107,36 +110,38 @@ int search(const std::vector<Search>& searches, const LearningConfig& config,
     if (context.json) {
       fmt::print("{}\n", ordered_json{{"output", path.string()}, {"searches", found}}.dump(1));
     } else {
-      fmt::print("{}{}\n", search_text(found), path.string());
+      fmt::print("{}{}\n", eval::studies::search_text(found), path.string());
     }
   });
-  return exit_done;
+  return mpi::exit_done;
 }
 
 }  // namespace
 
-int run_train(const TrainOptions& wanted, const Context& context) {
-  BuildOptions options = wanted.build;
+int run_train(const TrainOptions& wanted, const mpi::Context& context) {
+  dataset::run::BuildOptions options = wanted.build;
   options.tell = !context.json;
-  const std::vector<Search> searches =
-      wanted.search ? read_all_searches(options, context.world) : std::vector<Search>{};
-  const LearningConfig config = read_config(options, context.world);
-  const EvaluatedDatasets datasets(options, context.world);
+  const std::vector<eval::studies::Search> searches =
+      wanted.search ? read_all_searches(options, context.world)
+                    : std::vector<eval::studies::Search>{};
+  const eval::studies::LearningConfig config = read_config(options, context.world);
+  const eval::studies::EvaluatedDatasets datasets(options, context.world);
   const int exit_code = datasets.build(context);
-  if (exit_code == exit_interrupted) return exit_code;
-  const mpi::FolderLock lock(datasets.output(), context.world, lock_patience_s);
+  if (exit_code == mpi::exit_interrupted) return exit_code;
+  const mpi::FolderLock lock(datasets.output(), context.world, dataset::run::lock_patience_s);
   const mpi::InterruptGuard guard;
   if (wanted.search) {
     const int code = search(searches, config, datasets, context);
-    return code == exit_done ? exit_code : code;
+    return code == mpi::exit_done ? exit_code : code;
   }
   const std::uint64_t seeds[] = {config.methods.front().learning.seed};
-  const auto sources = open_learning_sources(config, datasets, context);
-  const TrainingsEnd end = run_trainings(config, seeds, sources, models_folder(datasets), context);
+  const auto sources = eval::studies::open_learning_sources(config, datasets, context);
+  const eval::studies::TrainingsEnd end = eval::studies::run_trainings(
+      config, seeds, sources, eval::studies::models_folder(datasets), context);
   mpi::agreed(context.world, [&] {
-    if (context.speaks()) tell(end, models_folder(datasets), context.json);
+    if (context.speaks()) tell(end, eval::studies::models_folder(datasets), context.json);
   });
-  return end.interrupted ? exit_interrupted : exit_code;
+  return end.interrupted ? mpi::exit_interrupted : exit_code;
 }
 
 }  // namespace carillon::cli

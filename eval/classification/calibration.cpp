@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/numbers.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 namespace {
 
@@ -163,4 +163,4 @@ double calibration_error_by_chance(const ScoreRows& probabilities,
   return sum / draws;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

@@ -7,7 +7,7 @@
 #include "core/random.hpp"
 #include "eval/classification/score_rows.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 /// What divides a network's logits so that its probabilities are right as often as they say
 /// (temperature scaling, Guo et al. 2017, section 4.2): minimises the mean cross-entropy of
@@ -53,4 +53,4 @@ double calibration_error_by_chance(const ScoreRows& probabilities,
                                    std::span<const std::size_t> groups, core::RandomStream& random,
                                    int draws = 100);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

@@ -8,7 +8,7 @@
 #include "core/numbers.hpp"
 #include "eval/classification/score_rows.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 namespace {
 
@@ -102,4 +102,4 @@ ConfusionDifference confusion_difference(const Confusion& a, const Confusion& b)
   return difference;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

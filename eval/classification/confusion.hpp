@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 /// How often samples of each class were taken for each class.
 struct Confusion {
@@ -53,4 +53,4 @@ struct ConfusionDifference {
 /// @throws InputError  unequal numbers of classes
 ConfusionDifference confusion_difference(const Confusion& a, const Confusion& b);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

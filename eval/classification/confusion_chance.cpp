@@ -10,7 +10,7 @@
 #include "core/numbers.hpp"
 #include "eval/classification/confusion.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 namespace {
 
@@ -124,4 +124,4 @@ NormByChance confusion_norm_by_chance(const AnsweredSamples& first, const Answer
   return {sum / count, norms[static_cast<std::size_t>(place)]};
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

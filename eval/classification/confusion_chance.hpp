@@ -6,7 +6,7 @@
 #include "core/random.hpp"
 #include "eval/classification/intervals.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 /// What classifiers answered for one set of samples: of each seed the class that each was taken
 /// for.
@@ -30,4 +30,4 @@ struct NormByChance {
 NormByChance confusion_norm_by_chance(const AnsweredSamples& first, const AnsweredSamples& second,
                                       core::RandomStream& random, std::size_t draws = 1000);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

@@ -12,7 +12,7 @@
 #include "eval/classification/score_rows.hpp"
 #include "eval/statistics/variance.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 namespace {
 
@@ -102,7 +102,7 @@ void add_influences(const GroupCounts& counts, AccuracyKind kind, std::vector<do
 /// An accuracy over seeds, and what it varies by.
 struct Spread {
   double mean = 0;
-  Variance of_seeds;               ///< 0 of one seed
+  statistics::Variance of_seeds;   ///< 0 of one seed
   std::vector<double> influences;  ///< of each group on the mean, to first order
 };
 
@@ -119,7 +119,7 @@ Spread spread_of(const TestedSamples& tested, std::span<const std::vector<std::s
   }
   const auto seeds = static_cast<double>(accuracies.size());
   for (double& influence : spread.influences) influence /= seeds;
-  spread.mean = mean(accuracies);
+  spread.mean = statistics::mean(accuracies);
   if (accuracies.size() < 2) return spread;
   double squares = 0;
   for (const double one : accuracies) squares += (one - spread.mean) * (one - spread.mean);
@@ -136,13 +136,14 @@ void check_probability(double probability) {
 
 /// Hesterberg's probability, whose percentiles are as wide as Student's t.
 double expanded(double probability, double groups) {
-  const double widest = std::sqrt(groups / (groups - 1)) * students_t(probability, groups - 1);
+  const double widest =
+      std::sqrt(groups / (groups - 1)) * statistics::students_t(probability, groups - 1);
   return 1 - 2 * boost::math::cdf(boost::math::normal(), -widest);
 }
 
 }  // namespace
 
-Bounds wilson_interval(double right, double samples, double probability) {
+statistics::Bounds wilson_interval(double right, double samples, double probability) {
   check_probability(probability);
   if (!(right >= 0 && right <= samples) || !std::isfinite(samples)) {
     throw core::InputError(fmt::format("{} of {} samples are no share", right, samples));
@@ -157,13 +158,13 @@ Bounds wilson_interval(double right, double samples, double probability) {
   return {std::clamp(middle - half, 0.0, share), std::clamp(middle + half, share, 1.0)};
 }
 
-Bounds grouped_interval(const TestedSamples& tested, std::span<const std::size_t> predicted,
-                        AccuracyKind kind, core::RandomStream& random, double probability,
-                        int draws) {
+statistics::Bounds grouped_interval(const TestedSamples& tested,
+                                    std::span<const std::size_t> predicted, AccuracyKind kind,
+                                    core::RandomStream& random, double probability, int draws) {
   check_probability(probability);
   const GroupCounts counts = count_groups(tested, predicted);
   const auto groups = static_cast<double>(counts.groups);
-  Bounds bounds;
+  statistics::Bounds bounds;
   if (counts.groups > 1) {
     std::vector<double> places(counts.groups);
     std::iota(places.begin(), places.end(), 0);
@@ -172,7 +173,7 @@ Bounds grouped_interval(const TestedSamples& tested, std::span<const std::size_t
       for (const double place : drawn) ratios.add(counts, static_cast<std::size_t>(place));
       return ratios.mean();
     };
-    bounds = bootstrap(places, statistic, random, expanded(probability, groups), draws);
+    bounds = statistics::bootstrap(places, statistic, random, expanded(probability, groups), draws);
   }
   if (bounds.low < bounds.high) return bounds;
   return wilson_interval(groups * all_groups(counts, kind).mean(), groups, probability);
@@ -188,14 +189,14 @@ SeedsSummary interval_over_seeds(const TestedSamples& tested,
   const auto groups = static_cast<double>(spread.influences.size());
   if (predicted.size() < 2) return summary;
   summary.deviation = std::sqrt(spread.of_seeds.value * seeds);
-  const auto within = [](const Bounds& bounds) {
-    return Bounds{std::max(0.0, bounds.low), std::min(1.0, bounds.high)};
+  const auto within = [](const statistics::Bounds& bounds) {
+    return statistics::Bounds{std::max(0.0, bounds.low), std::min(1.0, bounds.high)};
   };
   if (groups < 2) return summary;
-  const Variance of_groups = variance_of_sum(spread.influences);
+  const statistics::Variance of_groups = statistics::variance_of_sum(spread.influences);
   summary.seeds_and_groups =
       spread.of_seeds.value + of_groups.value > 0
-          ? within(around(spread.mean, {spread.of_seeds, of_groups}, probability))
+          ? within(statistics::around(spread.mean, {spread.of_seeds, of_groups}, probability))
           : wilson_interval(groups * spread.mean, groups, probability);
   return summary;
 }
@@ -211,12 +212,12 @@ AccuracyDifference accuracy_difference(const TestedSamples& tested,
   if (one.influences.size() < 2) return difference;
   std::vector<double> influences = one.influences;
   for (std::size_t g = 0; g < influences.size(); ++g) influences[g] -= other.influences[g];
-  const Variance of_groups = variance_of_sum(influences);
+  const statistics::Variance of_groups = statistics::variance_of_sum(influences);
   if (one.of_seeds.value + other.of_seeds.value + of_groups.value > 0) {
     difference.bounds =
-        around(difference.mean, {one.of_seeds, other.of_seeds, of_groups}, probability);
+        statistics::around(difference.mean, {one.of_seeds, other.of_seeds, of_groups}, probability);
   }
   return difference;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

@@ -7,14 +7,14 @@
 #include "core/random.hpp"
 #include "eval/statistics/summary.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 /// Interval of a share of independent samples (Wilson 1927): never empty, never beyond 0 and 1,
 /// wide where there are few. [0, 1] for no samples. Sounds of one body are not independent: for
 /// them `grouped_interval`.
 /// @param right  of `samples`; need not be a whole number
 /// @throws InputError  more right than samples, a negative number, or a probability not in (0, 1)
-Bounds wilson_interval(double right, double samples, double probability = 0.95);
+statistics::Bounds wilson_interval(double right, double samples, double probability = 0.95);
 
 enum class AccuracyKind {
   plain,    ///< share of all samples that are right
@@ -39,9 +39,10 @@ struct TestedSamples {
 /// interval is too narrow by it.
 /// @param random  decides the draws
 /// @throws InputError  spans of unequal length, no samples, or a class that there is not
-Bounds grouped_interval(const TestedSamples& tested, std::span<const std::size_t> predicted,
-                        AccuracyKind kind, core::RandomStream& random, double probability = 0.95,
-                        int draws = 2000);
+statistics::Bounds grouped_interval(const TestedSamples& tested,
+                                    std::span<const std::size_t> predicted, AccuracyKind kind,
+                                    core::RandomStream& random, double probability = 0.95,
+                                    int draws = 2000);
 
 /// An accuracy over classifiers that differ by the seed of their training alone, all tested on the
 /// same samples.
@@ -53,7 +54,7 @@ struct SeedsSummary {
   /// bodies (linearised, Cochran 1977, section 6.3, with groups as units) are added, with degrees
   /// of freedom after Satterthwaite (1946). Adding counts their interaction twice: never too narrow
   /// by it. NaN for one seed or one group; where nothing varies, Wilson's of the groups.
-  Bounds seeds_and_groups;
+  statistics::Bounds seeds_and_groups;
 };
 
 /// @param predicted  for each seed, the class that each sample was taken for
@@ -69,7 +70,7 @@ struct AccuracyDifference {
   double mean = 0;
   /// What other bodies, and of several seeds other seeds of both, come to: variances as in
   /// SeedsSummary, of the groups' differences. NaN for one group, or where nothing varies.
-  Bounds bounds;
+  statistics::Bounds bounds;
 };
 
 /// @param first, second  for each seed, the class that each sample was taken for
@@ -79,4 +80,4 @@ AccuracyDifference accuracy_difference(const TestedSamples& tested,
                                        std::span<const std::vector<std::size_t>> second,
                                        double probability = 0.95);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

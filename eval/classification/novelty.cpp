@@ -11,7 +11,7 @@
 #include "eval/classification/intervals.hpp"
 #include "eval/statistics/variance.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 namespace {
 
@@ -29,15 +29,15 @@ std::vector<double> sorted_scores(std::span<const double> scores, const char* na
 }
 
 /// Variance of a mean of shares whose groups stand and fall together.
-Variance clustered(const std::vector<double>& shares, double mean,
-                   std::span<const std::size_t> groups) {
+statistics::Variance clustered(const std::vector<double>& shares, double mean,
+                               std::span<const std::size_t> groups) {
   std::map<std::size_t, double> sums;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     sums[groups[i]] += (shares[i] - mean) / static_cast<double>(shares.size());
   }
   std::vector<double> influences;
   for (const auto& [group, sum] : sums) influences.push_back(sum);
-  return variance_of_sum(influences);
+  return statistics::variance_of_sum(influences);
 }
 
 }  // namespace
@@ -56,9 +56,10 @@ double auroc(std::span<const double> known, std::span<const double> novel) {
   return below / (static_cast<double>(positive.size()) * static_cast<double>(negative.size()));
 }
 
-Bounds auroc_interval(std::span<const double> known, std::span<const std::size_t> known_groups,
-                      std::span<const double> novel, std::span<const std::size_t> novel_groups,
-                      double probability) {
+statistics::Bounds auroc_interval(std::span<const double> known,
+                                  std::span<const std::size_t> known_groups,
+                                  std::span<const double> novel,
+                                  std::span<const std::size_t> novel_groups, double probability) {
   const double area = auroc(known, novel);
   if (known.size() != known_groups.size() || novel.size() != novel_groups.size()) {
     throw core::InputError("scores and their groups are not as many");
@@ -74,8 +75,8 @@ Bounds auroc_interval(std::span<const double> known, std::span<const std::size_t
     }
     return shares;
   };
-  const Variance of_known = clustered(places(known, novel), area, known_groups);
-  const Variance of_novel = clustered(places(novel, known), 1 - area, novel_groups);
+  const statistics::Variance of_known = clustered(places(known, novel), area, known_groups);
+  const statistics::Variance of_novel = clustered(places(novel, known), 1 - area, novel_groups);
   if (!(of_known.freedom > 0 && of_novel.freedom > 0)) return {nan, nan};
   if (of_known.value + of_novel.value == 0) {
     const double groups = 1 + std::min(of_known.freedom, of_novel.freedom);
@@ -83,11 +84,11 @@ Bounds auroc_interval(std::span<const double> known, std::span<const std::size_t
   }
   // Of the logarithm of the area's odds, whose spread is even near the ends.
   const double slope = 1 / (area * (1 - area));
-  const auto of_odds = [&](Variance one) {
-    return Variance{slope * slope * one.value, one.freedom};
+  const auto of_odds = [&](statistics::Variance one) {
+    return statistics::Variance{slope * slope * one.value, one.freedom};
   };
-  const Bounds odds =
-      around(std::log(area / (1 - area)), {of_odds(of_known), of_odds(of_novel)}, probability);
+  const statistics::Bounds odds = statistics::around(
+      std::log(area / (1 - area)), {of_odds(of_known), of_odds(of_novel)}, probability);
   return {1 / (1 + std::exp(-odds.low)), 1 / (1 + std::exp(-odds.high))};
 }
 
@@ -127,4 +128,4 @@ std::vector<double> log_odds_scores(const ScoreRows& logits, double temperature)
   return scores;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

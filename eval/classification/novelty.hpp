@@ -10,7 +10,7 @@
 // Whether a sample is of none of the classes. Scores tell how familiar it is: the greater, the more
 // like what was trained on.
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 /// Area under the receiver operating characteristic: the probability that a known sample's score is
 /// above a novel one's, equal ones counted half (Mann and Whitney 1947). 0.5: the score tells
@@ -25,9 +25,11 @@ double auroc(std::span<const double> known, std::span<const double> novel);
 /// group.
 /// @param known_groups, novel_groups  of each score; any numbers, not compared with each other
 /// @throws InputError  as auroc, or groups of another length
-Bounds auroc_interval(std::span<const double> known, std::span<const std::size_t> known_groups,
-                      std::span<const double> novel, std::span<const std::size_t> novel_groups,
-                      double probability = 0.95);
+statistics::Bounds auroc_interval(std::span<const double> known,
+                                  std::span<const std::size_t> known_groups,
+                                  std::span<const double> novel,
+                                  std::span<const std::size_t> novel_groups,
+                                  double probability = 0.95);
 
 /// The greatest threshold that at least this share of known samples reaches (score >= threshold).
 /// @param rate  true-positive rate, in (0, 1]
@@ -44,4 +46,4 @@ double share_reaching(std::span<const double> scores, double threshold);
 /// @throws InputError  as softmax, or a single column
 std::vector<double> log_odds_scores(const ScoreRows& logits, double temperature = 1);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 void check_rows(const ScoreRows& rows, const std::string& name) {
   if (rows.columns == 0) throw core::InputError(fmt::format("{} without columns", name));
@@ -80,4 +80,4 @@ std::vector<std::size_t> predicted_classes(const ScoreRows& scores) {
   return classes;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

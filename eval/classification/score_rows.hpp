@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::classification {
 
 /// Numbers of samples, a row each: logits or probabilities of classes, or features of a network's
 /// last layer but one. Seen, not held.
@@ -41,4 +41,4 @@ std::vector<double> softmax(const ScoreRows& logits, double temperature = 1);
 /// @throws InputError  as check_rows
 std::vector<std::size_t> predicted_classes(const ScoreRows& scores);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::classification

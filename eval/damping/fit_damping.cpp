@@ -9,19 +9,19 @@
 
 #include "core/error.hpp"
 #include "core/numbers.hpp"
-#include "eval/damping/check_data.hpp"
-#include "eval/damping/confidence.hpp"
-#include "eval/damping/emg_fit.hpp"
-#include "eval/damping/remarks.hpp"
+#include "eval/damping/detail/check_data.hpp"
+#include "eval/damping/detail/confidence.hpp"
+#include "eval/damping/detail/emg_fit.hpp"
+#include "eval/damping/detail/remarks.hpp"
 #include "eval/statistics/median.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::damping {
 
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-using synth::DampingKind;
+using synth::damping::DampingKind;
 
 using core::infinity;
 
@@ -45,11 +45,11 @@ double least_sigma(const DampingData& data, bool relative) {
     for (std::size_t i = 0; i < data.errors.size(); ++i) {
       shares.push_back(data.errors[i] / data.coefficients[i]);
     }
-    return shares.empty() ? 0.01 : std::max(median(shares), 1e-6);
+    return shares.empty() ? 0.01 : std::max(statistics::median(shares), 1e-6);
   }
-  const double c = median(data.coefficients);
+  const double c = statistics::median(data.coefficients);
   if (data.errors.empty()) return 0.01 * c;
-  return std::max(median(data.errors), 1e-6 * c);
+  return std::max(statistics::median(data.errors), 1e-6 * c);
 }
 
 Work prepare(const DampingData& data, const DampingLaw& law, const FitOptions& options) {
@@ -234,4 +234,4 @@ DampingFit fit_damping(const DampingData& data, const DampingLaw& law, const Fit
   return fit;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::damping

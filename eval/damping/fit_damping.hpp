@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "eval/damping/damping_data.hpp"
-#include "synth/damping.hpp"
+#include "eval/damping/detail/damping_data.hpp"
+#include "synth/damping/damping.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::damping {
 
 /// What makes observed damping differ from the material's.
 enum class Estimator {
@@ -24,7 +24,7 @@ inline bool is_emg(Estimator estimator) {
 
 /// A damping model whose numbers are sought.
 struct DampingLaw {
-  synth::DampingKind kind = synth::DampingKind::rayleigh;
+  synth::damping::DampingKind kind = synth::damping::DampingKind::rayleigh;
   std::size_t parameters = 2;  ///< of a series (Caughey's); an expression's alphas are counted
   std::string expression;      ///< of DampingKind::expression, else empty
 };
@@ -50,7 +50,7 @@ struct FitStep {
 
 struct DampingFit {
   Estimator estimator = Estimator::emg;
-  synth::DampingModel model;  ///< with the numbers found
+  synth::damping::DampingModel model;  ///< with the numbers found
   double sigma = 0;  ///< of the Gaussian error of c [1/s], of emg_relative as a share of the law's
                      ///< c; 0 for the lower bound
   double eta = 0;    ///< rate of the exponential excess of c [s]; infinite where there is none
@@ -70,4 +70,4 @@ struct DampingFit {
 DampingFit fit_damping(const DampingData& data, const DampingLaw& law,
                        const FitOptions& options = {});
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::damping

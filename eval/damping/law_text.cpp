@@ -5,16 +5,16 @@
 #include <charconv>
 
 #include "core/error.hpp"
-#include "eval/damping/scaled_law.hpp"
+#include "eval/damping/detail/scaled_law.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::damping {
 
-using synth::DampingKind;
+using synth::damping::DampingKind;
 
 DampingLaw damping_law(const std::string& word) {
   constexpr std::size_t usual_terms = 3;  // as in Sterling 2019, Table 3.1
   constexpr std::size_t most_terms = 20;
-  const std::string series = synth::form_of(DampingKind::caughey).name;
+  const std::string series = synth::damping::form_of(DampingKind::caughey).name;
   if (word == series) return {DampingKind::caughey, usual_terms, ""};
   if (word.starts_with(series + ":")) {
     std::size_t terms = 0;
@@ -26,7 +26,7 @@ DampingLaw damping_law(const std::string& word) {
     }
     return {DampingKind::caughey, terms, ""};
   }
-  for (const synth::DampingForm& form : synth::damping_forms()) {
+  for (const synth::damping::DampingForm& form : synth::damping::damping_forms()) {
     if (form.kind != DampingKind::expression && word == form.name) {
       return {form.kind, form.least, ""};
     }
@@ -38,10 +38,10 @@ DampingLaw damping_law(const std::string& word) {
 
 std::string formula_of(const DampingLaw& law) {
   if (law.kind == DampingKind::expression) return "c = " + law.expression;
-  if (law.kind != DampingKind::caughey) return synth::form_of(law.kind).formula;
+  if (law.kind != DampingKind::caughey) return synth::damping::form_of(law.kind).formula;
   std::string text = "c = alpha1";
   for (std::size_t k = 1; k < law.parameters; ++k) {
-    text += fmt::format(" + {} lambda", synth::parameter_name(k));
+    text += fmt::format(" + {} lambda", synth::damping::parameter_name(k));
     if (k > 1) text += fmt::format("^{}", k);
   }
   return text;
@@ -60,4 +60,4 @@ const char* name_of(Estimator estimator) {
   }
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::damping

@@ -4,7 +4,7 @@
 
 #include "eval/damping/fit_damping.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::damping {
 
 /// "rayleigh", "caughey" (three terms), "caughey:5" (five), "power", "hybrid", or a formula whose
 /// alphas are sought.
@@ -19,4 +19,4 @@ std::string formula_of(const DampingLaw& law);
 /// "emg", "least_squares", "lower_bound".
 const char* name_of(Estimator estimator);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::damping

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "eval/damping/estimators.hpp"
+#include "eval/damping/detail/estimators.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::damping {
 
 namespace {
 
@@ -131,4 +131,4 @@ ScaledLaw settled_law(const ScaledLaw& law, const VectorXd& target,
   return best;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::damping

@@ -3,10 +3,10 @@
 
 #include "core/error.hpp"
 #include "core/numbers.hpp"
-#include "eval/damping/estimators.hpp"
-#include "eval/damping/linear_program.hpp"
+#include "eval/damping/detail/estimators.hpp"
+#include "eval/damping/detail/linear_program.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::damping {
 
 namespace {
 
@@ -159,4 +159,4 @@ Estimate lower_bound(const ScaledLaw& law, const VectorXd& target, const VectorX
   return found;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::damping

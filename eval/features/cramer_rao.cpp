@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 namespace {
 
@@ -67,4 +67,4 @@ std::vector<ModeBound> cramer_rao(std::span<const Feature> modes, const Observat
   return bounds;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

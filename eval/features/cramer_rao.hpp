@@ -5,7 +5,7 @@
 
 #include "eval/features/feature.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 /// The least standard deviations that any unbiased estimate from one recording can have.
 struct ModeBound {
@@ -29,4 +29,4 @@ struct Observation {
 /// @throws InputError  no noise, nothing observed, or modes that cannot be told apart
 std::vector<ModeBound> cramer_rao(std::span<const Feature> modes, const Observation& observation);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

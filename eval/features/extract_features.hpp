@@ -8,7 +8,7 @@
 
 #include "eval/features/feature.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 enum class FeatureMethod {
   esprit,  ///< ESPRIT in decimated bands
@@ -63,4 +63,4 @@ struct FeatureSet {
 FeatureSet extract_features(std::span<const double> samples, double sample_rate,
                             const FeatureOptions& options = {});
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 /// One mode of vibration as a recording shows it: a exp(-d t) cos(2 pi f t + phase), t from the
 /// onset of the sound. Errors are one standard deviation, from the noise around the mode
@@ -26,4 +26,4 @@ struct Feature {
 /// lambda = omega_n^2 = (2 pi f)^2 + d^2 [rad^2/s^2] (Sterling 2019, eq. 4.2).
 double eigenvalue(const Feature& feature);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 namespace {
 
@@ -125,4 +125,4 @@ std::vector<Feature> read_feature_table(const std::filesystem::path& path) {
   return features;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

@@ -5,7 +5,7 @@
 
 #include "eval/features/feature.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 /// Features from a table of comma-separated values whose first line names the columns:
 /// `frequency_hz` and `decay_rate_per_s`, and optionally `frequency_error_hz`,
@@ -17,4 +17,4 @@ namespace carillon::eval {
 ///                     file and line
 std::vector<Feature> read_feature_table(const std::filesystem::path& path);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

@@ -9,7 +9,7 @@
 #include "core/audio.hpp"
 #include "core/error.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 namespace {
 
@@ -151,4 +151,4 @@ FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions
   return merge_channels(std::move(sets));
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

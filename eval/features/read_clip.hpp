@@ -4,7 +4,7 @@
 
 #include "eval/features/extract_features.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 /// Features of an audio file. Channels are analysed one by one; a mode that several of them show
 /// (rates within three standard errors of each other, or 15 % of half the line's width) becomes one
@@ -20,4 +20,4 @@ FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions
 /// One set from those of several channels.
 FeatureSet merge_channels(std::vector<FeatureSet> channels);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

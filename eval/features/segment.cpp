@@ -8,7 +8,7 @@
 
 #include "eval/statistics/median.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 namespace {
 
@@ -57,7 +57,8 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
   // What was there before, if the strike is not at the very beginning.
   double before = 0;
   if (loudest > 10) {
-    before = median({level.begin(), level.begin() + static_cast<std::ptrdiff_t>(loudest / 2 + 1)});
+    before = statistics::median(
+        {level.begin(), level.begin() + static_cast<std::ptrdiff_t>(loudest / 2 + 1)});
     // A sound that already rings has no quiet before it.
     if (before > 0.1 * level[loudest]) before = 0;
   }
@@ -187,4 +188,4 @@ Segment find_segment(std::span<const double> samples, double sample_rate,
   return segment;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

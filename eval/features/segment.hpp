@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::features {
 
 /// The part of a recording in which a struck object rings by itself.
 struct Segment {
@@ -31,4 +31,4 @@ struct Segment {
 Segment find_segment(std::span<const double> samples, double sample_rate,
                      std::optional<double> onset, double contact);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::features

@@ -7,7 +7,7 @@
 #include "core/random.hpp"
 #include "core/trace.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 namespace {
 
@@ -189,4 +189,4 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
   return !batch.rows.empty();
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

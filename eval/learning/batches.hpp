@@ -8,7 +8,7 @@
 #include "eval/learning/sample_source.hpp"
 #include "eval/learning/task.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// Samples of one step.
 struct Batch {
@@ -83,4 +83,4 @@ class BatchReader {
   double waited_s_ = 0;
 };
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

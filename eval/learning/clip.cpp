@@ -7,9 +7,9 @@
 
 #include "core/error.hpp"
 #include "eval/features/segment.hpp"
-#include "synth/resample.hpp"
+#include "synth/signal/resample.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 ClipFormat paper_format(std::size_t samples, double sample_rate) {
   ClipFormat format;
@@ -45,13 +45,13 @@ ClipFormat clip_format_from(const nlohmann::json& json) {
 }
 
 ClipPreparer::ClipPreparer(const ClipFormat& format)
-    : format_(format), mel_(std::make_unique<synth::MelSpectrogram>(format.mel)) {
+    : format_(format), mel_(std::make_unique<synth::signal::MelSpectrogram>(format.mel)) {
   if (format.samples == 0) throw core::InputError("clips have no samples");
 }
 
 SenseExtent ClipPreparer::extent(Sense sense) const {
   if (sense == Sense::spectrogram) {
-    return {1, format_.mel.bands, synth::mel_frames(format_.samples, format_.mel)};
+    return {1, format_.mel.bands, synth::signal::mel_frames(format_.samples, format_.mel)};
   }
   return {1, std::llround(static_cast<double>(format_.samples) * prepare::waveform_rate /
                           format_.sample_rate())};
@@ -80,10 +80,10 @@ std::vector<float> strike_clip(const core::AudioClip& recording, const ClipForma
     mono[i / channels] += value / static_cast<double>(channels);
   }
   if (mono.empty()) throw core::InputError("it has no samples");
-  const Segment segment = find_segment(mono, recording.sample_rate, {}, 0);
+  const features::Segment segment = features::find_segment(mono, recording.sample_rate, {}, 0);
   const std::vector<double> rest =
-      synth::resample(std::span(mono).subspan(segment.nothing.empty() ? segment.onset : 0),
-                      recording.sample_rate, format.sample_rate());
+      synth::signal::resample(std::span(mono).subspan(segment.nothing.empty() ? segment.onset : 0),
+                              recording.sample_rate, format.sample_rate());
   std::vector<float> clip(format.samples, 0.0F);
   std::transform(rest.begin(),
                  rest.begin() + static_cast<std::ptrdiff_t>(std::min(rest.size(), clip.size())),
@@ -91,4 +91,4 @@ std::vector<float> strike_clip(const core::AudioClip& recording, const ClipForma
   return clip;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

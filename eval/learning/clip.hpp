@@ -7,15 +7,15 @@
 #include <vector>
 
 #include "core/audio.hpp"
-#include "eval/learning/sense.hpp"
-#include "synth/mel.hpp"
+#include "eval/learning/detail/sense.hpp"
+#include "synth/signal/mel.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// What the sounds of a source are: a classifier is to be given others in the same way.
 struct ClipFormat {
   std::size_t samples = 44100;
-  synth::MelOptions mel;  ///< of spectrograms; its sample rate is that of the sounds
+  synth::signal::MelOptions mel;  ///< of spectrograms; its sample rate is that of the sounds
 
   double sample_rate() const { return mel.sample_rate; }
 };
@@ -43,7 +43,7 @@ class ClipPreparer {
 
  private:
   ClipFormat format_;
-  std::unique_ptr<synth::MelSpectrogram> mel_;
+  std::unique_ptr<synth::signal::MelSpectrogram> mel_;
 };
 
 /// A recording as a clip of this format: the mean of its channels, resampled, from its loudest
@@ -51,4 +51,4 @@ class ClipPreparer {
 /// @throws InputError  no samples, or one that is not finite
 std::vector<float> strike_clip(const core::AudioClip& recording, const ClipFormat& format);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

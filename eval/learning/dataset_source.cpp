@@ -12,7 +12,7 @@
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 namespace {
 
@@ -291,4 +291,4 @@ std::unique_ptr<SampleSource> open_dataset_source(const std::filesystem::path& f
   return std::make_unique<DatasetSource>(folder, listener);
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

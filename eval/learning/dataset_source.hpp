@@ -5,7 +5,7 @@
 
 #include "eval/learning/sample_source.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// Samples of a dataset's folder (docs/format.md).
 ///
@@ -18,4 +18,4 @@ namespace carillon::eval {
 std::unique_ptr<SampleSource> open_dataset_source(const std::filesystem::path& folder,
                                                   std::size_t listener = 0);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

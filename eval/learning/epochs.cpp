@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 nlohmann::json to_json(const Epoch& epoch) {
   const auto number = [](double value) {
@@ -70,4 +70,4 @@ double learning_rate_after(const std::vector<Epoch>& epochs, const Method& metho
   return rate;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -6,7 +6,7 @@
 
 #include "eval/learning/method.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// One pass over the samples.
 struct Epoch {
@@ -35,4 +35,4 @@ bool ends_after(const std::vector<Epoch>& epochs, const LearningOptions& options
 /// a training that is resumed goes on as it would have.
 double learning_rate_after(const std::vector<Epoch>& epochs, const Method& method);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 std::string_view name_of(Branch branch) {
   switch (branch) {
@@ -160,4 +160,4 @@ Method method_from(const nlohmann::json& json) {
   return method;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

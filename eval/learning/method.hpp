@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "eval/learning/sense.hpp"
+#include "eval/learning/detail/sense.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// Part of a network that turns one sense into features.
 enum class Branch {
@@ -89,4 +89,4 @@ nlohmann::ordered_json to_json(const Method& method);
 /// @throws InputError  a name that this version does not know
 Method method_from(const nlohmann::json& json);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -16,7 +16,7 @@
 #include "core/random.hpp"
 #include "eval/learning/clip.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 namespace {
 
@@ -340,4 +340,4 @@ std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec,
       spec, format.value_or(paper_format(samples, spec.sample_rate)));
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -8,7 +8,7 @@
 
 #include "eval/learning/sample_source.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// Sounds of one's own: files with labels, from a table or out of their names.
 struct RecordingsSpec {
@@ -45,4 +45,4 @@ struct RecordingsSpec {
 std::unique_ptr<SampleSource> open_recordings(const RecordingsSpec& spec,
                                               const std::optional<ClipFormat>& format = {});
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 namespace {
 
@@ -29,4 +29,4 @@ SenseLayout require_layout(const SampleSource& source, Sense sense) {
   throw core::InputError(fmt::format("{} has no {}", source.name(), name_of(sense)), remedy(sense));
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

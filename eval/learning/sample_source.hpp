@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "eval/learning/clip.hpp"
-#include "eval/learning/sense.hpp"
+#include "eval/learning/detail/sense.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// What a source has of one sense.
 struct SenseLayout {
@@ -60,4 +60,4 @@ class SampleSource {
 /// @throws InputError  nothing; says how to get it
 SenseLayout require_layout(const SampleSource& source, Sense sense);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -6,7 +6,7 @@
 #include "core/files.hpp"
 #include "core/hash.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 namespace {
 
@@ -57,4 +57,4 @@ SealedFile read_sealed(const std::filesystem::path& path) {
   return file;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// A file of a header and blocks of bytes that knows whether it is whole: one line of JSON with the
 /// SHA-256 of what follows it, then the blocks.
@@ -21,4 +21,4 @@ void write_sealed(const std::filesystem::path& path, const SealedFile& file);
 ///         InputError  cut short, or changed
 SealedFile read_sealed(const std::filesystem::path& path);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/hash.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 namespace {
 
@@ -192,4 +192,4 @@ std::unique_ptr<SampleSource> select_samples(std::vector<SampleSource*> sources,
                                           std::move(names));
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -9,7 +9,7 @@
 #include "eval/learning/sample_source.hpp"
 #include "eval/learning/task.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 /// One sample of one of several sources, and the part that it is put into, if not its own.
 struct Selection {
@@ -34,4 +34,4 @@ std::unique_ptr<SampleSource> select_samples(std::vector<SampleSource*> sources,
                                              std::vector<Selection> selected,
                                              std::vector<std::string> names = {});
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

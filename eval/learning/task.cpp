@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 namespace {
 
@@ -155,4 +155,4 @@ std::vector<std::string> remarks(const LabelledSamples& samples) {
   return texts;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -7,7 +7,7 @@
 
 #include "eval/learning/sample_source.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::learning {
 
 enum class Part : std::uint8_t { train, validation, test };
 
@@ -53,4 +53,4 @@ void require_learnable(const LabelledSamples& samples, const SampleSource& sourc
 /// Classes that nothing is learnt of, or that are not tested: sentences for people.
 std::vector<std::string> remarks(const LabelledSamples& samples);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::learning

@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "eval/material/coordinates.hpp"
-#include "eval/material/judge_estimate.hpp"
-#include "eval/material/minimise.hpp"
+#include "eval/material/detail/coordinates.hpp"
+#include "eval/material/detail/judge_estimate.hpp"
+#include "eval/material/detail/minimise.hpp"
 #include "eval/statistics/median.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 namespace {
 
@@ -86,7 +86,7 @@ void sort_by_metric(std::vector<LocalMinimum>& minima) {
 
 }  // namespace
 
-MaterialEstimate estimate_material(std::span<const double> samples, const FeatureSet& set,
+MaterialEstimate estimate_material(std::span<const double> samples, const features::FeatureSet& set,
                                    const StruckModes& modes, const MaterialOptions& options) {
   check(modes);
   const Reference reference = make_reference(samples, set, options.metric);
@@ -103,9 +103,10 @@ MaterialEstimate estimate_material(std::span<const double> samples, const Featur
         "check the body's size, and whether the recording is of this body");
   }
 
-  const DampingData data = damping_data(set.features);
-  Coordinates coordinates = make_coordinates(options.law, damping.front(), median(data.eigenvalues),
-                                             median(data.coefficients));
+  const damping::DampingData data = damping::damping_data(set.features);
+  Coordinates coordinates =
+      make_coordinates(options.law, damping.front(), statistics::median(data.eigenvalues),
+                       statistics::median(data.coefficients));
   coordinates.contact_sought = !options.contact_time.has_value();
   coordinates.contact_time = contact;
   Objective objective{reference, modes, options.motion, coordinates, options.starts};
@@ -149,4 +150,4 @@ MaterialEstimate estimate_material(std::span<const double> samples, const Featur
   return estimate;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

@@ -7,14 +7,14 @@
 
 #include "eval/damping/fit_damping.hpp"
 #include "eval/features/extract_features.hpp"
-#include "eval/material/hybrid_metric.hpp"
-#include "eval/material/start_points.hpp"
+#include "eval/material/detail/hybrid_metric.hpp"
+#include "eval/material/detail/start_points.hpp"
 #include "eval/material/struck_modes.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 struct MaterialOptions {
-  DampingLaw law;
+  damping::DampingLaw law;
   HeardMotion motion = HeardMotion::velocity;
   std::optional<double> contact_time;  ///< [s]; none: it is sought too
   std::size_t searches = 8;            ///< starts from which the metric is minimised
@@ -31,8 +31,8 @@ struct LocalMinimum {
 /// A feature and the mode that it is most similar to.
 struct MatchedFeature {
   std::size_t feature = 0;
-  std::size_t mode = 0;  ///< of the struck modes
-  Feature tone;          ///< what the estimate makes of that mode
+  std::size_t mode = 0;    ///< of the struck modes
+  features::Feature tone;  ///< what the estimate makes of that mode
   double similarity = 0;
   bool near = false;  ///< within the match scale's distance in Bark
 };
@@ -40,15 +40,15 @@ struct MatchedFeature {
 struct MaterialEstimate {
   Candidate candidate;
   MetricValue value;
-  std::vector<LocalMinimum> minima;     ///< with specific moduli 1 % apart or more; the best first
-  std::vector<MatchedFeature> matches;  ///< one for each feature
-  std::vector<Feature> tones;           ///< what the estimate sounds like
+  std::vector<LocalMinimum> minima;      ///< with specific moduli 1 % apart or more; the best first
+  std::vector<MatchedFeature> matches;   ///< one for each feature
+  std::vector<features::Feature> tones;  ///< what the estimate sounds like
   /// One standard error of ln(specific modulus), from how the matched features' frequencies spread
   /// about the modes'; infinite with fewer than two.
   double modulus_error = 0;
   double rms_cents = 0;  ///< distance of matched features and modes, weighted by prominence
   /// Between which values of each alpha alone the metric stays within a tenth of its minimum.
-  std::vector<Interval> ranges;
+  std::vector<damping::Interval> ranges;
   std::size_t starts = 0;       ///< candidates that were compared as starts
   std::size_t evaluations = 0;  ///< of the metric
   bool converged = false;
@@ -59,7 +59,7 @@ struct MaterialEstimate {
 /// (Sterling 2019, section 3.3), by the modes of an assumed material, which are not solved again.
 /// @param samples  of the recording that `set` was extracted from
 /// @throws InputError  no features or fewer than parameters, no modes, a point where none is heard
-MaterialEstimate estimate_material(std::span<const double> samples, const FeatureSet& set,
+MaterialEstimate estimate_material(std::span<const double> samples, const features::FeatureSet& set,
                                    const StruckModes& modes, const MaterialOptions& options);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

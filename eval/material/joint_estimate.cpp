@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "eval/material/coordinates.hpp"
-#include "eval/material/judge_estimate.hpp"
-#include "eval/material/minimise.hpp"
+#include "eval/material/detail/coordinates.hpp"
+#include "eval/material/detail/judge_estimate.hpp"
+#include "eval/material/detail/minimise.hpp"
 #include "eval/statistics/median.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 namespace {
 
@@ -76,19 +76,20 @@ Recordings prepare(std::span<const StruckRecording> recordings, const MaterialOp
 
 Coordinates coordinates_of(std::span<const StruckRecording> recordings,
                            const MaterialOptions& options, const JointEstimate& estimate) {
-  DampingData data;
+  damping::DampingData data;
   const Candidate* first = nullptr;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     if (!estimate.alone[i]) continue;
     if (first == nullptr) first = &estimate.alone[i]->candidate;
-    const DampingData more = damping_data(recordings[i].set->features);
+    const damping::DampingData more = damping::damping_data(recordings[i].set->features);
     data.eigenvalues.insert(data.eigenvalues.end(), more.eigenvalues.begin(),
                             more.eigenvalues.end());
     data.coefficients.insert(data.coefficients.end(), more.coefficients.begin(),
                              more.coefficients.end());
   }
-  Coordinates coordinates = make_coordinates(options.law, first->damping, median(data.eigenvalues),
-                                             median(data.coefficients));
+  Coordinates coordinates =
+      make_coordinates(options.law, first->damping, statistics::median(data.eigenvalues),
+                       statistics::median(data.coefficients));
   coordinates.contact_sought = !options.contact_time.has_value();
   coordinates.contact_time = options.contact_time.value_or(first->contact_time);
   return coordinates;
@@ -139,4 +140,4 @@ JointEstimate estimate_jointly(std::span<const StruckRecording> recordings,
   return estimate;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

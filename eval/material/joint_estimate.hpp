@@ -7,13 +7,13 @@
 
 #include "eval/material/estimate_material.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 /// A blow on a body, recorded.
 struct StruckRecording {
   std::span<const double> samples;
-  const FeatureSet* set = nullptr;  ///< extracted from them
-  StruckModes modes;                ///< as this blow strikes them and this recording hears them
+  const features::FeatureSet* set = nullptr;  ///< extracted from them
+  StruckModes modes;  ///< as this blow strikes them and this recording hears them
 };
 
 struct JointEstimate {
@@ -31,4 +31,4 @@ struct JointEstimate {
 JointEstimate estimate_jointly(std::span<const StruckRecording> recordings,
                                const MaterialOptions& options);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

@@ -7,10 +7,10 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/hearing.hpp"
-#include "synth/real_fft.hpp"
+#include "synth/modal/hearing.hpp"
+#include "synth/signal/real_fft.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 namespace {
 
@@ -40,8 +40,8 @@ double power_of_bin(const SpectrogramGrid& grid) {
 double frequency_at(double critical_band_rate) {
   double low = 0;
   double high = 1;
-  while (synth::bark(high) < critical_band_rate && high < 1e7) high *= 2;
-  const auto error = [&](double f) { return synth::bark(f) - critical_band_rate; };
+  while (synth::modal::bark(high) < critical_band_rate && high < 1e7) high *= 2;
+  const auto error = [&](double f) { return synth::modal::bark(f) - critical_band_rate; };
   if (error(high) < 0) return high;
   std::uintmax_t steps = 100;
   const auto bracket = boost::math::tools::toms748_solve(
@@ -57,14 +57,14 @@ SpectrogramGrid make_grid(std::size_t count, double sample_rate, double begin) {
   SpectrogramGrid grid;
   grid.sample_rate = sample_rate;
   grid.begin = begin;
-  grid.window = synth::good_fft_size(
+  grid.window = synth::signal::good_fft_size(
       std::max<std::size_t>(16, static_cast<std::size_t>(kWindow * sample_rate)));
   grid.hop = std::max(grid.window / 2, count / kMostFrames + 1);
   grid.frames = count > grid.window ? (count - grid.window) / grid.hop + 1 : 1;
   for (std::size_t k = 0; k <= grid.window / 2; ++k) {
     const double frequency =
         static_cast<double>(k) * sample_rate / static_cast<double>(grid.window);
-    grid.band_of_bin.push_back(static_cast<std::size_t>(synth::bark(frequency)));
+    grid.band_of_bin.push_back(static_cast<std::size_t>(synth::modal::bark(frequency)));
   }
   grid.bands = grid.band_of_bin.back() + 1;
   return grid;
@@ -73,7 +73,7 @@ SpectrogramGrid make_grid(std::size_t count, double sample_rate, double begin) {
 BandPowers band_powers(std::span<const double> samples, const SpectrogramGrid& grid) {
   const std::vector<double> window = hann(grid.window);
   const double factor = power_of_bin(grid);
-  synth::RealFft fft(grid.window);
+  synth::signal::RealFft fft(grid.window);
   BandPowers powers(grid.frames * grid.bands);
   for (std::size_t m = 0; m < grid.frames; ++m) {
     for (std::size_t n = 0; n < grid.window; ++n) {
@@ -88,7 +88,7 @@ BandPowers band_powers(std::span<const double> samples, const SpectrogramGrid& g
   return powers;
 }
 
-BandPowers band_powers(std::span<const Feature> tones, const SpectrogramGrid& grid) {
+BandPowers band_powers(std::span<const features::Feature> tones, const SpectrogramGrid& grid) {
   BandPowers powers(grid.frames * grid.bands);
   const std::size_t bins = grid.window / 2 + 1;
   // Hann's window moves a third of the spectrum by one bin either way: one more bin at both ends.
@@ -103,7 +103,7 @@ BandPowers band_powers(std::span<const Feature> tones, const SpectrogramGrid& gr
   std::vector<double> imag(bins + 2);
   std::vector<double> line(grid.bands);
   const auto size = static_cast<double>(grid.window);
-  for (const Feature& tone : tones) {
+  for (const features::Feature& tone : tones) {
     // Sum over the window of exp((-d + i (omega - omega_k)) n): (1 - q^N) / (1 - q exp(-i k)).
     const double decay = tone.decay_rate / grid.sample_rate;
     const double turn = 2 * kPi * tone.frequency / grid.sample_rate;
@@ -142,7 +142,7 @@ std::vector<double> specific_loudness(const BandPowers& powers, const Spectrogra
   std::vector<double> height(grid.bands);
   for (std::size_t z = 0; z < grid.bands; ++z) {
     const double middle = frequency_at(static_cast<double>(z) + 0.5);
-    threshold[z] = std::pow(10, std::min(300.0, synth::hearing_threshold(middle)) / 10);
+    threshold[z] = std::pow(10, std::min(300.0, synth::modal::hearing_threshold(middle)) / 10);
     height[z] = 0.08 * std::pow(threshold[z], kExponent);
   }
   std::vector<double> loudness(powers.size());
@@ -157,4 +157,4 @@ std::vector<double> specific_loudness(const BandPowers& powers, const Spectrogra
   return loudness;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

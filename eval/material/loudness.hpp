@@ -6,7 +6,7 @@
 
 #include "eval/features/feature.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 /// How a power spectrogram is taken: Hann windows of about 23 ms, bins gathered in bands of one
 /// Bark.
@@ -33,7 +33,7 @@ BandPowers band_powers(std::span<const double> samples, const SpectrogramGrid& g
 
 /// The same of damped tones in closed form, without their samples. Powers of tones add: beats
 /// between tones of one band average out. Phases are not used.
-BandPowers band_powers(std::span<const Feature> tones, const SpectrogramGrid& grid);
+BandPowers band_powers(std::span<const features::Feature> tones, const SpectrogramGrid& grid);
 
 /// From powers to what is heard of them.
 struct LoudnessScale {
@@ -48,4 +48,4 @@ struct LoudnessScale {
 std::vector<double> specific_loudness(const BandPowers& powers, const SpectrogramGrid& grid,
                                       const LoudnessScale& scale);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

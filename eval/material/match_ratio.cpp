@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "synth/hearing.hpp"
+#include "synth/modal/hearing.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 namespace {
 
@@ -21,19 +21,20 @@ double square(double x) {
 
 }  // namespace
 
-double audible_energy(const Feature& feature) {
-  const double threshold = std::min(300.0, synth::hearing_threshold(feature.frequency));
+double audible_energy(const features::Feature& feature) {
+  const double threshold = std::min(300.0, synth::modal::hearing_threshold(feature.frequency));
   return 20 * std::log10(std::max(feature.amplitude, 1e-300)) -
          10 * std::log10(4 * std::max(feature.decay_rate, kSlowest)) - threshold;
 }
 
-std::vector<FeaturePlace> places_of(std::span<const Feature> features, const MatchScale& scale) {
+std::vector<FeaturePlace> places_of(std::span<const features::Feature> features,
+                                    const MatchScale& scale) {
   std::vector<FeaturePlace> places;
   places.reserve(features.size());
   double loudest = -std::numeric_limits<double>::infinity();
-  for (const Feature& feature : features) {
+  for (const features::Feature& feature : features) {
     FeaturePlace place;
-    place.bark = synth::bark(feature.frequency);
+    place.bark = synth::modal::bark(feature.frequency);
     place.duration = std::log(1 / std::max(feature.decay_rate, kSlowest) + scale.shortest_duration);
     place.level = 20 * std::log10(std::max(feature.amplitude, 1e-300));
     place.reverberant = feature.reverberant;
@@ -78,4 +79,4 @@ double match_ratio(std::span<const FeaturePlace> from, std::span<const FeaturePl
   return weights > 0 ? sum / weights : 0;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

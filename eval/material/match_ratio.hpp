@@ -5,7 +5,7 @@
 
 #include "eval/features/feature.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 /// A feature in the dimensions in which features are compared.
 struct FeaturePlace {
@@ -28,11 +28,12 @@ struct MatchScale {
 };
 
 /// Energy a^2 / (4 d) of a feature over that of the threshold of hearing at its frequency [dB].
-double audible_energy(const Feature& feature);
+double audible_energy(const features::Feature& feature);
 
 /// Places of features. Prominence is loudness-like: the audible energy over the greatest of the
 /// set, to the power 0.23, less that power of the range's end; it does not depend on a common gain.
-std::vector<FeaturePlace> places_of(std::span<const Feature> features, const MatchScale& scale);
+std::vector<FeaturePlace> places_of(std::span<const features::Feature> features,
+                                    const MatchScale& scale);
 
 /// k of Sterling 2019, eq. 3.6: the product of 1 / (1 + D^2) over the dimensions, D the distance in
 /// units of the scale; 1 for equal features, falling to 0, symmetric. As a product, so that
@@ -54,4 +55,4 @@ BestMatch best_match(const FeaturePlace& feature, std::span<const FeaturePlace> 
 double match_ratio(std::span<const FeaturePlace> from, std::span<const FeaturePlace> to,
                    const MatchScale& scale);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

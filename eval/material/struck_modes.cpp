@@ -8,24 +8,24 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/modal_response.hpp"
+#include "synth/modal/modal_response.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 namespace {
 
 /// Of eigenvalues, for modes to count as equal: as solvers::whole_clusters() has it.
 constexpr double kSame = 1e-4;
 
-synth::Weights weights_of(HeardMotion motion) {
-  synth::Weights weights;
+synth::modal::Weights weights_of(HeardMotion motion) {
+  synth::modal::Weights weights;
   if (motion == HeardMotion::displacement) weights.displacement = 1;
   if (motion == HeardMotion::velocity) weights.velocity = 1;
   if (motion == HeardMotion::acceleration) weights.acceleration = 1;
   return weights;
 }
 
-StruckModes without_gains(const solvers::Modes& modes, double specific_modulus) {
+StruckModes without_gains(const solvers::modes::Modes& modes, double specific_modulus) {
   StruckModes struck;
   struck.specific_modulus = specific_modulus;
   struck.complete_to_hz = modes.certificate.complete_to_hz;
@@ -59,10 +59,11 @@ std::string_view name_of(HeardMotion motion) {
   }
 }
 
-StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                         const Vec3& direction, double specific_modulus) {
-  const Eigen::MatrixX3d shapes = synth::shapes_at(modes, point);
-  const Vec3 normal = synth::frame_at(modes.surface, point).normal;
+StruckModes struck_modes(const solvers::modes::Modes& modes,
+                         const synth::modal::SurfacePoint& point, const Vec3& direction,
+                         double specific_modulus) {
+  const Eigen::MatrixX3d shapes = synth::modal::shapes_at(modes, point);
+  const Vec3 normal = synth::modal::frame_at(modes.surface, point).normal;
   StruckModes struck = without_gains(modes, specific_modulus);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -77,10 +78,10 @@ StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint&
   return struck;
 }
 
-StruckModes radiated_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                           const Vec3& direction, double specific_modulus,
-                           const synth::ModalPressure& pressure, std::size_t row,
-                           std::span<const double> radiated) {
+StruckModes radiated_modes(const solvers::modes::Modes& modes,
+                           const synth::modal::SurfacePoint& point, const Vec3& direction,
+                           double specific_modulus, const synth::radiation::ModalPressure& pressure,
+                           std::size_t row, std::span<const double> radiated) {
   const auto listener = static_cast<Eigen::Index>(row);
   if (pressure.pressure.cols() != static_cast<Eigen::Index>(modes.size()) ||
       listener >= pressure.pressure.rows() ||
@@ -89,7 +90,7 @@ StruckModes radiated_modes(const solvers::Modes& modes, const synth::SurfacePoin
         "radiation of {} modes, {} decay rates and {} listeners does not fit {} modes",
         pressure.pressure.cols(), radiated.size(), pressure.pressure.rows(), modes.size()));
   }
-  const Eigen::VectorXd impulses = synth::shapes_at(modes, point) * direction;
+  const Eigen::VectorXd impulses = synth::modal::shapes_at(modes, point) * direction;
   StruckModes struck = without_gains(modes, specific_modulus);
   std::complex<double> sum;
   for (std::size_t i = 0; i < modes.size(); ++i) {
@@ -112,8 +113,8 @@ HeardCandidate heard_candidate(const StruckModes& modes, const Candidate& candid
                                HeardMotion motion, double low, double high) {
   HeardCandidate heard;
   const double ratio = candidate.specific_modulus / modes.specific_modulus;
-  const auto coefficient = synth::damping_function(candidate.damping);
-  const synth::Weights weights = weights_of(motion);
+  const auto coefficient = synth::damping::damping_function(candidate.damping);
+  const synth::modal::Weights weights = weights_of(motion);
   std::size_t audible = 0;
   for (std::size_t i = 0; i < modes.eigenvalues.size(); ++i) {
     const double lambda = ratio * modes.eigenvalues[i];
@@ -128,11 +129,11 @@ HeardCandidate heard_candidate(const StruckModes& modes, const Candidate& candid
     }
     if (!modes.radiated.empty()) decay += modes.radiated[i];
     if (!std::isfinite(decay)) continue;
-    const synth::ModalResponse response(lambda, decay, candidate.contact_time);
+    const synth::modal::ModalResponse response(lambda, decay, candidate.contact_time);
     const double frequency = response.damped_frequency() / (2 * std::numbers::pi);
     if (response.near_critical() || frequency < low) continue;
     const auto partial = response.partials(weights)[0];
-    Feature tone;
+    features::Feature tone;
     tone.frequency = frequency;
     tone.decay_rate = decay;
     tone.amplitude = std::abs(candidate.scale * modes.gains[i]) * std::abs(partial.amplitude) *
@@ -145,4 +146,4 @@ HeardCandidate heard_candidate(const StruckModes& modes, const Candidate& candid
   return heard;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "eval/features/feature.hpp"
-#include "solvers/modes.hpp"
-#include "synth/damping.hpp"
-#include "synth/modal_pressure.hpp"
-#include "synth/ring_down.hpp"
+#include "solvers/modes/modes.hpp"
+#include "synth/damping/damping.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/radiation/modal_pressure.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::material {
 
 /// Which motion of the struck point a recording is taken to follow. Pressure far from a small body
 /// follows its acceleration; `carillon strike` without listeners gives the velocity.
@@ -36,8 +36,9 @@ struct StruckModes {
 /// on the basis that a solver found for them.
 /// @param direction  unit vector the blow points along
 /// @throws InputError  a point or direction that is none
-StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                         const Vec3& direction, double specific_modulus);
+StruckModes struck_modes(const solvers::modes::Modes& modes,
+                         const synth::modal::SurfacePoint& point, const Vec3& direction,
+                         double specific_modulus);
 
 /// The same modes as a listener hears them: gains are pressures per modal acceleration times the
 /// coordinate's impulse [Pa s^2/(m kg)], their magnitudes, to be heard as
@@ -45,23 +46,23 @@ StruckModes struck_modes(const solvers::Modes& modes, const synth::SurfacePoint&
 /// @param pressure  at one or more listeners; `row` is the one that hears
 /// @param radiated  decay rate of each mode by radiation [1/s]; empty: none
 /// @throws InputError  a point or direction that is none, sizes that do not match
-StruckModes radiated_modes(const solvers::Modes& modes, const synth::SurfacePoint& point,
-                           const Vec3& direction, double specific_modulus,
-                           const synth::ModalPressure& pressure, std::size_t row,
-                           std::span<const double> radiated);
+StruckModes radiated_modes(const solvers::modes::Modes& modes,
+                           const synth::modal::SurfacePoint& point, const Vec3& direction,
+                           double specific_modulus, const synth::radiation::ModalPressure& pressure,
+                           std::size_t row, std::span<const double> radiated);
 
 /// What a sound might have been made with.
 struct Candidate {
   double specific_modulus = 0;  ///< gamma = E / density [m^2/s^2]
   double scale = 1;             ///< of all amplitudes: impulse, channel gain, density
   double contact_time = 0;      ///< [s]
-  synth::DampingModel damping;
+  synth::damping::DampingModel damping;
 };
 
 /// What is heard of a candidate.
 struct HeardCandidate {
-  std::vector<Feature> tones;      ///< ascending
-  std::vector<std::size_t> modes;  ///< which of the struck modes each one is
+  std::vector<features::Feature> tones;  ///< ascending
+  std::vector<std::size_t> modes;        ///< which of the struck modes each one is
   double negative = 0;  ///< how negative the damping is: 0 nowhere, 1 at every mode and by far
 };
 
@@ -74,4 +75,4 @@ struct HeardCandidate {
 HeardCandidate heard_candidate(const StruckModes& modes, const Candidate& candidate,
                                HeardMotion motion, double low, double high);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::material

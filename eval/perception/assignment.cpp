@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/numbers.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 namespace {
 
@@ -83,4 +83,4 @@ std::vector<std::size_t> best_pairs(std::span<const double> gains, std::size_t r
   return column_of;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 /// Row or column that has no partner.
 inline constexpr std::size_t unpaired = static_cast<std::size_t>(-1);
@@ -17,4 +17,4 @@ inline constexpr std::size_t unpaired = static_cast<std::size_t>(-1);
 std::vector<std::size_t> best_pairs(std::span<const double> gains, std::size_t rows,
                                     std::size_t columns);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

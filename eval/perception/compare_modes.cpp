@@ -9,7 +9,7 @@
 #include "core/numbers.hpp"
 #include "eval/perception/assignment.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 namespace {
 
@@ -19,16 +19,16 @@ constexpr double kLeastWeight = 1e-6;
 /// Decay rates below ring for longer than any clip [1/s].
 constexpr double kSlowest = 1e-3;
 
-double cents_between(const Feature& a, const Feature& b) {
+double cents_between(const features::Feature& a, const features::Feature& b) {
   return 1200 * std::log2(b.frequency / a.frequency);
 }
 
-double energy(const Feature& mode) {
+double energy(const features::Feature& mode) {
   return mode.amplitude * mode.amplitude / (4 * std::max(mode.decay_rate, kSlowest));
 }
 
-void check(std::span<const Feature> features) {
-  for (const Feature& mode : features) {
+void check(std::span<const features::Feature> features) {
+  for (const features::Feature& mode : features) {
     if (!(mode.frequency > 0 && mode.amplitude > 0) || !std::isfinite(mode.decay_rate)) {
       throw core::InputError(
           fmt::format("a mode of {} Hz, {} 1/s and amplitude {} cannot be compared", mode.frequency,
@@ -38,13 +38,14 @@ void check(std::span<const Feature> features) {
 }
 
 /// The same modes with their amplitudes a time after the onset.
-std::vector<Feature> later(std::span<const Feature> features, double time) {
-  std::vector<Feature> modes(features.begin(), features.end());
-  for (Feature& mode : modes) mode.amplitude *= std::exp(-mode.decay_rate * time);
+std::vector<features::Feature> later(std::span<const features::Feature> features, double time) {
+  std::vector<features::Feature> modes(features.begin(), features.end());
+  for (features::Feature& mode : modes) mode.amplitude *= std::exp(-mode.decay_rate * time);
   return modes;
 }
 
-void set_errors(MatchedMode& pair, const Feature& a, const Feature& b, const JustNoticeable& jnd) {
+void set_errors(MatchedMode& pair, const features::Feature& a, const features::Feature& b,
+                const JustNoticeable& jnd) {
   const double first = std::max(a.decay_rate, kSlowest), second = std::max(b.decay_rate, kSlowest);
   pair.cents = cents_between(a, b);
   pair.decay_ratio = second / first;
@@ -78,20 +79,22 @@ struct Energies {
 
 }  // namespace
 
-ModeComparison compare_modes(std::span<const Feature> reference, std::span<const Feature> other,
+ModeComparison compare_modes(std::span<const features::Feature> reference,
+                             std::span<const features::Feature> other,
                              const ModeComparisonOptions& options) {
   check(reference);
   check(other);
   const auto heard = later(reference, options.from), heard_other = later(other, options.from);
-  const auto places = places_of(heard, options.match);
-  const auto others = places_of(heard_other, options.match);
+  const auto places = material::places_of(heard, options.match);
+  const auto others = material::places_of(heard_other, options.match);
   std::vector<double> gains(reference.size() * other.size(), 0.0);
   for (std::size_t i = 0; i < reference.size(); ++i) {
     for (std::size_t j = 0; j < other.size(); ++j) {
       if (std::abs(cents_between(reference[i], other[j])) > options.widest) continue;
       const double weight =
           std::sqrt((kLeastWeight + places[i].prominence) * (kLeastWeight + others[j].prominence));
-      gains[i * other.size() + j] = weight * similarity(places[i], others[j], options.match);
+      gains[i * other.size() + j] =
+          weight * material::similarity(places[i], others[j], options.match);
     }
   }
   const auto partners = best_pairs(gains, reference.size(), other.size());
@@ -135,4 +138,4 @@ ModeComparison compare_modes(std::span<const Feature> reference, std::span<const
   return comparison;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

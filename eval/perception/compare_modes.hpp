@@ -7,7 +7,7 @@
 #include "eval/features/feature.hpp"
 #include "eval/material/match_ratio.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 /// Differences that listeners just notice (JND), in which errors of modes are told.
 struct JustNoticeable {
@@ -55,7 +55,7 @@ struct ModeComparison {
 
 struct ModeComparisonOptions {
   JustNoticeable jnd;
-  MatchScale match;
+  material::MatchScale match;
   /// Tones further apart are not the same mode [cents].
   double widest = 100;
   /// After the onset [s]: energies and weights count from there on, so that a mode which is over
@@ -72,7 +72,8 @@ struct ModeComparisonOptions {
 /// sounds changes signs and inverts ratios, nothing else.
 /// @throws InputError  a frequency or amplitude that is not positive, or a decay rate that is not
 ///                     finite
-ModeComparison compare_modes(std::span<const Feature> reference, std::span<const Feature> other,
+ModeComparison compare_modes(std::span<const features::Feature> reference,
+                             std::span<const features::Feature> other,
                              const ModeComparisonOptions& options = {});
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

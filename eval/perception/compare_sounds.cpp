@@ -7,9 +7,9 @@
 #include "core/error.hpp"
 #include "core/numbers.hpp"
 #include "eval/material/loudness.hpp"
-#include "synth/resample.hpp"
+#include "synth/signal/resample.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 namespace {
 
@@ -31,14 +31,14 @@ std::vector<double> ringing(const HeardSound& sound, double rate) {
   const double offset =
       std::accumulate(part.begin(), part.end(), 0.0) / static_cast<double>(part.size());
   for (double& sample : part) sample -= offset;
-  return synth::resample(part, own, rate);
+  return synth::signal::resample(part, own, rate);
 }
 
 double sum_of_squares(const std::vector<double>& values) {
   return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
 }
 
-double loudest_frame(const std::vector<double>& loudness, const SpectrogramGrid& grid) {
+double loudest_frame(const std::vector<double>& loudness, const material::SpectrogramGrid& grid) {
   double loudest = 0;
   for (std::size_t m = 0; m < grid.frames; ++m) {
     const auto begin = loudness.begin() + static_cast<std::ptrdiff_t>(m * grid.bands);
@@ -52,14 +52,15 @@ double loudest_frame(const std::vector<double>& loudness, const SpectrogramGrid&
 LoudnessDifference compare_loudness(std::span<const double> reference,
                                     std::span<const double> other, double rate,
                                     double loudest_level) {
-  const SpectrogramGrid grid = make_grid(reference.size(), rate, 0);
-  const BandPowers first = band_powers(reference, grid), second = band_powers(other, grid);
+  const material::SpectrogramGrid grid = material::make_grid(reference.size(), rate, 0);
+  const material::BandPowers first = material::band_powers(reference, grid),
+                             second = material::band_powers(other, grid);
   const double loudest = std::max(*std::max_element(first.begin(), first.end()),
                                   *std::max_element(second.begin(), second.end()));
-  LoudnessScale scale;
+  material::LoudnessScale scale;
   scale.unit_level = loudest_level - 10 * std::log10(std::max(loudest, 1e-300));
-  const auto of_reference = specific_loudness(first, grid, scale);
-  const auto of_other = specific_loudness(second, grid, scale);
+  const auto of_reference = material::specific_loudness(first, grid, scale);
+  const auto of_other = material::specific_loudness(second, grid, scale);
   double squares = 0;
   for (std::size_t i = 0; i < of_reference.size(); ++i) {
     squares += (of_reference[i] - of_other[i]) * (of_reference[i] - of_other[i]);
@@ -94,4 +95,4 @@ SoundComparison compare_sounds(const HeardSound& reference, const HeardSound& ot
   return comparison;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

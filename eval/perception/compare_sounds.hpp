@@ -6,12 +6,12 @@
 #include "eval/perception/compare_modes.hpp"
 #include "eval/perception/spectral_distance.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 /// A sound of one channel, and what was extracted from it.
 struct HeardSound {
   std::vector<double> samples;
-  FeatureSet set;
+  features::FeatureSet set;
 };
 
 /// Specific loudness of two sounds over time and critical bands.
@@ -50,4 +50,4 @@ struct SoundComparisonOptions {
 SoundComparison compare_sounds(const HeardSound& reference, const HeardSound& other,
                                const SoundComparisonOptions& options = {});
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

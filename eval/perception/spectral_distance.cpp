@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "synth/real_fft.hpp"
+#include "synth/signal/real_fft.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 namespace {
 
@@ -62,7 +62,7 @@ class Magnitudes {
 
  private:
   Resolution resolution_;
-  synth::RealFft fft_;
+  synth::signal::RealFft fft_;
   std::vector<double> window_;
   std::vector<double> values_;
 };
@@ -101,4 +101,4 @@ SpectralDistance spectral_distance(std::span<const double> reference,
   return mean;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

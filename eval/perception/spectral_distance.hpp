@@ -2,7 +2,7 @@
 
 #include <span>
 
-namespace carillon::eval {
+namespace carillon::eval::perception {
 
 /// How far two sounds' short-time spectra are apart, mean over three resolutions.
 struct SpectralDistance {
@@ -23,4 +23,4 @@ struct SpectralDistance {
 SpectralDistance spectral_distance(std::span<const double> reference,
                                    std::span<const double> other);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::perception

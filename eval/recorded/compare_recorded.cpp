@@ -7,34 +7,35 @@
 #include "eval/statistics/median.hpp"
 #include "eval/statistics/summary.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::recorded {
 
 namespace {
 
-double energy(const Feature& mode) {
+double energy(const features::Feature& mode) {
   return mode.amplitude * mode.amplitude / (4 * std::max(mode.decay_rate, 1e-3));
 }
 
 /// Modes that are not too weak beside the strongest.
-std::vector<Feature> audible(const std::vector<Feature>& tones, double min_level) {
+std::vector<features::Feature> audible(const std::vector<features::Feature>& tones,
+                                       double min_level) {
   double strongest = 0;
-  for (const Feature& tone : tones) strongest = std::max(strongest, energy(tone));
-  std::vector<Feature> kept;
-  for (const Feature& tone : tones) {
+  for (const features::Feature& tone : tones) strongest = std::max(strongest, energy(tone));
+  std::vector<features::Feature> kept;
+  for (const features::Feature& tone : tones) {
     if (energy(tone) >= strongest * std::pow(10, min_level / 10)) kept.push_back(tone);
   }
   return kept;
 }
 
-double energy_of(std::span<const Feature> tones) {
+double energy_of(std::span<const features::Feature> tones) {
   double sum = 0;
-  for (const Feature& tone : tones) sum += energy(tone);
+  for (const features::Feature& tone : tones) sum += energy(tone);
   return sum;
 }
 
 /// The gain that makes all energies together equal; 1 where either side is silent.
 double energy_gain(std::span<const RecordedTones> blows,
-                   const std::vector<std::vector<Feature>>& synthetic) {
+                   const std::vector<std::vector<features::Feature>>& synthetic) {
   double recorded = 0, made = 0;
   for (std::size_t i = 0; i < blows.size(); ++i) {
     recorded += energy_of(blows[i].recorded);
@@ -43,9 +44,9 @@ double energy_gain(std::span<const RecordedTones> blows,
   return recorded > 0 && made > 0 ? std::sqrt(recorded / made) : 1;
 }
 
-void amplify(std::vector<std::vector<Feature>>& synthetic, double gain) {
+void amplify(std::vector<std::vector<features::Feature>>& synthetic, double gain) {
   for (auto& tones : synthetic) {
-    for (Feature& tone : tones) tone.amplitude *= gain;
+    for (features::Feature& tone : tones) tone.amplitude *= gain;
   }
 }
 
@@ -55,14 +56,14 @@ void compare(std::span<const RecordedTones> blows, const RecordedOptions& option
   comparison.blows.clear();
   for (std::size_t i = 0; i < blows.size(); ++i) {
     comparison.blows.push_back(
-        compare_modes(blows[i].recorded, comparison.synthetic[i], options.modes));
+        perception::compare_modes(blows[i].recorded, comparison.synthetic[i], options.modes));
   }
 }
 
 std::vector<double> levels_of(const RecordedComparison& comparison) {
   std::vector<double> levels;
-  for (const ModeComparison& blow : comparison.blows) {
-    for (const MatchedMode& pair : blow.matched) levels.push_back(pair.level);
+  for (const perception::ModeComparison& blow : comparison.blows) {
+    for (const perception::MatchedMode& pair : blow.matched) levels.push_back(pair.level);
   }
   return levels;
 }
@@ -72,19 +73,20 @@ std::vector<double> levels_of(const RecordedComparison& comparison) {
 void settle_gain(RecordedComparison& comparison, bool tell) {
   const std::vector<double> levels = levels_of(comparison);
   if (levels.empty()) return;
-  const double excess = median(levels);
+  const double excess = statistics::median(levels);
   const double gain = std::pow(10, -excess / 20);
   comparison.gain *= gain;
   amplify(comparison.synthetic, gain);
   if (!tell) return;
-  for (ModeComparison& blow : comparison.blows) {
-    for (MatchedMode& pair : blow.matched) pair.level -= excess;
+  for (perception::ModeComparison& blow : comparison.blows) {
+    for (perception::MatchedMode& pair : blow.matched) pair.level -= excess;
   }
 }
 
-double mean_share(const std::vector<ModeComparison>& blows, double ModeComparison::*share) {
+double mean_share(const std::vector<perception::ModeComparison>& blows,
+                  double perception::ModeComparison::*share) {
   double sum = 0, count = 0;
-  for (const ModeComparison& blow : blows) {
+  for (const perception::ModeComparison& blow : blows) {
     if (std::isnan(blow.*share)) continue;
     sum += blow.*share;
     ++count;
@@ -92,9 +94,9 @@ double mean_share(const std::vector<ModeComparison>& blows, double ModeCompariso
   return sum / count;
 }
 
-std::vector<double> frequencies(std::span<const Feature> tones) {
+std::vector<double> frequencies(std::span<const features::Feature> tones) {
   std::vector<double> all;
-  for (const Feature& tone : tones) all.push_back(tone.frequency);
+  for (const features::Feature& tone : tones) all.push_back(tone.frequency);
   return all;
 }
 
@@ -108,15 +110,15 @@ RecordedSummary summarise(std::span<const RecordedTones> blows,
     all.matched += comparison.blows[i].matched.size();
     all.matched_by_chance += pairs_by_chance(frequencies(comparison.synthetic[i]),
                                              frequencies(blows[i].recorded), widest);
-    for (const MatchedMode& pair : comparison.blows[i].matched) {
+    for (const perception::MatchedMode& pair : comparison.blows[i].matched) {
       cents.push_back(pair.cents);
       distances.push_back(std::abs(pair.cents));
       levels.push_back(std::abs(pair.level));
       if (!std::isnan(pair.decay_jnd)) ratios.push_back(pair.decay_ratio);
     }
   }
-  all.recorded_share = mean_share(comparison.blows, &ModeComparison::reference_share);
-  all.synthetic_share = mean_share(comparison.blows, &ModeComparison::other_share);
+  all.recorded_share = mean_share(comparison.blows, &perception::ModeComparison::reference_share);
+  all.synthetic_share = mean_share(comparison.blows, &perception::ModeComparison::other_share);
   all.cents = spread_of(cents);
   all.distance = spread_of(distances);
   all.decay_ratio = spread_of(ratios);
@@ -127,7 +129,8 @@ RecordedSummary summarise(std::span<const RecordedTones> blows,
 }  // namespace
 
 Spread spread_of(std::span<const double> values) {
-  return {quantile(values, 0.5), quantile(values, 0.1), quantile(values, 0.9)};
+  return {statistics::quantile(values, 0.5), statistics::quantile(values, 0.1),
+          statistics::quantile(values, 0.9)};
 }
 
 RecordedComparison compare_recorded(std::span<const RecordedTones> blows,
@@ -146,4 +149,4 @@ RecordedComparison compare_recorded(std::span<const RecordedTones> blows,
   return comparison;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::recorded

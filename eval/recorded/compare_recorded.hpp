@@ -5,12 +5,13 @@
 
 #include "eval/perception/compare_modes.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::recorded {
 
 /// Modes of one blow, recorded and synthetic.
 struct RecordedTones {
-  std::span<const Feature> recorded;
-  std::vector<Feature> synthetic;  ///< amplitudes in a unit of their own, the same for all blows
+  std::span<const features::Feature> recorded;
+  std::vector<features::Feature>
+      synthetic;  ///< amplitudes in a unit of their own, the same for all blows
 };
 
 /// The middle of values and how far they spread.
@@ -37,15 +38,15 @@ struct RecordedSummary {
 struct RecordedComparison {
   /// Of each blow, recorded first. Levels are told after `gain`; places of synthetic modes are
   /// those of `synthetic`.
-  std::vector<ModeComparison> blows;
-  std::vector<std::vector<Feature>> synthetic;  ///< what was compared, with `gain`
+  std::vector<perception::ModeComparison> blows;
+  std::vector<std::vector<features::Feature>> synthetic;  ///< what was compared, with `gain`
   double gain = 0;  ///< of all blows alike [recording's unit per synthetic unit]: matched modes'
                     ///< median level is 0 dB
   RecordedSummary all;
 };
 
 struct RecordedOptions {
-  ModeComparisonOptions modes;
+  perception::ModeComparisonOptions modes;
   double min_level = -60;  ///< energy of synthetic modes against their blow's strongest [dB]
 };
 
@@ -59,4 +60,4 @@ RecordedComparison compare_recorded(std::span<const RecordedTones> blows,
 /// Of values in any order.
 Spread spread_of(std::span<const double> values);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::recorded

@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "eval/perception/assignment.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::recorded {
 
 namespace {
 
@@ -39,10 +39,10 @@ std::vector<double> pairs(std::span<const double> modes, std::span<const double>
       if (std::abs(apart[at]) <= widest) gains[at] = 2 - std::abs(apart[at]) / widest;
     }
   }
-  const auto partners = best_pairs(gains, modes.size(), peaks.size());
+  const auto partners = perception::best_pairs(gains, modes.size(), peaks.size());
   std::vector<double> cents;
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    if (partners[i] != unpaired) cents.push_back(apart[i * peaks.size() + partners[i]]);
+    if (partners[i] != perception::unpaired) cents.push_back(apart[i * peaks.size() + partners[i]]);
   }
   return cents;
 }
@@ -121,4 +121,4 @@ double scale_frequency(std::span<const SpectralPeak> peaks, ScalePeak choice) {
   return lowest->frequency;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::recorded

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "eval/recorded/window_spectrum.hpp"
+#include "eval/recorded/detail/window_spectrum.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::recorded {
 
 /// Modes of a model against as many of the highest peaks of a recording's spectrum (Hiner 2024,
 /// section 4).
@@ -47,4 +47,4 @@ enum class ScalePeak {
 /// @param peaks  ascending; not empty
 double scale_frequency(std::span<const SpectralPeak> peaks, ScalePeak choice);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::recorded

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 double median(std::vector<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -13,4 +13,4 @@ double median(std::vector<double> values) {
   return 0.5 * (*std::max_element(values.begin(), middle) + *middle);
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 PrincipalComponents principal_components(std::span<const double> values, std::size_t columns,
                                          std::size_t count) {
@@ -69,4 +69,4 @@ double explained_by_groups(std::span<const double> values, std::span<const std::
   return all > 0 ? between / all : std::numeric_limits<double>::quiet_NaN();
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 /// Directions in which a sample varies most.
 struct PrincipalComponents {
@@ -24,4 +24,4 @@ PrincipalComponents principal_components(std::span<const double> values, std::si
 /// where each has one value. NaN of numbers that do not vary.
 double explained_by_groups(std::span<const double> values, std::span<const std::size_t> groups);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

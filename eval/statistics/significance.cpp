@@ -12,7 +12,7 @@
 #include "core/numbers.hpp"
 #include "eval/statistics/summary.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 namespace {
 
@@ -127,4 +127,4 @@ std::vector<double> holm(std::span<const double> probabilities) {
   return raised;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 /// Whether paired values differ: Wilcoxon's signed-rank test, two-sided. Pairs of equal values are
 /// left out, equal differences share their mean rank. Up to 50 pairs without equal differences or
@@ -32,4 +32,4 @@ WelchTest welch_test(std::span<const double> a, std::span<const double> b);
 /// level by chance no more often than that level says. NaN stay and do not count.
 std::vector<double> holm(std::span<const double> probabilities);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

@@ -7,7 +7,7 @@
 
 #include "core/numbers.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 namespace {
 
@@ -47,4 +47,4 @@ Bounds bootstrap(std::span<const double> values, const Statistic& statistic,
           quantile_of_sorted(statistics, (1 + probability) / 2)};
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

@@ -6,7 +6,7 @@
 
 #include "core/random.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 /// A range of a statistic.
 struct Bounds {
@@ -31,4 +31,4 @@ using Statistic = std::function<double(std::span<const double>)>;
 Bounds bootstrap(std::span<const double> values, const Statistic& statistic,
                  core::RandomStream& random, double probability = 0.95, int draws = 2000);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 double students_t(double probability, double freedom) {
   return boost::math::quantile(boost::math::students_t(freedom), 0.5 + 0.5 * probability);
@@ -29,4 +29,4 @@ Bounds around(double estimate, std::initializer_list<Variance> parts, double pro
   return {estimate - half, estimate + half};
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

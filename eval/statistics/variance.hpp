@@ -5,7 +5,7 @@
 
 #include "eval/statistics/summary.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::statistics {
 
 /// Quantile of Student's t that so much probability lies within, on both sides of 0.
 double students_t(double probability, double freedom);
@@ -25,4 +25,4 @@ Variance variance_of_sum(std::span<const double> influences);
 /// Satterthwaite (1946). No width where they are 0.
 Bounds around(double estimate, std::initializer_list<Variance> parts, double probability);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::statistics

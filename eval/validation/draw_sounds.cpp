@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace carillon::eval {
+namespace carillon::eval::validation {
 
 std::vector<std::size_t> draw_sounds(const std::vector<std::vector<std::size_t>>& bodies,
                                      std::size_t count, core::RandomStream& random) {
@@ -19,4 +19,4 @@ std::vector<std::size_t> draw_sounds(const std::vector<std::vector<std::size_t>>
   return sounds;
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::validation

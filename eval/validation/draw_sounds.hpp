@@ -5,7 +5,7 @@
 
 #include "core/random.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::validation {
 
 /// Sounds for one fit: a body is drawn from those that have enough of them, and of it `count`
 /// different sounds.
@@ -14,4 +14,4 @@ namespace carillon::eval {
 std::vector<std::size_t> draw_sounds(const std::vector<std::vector<std::size_t>>& bodies,
                                      std::size_t count, core::RandomStream& random);
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::validation

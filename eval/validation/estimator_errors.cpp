@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "eval/statistics/median.hpp"
 
-namespace carillon::eval {
+namespace carillon::eval::validation {
 
 namespace {
 
@@ -27,17 +27,17 @@ ErrorSummary summarise_errors(std::span<const double> errors, core::RandomStream
     sizes.push_back(std::abs(error));
   }
   const auto middle = [](std::span<const double> values) {
-    return median({values.begin(), values.end()});
+    return statistics::median({values.begin(), values.end()});
   };
   ErrorSummary summary;
   summary.fits = errors.size();
   summary.failed = errors.size() - found.size();
-  summary.median = median(sizes);
-  summary.median95 = bootstrap(sizes, middle, random);
-  summary.mean = mean(sizes);
-  summary.lower_quartile = quantile(sizes, 0.25);
-  summary.upper_quartile = quantile(sizes, 0.75);
-  summary.bias = median(found);
+  summary.median = statistics::median(sizes);
+  summary.median95 = statistics::bootstrap(sizes, middle, random);
+  summary.mean = statistics::mean(sizes);
+  summary.lower_quartile = statistics::quantile(sizes, 0.25);
+  summary.upper_quartile = statistics::quantile(sizes, 0.75);
+  summary.bias = statistics::median(found);
   return summary;
 }
 
@@ -55,8 +55,9 @@ EstimatorComparison compare_errors(std::span<const double> a, std::span<const do
     first_log.push_back(std::log(std::max(first.back(), least_error)));
     second_log.push_back(std::log(std::max(second.back(), least_error)));
   }
-  return {first.size(), median(differences), signed_rank_test(first, second),
-          welch_test(first_log, second_log)};
+  return {first.size(), statistics::median(differences),
+          statistics::signed_rank_test(first, second),
+          statistics::welch_test(first_log, second_log)};
 }
 
-}  // namespace carillon::eval
+}  // namespace carillon::eval::validation

@@ -1,11 +1,11 @@
 #include "solvers/families/family.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
-Meridian sphere_meridian(const GeneratedShape& shape) {
+mesh::Meridian sphere_meridian(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
-  return ball_meridian(parameter(shape, "radius"));
+  return mesh::ball_meridian(parameter(shape, "radius"));
 }
 
 }  // namespace
@@ -26,4 +26,4 @@ std::vector<Family> ball_families() {
            nullptr}};
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

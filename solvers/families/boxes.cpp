@@ -3,26 +3,26 @@
 
 #include "solvers/families/extrude.hpp"
 #include "solvers/families/family.hpp"
-#include "solvers/families/sizing.hpp"
+#include "solvers/mesh/sizing.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 /// Box [-x/2, x/2] x [-y/2, y/2] x [0, z], layers along its shortest side.
-MeshResult mesh_box(const Vec3& sides, const MeshOptions& options) {
+mesh::MeshResult mesh_box(const Vec3& sides, const mesh::MeshOptions& options) {
   std::array<Eigen::Index, 3> axis{0, 1, 2};
   std::stable_sort(axis.begin(), axis.end(),
                    [&](Eigen::Index i, Eigen::Index j) { return sides[i] > sides[j]; });
   const double along = sides[axis[0]], across = sides[axis[1]], thickness = sides[axis[2]];
   const auto count = [&](double cell) {
-    return std::int64_t{6} * cells_along(along, cell) * cells_along(across, cell) *
-           layers_through(thickness, cell, options);
+    return std::int64_t{6} * mesh::cells_along(along, cell) * mesh::cells_along(across, cell) *
+           mesh::layers_through(thickness, cell, options);
   };
-  const double cell = cell_size(options, thickness, along, count);
+  const double cell = mesh::cell_size(options, thickness, along, count);
   const PlanarGrid grid =
-      rectangle_grid(cells_along(along, cell), cells_along(across, cell), false);
+      rectangle_grid(mesh::cells_along(along, cell), mesh::cells_along(across, cell), false);
   const Vec3 shift(0.5 * sides.x(), 0.5 * sides.y(), 0);
-  return finish(extrude(grid, layers_through(thickness, cell, options), options.order,
+  return finish(extrude(grid, mesh::layers_through(thickness, cell, options), options.order,
                         [=](const Vec2& p, double t) {
                           Vec3 at;
                           at[axis[0]] = p.x() * along;
@@ -32,20 +32,20 @@ MeshResult mesh_box(const Vec3& sides, const MeshOptions& options) {
                         }));
 }
 
-MeshResult mesh_bar(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_bar(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_parameters(shape);
   return mesh_box(
       {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "height")}, options);
 }
 
-void check_tile(const GeneratedShape& shape) {
+void check_tile(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   require(parameter(shape, "thickness") <=
               std::min(parameter(shape, "length"), parameter(shape, "width")),
           shape, "thickness must not exceed length or width");
 }
 
-MeshResult mesh_tile(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_tile(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_tile(shape);
   return mesh_box(
       {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "thickness")},
@@ -78,4 +78,4 @@ std::vector<Family> box_families() {
            mesh_tile}};
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "solvers/raise_order.hpp"
+#include "solvers/mesh/raise_order.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 /// Corner of a swept tetrahedron: which corner of its triangle, on which level.
@@ -40,8 +40,8 @@ struct Origin {
 
 }  // namespace
 
-TetMesh extrude(const PlanarGrid& grid, int layers, int order,
-                const std::function<Vec3(const Vec2&, double)>& map) {
+mesh::TetMesh extrude(const PlanarGrid& grid, int layers, int order,
+                      const std::function<Vec3(const Vec2&, double)>& map) {
   const auto plane = [&](std::size_t triangle, int corner) {
     return grid.point(triangle, Eigen::Vector3d::Unit(corner));
   };
@@ -50,7 +50,7 @@ TetMesh extrude(const PlanarGrid& grid, int layers, int order,
   const Vec2 middle = grid.point(0, Eigen::Vector3d::Constant(1.0 / 3));
   const double orientation = map_orientation(map, middle, 0.01 * span);
 
-  std::vector<Corners> tetrahedra;
+  std::vector<elements::Corners> tetrahedra;
   std::vector<Origin> origins;
   for (int layer = 0; layer < layers; ++layer)
     for (std::size_t t = 0; t < grid.triangles.size(); ++t) {
@@ -68,7 +68,7 @@ TetMesh extrude(const PlanarGrid& grid, int layers, int order,
         }
         if ((p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) * orientation < 0)
           std::swap(swept[2], swept[3]);
-        Corners corners;
+        elements::Corners corners;
         for (std::size_t i = 0; i < 4; ++i)
           corners[i] = (layer + swept[i].level) * grid.vertices +
                        vertices[static_cast<std::size_t>(swept[i].corner)];
@@ -77,10 +77,10 @@ TetMesh extrude(const PlanarGrid& grid, int layers, int order,
       }
     }
 
-  const auto numbering = number_nodes(tetrahedra, grid.vertices * (layers + 1), order);
+  const auto numbering = elements::number_nodes(tetrahedra, grid.vertices * (layers + 1), order);
   // Nodes of an order where a numbering met them first.
-  const auto points = [&](const NodeNumbering& numbers, int at_order) {
-    const auto& lattice = tetrahedron_lattice(at_order);
+  const auto points = [&](const elements::NodeNumbering& numbers, int at_order) {
+    const auto& lattice = elements::tetrahedron_lattice(at_order);
     std::vector<Vec3> nodes;
     nodes.reserve(numbers.first_use.size());
     for (std::int64_t use : numbers.first_use) {
@@ -98,15 +98,15 @@ TetMesh extrude(const PlanarGrid& grid, int layers, int order,
     }
     return nodes;
   };
-  TetMesh mesh;
+  mesh::TetMesh mesh;
   mesh.order = order;
   mesh.elements = numbering.elements;
   mesh.regions.assign(tetrahedra.size(), 0);
   mesh.region_names = {"body"};
   mesh.nodes = points(numbering, order);
-  mesh.finer_nodes = points(numbering_at(mesh, order + 1), order + 1);
-  mesh.faces = boundary_faces(mesh);
+  mesh.finer_nodes = points(mesh::numbering_at(mesh, order + 1), order + 1);
+  mesh.faces = mesh::boundary_faces(mesh);
   return mesh;
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

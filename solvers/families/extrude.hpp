@@ -6,11 +6,9 @@
 #include <functional>
 #include <vector>
 
-#include "solvers/tet_mesh.hpp"
+#include "solvers/mesh/tet_mesh.hpp"
 
-namespace carillon::solvers {
-
-using Vec2 = Eigen::Vector2d;
+namespace carillon::solvers::families {
 
 /// Triangles of a plane region whose edges may be curved: a formula gives the true point for
 /// barycentric coordinates in a triangle. Formulas of neighbours agree on their common edge.
@@ -25,8 +23,8 @@ struct PlanarGrid {
 /// from its smallest vertex). Nodes of every order, finer_nodes too, are values of `map`, so those
 /// of the boundary lie on the true surface.
 /// @param map  (plane point, t) -> position [m]; either orientation
-TetMesh extrude(const PlanarGrid& grid, int layers, int order,
-                const std::function<Vec3(const Vec2&, double)>& map);
+mesh::TetMesh extrude(const PlanarGrid& grid, int layers, int order,
+                      const std::function<Vec3(const Vec2&, double)>& map);
 
 /// nx x ny rectangles over [0, 1]^2, each cut in two along the same diagonal. `periodic` joins the
 /// side x = 1 to the side x = 0 (points keep their own x, so an angle may run through).
@@ -47,4 +45,4 @@ PlanarGrid disc_grid(const DiscGrid& disc);
 /// @param around  cells around, a multiple of 4
 DiscGrid flat_disc(int around, double radius, double cell);
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "solvers/families.hpp"
+#include "solvers/families/families.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 
 // What each file of families adds to the registry.
 std::vector<Family> box_families();
@@ -18,22 +18,22 @@ Family turned_family();
 
 // Meshes of families that have none of their own, as Gmsh's library makes them, which few programs
 // load.
-MeshResult mesh_sphere(const GeneratedShape& shape, const MeshOptions& options);
-MeshResult mesh_pebble(const GeneratedShape& shape, const MeshOptions& options);
-MeshResult mesh_turned(const GeneratedShape& shape, const MeshOptions& options);
-MeshResult mesh_wrench(const GeneratedShape& shape, const MeshOptions& options);
+mesh::MeshResult mesh_sphere(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
+mesh::MeshResult mesh_pebble(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
+mesh::MeshResult mesh_turned(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
+mesh::MeshResult mesh_wrench(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
 
 /// Value of a parameter of a checked shape.
-double parameter(const GeneratedShape& shape, const std::string& name);
+double parameter(const mesh::GeneratedShape& shape, const std::string& name);
 
 /// Every parameter of the family is there, positive and finite, and no other.
 /// @throws InputError  names the parameter, or the nearest one that exists
-void check_parameters(const GeneratedShape& shape);
+void check_parameters(const mesh::GeneratedShape& shape);
 
 /// @throws InputError  `rule` with the family's name in front, when `holds` is false
-void require(bool holds, const GeneratedShape& shape, const std::string& rule);
+void require(bool holds, const mesh::GeneratedShape& shape, const std::string& rule);
 
 /// A mesh with its quality.
-MeshResult finish(TetMesh mesh, std::int64_t straightened = 0);
+mesh::MeshResult finish(mesh::TetMesh mesh, std::int64_t straightened = 0);
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

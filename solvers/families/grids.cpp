@@ -3,9 +3,9 @@
 #include <numbers>
 
 #include "solvers/families/extrude.hpp"
-#include "solvers/families/sizing.hpp"
+#include "solvers/mesh/sizing.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 /// A corner of a cell: its vertex and its coordinates in the cell's own chart.
@@ -102,7 +102,7 @@ DiscGrid flat_disc(int around, double radius, double cell) {
   const double local = 2 * std::numbers::pi * radius / around;
   if (radius - first < 0.5 * std::min(cell, local)) first = radius;
   disc.circles.push_back(first);
-  const int rings = first < radius ? cells_along(radius - first, cell) : 0;
+  const int rings = first < radius ? mesh::cells_along(radius - first, cell) : 0;
   for (int k = 1; k <= rings; ++k) {
     disc.circles.push_back(k == rings ? radius : first + (radius - first) * k / rings);
   }
@@ -178,4 +178,4 @@ PlanarGrid disc_grid(const DiscGrid& disc) {
   return grid;
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

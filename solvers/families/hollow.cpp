@@ -5,46 +5,47 @@
 #include <cmath>
 #include <numbers>
 
-#include "solvers/families/cube_grid.hpp"
+#include "solvers/families/detail/cube_grid.hpp"
+#include "solvers/families/detail/twin_discs.hpp"
 #include "solvers/families/family.hpp"
-#include "solvers/families/sizing.hpp"
-#include "solvers/families/twin_discs.hpp"
+#include "solvers/mesh/sizing.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
-Vec3 sides_of(const GeneratedShape& shape) {
+Vec3 sides_of(const mesh::GeneratedShape& shape) {
   return {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "height")};
 }
 
-void check_box(const GeneratedShape& shape) {
+void check_box(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   require(4 * parameter(shape, "wall") <= sides_of(shape).minCoeff(), shape,
           "the wall must not be thicker than a quarter of the shortest side");
 }
 
 /// Where the block of these sides lies, its walls mitred along the edges.
-MeshResult mesh_hollow_box(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_hollow_box(const mesh::GeneratedShape& shape,
+                                 const mesh::MeshOptions& options) {
   check_box(shape);
   const Vec3 sides = sides_of(shape);
   const double wall = parameter(shape, "wall");
   const auto cells = [&](double cell) {
-    return std::array{cells_along(sides.x(), cell), cells_along(sides.y(), cell),
-                      cells_along(sides.z(), cell)};
+    return std::array{mesh::cells_along(sides.x(), cell), mesh::cells_along(sides.y(), cell),
+                      mesh::cells_along(sides.z(), cell)};
   };
   const auto count = [&](double cell) {
-    return 6 * cube_cells(cells(cell)) * layers_through(wall, cell, options);
+    return 6 * cube_cells(cells(cell)) * mesh::layers_through(wall, cell, options);
   };
-  const double cell = cell_size(options, wall, sides.maxCoeff(), count);
+  const double cell = mesh::cell_size(options, wall, sides.maxCoeff(), count);
   const Vec3 half = sides / 2;
-  return finish(extrude(cube_grid(cells(cell)), layers_through(wall, cell, options), options.order,
-                        [=](const Vec2& chart, double t) -> Vec3 {
+  return finish(extrude(cube_grid(cells(cell)), mesh::layers_through(wall, cell, options),
+                        options.order, [=](const Vec2& chart, double t) -> Vec3 {
                           const Vec3 reach = half.array() - (1 - t) * wall;
                           return on_cube(chart).cwiseProduct(reach) + Vec3(0, 0, half.z());
                         }));
 }
 
-void check_can(const GeneratedShape& shape) {
+void check_can(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   const double wall = parameter(shape, "wall");
   require(2 * wall <= parameter(shape, "radius"), shape,
@@ -53,7 +54,7 @@ void check_can(const GeneratedShape& shape) {
           "the wall must not be thicker than a quarter of the length");
 }
 
-GeneratedShape turned_can(const GeneratedShape& shape) {
+mesh::GeneratedShape turned_can(const mesh::GeneratedShape& shape) {
   check_can(shape);
   const double r = parameter(shape, "radius"), h = parameter(shape, "length");
   const double w = parameter(shape, "wall");
@@ -65,25 +66,25 @@ GeneratedShape turned_can(const GeneratedShape& shape) {
 /// Over the flat ends to half the height: two discs, the cells of each as on the skin.
 DiscGrid plan_of_can(double radius, double height, double wall, double cell) {
   const double around =
-      2 * std::numbers::pi * radius / std::min(cell, max_chord(radius, wall)) * (1 - 1e-9);
+      2 * std::numbers::pi * radius / std::min(cell, mesh::max_chord(radius, wall)) * (1 - 1e-9);
   DiscGrid disc = flat_disc(4 * std::max(3, static_cast<int>(std::ceil(around / 4))), radius, cell);
-  const int rings = cells_along(height / 2, cell);
+  const int rings = mesh::cells_along(height / 2, cell);
   for (int k = 1; k <= rings; ++k) disc.circles.push_back(radius + height / 2 * k / rings);
   return disc;
 }
 
 /// Mitred along its two edges.
-MeshResult mesh_can(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_can(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_can(shape);
   const double radius = parameter(shape, "radius"), height = parameter(shape, "length"),
                wall = parameter(shape, "wall");
   const auto count = [&](double cell) {
     return 12 * plan_of_can(radius, height, wall, cell).cells() *
-           layers_through(wall, cell, options);
+           mesh::layers_through(wall, cell, options);
   };
-  const double cell = cell_size(options, wall, std::max(2 * radius, height), count);
+  const double cell = mesh::cell_size(options, wall, std::max(2 * radius, height), count);
   const DiscGrid disc = plan_of_can(radius, height, wall, cell);
-  return finish(extrude(twin_discs(disc), layers_through(wall, cell, options), options.order,
+  return finish(extrude(twin_discs(disc), mesh::layers_through(wall, cell, options), options.order,
                         [=](const Vec2& chart, double t) -> Vec3 {
                           const TwinPlace place = on_twin(disc, chart);
                           const double s = place.at.norm(), depth = (1 - t) * wall;
@@ -96,32 +97,33 @@ MeshResult mesh_can(const GeneratedShape& shape, const MeshOptions& options) {
                         }));
 }
 
-Meridian can_meridian(const GeneratedShape& shape) {
+mesh::Meridian can_meridian(const mesh::GeneratedShape& shape) {
   return turned_family().meridian(turned_can(shape));
 }
 
 /// Cells of a cube's surface blown up to an ellipsoid, of nearly equal angles.
-MeshResult mesh_bauble(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_bauble(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_box(shape);
   const Vec3 half = sides_of(shape) / 2;
   const double wall = parameter(shape, "wall");
   // Where the long axis ends the surface bends with the smallest radius.
   const double tightest = std::pow(half.minCoeff(), 2) / half.maxCoeff();
   const auto cells = [&](double cell) {
-    const double longest = std::min(cell, max_chord(half.minCoeff(), wall));
+    const double longest = std::min(cell, mesh::max_chord(half.minCoeff(), wall));
     const auto along = [&](double reach) {
-      const double by_bend = std::numbers::pi / 2 * std::sqrt(reach / tightest) / max_element_angle;
-      return std::max(cells_along(reach * std::numbers::pi / 2, longest),
+      const double by_bend =
+          std::numbers::pi / 2 * std::sqrt(reach / tightest) / mesh::max_element_angle;
+      return std::max(mesh::cells_along(reach * std::numbers::pi / 2, longest),
                       static_cast<int>(std::ceil(by_bend * (1 - 1e-9))));
     };
     return std::array{along(half.x()), along(half.y()), along(half.z())};
   };
   const auto count = [&](double cell) {
-    return 6 * cube_cells(cells(cell)) * layers_through(wall, cell, options);
+    return 6 * cube_cells(cells(cell)) * mesh::layers_through(wall, cell, options);
   };
-  const double cell = cell_size(options, wall, 2 * half.maxCoeff(), count);
-  return finish(extrude(cube_grid(cells(cell)), layers_through(wall, cell, options), options.order,
-                        [=](const Vec2& chart, double t) -> Vec3 {
+  const double cell = mesh::cell_size(options, wall, 2 * half.maxCoeff(), count);
+  return finish(extrude(cube_grid(cells(cell)), mesh::layers_through(wall, cell, options),
+                        options.order, [=](const Vec2& chart, double t) -> Vec3 {
                           const Vec3 even = (on_cube(chart).array() * (std::numbers::pi / 4)).tan();
                           const Vec3 reach = half.array() - (1 - t) * wall;
                           return even.normalized().cwiseProduct(reach);
@@ -157,4 +159,4 @@ std::vector<Family> hollow_families() {
            mesh_bauble}};
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

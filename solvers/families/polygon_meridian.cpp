@@ -12,7 +12,7 @@
 #include <numbers>
 #include <utility>
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -60,7 +60,7 @@ class Blocks {
     }
   }
 
-  Meridian take() { return std::move(meridian_); }
+  mesh::Meridian take() { return std::move(meridian_); }
 
  private:
   int side(int a, int b) {
@@ -71,12 +71,12 @@ class Blocks {
 
   int next_;
   std::map<std::pair<int, int>, int> sides_;
-  Meridian meridian_;
+  mesh::Meridian meridian_;
 };
 
 }  // namespace
 
-Meridian polygon_meridian(const ProfilePolygon& profile) {
+mesh::Meridian polygon_meridian(const ProfilePolygon& profile) {
   Triangulation triangulation;
   std::vector<Triangulation::Vertex_handle> vertices;
   for (const auto& p : profile) {
@@ -101,13 +101,13 @@ Meridian polygon_meridian(const ProfilePolygon& profile) {
     }
     blocks.add(number, corner);
   }
-  Meridian out = blocks.take();
+  mesh::Meridian out = blocks.take();
   for (std::size_t i = 0; i < profile.size(); ++i) {
     if (right_turn(profile, i) > least_reentrant) {
-      grade_towards(out, vertices[i]->info(), grading_steps);
+      mesh::grade_towards(out, vertices[i]->info(), grading_steps);
     }
   }
   return out;
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -1,14 +1,14 @@
 #pragma once
 
-#include "solvers/families/outline.hpp"
-#include "solvers/meridian.hpp"
+#include "solvers/families/detail/outline.hpp"
+#include "solvers/mesh/meridian.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 
 /// Section of a checked profile: its constrained Delaunay triangulation (CGAL, refined until no
 /// angle is below 6 degrees: cells of high order may be long and thin), each triangle cut into
 /// three quadrilaterals at its centroid and the middles of its sides. Blocks are graded towards
 /// re-entrant corners.
-Meridian polygon_meridian(const ProfilePolygon& profile);
+mesh::Meridian polygon_meridian(const ProfilePolygon& profile);
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

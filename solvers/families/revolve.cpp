@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "solvers/families/extrude.hpp"
-#include "solvers/families/sizing.hpp"
+#include "solvers/mesh/sizing.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 constexpr double full_turn = 2 * std::numbers::pi;
@@ -91,7 +91,7 @@ int count_around(double radius, double cell, const ChainEdge& before, const Chai
   // Only the part of the normal that turns with the angle asks for more vertices.
   const double turning = std::max(std::abs(before.tangent.y()), std::abs(after.tangent.y()));
   const double thin = std::min(before.thickness, after.thickness);
-  const double chord = std::min(cell, max_chord(radius / std::max(turning, 1e-3), thin));
+  const double chord = std::min(cell, mesh::max_chord(radius / std::max(turning, 1e-3), thin));
   return std::max(6, static_cast<int>(std::ceil(full_turn * radius / chord)));
 }
 
@@ -115,7 +115,7 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
       if (bend(vertex) < corner_angle) turning += 0.5 * bend(vertex);
     double longest = cell;
     if (turning > 1e-9)
-      longest = std::min(longest, max_chord(edges[i].length / turning, edges[i].thickness));
+      longest = std::min(longest, mesh::max_chord(edges[i].length / turning, edges[i].thickness));
     wanted.push_back(wanted.back() + edges[i].length / longest);
   }
   std::vector<Ring> rings;
@@ -153,7 +153,7 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
 }
 
 /// Triangles between two rings with different numbers of vertices: always the shorter step on.
-void stitch(SurfaceMesh& mesh, const Ring& lower, const Ring& upper) {
+void stitch(mesh::SurfaceMesh& mesh, const Ring& lower, const Ring& upper) {
   const int m = lower.around, n = upper.around;
   const auto on = [](const Ring& ring, int k) { return ring.first + k % ring.around; };
   int i = 0, j = 0;
@@ -174,8 +174,8 @@ void stitch(SurfaceMesh& mesh, const Ring& lower, const Ring& upper) {
 
 }  // namespace
 
-SurfaceMesh revolve(const ProfilePolygon& profile, double cell) {
-  SurfaceMesh mesh;
+mesh::SurfaceMesh revolve(const ProfilePolygon& profile, double cell) {
+  mesh::SurfaceMesh mesh;
   for (const auto& chain : surface_chains(profile)) {
     auto rings = place_rings(profile, chain, cell);
     const bool closed = chain.front() == chain.back();
@@ -197,7 +197,7 @@ SurfaceMesh revolve(const ProfilePolygon& profile, double cell) {
   return mesh;
 }
 
-SurfaceProjection project_to_turned(const ProfilePolygon& profile) {
+mesh::SurfaceProjection project_to_turned(const ProfilePolygon& profile) {
   struct Segment {
     Vec2 from, along, outward;
     double squared;
@@ -247,4 +247,4 @@ double turned_area(const ProfilePolygon& profile) {
   return sum;
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -3,68 +3,71 @@
 #include <numbers>
 #include <utility>
 
+#include "solvers/families/detail/shell.hpp"
 #include "solvers/families/extrude.hpp"
-#include "solvers/families/shell.hpp"
-#include "solvers/families/sizing.hpp"
+#include "solvers/mesh/sizing.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 constexpr double whole_turn = 2 * std::numbers::pi;
 
-Shell disc(const GeneratedShape& shape) {
+Shell disc(const mesh::GeneratedShape& shape) {
   const double thickness = parameter(shape, "thickness");
   Profile profile;
   profile.line({0, thickness / 2}, {parameter(shape, "radius"), thickness / 2});
   return {std::move(profile), [thickness](double) { return thickness; }, thickness, thickness};
 }
 
-MeshResult mesh_disc(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_disc(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_parameters(shape);
   return mesh_shell(disc(shape), options);
 }
 
-Meridian disc_meridian(const GeneratedShape& shape) {
+mesh::Meridian disc_meridian(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   return shell_meridian(disc(shape));
 }
 
 /// A disc of any thickness, in layers.
-Shell cylinder(const GeneratedShape& shape) {
+Shell cylinder(const mesh::GeneratedShape& shape) {
   return disc({"disc",
                {{"radius", parameter(shape, "radius")}, {"thickness", parameter(shape, "length")}},
                {}});
 }
 
-MeshResult mesh_cylinder(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_cylinder(const mesh::GeneratedShape& shape,
+                               const mesh::MeshOptions& options) {
   check_parameters(shape);
   return mesh_shell(cylinder(shape), options);
 }
 
-Meridian cylinder_meridian(const GeneratedShape& shape) {
+mesh::Meridian cylinder_meridian(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   // A shell's joints would fall together where the wall is thicker than the radius.
-  return rectangular_meridian({0, parameter(shape, "radius")}, {0, parameter(shape, "length")});
+  return mesh::rectangular_meridian({0, parameter(shape, "radius")},
+                                    {0, parameter(shape, "length")});
 }
 
 /// Hollow cylinder about z, [0, length] along it: cells around, along and through the wall, layers
 /// along the shorter of the last two.
-MeshResult mesh_annulus(double inner, double outer, double length, const MeshOptions& options) {
+mesh::MeshResult mesh_annulus(double inner, double outer, double length,
+                              const mesh::MeshOptions& options) {
   const double wall = outer - inner;
   const bool layers_in_wall = wall <= length;
   const double thickness = std::min(wall, length), other = std::max(wall, length);
   const auto around = [&](double cell) {
-    const double chord = std::min(cell, max_chord(outer, layers_in_wall ? wall : outer));
+    const double chord = std::min(cell, mesh::max_chord(outer, layers_in_wall ? wall : outer));
     return 4 *
            std::max(3, static_cast<int>(std::ceil(whole_turn * outer / chord / 4 * (1 - 1e-9))));
   };
   const auto count = [&](double cell) {
-    return std::int64_t{6} * around(cell) * cells_along(other, cell) *
-           layers_through(thickness, cell, options);
+    return std::int64_t{6} * around(cell) * mesh::cells_along(other, cell) *
+           mesh::layers_through(thickness, cell, options);
   };
-  const double cell = cell_size(options, thickness, std::max(2 * outer, length), count);
-  const PlanarGrid grid = rectangle_grid(around(cell), cells_along(other, cell), true);
-  return finish(extrude(grid, layers_through(thickness, cell, options), options.order,
+  const double cell = mesh::cell_size(options, thickness, std::max(2 * outer, length), count);
+  const PlanarGrid grid = rectangle_grid(around(cell), mesh::cells_along(other, cell), true);
+  return finish(extrude(grid, mesh::layers_through(thickness, cell, options), options.order,
                         [=](const Vec2& p, double t) {
                           const double angle = whole_turn * p.x();
                           const double across = layers_in_wall ? t : p.y();
@@ -75,10 +78,11 @@ MeshResult mesh_annulus(double inner, double outer, double length, const MeshOpt
 }
 
 /// The section of the same, with cells of their own along the ends of a thin wall.
-Meridian annulus_meridian(double inner, double outer, double length) {
+mesh::Meridian annulus_meridian(double inner, double outer, double length) {
   const double wall = outer - inner;
-  const auto radii = with_edge_layers(wall, length), heights = with_edge_layers(length, wall);
-  Meridian out = rectangular_meridian(radii, heights);
+  const auto radii = mesh::with_edge_layers(wall, length),
+             heights = mesh::with_edge_layers(length, wall);
+  mesh::Meridian out = mesh::rectangular_meridian(radii, heights);
   for (auto& block : out.blocks) {
     block.point = [inner, point = std::move(block.point)](double u, double v) -> Vec2 {
       return point(u, v) + Vec2(inner, 0);
@@ -87,38 +91,38 @@ Meridian annulus_meridian(double inner, double outer, double length) {
   return out;
 }
 
-void check_tube(const GeneratedShape& shape) {
+void check_tube(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   require(parameter(shape, "wall") < parameter(shape, "radius"), shape,
           "the wall must be thinner than the radius");
 }
 
-MeshResult mesh_tube(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_tube(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_tube(shape);
   const double radius = parameter(shape, "radius");
   return mesh_annulus(radius - parameter(shape, "wall"), radius, parameter(shape, "length"),
                       options);
 }
 
-Meridian tube_meridian(const GeneratedShape& shape) {
+mesh::Meridian tube_meridian(const mesh::GeneratedShape& shape) {
   check_tube(shape);
   const double radius = parameter(shape, "radius");
   return annulus_meridian(radius - parameter(shape, "wall"), radius, parameter(shape, "length"));
 }
 
-void check_ring(const GeneratedShape& shape) {
+void check_ring(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   require(parameter(shape, "inner_radius") < parameter(shape, "radius"), shape,
           "inner_radius must be smaller than radius");
 }
 
-MeshResult mesh_ring(const GeneratedShape& shape, const MeshOptions& options) {
+mesh::MeshResult mesh_ring(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_ring(shape);
   return mesh_annulus(parameter(shape, "inner_radius"), parameter(shape, "radius"),
                       parameter(shape, "height"), options);
 }
 
-Meridian ring_meridian(const GeneratedShape& shape) {
+mesh::Meridian ring_meridian(const mesh::GeneratedShape& shape) {
   check_ring(shape);
   return annulus_meridian(parameter(shape, "inner_radius"), parameter(shape, "radius"),
                           parameter(shape, "height"));
@@ -157,4 +161,4 @@ std::vector<Family> round_families() {
            ring_meridian}};
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -7,11 +7,11 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "solvers/families.hpp"
-#include "solvers/families/outline.hpp"
-#include "solvers/families/svg_path.hpp"
+#include "solvers/families/detail/outline.hpp"
+#include "solvers/families/detail/svg_path.hpp"
+#include "solvers/families/families.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 bool is_space(char c) {
@@ -182,4 +182,4 @@ std::vector<std::array<double, 2>> profile_from_svg(const std::string& path, dou
   return checked_profile(polygon, path);
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -1,15 +1,15 @@
 #include "solvers/families/family.hpp"
 #include "solvers/families/polygon_meridian.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
-void check_turned(const GeneratedShape& shape) {
+void check_turned(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   checked_profile(shape.profile, "turned");
 }
 
-Meridian turned_meridian(const GeneratedShape& shape) {
+mesh::Meridian turned_meridian(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   return polygon_meridian(checked_profile(shape.profile, "turned"));
 }
@@ -26,4 +26,4 @@ Family turned_family() {
           turned_meridian};
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "solvers/families/shell.hpp"
+#include "solvers/families/detail/shell.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
 constexpr double quarter_turn = std::numbers::pi / 2;
@@ -18,7 +18,7 @@ Shell of_constant_wall(Profile profile, double wall) {
 
 /// Flat well, a shoulder over a third of the way to the rim that gains three quarters of the
 /// height, and a rim that rises gently.
-Shell plate(const GeneratedShape& shape) {
+Shell plate(const mesh::GeneratedShape& shape) {
   const double wall = parameter(shape, "wall"), well = parameter(shape, "well_radius");
   const double radius = parameter(shape, "radius") - wall / 2;
   const double rise = parameter(shape, "height") - wall, bottom = wall / 2;
@@ -31,7 +31,7 @@ Shell plate(const GeneratedShape& shape) {
   return of_constant_wall(std::move(profile), wall);
 }
 
-void check_plate(const GeneratedShape& shape) {
+void check_plate(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   require(parameter(shape, "well_radius") + parameter(shape, "wall") < parameter(shape, "radius"),
           shape, "well_radius must be smaller than radius by more than the wall");
@@ -41,7 +41,7 @@ void check_plate(const GeneratedShape& shape) {
 }
 
 /// Flat foot, then a quarter of an ellipse that is upright at the rim.
-Shell bowl(const GeneratedShape& shape) {
+Shell bowl(const mesh::GeneratedShape& shape) {
   const double wall = parameter(shape, "wall"), base = parameter(shape, "base_radius");
   const double radius = parameter(shape, "radius") - wall / 2;
   const double rise = parameter(shape, "height") - wall / 2, bottom = wall / 2;
@@ -51,7 +51,7 @@ Shell bowl(const GeneratedShape& shape) {
   return of_constant_wall(std::move(profile), wall);
 }
 
-void check_bowl(const GeneratedShape& shape) {
+void check_bowl(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   require(parameter(shape, "base_radius") + parameter(shape, "wall") < parameter(shape, "radius"),
           shape, "base_radius must be smaller than radius by more than the wall");
@@ -61,7 +61,7 @@ void check_bowl(const GeneratedShape& shape) {
 }
 
 /// Flat bottom, rounded edge, straight wall to the rim.
-Shell cup(const GeneratedShape& shape) {
+Shell cup(const mesh::GeneratedShape& shape) {
   const double wall = parameter(shape, "wall");
   const double bottom_radius = parameter(shape, "bottom_radius") - wall / 2;
   const double radius = parameter(shape, "radius") - wall / 2;
@@ -71,7 +71,7 @@ Shell cup(const GeneratedShape& shape) {
   return of_constant_wall(std::move(profile), wall);
 }
 
-void check_cup(const GeneratedShape& shape) {
+void check_cup(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   const double wall = parameter(shape, "wall");
   require(2 * wall < parameter(shape, "bottom_radius"), shape,
@@ -84,7 +84,7 @@ void check_cup(const GeneratedShape& shape) {
 
 /// Flat bottom with a rounded edge, then radii that swing from foot to belly (at 0.4 of the
 /// height), to neck (at 0.78) and to lip, upright at each.
-Shell vase(const GeneratedShape& shape) {
+Shell vase(const mesh::GeneratedShape& shape) {
   const double wall = parameter(shape, "wall"), height = parameter(shape, "height");
   const double bottom = wall / 2;
   const double foot = parameter(shape, "foot_radius") - bottom;
@@ -101,7 +101,7 @@ Shell vase(const GeneratedShape& shape) {
   return of_constant_wall(std::move(profile), wall);
 }
 
-void check_vase(const GeneratedShape& shape) {
+void check_vase(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   const double wall = parameter(shape, "wall");
   for (const char* name : {"foot_radius", "belly_radius", "neck_radius", "lip_radius"})
@@ -113,7 +113,7 @@ void check_vase(const GeneratedShape& shape) {
 
 /// Flat crown, rounded shoulder, and a waist whose radius grows with the cube of the way down to
 /// the mouth; towards the mouth (the last 40 % of the profile) the wall swells to the sound bow.
-Shell bell(const GeneratedShape& shape) {
+Shell bell(const mesh::GeneratedShape& shape) {
   const double wall = parameter(shape, "wall"), lip = parameter(shape, "lip_wall");
   const double top = parameter(shape, "height") - wall / 2;
   const double shoulder = parameter(shape, "shoulder_radius") - wall / 2;
@@ -131,7 +131,7 @@ Shell bell(const GeneratedShape& shape) {
   return {std::move(profile), thickness, std::min(wall, lip), std::max(wall, lip), {0.6 * length}};
 }
 
-void check_bell(const GeneratedShape& shape) {
+void check_bell(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   const double wall = std::max(parameter(shape, "wall"), parameter(shape, "lip_wall"));
   require(parameter(shape, "shoulder_radius") > 2 * wall, shape,
@@ -142,14 +142,14 @@ void check_bell(const GeneratedShape& shape) {
   check_shell(shape, bell(shape));
 }
 
-template <Shell (*make)(const GeneratedShape&), void (*check)(const GeneratedShape&)>
-MeshResult mesh(const GeneratedShape& shape, const MeshOptions& options) {
+template <Shell (*make)(const mesh::GeneratedShape&), void (*check)(const mesh::GeneratedShape&)>
+mesh::MeshResult mesh(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check(shape);
   return mesh_shell(make(shape), options);
 }
 
-template <Shell (*make)(const GeneratedShape&), void (*check)(const GeneratedShape&)>
-Meridian meridian(const GeneratedShape& shape) {
+template <Shell (*make)(const mesh::GeneratedShape&), void (*check)(const mesh::GeneratedShape&)>
+mesh::Meridian meridian(const mesh::GeneratedShape& shape) {
   check(shape);
   return shell_meridian(make(shape));
 }
@@ -207,4 +207,4 @@ std::vector<Family> vessel_families() {
            meridian<bell, check_bell>}};
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

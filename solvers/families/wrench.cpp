@@ -1,9 +1,9 @@
 #include "solvers/families/family.hpp"
 
-namespace carillon::solvers {
+namespace carillon::solvers::families {
 namespace {
 
-void check_wrench(const GeneratedShape& shape) {
+void check_wrench(const mesh::GeneratedShape& shape) {
   check_parameters(shape);
   const double head = parameter(shape, "head_radius"), jaw = parameter(shape, "jaw_width");
   require(jaw <= 1.4 * head, shape, "jaw_width must not exceed 1.4 head_radius");
@@ -27,4 +27,4 @@ Family wrench_family() {
           nullptr};
 }
 
-}  // namespace carillon::solvers
+}  // namespace carillon::solvers::families

@@ -5,9 +5,9 @@
 #include <Eigen/Geometry>
 #include <utility>
 
-#include "solvers/partition.hpp"
+#include "solvers/assembly/partition.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 ConvexHull convex_hull(const std::vector<Vec3>& points) {
   ConvexHull hull;
@@ -57,7 +57,7 @@ ConvexHull convex_hull(const std::vector<Vec3>& points) {
 namespace {
 
 /// Nodes of each part's elements, each once.
-std::vector<std::vector<Vec3>> nodes_of_parts(const solvers::TetMesh& mesh,
+std::vector<std::vector<Vec3>> nodes_of_parts(const solvers::mesh::TetMesh& mesh,
                                               const std::vector<std::int32_t>& part, int parts) {
   std::vector<std::vector<Vec3>> nodes(static_cast<std::size_t>(parts));
   std::vector<std::vector<bool>> taken(static_cast<std::size_t>(parts),
@@ -76,13 +76,14 @@ std::vector<std::vector<Vec3>> nodes_of_parts(const solvers::TetMesh& mesh,
 
 }  // namespace
 
-std::vector<std::vector<Vec3>> convex_pieces(const solvers::TetMesh& mesh, double excess,
+std::vector<std::vector<Vec3>> convex_pieces(const solvers::mesh::TetMesh& mesh, double excess,
                                              int most) {
-  const double volume = solvers::measure_quality(mesh).volume;
+  const double volume = solvers::mesh::measure_quality(mesh).volume;
   for (int parts = 1;; parts *= 2) {
     std::vector<std::vector<Vec3>> pieces;
     double sum = 0;
-    for (const auto& nodes : nodes_of_parts(mesh, solvers::element_parts(mesh, parts), parts)) {
+    for (const auto& nodes :
+         nodes_of_parts(mesh, solvers::assembly::element_parts(mesh, parts), parts)) {
       ConvexHull hull = convex_hull(nodes);
       sum += hull.volume;
       if (hull.volume > 0) pieces.push_back(std::move(hull.points));
@@ -91,4 +92,4 @@ std::vector<std::vector<Vec3>> convex_pieces(const solvers::TetMesh& mesh, doubl
   }
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

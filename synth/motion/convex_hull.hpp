@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "solvers/tet_mesh.hpp"
+#include "solvers/mesh/tet_mesh.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 /// Corners and outward triangles of a convex hull.
 struct ConvexHull {
@@ -22,7 +22,7 @@ ConvexHull convex_hull(const std::vector<Vec3>& points);
 /// most `most`. Hulls of neighbours overlap a little.
 /// @param excess  of the hulls' volumes over the body's that is allowed
 /// @return corners of each piece [m]; one piece for a convex body
-std::vector<std::vector<Vec3>> convex_pieces(const solvers::TetMesh& mesh, double excess = 0.1,
-                                             int most = 64);
+std::vector<std::vector<Vec3>> convex_pieces(const solvers::mesh::TetMesh& mesh,
+                                             double excess = 0.1, int most = 64);
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

@@ -5,12 +5,12 @@
 #include <limits>
 #include <optional>
 
-#include "synth/motion/relief_contacts.hpp"
+#include "synth/motion/detail/relief_contacts.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 using Eigen::Vector2d;
-using solvers::SurfaceMap;
+using render::maps::SurfaceMap;
 
 namespace {
 
@@ -201,7 +201,7 @@ class HullSearch {
     const Vector2d uv = centre_of(relief_, dip.u, dip.v);
     ReliefContact contact;
     contact.point = {uv.x(), uv.y(), dip.height};
-    contact.normal = solvers::normal_of(solvers::slope_at(relief_, uv));
+    contact.normal = render::maps::normal_of(render::maps::slope_at(relief_, uv));
     contact.depth = -dip.distance * contact.normal.z();
     return contact;
   }
@@ -236,15 +236,15 @@ std::vector<ReliefContact> hull_on_relief(const ReliefPeaks& peaks, const Vector
   // Corners between texels: they are what dips in first.
   for (const Vec3& p : points) {
     if (!(p.z() < 0) || p.x() < 0 || p.y() < 0 || p.x() > size.x() || p.y() > size.y()) continue;
-    const double distance = p.z() - solvers::height_at(relief, p.head<2>());
+    const double distance = p.z() - render::maps::height_at(relief, p.head<2>());
     if (!(distance < 0)) continue;
     ReliefContact contact;
     contact.point = p;
-    contact.normal = solvers::normal_of(solvers::slope_at(relief, p.head<2>()));
+    contact.normal = render::maps::normal_of(render::maps::slope_at(relief, p.head<2>()));
     contact.depth = -distance * contact.normal.z();
     found.push_back(contact);
   }
   return spread_out(std::move(found));
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

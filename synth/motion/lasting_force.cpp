@@ -9,10 +9,10 @@
 
 #include "core/error.hpp"
 #include "core/random.hpp"
-#include "synth/motion/contact_places.hpp"
-#include "synth/motion/contact_way.hpp"
+#include "synth/motion/detail/contact_places.hpp"
+#include "synth/motion/detail/contact_way.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 namespace {
 
@@ -128,7 +128,7 @@ const TracedFace& LastingForces::face_of(std::size_t body, double radius) {
   const auto key = std::make_pair(body, radius);
   auto found = faces_.find(key);
   if (found == faces_.end()) {
-    const solvers::TexturedFace& texture = *bodies_[body].texture;
+    const render::maps::TexturedFace& texture = *bodies_[body].texture;
     found =
         faces_.emplace(key, TracedFace(texture, options_.traced->of(texture.map, radius))).first;
   }
@@ -212,7 +212,7 @@ LastingForces::Felt LastingForces::feel(const LastingContact& contact, std::size
     const double modulus = contact_modulus(bodies_[contact.bodies[0]], bodies_[contact.bodies[1]]);
     const double radius = radius_of(contact.bodies[1 - side]);
     const double patch = modulus > 0 ? 2 * std::cbrt(0.75 * force * radius / modulus) : 0;
-    const solvers::SurfaceDetail detail =
+    const render::maps::SurfaceDetail detail =
         own.face->detail(*uv, std::max(kApart * way_between, patch));
     const Vec3 &u = own.face->face().u, &v = own.face->face().v;
     const Eigen::Vector2d way(at.velocity.dot(u), at.velocity.dot(v));
@@ -290,7 +290,7 @@ void LastingForces::add_texel_impulses(std::size_t number, LastingForce& result)
   for (std::size_t side = 0; side < 2; ++side) {
     const Side own = side_of(contact, side);
     if (own.face == nullptr) continue;
-    const solvers::TexturedFace& face = own.face->face();
+    const render::maps::TexturedFace& face = own.face->face();
     double before = 0;
     bool touched = false;
     Eigen::Vector2d last_uv = Eigen::Vector2d::Zero();
@@ -307,7 +307,7 @@ void LastingForces::add_texel_impulses(std::size_t number, LastingForce& result)
           touched = false;
           continue;
         }
-        const Vec3 normal = solvers::texel_normal(*face.map, *uv);
+        const Vec3 normal = render::maps::texel_normal(*face.map, *uv);
         const double rise =
             -(at.velocity.dot(face.u) * normal.x() + at.velocity.dot(face.v) * normal.y()) /
             normal.z();
@@ -336,4 +336,4 @@ void LastingForces::add_solver_impulses(std::size_t number, LastingForce& result
   }
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "synth/motion/contact_path.hpp"
-#include "synth/motion/fractal_noise.hpp"
+#include "synth/motion/detail/contact_path.hpp"
+#include "synth/motion/detail/fractal_noise.hpp"
 #include "synth/motion/motion.hpp"
 #include "synth/motion/traced_face.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 /// What drives the modes of bodies in lasting contact.
 enum class ContactExcitation {
@@ -95,4 +95,4 @@ class LastingForces {
   std::map<std::pair<std::size_t, double>, TracedFace> faces_;
 };
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 Pose pose_at(const Motion& motion, std::size_t body, double time) {
   const double place = std::max(0.0, time / motion.step);
@@ -15,4 +15,4 @@ Pose pose_at(const Motion& motion, std::size_t body, double time) {
   return {from.turn.slerp(share, to.turn), from.origin + share * (to.origin - from.origin)};
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

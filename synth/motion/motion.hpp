@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/time_limit.hpp"
-#include "solvers/textures/surface_map.hpp"
-#include "synth/rigid_body.hpp"
+#include "render/maps/surface_map.hpp"
+#include "synth/surface/rigid_body.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 /// Where a body is: its own coordinates (those of its mesh) are turned, then moved.
 struct Pose {
@@ -32,7 +32,7 @@ struct BodyState {
 /// What the motion needs to know of a body.
 struct MovingBody {
   std::string name;
-  RigidBody rigid;                       ///< in the body's coordinates
+  surface::RigidBody rigid;              ///< in the body's coordinates
   std::vector<std::vector<Vec3>> hulls;  ///< points of convex pieces, body's coordinates [m]
   double ball_radius =
       0;               ///< > 0: a ball of this radius about the centre of mass, in place of hulls
@@ -44,7 +44,7 @@ struct MovingBody {
   double youngs_modulus = 0;    ///< [Pa]
   double poisson_ratio = 0;
   double curvature = 0;  ///< [1/m] of the rounded parts that strike; 0: flat (a ball: 1 / radius)
-  std::optional<solvers::TexturedFace> texture;
+  std::optional<render::maps::TexturedFace> texture;
   BodyState start;
 };
 
@@ -124,4 +124,4 @@ struct Motion {
 /// Where a body is at any time: between two states, as turned as far as time has gone.
 Pose pose_at(const Motion& motion, std::size_t body, double time);
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "synth/motion/body_sound.hpp"
-#include "synth/motion/check_motion.hpp"
-#include "synth/motion/flight_delay.hpp"
+#include "synth/motion/detail/body_sound.hpp"
+#include "synth/motion/detail/check_motion.hpp"
+#include "synth/motion/detail/flight_delay.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 namespace {
 
@@ -19,29 +19,29 @@ constexpr double kClickEnd = 30;
 
 /// Clicks of both bodies of every impact, straight into the listeners' rows.
 void add_clicks(const Motion& motion, std::span<const SoundingBody> bodies,
-                std::span<const Listener> listeners, const MotionSoundOptions& options,
+                std::span<const modal::Listener> listeners, const MotionSoundOptions& options,
                 Eigen::MatrixXd& heard, MotionSound& report) {
   const Stopwatch watch(report.clicks);
   for (const Impact& impact : motion.impacts) {
-    const ContactForce force = pulse_of(impact, options);
+    const modal::ContactForce force = pulse_of(impact, options);
     for (std::size_t side = 0; side < 2; ++side) {
       const std::size_t body = impact.bodies[side];
       if (!bodies[body].click) continue;
-      const RigidSource& source = *bodies[body].click;
+      const contact::RigidSource& source = *bodies[body].click;
       const Pose pose = pose_at(motion, body, options.moving_radiation ? impact.time : 0);
       const Vec3 impulse = (side == 0 ? 1.0 : -1.0) * impact.impulse;
       const double first = std::floor(impact.time * options.sample_rate);
       for (std::size_t row = 0; row < listeners.size(); ++row) {
         const Vec3 place = pose.to_body(listeners[row].position);
-        const double lasts = (place - source.centre).norm() / kSoundSpeed + impact.duration +
-                             kClickEnd * source.radii.maxCoeff() / kSoundSpeed;
+        const double lasts = (place - source.centre).norm() / modal::kSoundSpeed + impact.duration +
+                             kClickEnd * source.radii.maxCoeff() / modal::kSoundSpeed;
         const double end = std::min(static_cast<double>(heard.rows()),
                                     first + std::ceil(lasts * options.sample_rate) + 2);
         if (!(first < end)) continue;
         const std::vector<float> click =
-            acceleration_click(source, pose.turn.conjugate() * impulse, force, place,
-                               options.sample_rate, static_cast<std::size_t>(end - first),
-                               std::max(0.0, impact.time - first / options.sample_rate));
+            contact::acceleration_click(source, pose.turn.conjugate() * impulse, force, place,
+                                        options.sample_rate, static_cast<std::size_t>(end - first),
+                                        std::max(0.0, impact.time - first / options.sample_rate));
         for (std::size_t n = 0; n < click.size(); ++n) {
           heard(static_cast<Eigen::Index>(first) + static_cast<Eigen::Index>(n),
                 static_cast<Eigen::Index>(row)) += static_cast<double>(click[n]);
@@ -84,7 +84,8 @@ void check(const Motion& motion, std::span<const MovingBody> moving,
 }  // namespace
 
 MotionSound motion_sound(const Motion& motion, std::span<const MovingBody> moving,
-                         std::span<const SoundingBody> bodies, std::span<const Listener> listeners,
+                         std::span<const SoundingBody> bodies,
+                         std::span<const modal::Listener> listeners,
                          const MotionSoundOptions& options) {
   check(motion, moving, bodies, options);
   const double seconds = options.seconds > 0
@@ -119,4 +120,4 @@ MotionSound motion_sound(const Motion& motion, std::span<const MovingBody> movin
   return sound;
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "synth/motion/effect_use.hpp"
+#include "synth/motion/detail/effect_use.hpp"
 #include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
 #include "synth/motion/sounding_body.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 struct MotionSoundOptions {
   double sample_rate = 44100;  ///< [Hz]
@@ -58,7 +58,8 @@ struct MotionSound {
 /// @throws InputError  sizes that do not match, a body without what its sound needs, a listener on
 ///                     or in a body, values that are not finite
 MotionSound motion_sound(const Motion& motion, std::span<const MovingBody> moving,
-                         std::span<const SoundingBody> bodies, std::span<const Listener> listeners,
+                         std::span<const SoundingBody> bodies,
+                         std::span<const modal::Listener> listeners,
                          const MotionSoundOptions& options);
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "synth/motion/bullet_world.hpp"
-#include "synth/motion/contact_tracker.hpp"
+#include "synth/motion/detail/bullet_world.hpp"
+#include "synth/motion/detail/contact_tracker.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 namespace {
 
@@ -150,4 +150,4 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
   return motion;
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

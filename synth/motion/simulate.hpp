@@ -4,7 +4,7 @@
 
 #include "synth/motion/motion.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 /// Moves bodies under gravity and contact (Bullet, sequential impulses in double precision) by a
 /// fixed step. The same input gives the same bits.
@@ -33,4 +33,4 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
 double mechanical_energy(std::span<const MovingBody> bodies, std::span<const BodyState> states,
                          const Vec3& gravity);
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
 namespace {
 
@@ -14,8 +14,8 @@ constexpr int kMostLevels = 8;
 
 /// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, twice along both axes: k such
 /// steps with strides 1, 2, ... make two triangles of 2^k texels, one after the other.
-solvers::SurfaceMap blurred(const solvers::SurfaceMap& map, int stride) {
-  solvers::SurfaceMap result = map;
+render::maps::SurfaceMap blurred(const render::maps::SurfaceMap& map, int stride) {
+  render::maps::SurfaceMap result = map;
   const auto index = [&](int i, int count) {
     return map.repeats ? ((i % count) + count) % count : std::clamp(i, 0, count - 1);
   };
@@ -56,7 +56,7 @@ std::shared_ptr<TracedMap> TracedMaps::made(const SharedMap& map, double radius)
   }
   auto traced = std::make_shared<TracedMap>();
   traced->levels.push_back(
-      std::make_shared<const solvers::SurfaceMap>(solvers::traced_map(*map, radius)));
+      std::make_shared<const render::maps::SurfaceMap>(render::maps::traced_map(*map, radius)));
   for (const float height : traced->levels.front()->heights) {
     traced->deepest = std::max(traced->deepest, -static_cast<double>(height));
   }
@@ -74,7 +74,7 @@ std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double rad
   const int most = std::max(levels.front()->width, levels.front()->height);
   for (auto k = static_cast<int>(levels.size()); k <= kMostLevels && (1 << k) <= most; ++k) {
     levels.push_back(
-        std::make_shared<const solvers::SurfaceMap>(blurred(*levels.back(), 1 << (k - 1))));
+        std::make_shared<const render::maps::SurfaceMap>(blurred(*levels.back(), 1 << (k - 1))));
   }
   drop_oldest();
   return traced;
@@ -89,7 +89,8 @@ void TracedMaps::drop_oldest() {
   }
 }
 
-TracedFace::TracedFace(const solvers::TexturedFace& face, std::shared_ptr<const TracedMap> traced)
+TracedFace::TracedFace(const render::maps::TexturedFace& face,
+                       std::shared_ptr<const TracedMap> traced)
     : face_(face), traced_(std::move(traced)) {
   const double skew =
       std::abs(face.u.dot(face.v)) + std::abs(face.u.norm() - 1) + std::abs(face.v.norm() - 1);
@@ -109,19 +110,19 @@ std::optional<Eigen::Vector2d> TracedFace::place(const Vec3& point) const {
   return uv;
 }
 
-solvers::SurfaceDetail TracedFace::detail(const Eigen::Vector2d& uv, double width) const {
+render::maps::SurfaceDetail TracedFace::detail(const Eigen::Vector2d& uv, double width) const {
   const std::vector<SharedMap>& levels = traced_->levels;
   const double texels = width / levels.front()->texel;
   const double level = texels > 1 ? std::log2(texels) : 0;
   const auto below = std::min(static_cast<std::size_t>(level), levels.size() - 1);
-  solvers::SurfaceDetail detail = solvers::detail_at(*levels[below], uv);
+  render::maps::SurfaceDetail detail = render::maps::detail_at(*levels[below], uv);
   const double share = level - static_cast<double>(below);
   if (share <= 0 || below + 1 >= levels.size()) return detail;
-  const solvers::SurfaceDetail above = solvers::detail_at(*levels[below + 1], uv);
+  const render::maps::SurfaceDetail above = render::maps::detail_at(*levels[below + 1], uv);
   detail.height += share * (above.height - detail.height);
   detail.slope += share * (above.slope - detail.slope);
   detail.curvature += share * (above.curvature - detail.curvature);
   return detail;
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

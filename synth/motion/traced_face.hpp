@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "solvers/textures/surface_map.hpp"
+#include "render/maps/surface_map.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::motion {
 
-using SharedMap = std::shared_ptr<const solvers::SurfaceMap>;
+using SharedMap = std::shared_ptr<const render::maps::SurfaceMap>;
 
 /// A map as a ball-shaped tip traces it.
 struct TracedMap {
@@ -50,7 +50,7 @@ class TracedFace {
  public:
   /// @param traced  the face's map
   /// @throws InputError  a face without axes or size
-  TracedFace(const solvers::TexturedFace& face, std::shared_ptr<const TracedMap> traced);
+  TracedFace(const render::maps::TexturedFace& face, std::shared_ptr<const TracedMap> traced);
 
   /// Where a point of the body lies on the face; none where it lies beside it, or farther from it
   /// than the map is deep and 2 mm.
@@ -59,13 +59,13 @@ class TracedFace {
   /// Detail of the traced surface, averaged along both axes: a wave of length L is sinc(width /
   /// L)^4 as deep, so that curvatures of finer waves fall, too. Between the windows of 2^k texels
   /// in straight lines; a width below a texel is none.
-  solvers::SurfaceDetail detail(const Eigen::Vector2d& uv, double width) const;
+  render::maps::SurfaceDetail detail(const Eigen::Vector2d& uv, double width) const;
 
-  const solvers::TexturedFace& face() const { return face_; }
+  const render::maps::TexturedFace& face() const { return face_; }
 
  private:
-  solvers::TexturedFace face_;  ///< its map as it came
+  render::maps::TexturedFace face_;  ///< its map as it came
   std::shared_ptr<const TracedMap> traced_;
 };
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::motion

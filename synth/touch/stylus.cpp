@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::touch {
 
 namespace {
 
@@ -18,7 +18,7 @@ constexpr double kStepsPerTexel = 4;
 /// A tick is held back where the spring is compressed by less than this share of the tip's depth.
 constexpr double kHeldBack = 0.9;
 
-void check(const Stylus& stylus, const solvers::TexturedFace& face, std::span<const Vec3> hand,
+void check(const Stylus& stylus, const render::maps::TexturedFace& face, std::span<const Vec3> hand,
            const TouchOptions& options) {
   const double positive[] = {stylus.mass, stylus.hold, stylus.stiffness, stylus.largest_force,
                              options.rate};
@@ -49,7 +49,7 @@ void check(const Stylus& stylus, const solvers::TexturedFace& face, std::span<co
 /// The map as the tip meets it, in the face's coordinates (u, v, height).
 class Surface {
  public:
-  Surface(const solvers::TexturedFace& face, double radius, TracedMaps& maps)
+  Surface(const render::maps::TexturedFace& face, double radius, motion::TracedMaps& maps)
       : relief_(face.map->relief()),
         size_(face.size),
         traced_(maps.finest(face.map, relief_ ? radius : 0)),
@@ -68,24 +68,24 @@ class Surface {
     const Eigen::Vector2d uv = tip.head<2>();
     if (uv.minCoeff() < 0 || (size_ - uv).minCoeff() < 0) return plane;
     plane.there = true;
-    plane.normal = solvers::normal_of(solvers::slope_at(map_, uv));
+    plane.normal = render::maps::normal_of(render::maps::slope_at(map_, uv));
     plane.depth = height(uv) - tip.z();
     return plane;
   }
   double height(const Eigen::Vector2d& uv) const {
-    return relief_ ? solvers::height_at(map_, uv) : 0.0;
+    return relief_ ? render::maps::height_at(map_, uv) : 0.0;
   }
   /// Of what a normal map stands for, above its lowest texel [m]; a relief stands for nothing.
   double virtual_height(const Eigen::Vector2d& uv) const {
-    return relief_ ? 0 : solvers::height_at(*traced_, uv) - lowest_;
+    return relief_ ? 0 : render::maps::height_at(*traced_, uv) - lowest_;
   }
   bool relief() const { return relief_; }
 
  private:
   bool relief_;
   Eigen::Vector2d size_;
-  SharedMap traced_;
-  const solvers::SurfaceMap& map_;
+  motion::SharedMap traced_;
+  const render::maps::SurfaceMap& map_;
   double lowest_ = 0;
 };
 
@@ -183,7 +183,7 @@ class Tip {
   bool came_ = false;    ///< the tip, to the face
 };
 
-Eigen::Matrix3d axes_of(const solvers::TexturedFace& face) {
+Eigen::Matrix3d axes_of(const render::maps::TexturedFace& face) {
   Eigen::Matrix3d axes;
   axes << face.u, face.v, face.normal();
   return axes;
@@ -231,10 +231,10 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
   return path;
 }
 
-Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
+Touch draw_stylus(const render::maps::TexturedFace& face, std::span<const Vec3> hand,
                   const Stylus& stylus, const TouchOptions& options) {
   check(stylus, face, hand, options);
-  TracedMaps own;
+  motion::TracedMaps own;
   const Surface surface(face, stylus.radius, options.traced ? *options.traced : own);
   const Eigen::Matrix3d axes = axes_of(face);
   const auto to_face = [&](const Vec3& point) -> Vec3 {
@@ -276,4 +276,4 @@ Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
   return touch;
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::touch

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "solvers/textures/surface_map.hpp"
+#include "render/maps/surface_map.hpp"
 #include "synth/motion/motion.hpp"
 #include "synth/motion/traced_face.hpp"
 
-namespace carillon::synth {
+namespace carillon::synth::touch {
 
 /// A pen whose tip a hand draws over a face. The tip is a mass; a spring and a damper hold it to
 /// where the hand is.
@@ -29,8 +29,8 @@ struct Stylus {
 };
 
 struct TouchOptions {
-  double rate = 1000;                       ///< of the force vectors [Hz]
-  std::shared_ptr<TracedMaps> traced = {};  ///< kept from motion to motion; null: made anew
+  double rate = 1000;                               ///< of the force vectors [Hz]
+  std::shared_ptr<motion::TracedMaps> traced = {};  ///< kept from motion to motion; null: made anew
 };
 
 /// What a drawn stylus felt, at every tick.
@@ -83,14 +83,14 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
 /// @param hand  of every tick [m], the body's coordinates; the tip begins there, or on the
 ///              surface above
 /// @throws InputError  no path, one that is not finite, values that cannot be
-Touch draw_stylus(const solvers::TexturedFace& face, std::span<const Vec3> hand,
+Touch draw_stylus(const render::maps::TexturedFace& face, std::span<const Vec3> hand,
                   const Stylus& stylus, const TouchOptions& options);
 
 /// The motion of a drawn stylus, to be heard: body 0 is the stylus, body 1 the face's, at rest in
 /// the world's coordinates. Its lasting contacts are where the face pushes.
-Motion motion_of(const Touch& touch, const solvers::TexturedFace& face);
+motion::Motion motion_of(const Touch& touch, const render::maps::TexturedFace& face);
 
 /// The stylus as a body of that motion.
-MovingBody moving_stylus(const Stylus& stylus);
+motion::MovingBody moving_stylus(const Stylus& stylus);
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::touch

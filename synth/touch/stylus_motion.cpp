@@ -2,10 +2,10 @@
 
 #include <limits>
 
-namespace carillon::synth {
+namespace carillon::synth::touch {
 
-Motion motion_of(const Touch& touch, const solvers::TexturedFace& face) {
-  Motion motion;
+motion::Motion motion_of(const Touch& touch, const render::maps::TexturedFace& face) {
+  motion::Motion motion;
   motion.step = 1 / touch.rate;
   motion.left.assign(2, std::numeric_limits<double>::infinity());
   const Vec3 normal = face.normal();
@@ -16,7 +16,7 @@ Motion motion_of(const Touch& touch, const solvers::TexturedFace& face) {
   };
   bool touching = false;
   for (std::size_t tick = 0; tick < ticks; ++tick) {
-    std::vector<BodyState> states(2);
+    std::vector<motion::BodyState> states(2);
     states[0].pose.origin = touch.tip[tick];
     states[0].velocity = velocity(tick);
     motion.states.push_back(std::move(states));
@@ -27,13 +27,13 @@ Motion motion_of(const Touch& touch, const solvers::TexturedFace& face) {
       continue;
     }
     if (!touching) {
-      LastingContact contact;
+      motion::LastingContact contact;
       contact.bodies = {0, 1};
       contact.first_step = tick;
       motion.contacts.push_back(contact);
     }
     touching = true;
-    ContactStep step;
+    motion::ContactStep step;
     step.points = {Vec3(Vec3::Zero()), touch.tip[tick]};
     step.normal = normal;
     step.force = touch.forces[tick];
@@ -44,8 +44,8 @@ Motion motion_of(const Touch& touch, const solvers::TexturedFace& face) {
   return motion;
 }
 
-MovingBody moving_stylus(const Stylus& stylus) {
-  MovingBody body;
+motion::MovingBody moving_stylus(const Stylus& stylus) {
+  motion::MovingBody body;
   body.name = "stylus";
   body.rigid.mass = stylus.mass;
   body.ball_radius = stylus.radius;
@@ -53,4 +53,4 @@ MovingBody moving_stylus(const Stylus& stylus) {
   return body;
 }
 
-}  // namespace carillon::synth
+}  // namespace carillon::synth::touch

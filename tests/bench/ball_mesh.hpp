@@ -3,13 +3,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::bench {
 
 /// A ball about the origin, in `rings` rings from pole to pole.
-inline solvers::SurfaceMesh ball(double radius, int rings) {
-  solvers::SurfaceMesh mesh;
+inline solvers::mesh::SurfaceMesh ball(double radius, int rings) {
+  solvers::mesh::SurfaceMesh mesh;
   const int around = 2 * rings;
   const double step = std::numbers::pi / rings;
   for (int i = 0; i <= rings; ++i) {

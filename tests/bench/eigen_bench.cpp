@@ -8,17 +8,17 @@
 #include <cmath>
 
 #include "routes.hpp"
-#include "solvers/environment.hpp"
-#include "solvers/extract.hpp"
-#include "solvers/families.hpp"
-#include "solvers/search.hpp"
+#include "solvers/eigen/extract.hpp"
+#include "solvers/eigen/search.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/libraries/environment.hpp"
 
 namespace carillon::bench {
 namespace {
 
 using namespace solvers;
 
-const Elastic steel{2.0e11, 0.29, 7850};
+const solvers::elements::Elastic steel{2.0e11, 0.29, 7850};
 
 struct Body {
   std::string name;
@@ -43,7 +43,7 @@ TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
   // Element counts come in steps, so the nearest of a few tries has to do.
   double best = 0, best_size = options.element_size;
   for (int tries = 0; tries < 8; ++tries) {
-    mesh = mesh_family(body.shape, options).mesh;
+    mesh = solvers::families::mesh_family(body.shape, options).mesh;
     const double count = 3.0 * static_cast<double>(mesh.nodes.size());
     if (std::abs(std::log(count / unknowns)) < std::abs(std::log(std::max(1.0, best) / unknowns))) {
       best = count;
@@ -53,7 +53,8 @@ TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
     options.element_size *= std::pow(count / unknowns, body.name == "block" ? 1.0 / 3 : 0.45);
   }
   options.element_size = best_size;
-  measure_stage(stages, "mesh", [&] { mesh = mesh_family(body.shape, options).mesh; });
+  measure_stage(stages, "mesh",
+                [&] { mesh = solvers::families::mesh_family(body.shape, options).mesh; });
   return mesh;
 }
 
@@ -78,12 +79,14 @@ void print_row(const std::string& body, std::int64_t unknowns, const std::string
 std::string run(const Body& body, double unknowns, int modes, double most_flops) {
   std::vector<Stage> stages;
   const auto mesh = mesh_of(body, unknowns, stages);
-  const std::vector<Elastic> regions(mesh.region_names.size(), steel);
-  System system;
-  measure_stage(stages, "assemble",
-                [&] { system = assemble(mesh, regions, partition(mesh, 1), MPI_COMM_SELF); });
+  const std::vector<solvers::elements::Elastic> regions(mesh.region_names.size(), steel);
+  solvers::assembly::System system;
+  measure_stage(stages, "assemble", [&] {
+    system = solvers::assembly::assemble(mesh, regions, solvers::assembly::partition(mesh, 1),
+                                         MPI_COMM_SELF);
+  });
   const double shift =
-      -0.01 * system.scales.from_frequency(estimate_first_frequency(mesh, regions));
+      -0.01 * system.scales.from_frequency(solvers::eigen::estimate_first_frequency(mesh, regions));
   const int pairs = modes + 6;
   const auto own = carillon_route(system, shift, pairs);
   auto all = stages;
@@ -129,7 +132,7 @@ int main(int argc, char** argv) {
   MPI_Init(&argc, &argv);
   int status = 0;
   try {
-    const solvers::SolverEnvironment environment;
+    const solvers::libraries::SolverEnvironment environment;
     fmt::print("{}; {} modes; processor seconds, one thread\n\n", bench::machine(), modes);
     fmt::print("| body | unknowns | route | stage | s | peak MB |\n|---|---|---|---|---|---|\n");
     std::vector<std::string> summary;

@@ -38,13 +38,14 @@ int main(int argc, char** argv) {
   program.add_option("--rate", rate, "sample rate [Hz]");
   CLI11_PARSE(program, argc, argv);
   const std::vector<double> samples = read_doubles(path);
-  eval::FeatureOptions options;
+  carillon::eval::features::FeatureOptions options;
   options.onset = 0;
   const double begin = now();
-  const eval::FeatureSet set = eval::extract_features(samples, rate, options);
+  const carillon::eval::features::FeatureSet set =
+      carillon::eval::features::extract_features(samples, rate, options);
   fmt::print("{{\"seconds\": {}, \"features\": [", now() - begin);
   const char* comma = "";
-  for (const eval::Feature& feature : set.features) {
+  for (const carillon::eval::features::Feature& feature : set.features) {
     fmt::print("{}[{}, {}, {}]", comma, feature.frequency, feature.decay_rate, feature.amplitude);
     comma = ", ";
   }

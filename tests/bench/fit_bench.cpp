@@ -15,7 +15,7 @@
 namespace carillon::bench {
 namespace {
 
-using eval::Estimator;
+using eval::damping::Estimator;
 constexpr Estimator kEstimators[] = {Estimator::emg, Estimator::least_squares,
                                      Estimator::lower_bound};
 
@@ -32,24 +32,25 @@ double median(std::vector<double> values) {
 }
 
 void time_fits(const std::string& table, const std::string& model, int repeat) {
-  const eval::DampingData data = eval::damping_data(eval::read_feature_table(table));
-  const eval::DampingLaw law = eval::damping_law(model);
+  const eval::damping::DampingData data =
+      eval::damping::damping_data(eval::features::read_feature_table(table));
+  const eval::damping::DampingLaw law = eval::damping::damping_law(model);
   const char* comma = "";
   fmt::print("{{");
   for (const Estimator estimator : kEstimators) {
     for (const bool confidence : {false, true}) {
       std::vector<double> seconds;
-      eval::DampingFit fit;
+      eval::damping::DampingFit fit;
       for (int k = 0; k < repeat; ++k) {
         const double begin = now();
-        fit = eval::fit_damping(data, law, {estimator, confidence, false});
+        fit = eval::damping::fit_damping(data, law, {estimator, confidence, false});
         seconds.push_back(now() - begin);
       }
       fmt::print("{}\"{}{}\": {{\"seconds\": {}, \"iterations\": {}, \"log_likelihood\": {}", comma,
-                 eval::name_of(estimator), confidence ? " with intervals" : "", median(seconds),
-                 fit.iterations, fit.log_likelihood);
+                 eval::damping::name_of(estimator), confidence ? " with intervals" : "",
+                 median(seconds), fit.iterations, fit.log_likelihood);
       for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
-        fmt::print(", \"{}\": {}", synth::parameter_name(k), fit.model.parameters[k]);
+        fmt::print(", \"{}\": {}", synth::damping::parameter_name(k), fit.model.parameters[k]);
       }
       fmt::print("}}");
       comma = ", ";
@@ -69,9 +70,9 @@ void print_bias(const eval::Draw& draw) {
     double bias[3] = {};
     std::vector<double> sizes;
     for (std::uint64_t repetition = 0; repetition < repetitions; ++repetition) {
-      const auto fit =
-          eval::fit_damping(eval::drawn_features(draw, repetition), {}, {estimator, false, false});
-      const auto c = synth::damping_function(fit.model);
+      const auto fit = eval::damping::fit_damping(eval::drawn_features(draw, repetition), {},
+                                                  {estimator, false, false});
+      const auto c = synth::damping::damping_function(fit.model);
       for (int i = 0; i < 3; ++i) {
         const double omega = 2 * std::numbers::pi * hertz[i];
         const double error = 100 * (c(omega * omega) / 2 / eval::true_decay_rate(hertz[i]) - 1);

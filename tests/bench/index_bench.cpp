@@ -4,10 +4,10 @@
 #include <ctime>
 #include <filesystem>
 
-#include "cli/build/build.hpp"
-#include "cli/build/progress_so_far.hpp"
 #include "core/files.hpp"
 #include "core/trace.hpp"
+#include "dataset/run/build.hpp"
+#include "dataset/run/progress_so_far.hpp"
 #include "mpi/journal.hpp"
 
 namespace {
@@ -17,20 +17,24 @@ using namespace carillon::cli;
 
 /// Writes index, description and failures of a finished dataset anew, as they are.
 void time_index(const std::filesystem::path& folder) {
-  BuildOptions options;
+  carillon::dataset::run::BuildOptions options;
   options.config = (folder / "configuration.yaml").string();
-  LoadedBuild build = read_build(core::read_file(options.config), options);
-  build.plan = make_plan(build.config);
-  const auto finished = finished_tasks(mpi::read_journal(folder / "journal.jsonl").entries);
-  const BuildFolders folders{folder, ""};
+  carillon::dataset::run::LoadedBuild build =
+      carillon::dataset::run::read_build(core::read_file(options.config), options);
+  build.plan = carillon::dataset::plan::make_plan(build.config);
+  const auto finished =
+      carillon::dataset::run::finished_tasks(mpi::read_journal(folder / "journal.jsonl").entries);
+  const carillon::dataset::samples::BuildFolders folders{folder, ""};
   std::size_t shards = 0;
-  for (const BuildTask& task : build.plan.tasks) shards += task.kind == TaskKind::samples ? 1 : 0;
+  for (const carillon::dataset::plan::BuildTask& task : build.plan.tasks)
+    shards += task.kind == carillon::dataset::plan::TaskKind::samples ? 1 : 0;
 
-  JoinedFiles joined(folder);
+  carillon::dataset::run::JoinedFiles joined(folder);
   const auto timed = [&](const char* what) {
     const double start = core::monotonic_seconds();
     const std::clock_t processor = std::clock();
-    const std::size_t samples = write_results(build, folders, finished, joined).samples;
+    const std::size_t samples =
+        carillon::dataset::run::write_results(build, folders, finished, joined).samples;
     const double computing = double(std::clock() - processor) / CLOCKS_PER_SEC;
     fmt::print(
         "{:<28} {} shards, {} samples: {:.3f} s, of which a processor computes {:.3f} s, {:.3f} "

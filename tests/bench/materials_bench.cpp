@@ -11,10 +11,10 @@
 #include <functional>
 #include <map>
 
-#include "solvers/environment.hpp"
-#include "solvers/families.hpp"
-#include "solvers/solve_materials.hpp"
-#include "synth/material.hpp"
+#include "solvers/basis/solve_materials.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/libraries/environment.hpp"
+#include "synth/material/material.hpp"
 
 namespace carillon::bench {
 namespace {
@@ -43,7 +43,7 @@ double seconds_of(const std::function<void()>& work) {
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
-double slowness(const Elastic& elastic) {
+double slowness(const solvers::elements::Elastic& elastic) {
   return std::sqrt(elastic.density / elastic.youngs_modulus);
 }
 
@@ -57,34 +57,36 @@ struct Outcome {
 
 /// Materials of equal Poisson's ratio are one request, in the band of the slowest: what a build
 /// does.
-std::vector<ModeRequest> merged(const std::vector<ModeRequest>& all) {
-  std::map<double, ModeRequest> slowest;
-  const auto top = [](const ModeRequest& r) {
+std::vector<solvers::basis::ModeRequest> merged(
+    const std::vector<solvers::basis::ModeRequest>& all) {
+  std::map<double, solvers::basis::ModeRequest> slowest;
+  const auto top = [](const solvers::basis::ModeRequest& r) {
     return r.band.max_frequency * slowness(r.regions[0]);
   };
   for (const auto& request : all) {
     auto& kept = slowest[request.regions[0].poisson_ratio];
     if (kept.regions.empty() || top(request) > top(kept)) kept = request;
   }
-  std::vector<ModeRequest> out;
+  std::vector<solvers::basis::ModeRequest> out;
   for (const auto& [ratio, request] : slowest) out.push_back(request);
   return out;
 }
 
-Outcome compare(const TetMesh& mesh, const std::vector<ModeRequest>& all) {
+Outcome compare(const TetMesh& mesh, const std::vector<solvers::basis::ModeRequest>& all) {
   Outcome out;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.estimate_errors = false;
-  const auto alone = [&](const ModeRequest& request) {
+  const auto alone = [&](const solvers::basis::ModeRequest& request) {
     core::Trace trace;
     auto own = options;
     own.band = request.band;
-    return solve_modes(mesh, request.regions, own, MPI_COMM_SELF, trace);
+    return solvers::eigen::solve_modes(mesh, request.regions, own, MPI_COMM_SELF, trace);
   };
   const auto requests = merged(all);
-  std::vector<Modes> sets, own;
-  out.together = seconds_of(
-      [&] { sets = solve_materials(mesh, requests, options, MPI_COMM_SELF, {}, out.trace); });
+  std::vector<solvers::modes::Modes> sets, own;
+  out.together = seconds_of([&] {
+    sets = solvers::basis::solve_materials(mesh, requests, options, MPI_COMM_SELF, {}, out.trace);
+  });
   out.ratios_apart = seconds_of([&] {
     for (const auto& request : requests) own.push_back(alone(request));
   });
@@ -124,8 +126,8 @@ void print_row(const std::string& name, std::int64_t unknowns, const char* task,
 void run(const std::vector<std::string>& names, double finer, int modes) {
   // One for each object of the papers' tables of Rayleigh damping: rows of other damping have the
   // same elastic constants.
-  std::vector<synth::Material> materials = synth::preset_materials();
-  std::erase_if(materials, [](const synth::Material& m) {
+  std::vector<synth::material::Material> materials = synth::material::preset_materials();
+  std::erase_if(materials, [](const synth::material::Material& m) {
     return m.name.starts_with("gpd_") || m.name.ends_with("_hybrid");
   });
   fmt::print(
@@ -137,18 +139,19 @@ void run(const std::vector<std::string>& names, double finer, int modes) {
     MeshOptions options;
     options.order = 3;
     options.element_size = body.element_size / finer;
-    const auto mesh = mesh_family(body.shape, options).mesh;
+    const auto mesh = solvers::families::mesh_family(body.shape, options).mesh;
     const auto unknowns = 3 * static_cast<std::int64_t>(mesh.nodes.size());
 
     // (a) As many modes for all: bands of equal top over the speed of sound.
     core::Trace trace;
-    SolveOptions first;
+    solvers::eigen::SolveOptions first;
     first.band = {0, 1e9, modes};
     first.estimate_errors = false;
-    const Elastic reference{1e11, 0.27, 2700};
-    const auto found = solve_modes(mesh, std::span(&reference, 1), first, MPI_COMM_SELF, trace);
+    const solvers::elements::Elastic reference{1e11, 0.27, 2700};
+    const auto found =
+        solvers::eigen::solve_modes(mesh, std::span(&reference, 1), first, MPI_COMM_SELF, trace);
     const double top = found.frequency(found.size() - 1) * 1.001 * slowness(reference);
-    std::vector<ModeRequest> equal, audible;
+    std::vector<solvers::basis::ModeRequest> equal, audible;
     for (const auto& material : materials) {
       equal.push_back({{material.elastic}, {0, top / slowness(material.elastic), 100000}});
       audible.push_back({{material.elastic}, {20, 20000, 100000}});
@@ -175,7 +178,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   MPI_Init(&argc, &argv);
   {
-    const carillon::solvers::SolverEnvironment environment;
+    const carillon::solvers::libraries::SolverEnvironment environment;
     carillon::bench::run(names, finer, modes);
   }
   MPI_Finalize();

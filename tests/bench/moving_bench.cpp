@@ -7,11 +7,11 @@
 #include <numbers>
 #include <tuple>
 
-#include "solvers/textures/generated_maps.hpp"
-#include "synth/equivalent_sources.hpp"
-#include "synth/motion/driven_modes.hpp"
+#include "render/maps/generated_maps.hpp"
+#include "synth/motion/detail/driven_modes.hpp"
+#include "synth/motion/detail/relief_contacts.hpp"
 #include "synth/motion/motion_sound.hpp"
-#include "synth/motion/relief_contacts.hpp"
+#include "synth/radiation/equivalent_sources.hpp"
 #include "synth/touch/stylus.hpp"
 #include "tests/synth/radiators.hpp"
 #include "tests/synth/random_rings.hpp"
@@ -32,10 +32,10 @@ void radiation_of_poses() {
   std::vector<double> ka;
   for (int i = 0; i < kModes; ++i) ka.push_back(0.5 + 0.3 * i);
   const auto modes = sphere_modes(curved_sphere(kRadius, Vec3::Zero(), 4, 3), kRadius, 2, ka);
-  EquivalentSources fit;
-  const double fitted = seconds_of([&] { fit = fit_equivalent_sources(modes); });
-  const SourceField field(fit);
-  std::vector<Listener> listeners;
+  radiation::EquivalentSources fit;
+  const double fitted = seconds_of([&] { fit = radiation::fit_equivalent_sources(modes); });
+  const radiation::SourceField field(fit);
+  std::vector<modal::Listener> listeners;
   for (int i = 0; i < kPoses; ++i) listeners.push_back({{0.3, 0.4 + 0.01 * i, 0.8}});
   const double heard = seconds_of([&] { field.pressure_at(listeners); });
   fmt::print("radiation: {} modes, {} layers, {} points: fit {:.3f} s, a listener {:.3f} ms\n",
@@ -47,17 +47,17 @@ void driven_modes() {
   constexpr double kRate = 44100;
   constexpr Eigen::Index kBlock = 44;
   for (const int count : {20, 60, 300}) {
-    RingDown rings = random_rings(count, 3, false);
+    modal::RingDown rings = random_rings(count, 3, false);
     for (double& rate : rings.decay_rates) rate = 0.5;
-    Readout other = rings.readout;
+    modal::Readout other = rings.readout;
     other.velocity *= 0.9;
     Eigen::MatrixX3d from = Eigen::MatrixX3d::Ones(count, 3);
-    const Drive drive = {from, 0.9 * from, Eigen::Matrix3Xd::Ones(3, kBlock + 1)};
+    const motion::Drive drive = {from, 0.9 * from, Eigen::Matrix3Xd::Ones(3, kBlock + 1)};
     const auto rate = [&](bool driven, bool moving) {
-      DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+      motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
       modes.strike(rings.excitation, {1e-3}, 0);
       Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kBlock, 1);
-      const DrivenGains gains = {&rings.readout, moving ? &other : &rings.readout, 0, 1};
+      const motion::DrivenGains gains = {&rings.readout, moving ? &other : &rings.readout, 0, 1};
       const double seconds = seconds_of([&] {
         for (int block = 0; block < 5000; ++block) {
           if (driven) {
@@ -80,14 +80,14 @@ void driven_modes() {
 void lasting_forces() {
   const Scrape scrape(sine_map(2e-3, 1e-6, 32, 16), 0.3, 5, 1);
   for (const auto& [name, roughness, excitation] :
-       {std::tuple("map", 0.0, ContactExcitation::height_profile),
-        std::tuple("map and roughness", 0.05, ContactExcitation::height_profile),
-        std::tuple("texel impulses", 0.0, ContactExcitation::texel_impulses),
-        std::tuple("solver impulses", 0.0, ContactExcitation::solver_impulses)}) {
-    LastingForceOptions options;
+       {std::tuple("map", 0.0, motion::ContactExcitation::height_profile),
+        std::tuple("map and roughness", 0.05, motion::ContactExcitation::height_profile),
+        std::tuple("texel impulses", 0.0, motion::ContactExcitation::texel_impulses),
+        std::tuple("solver impulses", 0.0, motion::ContactExcitation::solver_impulses)}) {
+    motion::LastingForceOptions options;
     options.roughness = roughness;
     options.excitation = excitation;
-    LastingForces forces(scrape.motion, scrape.bodies, options);
+    motion::LastingForces forces(scrape.motion, scrape.bodies, options);
     forces.force(0);  // traces the face
     fmt::print("force of a contact that lasts 1 s, {}: {:.1f} ms\n", name,
                1e3 * seconds_of([&] { forces.force(0); }));
@@ -99,20 +99,20 @@ void whole_sounds() {
   std::vector<double> ka;
   for (int i = 0; i < 60; ++i) ka.push_back(0.5 + 0.3 * i);
   const auto modes = sphere_modes(curved_sphere(0.05, Vec3::Zero(), 4, 3), 0.05, 2, ka);
-  const SourceField field(fit_equivalent_sources(modes));
-  SoundingBody body;
+  const radiation::SourceField field(radiation::fit_equivalent_sources(modes));
+  motion::SoundingBody body;
   body.modes = &modes;
   body.field = &field;
   body.decay_rates.assign(modes.size(), 10);
-  body.rests = parse_support("table");
-  body.click = rigid_source(modes.surface, 0.3);
-  const std::vector<Listener> listeners = {{{1, 0.5, 0.8}}};
+  body.rests = support::parse_support("table");
+  body.click = contact::rigid_source(modes.surface, 0.3);
+  const std::vector<modal::Listener> listeners = {{{1, 0.5, 0.8}}};
   const auto report = [&](const char* name, const Scrape& scene,
-                          const std::vector<SoundingBody>& bodies) {
-    MotionSound sound;
+                          const std::vector<motion::SoundingBody>& bodies) {
+    motion::MotionSound sound;
     const double whole = seconds_of(
-        [&] { sound = motion_sound(scene.motion, scene.bodies, bodies, listeners, {}); });
-    const auto part = [](const EffectUse& use) {
+        [&] { sound = motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {}); });
+    const auto part = [](const motion::EffectUse& use) {
       return fmt::format("{:.0f} ({})", 1e3 * use.seconds, use.calls);
     };
     fmt::print(
@@ -129,7 +129,7 @@ void whole_sounds() {
   Scrape struck = still;
   struck.motion.contacts.clear();
   for (int i = 0; i < 1000; ++i) {
-    Impact impact;
+    motion::Impact impact;
     impact.time = 1e-3 * (i + 0.3);
     impact.bodies = {0, 1};
     impact.points = {Vec3(0, 0, 0.05), Vec3(0, 0, 0.05)};
@@ -148,14 +148,16 @@ void whole_sounds() {
 }
 
 void stylus_ticks() {
-  solvers::TexturedFace face;
-  face.map = std::make_shared<const solvers::SurfaceMap>(sine_map(2e-3, 1e-5, 32, 16));
+  render::maps::TexturedFace face;
+  face.map = std::make_shared<const render::maps::SurfaceMap>(sine_map(2e-3, 1e-5, 32, 16));
   face.size = {1, 1};
   const std::vector<Vec3> corners = {{0.1, 0.1, 0}, {0.6, 0.1, 0}};
-  const std::vector<Vec3> hand = drawn_path(corners, 0.1, 1000);
+  const std::vector<Vec3> hand = touch::drawn_path(corners, 0.1, 1000);
   for (const bool relief : {true, false}) {
-    if (!relief) face.map = std::make_shared<const solvers::SurfaceMap>(normal_map_of(*face.map));
-    const double seconds = seconds_of([&] { draw_stylus(face, hand, {}, {}); });
+    if (!relief)
+      face.map =
+          std::make_shared<const render::maps::SurfaceMap>(render::maps::normal_map_of(*face.map));
+    const double seconds = seconds_of([&] { touch::draw_stylus(face, hand, {}, {}); });
     fmt::print("stylus over a {}: {:.2f} us a tick\n", relief ? "relief" : "normal map",
                1e6 * seconds / static_cast<double>(hand.size()));
   }
@@ -166,10 +168,10 @@ void relief_contacts() {
   const std::vector<std::int32_t> bottom = {0, 2, 1, 1, 2, 3};  // seen from below
   for (const char* name : {"brick", "pebbles"}) {
     for (const int texels : {256, 512, 1024}) {
-      const auto map =
-          std::make_shared<const solvers::SurfaceMap>(solvers::generate_map(name, {}, texels, 1));
+      const auto map = std::make_shared<const render::maps::SurfaceMap>(
+          render::maps::generate_map(name, {}, texels, 1));
       const double side = 0.16;  // of 0.45 m of bricks, 0.16 m of pebbles
-      std::optional<ReliefPeaks> peaks;
+      std::optional<motion::ReliefPeaks> peaks;
       const double prepared = seconds_of([&] { peaks.emplace(map); });
       fmt::print("tile of 0.16 m on {} of {}^2 texels: prepared in {:.1f} ms", name, texels,
                  1e3 * prepared);
@@ -185,7 +187,8 @@ void relief_contacts() {
         for (Vec3& p : corners) p += Vec3(side / 2, side / 2, -1e-4 - lowest);
         constexpr int kCalls = 20;
         const double seconds = seconds_of([&] {
-          for (int k = 0; k < kCalls; ++k) hull_on_relief(*peaks, {side, side}, corners, bottom);
+          for (int k = 0; k < kCalls; ++k)
+            motion::hull_on_relief(*peaks, {side, side}, corners, bottom);
         });
         fmt::print(", {} {:.2f} ms", tilt > 0 ? "tilted" : "flat", 1e3 * seconds / kCalls);
       }

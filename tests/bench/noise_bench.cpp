@@ -9,10 +9,10 @@
 #include <functional>
 
 #include "core/audio.hpp"
-#include "synth/noise_generators.hpp"
-#include "synth/noise_recordings.hpp"
-#include "synth/recording_chain.hpp"
-#include "synth/signal_to_noise.hpp"
+#include "synth/recording/noise_generators.hpp"
+#include "synth/recording/noise_recordings.hpp"
+#include "synth/recording/recording_chain.hpp"
+#include "synth/recording/signal_to_noise.hpp"
 
 namespace carillon::bench {
 namespace {
@@ -34,14 +34,15 @@ void time(const std::string& name, const std::function<void(std::uint64_t)>& wor
 
 void run(const std::filesystem::path& folder) {
   double kept = 0;  // so that nothing is optimised away
-  for (const std::string& name : synth::noise_kind_names()) {
+  for (const std::string& name : synth::recording::noise_kind_names()) {
     time(name, [&](std::uint64_t item) {
       core::RandomStream random(1, item, "bench");
-      kept += synth::generate_noise(synth::noise_kind(name), count, rate, random)[7];
+      kept += synth::recording::generate_noise(synth::recording::noise_kind(name), count, rate,
+                                               random)[7];
     });
   }
   if (!folder.empty()) {
-    synth::NoiseFolder noise(folder, {});
+    synth::recording::NoiseFolder noise(folder, {});
     const std::clock_t begin = std::clock();
     for (std::uint64_t item = 0; item < 200; ++item) {
       core::RandomStream random(1, item, "bench");
@@ -59,25 +60,27 @@ void run(const std::filesystem::path& folder) {
     clip[i] = static_cast<float>(std::exp(-20 * static_cast<double>(i) / rate));
   }
   core::RandomStream random(1, 2, "bench");
-  const auto noise = synth::generate_noise(synth::NoiseKind::white, count, rate, random);
+  const auto noise =
+      synth::recording::generate_noise(synth::recording::NoiseKind::white, count, rate, random);
   time("active part and sum", [&](std::uint64_t) {
     auto copy = clip;
-    kept += synth::add_noise(copy, noise, 1, synth::active_part(copy, 1, rate), 20);
+    kept += synth::recording::add_noise(copy, noise, 1,
+                                        synth::recording::active_part(copy, 1, rate), 20);
   });
   time("shift by whole samples", [&](std::uint64_t item) {
     auto copy = clip;
-    synth::shift_later(copy, static_cast<double>(item));
+    synth::recording::shift_later(copy, static_cast<double>(item));
     kept += copy[100];
   });
   time("shift by fractions", [&](std::uint64_t item) {
     auto copy = clip;
-    synth::shift_later(copy, static_cast<double>(item) + 0.3);
+    synth::recording::shift_later(copy, static_cast<double>(item) + 0.3);
     kept += copy[100];
   });
   time("16 bits with dither", [&](std::uint64_t item) {
     auto copy = clip;
     core::RandomStream dither(1, item, "bench");
-    kept += static_cast<double>(synth::quantise(copy, 16, &dither));
+    kept += static_cast<double>(synth::recording::quantise(copy, 16, &dither));
   });
   fmt::print(stderr, "{}\n", kept);
 }

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "synth/convolution.hpp"
-#include "synth/room.hpp"
+#include "synth/room/room.hpp"
+#include "synth/signal/convolution.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -25,30 +25,30 @@ double milliseconds(int times, const Work& work) {
 }
 
 void room(double rt60) {
-  RoomOptions options;
-  OctaveValues times;
+  room::RoomOptions options;
+  room::OctaveValues times;
   times.fill(rt60);
   times[6] = std::min(rt60, 0.9);
   times[7] = 0.4;  // air alone allows no more
-  options.walls = same_on_all_walls(absorption_for(options.size, times, options.air));
-  RoomOptions images = options;
+  options.walls = room::same_on_all_walls(room::absorption_for(options.size, times, options.air));
+  room::RoomOptions images = options;
   images.with_tail = false;
-  RoomOptions tail = options;
+  room::RoomOptions tail = options;
   tail.with_images = false;
-  const RoomResponse response = room_response(options);
-  Convolver convolver;
+  const room::RoomResponse response = room::room_response(options);
+  signal::Convolver convolver;
   const auto early = convolver.prepare(response.images, options.count);
   const auto late = convolver.prepare(response.tail, options.count);
   const std::vector<float> dry(options.count, 0.1F);
   std::vector<float> wet = dry;
   const auto cache = std::filesystem::temp_directory_path() / "carillon-bench-room";
-  cached_room_response(images, cache);
+  room::cached_room_response(images, cache);
   fmt::print(
       "rt60 {} s: images {:.1f} ms (from the cache {:.1f}), tail {:.1f} ms; convolving {:.2f} "
       "and {:.2f} ms\n",
-      rt60, milliseconds(15, [&] { room_response(images); }),
-      milliseconds(15, [&] { cached_room_response(images, cache); }),
-      milliseconds(15, [&] { room_response(tail); }),
+      rt60, milliseconds(15, [&] { room::room_response(images); }),
+      milliseconds(15, [&] { room::cached_room_response(images, cache); }),
+      milliseconds(15, [&] { room::room_response(tail); }),
       milliseconds(50, [&] { convolver.add(dry, early, wet); }),
       milliseconds(50, [&] { convolver.add(dry, late, wet); }));
   std::filesystem::remove_all(cache);

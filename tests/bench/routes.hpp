@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/assemble.hpp"
+#include "solvers/assembly/assemble.hpp"
 #include "stages.hpp"
 
 namespace carillon::bench {
@@ -17,13 +17,14 @@ struct Answer {
 
 /// Carillon's: METIS order, CHOLMOD, block Lanczos; then the count by inertia above the last pair.
 /// @throws core::Error  the count is not the number of pairs
-Answer carillon_route(const solvers::System& system, double shift, int pairs);
+Answer carillon_route(const solvers::assembly::System& system, double shift, int pairs);
 
 /// Stock SLEPc: Krylov-Schur with shift-and-invert, MUMPS for Cholesky, all by default.
-Answer slepc_route(const solvers::System& system, double shift, int pairs);
+Answer slepc_route(const solvers::assembly::System& system, double shift, int pairs);
 
 /// Eigen's SimplicialLDLT with Spectra's shift-and-invert solver, both by default.
 /// @param most_flops  of the factorisation; beyond, the route is refused
-Answer spectra_route(const solvers::System& system, double shift, int pairs, double most_flops);
+Answer spectra_route(const solvers::assembly::System& system, double shift, int pairs,
+                     double most_flops);
 
 }  // namespace carillon::bench

@@ -10,10 +10,10 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "render/maps/displaced_mesh.hpp"
+#include "render/maps/generated_maps.hpp"
 #include "render/scene_frame.hpp"
-#include "solvers/textures/displaced_mesh.hpp"
-#include "solvers/textures/generated_maps.hpp"
-#include "synth/motion/relief_peaks.hpp"
+#include "synth/motion/detail/relief_peaks.hpp"
 #include "synth/touch/stylus.hpp"
 #include "tests/bench/ball_mesh.hpp"
 #include "tests/synth/moving_bodies.hpp"
@@ -24,7 +24,8 @@ namespace {
 using render::Scene;
 
 /// A plate 450 x 300 mm of bricks, drawn one way or another, and a ball on it.
-Scene scene_of(const solvers::TexturedFace& face, const solvers::SurfaceMesh& mesh, bool textured) {
+Scene scene_of(const render::maps::TexturedFace& face, const solvers::mesh::SurfaceMesh& mesh,
+               bool textured) {
   Scene scene;
   scene.camera = {.width = 512,
                   .height = 384,
@@ -84,19 +85,19 @@ void time_frames(Scene scene, const std::filesystem::path& folder, Costs& costs)
 
 /// A ball that rolls over the textured face for half a second: what a step takes more than without
 /// the texture is small against the step, so the whole step is told.
-double seconds_a_step(const solvers::TexturedFace& face) {
-  std::vector<synth::MovingBody> bodies = {synth::box_body({face.size.x(), face.size.y(), 0.02}),
-                                           synth::ball_body(0.015)};
+double seconds_a_step(const render::maps::TexturedFace& face) {
+  std::vector<synth::motion::MovingBody> bodies = {
+      synth::box_body({face.size.x(), face.size.y(), 0.02}), synth::ball_body(0.015)};
   bodies[0].fixed = true;
   bodies[0].start.pose.origin = {face.size.x() / 2, face.size.y() / 2, -0.01};
   bodies[0].texture = face;
   bodies[0].texture->origin = {-face.size.x() / 2, -face.size.y() / 2, 0.01};
   bodies[1].start.pose.origin = {0.1, 0.15, 0.0155};
   bodies[1].start.velocity = {0.4, 0.02, 0};
-  synth::MotionOptions options;
+  synth::motion::MotionOptions options;
   const auto seconds_of = [&](double steps) {
     options.seconds = steps * options.step;
-    return least_seconds(5, [&](int) { simulate_motion(bodies, {}, options); });
+    return least_seconds(5, [&](int) { synth::motion::simulate_motion(bodies, {}, options); });
   };
   // What is prepared once is not a step's.
   return (seconds_of(501) - seconds_of(1)) / 500;
@@ -107,9 +108,9 @@ struct Triangles {
   btTriangleIndexVertexArray array;
   std::unique_ptr<btBvhTriangleMeshShape> shape;
 
-  explicit Triangles(const solvers::SurfaceMesh& mesh)
+  explicit Triangles(const solvers::mesh::SurfaceMesh& mesh)
       : array(static_cast<int>(mesh.triangles.size()),
-              const_cast<int*>(mesh.triangles.front().data()), sizeof(solvers::Triangle),
+              const_cast<int*>(mesh.triangles.front().data()), sizeof(solvers::mesh::Triangle),
               static_cast<int>(mesh.vertices.size()),
               const_cast<double*>(mesh.vertices.front().data()), sizeof(Vec3)),
         shape(std::make_unique<btBvhTriangleMeshShape>(&array, true)) {}
@@ -163,32 +164,32 @@ void time_triangles(const Triangles& triangles, Costs& costs) {
 }
 
 /// A plate whose detail is its map.
-Costs of_map(const std::string& name, const solvers::TexturedFace& face,
-             const solvers::SurfaceMesh& plate, const std::filesystem::path& folder) {
+Costs of_map(const std::string& name, const render::maps::TexturedFace& face,
+             const solvers::mesh::SurfaceMesh& plate, const std::filesystem::path& folder) {
   Costs costs;
   costs.name = name;
   const double before = allocated();
-  solvers::TexturedFace copy = face;
-  copy.map = std::make_shared<const solvers::SurfaceMap>(*face.map);
-  std::optional<synth::ReliefPeaks> peaks;
+  render::maps::TexturedFace copy = face;
+  copy.map = std::make_shared<const render::maps::SurfaceMap>(*face.map);
+  std::optional<synth::motion::ReliefPeaks> peaks;
   if (copy.map->relief()) peaks.emplace(copy.map);
   costs.memory = allocated() - before;
   costs.motion = seconds_a_step(copy);
   const std::vector<Vec3> corners = {{0.05, 0.15, 0}, {0.35, 0.15, 0}};
-  const std::vector<Vec3> hand = synth::drawn_path(corners, 0.2, 1000);
-  const synth::TouchOptions options{1000, std::make_shared<synth::TracedMaps>()};
-  costs.touch = least_seconds(5, [&](int) { synth::draw_stylus(copy, hand, {}, options); }) /
+  const std::vector<Vec3> hand = synth::touch::drawn_path(corners, 0.2, 1000);
+  const synth::touch::TouchOptions options{1000, std::make_shared<synth::motion::TracedMaps>()};
+  costs.touch = least_seconds(5, [&](int) { synth::touch::draw_stylus(copy, hand, {}, options); }) /
                 static_cast<double>(hand.size());
   time_frames(scene_of(copy, plate, true), folder, costs);
   return costs;
 }
 
-Costs of_mesh(const std::string& name, const solvers::TexturedFace& face, int columns, int rows,
-              const std::filesystem::path& folder) {
+Costs of_mesh(const std::string& name, const render::maps::TexturedFace& face, int columns,
+              int rows, const std::filesystem::path& folder) {
   Costs costs;
   costs.name = name;
   const double before = allocated();
-  const solvers::SurfaceMesh mesh = displaced_mesh(face, columns, rows);
+  const solvers::mesh::SurfaceMesh mesh = render::maps::displaced_mesh(face, columns, rows);
   const Triangles triangles(mesh);
   costs.memory = allocated() - before;
   time_triangles(triangles, costs);
@@ -197,17 +198,18 @@ Costs of_mesh(const std::string& name, const solvers::TexturedFace& face, int co
 }
 
 void run(const std::filesystem::path& folder) {
-  solvers::TexturedFace face;
-  face.map =
-      std::make_shared<const solvers::SurfaceMap>(solvers::generate_map("brick", {}, 512, 1));
+  render::maps::TexturedFace face;
+  face.map = std::make_shared<const render::maps::SurfaceMap>(
+      render::maps::generate_map("brick", {}, 512, 1));
   face.size = face.map->size();
-  solvers::SurfaceMesh plate;
+  solvers::mesh::SurfaceMesh plate;
   for (int i = 0; i < 4; ++i) {
     plate.vertices.emplace_back(i % 2 * face.size.x(), i / 2 * face.size.y(), 0);
   }
   plate.triangles = {{0, 1, 3}, {0, 3, 2}};
-  solvers::TexturedFace normals = face;
-  normals.map = std::make_shared<const solvers::SurfaceMap>(normal_map_of(*face.map));
+  render::maps::TexturedFace normals = face;
+  normals.map =
+      std::make_shared<const render::maps::SurfaceMap>(render::maps::normal_map_of(*face.map));
   const Costs all[] = {of_map("normal map", normals, plate, folder),
                        of_map("relief", face, plate, folder),
                        of_mesh("mesh 66500", face, 265, 249, folder),

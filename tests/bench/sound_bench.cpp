@@ -11,19 +11,19 @@
 #include <map>
 #include <numbers>
 
-#include "synth/streaming_renderer.hpp"
+#include "synth/modal/streaming_renderer.hpp"
 #include "tests/synth/partial_sum.hpp"
 
 namespace carillon::bench {
 namespace {
 
-using synth::Partial;
+using synth::modal::Partial;
 constexpr double kRate = 44100;
 
 /// Modes evenly spread in the logarithm from 60 Hz to 18 kHz.
 /// @param damping  1: c = 6 + 1e-7 lambda, ceramic's; 0: none, so that no mode ever ends
-synth::RingDown modes_of(std::size_t modes, double damping) {
-  synth::RingDown rings;
+synth::modal::RingDown modes_of(std::size_t modes, double damping) {
+  synth::modal::RingDown rings;
   const auto n = static_cast<Eigen::Index>(modes);
   rings.excitation = Eigen::VectorXd::Ones(n);
   rings.readout.velocity.resize(1, n);
@@ -38,7 +38,7 @@ synth::RingDown modes_of(std::size_t modes, double damping) {
   return rings;
 }
 
-std::vector<Partial> partials_of(const synth::RingDown& rings) {
+std::vector<Partial> partials_of(const synth::modal::RingDown& rings) {
   std::vector<Partial> partials;
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     const double d = rings.decay_rates[i];
@@ -131,8 +131,8 @@ void sums(const Sum& route, std::size_t modes, bool check) {
 
 /// A whole sample of one second, from the modes to floats.
 void samples(std::size_t modes, double contact_time, bool burst) {
-  const synth::RingDown rings = modes_of(modes, 1);
-  synth::ContactForce force{contact_time, {}};
+  const synth::modal::RingDown rings = modes_of(modes, 1);
+  synth::modal::ContactForce force{contact_time, {}};
   if (burst) {
     const auto points = static_cast<std::size_t>(std::lround(contact_time * kRate)) + 1;
     force.duration = static_cast<double>(points - 1) / kRate;
@@ -142,15 +142,15 @@ void samples(std::size_t modes, double contact_time, bool burst) {
   }
   float last = 0;
   const double seconds = seconds_of([&] {
-    last += synth::synthesize(rings, force, kRate, static_cast<std::size_t>(kRate))[1000];
+    last += synth::modal::synthesize(rings, force, kRate, static_cast<std::size_t>(kRate))[1000];
   });
   fmt::print("{{\"seconds_per_sample\": {}, \"check\": {}}}\n", seconds, last);
 }
 
 /// Seconds of work for one second of `bodies` that all ring and never end.
 double stream_seconds(std::size_t bodies, std::size_t modes, std::size_t block) {
-  synth::StreamingRenderer renderer(1, kRate);
-  const synth::RingDown rings = modes_of(modes, 0);
+  synth::modal::StreamingRenderer renderer(1, kRate);
+  const synth::modal::RingDown rings = modes_of(modes, 0);
   for (std::size_t i = 0; i < bodies; ++i) {
     const std::size_t body = renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
     renderer.strike(body, rings.excitation, {1e-3}, 1e-6 * static_cast<double>(i));

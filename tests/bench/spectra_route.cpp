@@ -13,7 +13,7 @@
 namespace carillon::bench {
 namespace {
 
-using solvers::System;
+using solvers::assembly::System;
 using Sparse = Eigen::SparseMatrix<double>;
 
 /// The lower triangle of K - shift M or, with `mass_alone`, of M.

@@ -8,10 +8,10 @@
 
 #include "../synth/curved_bodies.hpp"
 #include "../synth/random_rings.hpp"
-#include "synth/acceleration_click.hpp"
-#include "synth/noise_burst.hpp"
-#include "synth/striker.hpp"
-#include "synth/thrift.hpp"
+#include "synth/contact/acceleration_click.hpp"
+#include "synth/contact/noise_burst.hpp"
+#include "synth/contact/striker.hpp"
+#include "synth/modal/thrift.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -31,23 +31,23 @@ double seconds(int calls, const Work& work) {
 }
 
 void strikers() {
-  const StruckBody body{0.3, 7e10, 0.2, 0};
+  const contact::StruckBody body{0.3, 7e10, 0.2, 0};
   double sum = 0;
-  for (const Striker& striker : preset_strikers()) {
-    const HertzContact contact = hertz_contact(striker, body, 1);
+  for (const contact::Striker& striker : contact::preset_strikers()) {
+    const contact::HertzContact contact = contact::hertz_contact(striker, body, 1);
     fmt::print("{:8} on 0.3 kg of 70 GPa at 1 m/s: {:8.3f} ms, {:.4f} N s, {:.1f} N\n",
                striker.name, 1e3 * contact.duration, contact.impulse, contact.peak_force);
     sum += contact.duration;
   }
   fmt::print("hertz_contact       {:9.3f} us\n",
              1e6 * seconds(100000, [&](int k) {
-               sum += hertz_contact(preset_strikers()[0], body, 1 + k).duration;
+               sum += contact::hertz_contact(contact::preset_strikers()[0], body, 1 + k).duration;
              }));
   for (const double hardness : {0.0, 0.9}) {
     fmt::print("noise_burst {:.1f}     {:9.3f} us\n", hardness,
                1e6 * seconds(500, [&](int k) {
                  core::RandomStream random(0, static_cast<std::uint64_t>(k), "bench");
-                 sum += noise_burst({hardness, 0.1}, kRate, random).samples[1];
+                 sum += contact::noise_burst({hardness, 0.1}, kRate, random).samples[1];
                }));
   }
   if (std::isnan(sum)) fmt::print("nan\n");  // keeps the work
@@ -56,14 +56,15 @@ void strikers() {
 void clicks() {
   const auto surface = curved_sphere(0.05, {0, 0, 0}, 10, 3);
   fmt::print("rigid_source, {} faces: {:.3f} ms, once for a body\n", surface.faces.size() / 10,
-             1e3 * seconds(1, [&](int) { rigid_source(surface, 1); }));
+             1e3 * seconds(1, [&](int) { contact::rigid_source(surface, 1); }));
   for (const double radius : {0.005, 0.05, 0.5}) {
-    const RigidSource source{Vec3::Zero(), Eigen::Matrix3d::Identity(), Vec3::Constant(radius), 1};
+    const contact::RigidSource source{Vec3::Zero(), Eigen::Matrix3d::Identity(),
+                                      Vec3::Constant(radius), 1};
     core::RandomStream random(0, 0, "bench");
-    for (const ContactForce& force :
-         {ContactForce{3e-4, {}}, noise_burst({0.9, 0.1}, kRate, random)}) {
+    for (const modal::ContactForce& force :
+         {modal::ContactForce{3e-4, {}}, contact::noise_burst({0.9, 0.1}, kRate, random)}) {
       const auto make = [&](int) {
-        acceleration_click(source, {0.1, 0.2, 0.3}, force, {1, 1, 1}, kRate, 44100);
+        contact::acceleration_click(source, {0.1, 0.2, 0.3}, force, {1, 1, 1}, kRate, 44100);
       };
       fmt::print("click, radius {:.3f} m, {:5}: {:8.1f} us\n", radius,
                  force.samples.empty() ? "pulse" : "burst", 1e6 * seconds(100, make));
@@ -73,24 +74,24 @@ void clicks() {
 
 void thrift() {
   for (const int modes : {60, 300, 2000}) {
-    RingDown rings = random_rings(modes, 3, false);
+    modal::RingDown rings = random_rings(modes, 3, false);
     for (Eigen::Index i = 0; i < modes; ++i) {
       rings.excitation[i] = std::pow(10, -4 * std::fmod(0.618034 * static_cast<double>(i), 1.0));
     }
-    const ContactForce force{2e-4, {}};
-    RingDown kept = rings;
-    const ThriftReport report = leave_out_inaudible(kept, force, kRate, 44100, {});
+    const modal::ContactForce force{2e-4, {}};
+    modal::RingDown kept = rings;
+    const modal::ThriftReport report = modal::leave_out_inaudible(kept, force, kRate, 44100, {});
     const int calls = modes > 1000 ? 3 : 30;
     const double choice = seconds(calls, [&](int) {
-      RingDown copy = rings;
-      leave_out_inaudible(copy, force, kRate, 44100, {});
+      modal::RingDown copy = rings;
+      modal::leave_out_inaudible(copy, force, kRate, 44100, {});
     });
-    const double all = seconds(calls, [&](int) { synthesize(rings, force, kRate, 44100); });
-    const double few = seconds(calls, [&](int) { synthesize(kept, force, kRate, 44100); });
+    const double all = seconds(calls, [&](int) { modal::synthesize(rings, force, kRate, 44100); });
+    const double few = seconds(calls, [&](int) { modal::synthesize(kept, force, kRate, 44100); });
     fmt::print(
         "thrift, {:4} modes: {:4} left out ({} masked), bound {:.1f} dB, {:.3f} ms; sound "
         "{:.2f} ms, with thrift {:.2f} ms\n",
-        modes, report.left_out, report.masked, decibels(report.error_bound), 1e3 * choice,
+        modes, report.left_out, report.masked, modal::decibels(report.error_bound), 1e3 * choice,
         1e3 * all, 1e3 * (few + choice));
   }
 }

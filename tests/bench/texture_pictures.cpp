@@ -6,15 +6,15 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "render/maps/generated_maps.hpp"
 #include "render/scene_frame.hpp"
-#include "solvers/textures/generated_maps.hpp"
 #include "tests/bench/ball_mesh.hpp"
 
 namespace carillon::bench {
 namespace {
 
 using render::Scene;
-using solvers::SurfaceMap;
+using render::maps::SurfaceMap;
 
 struct Tile {
   const char* map;
@@ -25,7 +25,7 @@ struct Tile {
 };
 
 core::Image picture_of(const Tile& tile, int width, int height) {
-  const SurfaceMap relief = solvers::generate_map(tile.map, {}, 512, 1);
+  const SurfaceMap relief = render::maps::generate_map(tile.map, {}, 512, 1);
   const double across = tile.view * relief.size().x();
   const Eigen::Vector2d middle = 0.5 * relief.size();
   const double radius = tile.radius * across;
@@ -39,15 +39,16 @@ core::Image picture_of(const Tile& tile, int width, int height) {
   // Whole repetitions reach from the ground's corner to the middle of the picture.
   const double reach = std::ceil(5 * across / relief.size().x()) * relief.size().x();
   scene.ground = render::SceneGround{{0, 0, 0}, reach, {tile.color, 0.85, 0}, {}, tile.deep};
-  scene.ground->map =
-      std::make_shared<const SurfaceMap>(tile.as_normals ? normal_map_of(relief) : relief);
+  scene.ground->map = std::make_shared<const SurfaceMap>(
+      tile.as_normals ? render::maps::normal_map_of(relief) : relief);
   std::vector<render::ScenePose> poses;
   const char* materials[] = {"steel", "porcelain", "glass"};
   for (int i = 0; i < 3; ++i) {
     scene.bodies.push_back({ball(radius, 64), render::appearance_of(materials[i]), {}, {}});
     const Eigen::Vector2d place = middle + across * Eigen::Vector2d(0.2 * (i - 1), 0.13 * (1 - i));
-    const double low =
-        tile.as_normals ? 0 : traced_height(relief, place + Eigen::Vector2d(reach, reach), radius);
+    const double low = tile.as_normals ? 0
+                                       : render::maps::traced_height(
+                                             relief, place + Eigen::Vector2d(reach, reach), radius);
     poses.push_back({.origin = {place.x(), place.y(), low + radius}});
   }
   return render::SceneRenderer(scene).draw(poses).color;

@@ -9,13 +9,13 @@
 #include <limits>
 
 #include "core/random.hpp"
-#include "solvers/textures/generated_maps.hpp"
-#include "solvers/textures/map_image.hpp"
+#include "render/maps/generated_maps.hpp"
+#include "render/maps/map_image.hpp"
 
 namespace carillon::bench {
 namespace {
 
-using solvers::SurfaceMap;
+using render::maps::SurfaceMap;
 
 /// Least of some runs [s]: other programs do not count, nor do cold caches.
 double seconds(int runs, const std::function<void()>& work) {
@@ -38,7 +38,7 @@ void time_sampling(const SurfaceMap& relief) {
     along.emplace_back(1e-5 * i, 0.37e-5 * i);  // 0.5 m/s at 44.1 kHz
   }
   double kept = 0;  // so that nothing is optimised away
-  const SurfaceMap normals = normal_map_of(relief);
+  const SurfaceMap normals = render::maps::normal_map_of(relief);
   const auto time = [&](const char* name, const auto& at, const SurfaceMap& map) {
     for (const auto* places : {&along, &scattered}) {
       const double least = seconds(5, [&] {
@@ -65,25 +65,25 @@ void time_sampling(const SurfaceMap& relief) {
 void time_tracing(const SurfaceMap& relief) {
   for (const double texels : {0.5, 3.0, 10.0, 30.0, 100.0, 1000.0}) {
     const double radius = texels * relief.texel;
-    const double map = seconds(1, [&] { traced_map(relief, radius); });
+    const double map = seconds(1, [&] { render::maps::traced_map(relief, radius); });
     fmt::print("{:8} {:4} x {:4}, radius of {:6.1f} texels: {:7.3f} s\n", relief.name, relief.width,
                relief.height, texels, map);
   }
 }
 
 void run(const std::filesystem::path& folder) {
-  for (const auto& generated : solvers::generated_maps()) {
+  for (const auto& generated : render::maps::generated_maps()) {
     SurfaceMap map;
     const double least =
-        seconds(3, [&] { map = solvers::generate_map(generated.name, {}, 512, 1); });
+        seconds(3, [&] { map = render::maps::generate_map(generated.name, {}, 512, 1); });
     fmt::print("{:28} {:4} x {:4} {:8.3f} s\n", generated.name, map.width, map.height, least);
-    if (!folder.empty()) write_map(folder / (generated.name + ".png"), map);
+    if (!folder.empty()) render::maps::write_map(folder / (generated.name + ".png"), map);
   }
-  const SurfaceMap brick = solvers::generate_map("brick", {}, 512, 1);
-  const SurfaceMap noise = solvers::generate_map("noise", {}, 512, 1);
-  const SurfaceMap normals = normal_map_of(noise);
+  const SurfaceMap brick = render::maps::generate_map("brick", {}, 512, 1);
+  const SurfaceMap noise = render::maps::generate_map("noise", {}, 512, 1);
+  const SurfaceMap normals = render::maps::normal_map_of(noise);
   fmt::print("{:28} {:4} x {:4} {:8.3f} s\n", "integrated", normals.width, normals.height,
-             seconds(3, [&] { integrated_relief(normals); }));
+             seconds(3, [&] { render::maps::integrated_relief(normals); }));
   time_sampling(brick);
   time_tracing(brick);
   time_tracing(noise);

@@ -6,15 +6,16 @@
 #include <cmath>
 #include <numeric>
 
-#include "cli/accuracy/findings.hpp"
-#include "cli/accuracy/modes_line.hpp"
 #include "core/error.hpp"
+#include "eval/accuracy/detail/modes_line.hpp"
+#include "eval/accuracy/findings.hpp"
 
 namespace carillon::cli {
 namespace {
 
-LadderConfig read(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  return read_ladder_config(text, "ladder.yaml", overrides);
+eval::accuracy::LadderConfig read(const std::string& text,
+                                  const std::vector<std::string>& overrides = {}) {
+  return eval::accuracy::read_ladder_config(text, "ladder.yaml", overrides);
 }
 
 std::string refusal(const std::string& text) {
@@ -27,14 +28,14 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(LadderConfig, DefaultsAreThoseOfTheDocumentation) {
-  const LadderConfig config = read("objects:\n  - shape: bowl\n");
+  const eval::accuracy::LadderConfig config = read("objects:\n  - shape: bowl\n");
   EXPECT_EQ(config.name, "ladder");
   EXPECT_EQ(config.modes, 24);
   EXPECT_EQ(config.tolerances, std::vector<double>{1e-12});
   EXPECT_EQ(config.pitch_cents, (std::vector<double>{1, 2, 5, 10, 20}));
-  EXPECT_EQ(config.reference, ReferenceSolver::automatic);
+  EXPECT_EQ(config.reference, eval::accuracy::ReferenceSolver::automatic);
   EXPECT_FALSE(config.all_ranks || config.cpu_time);
-  const LadderObject& bowl = config.objects.at(0);
+  const eval::accuracy::LadderObject& bowl = config.objects.at(0);
   EXPECT_EQ(bowl.name, "bowl");
   EXPECT_EQ(bowl.material.name, "steel");
   EXPECT_EQ(bowl.orders, (std::vector<int>{1, 2, 3, 4}));
@@ -43,7 +44,7 @@ TEST(LadderConfig, DefaultsAreThoseOfTheDocumentation) {
 }
 
 TEST(LadderConfig, AnObjectHasItsOwnWords) {
-  const LadderConfig config = read(
+  const eval::accuracy::LadderConfig config = read(
       "orders: [2, 3]\nsizes: [1]\nobjects:\n"
       "  - shape: tube\n    parameters: {wall: 2 mm}\n    material: glass\n    orders: [4]\n"
       "  - mesh: scans/cup.ply\n    length: 10 cm\n    optional: true\n"
@@ -54,7 +55,7 @@ TEST(LadderConfig, AnObjectHasItsOwnWords) {
   EXPECT_EQ(config.objects[0].material.name, "glass");
   EXPECT_EQ(config.objects[0].orders, std::vector<int>{4});
   EXPECT_EQ(config.objects[0].sizes, (std::vector<double>{2, 1}));
-  const LadderObject& scan = config.objects[1];
+  const eval::accuracy::LadderObject& scan = config.objects[1];
   EXPECT_EQ(scan.name, "cup");
   EXPECT_EQ(scan.request.file.path, "scans/cup.ply");
   EXPECT_EQ(scan.request.file.length, 0.1);
@@ -65,7 +66,7 @@ TEST(LadderConfig, AnObjectHasItsOwnWords) {
 }
 
 TEST(LadderConfig, ResolvedTextReadsBackAsItself) {
-  const LadderConfig once = read(
+  const eval::accuracy::LadderConfig once = read(
       "objects:\n  - shape: disc\n  - mesh: a.off\n    stand_in: {shape: ring, noise: 1 mm}\n");
   EXPECT_EQ(read(once.resolved).resolved, once.resolved);
 }
@@ -123,17 +124,17 @@ TEST(LadderConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
 }
 
 TEST(ModesLine, NamesTheBodyTheBandAndTheBounds) {
-  const LadderConfig config = read(
+  const eval::accuracy::LadderConfig config = read(
       "material: youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700\nobjects:\n"
       "  - shape: disc\n    parameters: {radius: 60 mm, thickness: 5 mm}\n    material: steel\n"
       "  - mesh: my cup's scan.ply\n    optional: true\n    length: 10 cm\n");
-  const solvers::Band band{0, 2500.5, 26};
+  const solvers::modes::Band band{0, 2500.5, 26};
   const std::string rest =
       " --min-frequency 0Hz --max-frequency 2500.5Hz --max-modes 26 --max-elements 40000 "
       "--pitch-cents 2.5";
-  EXPECT_EQ(modes_line(config.objects[0], band, 40000, 2.5),
+  EXPECT_EQ(eval::accuracy::modes_line(config.objects[0], band, 40000, 2.5),
             "carillon modes disc:radius=0.06m,thickness=0.005m --material steel" + rest);
-  EXPECT_EQ(modes_line(config.objects[1], band, 40000, 2.5),
+  EXPECT_EQ(eval::accuracy::modes_line(config.objects[1], band, 40000, 2.5),
             "carillon modes 'my cup'\\''s scan.ply' --length 0.1m --material "
             "'youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700'" +
                 rest);
@@ -141,12 +142,12 @@ TEST(ModesLine, NamesTheBodyTheBandAndTheBounds) {
 
 TEST(Findings, ErrorsAreDistancesInCents) {
   const std::vector<double> found = {202, 400, 900}, truth = {200, 400};
-  const auto errors = errors_in_cents(found, truth, 10);
+  const auto errors = eval::accuracy::errors_in_cents(found, truth, 10);
   ASSERT_EQ(errors.size(), 2u);
   EXPECT_NEAR(errors[0], 1200 * std::log2(1.01), 1e-9);
   EXPECT_EQ(errors[1], 0);
-  EXPECT_EQ(errors_in_cents(found, truth, 1).size(), 1u);
-  EXPECT_TRUE(errors_in_cents({}, truth, 5).empty());
+  EXPECT_EQ(eval::accuracy::errors_in_cents(found, truth, 1).size(), 1u);
+  EXPECT_TRUE(eval::accuracy::errors_in_cents({}, truth, 5).empty());
 }
 
 TEST(Findings, PairingByRankHasTheLeastTotalDistance) {
@@ -161,7 +162,8 @@ TEST(Findings, PairingByRankHasTheLeastTotalDistance) {
     std::sort(truth.begin(), truth.end());
     const auto total = [&](const std::vector<double>& reference) {
       double sum = 0;
-      for (const double e : errors_in_cents(found, reference, 10)) sum += std::abs(e);
+      for (const double e : eval::accuracy::errors_in_cents(found, reference, 10))
+        sum += std::abs(e);
       return sum;
     };
     const double by_rank = total(truth);
@@ -173,19 +175,20 @@ TEST(Findings, PairingByRankHasTheLeastTotalDistance) {
 
 TEST(Findings, TheFrontHoldsWhatNothingBeats) {
   EXPECT_TRUE(rc::check([] {
-    std::vector<CostPoint> points(*rc::gen::inRange<std::size_t>(0, 30));
-    for (CostPoint& p : points) {
+    std::vector<eval::accuracy::CostPoint> points(*rc::gen::inRange<std::size_t>(0, 30));
+    for (eval::accuracy::CostPoint& p : points) {
       p.seconds = *rc::gen::inRange(1, 12);
       p.cents = *rc::gen::inRange(1, 12);
     }
-    const auto front = pareto_front(points);
-    const auto beats = [](const CostPoint& a, const CostPoint& b) {
+    const auto front = eval::accuracy::pareto_front(points);
+    const auto beats = [](const eval::accuracy::CostPoint& a, const eval::accuracy::CostPoint& b) {
       return a.seconds <= b.seconds && a.cents <= b.cents &&
              (a.seconds < b.seconds || a.cents < b.cents);
     };
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const bool beaten = std::any_of(points.begin(), points.end(),
-                                      [&](const CostPoint& p) { return beats(p, points[i]); });
+      const bool beaten =
+          std::any_of(points.begin(), points.end(),
+                      [&](const eval::accuracy::CostPoint& p) { return beats(p, points[i]); });
       const bool on_front = std::any_of(front.begin(), front.end(), [&](std::size_t f) {
         return points[f].seconds == points[i].seconds && points[f].cents == points[i].cents;
       });
@@ -198,44 +201,49 @@ TEST(Findings, TheFrontHoldsWhatNothingBeats) {
 
 TEST(Findings, HalfTheErrorFollowsFromThePowerLaw) {
   for (const double power : {0.25, 0.5, 1.0}) {
-    std::vector<CostPoint> front;
+    std::vector<eval::accuracy::CostPoint> front;
     for (const double cents : {100.0, 30.0, 8.0, 1.5})
       front.push_back({3 * std::pow(cents, -power), cents});
-    EXPECT_NEAR(*cost_of_half_the_error(front), std::pow(2, power), 1e-12);
+    EXPECT_NEAR(*eval::accuracy::cost_of_half_the_error(front), std::pow(2, power), 1e-12);
   }
-  EXPECT_FALSE(cost_of_half_the_error(std::vector<CostPoint>{{1, 2}, {2, 1}}));
-  EXPECT_FALSE(cost_of_half_the_error(std::vector<CostPoint>{{1, 2}, {2, 2}, {3, 2}}));
+  EXPECT_FALSE(eval::accuracy::cost_of_half_the_error(
+      std::vector<eval::accuracy::CostPoint>{{1, 2}, {2, 1}}));
+  EXPECT_FALSE(eval::accuracy::cost_of_half_the_error(
+      std::vector<eval::accuracy::CostPoint>{{1, 2}, {2, 2}, {3, 2}}));
 }
 
 TEST(Findings, TheSameMeshAtAnotherToleranceIsNotBetter) {
-  const std::vector<CostPoint> points = {{1.2, 1.17000001}, {1.3, 1.17}, {1.5, 0.2}};
-  EXPECT_EQ(pareto_front(points), (std::vector<std::size_t>{0, 2}));
+  const std::vector<eval::accuracy::CostPoint> points = {
+      {1.2, 1.17000001}, {1.3, 1.17}, {1.5, 0.2}};
+  EXPECT_EQ(eval::accuracy::pareto_front(points), (std::vector<std::size_t>{0, 2}));
 }
 
 TEST(Findings, JsonTellsAFailureAndNothingElse) {
-  Findings findings;
+  eval::accuracy::Findings findings;
   findings.name = "scan";
   findings.failure = "passed over, scan.ply is missing";
   findings.passed_over = true;
-  auto json = to_json(LadderConfig{}, findings);
+  auto json = eval::accuracy::to_json(eval::accuracy::LadderConfig{}, findings);
   EXPECT_EQ(json.at("failure"), findings.failure);
   EXPECT_FALSE(json.contains("rungs"));
-  EXPECT_FALSE(has_failed(json));
+  EXPECT_FALSE(eval::accuracy::has_failed(json));
   findings.passed_over = false;
-  EXPECT_TRUE(has_failed(to_json(LadderConfig{}, findings)));
+  EXPECT_TRUE(eval::accuracy::has_failed(
+      eval::accuracy::to_json(eval::accuracy::LadderConfig{}, findings)));
 }
 
 TEST(Findings, OnlyRanksAboveTheBandsBottomAreCompared) {
-  Findings findings;
+  eval::accuracy::Findings findings;
   findings.reference.frequencies = {50, 100, 200};
   findings.reference.first = 1;
-  Rung rung;
+  eval::accuracy::Rung rung;
   for (const double f : {70.0, 101.0, 204.0, 300.0}) {
     rung.modes.eigenvalues.push_back(std::pow(2 * std::acos(-1) * f, 2));
     rung.modes.pitch_errors.push_back(f);
   }
   findings.rungs = {&rung};
-  const auto entry = to_json(LadderConfig{}, findings).at("rungs").at(0);
+  const auto entry =
+      eval::accuracy::to_json(eval::accuracy::LadderConfig{}, findings).at("rungs").at(0);
   EXPECT_EQ(entry.at("modes"), 2);
   EXPECT_NEAR(entry.at("worst_cents"), 1200 * std::log2(1.02), 1e-6);
   EXPECT_NEAR(entry.at("median_cents"), 1200 * std::log2(1.01), 1e-6);

@@ -1,6 +1,6 @@
 // Files of answers: what was written comes back, and what does not fit together is refused before
 // anybody counts with it.
-#include "cli/learn/answers.hpp"
+#include "eval/studies/learning/detail/answers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,16 +11,16 @@
 namespace carillon::cli {
 namespace {
 
-Answers two_samples() {
-  const PartAnswers part{{"a", "b"}, {0, 1}, {3, 4}, {5, 6}, {0.5f, -1, 2, 0}};
+eval::studies::Answers two_samples() {
+  const eval::studies::PartAnswers part{{"a", "b"}, {0, 1}, {3, 4}, {5, 6}, {0.5f, -1, 2, 0}};
   return {{"steel", "wood"}, part, part};
 }
 
 TEST(AnswersFile, ComesBack) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("answers.h5", "");
-  write_answers(path, two_samples());
-  const Answers read = read_answers(path);
+  eval::studies::write_answers(path, two_samples());
+  const eval::studies::Answers read = eval::studies::read_answers(path);
   EXPECT_EQ(read.classes, two_samples().classes);
   EXPECT_EQ(read.test.keys, two_samples().test.keys);
   EXPECT_EQ(read.test.scores, two_samples().test.scores);
@@ -30,22 +30,22 @@ TEST(AnswersFile, IsRefusedWhereLabelsAreNoClasses) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("answers.h5", "");
   for (const std::int32_t label : {-1, 2}) {
-    Answers answers = two_samples();
+    eval::studies::Answers answers = two_samples();
     answers.test.labels[1] = label;
-    write_answers(path, answers);
-    EXPECT_THROW(read_answers(path), core::FileError);
+    eval::studies::write_answers(path, answers);
+    EXPECT_THROW(eval::studies::read_answers(path), core::FileError);
   }
 }
 
 TEST(AnswersFile, IsRefusedWhereArraysDiffer) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("answers.h5", "");
-  Answers fewer = two_samples();
+  eval::studies::Answers fewer = two_samples();
   fewer.classes.pop_back();  // two scores of each sample, one class
   fewer.test.labels = fewer.validation.labels = {0, 0};
-  Answers uneven = two_samples();
+  eval::studies::Answers uneven = two_samples();
   uneven.validation.strikes.pop_back();
-  for (const Answers& answers : {fewer, uneven}) {
+  for (const eval::studies::Answers& answers : {fewer, uneven}) {
     {
       const core::Hdf5Group file = core::Hdf5Group::create_file(path);
       file.write<std::string>("classes", answers.classes, {answers.classes.size()});
@@ -59,7 +59,7 @@ TEST(AnswersFile, IsRefusedWhereArraysDiffer) {
         group.write<float>("scores", part->scores, {part->scores.size()});
       }
     }
-    EXPECT_THROW(read_answers(path), core::FileError);
+    EXPECT_THROW(eval::studies::read_answers(path), core::FileError);
   }
 }
 

@@ -1,18 +1,18 @@
-#include "cli/motion/cast.hpp"
+#include "dataset/samples/cast.hpp"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <set>
 
-#include "cli/motion/take_parts.hpp"
 #include "core/error.hpp"
+#include "dataset/samples/detail/take_parts.hpp"
 
 namespace carillon::cli {
 namespace {
 
-BuildConfig scene_of(const std::string& motion, int bars) {
-  return read_build_config(
+dataset::configuration::BuildConfig scene_of(const std::string& motion, int bars) {
+  return dataset::configuration::read_build_config(
       "objects:\n  - {name: bars, shape: bar, materials: [steel], count: " + std::to_string(bars) +
           "}\nsplit: {validation: 0.3, test: 0.3}\n" + motion,
       "scene.yaml", {});
@@ -22,13 +22,14 @@ const char* const kOneBar = "motion:\n  takes: 60\n  bodies: [{object: bars, at:
 
 // What is tested on has not been learned from.
 TEST(Cast, InstancesAreKeptToTheirPart) {
-  const BuildConfig config = scene_of(kOneBar, 30);
-  const BuildPlan plan = make_plan(config);
-  ASSERT_TRUE(held_out(config, plan, "bars"));
+  const dataset::configuration::BuildConfig config = scene_of(kOneBar, 30);
+  const dataset::plan::BuildPlan plan = dataset::plan::make_plan(config);
+  ASSERT_TRUE(dataset::samples::held_out(config, plan, "bars"));
   std::map<std::string, std::set<std::size_t>> played;
-  for (const Sample& sample : plan.samples) {
-    const std::string part = split_take(config, sample);
-    const std::vector<Role> roles = draw_roles(config, plan, sample.id, part);
+  for (const dataset::plan::Sample& sample : plan.samples) {
+    const std::string part = dataset::samples::split_take(config, sample);
+    const std::vector<dataset::samples::Role> roles =
+        dataset::samples::draw_roles(config, plan, sample.id, part);
     EXPECT_EQ(plan.shapes[roles.at(0).shape].split_shape, part);
     played[part].insert(roles[0].shape);
   }
@@ -38,34 +39,34 @@ TEST(Cast, InstancesAreKeptToTheirPart) {
 
 // One body cannot be in one part only: all takes share it, and none claims otherwise.
 TEST(Cast, TooFewInstancesAreShared) {
-  const BuildConfig config = scene_of(kOneBar, 2);
-  const BuildPlan plan = make_plan(config);
-  ASSERT_FALSE(held_out(config, plan, "bars"));
+  const dataset::configuration::BuildConfig config = scene_of(kOneBar, 2);
+  const dataset::plan::BuildPlan plan = dataset::plan::make_plan(config);
+  ASSERT_FALSE(dataset::samples::held_out(config, plan, "bars"));
   std::map<std::string, std::set<std::size_t>> played;
-  for (const Sample& sample : plan.samples) {
-    const std::string part = split_take(config, sample);
-    played[part].insert(draw_roles(config, plan, sample.id, part).at(0).shape);
+  for (const dataset::plan::Sample& sample : plan.samples) {
+    const std::string part = dataset::samples::split_take(config, sample);
+    played[part].insert(dataset::samples::draw_roles(config, plan, sample.id, part).at(0).shape);
   }
   for (const auto& [part, shapes] : played) EXPECT_EQ(shapes.size(), 2u) << part;
 }
 
-solvers::SurfaceMesh tetrahedron() {
-  solvers::SurfaceMesh mesh;
+solvers::mesh::SurfaceMesh tetrahedron() {
+  solvers::mesh::SurfaceMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
   return mesh;
 }
 
 TEST(Textures, LieOnFlatSidesOnly) {
-  TextureConfig texture;
+  scene::motion::TextureConfig texture;
   texture.map = "grooves";
   texture.texels = 64;
   texture.axis = 'z';
-  Textures textures(0);
-  const solvers::SurfaceMesh mesh = tetrahedron();
-  const solvers::Box box = solvers::bounding_box(mesh.vertices);
+  scene::motion::Textures textures(0);
+  const solvers::mesh::SurfaceMesh mesh = tetrahedron();
+  const solvers::mesh::Box box = solvers::mesh::bounding_box(mesh.vertices);
   texture.towards_plus = false;
-  const solvers::TexturedFace under = textures.on(texture, box, &mesh);
+  const render::maps::TexturedFace under = textures.on(texture, box, &mesh);
   EXPECT_EQ(under.normal(), Vec3(0, 0, -1));
   texture.towards_plus = true;
   try {
@@ -78,13 +79,13 @@ TEST(Textures, LieOnFlatSidesOnly) {
 }
 
 TEST(Textures, AreShallowerThanHalfTheirBody) {
-  TextureConfig texture;
+  scene::motion::TextureConfig texture;
   texture.map = "grooves";
   texture.texels = 64;
   texture.axis = 'z';
   texture.towards_plus = true;
   texture.parameters = {{"depth", 0.01}, {"wavelength", 0.02}, {"waves", 2}};
-  Textures textures(0);
+  scene::motion::Textures textures(0);
   EXPECT_NO_THROW(textures.on(texture, {{0, 0, 0}, {0.1, 0.1, 0.021}}));
   try {
     textures.on(texture, {{0, 0, 0}, {0.1, 0.1, 0.019}});

@@ -1,5 +1,5 @@
 // The columns that `carillon check` expects are those of docs/format.md.
-#include "cli/check/column_rules.hpp"
+#include "dataset/check/column_rules.hpp"
 
 #include <gtest/gtest.h>
 
@@ -33,25 +33,34 @@ std::set<std::string> documented() {
 
 TEST(ColumnRules, AreThoseOfTheDocument) {
   std::set<std::string> rules;
-  for (const ColumnRule& rule : column_rules()) rules.insert(rule.name);
+  for (const dataset::check::ColumnRule& rule : dataset::check::column_rules())
+    rules.insert(rule.name);
   EXPECT_EQ(rules, documented());
 }
 
 TEST(ColumnRules, TellWhatIsWrong) {
-  const BuildConfig config = read_build_config(
+  const dataset::configuration::BuildConfig config = dataset::configuration::read_build_config(
       "objects:\n  - shape: bar\n    materials: [steel]\naudio: {seconds: 0.1}\n", "test.yaml", {});
-  const ColumnRule& audio = *find_rule("audio");
-  EXPECT_EQ(break_of(audio, config, "float32", {4410}, "m/s"), "");
-  EXPECT_EQ(break_of(audio, config, "int16", {4410}, "m/s"), "holds int16, not float32");
-  EXPECT_EQ(break_of(audio, config, "float32", {2, 4410}, "m/s"), "a row is [2, 4410], not [4410]");
-  EXPECT_EQ(break_of(audio, config, "float32", {4410}, "V"), "is in \"V\", not m/s or Pa");
-  EXPECT_EQ(break_of(*find_rule("support_position"), config, "float64", {4, 3}, "m"), "");
-  EXPECT_NE(break_of(*find_rule("support_position"), config, "float64", {4}, "m"), "");
-  EXPECT_STREQ(find_rule("alpha12")->name, "alpha");
-  EXPECT_EQ(find_rule("alphabet"), nullptr);
-  EXPECT_EQ(expected(audio, config), true);
-  EXPECT_EQ(expected(*find_rule("room"), config), false);
-  EXPECT_EQ(expected(*find_rule("recording_shift"), config), std::nullopt);
+  const dataset::check::ColumnRule& audio = *dataset::check::find_rule("audio");
+  EXPECT_EQ(dataset::check::break_of(audio, config, "float32", {4410}, "m/s"), "");
+  EXPECT_EQ(dataset::check::break_of(audio, config, "int16", {4410}, "m/s"),
+            "holds int16, not float32");
+  EXPECT_EQ(dataset::check::break_of(audio, config, "float32", {2, 4410}, "m/s"),
+            "a row is [2, 4410], not [4410]");
+  EXPECT_EQ(dataset::check::break_of(audio, config, "float32", {4410}, "V"),
+            "is in \"V\", not m/s or Pa");
+  EXPECT_EQ(dataset::check::break_of(*dataset::check::find_rule("support_position"), config,
+                                     "float64", {4, 3}, "m"),
+            "");
+  EXPECT_NE(dataset::check::break_of(*dataset::check::find_rule("support_position"), config,
+                                     "float64", {4}, "m"),
+            "");
+  EXPECT_STREQ(dataset::check::find_rule("alpha12")->name, "alpha");
+  EXPECT_EQ(dataset::check::find_rule("alphabet"), nullptr);
+  EXPECT_EQ(dataset::check::expected(audio, config), true);
+  EXPECT_EQ(dataset::check::expected(*dataset::check::find_rule("room"), config), false);
+  EXPECT_EQ(dataset::check::expected(*dataset::check::find_rule("recording_shift"), config),
+            std::nullopt);
 }
 
 }  // namespace

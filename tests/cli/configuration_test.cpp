@@ -1,11 +1,11 @@
-#include "cli/build/configuration.hpp"
+#include "dataset/configuration/configuration.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "cli/text.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace carillon::cli {
 namespace {
@@ -16,8 +16,9 @@ objects:
     materials: [steel]
 )";
 
-BuildConfig read(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  return read_build_config(text, "test.yaml", overrides);
+dataset::configuration::BuildConfig read(const std::string& text,
+                                         const std::vector<std::string>& overrides = {}) {
+  return dataset::configuration::read_build_config(text, "test.yaml", overrides);
 }
 
 /// Message of the ConfigError that a text gives.
@@ -31,7 +32,7 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(Configuration, DefaultsAreThoseOfTheGuide) {
-  const BuildConfig config = read(minimal);
+  const dataset::configuration::BuildConfig config = read(minimal);
   EXPECT_EQ(config.name, "test");
   EXPECT_EQ(config.seed, 0u);
   EXPECT_EQ(config.band.min_frequency, 20);
@@ -46,15 +47,15 @@ TEST(Configuration, ResolvedTextReadsBackAsItself) {
   const std::string text = std::string(minimal) +
                            "mel: {}\nvoxels: {}\ncamera: {}\nlisteners:\n"
                            "  - position: [0, 0, 1 m]\nstrikes: {impulse: 20 mN s}\n";
-  const BuildConfig once = read(text);
-  const BuildConfig twice = read(once.resolved);
+  const dataset::configuration::BuildConfig once = read(text);
+  const dataset::configuration::BuildConfig twice = read(once.resolved);
   EXPECT_EQ(once.resolved, twice.resolved);
   EXPECT_EQ(twice.mel->hop, 1837);
   EXPECT_EQ(twice.scene.strikes.impulse.low, 0.02);
 }
 
 TEST(Configuration, UnitsAreUnderstood) {
-  const BuildConfig config = read(
+  const dataset::configuration::BuildConfig config = read(
       "objects:\n  - shape: bar\n    materials: steel\n    parameters: {length: [12 cm, 200 mm]}\n"
       "modes: {max_frequency: 12 kHz}\naudio: {seconds: 500 ms}\n");
   EXPECT_DOUBLE_EQ(config.objects[0].parameters.at("length").low, 0.12);
@@ -100,13 +101,13 @@ TEST(Configuration, LimitsOfMemoryNeverOverflow) {
   EXPECT_NE(text.find("16 GiB"), std::string::npos) << text;
   EXPECT_EQ(read(std::string(minimal) + "solver: {memory_limit: 1 MiB}\n").solver.memory_limit,
             1 << 20);
-  EXPECT_EQ(whole_bytes(1152921504606846976.0), 1ll << 60);
-  EXPECT_THROW(whole_bytes(1e21), core::InputError);
-  EXPECT_THROW(whole_bytes(std::nan("")), core::InputError);
+  EXPECT_EQ(core::whole_bytes(1152921504606846976.0), 1ll << 60);
+  EXPECT_THROW(core::whole_bytes(1e21), core::InputError);
+  EXPECT_THROW(core::whole_bytes(std::nan("")), core::InputError);
 }
 
 TEST(Configuration, MaterialsOfGroups) {
-  const BuildConfig config =
+  const dataset::configuration::BuildConfig config =
       read("objects:\n  - mesh: a.msh\n    materials: {shell: steel, core: wood}\n");
   EXPECT_EQ(config.objects[0].groups.at("core"), "wood");
   EXPECT_TRUE(config.objects[0].materials.empty());
@@ -118,7 +119,7 @@ TEST(Configuration, OverridesWin) {
 }
 
 TEST(Configuration, TurnedProfilesFromPoints) {
-  const BuildConfig config = read(
+  const dataset::configuration::BuildConfig config = read(
       "objects:\n  - shape: turned\n    materials: [glass]\n    profile:\n"
       "      - {radius: 0, height: 0}\n      - {radius: 3 cm, height: 0}\n"
       "      - {radius: 3 cm, height: 2 cm}\n      - {radius: 0, height: 2 cm}\n");

@@ -1,39 +1,39 @@
-#include "cli/build/costs.hpp"
+#include "dataset/run/costs.hpp"
 
 #include <gtest/gtest.h>
 
-#include "cli/build/expected_mesh.hpp"
-#include "cli/build/task_times.hpp"
+#include "dataset/plan/expected_mesh.hpp"
+#include "dataset/plan/task_times.hpp"
 
 namespace carillon::cli {
 namespace {
 
 std::vector<mpi::Task> tasks_of(const std::string& text) {
-  const BuildConfig config =
-      read_build_config("name: x\nmaterials: [steel]\n" + text, "x.yaml", {});
-  return board_tasks(make_plan(config), config);
+  const dataset::configuration::BuildConfig config = dataset::configuration::read_build_config(
+      "name: x\nmaterials: [steel]\n" + text, "x.yaml", {});
+  return dataset::run::board_tasks(dataset::plan::make_plan(config), config);
 }
 
 TEST(GroupWidth, FollowsUnknownsAlone) {
-  RanksConfig ranks;
+  dataset::configuration::RanksConfig ranks;
   ranks.unknowns_per_rank = 1000;
   ranks.widest_group = 12;
-  EXPECT_EQ(group_width(ranks, 10), 1);
-  EXPECT_EQ(group_width(ranks, 1000), 1);
-  EXPECT_EQ(group_width(ranks, 1001), 2);
-  EXPECT_EQ(group_width(ranks, 3999), 4);
-  EXPECT_EQ(group_width(ranks, 8001), 12);
-  EXPECT_EQ(group_width(ranks, 1e9), 12);
+  EXPECT_EQ(dataset::configuration::group_width(ranks, 10), 1);
+  EXPECT_EQ(dataset::configuration::group_width(ranks, 1000), 1);
+  EXPECT_EQ(dataset::configuration::group_width(ranks, 1001), 2);
+  EXPECT_EQ(dataset::configuration::group_width(ranks, 3999), 4);
+  EXPECT_EQ(dataset::configuration::group_width(ranks, 8001), 12);
+  EXPECT_EQ(dataset::configuration::group_width(ranks, 1e9), 12);
 }
 
 TEST(ExpectedBody, KnowsSizesBeforeMeshing) {
   // A box of 200 x 100 x 10 mm, and unknowns that `carillon modes tile:... --order 2
   // --element-size 20mm` has: 12 x 6 cells of a diagonal of 20 mm in one layer.
-  Shape shape;
+  dataset::plan::Shape shape;
   shape.request.shape = {"tile", {{"length", 0.2}, {"width", 0.1}, {"thickness", 0.01}}, {}};
   shape.request.options.order = 2;
   shape.request.options.element_size = 0.02;
-  const ExpectedBody body = expected_body(shape);
+  const dataset::plan::ExpectedBody body = dataset::plan::expected_body(shape);
   EXPECT_NEAR(body.volume, 2e-4, 1e-12);
   EXPECT_NEAR(body.longest_side, 0.2, 1e-12);
   const double cells = std::ceil(0.2 / 0.01225) * std::ceil(0.1 / 0.01225);
@@ -41,9 +41,9 @@ TEST(ExpectedBody, KnowsSizesBeforeMeshing) {
 }
 
 TEST(ExpectedBody, FilesThatCannotBeReadAreOfMiddlingSize) {
-  Shape shape;
+  dataset::plan::Shape shape;
   shape.path = shape.request.file.path = "/nowhere/cup.stl";
-  EXPECT_GT(expected_body(shape).mesh.unknowns(), 100);
+  EXPECT_GT(dataset::plan::expected_body(shape).mesh.unknowns(), 100);
 }
 
 TEST(Costs, WidthsAndKinds) {
@@ -75,9 +75,11 @@ TEST(Costs, AMemoryLimitBoundsTheEstimate) {
 
 TEST(Ranks, MemoryOfANodeIsNoPartOfTheDataset) {
   const std::string text = "name: x\nmaterials: [steel]\nobjects: [{shape: bar}]\n";
-  const auto config = read_build_config(text, "x.yaml", {"ranks.memory_per_node=3 GiB"});
+  const auto config =
+      dataset::configuration::read_build_config(text, "x.yaml", {"ranks.memory_per_node=3 GiB"});
   EXPECT_EQ(config.ranks.memory_per_node, 3ll << 30);
-  EXPECT_EQ(config.resolved, read_build_config(text, "x.yaml", {}).resolved);
+  EXPECT_EQ(config.resolved,
+            dataset::configuration::read_build_config(text, "x.yaml", {}).resolved);
   EXPECT_NE(config.resolved.find("unknowns_per_rank"), std::string::npos);
   EXPECT_EQ(config.resolved.find("memory_per_node"), std::string::npos);
 }
@@ -91,30 +93,31 @@ TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
   // it was kept from a processor for 1 s.
   const nlohmann::json rows{row(0, 10, 10, 0), row(0, 4, 3, 1), row(6, 8, 8, 0), row(10, 5, 5, 0)};
   std::vector<mpi::RankTimes> ranks(2);
-  EXPECT_NEAR(busy_share(rows, 1, ranks), 17.0 / 19, 1e-12);
+  EXPECT_NEAR(dataset::plan::busy_share(rows, 1, ranks), 17.0 / 19, 1e-12);
   ranks[1].queued = 2;
-  EXPECT_NEAR(busy_share(rows, 1, ranks), 17.0 / 18, 1e-12);
-  EXPECT_EQ(busy_share(rows, 2, ranks), 1);
+  EXPECT_NEAR(dataset::plan::busy_share(rows, 1, ranks), 17.0 / 18, 1e-12);
+  EXPECT_EQ(dataset::plan::busy_share(rows, 2, ranks), 1);
   // Strictly: 17 of 20 s, of which others took 2.
-  EXPECT_NEAR(computing_share(rows, 1, ranks), 17.0 / 18, 1e-12);
+  EXPECT_NEAR(dataset::plan::computing_share(rows, 1, ranks), 17.0 / 18, 1e-12);
   ranks[1].queued = 0;
-  EXPECT_NEAR(computing_share(rows, 1, ranks), 17.0 / 20, 1e-12);
-  EXPECT_EQ(computing_share(rows, 2, ranks), 1);
+  EXPECT_NEAR(dataset::plan::computing_share(rows, 1, ranks), 17.0 / 20, 1e-12);
+  EXPECT_EQ(dataset::plan::computing_share(rows, 2, ranks), 1);
   // What a task waits for within itself shows there alone.
   const nlohmann::json waits{row(0, 10, 5, 0), row(10, 1, 1, 0)};
-  EXPECT_EQ(busy_share(waits, 1, std::vector<mpi::RankTimes>(1)), 1);
-  EXPECT_NEAR(computing_share(waits, 1, std::vector<mpi::RankTimes>(1)), 0.5, 1e-12);
+  EXPECT_EQ(dataset::plan::busy_share(waits, 1, std::vector<mpi::RankTimes>(1)), 1);
+  EXPECT_NEAR(dataset::plan::computing_share(waits, 1, std::vector<mpi::RankTimes>(1)), 0.5, 1e-12);
   // Others took 4 s of a task of which a half lies before the last one's beginning.
   const nlohmann::json taken{row(0, 20, 16, 4), row(10, 1, 1, 0)};
   std::vector<mpi::RankTimes> two(2);
   two[0].queued = 4;
-  EXPECT_NEAR(computing_share(taken, 1, two), 8.0 / 18, 1e-12);
+  EXPECT_NEAR(dataset::plan::computing_share(taken, 1, two), 8.0 / 18, 1e-12);
 
   // A group of two computes 12 s in 10, is kept from processors for 2 s, and waits for itself 6 s.
   nlohmann::json wide = row(0, 10, 12, 2);
   wide["width"] = 2;
-  EXPECT_NEAR(busy_share({wide, row(10, 1, 1, 0)}, 1, std::vector<mpi::RankTimes>(2)), 12.0 / 18,
-              1e-12);
+  EXPECT_NEAR(
+      dataset::plan::busy_share({wide, row(10, 1, 1, 0)}, 1, std::vector<mpi::RankTimes>(2)),
+      12.0 / 18, 1e-12);
 }
 
 TEST(RunText, TellsWhatEachRankWasIdle) {
@@ -124,7 +127,7 @@ TEST(RunText, TellsWhatEachRankWasIdle) {
     for (std::size_t r = 0; r < ranks; ++r) {
       run["ranks"].push_back({{"busy_s", 20}, {"idle_s", 0.4 + double((r * 7) % ranks)}});
     }
-    return run_text(run);
+    return dataset::plan::run_text(run);
   };
   EXPECT_EQ(text_of(2),
             "21 s on 2 ranks, busy 75.0 % of the time until the last task began, computing 50.0 %\n"

@@ -1,15 +1,15 @@
 // What descriptions in the Croissant format say of a dataset as a whole.
 #include <gtest/gtest.h>
 
-#include "cli/build/croissant.hpp"
+#include "dataset/run/croissant.hpp"
 
 namespace carillon::cli {
 namespace {
 
 std::string license_in(const std::string& license) {
-  About about;
+  dataset::configuration::About about;
   about.license = license;
-  return croissant_about("set", about).at("license");
+  return dataset::run::croissant_about("set", about).at("license");
 }
 
 TEST(Croissant, GivesLicensesByTheirAddresses) {
@@ -23,8 +23,8 @@ TEST(Croissant, GivesLicensesByTheirAddresses) {
 }
 
 TEST(Croissant, SaysNothingThatWasNotSaid) {
-  EXPECT_EQ(croissant_about("set", {}), (nlohmann::ordered_json{{"name", "set"}}));
-  const auto head = croissant_head("set", {}, "so many sounds");
+  EXPECT_EQ(dataset::run::croissant_about("set", {}), (nlohmann::ordered_json{{"name", "set"}}));
+  const auto head = dataset::run::croissant_head("set", {}, "so many sounds");
   EXPECT_EQ(head.at("description"), "so many sounds");
   EXPECT_FALSE(head.contains("license"));
 }

@@ -1,4 +1,4 @@
-#include "cli/build/damping_columns.hpp"
+#include "dataset/samples/damping_columns.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,21 +7,22 @@
 #include <fstream>
 #include <set>
 
-#include "cli/build/configuration.hpp"
-#include "cli/build/plan.hpp"
 #include "core/hdf5.hpp"
+#include "dataset/configuration/configuration.hpp"
+#include "dataset/plan/plan.hpp"
 
 namespace carillon::cli {
 namespace {
 
-BuildConfig config_of(const std::string& materials) {
-  return read_build_config("objects:\n  - {shape: bar, materials: " + materials + "}\n", "t.yaml",
-                           {});
+dataset::configuration::BuildConfig config_of(const std::string& materials) {
+  return dataset::configuration::read_build_config(
+      "objects:\n  - {shape: bar, materials: " + materials + "}\n", "t.yaml", {});
 }
 
 TEST(DampingColumns, AreAsManyAsTheModelsNeed) {
   const auto units = [](const std::string& materials) {
-    return damping_column_units(named_materials(config_of(materials)));
+    return dataset::samples::damping_column_units(
+        dataset::configuration::named_materials(config_of(materials)));
   };
   using Units = std::vector<std::string>;
   EXPECT_EQ(units("[steel, glass]"), (Units{"1/s", "s"}));
@@ -33,10 +34,12 @@ TEST(DampingColumns, AreAsManyAsTheModelsNeed) {
 }
 
 TEST(DampingColumns, HoldNaNWhereAModelHasNoSuchParameter) {
-  const auto materials = named_materials(config_of("[gpd_wood_caughey, steel, gpd_wood_power]"));
-  const auto units = damping_column_units(materials);
-  Columns columns;
-  for (const synth::Material& m : materials) add_damping_columns(m.damping, units, columns);
+  const auto materials = dataset::configuration::named_materials(
+      config_of("[gpd_wood_caughey, steel, gpd_wood_power]"));
+  const auto units = dataset::samples::damping_column_units(materials);
+  core::Columns columns;
+  for (const synth::material::Material& m : materials)
+    dataset::samples::add_damping_columns(m.damping, units, columns);
   const auto path = std::filesystem::temp_directory_path() /
                     ("carillon-columns-" + std::to_string(::getpid()) + ".h5");
   {
@@ -61,10 +64,10 @@ TEST(DampingColumns, FingerprintsKnowTheDamping) {
   const auto fingerprint_with = [&](const std::string& damping) {
     std::ofstream(path) << "own: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000, "
                         << damping << "}\n";
-    const BuildConfig config = read_build_config(
+    const dataset::configuration::BuildConfig config = dataset::configuration::read_build_config(
         "materials_file: " + path.string() + "\nobjects:\n  - {shape: bar, materials: [own]}\n",
         "t.yaml", {});
-    return fingerprint(config, make_plan(config));
+    return dataset::plan::fingerprint(config, dataset::plan::make_plan(config));
   };
   const std::vector<std::string> dampings = {"alpha1: 1",
                                              "alpha1: 2",

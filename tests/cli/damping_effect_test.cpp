@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "cli/sound/effects/list.hpp"
-#include "cli/sound/scene.hpp"
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
+#include "scene/effects/detail/list.hpp"
+#include "scene/scene.hpp"
 
 namespace carillon::cli {
 
@@ -21,13 +21,13 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-SceneEffect read(const std::string& text, const std::vector<std::string>& materials) {
+scene::SceneEffect read(const std::string& text, const std::vector<std::string>& materials) {
   core::ConfigNode root = core::ConfigNode::parse(text, "test.yaml");
-  Scene scene;
+  scene::Scene scene;
   for (const std::string& name : materials) {
-    scene.materials.push_back(synth::parse_material(name));
+    scene.materials.push_back(synth::material::parse_material(name));
   }
-  SceneEffect effect = damping_effect.read(root, scene);
+  scene::SceneEffect effect = scene::damping_effect.read(root, scene);
   root.finish();
   return effect;
 }
@@ -35,22 +35,22 @@ SceneEffect read(const std::string& text, const std::vector<std::string>& materi
 /// A body with modes at 500, 900, 2,500 and 3,100 Hz, of whom the model lets the second and third
 /// grow: c is a parabola with roots at 800 and 3,000 Hz.
 struct Growing {
-  solvers::Modes modes;
-  std::vector<synth::Material> materials = {synth::parse_material("steel")};
-  RingingBody body;
+  solvers::modes::Modes modes;
+  std::vector<synth::material::Material> materials = {synth::material::parse_material("steel")};
+  scene::RingingBody body;
 
   Growing() {
     const double l1 = at_hertz(800), l2 = at_hertz(3000);
     materials[0].damping = {
-        synth::DampingKind::caughey, {1e-15 * l1 * l2, -1e-15 * (l1 + l2), 1e-15}, ""};
+        synth::damping::DampingKind::caughey, {1e-15 * l1 * l2, -1e-15 * (l1 + l2), 1e-15}, ""};
     for (const double f : {500.0, 900.0, 2500.0, 3100.0}) modes.eigenvalues.push_back(at_hertz(f));
     modes.kinetic_share = modes.strain_share = Eigen::MatrixXd::Ones(4, 1);
     body.id = "plate/own/1";
     body.modes = &modes;
     body.materials = &materials;
   }
-  Sound sound(Columns* record) const {
-    Sound made;
+  scene::Sound sound(core::Columns* record) const {
+    scene::Sound made;
     made.body = &body;
     made.rings.eigenvalues = modes.eigenvalues;
     made.rings.decay_rates = body.decay_rates;
@@ -66,7 +66,7 @@ TEST(DampingEffect, IsAskedForByMaterials) {
   EXPECT_EQ(read("{}", {"steel", "sterling_wood_hybrid"}).asked_by, "every material has damping");
   const std::string undamped = "youngs_modulus=1e9,poisson_ratio=0.3,density=1000";
   EXPECT_EQ(read("{}", {"steel", undamped}).asked_by, "1 of 2 materials have damping");
-  const SceneEffect off = read("{}", {undamped});
+  const scene::SceneEffect off = read("{}", {undamped});
   EXPECT_EQ(off.asked_by, "");
   EXPECT_EQ(off.reason_off, "no material has damping");
   EXPECT_EQ(read("{}", {"steel"}).reason_off, "");
@@ -84,8 +84,8 @@ TEST(DampingEffect, RefusesOtherChoices) {
 
 TEST(DampingEffect, SetsTheRatesOfABody) {
   Growing g;
-  g.materials[0] = synth::parse_material("gpd_aluminum_power");
-  const EffectParts parts = read("{}", {"steel"}).start("");
+  g.materials[0] = synth::material::parse_material("gpd_aluminum_power");
+  const scene::EffectParts parts = read("{}", {"steel"}).start("");
   EXPECT_FALSE(parts.rings);
   EXPECT_FALSE(parts.audio);
   parts.body(g.body);
@@ -107,32 +107,32 @@ TEST(DampingEffect, NegativeIsAnErrorThatNamesTheBodyUnlessChosen) {
 
 TEST(DampingEffect, ClampLetsSuchModesRingUndamped) {
   Growing g;
-  const EffectParts parts = read("damping: {negative: clamp}\n", {"steel"}).start("");
+  const scene::EffectParts parts = read("damping: {negative: clamp}\n", {"steel"}).start("");
   parts.body(g.body);
   EXPECT_EQ(g.body.decay_rates[1], 0);
   EXPECT_EQ(g.body.decay_rates[2], 0);
   EXPECT_GT(g.body.decay_rates[0], 0);
-  Sound sound = g.sound(nullptr);
+  scene::Sound sound = g.sound(nullptr);
   parts.rings(sound);
   EXPECT_EQ(sound.rings.excitation, Eigen::VectorXd::Ones(4));
 }
 
 TEST(DampingEffect, DropLeavesSuchModesOutAndSaysWhere) {
   Growing g;
-  const EffectParts parts = read("damping: {negative: drop}\n", {"steel"}).start("");
+  const scene::EffectParts parts = read("damping: {negative: drop}\n", {"steel"}).start("");
   parts.body(g.body);
-  Columns record;
-  Sound sound = g.sound(&record);
+  core::Columns record;
+  scene::Sound sound = g.sound(&record);
   parts.rings(sound);
   EXPECT_EQ(sound.rings.excitation, Eigen::Vector4d(1, 0, 0, 1));
   EXPECT_EQ(sound.rings.readout.velocity, Eigen::RowVector4d(1, 0, 0, 1));
-  EXPECT_EQ(synth::sounding_modes(sound.rings, 44100), 2u);
+  EXPECT_EQ(synth::modal::sounding_modes(sound.rings, 44100), 2u);
   // A body without such modes gives the same columns.
   Growing sane;
   sane.body.id = "plate/steel/1";
-  sane.materials[0] = synth::parse_material("steel");
+  sane.materials[0] = synth::material::parse_material("steel");
   parts.body(sane.body);
-  Sound other = sane.sound(&record);
+  scene::Sound other = sane.sound(&record);
   parts.rings(other);
   EXPECT_EQ(other.rings.excitation, Eigen::Vector4d::Ones());
 

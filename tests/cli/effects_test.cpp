@@ -9,8 +9,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "cli/sound/chain.hpp"
 #include "core/error.hpp"
+#include "scene/chain.hpp"
 #include "tests/cli/heard_scene.hpp"
 
 namespace carillon::cli {
@@ -43,7 +43,7 @@ std::string scene_without(const std::string& name, const std::string& about) {
     if (effect != name && !(about == "contact" && effect == "striker")) text += keys;
   }
   std::string switches;
-  for (const Effect& effect : effects()) {
+  for (const scene::Effect& effect : scene::effects()) {
     const bool on = effect.only_on_demand && effect.name != name;
     const bool off = !effect.only_on_demand && effect.name == name;
     if (on || off) switches += std::string("  ") + effect.name + (on ? ": on\n" : ": off\n");
@@ -56,8 +56,8 @@ class EveryEffect : public testing::TestWithParam<const char*> {};
 TEST_P(EveryEffect, IsNeitherCalledNorKeptNorHeardWhereItIsOff) {
   const std::string name = GetParam();
   const std::string text = scene_without(name, name);
-  std::vector<Effect> others;
-  for (const Effect& effect : effects()) {
+  std::vector<scene::Effect> others;
+  for (const scene::Effect& effect : scene::effects()) {
     if (effect.name != name) others.push_back(effect);
   }
   // A program that never heard of the effect cannot read a switch for it.
@@ -116,7 +116,7 @@ TEST(Effects, SwitchedOffAreAsIfTheirKeyWereNotThere) {
 /// (tests/end_to_end/scenes.py), are made elsewhere.
 std::vector<const char*> working_effects() {
   std::vector<const char*> names;
-  for (const Effect& effect : effects()) {
+  for (const scene::Effect& effect : scene::effects()) {
     const std::string stage = effect.stage;
     if (stage != "view" && stage != "motion") names.push_back(effect.name);
   }
@@ -129,9 +129,9 @@ INSTANTIATE_TEST_SUITE_P(Effects, EveryEffect, testing::ValuesIn(working_effects
 TEST(Effects, SayWhyTheyAreOnOrOff) {
   core::ConfigNode root = core::ConfigNode::parse(
       "\nlisteners:\n  - position: [0, 0, 1]\neffects: {contact: off, radiation: on}\n", "s.yaml");
-  const Scene scene = read_scene(root, "s.yaml");
+  const scene::Scene scene = scene::read_scene(root, "s.yaml");
   std::map<std::string, nlohmann::json> found;
-  for (const nlohmann::json& effect : describe_effects(scene, 60)) {
+  for (const nlohmann::json& effect : scene::describe_effects(scene, 60)) {
     found[effect.at("name")] = effect;
     EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
   }
@@ -144,7 +144,7 @@ TEST(Effects, SayWhyTheyAreOnOrOff) {
 TEST(Effects, CannotBeForcedWithoutWhatTheyNeed) {
   core::ConfigNode root = core::ConfigNode::parse("effects: {radiation: on}\n", "s.yaml");
   try {
-    read_scene(root, "s.yaml");
+    scene::read_scene(root, "s.yaml");
     FAIL();
   } catch (const core::ConfigError& error) {
     EXPECT_NE(error.message().find("s.yaml:1"), std::string::npos) << error.message();
@@ -160,13 +160,13 @@ TEST(Effects, OfAirAreOffWhereRadiationIs) {
                                             "room: {size: [5, 4, 3], rt60: 0.5}\n") +
                                     off,
                                 "s.yaml");
-    const Scene scene = read_scene(root, "s.yaml");
+    const scene::Scene scene = scene::read_scene(root, "s.yaml");
     root.finish();
     EXPECT_EQ(scene.rows(), 1u);
     for (const char* name : {"radiation", "click", "room", "tail"}) {
       EXPECT_FALSE(scene.runs(name)) << name;
     }
-    for (const nlohmann::json& effect : describe_effects(scene)) {
+    for (const nlohmann::json& effect : scene::describe_effects(scene)) {
       if (effect.at("name") == "room") {
         EXPECT_EQ(effect.at("reason"), "radiation is off: the dry signal is no pressure");
       }
@@ -177,21 +177,21 @@ TEST(Effects, OfAirAreOffWhereRadiationIs) {
 TEST(Effects, SwitchesMayBeTrueOrFalse) {
   core::ConfigNode root = core::ConfigNode::parse(
       "striker: {kind: metal}\neffects: {striker: false, thrift: true}\n", "s.yaml");
-  const Scene scene = read_scene(root, "s.yaml");
+  const scene::Scene scene = scene::read_scene(root, "s.yaml");
   EXPECT_FALSE(scene.runs("striker"));
   EXPECT_TRUE(scene.runs("contact"));  // which a striker would do in its place
   EXPECT_TRUE(scene.runs("thrift"));
   core::ConfigNode wrong = core::ConfigNode::parse("effects: {thrift: maybe}\n", "s.yaml");
-  EXPECT_THROW(read_scene(wrong, "s.yaml"), core::ConfigError);
+  EXPECT_THROW(scene::read_scene(wrong, "s.yaml"), core::ConfigError);
 }
 
 TEST(Effects, ActAtTheStageThatTheyName) {
   for (const char* name : working_effects()) {
     core::ConfigNode root = core::ConfigNode::parse(scene_without("", name), "s.yaml");
-    for (const EffectDecision& decision : read_scene(root, "s.yaml").effects) {
+    for (const scene::EffectDecision& decision : scene::read_scene(root, "s.yaml").effects) {
       if (decision.effect->name != std::string_view(name)) continue;
       ASSERT_TRUE(decision.enabled) << name;
-      const EffectParts parts = decision.in_scene.start("");
+      const scene::EffectParts parts = decision.in_scene.start("");
       const std::map<std::string, bool> does = {
           {"body", static_cast<bool>(parts.body)},
           {"strike", static_cast<bool>(parts.strike)},
@@ -204,7 +204,7 @@ TEST(Effects, ActAtTheStageThatTheyName) {
 }
 
 TEST(Columns, RefuseSamplesThatDiffer) {
-  Columns columns;
+  core::Columns columns;
   const std::vector<double> two = {1, 2};
   columns.add<double>("pair", two, {2});
   columns.add("one", 1.0);
@@ -257,7 +257,7 @@ TEST(Effects, RecordTheColumnsThatTheFormatDocuments) {
 
 TEST(Effects, UnknownNamesAreErrors) {
   core::ConfigNode root = core::ConfigNode::parse("effects: {radation: on}\n", "s.yaml");
-  read_scene(root, "s.yaml");
+  scene::read_scene(root, "s.yaml");
   EXPECT_THROW(root.finish(), core::ConfigError);
 }
 

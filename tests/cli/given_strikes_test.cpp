@@ -1,4 +1,4 @@
-#include "cli/sound/given_strikes.hpp"
+#include "scene/detail/given_strikes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +12,9 @@ namespace {
 
 class GivenStrikes : public testing::Test {
  protected:
-  std::vector<GivenStrike> read(const std::string& text) {
+  std::vector<scene::GivenStrike> read(const std::string& text) {
     std::ofstream(path_) << text;
-    return read_given_strikes(path_);
+    return scene::read_given_strikes(path_);
   }
   std::string refusal(const std::string& text) {
     try {

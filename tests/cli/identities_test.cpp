@@ -1,5 +1,5 @@
 // Copies of one body stay in one part of a split.
-#include "cli/build/identities.hpp"
+#include "dataset/plan/identities.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,13 +9,14 @@
 #include <fstream>
 #include <set>
 
-#include "cli/temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::cli {
 namespace {
 
-BuildConfig config_of(const std::string& objects, const std::string& more = "") {
-  return read_build_config(
+dataset::configuration::BuildConfig config_of(const std::string& objects,
+                                              const std::string& more = "") {
+  return dataset::configuration::read_build_config(
       "materials: [steel]\nobjects:\n" + objects + "split: {test: 0.5}\n" + more, "test.yaml", {});
 }
 
@@ -36,10 +37,10 @@ class Identities : public testing::Test {
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
   }
-  BuildConfig meshes() const {
+  dataset::configuration::BuildConfig meshes() const {
     return config_of("  - mesh: " + (folder_ / "*.off").string() + "\n");
   }
-  TemporaryFolder own_;  // tests run side by side
+  core::TemporaryFolder own_;  // tests run side by side
   std::filesystem::path folder_ = own_.path();
 };
 
@@ -47,11 +48,11 @@ TEST_F(Identities, TurnedAndScaledCopiesOfAMeshAreOneShape) {
   for (int i = 0; i < 20; ++i) {
     write(fmt::format("copy{:02}.off", i), tetrahedron(0.03, 0.04, 0.06, 0.3 * i, 1 + 0.1 * i));
   }
-  const BuildPlan plan = make_plan(meshes());
+  const dataset::plan::BuildPlan plan = dataset::plan::make_plan(meshes());
   std::set<std::string> shapes, strikes, sums;
-  for (const Shape& shape : plan.shapes) {
+  for (const dataset::plan::Shape& shape : plan.shapes) {
     shapes.insert(shape.identity);
-    strikes.insert(split_strike(meshes(), shape, 3));
+    strikes.insert(dataset::plan::split_strike(meshes(), shape, 3));
     sums.insert(shape.sha256);
   }
   EXPECT_EQ(sums.size(), 20U);
@@ -65,7 +66,7 @@ TEST_F(Identities, OtherMeshesAreOthersAndUnreadableOnesGoByTheirBytes) {
   write("c.off", "no mesh");
   write("d.off", "no mesh");
   write("e.off", "no mesh either");
-  const auto shapes = make_plan(meshes()).shapes;
+  const auto shapes = dataset::plan::make_plan(meshes()).shapes;
   EXPECT_NE(shapes[0].identity, shapes[1].identity);
   EXPECT_EQ(shapes[2].identity, shapes[2].sha256);
   EXPECT_EQ(shapes[2].identity, shapes[3].identity);
@@ -74,16 +75,16 @@ TEST_F(Identities, OtherMeshesAreOthersAndUnreadableOnesGoByTheirBytes) {
 
 TEST_F(Identities, OfAMeshDoesNotDependOnTheOthers) {
   write("m.off", tetrahedron(0.03, 0.04, 0.06, 0, 1));
-  const std::string alone = make_plan(meshes()).shapes.front().identity;
+  const std::string alone = dataset::plan::make_plan(meshes()).shapes.front().identity;
   for (int i = 0; i < 5; ++i) {
     write(fmt::format("a{}.off", i), tetrahedron(0.03, 0.04, 0.05 + 0.002 * i, 0, 1));
   }
-  EXPECT_EQ(make_plan(meshes()).shapes.back().identity, alone);
+  EXPECT_EQ(dataset::plan::make_plan(meshes()).shapes.back().identity, alone);
 }
 
 TEST(GeneratedIdentities, AreThoseOfProportions) {
   const auto shapes =
-      make_plan(
+      dataset::plan::make_plan(
           config_of("  - shape: bar\n    name: one\n    parameters: {length: 20 cm, width: 2 cm, "
                     "height: 1 cm}\n"
                     "  - shape: bar\n    name: double\n    parameters: {length: 40 cm, width: 4 "
@@ -99,15 +100,17 @@ TEST(GeneratedIdentities, AreThoseOfProportions) {
 }
 
 TEST(GivenStrikeIdentities, AtOnePointStayTogether) {
-  BuildConfig config = config_of("  - shape: bar\n");
+  dataset::configuration::BuildConfig config = config_of("  - shape: bar\n");
   for (int i = 0; i < 40; ++i) {
     config.scene.strikes.given.push_back({"*", {0.001 * (i % 20), 0, 0}, {}, 0.01, 0.001 * i});
   }
-  const Shape shape = make_plan(config).shapes.front();
+  const dataset::plan::Shape shape = dataset::plan::make_plan(config).shapes.front();
   std::set<std::string> parts;
   for (int i = 0; i < 20; ++i) {
-    parts.insert(split_strike(config, shape, i));
-    EXPECT_EQ(split_strike(config, shape, i), split_strike(config, shape, i + 20)) << i;
+    parts.insert(dataset::plan::split_strike(config, shape, i));
+    EXPECT_EQ(dataset::plan::split_strike(config, shape, i),
+              dataset::plan::split_strike(config, shape, i + 20))
+        << i;
   }
   EXPECT_GT(parts.size(), 1U);
 }

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/build/dataset.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
+#include "dataset/run/dataset.hpp"
 #include "tests/core/temporary_folder.hpp"
 
 namespace carillon::cli {
@@ -18,13 +18,13 @@ using core::Hdf5Group;
 class IndexTest : public testing::Test {
  protected:
   IndexTest()
-      : config_(read_build_config(
+      : config_(dataset::configuration::read_build_config(
             "objects: [{shape: bar, materials: [steel], count: 3}]\nstrikes: {per_object: 2}\n",
             "test.yaml", {})),
-        plan_(make_plan(config_)) {
+        plan_(dataset::plan::make_plan(config_)) {
     for (std::size_t t = 0; t < plan_.tasks.size(); ++t) {
-      const BuildTask& task = plan_.tasks[t];
-      if (task.kind == TaskKind::modes) {
+      const dataset::plan::BuildTask& task = plan_.tasks[t];
+      if (task.kind == dataset::plan::TaskKind::modes) {
         write_modes(plan_.shapes[task.shape].id);
       } else {
         samples_.push_back(t);
@@ -53,20 +53,21 @@ class IndexTest : public testing::Test {
   }
 
   /// Bytes of the index of the first shards.
-  std::string index_of(std::size_t shards, JoinedFiles& joined) const {
+  std::string index_of(std::size_t shards, dataset::run::JoinedFiles& joined) const {
     const std::vector<std::size_t> done(samples_.begin(),
                                         samples_.begin() + static_cast<std::ptrdiff_t>(shards));
-    write_index(config_, plan_, done, {folder_.path(), ""}, folder_.path() / "index.h5", joined);
+    dataset::run::write_index(config_, plan_, done, {folder_.path(), ""},
+                              folder_.path() / "index.h5", joined);
     return core::read_file(folder_.path() / "index.h5");
   }
   std::string fresh_index_of(std::size_t shards) const {
-    JoinedFiles joined(folder_.path());
+    dataset::run::JoinedFiles joined(folder_.path());
     return index_of(shards, joined);
   }
 
   core::TemporaryFolder folder_;
-  BuildConfig config_;
-  BuildPlan plan_;
+  dataset::configuration::BuildConfig config_;
+  dataset::plan::BuildPlan plan_;
   std::vector<std::size_t> samples_;
 };
 
@@ -79,7 +80,7 @@ TEST_F(IndexTest, GrowsToTheBytesOfAFreshOneAndReadsNoFileTwice) {
   EXPECT_EQ(index.extent("shapes/voxels"), (core::Extent{3, 2, 2, 2}));
   EXPECT_EQ(index.read<std::string>("key")[3], plan_.tasks[samples_[1]].key);
 
-  JoinedFiles joined(folder_.path());
+  dataset::run::JoinedFiles joined(folder_.path());
   EXPECT_EQ(index_of(2, joined), two);
   const std::string second = plan_.tasks[samples_[1]].key + ".h5";
   std::ofstream(folder_.path() / second) << "no HDF5 any more";

@@ -1,5 +1,5 @@
 // Several sources of sounds: what one is learnt from must not be tested in another.
-#include "cli/learn/learning_sources.hpp"
+#include "eval/studies/learning/detail/learning_sources.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace {
 using eval::MadeSource;
 
 void require(const MadeSource& one, const MadeSource& other, const std::string& split) {
-  require_one_part({&one, &other}, split);
+  eval::studies::require_one_part({&one, &other}, split);
 }
 
 TEST(SeveralSources, HaveEveryStrikeInOnePart) {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "cli/build/configuration.hpp"
+#include "dataset/configuration/configuration.hpp"
 
 namespace carillon::cli {
 namespace {
@@ -12,13 +12,14 @@ namespace {
 const std::string kDip =
     "\"youngs_modulus=70 GPa,poisson_ratio=0.2,density=2500,damping=1e-3*(f-800)*(f-3000)\"";
 
-BuildConfig with(const std::string& materials, const std::string& more = "") {
-  return read_build_config("objects:\n  - shape: bar\n    materials: [" + materials + "]\n" + more,
-                           "test.yaml", {});
+dataset::configuration::BuildConfig with(const std::string& materials,
+                                         const std::string& more = "") {
+  return dataset::configuration::read_build_config(
+      "objects:\n  - shape: bar\n    materials: [" + materials + "]\n" + more, "test.yaml", {});
 }
 
-std::string damping_reason(const BuildConfig& config) {
-  for (const EffectDecision& decision : config.scene.effects) {
+std::string damping_reason(const dataset::configuration::BuildConfig& config) {
+  for (const scene::EffectDecision& decision : config.scene.effects) {
     if (decision.effect->name == std::string_view("damping")) return decision.reason;
   }
   return "no such effect";
@@ -29,7 +30,7 @@ bool contains(const std::string& text, const std::string& part) {
 }
 
 TEST(NegativeDamping, IsToldWithMaterialRangeAndOutcome) {
-  const BuildConfig config = with("steel, " + kDip);
+  const dataset::configuration::BuildConfig config = with("steel, " + kDip);
   const std::string reason = damping_reason(config);
   EXPECT_TRUE(contains(reason, "every material has damping")) << reason;
   EXPECT_TRUE(contains(reason, "(f-3000) from 800 to 3000 Hz")) << reason;
@@ -43,9 +44,10 @@ TEST(NegativeDamping, IsToldWithMaterialRangeAndOutcome) {
 }
 
 TEST(NegativeDamping, IsLookedForInTheBand) {
-  const BuildConfig cut = with(kDip, "modes: {min_frequency: 0, max_frequency: 1 kHz}\n");
+  const dataset::configuration::BuildConfig cut =
+      with(kDip, "modes: {min_frequency: 0, max_frequency: 1 kHz}\n");
   EXPECT_TRUE(contains(damping_reason(cut), "800 to 1000 Hz")) << damping_reason(cut);
-  const BuildConfig above = with(kDip, "modes: {min_frequency: 4 kHz}\n");
+  const dataset::configuration::BuildConfig above = with(kDip, "modes: {min_frequency: 4 kHz}\n");
   EXPECT_FALSE(contains(damping_reason(above), "negative")) << damping_reason(above);
   EXPECT_TRUE(above.warnings.empty());
 }

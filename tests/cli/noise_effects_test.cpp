@@ -5,33 +5,34 @@
 
 #include "../core/temporary_folder.hpp"
 #include "../synth/sound_files.hpp"
-#include "cli/sound/effects/list.hpp"
-#include "cli/sound/scene.hpp"
 #include "core/error.hpp"
+#include "scene/effects/detail/list.hpp"
+#include "scene/scene.hpp"
 
 namespace carillon::cli {
 namespace {
 
 constexpr double rate = 16000;
 
-Scene scene(core::SampleFormat format = core::SampleFormat::float32) {
-  Scene made;
+scene::Scene scene(core::SampleFormat format = core::SampleFormat::float32) {
+  scene::Scene made;
   made.file_name = "scene.yaml";
   made.audio.sample_rate = rate;
   made.audio.dtype = format;
   return made;
 }
 
-SceneEffect read(const Effect& effect, const std::string& text, const Scene& in = scene()) {
+scene::SceneEffect read(const scene::Effect& effect, const std::string& text,
+                        const scene::Scene& in = scene()) {
   core::ConfigNode root = core::ConfigNode::parse(text, in.file_name);
-  SceneEffect made = effect.read(root, in);
+  scene::SceneEffect made = effect.read(root, in);
   root.finish();
   return made;
 }
 
 /// Two rows of a decay of 0.12 s that begins after 0.1 s.
-Sound decay(Columns* record = nullptr, std::uint64_t id = 1) {
-  Sound sound;
+scene::Sound decay(core::Columns* record = nullptr, std::uint64_t id = 1) {
+  scene::Sound sound;
   sound.seed = 5;
   sound.id = id;
   sound.sample_rate = rate;
@@ -48,7 +49,8 @@ Sound decay(Columns* record = nullptr, std::uint64_t id = 1) {
   return sound;
 }
 
-double measured_ratio(const Sound& clean, const Sound& noisy, std::size_t begin, std::size_t end) {
+double measured_ratio(const scene::Sound& clean, const scene::Sound& noisy, std::size_t begin,
+                      std::size_t end) {
   double signal = 0, noise = 0;
   for (std::size_t row = 0; row < 2; ++row) {
     for (std::size_t i = row * 16000 + begin; i < row * 16000 + end; ++i) {
@@ -59,12 +61,13 @@ double measured_ratio(const Sound& clean, const Sound& noisy, std::size_t begin,
   return 10 * std::log10(signal / noise);
 }
 
-void expect_recorded_ratio(const SceneEffect& effect, std::size_t part = 0, std::size_t parts = 1) {
-  const EffectParts working = effect.start("");
+void expect_recorded_ratio(const scene::SceneEffect& effect, std::size_t part = 0,
+                           std::size_t parts = 1) {
+  const scene::EffectParts working = effect.start("");
   for (std::uint64_t id = 0; id < 10; ++id) {
-    Columns record;
-    const Sound clean = decay();
-    Sound noisy = decay(&record, id);
+    core::Columns record;
+    const scene::Sound clean = decay();
+    scene::Sound noisy = decay(&record, id);
     noisy.part = part;
     noisy.parts = parts;
     working.audio(noisy);
@@ -86,7 +89,7 @@ void expect_recorded_ratio(const SceneEffect& effect, std::size_t part = 0, std:
     EXPECT_GT(first, 0);
     EXPECT_LT(std::abs(product) / std::sqrt(first * second), 0.3);
     // The same again, whatever came before.
-    Sound again = decay(nullptr, id);
+    scene::Sound again = decay(nullptr, id);
     again.part = part;
     again.parts = parts;
     working.audio(again);
@@ -95,8 +98,8 @@ void expect_recorded_ratio(const SceneEffect& effect, std::size_t part = 0, std:
 }
 
 TEST(NoiseEffect, AddsGeneratedNoiseAtTheRecordedRatio) {
-  expect_recorded_ratio(read(noise_effect, "noise: {kind: white, snr: [3 dB, 30 dB]}\n"));
-  expect_recorded_ratio(read(noise_effect, "noise: {kind: [white, white], snr: [3, 30]}\n"));
+  expect_recorded_ratio(read(scene::noise_effect, "noise: {kind: white, snr: [3 dB, 30 dB]}\n"));
+  expect_recorded_ratio(read(scene::noise_effect, "noise: {kind: [white, white], snr: [3, 30]}\n"));
 }
 
 TEST(NoiseEffect, AddsRecordedNoiseAtTheRecordedRatio) {
@@ -105,19 +108,19 @@ TEST(NoiseEffect, AddsRecordedNoiseAtTheRecordedRatio) {
     synth::write_sound(folder / (std::to_string(i) + ".wav"), synth::some_noise(44100, i), 44100);
   }
   const std::string text = "noise: {folder: " + folder.path().string() + ", snr: [3 dB, 30 dB]}\n";
-  const SceneEffect effect = read(noise_effect, text);
+  const scene::SceneEffect effect = read(scene::noise_effect, text);
   const std::string content = effect.content();
   EXPECT_FALSE(content.empty());
   expect_recorded_ratio(effect);
   expect_recorded_ratio(effect, 2, 9);
   synth::write_sound(folder / "more.wav", synth::some_noise(44100, 9), 44100);
-  EXPECT_NE(read(noise_effect, text).content(), content);
+  EXPECT_NE(read(scene::noise_effect, text).content(), content);
 }
 
 TEST(NoiseEffect, LeavesASilentClipAloneAndSaysSo) {
-  const EffectParts working = read(noise_effect, "noise: {kind: pink}\n").start("");
-  Columns record;
-  Sound sound = decay(&record);
+  const scene::EffectParts working = read(scene::noise_effect, "noise: {kind: pink}\n").start("");
+  core::Columns record;
+  scene::Sound sound = decay(&record);
   std::fill(sound.audio.begin(), sound.audio.end(), 0.0F);
   working.audio(sound);
   EXPECT_EQ(sound.audio, std::vector<float>(32000, 0.0F));
@@ -129,13 +132,13 @@ TEST(NoiseEffect, LeavesASilentClipAloneAndSaysSo) {
 }
 
 TEST(NoiseEffect, SaysWhatAsksForIt) {
-  EXPECT_EQ(read(noise_effect, "{}\n").reason_off, "no noise:");
-  EXPECT_EQ(read(recording_effect, "{}\n").reason_off, "no recording:");
-  EXPECT_EQ(read(noise_effect, "\nnoise: {kind: hum}\n").asked_by, "noise: (scene.yaml:2)");
-  EXPECT_EQ(read(recording_effect, "recording: {}\n").asked_by, "recording: (scene.yaml:1)");
+  EXPECT_EQ(read(scene::noise_effect, "{}\n").reason_off, "no noise:");
+  EXPECT_EQ(read(scene::recording_effect, "{}\n").reason_off, "no recording:");
+  EXPECT_EQ(read(scene::noise_effect, "\nnoise: {kind: hum}\n").asked_by, "noise: (scene.yaml:2)");
+  EXPECT_EQ(read(scene::recording_effect, "recording: {}\n").asked_by, "recording: (scene.yaml:1)");
 }
 
-std::string refusal(const Effect& effect, const std::string& text) {
+std::string refusal(const scene::Effect& effect, const std::string& text) {
   try {
     read(effect, text);
     return "accepted";
@@ -146,8 +149,8 @@ std::string refusal(const Effect& effect, const std::string& text) {
 
 TEST(NoiseEffect, RefusesWhatMakesNoSense) {
   const auto has = [](const std::string& text, const std::string& part) {
-    EXPECT_NE(refusal(noise_effect, text).find(part), std::string::npos)
-        << refusal(noise_effect, text);
+    EXPECT_NE(refusal(scene::noise_effect, text).find(part), std::string::npos)
+        << refusal(scene::noise_effect, text);
   };
   has("noise: {kind: wite}\n", "did you mean \"white\"?");
   has("noise: {}\n", "noise needs `folder`");
@@ -161,10 +164,10 @@ TEST(NoiseEffect, RefusesWhatMakesNoSense) {
 TEST(NoiseEffect, LooksAtItsFolderOnlyWhenItIsOn) {
   const core::TemporaryFolder empty;
   const std::string path = empty.path().string();
-  const Effect registry[] = {noise_effect};  // scenes point into it
+  const scene::Effect registry[] = {scene::noise_effect};  // scenes point into it
   const auto scene_of = [&registry](const std::string& text) {
     core::ConfigNode root = core::ConfigNode::parse(text, "scene.yaml");
-    return read_scene(root, "scene.yaml", registry);
+    return scene::read_scene(root, "scene.yaml", registry);
   };
   EXPECT_FALSE(scene_of("noise: {folder: absent}\neffects: {noise: off}\n").runs("noise"));
   for (const std::string& folder : {std::string("absent"), path}) {
@@ -182,14 +185,14 @@ TEST(NoiseEffect, LooksAtItsFolderOnlyWhenItIsOn) {
 }
 
 TEST(RecordingEffect, ShiftsBeforeAndConvertsAtFullScale) {
-  const EffectParts working =
-      read(recording_effect,
+  const scene::EffectParts working =
+      read(scene::recording_effect,
            "recording: {shift: [0.01 s, 0.05 s], gain: [6 dB, 12 dB], clip: 0.5, bits: 12, "
            "dither: true}\n")
           .start("");
-  Columns record;
-  const Sound clean = decay();
-  Sound sound = decay(&record);
+  core::Columns record;
+  const scene::Sound clean = decay();
+  scene::Sound sound = decay(&record);
   working.audio(sound);
   working.full_scale(sound);
   const auto row = record.last_row();
@@ -215,11 +218,11 @@ TEST(RecordingEffect, ShiftsBeforeAndConvertsAtFullScale) {
 
 TEST(RecordingEffect, TellsOfAnInt16ClipThatRoundsToNothing) {
   for (const auto format : {core::SampleFormat::int16, core::SampleFormat::float32}) {
-    const EffectParts working =
-        read(recording_effect, "recording: {gain: -100 dB}\n", scene(format)).start("");
+    const scene::EffectParts working =
+        read(scene::recording_effect, "recording: {gain: -100 dB}\n", scene(format)).start("");
     EXPECT_FALSE(working.audio);
-    Columns record;
-    Sound sound = decay(&record);
+    core::Columns record;
+    scene::Sound sound = decay(&record);
     working.full_scale(sound);
     EXPECT_EQ(record.last_row().at("recording_silent"),
               format == core::SampleFormat::int16 ? 1 : 0);
@@ -231,7 +234,7 @@ TEST(RecordingEffect, RefusesWhatMakesNoSense) {
        {"recording: {shift: [-1 s, 0 s]}\n", "recording: {gain: 300 dB}\n",
         "recording: {clip: 0}\n", "recording: {bits: 1}\n", "recording: {bits: 25}\n",
         "recording: {dither: true}\n", "recording: {gian: 3 dB}\n"}) {
-    EXPECT_NE(refusal(recording_effect, text), "accepted") << text;
+    EXPECT_NE(refusal(scene::recording_effect, text), "accepted") << text;
   }
 }
 

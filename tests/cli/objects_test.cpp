@@ -1,6 +1,6 @@
 // Objects of a configuration: common lengths, sizes that are drawn, which variants sound, and
 // ModelNet's folders.
-#include "cli/build/objects.hpp"
+#include "dataset/configuration/detail/objects.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,18 +12,19 @@
 #include <map>
 #include <set>
 
-#include "cli/build/expected_mesh.hpp"
-#include "cli/build/plan.hpp"
-#include "cli/sweep/shared_work.hpp"
-#include "cli/temporary_folder.hpp"
 #include "core/error.hpp"
-#include "solvers/families.hpp"
+#include "core/temporary_folder.hpp"
+#include "dataset/plan/expected_mesh.hpp"
+#include "dataset/plan/plan.hpp"
+#include "dataset/sweep/detail/shared_work.hpp"
+#include "solvers/families/families.hpp"
 
 namespace carillon::cli {
 namespace {
 
-BuildConfig config_of(const std::string& objects, const std::string& more = "") {
-  return read_build_config(
+dataset::configuration::BuildConfig config_of(const std::string& objects,
+                                              const std::string& more = "") {
+  return dataset::configuration::read_build_config(
       "materials: [steel]\nobjects:\n" + objects + "strikes: {per_object: 1}\n" + more, "test.yaml",
       {});
 }
@@ -38,15 +39,16 @@ std::string refusal(const std::string& objects, const std::string& more = "") {
 }
 
 TEST(Lengths, BringGeneratedBodiesToOneSizeAndKeepTheirProportions) {
-  for (const solvers::Family& family : solvers::families()) {
+  for (const solvers::families::Family& family : solvers::families::families()) {
     if (family.parameters.empty()) continue;  // turned has no parameters to draw
     const std::string entry = "  - {shape: " + family.name + ", count: 5";
-    const BuildPlan plain = make_plan(config_of(entry + "}\n"));
-    const BuildPlan scaled = make_plan(config_of(entry + ", length: 20 cm}\n"));
+    const dataset::plan::BuildPlan plain = dataset::plan::make_plan(config_of(entry + "}\n"));
+    const dataset::plan::BuildPlan scaled =
+        dataset::plan::make_plan(config_of(entry + ", length: 20 cm}\n"));
     for (std::size_t i = 0; i < plain.shapes.size(); ++i) {
       const auto &before = plain.shapes[i].request.shape, &after = scaled.shapes[i].request.shape;
-      EXPECT_NEAR(longest_side(after), 0.2, 1e-6) << family.name;
-      const double factor = 0.2 / longest_side(before);
+      EXPECT_NEAR(dataset::plan::longest_side(after), 0.2, 1e-6) << family.name;
+      const double factor = 0.2 / dataset::plan::longest_side(before);
       for (const auto& [name, value] : before.parameters)
         EXPECT_NEAR(after.parameters.at(name), factor * value, 1e-9) << family.name << " " << name;
       EXPECT_EQ(plain.shapes[i].split_shape, scaled.shapes[i].split_shape);
@@ -56,7 +58,7 @@ TEST(Lengths, BringGeneratedBodiesToOneSizeAndKeepTheirProportions) {
 
 TEST(Lengths, AreThoseOfTheBoxAroundABody) {
   const auto side = [](const std::string& family, std::map<std::string, double> parameters) {
-    return longest_side({family, std::move(parameters), {}});
+    return dataset::plan::longest_side({family, std::move(parameters), {}});
   };
   EXPECT_NEAR(side("box", {{"length", .1}, {"width", .3}, {"height", .2}, {"wall", .01}}), .3,
               1e-9);
@@ -70,7 +72,7 @@ TEST(Lengths, AreThoseOfTheBoxAroundABody) {
 }
 
 TEST(Lengths, ScaleTurnedProfilesToo) {
-  const BuildPlan plan = make_plan(config_of(
+  const dataset::plan::BuildPlan plan = dataset::plan::make_plan(config_of(
       "  - shape: turned\n    length: 10 cm\n    profile:\n      - {radius: 0, height: 0}\n"
       "      - {radius: 3 cm, height: 0}\n      - {radius: 0, height: 12 cm}\n"));
   const auto& profile = plan.shapes[0].request.shape.profile;
@@ -79,13 +81,13 @@ TEST(Lengths, ScaleTurnedProfilesToo) {
 }
 
 TEST(DrawnSizes, AreNormalAmongInstancesAndTheSameForAllMaterials) {
-  const BuildConfig config = config_of(
+  const dataset::configuration::BuildConfig config = config_of(
       "  - {shape: bar, count: 4000, materials: [steel, wood], "
       "drawn_size: {mean: 1.5, deviation: 0.2}}\n");
   double sum = 0, squares = 0;
   int within = 0;
-  const BuildPlan plan = make_plan(config);
-  for (const Shape& shape : plan.shapes) {
+  const dataset::plan::BuildPlan plan = dataset::plan::make_plan(config);
+  for (const dataset::plan::Shape& shape : plan.shapes) {
     ASSERT_EQ(shape.variants.size(), 2u);
     const double size = shape.variants[0].size;
     EXPECT_EQ(shape.variants[1].size, size);
@@ -103,9 +105,9 @@ TEST(DrawnSizes, AreNormalAmongInstancesAndTheSameForAllMaterials) {
 
 TEST(DrawnSizes, LeaveTheBodyAndComeAfterTheGivenOnes) {
   const std::string entry = "  - {shape: bar, count: 3, sizes: [1, 2]";
-  const BuildPlan given = make_plan(config_of(entry + "}\n"));
-  const BuildPlan drawn =
-      make_plan(config_of(entry + ", drawn_size: {mean: 3, deviation: 0.1}}\n"));
+  const dataset::plan::BuildPlan given = dataset::plan::make_plan(config_of(entry + "}\n"));
+  const dataset::plan::BuildPlan drawn =
+      dataset::plan::make_plan(config_of(entry + ", drawn_size: {mean: 3, deviation: 0.1}}\n"));
   std::set<double> sizes;
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(drawn.shapes[i].request.shape.parameters, given.shapes[i].request.shape.parameters);
@@ -115,12 +117,14 @@ TEST(DrawnSizes, LeaveTheBodyAndComeAfterTheGivenOnes) {
   }
   EXPECT_EQ(sizes.size(), 3u);
   // A larger count draws the same for those that were there.
-  const BuildPlan more = make_plan(config_of(
+  const dataset::plan::BuildPlan more = dataset::plan::make_plan(config_of(
       "  - {shape: bar, count: 9, sizes: [1, 2], drawn_size: {mean: 3, deviation: 0.1}}\n"));
   EXPECT_EQ(more.shapes[2].variants[2].size, drawn.shapes[2].variants[2].size);
   // The resolved text reads back as itself.
-  const BuildConfig config = config_of("  - {shape: bar, drawn_size: {mean: 2, deviation: 0.2}}\n");
-  EXPECT_EQ(read_build_config(config.resolved, "test.yaml", {}).resolved, config.resolved);
+  const dataset::configuration::BuildConfig config =
+      config_of("  - {shape: bar, drawn_size: {mean: 2, deviation: 0.2}}\n");
+  EXPECT_EQ(dataset::configuration::read_build_config(config.resolved, "test.yaml", {}).resolved,
+            config.resolved);
 }
 
 TEST(DrawnSizes, ImpossibleOnesAreRefused) {
@@ -138,17 +142,18 @@ TEST(Variants, FirstAndLastSoundAndEverySolveIsShared) {
   const std::string entry =
       "  - {shape: block, count: 3, materials: [steel, glass, wood], sizes: [1], "
       "drawn_size: {mean: 2, deviation: 0.1}}\n";
-  std::vector<LoadedBuild> builds;
+  std::vector<dataset::run::LoadedBuild> builds;
   for (const auto& [materials, sizes, samples] :
        {std::tuple{"all", "all", 18u}, std::tuple{"first", "first", 3u},
         std::tuple{"last", "first", 3u}, std::tuple{"all", "last", 9u}}) {
-    LoadedBuild build;
+    dataset::run::LoadedBuild build;
     build.config =
         config_of(entry, fmt::format("variants: {{materials: {}, sizes: {}}}\n", materials, sizes));
-    build.plan = make_plan(build.config);
+    build.plan = dataset::plan::make_plan(build.config);
     EXPECT_EQ(build.plan.samples.size(), samples);
-    for (const Sample& sample : build.plan.samples) {
-      const Variant& variant = build.plan.shapes[sample.shape].variants[sample.variant];
+    for (const dataset::plan::Sample& sample : build.plan.samples) {
+      const dataset::plan::Variant& variant =
+          build.plan.shapes[sample.shape].variants[sample.variant];
       if (materials == std::string("first")) {
         EXPECT_EQ(variant.material, "steel");
       }
@@ -159,14 +164,15 @@ TEST(Variants, FirstAndLastSoundAndEverySolveIsShared) {
     }
     builds.push_back(std::move(build));
   }
-  const SharingCounts counts = count_shared_work(builds);
+  const dataset::sweep::SharingCounts counts = dataset::sweep::count_shared_work(builds);
   EXPECT_EQ(counts.bodies, 12u);
   EXPECT_EQ(counts.solves, 3u);
   // A sample is the same in every choice that has it.
   std::set<std::string> all;
-  for (const Sample& sample : builds[0].plan.samples) all.insert(sample.key);
-  for (const LoadedBuild& build : builds)
-    for (const Sample& sample : build.plan.samples) EXPECT_TRUE(all.contains(sample.key));
+  for (const dataset::plan::Sample& sample : builds[0].plan.samples) all.insert(sample.key);
+  for (const dataset::run::LoadedBuild& build : builds)
+    for (const dataset::plan::Sample& sample : build.plan.samples)
+      EXPECT_TRUE(all.contains(sample.key));
   EXPECT_NE(refusal(entry, "variants: {sizes: second}\n").find("variants.sizes"),
             std::string::npos);
 }
@@ -197,21 +203,22 @@ class ModelNetFolders : public testing::Test {
   std::string entry(const std::string& more = "") const {
     return "  - {modelnet: " + folder_.path().string() + ", length: 30 cm" + more + "}\n";
   }
-  TemporaryFolder folder_;
+  core::TemporaryFolder folder_;
 };
 
 TEST_F(ModelNetFolders, GiveFamiliesAndParts) {
-  const BuildPlan plan = make_plan(config_of(entry(), "split: {validation: 0.25, test: 0.5}\n"));
+  const dataset::plan::BuildPlan plan =
+      dataset::plan::make_plan(config_of(entry(), "split: {validation: 0.25, test: 0.5}\n"));
   ASSERT_EQ(plan.shapes.size(), 120u);
   std::map<std::string, int> families, parts;
-  for (const Shape& shape : plan.shapes) {
+  for (const dataset::plan::Shape& shape : plan.shapes) {
     ++families[shape.family];
     ++parts[shape.split_shape];
     EXPECT_TRUE(shape.id.starts_with(shape.family + "_")) << shape.id;
     const bool test = std::stoi(shape.id.substr(shape.id.size() - 4)) > 40;
     EXPECT_EQ(shape.split_shape == "test", test) << shape.id;
     ASSERT_TRUE(shape.surface.has_value()) << "the file was read";
-    EXPECT_NEAR(expected_body(shape).longest_side, 0.3, 1e-9);
+    EXPECT_NEAR(dataset::plan::expected_body(shape).longest_side, 0.3, 1e-9);
   }
   EXPECT_EQ(families, (std::map<std::string, int>{{"bed", 60}, {"desk", 60}}));
   EXPECT_NEAR(parts["validation"], 20, 12) << "a quarter of 80, by three deviations";
@@ -219,37 +226,41 @@ TEST_F(ModelNetFolders, GiveFamiliesAndParts) {
 
 TEST_F(ModelNetFolders, AreTakenInPartByClass) {
   const auto files = [&](const std::string& more) {
-    return object_files(config_of(entry(more)).objects[0]);
+    return dataset::configuration::object_files(config_of(entry(more)).objects[0]);
   };
   const auto few = files(", per_class: 20"), more = files(", per_class: 30");
   EXPECT_EQ(few.size(), 40u);
   EXPECT_TRUE(std::includes(more.begin(), more.end(), few.begin(), few.end()));
   const auto tests = std::count_if(few.begin(), few.end(), [](const std::string& path) {
-    return modelnet_place(path).part == "test";
+    return dataset::configuration::modelnet_place(path).part == "test";
   });
   EXPECT_NEAR(static_cast<double>(tests), 13, 8) << "a third, as there are";
   for (const std::string& path : files(", classes: [desk]"))
-    EXPECT_EQ(modelnet_place(path).family, "desk");
+    EXPECT_EQ(dataset::configuration::modelnet_place(path).family, "desk");
   EXPECT_EQ(files(", classes: [desk]").size(), 60u);
-  EXPECT_THROW(make_plan(config_of(entry(", classes: [chair]"))), core::InputError);
+  EXPECT_THROW(dataset::plan::make_plan(config_of(entry(", classes: [chair]"))), core::InputError);
   EXPECT_NE(refusal("  - {modelnet: a, mesh: b}\n").find("modelnet"), std::string::npos);
 }
 
 /// The ready task as one of its variants has it.
-BuildConfig ready_task(const std::string& materials, const std::string& sizes) {
+dataset::configuration::BuildConfig ready_task(const std::string& materials,
+                                               const std::string& sizes) {
   const std::string path = CARILLON_CONFIGS "/families10.yaml";
-  return read_build_config(core::read_text_file(path), path,
-                           {"variants.materials=" + materials, "variants.sizes=" + sizes});
+  return dataset::configuration::read_build_config(
+      core::read_text_file(path), path,
+      {"variants.materials=" + materials, "variants.sizes=" + sizes});
 }
 
 TEST(Families10, TwinsAreDrawnFromTheSameRanges) {
-  const BuildConfig config = ready_task("first", "first");
-  std::map<std::string, const ObjectSource*> by_family;
-  for (const ObjectSource& source : config.objects) by_family[source.family] = &source;
+  const dataset::configuration::BuildConfig config = ready_task("first", "first");
+  std::map<std::string, const dataset::configuration::ObjectSource*> by_family;
+  for (const dataset::configuration::ObjectSource& source : config.objects)
+    by_family[source.family] = &source;
   EXPECT_EQ(by_family.size(), 10u);
   for (const auto& [solid, hollow] :
        {std::pair{"block", "box"}, std::pair{"cylinder", "can"}, std::pair{"pebble", "bauble"}}) {
-    const ObjectSource &one = *by_family.at(solid), &other = *by_family.at(hollow);
+    const dataset::configuration::ObjectSource &one = *by_family.at(solid),
+                                               &other = *by_family.at(hollow);
     EXPECT_EQ(one.file.length, other.file.length);
     EXPECT_EQ(one.count, other.count);
     auto outside = other.parameters;
@@ -260,17 +271,17 @@ TEST(Families10, TwinsAreDrawnFromTheSameRanges) {
 
 TEST(Families10, HasFortyDifferentBodiesOfEachFamilyInEveryVariant) {
   for (const auto& [materials, sizes] : {std::pair{"first", "first"}, std::pair{"last", "last"}}) {
-    const BuildPlan plan = make_plan(ready_task(materials, sizes));
+    const dataset::plan::BuildPlan plan = dataset::plan::make_plan(ready_task(materials, sizes));
     EXPECT_EQ(plan.samples.size(), 400u);
     std::set<std::string> identities, heard;
     std::map<std::string, std::set<std::string>> parts, spoken;
-    for (const Sample& sample : plan.samples) {
-      const Shape& shape = plan.shapes[sample.shape];
-      const Variant& variant = shape.variants[sample.variant];
+    for (const dataset::plan::Sample& sample : plan.samples) {
+      const dataset::plan::Shape& shape = plan.shapes[sample.shape];
+      const dataset::plan::Variant& variant = shape.variants[sample.variant];
       identities.insert(shape.identity);
       parts[shape.family].insert(shape.split_shape);
       spoken[shape.family].insert(variant.material);
-      EXPECT_NEAR(longest_side(shape.request.shape), 0.4, 1e-6);
+      EXPECT_NEAR(dataset::plan::longest_side(shape.request.shape), 0.4, 1e-6);
       EXPECT_EQ(variant.size == 1, sizes == std::string("first"));
       heard.insert(variant.material);
     }

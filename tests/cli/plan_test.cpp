@@ -1,4 +1,4 @@
-#include "cli/build/plan.hpp"
+#include "dataset/plan/plan.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,19 +7,19 @@
 #include <map>
 #include <set>
 
-#include "cli/build/costs.hpp"
-#include "cli/build/solver_plan.hpp"
-#include "cli/sound/scene.hpp"
 #include "core/error.hpp"
+#include "dataset/plan/solver_plan.hpp"
+#include "dataset/run/costs.hpp"
+#include "scene/scene.hpp"
 
 namespace carillon::cli {
 namespace {
 
-BuildConfig config_of(const std::string& text) {
-  return read_build_config(text, "test.yaml", {});
+dataset::configuration::BuildConfig config_of(const std::string& text) {
+  return dataset::configuration::read_build_config(text, "test.yaml", {});
 }
 
-BuildConfig bars(int count, int strikes, const std::string& more = "") {
+dataset::configuration::BuildConfig bars(int count, int strikes, const std::string& more = "") {
   return config_of(
       "objects:\n  - shape: bar\n    materials: [steel, glass]\n    sizes: [1, 2]\n"
       "    count: " +
@@ -27,20 +27,20 @@ BuildConfig bars(int count, int strikes, const std::string& more = "") {
 }
 
 TEST(Plan, CountsShapesVariantsAndStrikes) {
-  const BuildPlan plan = make_plan(bars(3, 5));
+  const dataset::plan::BuildPlan plan = dataset::plan::make_plan(bars(3, 5));
   EXPECT_EQ(plan.shapes.size(), 3u);
   EXPECT_EQ(plan.samples.size(), 3u * 2 * 2 * 5);
   EXPECT_EQ(plan.tasks.size(), 6u);
   std::set<std::string> keys;
-  for (const Sample& sample : plan.samples) keys.insert(sample.key);
+  for (const dataset::plan::Sample& sample : plan.samples) keys.insert(sample.key);
   EXPECT_EQ(keys.size(), plan.samples.size());
 }
 
 TEST(Plan, TasksHoldAtMost256SamplesOfOneShape) {
-  const BuildPlan plan = make_plan(bars(2, 150));
+  const dataset::plan::BuildPlan plan = dataset::plan::make_plan(bars(2, 150));
   std::size_t samples = 0;
-  for (const BuildTask& task : plan.tasks) {
-    if (task.kind != TaskKind::samples) continue;
+  for (const dataset::plan::BuildTask& task : plan.tasks) {
+    if (task.kind != dataset::plan::TaskKind::samples) continue;
     EXPECT_LE(task.count, 256u);
     for (std::size_t i = task.first; i < task.first + task.count; ++i) {
       EXPECT_EQ(plan.samples[i].shape, task.shape);
@@ -48,18 +48,20 @@ TEST(Plan, TasksHoldAtMost256SamplesOfOneShape) {
     samples += task.count;
   }
   EXPECT_EQ(samples, plan.samples.size());
-  const auto board = board_tasks(plan, bars(2, 150));
+  const auto board = dataset::run::board_tasks(plan, bars(2, 150));
   for (std::size_t t = 0; t < board.size(); ++t) {
-    EXPECT_EQ(board[t].after.size(), plan.tasks[t].kind == TaskKind::samples ? 1u : 0u);
+    EXPECT_EQ(board[t].after.size(),
+              plan.tasks[t].kind == dataset::plan::TaskKind::samples ? 1u : 0u);
   }
 }
 
 TEST(Plan, GrowingChangesNothingThatExists) {
-  const BuildPlan small = make_plan(bars(2, 3));
-  const BuildPlan large = make_plan(bars(5, 9));
+  const dataset::plan::BuildPlan small = dataset::plan::make_plan(bars(2, 3));
+  const dataset::plan::BuildPlan large = dataset::plan::make_plan(bars(5, 9));
   std::map<std::string, std::uint64_t> ids;
-  for (const Sample& sample : large.samples) ids[sample.key] = sample.id;
-  for (const Sample& sample : small.samples) EXPECT_EQ(ids.at(sample.key), sample.id);
+  for (const dataset::plan::Sample& sample : large.samples) ids[sample.key] = sample.id;
+  for (const dataset::plan::Sample& sample : small.samples)
+    EXPECT_EQ(ids.at(sample.key), sample.id);
   for (std::size_t i = 0; i < small.shapes.size(); ++i) {
     EXPECT_EQ(small.shapes[i].id, large.shapes[i].id);
     EXPECT_EQ(small.shapes[i].split_shape, large.shapes[i].split_shape);
@@ -69,16 +71,20 @@ TEST(Plan, GrowingChangesNothingThatExists) {
 
 TEST(Plan, SeedsDrawOtherShapesAndZeroIsASeed) {
   const auto parameters = [](const std::string& seed) {
-    return make_plan(bars(1, 1, "seed: " + seed + "\n")).shapes[0].request.shape.parameters;
+    return dataset::plan::make_plan(bars(1, 1, "seed: " + seed + "\n"))
+        .shapes[0]
+        .request.shape.parameters;
   };
   EXPECT_EQ(parameters("0"), parameters("0"));
   EXPECT_NE(parameters("0"), parameters("1"));
 }
 
 TEST(Plan, SplitsHaveTheirShares) {
-  const BuildConfig config = bars(2000, 1, "split: {validation: 0.2, test: 0.3}\n");
+  const dataset::configuration::BuildConfig config =
+      bars(2000, 1, "split: {validation: 0.2, test: 0.3}\n");
   std::map<std::string, int> shares;
-  for (const Shape& shape : make_plan(config).shapes) ++shares[shape.split_shape];
+  for (const dataset::plan::Shape& shape : dataset::plan::make_plan(config).shapes)
+    ++shares[shape.split_shape];
   EXPECT_NEAR(shares["test"] / 2000.0, 0.3, 0.04);
   EXPECT_NEAR(shares["validation"] / 2000.0, 0.2, 0.04);
   EXPECT_NEAR(shares["train"] / 2000.0, 0.5, 0.04);
@@ -90,29 +96,33 @@ TEST(Plan, EqualFilesFallIntoOnePart) {
   for (int i = 0; i < 20; ++i) {
     std::ofstream(folder / ("copy" + std::to_string(i) + ".off")) << "OFF\n0 0 0\n";
   }
-  const BuildConfig config = config_of("objects:\n  - mesh: " + (folder / "*.off").string() +
-                                       "\n    materials: [steel]\nsplit: {test: 0.5}\n");
+  const dataset::configuration::BuildConfig config =
+      config_of("objects:\n  - mesh: " + (folder / "*.off").string() +
+                "\n    materials: [steel]\nsplit: {test: 0.5}\n");
   std::set<std::string> parts;
-  for (const Shape& shape : make_plan(config).shapes) parts.insert(shape.split_shape);
+  for (const dataset::plan::Shape& shape : dataset::plan::make_plan(config).shapes)
+    parts.insert(shape.split_shape);
   EXPECT_EQ(parts.size(), 1u);
   std::filesystem::remove_all(folder);
 }
 
 TEST(Plan, NothingMatchedAndDoubleNamesAreErrors) {
-  EXPECT_THROW(make_plan(config_of("objects:\n  - mesh: none-*.off\n    materials: [steel]\n")),
+  EXPECT_THROW(dataset::plan::make_plan(
+                   config_of("objects:\n  - mesh: none-*.off\n    materials: [steel]\n")),
                core::InputError);
-  EXPECT_THROW(make_plan(config_of("objects:\n  - shape: bar\n    materials: [steel]\n"
-                                   "  - shape: bar\n    materials: [glass]\n")),
-               core::InputError);
+  EXPECT_THROW(
+      dataset::plan::make_plan(config_of("objects:\n  - shape: bar\n    materials: [steel]\n"
+                                         "  - shape: bar\n    materials: [glass]\n")),
+      core::InputError);
 }
 
 TEST(Plan, FingerprintsTellPlansApart) {
-  const auto print = [](const BuildConfig& config) {
-    return fingerprint(config, make_plan(config));
+  const auto print = [](const dataset::configuration::BuildConfig& config) {
+    return dataset::plan::fingerprint(config, dataset::plan::make_plan(config));
   };
   EXPECT_EQ(print(bars(2, 2)), print(bars(2, 2)));
   EXPECT_NE(print(bars(2, 2)), print(bars(2, 3)));
-  BuildConfig struck = bars(2, 2);
+  dataset::configuration::BuildConfig struck = bars(2, 2);
   struck.scene.strikes.given = {{"*", {0, 0, 0}, {}, 0.01, 0.001}};
   const std::string before = print(struck);
   struck.scene.strikes.given[0].impulse = 0.02;
@@ -122,7 +132,7 @@ TEST(Plan, FingerprintsTellPlansApart) {
 TEST(Plan, EffectsAreOffUnlessAskedFor) {
   const auto running = [](const std::string& more) {
     std::set<std::string> names;
-    for (const nlohmann::json& effect : describe_effects(bars(1, 1, more).scene, 60)) {
+    for (const nlohmann::json& effect : scene::describe_effects(bars(1, 1, more).scene, 60)) {
       EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
       if (effect.at("enabled").get<bool>()) names.insert(effect.at("name"));
     }
@@ -139,15 +149,17 @@ TEST(Plan, EffectsAreOffUnlessAskedFor) {
   EXPECT_EQ(running("room: {size: [5, 4, 3], absorption: 0.2}\n"), (Names{"damping", "contact"}));
 }
 
-nlohmann::json effect_of(const BuildConfig& config, const std::string& name) {
-  for (nlohmann::json& effect : describe_effects(config.scene, 60)) {
+nlohmann::json effect_of(const dataset::configuration::BuildConfig& config,
+                         const std::string& name) {
+  for (nlohmann::json& effect : scene::describe_effects(config.scene, 60)) {
     if (effect.at("name") == name) return effect;
   }
   throw std::runtime_error("no such effect");
 }
 
 TEST(Plan, ViewsHaveTheirCost) {
-  const BuildConfig config = bars(1, 4, "mel: {bands: 64}\nvoxels: {}\ncamera: {}\n");
+  const dataset::configuration::BuildConfig config =
+      bars(1, 4, "mel: {bands: 64}\nvoxels: {}\ncamera: {}\n");
   EXPECT_GT(effect_of(config, "mel").at("seconds_per_sound"), 0.0);
   EXPECT_GT(effect_of(config, "voxels").at("seconds_per_shape"), 0.0);
   EXPECT_GT(effect_of(config, "frames").at("seconds_per_shape"), 0.0);
@@ -161,7 +173,8 @@ TEST(Plan, ViewsHaveTheirCost) {
   };
   EXPECT_GT(mel("128"), 1.2 * mel("64"));
   EXPECT_LT(mel("128"), 2 * mel("64"));
-  const BuildConfig off = bars(1, 4, "mel: {}\nvoxels: {}\neffects: {mel: off, voxels: off}\n");
+  const dataset::configuration::BuildConfig off =
+      bars(1, 4, "mel: {}\nvoxels: {}\neffects: {mel: off, voxels: off}\n");
   EXPECT_EQ(effect_of(off, "mel").at("seconds_per_sound"), 0.0);
   EXPECT_EQ(effect_of(off, "voxels").at("seconds_per_shape"), 0.0);
 }
@@ -187,7 +200,8 @@ TEST(Plan, DampingNamesTheLineOfItsMaterials) {
                 .find("objects[0].materials: (test.yaml:3), "),
             std::string::npos)
       << effect_of(bars(1, 1), "damping");
-  const BuildConfig shared = config_of("seed: 1\nmaterials: [steel]\nobjects:\n  - shape: bar\n");
+  const dataset::configuration::BuildConfig shared =
+      config_of("seed: 1\nmaterials: [steel]\nobjects:\n  - shape: bar\n");
   EXPECT_EQ(effect_of(shared, "damping").at("reason"),
             "materials: (test.yaml:2), every material has damping");
 }
@@ -197,21 +211,23 @@ TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
   const std::map<std::string, std::string> keys = {
       {"mel", "mel: {bands: 20}\n"}, {"voxels", "voxels: {}\n"}, {"frames", "camera: {}\n"}};
   for (const auto& [name, key] : keys) {
-    std::vector<Effect> others;
-    for (const Effect& effect : effects()) {
+    std::vector<scene::Effect> others;
+    for (const scene::Effect& effect : scene::effects()) {
       if (effect.name != name) others.push_back(effect);
     }
     const std::string bar = "objects:\n  - shape: bar\n    materials: [steel]\n";
-    const BuildConfig never = read_build_config(bar, "test.yaml", {}, others);
+    const dataset::configuration::BuildConfig never =
+        dataset::configuration::read_build_config(bar, "test.yaml", {}, others);
     const std::string off = key + "effects: {" + name + ": off}\n";
     for (const std::string& more : {std::string(), off}) {
-      const BuildConfig config = config_of(bar + more);
+      const dataset::configuration::BuildConfig config = config_of(bar + more);
       EXPECT_FALSE(config.mel || config.voxels || config.camera) << more;
-      EXPECT_EQ(fingerprint(config, make_plan(config)), fingerprint(never, make_plan(never)));
+      EXPECT_EQ(dataset::plan::fingerprint(config, dataset::plan::make_plan(config)),
+                dataset::plan::fingerprint(never, dataset::plan::make_plan(never)));
       EXPECT_EQ(config.scene.seconds_per_shape(), never.scene.seconds_per_shape());
       EXPECT_EQ(config.scene.seconds_per_sound(60), never.scene.seconds_per_sound(60));
     }
-    const BuildConfig on = config_of(bar + key);
+    const dataset::configuration::BuildConfig on = config_of(bar + key);
     EXPECT_TRUE(on.mel || on.voxels || on.camera) << key;
   }
 }
@@ -219,7 +235,7 @@ TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
 TEST(Plan, SolverIsShownWithItsReasons) {
   const auto solver = [](const std::string& more) {
     std::map<std::string, nlohmann::json> by_name;
-    for (const auto& entry : plan_solver(bars(1, 1, more))) {
+    for (const auto& entry : dataset::plan::plan_solver(bars(1, 1, more))) {
       EXPECT_FALSE(entry.at("reason").get<std::string>().empty()) << entry;
       EXPECT_FALSE(entry.at("text").get<std::string>().empty()) << entry;
       by_name[entry.at("name")] = entry;

@@ -1,20 +1,21 @@
 // Scenes with one body more, however their lists are written; and what the papers' tables say.
-#include "cli/learn/recognised_scene.hpp"
+#include "eval/studies/learning/recognised_scene.hpp"
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "cli/learn/published_accuracies.hpp"
 #include "core/error.hpp"
+#include "eval/studies/learning/detail/published_accuracies.hpp"
 
 namespace carillon::cli {
 namespace {
 
-const RecognisedBody cup{"cup-001", "shape: cup, parameters: {radius: 0.04}", "glass"};
+const eval::studies::RecognisedBody cup{"cup-001", "shape: cup, parameters: {radius: 0.04}",
+                                        "glass"};
 const Eigen::Vector3d place(0.1, -0.05, 0.2);
 
 void expect_one_more(const std::string& text) {
-  const std::string longer = with_body(text, "scene.yaml", cup, place);
+  const std::string longer = eval::studies::with_body(text, "scene.yaml", cup, place);
   const YAML::Node before = YAML::Load(text), after = YAML::Load(longer);
   ASSERT_EQ(after["objects"].size(), before["objects"].size() + 1) << longer;
   ASSERT_EQ(after["motion"]["bodies"].size(), before["motion"]["bodies"].size() + 1) << longer;
@@ -52,23 +53,28 @@ TEST(RecognisedScene, RefusesWhatIsNoScene) {
   for (const char* text :
        {"", "[1]", "objects: [{shape: bar}]", "objects: []\nmotion: {bodies: []}",
         "objects: {a: 1}\nmotion: {bodies: [{object: bar}]}", "objects: [}"}) {
-    EXPECT_THROW(with_body(text, "scene.yaml", cup, place), core::InputError) << text;
+    EXPECT_THROW(eval::studies::with_body(text, "scene.yaml", cup, place), core::InputError)
+        << text;
   }
-  const std::string once =
-      with_body("objects: [{shape: bar}]\nmotion: {bodies: [{object: bar}]}\n", "s", cup, place);
-  EXPECT_THROW(with_body(once, "s", cup, place), core::InputError);
+  const std::string once = eval::studies::with_body(
+      "objects: [{shape: bar}]\nmotion: {bodies: [{object: bar}]}\n", "s", cup, place);
+  EXPECT_THROW(eval::studies::with_body(once, "s", cup, place), core::InputError);
 }
 
 TEST(PublishedAccuracies, AreThoseOfTheTables) {
   // Sterling 2019: one of each of Tables 6.1 to 6.5.
-  EXPECT_NEAR(published_accuracy("rsa-r-geometry", "isnn-a").value(), 0.9237, 1e-12);
-  EXPECT_NEAR(published_accuracy("mn10osm-geometry", "soundnet8").value(), 0.2967, 1e-12);
-  EXPECT_NEAR(published_accuracy("mn40osm-geometry", "linear-svm-v").value(), 0.1206, 1e-12);
-  EXPECT_NEAR(published_accuracy("mn10o-geometry", "isnn-av-bilinear").value(), 0.918, 1e-12);
-  EXPECT_NEAR(published_accuracy("arnab-material", "soundnet5").value(), 0.4311, 1e-12);
-  EXPECT_FALSE(published_accuracy("mn10-geometry", "soundnet8").has_value());
-  EXPECT_FALSE(published_accuracy("rsa-s-material", "voxnet").has_value());
-  EXPECT_EQ(published_sets().size(), 15U);
+  EXPECT_NEAR(eval::studies::published_accuracy("rsa-r-geometry", "isnn-a").value(), 0.9237, 1e-12);
+  EXPECT_NEAR(eval::studies::published_accuracy("mn10osm-geometry", "soundnet8").value(), 0.2967,
+              1e-12);
+  EXPECT_NEAR(eval::studies::published_accuracy("mn40osm-geometry", "linear-svm-v").value(), 0.1206,
+              1e-12);
+  EXPECT_NEAR(eval::studies::published_accuracy("mn10o-geometry", "isnn-av-bilinear").value(),
+              0.918, 1e-12);
+  EXPECT_NEAR(eval::studies::published_accuracy("arnab-material", "soundnet5").value(), 0.4311,
+              1e-12);
+  EXPECT_FALSE(eval::studies::published_accuracy("mn10-geometry", "soundnet8").has_value());
+  EXPECT_FALSE(eval::studies::published_accuracy("rsa-s-material", "voxnet").has_value());
+  EXPECT_EQ(eval::studies::published_sets().size(), 15U);
 }
 
 }  // namespace

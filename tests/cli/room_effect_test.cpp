@@ -4,33 +4,34 @@
 #include <cmath>
 #include <set>
 
-#include "cli/sound/effects/list.hpp"
-#include "cli/sound/room_scene.hpp"
 #include "core/error.hpp"
+#include "scene/effects/detail/list.hpp"
+#include "scene/room_scene.hpp"
 
 namespace carillon::cli {
 namespace {
 
 using core::ConfigNode;
 
-Scene scene_with(std::vector<Eigen::Vector3d> listeners = {{0.5, 0.3, 0.4}}) {
-  Scene scene;
+scene::Scene scene_with(std::vector<Eigen::Vector3d> listeners = {{0.5, 0.3, 0.4}}) {
+  scene::Scene scene;
   scene.audio.seconds = 0.5;
   for (const auto& place : listeners) scene.listeners.push_back({place});
-  scene.effects.push_back({&radiation_effect, true, "", {}});
+  scene.effects.push_back({&scene::radiation_effect, true, "", {}});
   return scene;
 }
 
-SceneEffect read(const Effect& effect, const std::string& text, const Scene& scene = scene_with()) {
+scene::SceneEffect read(const scene::Effect& effect, const std::string& text,
+                        const scene::Scene& scene = scene_with()) {
   ConfigNode root = ConfigNode::parse(text, "room.yaml");
-  SceneEffect found = effect.read(root, scene);
+  scene::SceneEffect found = effect.read(root, scene);
   root.finish();
   return found;
 }
 
-std::string refusal(const std::string& text, const Scene& scene = scene_with()) {
+std::string refusal(const std::string& text, const scene::Scene& scene = scene_with()) {
   try {
-    read(room_effect, text, scene);
+    read(scene::room_effect, text, scene);
   } catch (const core::ConfigError& error) {
     return error.what();
   }
@@ -38,7 +39,7 @@ std::string refusal(const std::string& text, const Scene& scene = scene_with()) 
 }
 
 void expect_refused(const std::string& text, std::vector<std::string> words,
-                    const Scene& scene = scene_with()) {
+                    const scene::Scene& scene = scene_with()) {
   const std::string found = refusal(text, scene);
   for (const std::string& word : words) {
     EXPECT_NE(found.find(word), std::string::npos) << text << "\n" << found;
@@ -47,19 +48,19 @@ void expect_refused(const std::string& text, std::vector<std::string> words,
 
 TEST(RoomEffect, SaysWhyItIsOff) {
   const std::string room = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
-  EXPECT_EQ(read(room_effect, "{}").reason_off, "no room:");
-  EXPECT_EQ(read(tail_effect, "{}").reason_off, "no room:");
-  EXPECT_EQ(read(room_effect, room, scene_with({})).reason_off, "no listener is placed");
-  EXPECT_EQ(read(tail_effect, room, scene_with({})).reason_off, "no listener is placed");
-  EXPECT_EQ(read(room_effect, room).reason_off, "");
-  EXPECT_EQ(read(tail_effect, room).reason_off, "");
-  EXPECT_EQ(read(room_effect, "\n" + room).asked_by, "room: (room.yaml:2)");
+  EXPECT_EQ(read(scene::room_effect, "{}").reason_off, "no room:");
+  EXPECT_EQ(read(scene::tail_effect, "{}").reason_off, "no room:");
+  EXPECT_EQ(read(scene::room_effect, room, scene_with({})).reason_off, "no listener is placed");
+  EXPECT_EQ(read(scene::tail_effect, room, scene_with({})).reason_off, "no listener is placed");
+  EXPECT_EQ(read(scene::room_effect, room).reason_off, "");
+  EXPECT_EQ(read(scene::tail_effect, room).reason_off, "");
+  EXPECT_EQ(read(scene::room_effect, "\n" + room).asked_by, "room: (room.yaml:2)");
   const std::string absorbent = "room: {size: [5, 4, 3], absorption: 0.999}\n";
   EXPECT_TRUE(
-      read(tail_effect, absorbent)
+      read(scene::tail_effect, absorbent)
           .reason_off.starts_with("absorption so high that the tail is inaudible (energy -"))
-      << read(tail_effect, absorbent).reason_off;
-  EXPECT_NE(read(tail_effect, "room: {size: [800, 700, 600], absorption: 0.1}\n")
+      << read(scene::tail_effect, absorbent).reason_off;
+  EXPECT_NE(read(scene::tail_effect, "room: {size: [800, 700, 600], absorption: 0.1}\n")
                 .reason_off.find("beyond the clip"),
             std::string::npos);
 }
@@ -83,35 +84,35 @@ TEST(RoomEffect, RefusesWhatCannotBe) {
   expect_refused("room: {size: [5, 4, 3], absorption: 0.2, order: 21}\n", {"0 to 20"});
 }
 
-RoomScene pool() {
+scene::RoomScene pool() {
   ConfigNode root = ConfigNode::parse(
       "room: {size: [[3, 6], [3, 5], 2.5], rt60: 0.4 s, count: 5}\n", "room.yaml");
-  return read_room(root, scene_with());
+  return scene::read_room(root, scene_with());
 }
 
 TEST(Rooms, OfPartsAreDisjointAndOfOnePartComeAgain) {
-  const RoomScene scene = pool();
+  const scene::RoomScene scene = pool();
   std::set<std::int64_t> numbers[3];
   std::set<double> sides[3];
   for (std::size_t part = 0; part < 3; ++part) {
     for (std::uint64_t id = 0; id < 60; ++id) {
-      Sound sound;
+      scene::Sound sound;
       sound.seed = 7;
       sound.id = id;
       sound.part = part;
       sound.parts = 3;
       const std::vector<Eigen::Vector3d> listeners = {{0.5, 0.3, 0.4}, {-1, 0, 0}};
-      const Room room = room_of(scene, sound, listeners);
+      const scene::Room room = scene::room_of(scene, sound, listeners);
       numbers[part].insert(room.number);
       sides[part].insert(room.size.x());
       EXPECT_GE(room.size.x(), 3);
       EXPECT_LT(room.size.x(), 6);
       EXPECT_EQ(room.size.z(), 2.5);
       for (const Eigen::Vector3d& listener : listeners) {
-        EXPECT_NO_THROW(synth::check_room(room.size, room.source, room.source + listener, 3));
+        EXPECT_NO_THROW(synth::room::check_room(room.size, room.source, room.source + listener, 3));
       }
-      const auto rt60 =
-          synth::eyring(room.size, synth::mean_absorption(room.size, room.walls), scene.air);
+      const auto rt60 = synth::room::eyring(
+          room.size, synth::room::mean_absorption(room.size, room.walls), scene.air);
       EXPECT_NEAR(rt60[3], 0.4, 1e-9);
     }
     EXPECT_EQ(numbers[part].size(), 5U);
@@ -129,18 +130,18 @@ struct Wet {
 
 /// A click through the effects in their order.
 Wet click(const std::string& text, bool room, bool tail) {
-  const Scene scene = scene_with();
-  RingingBody body;
+  const scene::Scene scene = scene_with();
+  scene::RingingBody body;
   body.centre = {0.1, 0.2, 0.3};
   body.listeners = {{body.centre + scene.listeners[0].position}};
-  Columns record;
-  Sound sound;
+  core::Columns record;
+  scene::Sound sound;
   sound.body = &body;
   sound.record = &record;
   sound.audio.assign(scene.audio.samples(), 0.0F);
   sound.audio[0] = 1;
-  if (room) read(room_effect, text).start("").audio(sound);
-  if (tail) read(tail_effect, text).start("").audio(sound);
+  if (room) read(scene::room_effect, text).start("").audio(sound);
+  if (tail) read(scene::tail_effect, text).start("").audio(sound);
   return {sound.audio, record.last_row()};
 }
 
@@ -150,13 +151,13 @@ TEST(RoomEffect, AClickIsTheResponse) {
   const Wet both = click(text, true, true);
   const Wet early = click(text, true, false);
   const Wet late = click(text, false, true);
-  synth::RoomOptions options;
+  synth::room::RoomOptions options;
   options.listener = Eigen::Vector3d(1.5, 1.3, 1.4);
   options.count = both.audio.size();
-  synth::OctaveValues absorption;
+  synth::room::OctaveValues absorption;
   absorption.fill(0.3);
-  options.walls = synth::same_on_all_walls(absorption);
-  const synth::RoomResponse response = synth::room_response(options);
+  options.walls = synth::room::same_on_all_walls(absorption);
+  const synth::room::RoomResponse response = synth::room::room_response(options);
   ASSERT_FALSE(response.tail.empty());
   ASSERT_FALSE(response.air.empty());
   const auto through_air = [&](const std::vector<double>& part) {
@@ -187,42 +188,45 @@ TEST(RoomEffect, AClickIsTheResponse) {
 
 TEST(RoomEffect, IsOffWhereNothingIsReflected) {
   const std::string walls = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 1}\n";
-  const Scene near = scene_with({{0.1, 0, 0}});
-  EXPECT_EQ(read(room_effect, walls, near).reason_off, "walls that reflect nothing");
+  const scene::Scene near = scene_with({{0.1, 0, 0}});
+  EXPECT_EQ(read(scene::room_effect, walls, near).reason_off, "walls that reflect nothing");
   const std::string far = "room: {size: [1 km, 1 km, 1 km], absorption: 0.3}\n";
-  EXPECT_NE(read(room_effect, far, near).reason_off.find("first reflection"), std::string::npos);
+  EXPECT_NE(read(scene::room_effect, far, near).reason_off.find("first reflection"),
+            std::string::npos);
   // Air is heard from afar, reflections or none.
-  EXPECT_EQ(read(room_effect, far, scene_with({{100, 0, 0}})).reason_off, "");
+  EXPECT_EQ(read(scene::room_effect, far, scene_with({{100, 0, 0}})).reason_off, "");
 }
 
 TEST(RoomEffect, ResponsesCountInThePlan) {
   const auto cost = [](const std::string& order) {
-    return read(room_effect, "room: {size: [5, 4, 3], absorption: 0.3, order: " + order + "}\n")
+    return read(scene::room_effect,
+                "room: {size: [5, 4, 3], absorption: 0.3, order: " + order + "}\n")
         .seconds_per_sound;
   };
   EXPECT_GT(cost("20"), 10 * cost("3"));
   const std::string shared =
       "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3, order: 20}\n";
-  EXPECT_LT(read(room_effect, shared).seconds_per_sound, cost("20") / 4);
+  EXPECT_LT(read(scene::room_effect, shared).seconds_per_sound, cost("20") / 4);
 }
 
 // A shape's strikes draw from one pool for each part that strikes are split into.
 TEST(RoomEffect, PoolsOfPartsTakeMemory) {
-  const Scene whole = scene_with();
-  Scene split = whole;
+  const scene::Scene whole = scene_with();
+  scene::Scene split = whole;
   split.parts = 9;
   const std::string pool = "room: {size: [[4, 5], 4, 3], absorption: 0.3, count: 2}\n";
-  EXPECT_DOUBLE_EQ(read(room_effect, pool, split).memory,
-                   3 * read(room_effect, pool, whole).memory);
+  EXPECT_DOUBLE_EQ(read(scene::room_effect, pool, split).memory,
+                   3 * read(scene::room_effect, pool, whole).memory);
   const std::string one = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
-  EXPECT_EQ(read(room_effect, one, split).memory, read(room_effect, one, whole).memory);
+  EXPECT_EQ(read(scene::room_effect, one, split).memory,
+            read(scene::room_effect, one, whole).memory);
 }
 
 TEST(RoomEffect, TailIsJudgedWhereItBeginsEarliest) {
-  Scene scene = scene_with();
+  scene::Scene scene = scene_with();
   scene.audio.seconds = 0.13;
   const auto reason = [&](const std::string& source) {
-    return read(tail_effect,
+    return read(scene::tail_effect,
                 "room: {size: [20, 20, 20], absorption: 0.3, source: " + source + "}\n", scene)
         .reason_off;
   };
@@ -235,14 +239,14 @@ TEST(RoomEffect, TailIsJudgedWhereItBeginsEarliest) {
   ASSERT_TRUE(all.starts_with("the tail begins ")) << all;
   const double earliest = std::stod(all.substr(16));
   ConfigNode root = ConfigNode::parse("room: {size: [20, 20, 20], absorption: 0.3}\n", "r.yaml");
-  const RoomScene room = read_room(root, scene);
+  const scene::RoomScene room = scene::read_room(root, scene);
   for (std::uint64_t id = 0; id < 200; ++id) {
-    Sound sound;
+    scene::Sound sound;
     sound.seed = 3;
     sound.id = id;
     const Eigen::Vector3d ear = scene.listeners[0].position;
-    const synth::TailPlan plan = synth::room_tail_plan(
-        room_options(room, room_of(room, sound, {ear}), ear, 44100, 22050, 0));
+    const synth::room::TailPlan plan = synth::room::room_tail_plan(
+        scene::room_options(room, scene::room_of(room, sound, {ear}), ear, 44100, 22050, 0));
     EXPECT_GT(plan.start, 0.95 * earliest);  // which is told with two digits
   }
 }

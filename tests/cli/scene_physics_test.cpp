@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "synth/reverberation_time.hpp"
+#include "synth/room/detail/reverberation_time.hpp"
 #include "tests/cli/heard_scene.hpp"
 
 namespace carillon::cli {
@@ -27,8 +27,8 @@ std::string listener(double distance) {
 TEST(ScenePhysics, PressureFallsWithDistanceAndComesLater) {
   const std::string far_field =
       "radiation: {least_sources: 60, most_sources: 60}\neffects: {click: off}\n";
-  const Heard near = hear(kAudio + listener(2) + far_field, effects(), 1);
-  const Heard far = hear(kAudio + listener(4) + far_field, effects(), 1);
+  const Heard near = hear(kAudio + listener(2) + far_field, scene::effects(), 1);
+  const Heard far = hear(kAudio + listener(4) + far_field, scene::effects(), 1);
   EXPECT_NEAR(std::sqrt(energy(near.audio) / energy(far.audio)), 2, 0.02);
   const auto first = [](const Heard& heard) {
     std::size_t n = 0;
@@ -39,12 +39,12 @@ TEST(ScenePhysics, PressureFallsWithDistanceAndComesLater) {
 }
 
 TEST(ScenePhysics, SupportsTakeEnergyAndNeverGiveAny) {
-  double last = energy(hear(kAudio, effects(), 1).audio);
-  const double late = energy(hear(kAudio, effects(), 1).audio, 0.3);
+  double last = energy(hear(kAudio, scene::effects(), 1).audio);
+  const double late = energy(hear(kAudio, scene::effects(), 1).audio, 0.3);
   for (const char* force : {"0.1 N", "1 N", "10 N"}) {
     const Heard held = hear(
         kAudio + "supports: {contacts: [{kind: finger, at: [0, 5 cm, 0], force: " + force + "}]}\n",
-        effects(), 1);
+        scene::effects(), 1);
     EXPECT_LT(energy(held.audio), last) << force;
     EXPECT_LT(energy(held.audio, 0.3), late) << force;
     last = energy(held.audio);
@@ -59,20 +59,21 @@ TEST(ScenePhysics, RoomsDecayAsLongAsTheyWereAskedTo) {
       "radiation: {model: monopole}\n"
       "room: {size: [6, 5, 4], source: [2, 2, 1.5], rt60: ";
   for (const double rt60 : {0.4, 0.8}) {
-    const Heard wet =
-        hear(kAudio + listener(1.5) + room + std::to_string(rt60) + "}\n", effects(), 1, dead);
+    const Heard wet = hear(kAudio + listener(1.5) + room + std::to_string(rt60) + "}\n",
+                           scene::effects(), 1, dead);
     const std::vector<double> response(wet.audio.begin(), wet.audio.end());
     // Of the octave of most modes; air and walls are flat enough for it.
     const auto fit =
-        synth::reverberation_time(synth::octave_band(response, kRate, 2000), kRate, 20);
+        synth::room::reverberation_time(synth::room::octave_band(response, kRate, 2000), kRate, 20);
     ASSERT_TRUE(fit);
     EXPECT_NEAR(fit->rt60, rt60, 0.15 * rt60);
   }
 }
 
 TEST(ScenePhysics, NoiseHasTheRecordedRatio) {
-  const Heard clean = hear(kAudio, effects(), 1);
-  const Heard noisy = hear(kAudio + "noise: {kind: white, snr: [3 dB, 20 dB]}\n", effects(), 1);
+  const Heard clean = hear(kAudio, scene::effects(), 1);
+  const Heard noisy =
+      hear(kAudio + "noise: {kind: white, snr: [3 dB, 20 dB]}\n", scene::effects(), 1);
   const auto begin =
       static_cast<std::size_t>(noisy.record.at("active_begin").get<double>() * kRate);
   const auto end = static_cast<std::size_t>(noisy.record.at("active_end").get<double>() * kRate);
@@ -86,8 +87,8 @@ TEST(ScenePhysics, NoiseHasTheRecordedRatio) {
 }
 
 TEST(ScenePhysics, ThriftStaysWithinItsBound) {
-  const Heard whole = hear(kAudio, effects(), 1);
-  const Heard thrifty = hear(kAudio + "effects: {thrift: on}\n", effects(), 1);
+  const Heard whole = hear(kAudio, scene::effects(), 1);
+  const Heard thrifty = hear(kAudio + "effects: {thrift: on}\n", scene::effects(), 1);
   double difference = 0;
   for (std::size_t n = 0; n < whole.audio.size(); ++n) {
     const double apart = double(whole.audio[n]) - thrifty.audio[n];
@@ -102,8 +103,8 @@ TEST(ScenePhysics, RecordersGainIsInDecibels) {
   const std::string scene = kAudio + listener(1) +
                             "radiation: {model: monopole}\n"
                             "room: {size: [6, 5, 4], source: [2, 2, 1.5], rt60: 0.4}\n";
-  const Heard once = hear(scene, effects(), 1);
-  const Heard louder = hear(scene + "recording: {gain: 6.0205999 dB}\n", effects(), 1);
+  const Heard once = hear(scene, scene::effects(), 1);
+  const Heard louder = hear(scene + "recording: {gain: 6.0205999 dB}\n", scene::effects(), 1);
   for (std::size_t n = 0; n < once.audio.size(); n += 7) {
     ASSERT_NEAR(louder.audio[n], 2 * once.audio[n], 1e-5 * std::abs(once.audio[n]) + 1e-12) << n;
   }

@@ -1,26 +1,26 @@
 // Simulated builds: which times count, and what is counted.
-#include "cli/build/schedule.hpp"
+#include "dataset/run/schedule.hpp"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 
-#include "cli/build/costs.hpp"
-#include "cli/build/measured_times.hpp"
 #include "core/error.hpp"
+#include "dataset/run/costs.hpp"
+#include "dataset/run/detail/measured_times.hpp"
 
 namespace carillon::cli {
 namespace {
 
-LoadedBuild bars(int strikes) {
-  LoadedBuild build;
-  build.config = read_build_config(
+dataset::run::LoadedBuild bars(int strikes) {
+  dataset::run::LoadedBuild build;
+  build.config = dataset::configuration::read_build_config(
       "objects:\n  - {shape: bar, materials: [steel], count: 2}\nfiles: {wav: true}\n"
       "strikes: {per_object: " +
           std::to_string(strikes) + "}\n",
       "test.yaml", {});
-  build.plan = make_plan(build.config);
+  build.plan = dataset::plan::make_plan(build.config);
   return build;
 }
 
@@ -44,11 +44,11 @@ TEST_F(ScheduleTest, SameTasksTakeWhatTheyTookAndOthersTheRatioOfTheirKind) {
       {.key = "d", .cost = 1, .kind = "samples"},
       {.key = "e", .cost = 4, .kind = "samples"},
       {.key = "f", .cost = 1, .kind = "samples"}};
-  const MeasuredTimes measured{{"a", {10, 30, "modes"}},
-                               {"gone", {10, 10, "modes"}},
-                               {"c", {2, 1, "samples"}},  // another piece of work
-                               {"d", {1, 2, "samples"}}};
-  const TaskSeconds times = expected_seconds(tasks, measured);
+  const dataset::run::MeasuredTimes measured{{"a", {10, 30, "modes"}},
+                                             {"gone", {10, 10, "modes"}},
+                                             {"c", {2, 1, "samples"}},  // another piece of work
+                                             {"d", {1, 2, "samples"}}};
+  const dataset::run::TaskSeconds times = dataset::run::expected_seconds(tasks, measured);
   EXPECT_EQ(times.measured, 2u);
   EXPECT_DOUBLE_EQ(times.ratio.at("modes"), 2);
   EXPECT_DOUBLE_EQ(times.ratio.at("samples"), 1);
@@ -56,9 +56,10 @@ TEST_F(ScheduleTest, SameTasksTakeWhatTheyTookAndOthersTheRatioOfTheirKind) {
 }
 
 TEST_F(ScheduleTest, WithoutMeasuredTimesEstimatesCount) {
-  const TaskSeconds times = expected_seconds({{.key = "a", .cost = 5, .kind = "modes"},
-                                              {.key = "b", .cost = 2, .kind = "modes from cache"}},
-                                             {});
+  const dataset::run::TaskSeconds times =
+      dataset::run::expected_seconds({{.key = "a", .cost = 5, .kind = "modes"},
+                                      {.key = "b", .cost = 2, .kind = "modes from cache"}},
+                                     {});
   EXPECT_EQ(times.measured, 0u);
   EXPECT_EQ(times.seconds, (std::vector<double>{5, 2}));
   EXPECT_EQ(times.ratio.at("samples"), 1);
@@ -68,7 +69,7 @@ TEST_F(ScheduleTest, WithoutMeasuredTimesEstimatesCount) {
 TEST_F(ScheduleTest, ReadsTheTasksOfATrace) {
   write("trace.json", R"({"tasks": [{"task": "modes/bar-000", "estimate_s": 2, "seconds": 3}]})");
   for (const auto& path : {folder_, folder_ / "trace.json"}) {
-    const MeasuredTimes times = read_measured_times(path);
+    const dataset::run::MeasuredTimes times = dataset::run::read_measured_times(path);
     ASSERT_EQ(times.size(), 1u);
     EXPECT_EQ(times.at("modes/bar-000").estimate, 2);
     EXPECT_EQ(times.at("modes/bar-000").seconds, 3);
@@ -79,7 +80,7 @@ TEST_F(ScheduleTest, WhatOthersTookOfTheProcessorsIsTakenOff) {
   write("trace.json", R"({"tasks": [
     {"task": "x=1/modes/a", "kind": "modes from cache", "estimate_s": 2, "seconds": 3, "queued_s": 1},
     {"task": "modes/b", "estimate_s": 2, "seconds": 3, "queued_s": 2, "width": 2}]})");
-  const MeasuredTimes times = read_measured_times(folder_);
+  const dataset::run::MeasuredTimes times = dataset::run::read_measured_times(folder_);
   EXPECT_EQ(times.at("x=1/modes/a").seconds, 2);
   EXPECT_EQ(times.at("x=1/modes/a").kind, "modes from cache");
   EXPECT_EQ(times.at("modes/b").seconds, 2);
@@ -90,11 +91,11 @@ TEST_F(ScheduleTest, WhatOthersTookOfTheProcessorsIsTakenOff) {
   const std::string line = R"({"task": "modes/bar-000", "ok": true, "seconds": 3, )"
                            R"("times": {"seconds": 3.5, "queued_s": 1, "width": 1}})";
   write("journal.jsonl", line + "\n");
-  EXPECT_EQ(read_measured_times(folder_).at("modes/bar-000").seconds, 2.5);
+  EXPECT_EQ(dataset::run::read_measured_times(folder_).at("modes/bar-000").seconds, 2.5);
 }
 
 TEST_F(ScheduleTest, ReadsTheJournalOfAnOlderBuild) {
-  const LoadedBuild build = bars(3);
+  const dataset::run::LoadedBuild build = bars(3);
   write("trace.json", R"({"stages": {}})");
   write("configuration.yaml", build.config.resolved);
   write("journal.jsonl", R"({"task": "modes/bar-000", "ok": true, "seconds": 3})"
@@ -102,27 +103,27 @@ TEST_F(ScheduleTest, ReadsTheJournalOfAnOlderBuild) {
                          R"({"task": "modes/bar-001", "ok": false, "seconds": 9})"
                          "\n"
                          R"({"task": "samples/bar-0)");
-  const MeasuredTimes times = read_measured_times(folder_);
+  const dataset::run::MeasuredTimes times = dataset::run::read_measured_times(folder_);
   ASSERT_EQ(times.size(), 1u);
   EXPECT_EQ(times.at("modes/bar-000").seconds, 3);
   EXPECT_DOUBLE_EQ(times.at("modes/bar-000").estimate,
-                   board_tasks(build.plan, build.config).front().cost);
+                   dataset::run::board_tasks(build.plan, build.config).front().cost);
 }
 
 TEST_F(ScheduleTest, SaysWhatIsNoTrace) {
-  EXPECT_THROW(read_measured_times(folder_ / "nowhere"), core::FileError);
-  EXPECT_THROW(read_measured_times(folder_), core::InputError);
+  EXPECT_THROW(dataset::run::read_measured_times(folder_ / "nowhere"), core::FileError);
+  EXPECT_THROW(dataset::run::read_measured_times(folder_), core::InputError);
   write("trace.json", "{");
-  EXPECT_THROW(read_measured_times(folder_), core::InputError);
+  EXPECT_THROW(dataset::run::read_measured_times(folder_), core::InputError);
 }
 
 TEST_F(ScheduleTest, CountsFilesAndTellsWhatLimits) {
-  MachineCosts costs;
+  dataset::run::MachineCosts costs;
   costs.service = {};
   costs.start = 1;
   costs.index_shard = 0.5;
   const nlohmann::json out =
-      simulate_build(bars(300), {.ranks = {1, 1000}, .ranks_per_node = 10}, costs);
+      dataset::run::simulate_build(bars(300), {.ranks = {1, 1000}, .ranks_per_node = 10}, costs);
   EXPECT_EQ(out.at("files").at("shards"), 4);
   EXPECT_EQ(out.at("files").at("wav"), 600);
   EXPECT_EQ(out.at("files").at("largest_folder"), 300);
@@ -136,18 +137,18 @@ TEST_F(ScheduleTest, CountsFilesAndTellsWhatLimits) {
 }
 
 TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
-  MachineCosts costs;
+  dataset::run::MachineCosts costs;
   costs.service = {};
-  LoadedBuild build = bars(1);
-  const std::vector<mpi::Task> tasks = board_tasks(build.plan, build.config);
+  dataset::run::LoadedBuild build = bars(1);
+  const std::vector<mpi::Task> tasks = dataset::run::board_tasks(build.plan, build.config);
   ASSERT_EQ(tasks.size(), 4u);
   for (const mpi::Task& task : tasks) ASSERT_LT(task.memory, 1 << 30);
   // Both bodies at a time, one after the other, none.
   const auto on_two = [&](double memory) {
-    const double idle = memory > 1 ? 2 * idle_rank_bytes : 0;
+    const double idle = memory > 1 ? 2 * dataset::run::idle_rank_bytes : 0;
     build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory + idle);
-    const nlohmann::json out = simulate_build(build, {.ranks = {2}}, costs);
-    const std::string text = schedule_text(out);
+    const nlohmann::json out = dataset::run::simulate_build(build, {.ranks = {2}}, costs);
+    const std::string text = dataset::run::schedule_text(out);
     EXPECT_EQ(text.find("are refused") != std::string::npos,
               out.at("schedules").at(0).at("refused_tasks") > 0);
     return out.at("schedules").at(0);

@@ -1,40 +1,41 @@
-#include "cli/sweep/shared_work.hpp"
+#include "dataset/sweep/detail/shared_work.hpp"
 
 #include <gtest/gtest.h>
 
 namespace carillon::cli {
 namespace {
 
-LoadedBuild build_of(const std::vector<std::string>& overrides) {
-  BuildOptions options;
+dataset::run::LoadedBuild build_of(const std::vector<std::string>& overrides) {
+  dataset::run::BuildOptions options;
   options.config = "s.yaml";
   options.overrides = overrides;
-  LoadedBuild build = read_build(
+  dataset::run::LoadedBuild build = dataset::run::read_build(
       "objects:\n  - shape: bar\n    count: 2\nmaterials: [steel]\nstrikes: {per_object: 1}\n",
       options);
-  build.plan = make_plan(build.config);
+  build.plan = dataset::plan::make_plan(build.config);
   return build;
 }
 
-std::vector<BuildRun> runs_of(const std::vector<LoadedBuild>& builds) {
-  std::vector<BuildRun> runs;
-  for (const LoadedBuild& build : builds) runs.push_back({build, {}, ""});
+std::vector<dataset::run::BuildRun> runs_of(const std::vector<dataset::run::LoadedBuild>& builds) {
+  std::vector<dataset::run::BuildRun> runs;
+  for (const dataset::run::LoadedBuild& build : builds) runs.push_back({build, {}, ""});
   return runs;
 }
 
-std::vector<std::int64_t> behind(const std::vector<LoadedBuild>& builds, std::size_t task) {
-  const std::vector<BuildRun> runs = runs_of(builds);
-  CommonTasks common = common_tasks(runs);
-  order_shared_work(runs, common);
+std::vector<std::int64_t> behind(const std::vector<dataset::run::LoadedBuild>& builds,
+                                 std::size_t task) {
+  const std::vector<dataset::run::BuildRun> runs = runs_of(builds);
+  dataset::run::CommonTasks common = dataset::run::common_tasks(runs);
+  dataset::sweep::order_shared_work(runs, common);
   return common.tasks[task].behind;
 }
 
 // Tasks of each build: modes of bar-000 and bar-001, then their samples.
 
 TEST(SharedWork, WhatOnlyTheSoundChangesSharesMeshAndModes) {
-  const std::vector<LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=0.5"}),
-                                           build_of({"effects.damping=off"})};
-  const SharingCounts counts = count_shared_work(builds);
+  const std::vector<dataset::run::LoadedBuild> builds = {
+      build_of({}), build_of({"audio.seconds=0.5"}), build_of({"effects.damping=off"})};
+  const dataset::sweep::SharingCounts counts = dataset::sweep::count_shared_work(builds);
   EXPECT_EQ(counts.bodies, 6u);
   EXPECT_EQ(counts.meshes, 2u);
   EXPECT_EQ(counts.solves, 2u);
@@ -49,7 +50,8 @@ TEST(SharedWork, AnotherBandOrSolverSharesTheMeshAlone) {
   for (const char* other :
        {"modes.max_modes=9", "modes.max_frequency=5 kHz", "solver.eigen_solver=krylov_schur",
         "solver.pitch_cents=5", "objects[0].sizes=[2]", "materials=[glass]"}) {
-    const SharingCounts counts = count_shared_work({build_of({}), build_of({other})});
+    const dataset::sweep::SharingCounts counts =
+        dataset::sweep::count_shared_work({build_of({}), build_of({other})});
     EXPECT_EQ(counts.meshes, 2u) << other;
     EXPECT_EQ(counts.solves, 4u) << other;
   }
@@ -62,28 +64,30 @@ TEST(SharedWork, AnotherBandOrSolverSharesTheMeshAlone) {
 
 TEST(SharedWork, AnotherOrderOrSeedSharesNothing) {
   for (const char* other : {"modes.order=2", "modes.element_size=9 mm", "seed=5"}) {
-    const SharingCounts counts = count_shared_work({build_of({}), build_of({other})});
+    const dataset::sweep::SharingCounts counts =
+        dataset::sweep::count_shared_work({build_of({}), build_of({other})});
     EXPECT_EQ(counts.meshes, 4u) << other;
     EXPECT_EQ(counts.solves, 4u) << other;
   }
 }
 
 TEST(SharedWork, WiderGroupsGoFirst) {
-  const std::vector<LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=2"})};
-  CommonTasks common = common_tasks(runs_of(builds));
+  const std::vector<dataset::run::LoadedBuild> builds = {build_of({}),
+                                                         build_of({"audio.seconds=2"})};
+  dataset::run::CommonTasks common = dataset::run::common_tasks(runs_of(builds));
   common.tasks[4].width = 2;
-  order_shared_work(runs_of(builds), common);
+  dataset::sweep::order_shared_work(runs_of(builds), common);
   EXPECT_TRUE(common.tasks[4].behind.empty());
   EXPECT_EQ(common.tasks[0].behind, (std::vector<std::int64_t>{4}));
 }
 
 TEST(SharedWork, WhatIsDoneLeadsNobody) {
   // Its cache may be gone: the first of the others makes anew what they share.
-  const std::vector<LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=2"}),
-                                           build_of({"audio.seconds=3"})};
-  CommonTasks common = common_tasks(runs_of(builds));
+  const std::vector<dataset::run::LoadedBuild> builds = {
+      build_of({}), build_of({"audio.seconds=2"}), build_of({"audio.seconds=3"})};
+  dataset::run::CommonTasks common = dataset::run::common_tasks(runs_of(builds));
   common.done[0] = true;
-  order_shared_work(runs_of(builds), common);
+  dataset::sweep::order_shared_work(runs_of(builds), common);
   EXPECT_TRUE(common.tasks[4].behind.empty());
   EXPECT_EQ(common.tasks[8].behind, (std::vector<std::int64_t>{4}));
   EXPECT_EQ(common.tasks[4].kind, "modes");
@@ -91,11 +95,11 @@ TEST(SharedWork, WhatIsDoneLeadsNobody) {
 }
 
 TEST(SharedWork, TasksFailTogetherWhereTheyDoTheSameUnderTheSameLimits) {
-  const std::vector<LoadedBuild> builds = {
+  const std::vector<dataset::run::LoadedBuild> builds = {
       build_of({}), build_of({"modes.max_modes=9"}), build_of({"audio.seconds=2"}),
       build_of({"limits.mesh_time=9 s"}), build_of({"limits.mesh_time=9 s", "audio.seconds=2"})};
-  CommonTasks common = common_tasks(runs_of(builds));
-  SameWork same = order_shared_work(runs_of(builds), common);
+  dataset::run::CommonTasks common = dataset::run::common_tasks(runs_of(builds));
+  dataset::run::SameWork same = dataset::sweep::order_shared_work(runs_of(builds), common);
   // Modes of the first body: tasks 0, 4, 8, 12, 16.
   using Numbers = std::vector<std::int64_t>;
   EXPECT_EQ((same[{0, "mesh"}]), (Numbers{4, 8}));

@@ -1,4 +1,4 @@
-#include "cli/sweep/sound_measures.hpp"
+#include "dataset/sweep/detail/sound_measures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,14 +23,14 @@ std::vector<float> ring(double frequency, double decay_rate, double amplitude) {
 TEST(SoundMeasures, DecayOfOneModeIsThatOfItsRate) {
   // T60 = ln(1000) / d, from 0.07 s to one that the clip shows a tenth of.
   for (const double d : {100.0, 20.0, 5.0, 0.7}) {
-    const auto measured = measure_sound(ring(1000, d, 0.3), 44100);
+    const auto measured = dataset::sweep::measure_sound(ring(1000, d, 0.3), 44100);
     ASSERT_TRUE(measured && measured->decay_s) << d;
     EXPECT_NEAR(*measured->decay_s * d / std::log(1000.0), 1, 0.02) << d;
   }
 }
 
 TEST(SoundMeasures, LevelPeakAndCentroidOfASine) {
-  const auto sine = measure_sound(ring(1000, 0, 0.5), 44100);
+  const auto sine = dataset::sweep::measure_sound(ring(1000, 0, 0.5), 44100);
   ASSERT_TRUE(sine);
   EXPECT_NEAR(sine->level_db, 20 * std::log10(0.5 / std::sqrt(2.0)), 1e-3);
   EXPECT_NEAR(sine->peak_db, 20 * std::log10(0.5), 1e-2);
@@ -38,9 +38,9 @@ TEST(SoundMeasures, LevelPeakAndCentroidOfASine) {
 }
 
 TEST(SoundMeasures, WhatDoesNotDecayHasNoDecayTime) {
-  EXPECT_FALSE(measure_sound(ring(1000, -3, 1e-3), 44100)->decay_s);
-  EXPECT_FALSE(measure_sound(std::vector<float>(44100, 0.0F), 44100));
-  EXPECT_FALSE(measure_sound({}, 44100));
+  EXPECT_FALSE(dataset::sweep::measure_sound(ring(1000, -3, 1e-3), 44100)->decay_s);
+  EXPECT_FALSE(dataset::sweep::measure_sound(std::vector<float>(44100, 0.0F), 44100));
+  EXPECT_FALSE(dataset::sweep::measure_sound({}, 44100));
 }
 
 }  // namespace

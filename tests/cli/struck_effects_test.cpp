@@ -5,35 +5,36 @@
 #include <string>
 
 #include "../synth/curved_bodies.hpp"
-#include "cli/sound/chain.hpp"
-#include "cli/sound/effects/list.hpp"
-#include "cli/sound/scene.hpp"
-#include "synth/acceleration_click.hpp"
-#include "synth/noise_burst.hpp"
-#include "synth/striker.hpp"
+#include "scene/chain.hpp"
+#include "scene/effects/detail/list.hpp"
+#include "scene/scene.hpp"
+#include "synth/contact/acceleration_click.hpp"
+#include "synth/contact/noise_burst.hpp"
+#include "synth/contact/striker.hpp"
 
 namespace carillon::cli {
 namespace {
 
-const Effect registry[] = {striker_effect, contact_effect, radiation_effect, thrift_effect,
-                           click_effect};
+const scene::Effect registry[] = {scene::striker_effect, scene::contact_effect,
+                                  scene::radiation_effect, scene::thrift_effect,
+                                  scene::click_effect};
 const std::string listener = "listeners: [{position: [0, 0, 1]}]\n";
 
-Scene scene_of(const std::string& text) {
+scene::Scene scene_of(const std::string& text) {
   auto root = core::ConfigNode::parse(text + "audio: {seconds: 0.05 s}\n", "scene.yaml");
-  return read_scene(root, "scene.yaml", registry);
+  return scene::read_scene(root, "scene.yaml", registry);
 }
 
-const EffectDecision& decision(const Scene& scene, std::string_view name) {
-  for (const EffectDecision& d : scene.effects) {
+const scene::EffectDecision& decision(const scene::Scene& scene, std::string_view name) {
+  for (const scene::EffectDecision& d : scene.effects) {
     if (name == d.effect->name) return d;
   }
   throw std::runtime_error("no such effect");
 }
 
 /// @param flat  of its height is left
-solvers::Modes ball(double flat) {
-  solvers::Modes modes = synth::modes_with(
+solvers::modes::Modes ball(double flat) {
+  solvers::modes::Modes modes = synth::modes_with(
       synth::curved_sphere(0.03, {0, 0, 0}, 3, 2), {1e8, 4e8},
       [](int i, const Vec3& x) -> Vec3 { return (i == 0 ? 3.0 : 1e-6) * x.normalized(); });
   for (Vec3& node : modes.surface.nodes) node.z() *= flat;
@@ -42,19 +43,19 @@ solvers::Modes ball(double flat) {
 
 /// A glass ball of two modes, struck on its pole; the sound of sample `id`.
 struct Struck {
-  solvers::Modes modes;
-  std::vector<synth::Material> materials = {synth::parse_material("glass")};
-  synth::SurfaceSampler sampler{modes.surface};
+  solvers::modes::Modes modes;
+  std::vector<synth::material::Material> materials = {synth::material::parse_material("glass")};
+  synth::modal::SurfaceSampler sampler{modes.surface};
   core::Trace trace;
-  Columns record;
-  RingingBody body;
-  Sound sound;
+  core::Columns record;
+  scene::RingingBody body;
+  scene::Sound sound;
 
-  explicit Struck(const Scene& scene, std::uint64_t id = 1, std::vector<double> blows = {0},
+  explicit Struck(const scene::Scene& scene, std::uint64_t id = 1, std::vector<double> blows = {0},
                   double flat = 1)
       : modes(ball(flat)) {
     modes.mass = 0.28;
-    SoundChain chain(scene, {}, trace);
+    scene::SoundChain chain(scene, {}, trace);
     body = chain.prepare("ball", "ball", modes, materials);
     sound.body = &body;
     sound.id = id;
@@ -69,7 +70,7 @@ struct Struck {
 };
 
 TEST(StruckEffects, AreOffUnlessCalledFor) {
-  const Scene scene = scene_of("");
+  const scene::Scene scene = scene_of("");
   for (const char* name : {"striker", "click", "thrift"}) {
     EXPECT_FALSE(decision(scene, name).enabled) << name;
     EXPECT_FALSE(decision(scene, name).reason.empty()) << name;
@@ -82,17 +83,17 @@ TEST(StruckEffects, AreOffUnlessCalledFor) {
 }
 
 TEST(StruckEffects, StrikerSetsImpulseAndDurationByHertz) {
-  const Scene scene = scene_of("striker: {kind: metal, speed: 1.5 m/s}\n");
+  const scene::Scene scene = scene_of("striker: {kind: metal, speed: 1.5 m/s}\n");
   EXPECT_EQ(decision(scene, "striker").reason, "striker: (scene.yaml:1)");
   const Struck struck(scene);
-  const synth::HertzContact contact =
-      synth::hertz_contact(synth::preset_striker("metal"), {0.28, 6.2e10, 0.2, 0}, 1.5);
+  const synth::contact::HertzContact contact = synth::contact::hertz_contact(
+      synth::contact::preset_striker("metal"), {0.28, 6.2e10, 0.2, 0}, 1.5);
   EXPECT_DOUBLE_EQ(struck.sound.strike.impulse, contact.impulse);
   EXPECT_DOUBLE_EQ(struck.sound.strike.force.duration, contact.duration);
 }
 
 TEST(StruckEffects, StrikersAreDrawnBySampleAndNothingElse) {
-  const Scene scene = scene_of("striker: {kind: [metal, rubber, noise_burst]}\n");
+  const scene::Scene scene = scene_of("striker: {kind: [metal, rubber, noise_burst]}\n");
   bool burst = false, pulse = false;
   for (std::uint64_t id = 0; id < 20; ++id) {
     const Struck once(scene, id), again(scene, id);
@@ -125,9 +126,9 @@ TEST(StruckEffects, ClickTakesTrueAndFalseForOnAndOff) {
 TEST(StruckEffects, ClickAddsTheBodysJumpToThePressure) {
   const Struck without(scene_of(listener + "effects: {click: off}\n"));
   const Struck with(scene_of(listener));
-  const auto click =
-      synth::acceleration_click(synth::rigid_source(with.modes.surface, 0.28), {0, 0, -0.01},
-                                with.sound.strike.force, {0, 0, 1}, 44100, with.sound.audio.size());
+  const auto click = synth::contact::acceleration_click(
+      synth::contact::rigid_source(with.modes.surface, 0.28), {0, 0, -0.01},
+      with.sound.strike.force, {0, 0, 1}, 44100, with.sound.audio.size());
   float largest = 0;
   for (std::size_t n = 0; n < click.size(); ++n) {
     EXPECT_EQ(with.sound.audio[n], without.sound.audio[n] + click[n]);
@@ -165,7 +166,7 @@ TEST(StruckEffects, ListenersTooNearAreWithoutTheClickUnlessItIsAskedForByHand) 
 }
 
 TEST(StruckEffects, ClickIsOffWhereTheBodyIsHeld) {
-  const Scene held = scene_of(listener + "click: {held: true}\n");
+  const scene::Scene held = scene_of(listener + "click: {held: true}\n");
   EXPECT_FALSE(decision(held, "click").enabled);
   EXPECT_NE(decision(held, "click").reason.find("scene.yaml:2"), std::string::npos);
 }
@@ -187,9 +188,9 @@ TEST(StruckEffects, EveryBlowClicks) {
   const Struck with(scene_of(listener), 1, blows);
   // What one blow adds, now and 0.0123456 s later: 0.0123456 s are 544.44 samples.
   const auto click = [&](double begin) {
-    return synth::acceleration_click(synth::rigid_source(with.modes.surface, 0.28), {0, 0, -0.01},
-                                     with.sound.strike.force, {0, 0, 1}, 44100,
-                                     with.sound.audio.size(), begin);
+    return synth::contact::acceleration_click(
+        synth::contact::rigid_source(with.modes.surface, 0.28), {0, 0, -0.01},
+        with.sound.strike.force, {0, 0, 1}, 44100, with.sound.audio.size(), begin);
   };
   const auto first = click(0), second = click(blows[0]);
   float peak = 0, late = 0;
@@ -205,7 +206,7 @@ TEST(StruckEffects, EveryBlowClicks) {
 
 TEST(StruckEffects, ASheetInABaffleDoesNotJump) {
   const std::string baffled = listener + "radiation: {model: rayleigh_integral}\n";
-  const Scene scene = scene_of(baffled);
+  const scene::Scene scene = scene_of(baffled);
   EXPECT_FALSE(decision(scene, "click").enabled);
   EXPECT_NE(decision(scene, "click").reason.find("the sheet sits in a baffle"), std::string::npos);
   EXPECT_TRUE(decision(scene_of(baffled + "effects: {click: on}\n"), "click").enabled);
@@ -221,7 +222,7 @@ TEST(StruckEffects, PeakForceIsThatOfThePulseThatIsRendered) {
   for (const char* pulse : {"cosine", "hertz"}) {
     const Struck struck(
         scene_of(std::string("striker: {kind: wood, speed: 1, pulse: ") + pulse + "}\n"));
-    const synth::ContactForce& force = struck.sound.strike.force;
+    const synth::modal::ContactForce& force = struck.sound.strike.force;
     const bool hertz = std::string(pulse) == "hertz";
     EXPECT_EQ(force.samples.empty(), !hertz);
     EXPECT_NEAR(
@@ -232,16 +233,16 @@ TEST(StruckEffects, PeakForceIsThatOfThePulseThatIsRendered) {
 
 TEST(StruckEffects, ABurstsImpulseIsItsIntegral) {
   const Struck struck(scene_of("striker: {kind: noise_burst}\n"));
-  const synth::ContactForce& force = struck.sound.strike.force;
-  EXPECT_NEAR(synth::impulse_of(force), 1, 1e-9);
+  const synth::modal::ContactForce& force = struck.sound.strike.force;
+  EXPECT_NEAR(synth::modal::impulse_of(force), 1, 1e-9);
   core::RandomStream noise(0, 1, "striker.noise");
-  const synth::ContactForce drawn = synth::noise_burst({}, 44100, noise);
-  EXPECT_NEAR(struck.sound.strike.impulse, 0.01 * synth::impulse_of(drawn), 1e-12);
+  const synth::modal::ContactForce drawn = synth::contact::noise_burst({}, 44100, noise);
+  EXPECT_NEAR(struck.sound.strike.impulse, 0.01 * synth::modal::impulse_of(drawn), 1e-12);
   for (std::size_t n = 0; n < drawn.samples.size(); ++n) {
     EXPECT_NEAR(struck.sound.strike.impulse * force.samples[n], 0.01 * drawn.samples[n],
-                1e-12 * synth::peak_of(drawn));
+                1e-12 * synth::modal::peak_of(drawn));
   }
-  EXPECT_NEAR(recorded(struck, "striker_peak_force"), 0.01 * synth::peak_of(drawn), 1e-9);
+  EXPECT_NEAR(recorded(struck, "striker_peak_force"), 0.01 * synth::modal::peak_of(drawn), 1e-9);
 }
 
 TEST(StruckEffects, ABallsMassFollowsItsRadius) {
@@ -250,12 +251,12 @@ TEST(StruckEffects, ABallsMassFollowsItsRadius) {
                     "striker_effective_mass");
   };
   const auto with_body = [](double m) { return 1 / (1 / m + 1 / 0.28); };
-  const double metal = synth::preset_striker("metal").mass;
+  const double metal = synth::contact::preset_striker("metal").mass;
   EXPECT_NEAR(mass("kind: metal") / with_body(metal), 1, 1e-12);
   EXPECT_NEAR(mass("kind: metal, radius: 1 mm") / with_body(metal / 512), 1, 1e-12);
-  EXPECT_NEAR(
-      mass("kind: rubber, radius: 6 mm") / with_body(synth::preset_striker("rubber").mass / 8), 1,
-      1e-12);
+  EXPECT_NEAR(mass("kind: rubber, radius: 6 mm") /
+                  with_body(synth::contact::preset_striker("rubber").mass / 8),
+              1, 1e-12);
   EXPECT_NEAR(mass("kind: metal, radius: 1 mm, mass: 3 g") / with_body(0.003), 1, 1e-12);
   // A fingertip is no ball.
   EXPECT_NEAR(mass("kind: finger, radius: 1 mm") / with_body(0.02), 1, 1e-12);

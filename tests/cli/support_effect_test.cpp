@@ -6,9 +6,9 @@
 #include <map>
 #include <set>
 
-#include "cli/sound/effects/list.hpp"
-#include "cli/sound/scene.hpp"
 #include "core/error.hpp"
+#include "scene/effects/detail/list.hpp"
+#include "scene/scene.hpp"
 #include "tests/synth/curved_bodies.hpp"
 
 namespace carillon::cli {
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kRadius = 0.05;
 
-solvers::Modes ball() {
+solvers::modes::Modes ball() {
   std::vector<double> eigenvalues;
   for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
   auto modes =
@@ -29,55 +29,55 @@ solvers::Modes ball() {
   return modes;
 }
 
-SceneEffect read_effect(const std::string& text) {
+scene::SceneEffect read_effect(const std::string& text) {
   core::ConfigNode root = core::ConfigNode::parse(text, "scene.yaml");
-  SceneEffect effect = supports_effect.read(root, Scene{});
+  scene::SceneEffect effect = scene::supports_effect.read(root, scene::Scene{});
   root.finish();
   return effect;
 }
 
 struct Held {
-  synth::RingDown rings;
+  synth::modal::RingDown rings;
   nlohmann::json record;
 };
 
 /// One sample of the ball under `supports: {...}`.
 Held hold(const std::string& supports, std::uint64_t id = 1, const std::string& material = "") {
-  static const solvers::Modes modes = ball();
-  static const synth::SurfaceSampler sampler(modes.surface);
-  const EffectParts parts = read_effect("supports: {" + supports + "}").start("");
-  RingingBody body;
+  static const solvers::modes::Modes modes = ball();
+  static const synth::modal::SurfaceSampler sampler(modes.surface);
+  const scene::EffectParts parts = read_effect("supports: {" + supports + "}").start("");
+  scene::RingingBody body;
   body.id = "ball/" + material;
   body.shape = "ball";
   body.modes = &modes;
   body.centre = {1, 0, 0};
   body.decay_rates.assign(modes.size(), 3.0);
   parts.body(body);
-  Columns columns;
-  Sound sound;
+  core::Columns columns;
+  scene::Sound sound;
   sound.body = &body;
   sound.seed = 5;
   sound.id = id;
   sound.record = &columns;
   sound.strike = {sampler.nearest({1, 0, 1}), {0, 0, -1}, 0.01, {}};
-  sound.rings = synth::ring_down(modes, body.decay_rates, sound.strike,
-                                 synth::point_velocity(modes, sound.strike.point));
+  sound.rings = synth::modal::ring_down(modes, body.decay_rates, sound.strike,
+                                        synth::modal::point_velocity(modes, sound.strike.point));
   parts.rings(sound);
   return {sound.rings, columns.last_row()};
 }
 
-double fastest(const synth::RingDown& rings) {
+double fastest(const synth::modal::RingDown& rings) {
   return *std::max_element(rings.decay_rates.begin(), rings.decay_rates.end());
 }
 
 TEST(SupportsEffect, IsOffInFreeFlight) {
-  const SceneEffect effect = read_effect("{}");
+  const scene::SceneEffect effect = read_effect("{}");
   EXPECT_TRUE(effect.asked_by.empty());
   EXPECT_EQ(effect.reason_off, "free flight: no supports:");
 }
 
 TEST(SupportsEffect, NamesTheLineThatAsksForIt) {
-  const SceneEffect effect =
+  const scene::SceneEffect effect =
       read_effect("\nsupports:\n  contacts: [{kind: finger, at: [0, 0, 5 cm]}]\n");
   EXPECT_EQ(effect.asked_by, "supports: (scene.yaml:2)");
   EXPECT_TRUE(effect.reason_off.empty());

@@ -1,4 +1,4 @@
-#include "cli/sweep/sweep.hpp"
+#include "dataset/sweep/sweep.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -7,28 +7,30 @@
 #include <cmath>
 #include <set>
 
-#include "cli/build/configuration.hpp"
-#include "cli/sweep/values.hpp"
 #include "core/error.hpp"
+#include "dataset/configuration/configuration.hpp"
+#include "dataset/sweep/detail/values.hpp"
 
 namespace carillon::cli {
 namespace {
 
-Sweep sweep_of(const std::string& lines, const std::vector<std::string>& overrides = {}) {
-  const auto sweep = read_sweep("name: x\nsweep:\n" + lines, "s.yaml", overrides);
+dataset::sweep::Sweep sweep_of(const std::string& lines,
+                               const std::vector<std::string>& overrides = {}) {
+  const auto sweep = dataset::sweep::read_sweep("name: x\nsweep:\n" + lines, "s.yaml", overrides);
   EXPECT_TRUE(sweep.has_value());
-  return sweep.value_or(Sweep{});
+  return sweep.value_or(dataset::sweep::Sweep{});
 }
 
-std::vector<std::string> folders(const Sweep& sweep) {
+std::vector<std::string> folders(const dataset::sweep::Sweep& sweep) {
   std::vector<std::string> names;
-  for (const SweepVariant& variant : sweep.variants) names.push_back(variant.folder);
+  for (const dataset::sweep::SweepVariant& variant : sweep.variants)
+    names.push_back(variant.folder);
   return names;
 }
 
 std::string refusal(const std::string& lines, const std::vector<std::string>& overrides = {}) {
   try {
-    read_sweep("name: x\nsweep:\n" + lines, "s.yaml", overrides);
+    dataset::sweep::read_sweep("name: x\nsweep:\n" + lines, "s.yaml", overrides);
   } catch (const core::ConfigError& error) {
     return std::string(error.what());
   }
@@ -42,12 +44,14 @@ void expect_says(const std::string& text, std::initializer_list<const char*> par
 }
 
 TEST(Sweep, AConfigurationWithoutOneHasNone) {
-  EXPECT_FALSE(read_sweep("name: x\n", "s.yaml", {}));
-  EXPECT_FALSE(read_sweep("name: x\nsweep: {keys: {a: [1, 2]}}\n", "s.yaml", {"sweep="}));
+  EXPECT_FALSE(dataset::sweep::read_sweep("name: x\n", "s.yaml", {}));
+  EXPECT_FALSE(
+      dataset::sweep::read_sweep("name: x\nsweep: {keys: {a: [1, 2]}}\n", "s.yaml", {"sweep="}));
 }
 
 TEST(Sweep, TheLastKeyOfAGridChangesFastest) {
-  const Sweep sweep = sweep_of("  keys:\n    modes.order: [2, 3]\n    room.rt60: [0.2 s, 0.5 s]\n");
+  const dataset::sweep::Sweep sweep =
+      sweep_of("  keys:\n    modes.order: [2, 3]\n    room.rt60: [0.2 s, 0.5 s]\n");
   EXPECT_EQ(folders(sweep), (std::vector<std::string>{"order=2,rt60=0.2s", "order=2,rt60=0.5s",
                                                       "order=3,rt60=0.2s", "order=3,rt60=0.5s"}));
   EXPECT_EQ(sweep.variants[1].overrides,
@@ -62,14 +66,14 @@ TEST(Sweep, AZipTakesOneOfEachAndRefusesUnequalLists) {
 }
 
 TEST(Sweep, RangesByCountStepAndLogarithm) {
-  const Sweep sweep = sweep_of(
+  const dataset::sweep::Sweep sweep = sweep_of(
       "  mode: zip\n  keys:\n    a: {from: 10 mm, to: 30 mm, count: 3}\n"
       "    b: {from: 1, to: 100, count: 3, spacing: log}\n    c: {from: 1, to: 2, step: 0.5}\n");
   ASSERT_EQ(sweep.variants.size(), 3u);
   EXPECT_EQ(sweep.variants[1].values, (std::vector<std::string>{"20 mm", "10", "1.5"}));
   EXPECT_EQ(sweep.variants[2].values, (std::vector<std::string>{"30 mm", "100", "2"}));
   // Ends stay as they are; 0.1 + 2 * 0.1 would not.
-  const Sweep tenths = sweep_of("  keys: {a: {from: 0.1, to: 0.3, step: 0.1}}\n");
+  const dataset::sweep::Sweep tenths = sweep_of("  keys: {a: {from: 0.1, to: 0.3, step: 0.1}}\n");
   EXPECT_EQ(tenths.variants.back().values.front(), "0.3");
 }
 
@@ -114,16 +118,16 @@ TEST(Sweep, DrawsDependOnSeedKeyAndNumberAlone) {
     return sweep_of("  mode: random\n  count: " + std::to_string(count) +
                     "\n  seed: " + std::to_string(seed) + "\n  keys: {" + keys + "}\n");
   };
-  const Sweep few = drawn(5, 1, "a: " + range), many = drawn(20, 1, "a: " + range);
-  const Sweep other = drawn(5, 1, "z: [1, 2, 3], a: " + range),
-              reseeded = drawn(5, 2, "a: " + range);
+  const dataset::sweep::Sweep few = drawn(5, 1, "a: " + range), many = drawn(20, 1, "a: " + range);
+  const dataset::sweep::Sweep other = drawn(5, 1, "z: [1, 2, 3], a: " + range),
+                              reseeded = drawn(5, 2, "a: " + range);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(few.variants[i].values[0], many.variants[i].values[0]);
     EXPECT_EQ(few.variants[i].values[0], other.variants[i].values[1]);
     EXPECT_NE(few.variants[i].values[0], reseeded.variants[i].values[0]);
   }
   int below = 0;
-  for (const SweepVariant& variant : drawn(400, 3, "a: " + range).variants) {
+  for (const dataset::sweep::SweepVariant& variant : drawn(400, 3, "a: " + range).variants) {
     const double value = core::parse_quantity(variant.values[0], core::Dimension::time);
     EXPECT_GE(value, 0.1);
     EXPECT_LE(value, 10);
@@ -133,7 +137,8 @@ TEST(Sweep, DrawsDependOnSeedKeyAndNumberAlone) {
 }
 
 TEST(Sweep, DrawsFromListsNeverRepeatAVariant) {
-  const Sweep all = sweep_of("  mode: random\n  count: 6\n  keys: {a: [1, 2, 3], b: [x, y]}\n");
+  const dataset::sweep::Sweep all =
+      sweep_of("  mode: random\n  count: 6\n  keys: {a: [1, 2, 3], b: [x, y]}\n");
   const auto names = folders(all);
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), 6u);
   expect_says(refusal("  mode: random\n  count: 7\n  keys: {a: [1, 2, 3], b: [x, y]}\n"),
@@ -141,7 +146,7 @@ TEST(Sweep, DrawsFromListsNeverRepeatAVariant) {
 }
 
 TEST(Sweep, ValuesAreTextsThatSetReadsBack) {
-  const Sweep sweep = sweep_of(
+  const dataset::sweep::Sweep sweep = sweep_of(
       "  keys:\n    a:\n      - [steel, 'x, y']\n      - {kind: table, at: [0, \"1 m\"]}\n"
       "      - 'no: mapping'\n      - off\n");
   const std::vector<std::string> expected = {"[steel, \"x, y\"]", "{kind: table, at: [0, 1 m]}",
@@ -150,12 +155,12 @@ TEST(Sweep, ValuesAreTextsThatSetReadsBack) {
     EXPECT_EQ(sweep.variants[i].values[0], expected[i]);
     core::ConfigTree root = core::parse_config_tree("{}", "s.yaml");
     core::apply_override(root, sweep.variants[i].overrides[0]);
-    EXPECT_EQ(flow_text(root.find("a")->value), expected[i]);
+    EXPECT_EQ(dataset::sweep::flow_text(root.find("a")->value), expected[i]);
   }
 }
 
 TEST(Sweep, NamedValuesNameFoldersAndRows) {
-  const Sweep sweep =
+  const dataset::sweep::Sweep sweep =
       sweep_of("  keys:\n    room: {named: {dry: {rt60: 0.2}, wet: {rt60: 2, order: 5}}}\n");
   EXPECT_EQ(folders(sweep), (std::vector<std::string>{"room=dry", "room=wet"}));
   EXPECT_EQ(sweep.variants[1].values.front(), "wet");
@@ -164,7 +169,7 @@ TEST(Sweep, NamedValuesNameFoldersAndRows) {
 }
 
 TEST(Sweep, FoldersAreSafeAndDifferent) {
-  const Sweep sweep = sweep_of("  keys: {a.x: ['../b', '..b', '//b'], b.x: [1]}\n");
+  const dataset::sweep::Sweep sweep = sweep_of("  keys: {a.x: ['../b', '..b', '//b'], b.x: [1]}\n");
   const auto names = folders(sweep);
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), 3u);
   for (const std::string& name : names) {
@@ -177,11 +182,12 @@ TEST(Sweep, AVariantIsTheBuildThatItsOverridesGive) {
   const std::string text =
       "objects:\n  - shape: bar\n    materials: [steel]\n"
       "sweep: {keys: {modes.order: [1, 2], audio.seconds: [0.5 s, 1 s]}}\n";
-  const auto sweep = read_sweep(text, "s.yaml", {});
+  const auto sweep = dataset::sweep::read_sweep(text, "s.yaml", {});
   const auto plain = text.substr(0, text.find("sweep:"));
-  for (const SweepVariant& variant : sweep->variants) {
-    EXPECT_EQ(read_build_config(text, "s.yaml", variant.overrides).resolved,
-              read_build_config(plain, "s.yaml", variant.overrides).resolved);
+  for (const dataset::sweep::SweepVariant& variant : sweep->variants) {
+    EXPECT_EQ(
+        dataset::configuration::read_build_config(text, "s.yaml", variant.overrides).resolved,
+        dataset::configuration::read_build_config(plain, "s.yaml", variant.overrides).resolved);
   }
 }
 

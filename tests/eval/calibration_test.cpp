@@ -17,18 +17,18 @@ namespace {
 // p = special.softmax(z, axis=1); confidence = p.max(1); right = p.argmax(1) == y
 const std::vector<double> z = {2, 1, 0, 0.5, 2.5, -1, 3, 0, 1, -1, 0.2, 1.5, 1, 0.9, 0.8, 4, 1, 2};
 const std::vector<std::size_t> y = {0, 1, 2, 2, 0, 0};
-const ScoreRows logits{z, 3};
+const classification::ScoreRows logits{z, 3};
 
 TEST(FitTemperature, IsSciPys) {
   // target = np.full((6, 3), 1 / 8 / 2); target[np.arange(6), y] = 7 / 8
   // loss = lambda t: -np.mean((target * special.log_softmax(z / t, axis=1)).sum(1))
   // optimize.minimize_scalar(loss, bounds=(0.01, 50), method='bounded', options={'xatol': 1e-13})
-  EXPECT_NEAR(fit_temperature(logits, y), 1.3915364611912515, 1e-6);
+  EXPECT_NEAR(classification::fit_temperature(logits, y), 1.3915364611912515, 1e-6);
 }
 
 TEST(Reliability, IsCountedByHand) {
-  const std::vector<double> p = softmax(logits);
-  const auto diagram = reliability({p, 3}, y);
+  const std::vector<double> p = classification::softmax(logits);
+  const auto diagram = classification::reliability({p, 3}, y);
   ASSERT_EQ(diagram.size(), 15U);
   // Confidences 0.665, 0.858, 0.844 (wrong), 0.738, 0.367, 0.844.
   EXPECT_EQ(diagram[12].samples, 3U);
@@ -36,14 +36,15 @@ TEST(Reliability, IsCountedByHand) {
   EXPECT_NEAR(diagram[12].confidence, (0.85797681 + 2 * 0.84379473) / 3, 1e-8);
   EXPECT_EQ(diagram[0].samples, 0U);
   EXPECT_TRUE(std::isnan(diagram[0].accuracy));
-  EXPECT_NEAR(expected_calibration_error(diagram), 0.2958239612115231, 1e-14);
-  EXPECT_NEAR(expected_calibration_error(reliability({p, 3}, y, 2)), 0.11396853468781097, 1e-14);
+  EXPECT_NEAR(classification::expected_calibration_error(diagram), 0.2958239612115231, 1e-14);
+  EXPECT_NEAR(classification::expected_calibration_error(classification::reliability({p, 3}, y, 2)),
+              0.11396853468781097, 1e-14);
 }
 
 TEST(Reliability, PutsEdgesIntoTheBinBelow) {
   const std::vector<double> p = {0.6, 0.4, 1, 0, 0.5, 0.5};
   const std::vector<std::size_t> truth = {0, 0, 0};
-  const auto diagram = reliability({p, 2}, truth, 5);
+  const auto diagram = classification::reliability({p, 2}, truth, 5);
   EXPECT_EQ(diagram[2].samples, 2U);  // (0.4, 0.6]
   EXPECT_EQ(diagram[4].samples, 1U);
 }
@@ -53,13 +54,17 @@ TEST(CalibrationErrorByChance, IsTheBinomialsMeanDeviation) {
   core::RandomStream random(4, 0, "test.calibration");
   const std::vector<double> one = {0.7, 0.2, 0.1}, three = {0.7, 0.3, 0.7, 0.3, 0.7, 0.3};
   using Groups = std::vector<std::size_t>;
-  EXPECT_NEAR(calibration_error_by_chance({one, 3}, Groups{5}, random, 20000), 0.42, 0.01);
-  EXPECT_NEAR(calibration_error_by_chance({three, 2}, Groups{0, 1, 2}, random, 20000),
-              0.027 * 0.7 + 0.189 * (0.7 - 1.0 / 3) + 0.441 * (0.7 - 2.0 / 3) + 0.343 * 0.3, 0.005);
+  EXPECT_NEAR(classification::calibration_error_by_chance({one, 3}, Groups{5}, random, 20000), 0.42,
+              0.01);
+  EXPECT_NEAR(
+      classification::calibration_error_by_chance({three, 2}, Groups{0, 1, 2}, random, 20000),
+      0.027 * 0.7 + 0.189 * (0.7 - 1.0 / 3) + 0.441 * (0.7 - 2.0 / 3) + 0.343 * 0.3, 0.005);
   // Of one group they are as one.
-  EXPECT_NEAR(calibration_error_by_chance({three, 2}, Groups{4, 4, 4}, random, 20000), 0.42, 0.01);
-  EXPECT_TRUE(std::isnan(calibration_error_by_chance({{}, 2}, {}, random)));
-  EXPECT_THROW(calibration_error_by_chance({one, 3}, {}, random), core::InputError);
+  EXPECT_NEAR(
+      classification::calibration_error_by_chance({three, 2}, Groups{4, 4, 4}, random, 20000), 0.42,
+      0.01);
+  EXPECT_TRUE(std::isnan(classification::calibration_error_by_chance({{}, 2}, {}, random)));
+  EXPECT_THROW(classification::calibration_error_by_chance({one, 3}, {}, random), core::InputError);
 }
 
 TEST(ExpectedCalibrationError, OfRightProbabilitiesTendsToNothing) {
@@ -72,7 +77,7 @@ TEST(ExpectedCalibrationError, OfRightProbabilitiesTendsToNothing) {
     for (std::size_t i = 0; i < count; ++i) {
       std::vector<double> row;
       for (int c = 0; c < 4; ++c) row.push_back(2 * random.normal());
-      row = softmax({row, 4});
+      row = classification::softmax({row, 4});
       const double place = random.uniform();
       double sum = 0;
       std::size_t drawn = 0;
@@ -80,7 +85,8 @@ TEST(ExpectedCalibrationError, OfRightProbabilitiesTendsToNothing) {
       truth.push_back(drawn);
       p.insert(p.end(), row.begin(), row.end());
     }
-    const double error = expected_calibration_error(reliability({p, 4}, truth));
+    const double error =
+        classification::expected_calibration_error(classification::reliability({p, 4}, truth));
     EXPECT_LT(error, 0.6 * std::sqrt(15.0 / static_cast<double>(count)));
     EXPECT_LT(error, last);
     last = error;
@@ -88,8 +94,10 @@ TEST(ExpectedCalibrationError, OfRightProbabilitiesTendsToNothing) {
     std::vector<double> sharp;
     for (const double one : p) sharp.push_back(2.5 * std::log(one));
     if (count < 20000) continue;
-    EXPECT_GT(expected_calibration_error(reliability({softmax({sharp, 4}), 4}, truth)), 0.1);
-    EXPECT_NEAR(fit_temperature({sharp, 4}, truth), 2.5, 0.06);
+    EXPECT_GT(classification::expected_calibration_error(
+                  classification::reliability({classification::softmax({sharp, 4}), 4}, truth)),
+              0.1);
+    EXPECT_NEAR(classification::fit_temperature({sharp, 4}, truth), 2.5, 0.06);
   }
 }
 
@@ -117,8 +125,9 @@ TEST(FitTemperature, OfScaledLogitsIsScaled) {
     const double scale = std::pow(10, 0.1 * *rc::gen::inRange(-30, 30));
     std::vector<double> scaled;
     for (const double one : drawn.values) scaled.push_back(scale * one);
-    const double fitted = fit_temperature({drawn.values, drawn.classes}, drawn.truth);
-    const double other = fit_temperature({scaled, drawn.classes}, drawn.truth);
+    const double fitted =
+        classification::fit_temperature({drawn.values, drawn.classes}, drawn.truth);
+    const double other = classification::fit_temperature({scaled, drawn.classes}, drawn.truth);
     if (fitted != 1) RC_ASSERT(std::abs(other / (scale * fitted) - 1) < 1e-5);
   }));
 }
@@ -127,7 +136,7 @@ TEST(FitTemperature, OfScaledLogitsIsScaled) {
 double doubting_loss(const Drawn& drawn, double temperature) {
   std::vector<double> scaled;
   for (const double one : drawn.values) scaled.push_back(one / temperature);
-  const std::vector<double> p = softmax({scaled, drawn.classes});
+  const std::vector<double> p = classification::softmax({scaled, drawn.classes});
   const auto count = static_cast<double>(drawn.truth.size());
   double sum = 0;
   for (std::size_t i = 0; i < p.size(); ++i) {
@@ -142,7 +151,8 @@ double doubting_loss(const Drawn& drawn, double temperature) {
 TEST(FitTemperature, IsTheLeastOfAllTemperatures) {
   EXPECT_TRUE(rc::check("a minimum", [] {
     const Drawn drawn = any_logits();
-    const double fitted = fit_temperature({drawn.values, drawn.classes}, drawn.truth);
+    const double fitted =
+        classification::fit_temperature({drawn.values, drawn.classes}, drawn.truth);
     const double other = std::pow(10, 0.1 * *rc::gen::inRange(-3, 20));
     // Chance has its minimum at infinity.
     RC_ASSERT(doubting_loss(drawn, fitted) <= doubting_loss(drawn, other) + 1e-3);
@@ -155,13 +165,17 @@ TEST(FitTemperature, IsTheLeastOfAllTemperatures) {
 TEST(FitTemperature, DoubtsFewSamplesThatAreAllRight) {
   // Two of two right by 3: the confidence becomes 3 / 4.
   const std::vector<double> clear = {3, 0, 0, 3};
-  EXPECT_NEAR(fit_temperature({clear, 2}, std::vector<std::size_t>{0, 1}), 3 / std::log(3), 1e-9);
+  EXPECT_NEAR(classification::fit_temperature({clear, 2}, std::vector<std::size_t>{0, 1}),
+              3 / std::log(3), 1e-9);
   // All wrong: ever less sure, down to chance.
-  EXPECT_NEAR(fit_temperature({clear, 2}, std::vector<std::size_t>{1, 0}), 3e3, 1e-6);
+  EXPECT_NEAR(classification::fit_temperature({clear, 2}, std::vector<std::size_t>{1, 0}), 3e3,
+              1e-6);
   // Equal logits, and one class alone: nothing depends on it.
   const std::vector<double> equal(6, 0.7);
   for (const std::size_t classes : {1U, 2U, 3U}) {
-    EXPECT_EQ(fit_temperature({equal, classes}, std::vector<std::size_t>(6 / classes, 0)), 1);
+    EXPECT_EQ(
+        classification::fit_temperature({equal, classes}, std::vector<std::size_t>(6 / classes, 0)),
+        1);
   }
 }
 
@@ -170,7 +184,7 @@ TEST(Calibration, RefusesWhatIsNoNumber) {
   const auto message = [&](double value) {
     bad[10] = value;
     try {
-      fit_temperature({bad, 3}, y);
+      classification::fit_temperature({bad, 3}, y);
     } catch (const core::InputError& error) {
       return error.message();
     }
@@ -178,20 +192,22 @@ TEST(Calibration, RefusesWhatIsNoNumber) {
   };
   EXPECT_EQ(message(std::nan("")), "logits: row 3, column 1 is nan");
   EXPECT_EQ(message(std::numeric_limits<double>::infinity()), "logits: row 3, column 1 is inf");
-  EXPECT_THROW(softmax({bad, 3}), core::InputError);
-  EXPECT_THROW(predicted_classes({bad, 3}), core::InputError);
-  EXPECT_THROW(fit_temperature({{}, 3}, {}), core::InputError);
-  EXPECT_THROW(fit_temperature({z, 4}, y), core::InputError);
-  EXPECT_THROW(fit_temperature({z, 0}, y), core::InputError);
-  EXPECT_THROW(softmax(logits, 0), core::InputError);
-  EXPECT_THROW(reliability(logits, y), core::InputError);  // no probabilities
-  EXPECT_THROW(reliability({softmax(logits), 3}, y, 0), core::InputError);
-  EXPECT_TRUE(std::isnan(expected_calibration_error(reliability({{}, 3}, {}))));
+  EXPECT_THROW(classification::softmax({bad, 3}), core::InputError);
+  EXPECT_THROW(classification::predicted_classes({bad, 3}), core::InputError);
+  EXPECT_THROW(classification::fit_temperature({{}, 3}, {}), core::InputError);
+  EXPECT_THROW(classification::fit_temperature({z, 4}, y), core::InputError);
+  EXPECT_THROW(classification::fit_temperature({z, 0}, y), core::InputError);
+  EXPECT_THROW(classification::softmax(logits, 0), core::InputError);
+  EXPECT_THROW(classification::reliability(logits, y), core::InputError);  // no probabilities
+  EXPECT_THROW(classification::reliability({classification::softmax(logits), 3}, y, 0),
+               core::InputError);
+  EXPECT_TRUE(std::isnan(
+      classification::expected_calibration_error(classification::reliability({{}, 3}, {}))));
 }
 
 TEST(PredictedClasses, AreTheFirstOfEqualScores) {
   const std::vector<double> scores = {1, 1, 0, 0, 2, 2, -1, -1, -1};
-  EXPECT_EQ(predicted_classes({scores, 3}), (std::vector<std::size_t>{0, 1, 0}));
+  EXPECT_EQ(classification::predicted_classes({scores, 3}), (std::vector<std::size_t>{0, 1, 0}));
 }
 
 }  // namespace

@@ -13,18 +13,20 @@
 namespace carillon::eval {
 namespace {
 
-Feature mode(double frequency, double decay_rate, double amplitude) {
-  Feature one;
+features::Feature mode(double frequency, double decay_rate, double amplitude) {
+  features::Feature one;
   one.frequency = frequency;
   one.decay_rate = decay_rate;
   one.amplitude = amplitude;
   return one;
 }
 
-const std::vector<Feature> bowl = {mode(523, 8, 0.8), mode(1480, 15, 1), mode(3950, 60, 0.5)};
+const std::vector<features::Feature> bowl = {mode(523, 8, 0.8), mode(1480, 15, 1),
+                                             mode(3950, 60, 0.5)};
 
-std::vector<Feature> changed(std::vector<Feature> modes, double cents, double decay, double level) {
-  for (Feature& one : modes) {
+std::vector<features::Feature> changed(std::vector<features::Feature> modes, double cents,
+                                       double decay, double level) {
+  for (features::Feature& one : modes) {
     one.frequency *= std::exp2(cents / 1200);
     one.decay_rate *= decay;
     one.amplitude *= std::pow(10, level / 20);
@@ -33,10 +35,10 @@ std::vector<Feature> changed(std::vector<Feature> modes, double cents, double de
 }
 
 TEST(CompareModes, OfASoundAgainstItselfIsNothing) {
-  const ModeComparison same = compare_modes(bowl, bowl);
+  const perception::ModeComparison same = perception::compare_modes(bowl, bowl);
   ASSERT_EQ(same.matched.size(), 3U);
-  for (const MatchedMode& pair : same.matched) EXPECT_EQ(pair.reference, pair.other);
-  for (const JndSummary& summary : {same.pitch, same.decay, same.level}) {
+  for (const perception::MatchedMode& pair : same.matched) EXPECT_EQ(pair.reference, pair.other);
+  for (const perception::JndSummary& summary : {same.pitch, same.decay, same.level}) {
     EXPECT_EQ(summary.mean, 0);
     EXPECT_EQ(summary.worst, 0);
   }
@@ -47,7 +49,8 @@ TEST(CompareModes, OfASoundAgainstItselfIsNothing) {
 
 TEST(CompareModes, CountsInJustNoticeableDifferences) {
   for (const double cents : {-60.0, -5.0, 1.0, 20.0}) {
-    const ModeComparison detuned = compare_modes(bowl, changed(bowl, cents, 1, 0));
+    const perception::ModeComparison detuned =
+        perception::compare_modes(bowl, changed(bowl, cents, 1, 0));
     ASSERT_EQ(detuned.matched.size(), 3U);
     EXPECT_NEAR(detuned.matched[0].cents, cents, 1e-9);
     EXPECT_NEAR(detuned.matched[0].pitch_jnd, std::abs(cents) / 5, 1e-9);
@@ -59,14 +62,17 @@ TEST(CompareModes, CountsInJustNoticeableDifferences) {
     EXPECT_NEAR(detuned.decay.worst, 0, 1e-9);
   }
   for (const double factor : {1.33, 1 / 1.33}) {
-    const ModeComparison longer = compare_modes(bowl, changed(bowl, 0, factor, 0));
+    const perception::ModeComparison longer =
+        perception::compare_modes(bowl, changed(bowl, 0, factor, 0));
     EXPECT_NEAR(longer.decay.mean, 1, 1e-12);
     EXPECT_NEAR(longer.decay.worst, 1, 1e-12);
     EXPECT_NEAR(longer.matched[0].decay_ratio, factor, 1e-12);
   }
-  EXPECT_NEAR(compare_modes(bowl, changed(bowl, 0, 1.33 * 1.33, 0)).decay.mean, 2, 1e-12);
+  EXPECT_NEAR(perception::compare_modes(bowl, changed(bowl, 0, 1.33 * 1.33, 0)).decay.mean, 2,
+              1e-12);
   for (const double gain : {-25.0, 0.5, 6.0, 70.0}) {
-    const ModeComparison louder = compare_modes(bowl, changed(bowl, 0, 1, gain));
+    const perception::ModeComparison louder =
+        perception::compare_modes(bowl, changed(bowl, 0, 1, gain));
     EXPECT_NEAR(louder.matched[1].level, gain, 1e-9);
     EXPECT_NEAR(louder.level.mean, std::abs(gain), 1e-9);
     EXPECT_NEAR(louder.level.worst, std::abs(gain), 1e-9);
@@ -78,7 +84,9 @@ TEST(CompareModes, TakesBothOfAPairForShort) {
   // One of them rings: its pitch is heard to 5 cents.
   const auto at = [](double d) { return std::vector{mode(1000, d, 1)}; };
   const auto jnd = [&](double first, double second) {
-    return compare_modes(at(first), changed(at(second), 10, 1, 0)).matched.at(0).pitch_jnd;
+    return perception::compare_modes(at(first), changed(at(second), 10, 1, 0))
+        .matched.at(0)
+        .pitch_jnd;
   };
   EXPECT_NEAR(jnd(31, 29), 2, 1e-9);
   EXPECT_NEAR(jnd(29, 31), 2, 1e-9);
@@ -88,9 +96,9 @@ TEST(CompareModes, TakesBothOfAPairForShort) {
 TEST(CompareModes, WeighsByProminence) {
   auto other = bowl;
   other[1].amplitude *= 2;
-  const ModeComparison one = compare_modes(bowl, other);
+  const perception::ModeComparison one = perception::compare_modes(bowl, other);
   double weights = 0;
-  for (const MatchedMode& pair : one.matched) weights += pair.weight;
+  for (const perception::MatchedMode& pair : one.matched) weights += pair.weight;
   EXPECT_NEAR(one.level.mean, one.matched[1].weight * 20 * std::log10(2) / weights, 1e-9);
   EXPECT_NEAR(one.level.worst, 20 * std::log10(2), 1e-9);
   // What nobody hears beside the others does not count, but is matched.
@@ -98,7 +106,7 @@ TEST(CompareModes, WeighsByProminence) {
   faint.push_back(mode(9000, 20, 1e-5));
   auto wrong = faint;
   wrong[3].amplitude *= 3;
-  const ModeComparison unheard = compare_modes(faint, wrong);
+  const perception::ModeComparison unheard = perception::compare_modes(faint, wrong);
   EXPECT_EQ(unheard.matched.size(), 4U);
   EXPECT_EQ(unheard.matched[3].weight, 0);
   EXPECT_EQ(unheard.level.worst, 0);
@@ -107,7 +115,7 @@ TEST(CompareModes, WeighsByProminence) {
 TEST(CompareModes, DoesNotCompareARoomsDecay) {
   auto wet = changed(bowl, 0, 3, 0);
   wet[0].reverberant = true;
-  const ModeComparison in_room = compare_modes(bowl, wet);
+  const perception::ModeComparison in_room = perception::compare_modes(bowl, wet);
   EXPECT_TRUE(std::isnan(in_room.matched[0].decay_jnd));
   EXPECT_NEAR(in_room.decay.mean, std::log(3) / std::log(1.33), 1e-9);
 }
@@ -116,63 +124,65 @@ TEST(CompareModes, TellsTheEnergyOfWhatIsNotMatched) {
   // Energies a^2 / (4 d): 0.02, 1 / 60, 1 / 960.
   auto other = bowl;
   other[2].frequency *= 1.2;
-  const ModeComparison one = compare_modes(bowl, other);
+  const perception::ModeComparison one = perception::compare_modes(bowl, other);
   EXPECT_EQ(one.matched.size(), 2U);
   EXPECT_EQ(one.reference_only, std::vector<std::size_t>{2});
   EXPECT_EQ(one.other_only, std::vector<std::size_t>{2});
   const double all = 0.02 + 1.0 / 60 + 1.0 / 960;
   EXPECT_NEAR(one.reference_share, 1 - 1.0 / 960 / all, 1e-12);
   EXPECT_NEAR(one.unmatched_level, 10 * std::log10(1.0 / 960 / all), 1e-9);
-  const ModeComparison none = compare_modes(bowl, {});
+  const perception::ModeComparison none = perception::compare_modes(bowl, {});
   EXPECT_EQ(none.reference_share, 0);
   EXPECT_TRUE(std::isnan(none.other_share));
   EXPECT_EQ(none.unmatched_level, 0);
   EXPECT_TRUE(std::isnan(none.pitch.mean));
-  EXPECT_TRUE(std::isnan(compare_modes({}, {}).unmatched_level));
-  EXPECT_THROW(compare_modes(bowl, std::vector{mode(0, 1, 1)}), core::InputError);
-  EXPECT_THROW(compare_modes(bowl, std::vector{mode(100, 1, std::nan(""))}), core::InputError);
+  EXPECT_TRUE(std::isnan(perception::compare_modes({}, {}).unmatched_level));
+  EXPECT_THROW(perception::compare_modes(bowl, std::vector{mode(0, 1, 1)}), core::InputError);
+  EXPECT_THROW(perception::compare_modes(bowl, std::vector{mode(100, 1, std::nan(""))}),
+               core::InputError);
 }
 
 TEST(CompareModes, DoesNotWeighWhatIsOverBeforeItIsRecorded) {
   // Its amplitude at the onset is extrapolated over three of its time constants.
   auto guessed = bowl;
   guessed.push_back(mode(8000, 1500, 40));
-  ModeComparisonOptions options;
-  EXPECT_LT(compare_modes(bowl, guessed, options).other_share, 0.2);
+  perception::ModeComparisonOptions options;
+  EXPECT_LT(perception::compare_modes(bowl, guessed, options).other_share, 0.2);
   options.from = 0.003;
   double energy = 0;
-  for (const Feature& one : bowl) {
+  for (const features::Feature& one : bowl) {
     energy += std::pow(one.amplitude * std::exp(-one.decay_rate * 0.003), 2) / (4 * one.decay_rate);
   }
   const double over = std::pow(40 * std::exp(-1500 * 0.003), 2) / (4 * 1500);
-  const ModeComparison comparison = compare_modes(bowl, guessed, options);
+  const perception::ModeComparison comparison = perception::compare_modes(bowl, guessed, options);
   EXPECT_NEAR(comparison.other_share, energy / (energy + over), 1e-12);
   EXPECT_GT(comparison.other_share, 0.99);
   // Levels are those at the onset all the same.
-  EXPECT_NEAR(compare_modes(bowl, changed(bowl, 0, 1.33, 3), options).level.worst, 3, 1e-9);
+  EXPECT_NEAR(perception::compare_modes(bowl, changed(bowl, 0, 1.33, 3), options).level.worst, 3,
+              1e-9);
 }
 
 TEST(CompareModes, KeepsNearlyEqualModesInOrder) {
   // Each is 1 Hz up; the nearest one by itself would pair 1001 with 1001 and leave 1000 to 1002.
-  const std::vector<Feature> pair = {mode(1000, 2, 1), mode(1001, 2, 1)};
-  const std::vector<Feature> up = {mode(1001, 2, 1), mode(1002, 2, 1)};
-  const ModeComparison comparison = compare_modes(pair, up);
+  const std::vector<features::Feature> pair = {mode(1000, 2, 1), mode(1001, 2, 1)};
+  const std::vector<features::Feature> up = {mode(1001, 2, 1), mode(1002, 2, 1)};
+  const perception::ModeComparison comparison = perception::compare_modes(pair, up);
   EXPECT_EQ(comparison.matched.at(0).other, 0U);
   EXPECT_EQ(comparison.matched.at(1).other, 1U);
 }
 
 TEST(CompareModes, LeavesSurplusModesAlone) {
   // Two close modes against one: the one alike is taken.
-  const std::vector<Feature> pair = {mode(1000, 2, 1), mode(1004, 40, 0.1)};
-  const std::vector<Feature> one = {mode(1003, 2, 1)};
-  const ModeComparison comparison = compare_modes(pair, one);
+  const std::vector<features::Feature> pair = {mode(1000, 2, 1), mode(1004, 40, 0.1)};
+  const std::vector<features::Feature> one = {mode(1003, 2, 1)};
+  const perception::ModeComparison comparison = perception::compare_modes(pair, one);
   ASSERT_EQ(comparison.matched.size(), 1U);
   EXPECT_EQ(comparison.matched[0].reference, 0U);
   EXPECT_EQ(comparison.reference_only, std::vector<std::size_t>{1});
 }
 
-std::vector<Feature> any_modes() {
-  std::vector<Feature> modes;
+std::vector<features::Feature> any_modes() {
+  std::vector<features::Feature> modes;
   const int count = *rc::gen::inRange(0, 12);
   for (int i = 0; i < count; ++i) {
     modes.push_back(mode(*rc::gen::inRange(200, 900) + 1e-3 * *rc::gen::inRange(0, 1000),
@@ -184,12 +194,13 @@ std::vector<Feature> any_modes() {
 TEST(CompareModes, IsSymmetricButForSigns) {
   EXPECT_TRUE(rc::check("exchanged", [] {
     const auto a = any_modes(), b = any_modes();
-    const ModeComparison forth = compare_modes(a, b), back = compare_modes(b, a);
+    const perception::ModeComparison forth = perception::compare_modes(a, b),
+                                     back = perception::compare_modes(b, a);
     RC_ASSERT(forth.matched.size() == back.matched.size());
-    for (const MatchedMode& pair : forth.matched) {
-      const auto same =
-          std::find_if(back.matched.begin(), back.matched.end(),
-                       [&](const MatchedMode& one) { return one.reference == pair.other; });
+    for (const perception::MatchedMode& pair : forth.matched) {
+      const auto same = std::find_if(
+          back.matched.begin(), back.matched.end(),
+          [&](const perception::MatchedMode& one) { return one.reference == pair.other; });
       RC_ASSERT(same != back.matched.end());
       RC_ASSERT(same->other == pair.reference);
       RC_ASSERT(std::abs(same->cents + pair.cents) < 1e-9);
@@ -212,12 +223,12 @@ TEST(BestPairs, AreTheBestOfAllPermutations) {
     for (std::size_t i = 0; i < rows * columns; ++i) {
       gains.push_back(std::max(0, *rc::gen::inRange(-5, 20)));
     }
-    const auto column_of = best_pairs(gains, rows, columns);
+    const auto column_of = perception::best_pairs(gains, rows, columns);
     RC_ASSERT(column_of.size() == rows);
     double found = 0;
     std::vector<bool> taken(columns, false);
     for (std::size_t r = 0; r < rows; ++r) {
-      if (column_of[r] == unpaired) continue;
+      if (column_of[r] == perception::unpaired) continue;
       RC_ASSERT(!taken[column_of[r]]);
       taken[column_of[r]] = true;
       RC_ASSERT(gains[r * columns + column_of[r]] > 0);
@@ -239,14 +250,14 @@ TEST(BestPairs, AreTheBestOfAllPermutations) {
 }
 
 TEST(BestPairs, RefusesWhatIsNoGain) {
-  EXPECT_THROW(best_pairs(std::vector{1.0, 2.0}, 1, 1), core::InputError);
-  EXPECT_THROW(best_pairs(std::vector{-1.0}, 1, 1), core::InputError);
-  EXPECT_THROW(best_pairs(std::vector{std::nan("")}, 1, 1), core::InputError);
+  EXPECT_THROW(perception::best_pairs(std::vector{1.0, 2.0}, 1, 1), core::InputError);
+  EXPECT_THROW(perception::best_pairs(std::vector{-1.0}, 1, 1), core::InputError);
+  EXPECT_THROW(perception::best_pairs(std::vector{std::nan("")}, 1, 1), core::InputError);
   // As many modes as there can be.
   std::vector<double> many(300 * 290);
   for (std::size_t i = 0; i < many.size(); ++i) many[i] = static_cast<double>(i * 7919 % 1009);
-  const auto column_of = best_pairs(many, 300, 290);
-  EXPECT_EQ(std::count(column_of.begin(), column_of.end(), unpaired), 10);
+  const auto column_of = perception::best_pairs(many, 300, 290);
+  EXPECT_EQ(std::count(column_of.begin(), column_of.end(), perception::unpaired), 10);
 }
 
 }  // namespace

@@ -10,31 +10,33 @@
 namespace carillon::eval {
 namespace {
 
-Feature mode(double frequency, double decay_rate, double amplitude) {
-  Feature one;
+features::Feature mode(double frequency, double decay_rate, double amplitude) {
+  features::Feature one;
   one.frequency = frequency;
   one.decay_rate = decay_rate;
   one.amplitude = amplitude;
   return one;
 }
 
-const std::vector<Feature> bowl = {mode(523, 8, 0.4), mode(1480, 15, 0.5), mode(3950, 60, 0.25)};
+const std::vector<features::Feature> bowl = {mode(523, 8, 0.4), mode(1480, 15, 0.5),
+                                             mode(3950, 60, 0.25)};
 
-HeardSound sound(const std::vector<Feature>& modes, const test::RecordedOptions& options = {}) {
+perception::HeardSound sound(const std::vector<features::Feature>& modes,
+                             const test::RecordedOptions& options = {}) {
   auto recorded = test::record(modes, options);
   return {std::move(recorded.samples), std::move(recorded.set)};
 }
 
-HeardSound louder(HeardSound one, double decibels) {
+perception::HeardSound louder(perception::HeardSound one, double decibels) {
   const double gain = std::pow(10, decibels / 20);
   for (double& sample : one.samples) sample *= gain;
-  for (Feature& feature : one.set.features) feature.amplitude *= gain;
+  for (features::Feature& feature : one.set.features) feature.amplitude *= gain;
   return one;
 }
 
 TEST(CompareSounds, OfASoundAgainstItselfIsNothing) {
-  const HeardSound one = sound(bowl);
-  const SoundComparison same = compare_sounds(one, one);
+  const perception::HeardSound one = sound(bowl);
+  const perception::SoundComparison same = perception::compare_sounds(one, one);
   EXPECT_EQ(same.level, 0);
   EXPECT_EQ(same.seconds, 1);
   EXPECT_EQ(same.modes.pitch.worst, 0);
@@ -45,10 +47,10 @@ TEST(CompareSounds, OfASoundAgainstItselfIsNothing) {
 }
 
 TEST(CompareSounds, HearsAGain) {
-  const HeardSound one = sound(bowl);
+  const perception::HeardSound one = sound(bowl);
   double last = 0;
   for (const double gain : {-1.0, -3.0, -10.0, -30.0}) {
-    const SoundComparison quieter = compare_sounds(one, louder(one, gain));
+    const perception::SoundComparison quieter = perception::compare_sounds(one, louder(one, gain));
     EXPECT_NEAR(quieter.level, gain, 1e-9);
     EXPECT_NEAR(quieter.modes.level.mean, -gain, 1e-9);
     EXPECT_NEAR(quieter.spectra.convergence, 1 - std::pow(10, gain / 20), 1e-3);
@@ -61,8 +63,9 @@ TEST(CompareSounds, HearsAGain) {
 TEST(CompareSounds, LoudnessIsZwickers) {
   // A lasting tone in the middle of a band, far above the threshold: ten decibels are a factor r of
   // 10^0.23, and the difference (r - 1) / sqrt((1 + r^2) / 2) of both.
-  const HeardSound quiet = sound({mode(998.4, 1e-9, 0.01)}, {.seconds = 0.5});
-  const SoundComparison ten = compare_sounds(quiet, louder(quiet, 10), {{}, 110});
+  const perception::HeardSound quiet = sound({mode(998.4, 1e-9, 0.01)}, {.seconds = 0.5});
+  const perception::SoundComparison ten =
+      perception::compare_sounds(quiet, louder(quiet, 10), {{}, 110});
   const double r = std::pow(10, 0.23);
   // What leaks into other bands comes up from near the threshold, where loudness grows faster.
   EXPECT_GT(ten.loudness.other_loudest / ten.loudness.reference_loudest, r);
@@ -70,20 +73,23 @@ TEST(CompareSounds, LoudnessIsZwickers) {
   EXPECT_NEAR(ten.loudness.share, (r - 1) / std::sqrt((1 + r * r) / 2), 0.01);
   // One tone of 60 dB in one band of 998.4 Hz: 1.5406 sone/Bark (loudness_test.cpp), and what leaks
   // into the bands beside it.
-  const SoundComparison sixty = compare_sounds(quiet, quiet, {{}, 60});
+  const perception::SoundComparison sixty = perception::compare_sounds(quiet, quiet, {{}, 60});
   EXPECT_GT(sixty.loudness.reference_loudest, 1.54);
   EXPECT_LT(sixty.loudness.reference_loudest, 1.54 * 1.2);
   // Below the threshold nothing is heard.
-  const SoundComparison none = compare_sounds(quiet, louder(quiet, -5), {{}, 0});
+  const perception::SoundComparison none =
+      perception::compare_sounds(quiet, louder(quiet, -5), {{}, 0});
   EXPECT_EQ(none.loudness.reference_loudest, 0);
   EXPECT_EQ(none.loudness.rms, 0);
   EXPECT_TRUE(std::isnan(none.loudness.share));
 }
 
 TEST(CompareSounds, IsSymmetricButForTheReferencesShare) {
-  const HeardSound one = sound(bowl);
-  const HeardSound two = sound({mode(530, 10, 0.3), mode(1470, 12, 0.5), mode(6000, 60, 0.2)});
-  const SoundComparison forth = compare_sounds(one, two), back = compare_sounds(two, one);
+  const perception::HeardSound one = sound(bowl);
+  const perception::HeardSound two =
+      sound({mode(530, 10, 0.3), mode(1470, 12, 0.5), mode(6000, 60, 0.2)});
+  const perception::SoundComparison forth = perception::compare_sounds(one, two),
+                                    back = perception::compare_sounds(two, one);
   EXPECT_NEAR(forth.level, -back.level, 1e-9);
   EXPECT_EQ(forth.loudness.rms, back.loudness.rms);
   EXPECT_EQ(forth.loudness.share, back.loudness.share);
@@ -94,33 +100,34 @@ TEST(CompareSounds, IsSymmetricButForTheReferencesShare) {
 }
 
 TEST(CompareSounds, LaysOnsetsOnEachOther) {
-  const HeardSound one = sound(bowl);
-  HeardSound late = one;
+  const perception::HeardSound one = sound(bowl);
+  perception::HeardSound late = one;
   late.samples.insert(late.samples.begin(), 3000, 0.0);
   late.set.onset = 3000.0 / 44100;
   late.set.end = 1 + late.set.onset;
   // A second strike comes 0.6 s after the first: it is not compared.
   late.set.end = late.set.onset + 0.6;
   late.samples[3000 + 30000] = 5;
-  HeardSound early = one;
+  perception::HeardSound early = one;
   early.set.end = 0.6;
-  const SoundComparison same = compare_sounds(early, late);
+  const perception::SoundComparison same = perception::compare_sounds(early, late);
   EXPECT_NEAR(same.seconds, 0.6, 1e-4);
   EXPECT_NEAR(same.loudness.share, 0, 1e-9);
   EXPECT_NEAR(same.spectra.total(), 0, 1e-9);
 }
 
 TEST(CompareSounds, OfUnequalLengthsComparesWhatBothHave) {
-  const HeardSound longer = sound(bowl, {.seconds = 2}), shorter = sound(bowl, {.seconds = 0.4});
-  const SoundComparison common = compare_sounds(longer, shorter);
+  const perception::HeardSound longer = sound(bowl, {.seconds = 2}),
+                               shorter = sound(bowl, {.seconds = 0.4});
+  const perception::SoundComparison common = perception::compare_sounds(longer, shorter);
   EXPECT_NEAR(common.seconds, 0.4, 1e-4);
   EXPECT_LT(common.loudness.share, 1e-3);
 }
 
 TEST(CompareSounds, OfTwoRatesComparesAtTheLower) {
-  const HeardSound one = sound(bowl, {.seconds = 0.5, .sample_rate = 44100});
-  const HeardSound other = sound(bowl, {.seconds = 0.5, .sample_rate = 96000});
-  const SoundComparison same = compare_sounds(one, other);
+  const perception::HeardSound one = sound(bowl, {.seconds = 0.5, .sample_rate = 44100});
+  const perception::HeardSound other = sound(bowl, {.seconds = 0.5, .sample_rate = 96000});
+  const perception::SoundComparison same = perception::compare_sounds(one, other);
   EXPECT_EQ(same.sample_rate, 44100);
   EXPECT_NEAR(same.seconds, 0.5, 1e-4);
   EXPECT_NEAR(same.level, 0, 0.05);
@@ -129,35 +136,36 @@ TEST(CompareSounds, OfTwoRatesComparesAtTheLower) {
 }
 
 TEST(CompareSounds, OfSilenceHasStatedOutcomes) {
-  HeardSound silence = sound({}, {.seconds = 1});
+  perception::HeardSound silence = sound({}, {.seconds = 1});
   std::fill(silence.samples.begin(), silence.samples.end(), 0.0);
   silence.set.end = 0;
   silence.set.nothing = "silent";
-  const SoundComparison lost = compare_sounds(sound(bowl), silence);
+  const perception::SoundComparison lost = perception::compare_sounds(sound(bowl), silence);
   EXPECT_NEAR(lost.loudness.share, std::sqrt(2), 1e-12);
   EXPECT_EQ(lost.loudness.other_loudest, 0);
   EXPECT_EQ(lost.level, -std::numeric_limits<double>::infinity());
   EXPECT_EQ(lost.modes.reference_share, 0);
-  const SoundComparison none = compare_sounds(silence, silence);
+  const perception::SoundComparison none = perception::compare_sounds(silence, silence);
   EXPECT_TRUE(std::isnan(none.level));
   EXPECT_EQ(none.loudness.rms, 0);
   EXPECT_EQ(none.spectra.total(), 0);
-  HeardSound over = sound(bowl);
+  perception::HeardSound over = sound(bowl);
   over.set.onset = 3;
-  EXPECT_THROW(compare_sounds(over, over), core::InputError);
-  EXPECT_THROW(compare_sounds({{}, {}}, over), core::InputError);
+  EXPECT_THROW(perception::compare_sounds(over, over), core::InputError);
+  EXPECT_THROW(perception::compare_sounds({{}, {}}, over), core::InputError);
 }
 
 TEST(CompareSounds, FallsWithWhatIsExtracted) {
   // From samples alone, through the extractor: 8 cents, 15 % and 2 dB of the second mode.
   auto changed = bowl;
   changed[1] = mode(1480 * std::exp2(8.0 / 1200), 15 * 1.15, 0.5 * std::pow(10, 0.1));
-  const auto extracted = [](const std::vector<Feature>& modes) {
-    HeardSound one = sound(modes, {.snr = 60});
-    one.set = extract_features(one.samples, 44100);
+  const auto extracted = [](const std::vector<features::Feature>& modes) {
+    perception::HeardSound one = sound(modes, {.snr = 60});
+    one.set = features::extract_features(one.samples, 44100);
     return one;
   };
-  const SoundComparison found = compare_sounds(extracted(bowl), extracted(changed));
+  const perception::SoundComparison found =
+      perception::compare_sounds(extracted(bowl), extracted(changed));
   ASSERT_EQ(found.modes.matched.size(), 3U);
   EXPECT_NEAR(found.modes.matched[1].cents, 8, 0.1);
   EXPECT_NEAR(found.modes.matched[1].decay_ratio, 1.15, 0.01);

@@ -29,8 +29,10 @@ struct Set {
     static std::size_t sets = 0;
     std::iota(groups.begin(), groups.end(), 1000 * sets++);
   }
-  AnsweredSamples answered() const { return {{truth, groups, classes}, predicted}; }
-  Confusion confusion() const { return count_confusion(truth, predicted.front(), classes); }
+  classification::AnsweredSamples answered() const { return {{truth, groups, classes}, predicted}; }
+  classification::Confusion confusion() const {
+    return classification::count_confusion(truth, predicted.front(), classes);
+  }
 };
 
 /// 40 samples of each class, taken for the next one with a probability.
@@ -49,7 +51,8 @@ TEST(ConfusionNormByChance, IsThatOfAllDealsByHand) {
   // Two right and two wrong: in 2 of 6 deals one side is all right, in 4 both are alike.
   const Set right({0, 0}, {0, 0}), wrong({0, 0}, {1, 1});
   core::RandomStream random(1, 0, "test.chance");
-  const auto found = confusion_norm_by_chance(right.answered(), wrong.answered(), random, 20000);
+  const auto found =
+      classification::confusion_norm_by_chance(right.answered(), wrong.answered(), random, 20000);
   EXPECT_NEAR(found.mean, std::sqrt(2) / 3, 0.01);
   EXPECT_NEAR(found.most, std::sqrt(2), 1e-12);
 }
@@ -61,9 +64,11 @@ TEST(ConfusionNormByChance, IsExceededInFivePercentWhereErrorsAreAlike) {
     core::RandomStream random(2, static_cast<std::uint64_t>(r), "test.chance");
     const std::vector<double> errors = {0.1, 0.3, 0.5};
     const Set first = drawn(errors, random), second = drawn(errors, random);
-    const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
-    beyond +=
-        norm > confusion_norm_by_chance(first.answered(), second.answered(), random, 200).most;
+    const double norm =
+        classification::confusion_difference(first.confusion(), second.confusion()).norm;
+    beyond += norm > classification::confusion_norm_by_chance(first.answered(), second.answered(),
+                                                              random, 200)
+                         .most;
   }
   EXPECT_GT(beyond, 0.02 * repetitions);
   EXPECT_LT(beyond, 0.085 * repetitions);
@@ -72,8 +77,11 @@ TEST(ConfusionNormByChance, IsExceededInFivePercentWhereErrorsAreAlike) {
 TEST(ConfusionNormByChance, IsExceededWhereErrorsDiffer) {
   core::RandomStream random(3, 0, "test.chance");
   const Set first = drawn({0.1, 0.1, 0.1}, random), second = drawn({0.6, 0.1, 0.1}, random);
-  const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
-  EXPECT_GT(norm, confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+  const double norm =
+      classification::confusion_difference(first.confusion(), second.confusion()).norm;
+  EXPECT_GT(
+      norm,
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most);
 }
 
 TEST(ConfusionNormByChance, KeepsAGroupTogether) {
@@ -82,7 +90,8 @@ TEST(ConfusionNormByChance, KeepsAGroupTogether) {
   right.groups.assign(20, 0);
   wrong.groups.assign(20, 1);
   core::RandomStream random(4, 0, "test.chance");
-  const auto found = confusion_norm_by_chance(right.answered(), wrong.answered(), random);
+  const auto found =
+      classification::confusion_norm_by_chance(right.answered(), wrong.answered(), random);
   EXPECT_NEAR(found.mean, std::sqrt(2), 1e-12);
 }
 
@@ -105,9 +114,11 @@ TEST(ConfusionNormByChance, HeedsThatClassesOfAGroupGoTogether) {
   for (int r = 0; r < repetitions; ++r) {
     core::RandomStream random(6, static_cast<std::uint64_t>(r), "test.chance");
     const Set first = strikes(0, random), second = strikes(30, random);
-    const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
-    beyond +=
-        norm > confusion_norm_by_chance(first.answered(), second.answered(), random, 200).most;
+    const double norm =
+        classification::confusion_difference(first.confusion(), second.confusion()).norm;
+    beyond += norm > classification::confusion_norm_by_chance(first.answered(), second.answered(),
+                                                              random, 200)
+                         .most;
   }
   EXPECT_LT(beyond, 0.085 * repetitions);
 }
@@ -133,13 +144,19 @@ TEST(ConfusionNormByChance, OfTheSameStrikesIsOfThoseThatChanged) {
   // that of other strikes, and a small change for the worse stands out.
   core::RandomStream random(8, 0, "test.chance");
   auto [first, second] = same_strikes(0, random);
-  const auto unchanged = confusion_norm_by_chance(first.answered(), second.answered(), random);
+  const auto unchanged =
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random);
   EXPECT_EQ(unchanged.most, 0);
   std::tie(first, second) = same_strikes(0.25, random);
-  const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
-  EXPECT_GT(norm, confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+  const double norm =
+      classification::confusion_difference(first.confusion(), second.confusion()).norm;
+  EXPECT_GT(
+      norm,
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most);
   for (std::size_t& group : second.groups) group += 1000;  // as if they were other strikes
-  EXPECT_LT(norm, confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+  EXPECT_LT(
+      norm,
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most);
 }
 
 TEST(ConfusionNormByChance, OfTheSameStrikesIsExceededInFivePercentWhereErrorsAreAlike) {
@@ -157,9 +174,11 @@ TEST(ConfusionNormByChance, OfTheSameStrikesIsExceededInFivePercentWhereErrorsAr
         set->predicted.front().push_back(random.uniform() < error ? 1 - i % 2 : i % 2);
       }
     }
-    const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
-    beyond +=
-        norm > confusion_norm_by_chance(first.answered(), second.answered(), random, 200).most;
+    const double norm =
+        classification::confusion_difference(first.confusion(), second.confusion()).norm;
+    beyond += norm > classification::confusion_norm_by_chance(first.answered(), second.answered(),
+                                                              random, 200)
+                         .most;
   }
   EXPECT_GT(beyond, 0.02 * repetitions);
   EXPECT_LT(beyond, 0.085 * repetitions);
@@ -176,8 +195,10 @@ TEST(ConfusionNormByChance, DealsGroupsOfUnlikeClassesToo) {
       set->predicted.front().push_back(random.uniform() < 0.3 ? 1 - i % 2 : i % 2);
     }
   }
-  const double norm = confusion_difference(first.confusion(), second.confusion()).norm;
-  const auto chance = confusion_norm_by_chance(first.answered(), second.answered(), random);
+  const double norm =
+      classification::confusion_difference(first.confusion(), second.confusion()).norm;
+  const auto chance =
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random);
   EXPECT_LT(norm, chance.most);
   EXPECT_LT(chance.mean, chance.most);
 }
@@ -185,14 +206,15 @@ TEST(ConfusionNormByChance, DealsGroupsOfUnlikeClassesToo) {
 TEST(ConfusionNormByChance, OfNothingInCommonIsNothing) {
   core::RandomStream random(5, 0, "test.chance");
   const Set first({0}, {0}), second({1}, {1}), other({0}, {0}, 3);
-  EXPECT_TRUE(
-      std::isnan(confusion_norm_by_chance(first.answered(), second.answered(), random).most));
-  EXPECT_THROW(confusion_norm_by_chance(first.answered(), other.answered(), random),
+  EXPECT_TRUE(std::isnan(
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most));
+  EXPECT_THROW(classification::confusion_norm_by_chance(first.answered(), other.answered(), random),
                core::InputError);
   Set without = first;
   without.groups.clear();
-  EXPECT_THROW(confusion_norm_by_chance(first.answered(), without.answered(), random),
-               core::InputError);
+  EXPECT_THROW(
+      classification::confusion_norm_by_chance(first.answered(), without.answered(), random),
+      core::InputError);
 }
 
 }  // namespace

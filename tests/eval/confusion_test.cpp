@@ -16,17 +16,17 @@ using Classes = std::vector<std::size_t>;
 
 TEST(Confusion, IsCountedByHand) {
   const Classes truth = {0, 0, 0, 0, 1, 1, 2}, predicted = {0, 0, 0, 1, 1, 0, 1};
-  const Confusion confusion = count_confusion(truth, predicted, 4);
+  const classification::Confusion confusion = classification::count_confusion(truth, predicted, 4);
   const Classes counts = {3, 1, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0};
   EXPECT_EQ(confusion.counts, counts);
-  EXPECT_DOUBLE_EQ(accuracy(confusion), 4.0 / 7);
-  const auto recall = recalls(confusion);
+  EXPECT_DOUBLE_EQ(classification::accuracy(confusion), 4.0 / 7);
+  const auto recall = classification::recalls(confusion);
   EXPECT_DOUBLE_EQ(recall[0], 0.75);
   EXPECT_DOUBLE_EQ(recall[1], 0.5);
   EXPECT_EQ(recall[2], 0);  // a class with one sample
   EXPECT_TRUE(std::isnan(recall[3]));
-  EXPECT_DOUBLE_EQ(balanced_accuracy(confusion), (0.75 + 0.5 + 0) / 3);
-  const auto shares = row_shares(confusion);
+  EXPECT_DOUBLE_EQ(classification::balanced_accuracy(confusion), (0.75 + 0.5 + 0) / 3);
+  const auto shares = classification::row_shares(confusion);
   EXPECT_DOUBLE_EQ(shares[1], 0.25);
   EXPECT_DOUBLE_EQ(shares[9], 1);
   EXPECT_TRUE(std::isnan(shares[15]));
@@ -34,33 +34,33 @@ TEST(Confusion, IsCountedByHand) {
 
 TEST(Confusion, AddsAnswersOfOthers) {
   const Classes truth = {0, 0, 1, 1}, first = {0, 1, 1, 1}, second = {0, 0, 0, 1};
-  Confusion total = count_confusion(truth, first, 2);
-  add(total, count_confusion(truth, second, 2));
+  classification::Confusion total = classification::count_confusion(truth, first, 2);
+  classification::add(total, classification::count_confusion(truth, second, 2));
   EXPECT_EQ(total.counts, (std::vector<std::size_t>{3, 1, 1, 3}));
 }
 
 TEST(Confusion, OfNoSamplesHasNoAccuracy) {
-  const Confusion none = count_confusion({}, {}, 2);
+  const classification::Confusion none = classification::count_confusion({}, {}, 2);
   EXPECT_EQ(none.counts, Classes(4, 0));
-  EXPECT_TRUE(std::isnan(accuracy(none)));
-  EXPECT_TRUE(std::isnan(balanced_accuracy(none)));
-  EXPECT_EQ(confusion_difference(none, none).rows, 0U);
-  EXPECT_TRUE(std::isnan(confusion_difference(none, none).norm));
+  EXPECT_TRUE(std::isnan(classification::accuracy(none)));
+  EXPECT_TRUE(std::isnan(classification::balanced_accuracy(none)));
+  EXPECT_EQ(classification::confusion_difference(none, none).rows, 0U);
+  EXPECT_TRUE(std::isnan(classification::confusion_difference(none, none).norm));
 }
 
 TEST(Confusion, OfOneClassIsRight) {
   const Classes all(5, 0);
-  const Confusion one = count_confusion(all, all, 1);
-  EXPECT_EQ(accuracy(one), 1);
-  EXPECT_EQ(balanced_accuracy(one), 1);
+  const classification::Confusion one = classification::count_confusion(all, all, 1);
+  EXPECT_EQ(classification::accuracy(one), 1);
+  EXPECT_EQ(classification::balanced_accuracy(one), 1);
 }
 
 TEST(Confusion, RefusesWhatIsNoClass) {
-  EXPECT_THROW(count_confusion(Classes{0}, Classes{0, 1}, 2), core::InputError);
-  EXPECT_THROW(count_confusion({}, {}, 0), core::InputError);
-  EXPECT_THROW(count_confusion(Classes{0, 1}, Classes{0, 2}, 2), core::InputError);
+  EXPECT_THROW(classification::count_confusion(Classes{0}, Classes{0, 1}, 2), core::InputError);
+  EXPECT_THROW(classification::count_confusion({}, {}, 0), core::InputError);
+  EXPECT_THROW(classification::count_confusion(Classes{0, 1}, Classes{0, 2}, 2), core::InputError);
   try {
-    count_confusion(Classes{0, 1, 7}, Classes{0, 1, 1}, 2);
+    classification::count_confusion(Classes{0, 1, 7}, Classes{0, 1, 1}, 2);
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("sample 2 is of class 7"), std::string::npos);
@@ -95,16 +95,18 @@ TEST(Confusion, OfRenamedClassesIsPermuted) {
       for (const std::size_t c : old) now.push_back(names[c]);
       return now;
     };
-    const Confusion one = count_confusion(drawn.truth, drawn.predicted, drawn.classes);
-    const Confusion other =
-        count_confusion(renamed(drawn.truth), renamed(drawn.predicted), drawn.classes);
+    const classification::Confusion one =
+        classification::count_confusion(drawn.truth, drawn.predicted, drawn.classes);
+    const classification::Confusion other = classification::count_confusion(
+        renamed(drawn.truth), renamed(drawn.predicted), drawn.classes);
     for (std::size_t t = 0; t < drawn.classes; ++t) {
       for (std::size_t p = 0; p < drawn.classes; ++p) {
         RC_ASSERT(one.at(t, p) == other.at(names[t], names[p]));
       }
     }
-    RC_ASSERT(accuracy(one) == accuracy(other));
-    RC_ASSERT(std::abs(balanced_accuracy(one) - balanced_accuracy(other)) < 1e-12);
+    RC_ASSERT(classification::accuracy(one) == classification::accuracy(other));
+    RC_ASSERT(std::abs(classification::balanced_accuracy(one) -
+                       classification::balanced_accuracy(other)) < 1e-12);
   }));
 }
 
@@ -116,8 +118,10 @@ TEST(BalancedAccuracy, IsTheAccuracyOfClassesOfOneSize) {
     RC_PRE(whole > 0);
     drawn.truth.resize(whole);
     drawn.predicted.resize(whole);
-    const Confusion confusion = count_confusion(drawn.truth, drawn.predicted, drawn.classes);
-    RC_ASSERT(std::abs(accuracy(confusion) - balanced_accuracy(confusion)) < 1e-12);
+    const classification::Confusion confusion =
+        classification::count_confusion(drawn.truth, drawn.predicted, drawn.classes);
+    RC_ASSERT(std::abs(classification::accuracy(confusion) -
+                       classification::balanced_accuracy(confusion)) < 1e-12);
   }));
 }
 
@@ -128,19 +132,23 @@ TEST(ConfusionDifference, OfOppositeMatricesIsTheGreatest) {
       truth[i] = i % k;
       wrong[i] = (i + 1) % k;
     }
-    const auto right = count_confusion(truth, truth, k), none = count_confusion(truth, wrong, k);
-    EXPECT_NEAR(confusion_difference(right, none).norm, std::sqrt(2.0 * static_cast<double>(k)),
-                1e-12);
+    const auto right = classification::count_confusion(truth, truth, k),
+               none = classification::count_confusion(truth, wrong, k);
+    EXPECT_NEAR(classification::confusion_difference(right, none).norm,
+                std::sqrt(2.0 * static_cast<double>(k)), 1e-12);
   }
 }
 
 TEST(ConfusionDifference, ComparesSharesOfClassesInBoth) {
   // Rows (3/4, 1/4) against (1/2, 1/2): sqrt(2) / 4; class 1 is in the first alone.
-  const auto first = count_confusion(Classes{0, 0, 0, 0, 1}, Classes{0, 0, 0, 1, 1}, 2);
-  const auto second = count_confusion(Classes{0, 0}, Classes{0, 1}, 2);
-  EXPECT_NEAR(confusion_difference(first, second).norm, std::sqrt(2.0) / 4, 1e-15);
-  EXPECT_EQ(confusion_difference(first, second).rows, 1U);
-  EXPECT_THROW(confusion_difference(first, count_confusion({}, {}, 3)), core::InputError);
+  const auto first =
+      classification::count_confusion(Classes{0, 0, 0, 0, 1}, Classes{0, 0, 0, 1, 1}, 2);
+  const auto second = classification::count_confusion(Classes{0, 0}, Classes{0, 1}, 2);
+  EXPECT_NEAR(classification::confusion_difference(first, second).norm, std::sqrt(2.0) / 4, 1e-15);
+  EXPECT_EQ(classification::confusion_difference(first, second).rows, 1U);
+  EXPECT_THROW(
+      classification::confusion_difference(first, classification::count_confusion({}, {}, 3)),
+      core::InputError);
 }
 
 TEST(ConfusionDifference, IsADistance) {
@@ -151,13 +159,15 @@ TEST(ConfusionDifference, IsADistance) {
       // Every class occurs, so that the same rows are compared.
       Classes truth = *rc::gen::container<Classes>(*rc::gen::inRange<std::size_t>(0, 30), classes);
       for (std::size_t c = 0; c < k; ++c) truth.push_back(c);
-      return count_confusion(truth, *rc::gen::container<Classes>(truth.size(), classes), k);
+      return classification::count_confusion(
+          truth, *rc::gen::container<Classes>(truth.size(), classes), k);
     };
-    const Confusion a = draw(), b = draw(), c = draw();
-    RC_ASSERT(confusion_difference(a, a).norm == 0);
-    const double ab = confusion_difference(a, b).norm;
-    RC_ASSERT(ab == confusion_difference(b, a).norm);
-    RC_ASSERT(ab <= confusion_difference(a, c).norm + confusion_difference(c, b).norm + 1e-12);
+    const classification::Confusion a = draw(), b = draw(), c = draw();
+    RC_ASSERT(classification::confusion_difference(a, a).norm == 0);
+    const double ab = classification::confusion_difference(a, b).norm;
+    RC_ASSERT(ab == classification::confusion_difference(b, a).norm);
+    RC_ASSERT(ab <= classification::confusion_difference(a, c).norm +
+                        classification::confusion_difference(c, b).norm + 1e-12);
     RC_ASSERT(ab <= std::sqrt(2.0 * static_cast<double>(k)) + 1e-12);
   }));
 }

@@ -12,26 +12,26 @@
 namespace carillon::eval {
 namespace {
 
-using synth::DampingKind;
-using synth::DampingModel;
-constexpr Estimator kEstimators[] = {Estimator::emg, Estimator::least_squares,
-                                     Estimator::lower_bound};
+using synth::damping::DampingKind;
+using synth::damping::DampingModel;
+constexpr damping::Estimator kEstimators[] = {
+    damping::Estimator::emg, damping::Estimator::least_squares, damping::Estimator::lower_bound};
 
 /// Points on a curve, from 200 Hz to 12 kHz.
-DampingData on_curve(const DampingModel& model, std::size_t points = 40) {
-  DampingData data;
+damping::DampingData on_curve(const DampingModel& model, std::size_t points = 40) {
+  damping::DampingData data;
   for (std::size_t i = 0; i < points; ++i) {
     const double f = 200 * std::pow(60, static_cast<double>(i) / static_cast<double>(points - 1));
     data.eigenvalues.push_back(std::pow(2 * std::numbers::pi * f, 2));
   }
-  data.coefficients = synth::damping_coefficients(model, data.eigenvalues);
+  data.coefficients = synth::damping::damping_coefficients(model, data.eigenvalues);
   return data;
 }
 
 /// Largest relative difference of two curves at the data's frequencies.
-double difference(const DampingModel& a, const DampingModel& b, const DampingData& data) {
-  const auto ca = synth::damping_coefficients(a, data.eigenvalues);
-  const auto cb = synth::damping_coefficients(b, data.eigenvalues);
+double difference(const DampingModel& a, const DampingModel& b, const damping::DampingData& data) {
+  const auto ca = synth::damping::damping_coefficients(a, data.eigenvalues);
+  const auto cb = synth::damping::damping_coefficients(b, data.eigenvalues);
   double most = 0;
   for (std::size_t i = 0; i < ca.size(); ++i) {
     most = std::max(most, std::abs(ca[i] - cb[i]) / std::abs(cb[i]));
@@ -46,9 +46,9 @@ struct Case {
 
 const std::vector<Case>& cases() {
   static const std::vector<Case> all = {
-      {"rayleigh", synth::rayleigh_damping(6, 1e-7)},
-      {"rayleigh", synth::rayleigh_damping(0, 1e-7)},
-      {"rayleigh", synth::rayleigh_damping(6, 0)},
+      {"rayleigh", synth::damping::rayleigh_damping(6, 1e-7)},
+      {"rayleigh", synth::damping::rayleigh_damping(0, 1e-7)},
+      {"rayleigh", synth::damping::rayleigh_damping(6, 0)},
       {"caughey:1", {DampingKind::caughey, {7}, ""}},
       {"caughey", {DampingKind::caughey, {420, -2.4e-7, 3.8e-17}, ""}},
       {"caughey:5", {DampingKind::caughey, {9, 1e-8, -1e-19, 2e-28, 1e-38}, ""}},
@@ -68,13 +68,14 @@ const std::vector<Case>& cases() {
 
 TEST(DampingLaws, PointsOnACurveGiveItBack) {
   for (const Case& c : cases()) {
-    const DampingData data = on_curve(c.model);
-    const DampingLaw law = damping_law(c.word);
-    for (const Estimator estimator : kEstimators) {
-      const DampingFit fit = fit_damping(data, law, {estimator, false, false});
-      EXPECT_TRUE(fit.converged) << c.word << ", " << name_of(estimator);
+    const damping::DampingData data = on_curve(c.model);
+    const damping::DampingLaw law = damping::damping_law(c.word);
+    for (const damping::Estimator estimator : kEstimators) {
+      const damping::DampingFit fit = damping::fit_damping(data, law, {estimator, false, false});
+      EXPECT_TRUE(fit.converged) << c.word << ", " << damping::name_of(estimator);
       EXPECT_LT(difference(fit.model, c.model, data), 1e-6)
-          << c.word << ", " << name_of(estimator) << ": " << synth::formula_of(fit.model);
+          << c.word << ", " << damping::name_of(estimator) << ": "
+          << synth::damping::formula_of(fit.model);
       EXPECT_EQ(fit.points, 40u);
     }
   }
@@ -82,21 +83,24 @@ TEST(DampingLaws, PointsOnACurveGiveItBack) {
 
 // Formulas of the models that have names give what the names give, on scattered points.
 TEST(DampingLaws, FormulasAgreeWithNames) {
-  const DampingData data = drawn_features({120, 1, 10}, 3);
+  const damping::DampingData data = drawn_features({120, 1, 10}, 3);
   const std::pair<const char*, const char*> pairs[] = {
       {"rayleigh", "alpha1 + alpha2*lambda"},
       {"caughey:3", "alpha1 + alpha2*lambda + alpha3*lambda^2"},
       {"power", "alpha1*lambda^alpha2"},
       {"hybrid", "alpha1 + alpha2*lambda^alpha3"}};
   for (const auto& [name, formula] : pairs) {
-    for (const Estimator estimator : kEstimators) {
-      const DampingFit named = fit_damping(data, damping_law(name), {estimator, false, false});
-      const DampingFit written = fit_damping(data, damping_law(formula), {estimator, false, false});
+    for (const damping::Estimator estimator : kEstimators) {
+      const damping::DampingFit named =
+          damping::fit_damping(data, damping::damping_law(name), {estimator, false, false});
+      const damping::DampingFit written =
+          damping::fit_damping(data, damping::damping_law(formula), {estimator, false, false});
       EXPECT_NEAR(written.log_likelihood, named.log_likelihood, 1e-4)
-          << formula << ", " << name_of(estimator);
+          << formula << ", " << damping::name_of(estimator);
       EXPECT_LT(difference(written.model, named.model, data), 2e-3)
-          << formula << ", " << name_of(estimator) << ": " << synth::formula_of(named.model)
-          << " and " << synth::formula_of(written.model);
+          << formula << ", " << damping::name_of(estimator) << ": "
+          << synth::damping::formula_of(named.model) << " and "
+          << synth::damping::formula_of(written.model);
     }
   }
 }
@@ -104,15 +108,15 @@ TEST(DampingLaws, FormulasAgreeWithNames) {
 // Other units of time: frequencies k times as high, damping m times.
 TEST(DampingLaws, FollowTheUnits) {
   EXPECT_TRUE(rc::check("units", [] {
-    const DampingData data = drawn_features({40, 1, 10}, *rc::gen::inRange(0, 1000));
+    const damping::DampingData data = drawn_features({40, 1, 10}, *rc::gen::inRange(0, 1000));
     const double k = std::pow(10, *rc::gen::inRange(-6, 6));
     const double m = std::pow(10, *rc::gen::inRange(-6, 6));
-    DampingData other = data;
+    damping::DampingData other = data;
     for (double& lambda : other.eigenvalues) lambda *= k * k;
     for (double& c : other.coefficients) c *= m;
-    for (const Estimator estimator : kEstimators) {
-      const auto a = fit_damping(data, {}, {estimator, true, false});
-      const auto b = fit_damping(other, {}, {estimator, true, false});
+    for (const damping::Estimator estimator : kEstimators) {
+      const auto a = damping::fit_damping(data, {}, {estimator, true, false});
+      const auto b = damping::fit_damping(other, {}, {estimator, true, false});
       const auto near = [](double x, double y) {
         RC_ASSERT(x == y || std::abs(x - y) <= 1e-5 * (std::abs(x) + std::abs(y)));
       };
@@ -126,13 +130,14 @@ TEST(DampingLaws, FollowTheUnits) {
 }
 
 TEST(DampingLaws, AreReadFromWords) {
-  EXPECT_EQ(damping_law("caughey:5").parameters, 5u);
-  EXPECT_EQ(damping_law("caughey").parameters, 3u);
-  EXPECT_EQ(damping_law("alpha1 + max(alpha2, f)").parameters, 2u);
-  EXPECT_EQ(formula_of(damping_law("caughey:3")), "c = alpha1 + alpha2 lambda + alpha3 lambda^2");
+  EXPECT_EQ(damping::damping_law("caughey:5").parameters, 5u);
+  EXPECT_EQ(damping::damping_law("caughey").parameters, 3u);
+  EXPECT_EQ(damping::damping_law("alpha1 + max(alpha2, f)").parameters, 2u);
+  EXPECT_EQ(damping::formula_of(damping::damping_law("caughey:3")),
+            "c = alpha1 + alpha2 lambda + alpha3 lambda^2");
   const auto says = [](const char* word, const char* part) {
     try {
-      damping_law(word);
+      damping::damping_law(word);
       ADD_FAILURE() << word;
     } catch (const core::InputError& error) {
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();

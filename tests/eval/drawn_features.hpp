@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "core/random.hpp"
-#include "eval/damping/damping_data.hpp"
+#include "eval/damping/detail/damping_data.hpp"
 
 namespace carillon::eval {
 
@@ -22,9 +22,9 @@ inline double true_decay_rate(double hertz) {
   return 5 + 2e-8 * std::pow(2 * std::numbers::pi * hertz, 2);
 }
 
-inline DampingData drawn_features(const Draw& draw, std::uint64_t repetition) {
+inline damping::DampingData drawn_features(const Draw& draw, std::uint64_t repetition) {
   core::RandomStream random(7, repetition, "test.features");
-  DampingData data;
+  damping::DampingData data;
   while (data.size() < draw.points) {
     const double f = random.uniform(300, 10000);
     const double excess = draw.tau > 0 ? -draw.tau * std::log1p(-random.uniform()) : 0;

@@ -1,4 +1,4 @@
-#include "eval/damping/emg.hpp"
+#include "eval/damping/detail/emg.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -20,7 +20,7 @@ constexpr Reference references[] = {
 
 TEST(EmgDensity, IsThatOfEightyDigits) {
   for (const Reference& r : references) {
-    const EmgDensity density = emg_log_density(r.u, 0, 1, r.kappa);
+    const damping::EmgDensity density = damping::emg_log_density(r.u, 0, 1, r.kappa);
     const auto close = [&](double value, double expected, double tolerance) {
       EXPECT_NEAR(value, expected, tolerance * (1 + std::abs(expected)))
           << "u " << r.u << ", kappa " << r.kappa;
@@ -44,8 +44,8 @@ TEST(EmgDensity, ScalesAndShifts) {
   EXPECT_TRUE(rc::check("units", [] {
     const double u = any_u(), kappa = any_kappa();
     const double mu = *rc::gen::inRange(-100, 100), sigma = *rc::gen::inRange(1, 1000) * 1e-2;
-    const EmgDensity standard = emg_log_density(u, 0, 1, kappa);
-    const EmgDensity moved = emg_log_density(mu + sigma * u, mu, sigma, kappa);
+    const damping::EmgDensity standard = damping::emg_log_density(u, 0, 1, kappa);
+    const damping::EmgDensity moved = damping::emg_log_density(mu + sigma * u, mu, sigma, kappa);
     const double rounding =
         1e-12 * (1 + std::abs(mu) / sigma) * (1 + u * u) * (1 + std::min(kappa, 1.0));
     RC_ASSERT(std::abs(moved.value + std::log(sigma) - standard.value) <= rounding);
@@ -60,17 +60,17 @@ TEST(EmgDensity, HasDerivativesOfItsDifferences) {
     const double kappa = std::pow(10, *rc::gen::inRange(-3000, 2000) * 1e-3);
     const double h = 1e-5;
     const auto at = [&](double mu, double log_sigma, double log_kappa) {
-      return emg_log_density(u, mu, std::exp(log_sigma), kappa * std::exp(log_kappa));
+      return damping::emg_log_density(u, mu, std::exp(log_sigma), kappa * std::exp(log_kappa));
     };
-    const EmgDensity d = at(0, 0, 0);
+    const damping::EmgDensity d = at(0, 0, 0);
     const auto near = [&](double up, double down, double slope) {
       // Third derivatives grow as u^2 does.
       const double tolerance = 1e-6 * (1 + u * u + std::abs(slope));
       RC_ASSERT(std::abs((up - down) / (2 * h) - slope) <= tolerance);
     };
-    const EmgDensity mu[] = {at(h, 0, 0), at(-h, 0, 0)};
-    const EmgDensity sigma[] = {at(0, h, 0), at(0, -h, 0)};
-    const EmgDensity exponential[] = {at(0, 0, h), at(0, 0, -h)};
+    const damping::EmgDensity mu[] = {at(h, 0, 0), at(-h, 0, 0)};
+    const damping::EmgDensity sigma[] = {at(0, h, 0), at(0, -h, 0)};
+    const damping::EmgDensity exponential[] = {at(0, 0, h), at(0, 0, -h)};
     near(mu[0].value, mu[1].value, d.mu);
     near(sigma[0].value, sigma[1].value, d.sigma);
     near(exponential[0].value, exponential[1].value, d.kappa);
@@ -97,7 +97,7 @@ TEST(EmgDensity, HasThePapersGradient) {
     const double by_sigma =
         eta * eta * sigma + t * (eta * sigma * sigma + rest) / (std::sqrt(2) * sigma * sigma);
     const double by_mu = eta + t / (std::sqrt(2) * sigma);
-    const EmgDensity d = emg_log_density(rest, 0, sigma, eta * sigma);
+    const damping::EmgDensity d = damping::emg_log_density(rest, 0, sigma, eta * sigma);
     const auto near = [](double a, double b) {
       RC_ASSERT(std::abs(a - b) <= 1e-9 * (1 + std::abs(b)));
     };
@@ -114,7 +114,7 @@ TEST(EmgDensity, IntegratesToOne) {
     const double step = std::min(0.02, high / 20000);
     double sum = 0;
     for (double u = -14; u < high; u += step)
-      sum += std::exp(emg_log_density(u, 0, 1, kappa).value);
+      sum += std::exp(damping::emg_log_density(u, 0, 1, kappa).value);
     RC_ASSERT(std::abs(sum * step - 1) < 1e-9);
   }));
 }
@@ -124,12 +124,12 @@ TEST(EmgDensity, EndsAsItsParts) {
     const double x = *rc::gen::inRange(1, 4000) * 1e-2;
     // The Gaussian vanishes: a shifted exponential of rate 0.3, and nothing below mu.
     const double sigma = 1e-9;
-    const EmgDensity thin = emg_log_density(x, 0, sigma, 0.3 * sigma);
+    const damping::EmgDensity thin = damping::emg_log_density(x, 0, sigma, 0.3 * sigma);
     RC_ASSERT(std::abs(thin.value - (std::log(0.3) - 0.3 * x)) < 1e-9);
-    RC_ASSERT(emg_log_density(-x, 0, sigma, 0.3 * sigma).value < -1e9);
+    RC_ASSERT(damping::emg_log_density(-x, 0, sigma, 0.3 * sigma).value < -1e9);
     // The exponential vanishes: a normal distribution.
     const double u = x / 10;
-    const EmgDensity normal = emg_log_density(u, 0, 1, 1e12);
+    const damping::EmgDensity normal = damping::emg_log_density(u, 0, 1, 1e12);
     RC_ASSERT(std::abs(normal.value + u * u / 2 + 0.5 * std::log(2 * kPi)) < 1e-10);
   }));
 }
@@ -137,7 +137,7 @@ TEST(EmgDensity, EndsAsItsParts) {
 // What lets Newton's steps find the only maximum of a law linear in its alphas.
 TEST(EmgDensity, IsConcaveInItsPlace) {
   EXPECT_TRUE(rc::check("concave", [] {
-    const EmgDensity density = emg_log_density(any_u(), 0, 1, any_kappa());
+    const damping::EmgDensity density = damping::emg_log_density(any_u(), 0, 1, any_kappa());
     RC_ASSERT(density.mu_mu <= 0);
     RC_ASSERT(density.mu_mu >= -1 - 1e-12);
     RC_ASSERT(std::isfinite(density.kappa_kappa));

@@ -14,19 +14,19 @@ namespace {
 struct Truth {
   const char* name;
   double specific_modulus;
-  synth::DampingModel damping;
+  synth::damping::DampingModel damping;
 };
 /// Steel, glass and wood of the presets.
 const std::vector<Truth> kMaterials = {
-    {"steel", 2.0e11 / 7850, synth::rayleigh_damping(5, 3e-8)},
-    {"glass", 6.2e10 / 2600, synth::rayleigh_damping(1, 1e-7)},
-    {"wood", 1.1e10 / 750, synth::rayleigh_damping(60, 2e-6)},
+    {"steel", 2.0e11 / 7850, synth::damping::rayleigh_damping(5, 3e-8)},
+    {"glass", 6.2e10 / 2600, synth::damping::rayleigh_damping(1, 1e-7)},
+    {"wood", 1.1e10 / 750, synth::damping::rayleigh_damping(60, 2e-6)},
 };
 
 enum class Body { bar, plate, ring };
 const Body kBodies[] = {Body::bar, Body::plate, Body::ring};
 
-StruckModes body(Body shape, double modulus, double size = 1) {
+material::StruckModes body(Body shape, double modulus, double size = 1) {
   switch (shape) {
     case Body::bar:
       return test::free_bar(modulus, 0.25 * size, 0.01 * size, 20);
@@ -37,8 +37,8 @@ StruckModes body(Body shape, double modulus, double size = 1) {
   }
 }
 
-Candidate candidate_of(const Truth& truth) {
-  Candidate candidate;
+material::Candidate candidate_of(const Truth& truth) {
+  material::Candidate candidate;
   candidate.specific_modulus = truth.specific_modulus;
   candidate.scale = 0.1;
   candidate.contact_time = 2e-4;
@@ -46,16 +46,18 @@ Candidate candidate_of(const Truth& truth) {
   return candidate;
 }
 
-std::vector<Feature> tones_of(Body shape, const Truth& truth, double size = 1,
-                              HeardMotion motion = HeardMotion::velocity) {
-  return heard_candidate(body(shape, truth.specific_modulus, size), candidate_of(truth), motion, 20,
-                         20000)
+std::vector<features::Feature> tones_of(
+    Body shape, const Truth& truth, double size = 1,
+    material::HeardMotion motion = material::HeardMotion::velocity) {
+  return material::heard_candidate(body(shape, truth.specific_modulus, size), candidate_of(truth),
+                                   motion, 20, 20000)
       .tones;
 }
 
-MaterialEstimate estimate_from(const test::Recorded& recorded, const StruckModes& assumed,
-                               const MaterialOptions& options = {}) {
-  return estimate_material(recorded.samples, recorded.set, assumed, options);
+material::MaterialEstimate estimate_from(const test::Recorded& recorded,
+                                         const material::StruckModes& assumed,
+                                         const material::MaterialOptions& options = {}) {
+  return material::estimate_material(recorded.samples, recorded.set, assumed, options);
 }
 
 double error_of(double found, double truth) {
@@ -107,7 +109,7 @@ TEST(EstimateMaterial, StaysNearWhenTheBodyIsNotTheMesh) {
   const Truth& truth = kMaterials[1];
   auto tones = tones_of(Body::plate, truth);
   core::RandomStream random(5, 0, "test.scatter");
-  for (Feature& tone : tones) {
+  for (features::Feature& tone : tones) {
     tone.frequency *= 1 + 0.01 * random.normal();
     tone.amplitude *= std::pow(10, 3 * random.normal() / 20);
   }
@@ -124,11 +126,11 @@ TEST(EstimateMaterial, TrustsSpectrogramsAsFarAsTheyAgree) {
   const Truth& truth = kMaterials[1];
   auto tones = tones_of(Body::plate, truth);
   core::RandomStream random(7, 0, "test.scatter");
-  for (Feature& tone : tones) tone.amplitude *= std::pow(10, 6 * random.normal() / 20);
+  for (features::Feature& tone : tones) tone.amplitude *= std::pow(10, 6 * random.normal() / 20);
   const auto recorded = test::record(tones, {.snr = 40, .missing = 0.1});
-  MaterialOptions bare;
+  material::MaterialOptions bare;
   bare.metric.least_difference = 0;
-  const auto off = [&](const MaterialOptions& options) {
+  const auto off = [&](const material::MaterialOptions& options) {
     const auto found = estimate_from(recorded, body(Body::plate, 1e7), options);
     return error_of(found.candidate.damping.parameters[0], truth.damping.parameters[0]);
   };
@@ -152,7 +154,7 @@ TEST(EstimateMaterial, DoesNotDependOnGain) {
   auto quiet = recorded;
   for (double& sample : quiet.samples) sample *= 0.01;
   for (double& sample : quiet.set.residual) sample *= 0.01;
-  for (Feature& feature : quiet.set.features) feature.amplitude *= 0.01;
+  for (features::Feature& feature : quiet.set.features) feature.amplitude *= 0.01;
   const auto one = estimate_from(recorded, body(Body::ring, 1e7));
   const auto other = estimate_from(quiet, body(Body::ring, 1e7));
   EXPECT_LT(error_of(other.candidate.specific_modulus, one.candidate.specific_modulus), 1e-5);
@@ -165,23 +167,23 @@ TEST(EstimateMaterial, DoesNotDependOnGain) {
 
 TEST(EstimateMaterial, FindsEveryModel) {
   const double modulus = 2.4e7;
-  const std::vector<std::pair<DampingLaw, std::vector<double>>> laws = {
-      {{synth::DampingKind::power, 2, ""}, {0.2, 0.25}},
-      {{synth::DampingKind::hybrid, 3, ""}, {4, 2e-6, 0.85}},
-      {{synth::DampingKind::caughey, 3, ""}, {12, 3e-8, -1e-18}},
-      {{synth::DampingKind::expression, 2, "alpha1 + alpha2*f"}, {3, 0.01}},
+  const std::vector<std::pair<damping::DampingLaw, std::vector<double>>> laws = {
+      {{synth::damping::DampingKind::power, 2, ""}, {0.2, 0.25}},
+      {{synth::damping::DampingKind::hybrid, 3, ""}, {4, 2e-6, 0.85}},
+      {{synth::damping::DampingKind::caughey, 3, ""}, {12, 3e-8, -1e-18}},
+      {{synth::damping::DampingKind::expression, 2, "alpha1 + alpha2*f"}, {3, 0.01}},
   };
   for (const auto& [law, alphas] : laws) {
-    SCOPED_TRACE(synth::form_of(law.kind).name);
+    SCOPED_TRACE(synth::damping::form_of(law.kind).name);
     const Truth truth{"", modulus, {law.kind, alphas, law.expression}};
-    MaterialOptions options;
+    material::MaterialOptions options;
     options.law = law;
     const auto found =
         estimate_from(test::record(tones_of(Body::plate, truth)), body(Body::plate, 1e7), options);
     EXPECT_LT(error_of(found.candidate.specific_modulus, modulus), 0.001);
     // Parameters of one law can stand in for each other; its curve is what is heard.
-    const auto c = synth::damping_function(found.candidate.damping);
-    const auto expected = synth::damping_function(truth.damping);
+    const auto c = synth::damping::damping_function(found.candidate.damping);
+    const auto expected = synth::damping::damping_function(truth.damping);
     for (const double f : {500.0, 2000.0, 8000.0}) {
       const double lambda = std::pow(2 * M_PI * f, 2);
       EXPECT_LT(error_of(c(lambda), expected(lambda)), 0.03) << f;
@@ -191,10 +193,10 @@ TEST(EstimateMaterial, FindsEveryModel) {
 
 TEST(EstimateMaterial, HearsAccelerationAsMicrophonesDo) {
   const Truth& truth = kMaterials[2];
-  const auto recorded =
-      test::record(tones_of(Body::plate, truth, 1, HeardMotion::acceleration), {.snr = 40});
-  MaterialOptions options;
-  options.motion = HeardMotion::acceleration;
+  const auto recorded = test::record(
+      tones_of(Body::plate, truth, 1, material::HeardMotion::acceleration), {.snr = 40});
+  material::MaterialOptions options;
+  options.motion = material::HeardMotion::acceleration;
   const auto right = estimate_from(recorded, body(Body::plate, 1e7), options);
   const auto wrong = estimate_from(recorded, body(Body::plate, 1e7));
   EXPECT_LT(error_of(right.candidate.specific_modulus, truth.specific_modulus), 0.002);
@@ -212,7 +214,7 @@ TEST(EstimateMaterial, IsTheSameForTheSameSeed) {
 
 TEST(EstimateMaterial, SaysWhenModesEndBelowTheFeatures) {
   // Modes of a stiff assumed material to 6 kHz, a recording of a soft one to 20 kHz.
-  StruckModes few = body(Body::plate, 4e7);
+  material::StruckModes few = body(Body::plate, 4e7);
   few.eigenvalues.resize(14);
   few.gains.resize(14);
   few.complete_to_hz = std::sqrt(few.eigenvalues.back()) / (2 * M_PI);

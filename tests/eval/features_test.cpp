@@ -25,9 +25,9 @@ std::vector<Partial> random_partials(std::size_t count, TestRandom& random) {
   return partials;
 }
 
-const Feature* nearest(const FeatureSet& set, double frequency) {
-  const Feature* best = nullptr;
-  for (const Feature& feature : set.features) {
+const features::Feature* nearest(const features::FeatureSet& set, double frequency) {
+  const features::Feature* best = nullptr;
+  for (const features::Feature& feature : set.features) {
     if (!best || std::abs(feature.frequency - frequency) < std::abs(best->frequency - frequency)) {
       best = &feature;
     }
@@ -43,12 +43,12 @@ TEST_P(Clips, At60dbAreExactToThousandths) {
   const ClipShape shape{44100, 1.05, 0.05};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 60, random);
-  const FeatureSet set = extract_features(samples, shape.sample_rate);
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate);
   ASSERT_EQ(set.features.size(), partials.size());
   EXPECT_TRUE(set.hums.empty());
   EXPECT_GT(set.explained, 0.9999);
   for (const Partial& partial : partials) {
-    const Feature* feature = nearest(set, partial.frequency);
+    const features::Feature* feature = nearest(set, partial.frequency);
     EXPECT_NEAR(1200 * std::log2(feature->frequency / partial.frequency), 0, 0.05);
     EXPECT_NEAR(feature->decay_rate / partial.decay_rate, 1, 1e-3) << partial.frequency;
     EXPECT_NEAR(feature->amplitude / partial.amplitude, 1, 5e-3);
@@ -70,10 +70,11 @@ TEST_P(NoisyMode, IsWithinOneAndAHalfCramerRaoBounds) {
     const double noise = add_noise(samples, shape, GetParam(), random);
     bound = cramer_rao({&partial, 1}, shape, kContact, noise)[0];
     // In loud noise the onset is not found to the sample; here the bound is what is asked for.
-    FeatureOptions options;
+    features::FeatureOptions options;
     options.onset = 0;
-    const FeatureSet set = extract_features(samples, shape.sample_rate, options);
-    const Feature* feature = nearest(set, partial.frequency);
+    const features::FeatureSet set =
+        features::extract_features(samples, shape.sample_rate, options);
+    const features::Feature* feature = nearest(set, partial.frequency);
     ASSERT_TRUE(feature) << k;
     frequency += std::pow(feature->frequency - partial.frequency, 2);
     decay += std::pow(feature->decay_rate - partial.decay_rate, 2);
@@ -107,12 +108,13 @@ TEST_P(Pair, IsResolvedWhereTheBoundAllows) {
     const auto bounds = cramer_rao(pair, shape, kContact, noise);
     if (std::max(bounds[0].frequency, bounds[1].frequency) > split / 4) continue;
     ++allowed;
-    FeatureOptions options;
+    features::FeatureOptions options;
     options.onset = 0;
-    const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+    const features::FeatureSet set =
+        features::extract_features(samples, shape.sample_rate, options);
     ASSERT_EQ(set.features.size(), 2u) << k;
     for (std::size_t i = 0; i < 2; ++i) {
-      const Feature* feature = nearest(set, pair[i].frequency);
+      const features::Feature* feature = nearest(set, pair[i].frequency);
       EXPECT_NEAR(feature->frequency, pair[i].frequency, 5 * bounds[i].frequency + 1e-4) << k;
       EXPECT_NEAR(feature->decay_rate, pair[i].decay_rate, 5 * bounds[i].decay_rate + 1e-3) << k;
     }
@@ -134,7 +136,7 @@ TEST(Features, ADoubletAmongManyIsTwo) {
   const ClipShape shape{48000, 1.5, 0.1};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 50, random);
-  const FeatureSet set = extract_features(samples, shape.sample_rate);
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate);
   EXPECT_EQ(set.features.size(), partials.size());
   EXPECT_NEAR(nearest(set, twin.frequency + 1.5)->frequency, twin.frequency + 1.5, 0.02);
   EXPECT_NEAR(set.onset, 0.1, 1e-3);
@@ -158,9 +160,10 @@ TEST(Features, DoubletsWithoutNoiseAreTwo) {
       }
     }
     const ClipShape shape{44100, 1, 0};
-    const FeatureSet set = extract_features(strike_clip(partials, shape), shape.sample_rate);
+    const features::FeatureSet set =
+        features::extract_features(strike_clip(partials, shape), shape.sample_rate);
     const auto right = [&](const Partial& partial) {
-      const Feature* feature = nearest(set, partial.frequency);
+      const features::Feature* feature = nearest(set, partial.frequency);
       return std::abs(feature->frequency - partial.frequency) < 0.05 &&
              std::abs(feature->decay_rate / partial.decay_rate - 1) < 0.01;
     };
@@ -177,9 +180,9 @@ TEST(Features, AreFewFalseOnesInNoise) {
   for (int k = 0; k < 20; ++k) {
     std::vector<double> samples(44100);
     for (double& sample : samples) sample = 0.1 * random.normal();
-    FeatureOptions options;
+    features::FeatureOptions options;
     options.onset = 0;
-    found += static_cast<int>(extract_features(samples, 44100, options).features.size());
+    found += static_cast<int>(features::extract_features(samples, 44100, options).features.size());
   }
   EXPECT_LE(found, 1);
 }
@@ -195,7 +198,7 @@ TEST(Features, HumsAreToldApart) {
                   0.02 * std::sin(2 * std::numbers::pi * 150 * t + 1);
   }
   add_noise(samples, shape, 60, random);
-  const FeatureSet set = extract_features(samples, shape.sample_rate);
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate);
   ASSERT_EQ(set.hums.size(), 2u);
   EXPECT_NEAR(set.hums[0].frequency, 50, 0.01);
   EXPECT_NEAR(set.hums[0].amplitude, 0.05, 1e-3);
@@ -211,9 +214,9 @@ TEST(Features, TheStrongestAreKept) {
   const ClipShape shape{44100, 1, 0};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 60, random);
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.max_features = 3;
-  const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate, options);
   ASSERT_EQ(set.features.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(set.features[i].frequency, partials[i].frequency, 0.1);
@@ -228,7 +231,7 @@ TEST(Features, ResidualIsWhatIsLeft) {
   const ClipShape shape{44100, 1, 0};
   std::vector<double> samples = strike_clip(partials, shape);
   const double noise = add_noise(samples, shape, 40, random);
-  const FeatureSet set = extract_features(samples, shape.sample_rate);
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate);
   double power = 0;
   for (const double sample : set.residual) power += sample * sample;
   EXPECT_NEAR(std::sqrt(power / static_cast<double>(set.residual.size())) / noise, 1, 0.03);
@@ -242,12 +245,12 @@ TEST(Features, PeaksOfSpectrogramsAreTheBaseline) {
   const ClipShape shape{44100, 1, 0};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 50, random);
-  FeatureOptions options;
-  options.method = FeatureMethod::peaks;
-  const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+  features::FeatureOptions options;
+  options.method = features::FeatureMethod::peaks;
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate, options);
   ASSERT_GE(set.features.size(), 3u);
   for (const Partial& partial : partials) {
-    const Feature* feature = nearest(set, partial.frequency);
+    const features::Feature* feature = nearest(set, partial.frequency);
     EXPECT_NEAR(feature->frequency, partial.frequency, 0.5);
     EXPECT_NEAR(feature->decay_rate / partial.decay_rate, 1, 0.1);
     EXPECT_NEAR(feature->amplitude / partial.amplitude, 1, 0.1);
@@ -265,12 +268,12 @@ RC_GTEST_PROP(FeatureProperties, DoNotDependOnTheLevel, ()) {
   const ClipShape shape{22050, 0.6, 0.02};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 50, random);
-  const FeatureSet one = extract_features(samples, shape.sample_rate);
+  const features::FeatureSet one = features::extract_features(samples, shape.sample_rate);
   for (double& sample : samples) sample *= gain;
-  const FeatureSet other = extract_features(samples, shape.sample_rate);
+  const features::FeatureSet other = features::extract_features(samples, shape.sample_rate);
   RC_ASSERT(one.features.size() == other.features.size());
   for (std::size_t i = 0; i < one.features.size(); ++i) {
-    const Feature &a = one.features[i], &b = other.features[i];
+    const features::Feature &a = one.features[i], &b = other.features[i];
     RC_ASSERT(std::abs(a.frequency - b.frequency) < 0.01 * a.frequency_error);
     RC_ASSERT(std::abs(a.decay_rate - b.decay_rate) < 0.01 * a.decay_rate_error);
     RC_ASSERT(std::abs(gain * a.amplitude / b.amplitude - 1) < 1e-4);
@@ -285,14 +288,14 @@ RC_GTEST_PROP(FeatureProperties, ScaleWithTheSampleRate, ()) {
   const ClipShape shape{44100, 0.5, 0};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 50, random);
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.onset = 0;
   options.max_frequency = 15000;
-  const FeatureSet one = extract_features(samples, 44100, options);
+  const features::FeatureSet one = features::extract_features(samples, 44100, options);
   options.contact_time /= 1.25;
   options.min_frequency *= 1.25;
   options.max_frequency *= 1.25;
-  const FeatureSet other = extract_features(samples, 1.25 * 44100, options);
+  const features::FeatureSet other = features::extract_features(samples, 1.25 * 44100, options);
   RC_ASSERT(one.features.size() == other.features.size());
   for (std::size_t i = 0; i < one.features.size(); ++i) {
     RC_ASSERT(std::abs(1.25 * one.features[i].frequency / other.features[i].frequency - 1) < 1e-6);

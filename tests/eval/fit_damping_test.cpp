@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "eval/damping/emg_fit.hpp"
+#include "eval/damping/detail/emg_fit.hpp"
 #include "tests/eval/drawn_features.hpp"
 
 namespace carillon::eval {
@@ -19,14 +19,14 @@ struct Errors {
   double median = 0;  ///< of absolute errors at the lowest
 };
 
-Errors errors_of(const Draw& draw, Estimator estimator, std::uint64_t repetitions) {
+Errors errors_of(const Draw& draw, damping::Estimator estimator, std::uint64_t repetitions) {
   Errors errors;
   std::vector<double> absolute;
   for (std::uint64_t repetition = 0; repetition < repetitions; ++repetition) {
-    const DampingFit fit =
-        fit_damping(drawn_features(draw, repetition), {}, {estimator, false, false});
+    const damping::DampingFit fit =
+        damping::fit_damping(drawn_features(draw, repetition), {}, {estimator, false, false});
     EXPECT_TRUE(fit.converged) << repetition;
-    const auto c = synth::damping_function(fit.model);
+    const auto c = synth::damping::damping_function(fit.model);
     for (std::size_t i = 0; i < 3; ++i) {
       const double omega = 2 * std::numbers::pi * kHertz[i];
       const double error = c(omega * omega) / 2 / true_decay_rate(kHertz[i]) - 1;
@@ -40,7 +40,7 @@ Errors errors_of(const Draw& draw, Estimator estimator, std::uint64_t repetition
 }
 
 /// Percent at 500 Hz, 2 kHz and 8 kHz.
-void expect_bias(const Draw& draw, Estimator estimator, const std::vector<double>& percent,
+void expect_bias(const Draw& draw, damping::Estimator estimator, const std::vector<double>& percent,
                  double tolerance) {
   const Errors errors = errors_of(draw, estimator, 200);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -52,24 +52,24 @@ void expect_bias(const Draw& draw, Estimator estimator, const std::vector<double
 
 // What is asked of the estimators: where least squares is +190 % at 500 Hz, EMG is within 10 %.
 TEST(FitDamping, OfThirtyFeaturesIsWithinATenthWhereLeastSquaresIsThreefold) {
-  const Errors emg = errors_of({30, 1, 10}, Estimator::emg, 200);
+  const Errors emg = errors_of({30, 1, 10}, damping::Estimator::emg, 200);
   EXPECT_LT(std::abs(emg.bias[0]), 0.1);
-  EXPECT_NEAR(errors_of({30, 1, 10}, Estimator::least_squares, 200).bias[0], 1.9, 0.1);
+  EXPECT_NEAR(errors_of({30, 1, 10}, damping::Estimator::least_squares, 200).bias[0], 1.9, 0.1);
 }
 
 // Errors of features grow with the decay rate: one sigma for all lets the high modes' errors hide
 // what low ones show.
 TEST(FitDamping, ErrorsInProportionWantAnEmgInProportion) {
   const Draw draw{100, 0, 5, 0.05};
-  const Errors relative = errors_of(draw, Estimator::emg_relative, 100);
+  const Errors relative = errors_of(draw, damping::Estimator::emg_relative, 100);
   EXPECT_LT(std::abs(relative.bias[0]), 0.05);
   EXPECT_LT(std::abs(relative.bias[2]), 0.01);
-  EXPECT_LT(relative.median, 0.6 * errors_of(draw, Estimator::emg, 100).median);
+  EXPECT_LT(relative.median, 0.6 * errors_of(draw, damping::Estimator::emg, 100).median);
 }
 
 TEST(FitDamping, ErrorsInProportionAreFoundAsTheyWereDrawn) {
-  const DampingFit fit = fit_damping(drawn_features({2000, 0, 5, 0.05}, 1), {},
-                                     {Estimator::emg_relative, true, false});
+  const damping::DampingFit fit = damping::fit_damping(
+      drawn_features({2000, 0, 5, 0.05}, 1), {}, {damping::Estimator::emg_relative, true, false});
   EXPECT_TRUE(fit.converged);
   EXPECT_NEAR(fit.sigma, 0.05, 0.003);
   EXPECT_NEAR(1 / fit.eta, 10, 1);  // of c = 2 d
@@ -79,25 +79,25 @@ TEST(FitDamping, ErrorsInProportionAreFoundAsTheyWereDrawn) {
     EXPECT_LT(fit.confidence95[k].low, truth[k]);
     EXPECT_GT(fit.confidence95[k].high, truth[k]);
   }
-  const DampingFit dry = fit_damping(drawn_features({400, 0, 0, 0.05}, 2), {},
-                                     {Estimator::emg_relative, false, false});
+  const damping::DampingFit dry = damping::fit_damping(
+      drawn_features({400, 0, 0, 0.05}, 2), {}, {damping::Estimator::emg_relative, false, false});
   EXPECT_NEAR(dry.model.parameters[1] / 4e-8, 1, 0.05);
   EXPECT_TRUE(std::isinf(dry.eta) || 1 / dry.eta < 2);
 }
 
 // Central differences of values and of first derivatives, by alphas, ln sigma and ln kappa.
 TEST(FitDamping, ErrorsInProportionHaveExactDerivatives) {
-  const DampingData data = drawn_features({40, 0, 5, 0.1}, 3);
-  const ScaledLaw law = scaled_law({}, data);
+  const damping::DampingData data = drawn_features({40, 0, 5, 0.1}, 3);
+  const damping::ScaledLaw law = damping::scaled_law({}, data);
   const Eigen::VectorXd target =
       Eigen::Map<const Eigen::VectorXd>(data.coefficients.data(), 40) / law.scale;
-  const Objective objective = emg_objective(law, target, true);
+  const damping::Objective objective = damping::emg_objective(law, target, true);
   Eigen::VectorXd x(4);
   x << law.parameters({9, 4.2e-8}), std::log(0.08), std::log(0.2);
-  const LocalModel at = objective(x);
+  const damping::LocalModel at = objective(x);
   for (Eigen::Index i = 0; i < 4; ++i) {
     const Eigen::VectorXd step = 1e-5 * Eigen::VectorXd::Unit(4, i);
-    const LocalModel up = objective(x + step), down = objective(x - step);
+    const damping::LocalModel up = objective(x + step), down = objective(x - step);
     EXPECT_NEAR(at.gradient[i], (up.value - down.value) / 2e-5,
                 1e-6 * (1 + std::abs(at.gradient[i])));
     for (Eigen::Index k = 0; k < 4; ++k) {
@@ -110,7 +110,7 @@ TEST(FitDamping, ErrorsInProportionHaveExactDerivatives) {
 // Bias of 200 repetitions of SciPy's NNLS, linear program and L-BFGS-B on draws of the same law,
 // but other draws: they differ by their spread, a few percent (more for few features).
 TEST(FitDamping, HasTheBiasOfSciPysEstimators) {
-  using enum Estimator;
+  using enum damping::Estimator;
   expect_bias({100, 1, 10}, least_squares, {195, 123, 18}, 5);
   expect_bias({100, 1, 10}, lower_bound, {-16, -10, -2}, 3);
   expect_bias({100, 1, 10}, emg, {1, 1, 0}, 3);
@@ -136,7 +136,7 @@ struct StraightLine {
   double intercept_error = 0, slope_error = 0;
 };
 
-StraightLine straight_line(const DampingData& data) {
+StraightLine straight_line(const damping::DampingData& data) {
   const double n = static_cast<double>(data.size());
   double x = 0, y = 0, xx = 0, xy = 0;
   for (std::size_t i = 0; i < data.size(); ++i) {
@@ -161,8 +161,9 @@ StraightLine straight_line(const DampingData& data) {
 }
 
 TEST(FitDamping, ByLeastSquaresIsTheTextbooksLineWithItsIntervals) {
-  const DampingData data = drawn_features({22, 2, 10}, 5);
-  const DampingFit fit = fit_damping(data, {}, {Estimator::least_squares, true, false});
+  const damping::DampingData data = drawn_features({22, 2, 10}, 5);
+  const damping::DampingFit fit =
+      damping::fit_damping(data, {}, {damping::Estimator::least_squares, true, false});
   const StraightLine line = straight_line(data);
   const double t = 2.0859634472658364;  // of 20 degrees of freedom, 97.5 %
   EXPECT_NEAR(fit.model.parameters[0] / line.intercept, 1, 1e-10);
@@ -178,7 +179,7 @@ TEST(FitDamping, ByLeastSquaresIsTheTextbooksLineWithItsIntervals) {
 }
 
 /// Corners of the lower convex hull of the points, by lambda.
-std::vector<std::pair<double, double>> lower_hull(const DampingData& data) {
+std::vector<std::pair<double, double>> lower_hull(const damping::DampingData& data) {
   std::vector<std::pair<double, double>> points, hull;
   for (std::size_t i = 0; i < data.size(); ++i) {
     points.emplace_back(data.eigenvalues[i], data.coefficients[i]);
@@ -200,7 +201,7 @@ std::vector<std::pair<double, double>> lower_hull(const DampingData& data) {
 TEST(FitDamping, ByLowerBoundIsTheHullsEdgeAtTheMeanEigenvalue) {
   int edges = 0;
   for (std::uint64_t repetition = 0; repetition < 50; ++repetition) {
-    const DampingData data = drawn_features({40, 1, 10}, repetition);
+    const damping::DampingData data = drawn_features({40, 1, 10}, repetition);
     double mean = 0;
     for (const double lambda : data.eigenvalues) mean += lambda / 40;
     const auto hull = lower_hull(data);
@@ -212,7 +213,8 @@ TEST(FitDamping, ByLowerBoundIsTheHullsEdgeAtTheMeanEigenvalue) {
     const double intercept = y0 - slope * x0;
     if (slope < 0 || intercept < 0) continue;  // held by zero
     ++edges;
-    const DampingFit fit = fit_damping(data, {}, {Estimator::lower_bound, false, false});
+    const damping::DampingFit fit =
+        damping::fit_damping(data, {}, {damping::Estimator::lower_bound, false, false});
     EXPECT_NEAR(fit.model.parameters[0] / intercept, 1, 1e-9) << repetition;
     EXPECT_NEAR(fit.model.parameters[1] / slope, 1, 1e-9) << repetition;
   }
@@ -221,10 +223,11 @@ TEST(FitDamping, ByLowerBoundIsTheHullsEdgeAtTheMeanEigenvalue) {
 
 // No other curve of the law below all points is closer.
 TEST(FitDamping, ByLowerBoundIsTheClosestCurveBelow) {
-  const DampingData data = drawn_features({60, 1, 10}, 2);
-  const DampingFit fit = fit_damping(data, {synth::DampingKind::hybrid, 3, ""},
-                                     {Estimator::lower_bound, false, false});
-  const auto found = synth::damping_coefficients(fit.model, data.eigenvalues);
+  const damping::DampingData data = drawn_features({60, 1, 10}, 2);
+  const damping::DampingFit fit =
+      damping::fit_damping(data, {synth::damping::DampingKind::hybrid, 3, ""},
+                           {damping::Estimator::lower_bound, false, false});
+  const auto found = synth::damping::damping_coefficients(fit.model, data.eigenvalues);
   double least = 0;
   for (std::size_t i = 0; i < data.size(); ++i) {
     EXPECT_LE(found[i], data.coefficients[i] * (1 + 1e-9));
@@ -232,10 +235,10 @@ TEST(FitDamping, ByLowerBoundIsTheClosestCurveBelow) {
   }
   core::RandomStream random(1, 0, "test.below");
   for (int trial = 0; trial < 3000; ++trial) {
-    synth::DampingModel model = fit.model;
+    synth::damping::DampingModel model = fit.model;
     const double spread = random.log_uniform(1e-6, 1);
     for (double& alpha : model.parameters) alpha *= std::exp(spread * random.normal());
-    const auto c = synth::damping_coefficients(model, data.eigenvalues);
+    const auto c = synth::damping::damping_coefficients(model, data.eigenvalues);
     // Pressed under the points.
     double factor = 1e300, sum = 0;
     for (std::size_t i = 0; i < c.size(); ++i) {
@@ -247,7 +250,7 @@ TEST(FitDamping, ByLowerBoundIsTheClosestCurveBelow) {
 }
 
 // The papers' formula of the log-likelihood as it stands.
-double log_likelihood(const DampingData& data, double alpha1, double alpha2, double sigma,
+double log_likelihood(const damping::DampingData& data, double alpha1, double alpha2, double sigma,
                       double eta) {
   double sum = 0;
   for (std::size_t i = 0; i < data.size(); ++i) {
@@ -261,8 +264,9 @@ double log_likelihood(const DampingData& data, double alpha1, double alpha2, dou
 
 TEST(FitDamping, ByEmgIsAMaximumOfThePapersLikelihood) {
   for (std::uint64_t repetition = 0; repetition < 10; ++repetition) {
-    const DampingData data = drawn_features({100, 2, 10}, repetition);
-    const DampingFit fit = fit_damping(data, {}, {Estimator::emg, false, false});
+    const damping::DampingData data = drawn_features({100, 2, 10}, repetition);
+    const damping::DampingFit fit =
+        damping::fit_damping(data, {}, {damping::Estimator::emg, false, false});
     const auto& alpha = fit.model.parameters;
     const double best = log_likelihood(data, alpha[0], alpha[1], fit.sigma, fit.eta);
     EXPECT_NEAR(best, fit.log_likelihood, 1e-8);
@@ -280,17 +284,17 @@ TEST(FitDamping, ByEmgIsAMaximumOfThePapersLikelihood) {
 TEST(FitDamping, IntervalsHoldTheTruthAboutNineteenTimesInTwenty) {
   int inside[3][2] = {};
   constexpr int repetitions = 200;
-  constexpr Estimator estimators[] = {Estimator::emg, Estimator::least_squares,
-                                      Estimator::lower_bound};
+  constexpr damping::Estimator estimators[] = {
+      damping::Estimator::emg, damping::Estimator::least_squares, damping::Estimator::lower_bound};
   const double truth[] = {10, 4e-8};
   for (int repetition = 0; repetition < repetitions; ++repetition) {
     // Each estimator under its own assumption.
     const Draw draws[] = {{100, 2, 10}, {100, 2, 0}, {100, 0, 10}};
     for (int e = 0; e < 3; ++e) {
-      const DampingFit fit = fit_damping(drawn_features(draws[e], std::uint64_t(repetition)), {},
-                                         {estimators[e], true, false});
+      const damping::DampingFit fit = damping::fit_damping(
+          drawn_features(draws[e], std::uint64_t(repetition)), {}, {estimators[e], true, false});
       for (std::size_t k = 0; k < 2; ++k) {
-        const Interval& interval = fit.confidence95[k];
+        const damping::Interval& interval = fit.confidence95[k];
         EXPECT_LE(interval.low, interval.high);
         inside[e][k] += interval.low <= truth[k] && truth[k] <= interval.high ? 1 : 0;
       }
@@ -305,15 +309,17 @@ TEST(FitDamping, IntervalsHoldTheTruthAboutNineteenTimesInTwenty) {
 }
 
 TEST(FitDamping, KeepsItsStepsWhenAsked) {
-  const DampingData data = drawn_features({50, 1, 10}, 0);
-  const DampingFit quiet = fit_damping(data, {}, {Estimator::emg, false, false});
-  const DampingFit fit = fit_damping(data, {}, {Estimator::emg, false, true});
+  const damping::DampingData data = drawn_features({50, 1, 10}, 0);
+  const damping::DampingFit quiet =
+      damping::fit_damping(data, {}, {damping::Estimator::emg, false, false});
+  const damping::DampingFit fit =
+      damping::fit_damping(data, {}, {damping::Estimator::emg, false, true});
   EXPECT_TRUE(quiet.history.empty());
   EXPECT_EQ(fit.model, quiet.model);
   ASSERT_FALSE(fit.history.empty());
   double best = -1e300;
   for (std::size_t i = 0; i < fit.history.size(); ++i) {
-    const FitStep& step = fit.history[i];
+    const damping::FitStep& step = fit.history[i];
     EXPECT_EQ(step.parameters.size(), 4u);
     best = std::max(best, step.log_likelihood);
     if (i == 0 || fit.history[i - 1].start != step.start) continue;

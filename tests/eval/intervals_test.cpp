@@ -14,37 +14,38 @@ using Classes = std::vector<std::size_t>;
 
 TEST(WilsonInterval, IsSciPys) {
   // scipy.stats.binomtest(k, n).proportion_ci(method='wilson')
-  Bounds bounds = wilson_interval(8, 10);
+  statistics::Bounds bounds = classification::wilson_interval(8, 10);
   EXPECT_NEAR(bounds.low, 0.4901624715366418, 1e-12);
   EXPECT_NEAR(bounds.high, 0.9433178485456248, 1e-12);
-  bounds = wilson_interval(137, 200);
+  bounds = classification::wilson_interval(137, 200);
   EXPECT_NEAR(bounds.low, 0.6176504391426965, 1e-12);
   EXPECT_NEAR(bounds.high, 0.7453767900977148, 1e-12);
-  bounds = wilson_interval(0, 20);
+  bounds = classification::wilson_interval(0, 20);
   EXPECT_EQ(bounds.low, 0);
   EXPECT_NEAR(bounds.high, 0.16112515805281935, 1e-12);
 }
 
 TEST(WilsonInterval, HasStatedEnds) {
-  EXPECT_EQ(wilson_interval(0, 0).low, 0);
-  EXPECT_EQ(wilson_interval(0, 0).high, 1);
-  EXPECT_EQ(wilson_interval(5, 5).high, 1);
-  EXPECT_THROW(wilson_interval(3, 2), core::InputError);
-  EXPECT_THROW(wilson_interval(-1, 2), core::InputError);
-  EXPECT_THROW(wilson_interval(1, 2, 1), core::InputError);
-  EXPECT_THROW(wilson_interval(std::nan(""), 2), core::InputError);
+  EXPECT_EQ(classification::wilson_interval(0, 0).low, 0);
+  EXPECT_EQ(classification::wilson_interval(0, 0).high, 1);
+  EXPECT_EQ(classification::wilson_interval(5, 5).high, 1);
+  EXPECT_THROW(classification::wilson_interval(3, 2), core::InputError);
+  EXPECT_THROW(classification::wilson_interval(-1, 2), core::InputError);
+  EXPECT_THROW(classification::wilson_interval(1, 2, 1), core::InputError);
+  EXPECT_THROW(classification::wilson_interval(std::nan(""), 2), core::InputError);
 }
 
 TEST(WilsonInterval, SolvesItsEquation) {
   EXPECT_TRUE(rc::check("(share - p)^2 = z^2 p (1 - p) / n at both ends", [] {
     const double samples = *rc::gen::inRange(1, 5000);
     const double share = *rc::gen::inRange(0, 1001) / 1000.0;
-    const Bounds bounds = wilson_interval(share * samples, samples);
+    const statistics::Bounds bounds = classification::wilson_interval(share * samples, samples);
     for (const double p : {bounds.low, bounds.high}) {
       RC_ASSERT(std::abs(std::pow(share - p, 2) -
                          std::pow(1.959963984540054, 2) * p * (1 - p) / samples) < 1e-12);
     }
-    const Bounds wrong = wilson_interval((1 - share) * samples, samples);
+    const statistics::Bounds wrong =
+        classification::wilson_interval((1 - share) * samples, samples);
     RC_ASSERT(std::abs(wrong.low - (1 - bounds.high)) < 1e-12);
   }));
 }
@@ -72,7 +73,7 @@ struct Bodies {
     return predicted;
   }
 
-  TestedSamples tested() const { return {truth, groups, 2}; }
+  classification::TestedSamples tested() const { return {truth, groups, 2}; }
 };
 
 TEST(GroupedInterval, HoldsTheTruthWhereWilsonsDoesNot) {
@@ -83,14 +84,17 @@ TEST(GroupedInterval, HoldsTheTruthWhereWilsonsDoesNot) {
     core::RandomStream random(5, static_cast<std::uint64_t>(r), "test.grouped");
     const Bodies bodies(20, 50, random);
     const Classes predicted = bodies.predict(0, random);
-    const auto holds = [](Bounds bounds) { return bounds.low <= 0.7 && 0.7 <= bounds.high; };
-    held +=
-        holds(grouped_interval(bodies.tested(), predicted, AccuracyKind::plain, random, 0.95, 500));
-    held_balanced += holds(
-        grouped_interval(bodies.tested(), predicted, AccuracyKind::balanced, random, 0.95, 500));
+    const auto holds = [](statistics::Bounds bounds) {
+      return bounds.low <= 0.7 && 0.7 <= bounds.high;
+    };
+    held += holds(classification::grouped_interval(
+        bodies.tested(), predicted, classification::AccuracyKind::plain, random, 0.95, 500));
+    held_balanced += holds(classification::grouped_interval(
+        bodies.tested(), predicted, classification::AccuracyKind::balanced, random, 0.95, 500));
     double right = 0;
     for (std::size_t i = 0; i < predicted.size(); ++i) right += predicted[i] == bodies.truth[i];
-    held_by_wilson += holds(wilson_interval(right, static_cast<double>(predicted.size())));
+    held_by_wilson +=
+        holds(classification::wilson_interval(right, static_cast<double>(predicted.size())));
   }
   // Binomial deviation of 300 at 0.95: 0.013.
   EXPECT_GT(held, 0.91 * repetitions);
@@ -106,12 +110,14 @@ TEST(GroupedInterval, OfGroupsOfOneIsNearWilsons) {
     groups[i] = i;
     predicted[i] = i % 4 == 0;
   }
-  const Bounds bounds =
-      grouped_interval({truth, groups, 2}, predicted, AccuracyKind::plain, random);
-  EXPECT_NEAR(bounds.low, wilson_interval(300, 400).low, 0.006);
-  EXPECT_NEAR(bounds.high, wilson_interval(300, 400).high, 0.006);
+  const statistics::Bounds bounds = classification::grouped_interval(
+      {truth, groups, 2}, predicted, classification::AccuracyKind::plain, random);
+  EXPECT_NEAR(bounds.low, classification::wilson_interval(300, 400).low, 0.006);
+  EXPECT_NEAR(bounds.high, classification::wilson_interval(300, 400).high, 0.006);
   core::RandomStream again(1, 1, "test.grouped");
-  EXPECT_EQ(grouped_interval({truth, groups, 2}, predicted, AccuracyKind::plain, again).low,
+  EXPECT_EQ(classification::grouped_interval({truth, groups, 2}, predicted,
+                                             classification::AccuracyKind::plain, again)
+                .low,
             bounds.low);
 }
 
@@ -120,24 +126,30 @@ TEST(GroupedInterval, OfAllRightIsAsWideAsItsGroupsAreFew) {
   const Classes truth(100, 1);
   Classes groups(100);
   for (std::size_t i = 0; i < 100; ++i) groups[i] = i % 4;
-  Bounds bounds = grouped_interval({truth, groups, 3}, truth, AccuracyKind::balanced, random);
-  EXPECT_EQ(bounds.low, wilson_interval(4, 4).low);
+  statistics::Bounds bounds = classification::grouped_interval(
+      {truth, groups, 3}, truth, classification::AccuracyKind::balanced, random);
+  EXPECT_EQ(bounds.low, classification::wilson_interval(4, 4).low);
   EXPECT_EQ(bounds.high, 1);
   // One body says as much as one sample.
-  bounds = grouped_interval({truth, Classes(100, 9), 3}, truth, AccuracyKind::plain, random);
-  EXPECT_EQ(bounds.low, wilson_interval(1, 1).low);
+  bounds = classification::grouped_interval({truth, Classes(100, 9), 3}, truth,
+                                            classification::AccuracyKind::plain, random);
+  EXPECT_EQ(bounds.low, classification::wilson_interval(1, 1).low);
 }
 
 TEST(GroupedInterval, RefusesWhatDoesNotFit) {
   core::RandomStream random(1, 3, "test.grouped");
   const Classes two = {0, 1}, one = {0};
-  const auto kind = AccuracyKind::plain;
-  EXPECT_THROW(grouped_interval({two, one, 2}, two, kind, random), core::InputError);
-  EXPECT_THROW(grouped_interval({two, two, 2}, one, kind, random), core::InputError);
-  EXPECT_THROW(grouped_interval({two, two, 1}, two, kind, random), core::InputError);
-  EXPECT_THROW(grouped_interval({two, two, 2}, two, kind, random, 0), core::InputError);
-  EXPECT_THROW(grouped_interval({{}, {}, 2}, {}, kind, random), core::InputError);
-  EXPECT_THROW(interval_over_seeds({two, two, 2}, {}, kind), core::InputError);
+  const auto kind = classification::AccuracyKind::plain;
+  EXPECT_THROW(classification::grouped_interval({two, one, 2}, two, kind, random),
+               core::InputError);
+  EXPECT_THROW(classification::grouped_interval({two, two, 2}, one, kind, random),
+               core::InputError);
+  EXPECT_THROW(classification::grouped_interval({two, two, 1}, two, kind, random),
+               core::InputError);
+  EXPECT_THROW(classification::grouped_interval({two, two, 2}, two, kind, random, 0),
+               core::InputError);
+  EXPECT_THROW(classification::grouped_interval({{}, {}, 2}, {}, kind, random), core::InputError);
+  EXPECT_THROW(classification::interval_over_seeds({two, two, 2}, {}, kind), core::InputError);
 }
 
 TEST(IntervalOverSeeds, IsStudentsByHand) {
@@ -150,7 +162,8 @@ TEST(IntervalOverSeeds, IsStudentsByHand) {
     groups[i] = i;
     for (std::size_t s = 0; s < 3; ++s) predicted[s][i] = i < right[s] ? 0 : 1;
   }
-  const auto summary = interval_over_seeds({truth, groups, 2}, predicted, AccuracyKind::plain);
+  const auto summary = classification::interval_over_seeds({truth, groups, 2}, predicted,
+                                                           classification::AccuracyKind::plain);
   EXPECT_NEAR(summary.mean, 0.75, 1e-15);
   EXPECT_NEAR(summary.deviation, 0.05, 1e-15);
   // 14 bodies are right in all seeds, one in two, one in one, four in none: their mean squared
@@ -177,8 +190,11 @@ TEST(IntervalOverSeeds, HoldsTheTruthOfOtherBodiesAndSeeds) {
     for (int s = 0; s < 5; ++s) {
       predicted.push_back(bodies.predict(random.uniform(-0.1, 0), random));
     }
-    const auto summary = interval_over_seeds(bodies.tested(), predicted, AccuracyKind::balanced);
-    const auto holds = [](Bounds bounds) { return bounds.low <= 0.65 && 0.65 <= bounds.high; };
+    const auto summary = classification::interval_over_seeds(
+        bodies.tested(), predicted, classification::AccuracyKind::balanced);
+    const auto holds = [](statistics::Bounds bounds) {
+      return bounds.low <= 0.65 && 0.65 <= bounds.high;
+    };
     held += holds(summary.seeds_and_groups);
   }
   EXPECT_GT(held, 0.92 * repetitions);
@@ -198,12 +214,15 @@ TEST(AccuracyDifference, HoldsTheTruthWhereTwoIntervalsOverlap) {
       first.push_back(bodies.predict(-0.06 + random.uniform(-0.02, 0.02), random));
       second.push_back(bodies.predict(random.uniform(-0.02, 0), random));
     }
-    const AccuracyDifference found = accuracy_difference(bodies.tested(), first, second);
+    const classification::AccuracyDifference found =
+        classification::accuracy_difference(bodies.tested(), first, second);
     // Chances above 1 - 0.02 do not occur often enough to matter: 0.06 less 0.01.
     held += found.bounds.low <= -0.05 && -0.05 <= found.bounds.high;
     width += (found.bounds.high - found.bounds.low) / repetitions;
     const auto own = [&](const std::vector<Classes>& predicted) {
-      return interval_over_seeds(bodies.tested(), predicted, AccuracyKind::plain).seeds_and_groups;
+      return classification::interval_over_seeds(bodies.tested(), predicted,
+                                                 classification::AccuracyKind::plain)
+          .seeds_and_groups;
     };
     overlapping += own(first).high > own(second).low;
   }
@@ -216,36 +235,38 @@ TEST(AccuracyDifference, HoldsTheTruthWhereTwoIntervalsOverlap) {
 TEST(AccuracyDifference, IsTheTTestOfPairsByHand) {
   const Classes truth(8, 0), groups = {0, 1, 2, 3, 4, 5, 6, 7};
   const Classes first = {0, 0, 0, 0, 0, 0, 1, 1}, second = {0, 0, 0, 1, 1, 1, 0, 1};
-  const TestedSamples tested{truth, groups, 2};
-  const auto found =
-      accuracy_difference(tested, std::vector<Classes>{first}, std::vector<Classes>{second});
+  const classification::TestedSamples tested{truth, groups, 2};
+  const auto found = classification::accuracy_difference(tested, std::vector<Classes>{first},
+                                                         std::vector<Classes>{second});
   // d = numpy.array([0, 0, 0, 1, 1, 1, -1, 0]);
   // scipy.stats.t.interval(0.95, 7, loc=d.mean(), scale=d.std(ddof=1) / 8**0.5)
   EXPECT_NEAR(found.mean, 0.25, 1e-15);
   EXPECT_NEAR(found.bounds.low, -0.3411560627525748, 1e-9);
   EXPECT_NEAR(found.bounds.high, 0.8411560627525748, 1e-9);
-  const auto turned =
-      accuracy_difference(tested, std::vector<Classes>{second}, std::vector<Classes>{first});
+  const auto turned = classification::accuracy_difference(tested, std::vector<Classes>{second},
+                                                          std::vector<Classes>{first});
   EXPECT_EQ(turned.mean, -found.mean);
   EXPECT_EQ(turned.bounds.high, -found.bounds.low);
-  const auto same =
-      accuracy_difference(tested, std::vector<Classes>{first}, std::vector<Classes>{first});
+  const auto same = classification::accuracy_difference(tested, std::vector<Classes>{first},
+                                                        std::vector<Classes>{first});
   EXPECT_EQ(same.mean, 0);
   EXPECT_TRUE(std::isnan(same.bounds.low));
 }
 
 TEST(IntervalOverSeeds, SaysWhatCannotBeKnown) {
   const Classes truth = {0, 0, 1, 1}, groups = {0, 0, 1, 1}, wrong = {1, 0, 1, 1};
-  const auto kind = AccuracyKind::balanced;
-  auto summary = interval_over_seeds({truth, groups, 2}, std::vector<Classes>{wrong}, kind);
+  const auto kind = classification::AccuracyKind::balanced;
+  auto summary =
+      classification::interval_over_seeds({truth, groups, 2}, std::vector<Classes>{wrong}, kind);
   EXPECT_EQ(summary.mean, 0.75);
   EXPECT_TRUE(std::isnan(summary.deviation));
   EXPECT_TRUE(std::isnan(summary.seeds_and_groups.high));
-  summary =
-      interval_over_seeds({truth, Classes(4, 0), 2}, std::vector<Classes>{wrong, truth}, kind);
+  summary = classification::interval_over_seeds({truth, Classes(4, 0), 2},
+                                                std::vector<Classes>{wrong, truth}, kind);
   EXPECT_TRUE(std::isnan(summary.seeds_and_groups.low));
-  summary = interval_over_seeds({truth, groups, 2}, std::vector<Classes>{truth, truth}, kind);
-  EXPECT_EQ(summary.seeds_and_groups.low, wilson_interval(2, 2).low);
+  summary = classification::interval_over_seeds({truth, groups, 2},
+                                                std::vector<Classes>{truth, truth}, kind);
+  EXPECT_EQ(summary.seeds_and_groups.low, classification::wilson_interval(2, 2).low);
 }
 
 }  // namespace

@@ -13,25 +13,26 @@
 namespace carillon::eval {
 namespace {
 
-Feature tone(double frequency, double decay_rate, double amplitude) {
-  Feature feature;
+features::Feature tone(double frequency, double decay_rate, double amplitude) {
+  features::Feature feature;
   feature.frequency = frequency;
   feature.decay_rate = decay_rate;
   feature.amplitude = amplitude;
   return feature;
 }
 
-double sum_of_frame(const BandPowers& powers, const SpectrogramGrid& grid, std::size_t frame) {
+double sum_of_frame(const material::BandPowers& powers, const material::SpectrogramGrid& grid,
+                    std::size_t frame) {
   const auto begin = powers.begin() + static_cast<std::ptrdiff_t>(frame * grid.bands);
   return std::accumulate(begin, begin + static_cast<std::ptrdiff_t>(grid.bands), 0.0);
 }
 
 TEST(BandPowers, OfALastingToneAreHalfItsSquare) {
   for (const double rate : {8000.0, 44100.0, 192000.0}) {
-    const auto grid = make_grid(static_cast<std::size_t>(rate), rate, 0);
+    const auto grid = material::make_grid(static_cast<std::size_t>(rate), rate, 0);
     const auto clip = test::record({tone(1000, 0, 0.3)}, {.seconds = 1, .sample_rate = rate});
-    const BandPowers heard = band_powers(clip.samples, grid);
-    const BandPowers known = band_powers(std::vector{tone(1000, 0, 0.3)}, grid);
+    const material::BandPowers heard = material::band_powers(clip.samples, grid);
+    const material::BandPowers known = material::band_powers(std::vector{tone(1000, 0, 0.3)}, grid);
     for (std::size_t m = 0; m < grid.frames; ++m) {
       EXPECT_NEAR(sum_of_frame(heard, grid, m), 0.045, 1e-5) << rate;
       EXPECT_NEAR(sum_of_frame(known, grid, m), 0.045, 1e-5) << rate;
@@ -43,12 +44,12 @@ TEST(BandPowers, OfALastingToneAreHalfItsSquare) {
 
 TEST(BandPowers, OfTonesAreThoseOfTheirClip) {
   // Each tone alone, so that no beats come in; what is 70 dB below the frame's sum is not compared.
-  for (const Feature& one : {tone(440, 3, 1), tone(3000.3, 60, 0.1), tone(9000, 400, 2),
-                             tone(150, 20, 1), tone(17000, 1000, 1)}) {
+  for (const features::Feature& one : {tone(440, 3, 1), tone(3000.3, 60, 0.1), tone(9000, 400, 2),
+                                       tone(150, 20, 1), tone(17000, 1000, 1)}) {
     const auto clip = test::record({one}, {.seconds = 0.5});
-    const auto grid = make_grid(clip.samples.size(), 44100, 0);
-    const BandPowers heard = band_powers(clip.samples, grid);
-    const BandPowers known = band_powers(std::vector{one}, grid);
+    const auto grid = material::make_grid(clip.samples.size(), 44100, 0);
+    const material::BandPowers heard = material::band_powers(clip.samples, grid);
+    const material::BandPowers known = material::band_powers(std::vector{one}, grid);
     ASSERT_EQ(heard.size(), known.size());
     for (std::size_t i = 0; i < heard.size(); ++i) {
       const double all = sum_of_frame(heard, grid, i / grid.bands);
@@ -61,31 +62,32 @@ TEST(BandPowers, OfTonesAreThoseOfTheirClip) {
 }
 
 TEST(BandPowers, BeginAfterTheOnset) {
-  const Feature one = tone(800, 30, 1);
-  auto grid = make_grid(10000, 44100, 0);
-  const double at_once = band_powers(std::vector{one}, grid)[0];
+  const features::Feature one = tone(800, 30, 1);
+  auto grid = material::make_grid(10000, 44100, 0);
+  const double at_once = material::band_powers(std::vector{one}, grid)[0];
   grid.begin = 0.1;
-  EXPECT_NEAR(band_powers(std::vector{one}, grid)[0] / at_once, std::exp(-2 * 30 * 0.1), 1e-9);
+  EXPECT_NEAR(material::band_powers(std::vector{one}, grid)[0] / at_once, std::exp(-2 * 30 * 0.1),
+              1e-9);
 }
 
 TEST(BandPowers, ClipsShorterThanAWindowHaveOneFrame) {
-  const auto grid = make_grid(10, 44100, 0);
+  const auto grid = material::make_grid(10, 44100, 0);
   EXPECT_EQ(grid.frames, 1U);
-  EXPECT_EQ(band_powers(std::vector<double>(10, 0.5), grid).size(), grid.bands);
-  EXPECT_LE(make_grid(10000000, 44100, 0).frames, 401U);
-  EXPECT_THROW(make_grid(0, 44100, 0), core::InputError);
-  EXPECT_THROW(make_grid(10, 0, 0), core::InputError);
+  EXPECT_EQ(material::band_powers(std::vector<double>(10, 0.5), grid).size(), grid.bands);
+  EXPECT_LE(material::make_grid(10000000, 44100, 0).frames, 401U);
+  EXPECT_THROW(material::make_grid(0, 44100, 0), core::InputError);
+  EXPECT_THROW(material::make_grid(10, 0, 0), core::InputError);
 }
 
 /// Loudness of one band at a level [dB re 20 uPa].
 double loudness_at(std::size_t band, double level, double background = -300) {
-  const auto grid = make_grid(2000, 44100, 0);
-  BandPowers powers(grid.bands, 0.0);
+  const auto grid = material::make_grid(2000, 44100, 0);
+  material::BandPowers powers(grid.bands, 0.0);
   powers[band] = 1;
-  LoudnessScale scale;
+  material::LoudnessScale scale;
   scale.unit_level = level;
   scale.background.assign(grid.bands, std::pow(10, (background - level) / 10));
-  return specific_loudness(powers, grid, scale)[band];
+  return material::specific_loudness(powers, grid, scale)[band];
 }
 
 TEST(SpecificLoudness, IsNothingBelowTheThreshold) {

@@ -1,11 +1,11 @@
-#include "eval/material/minimise.hpp"
+#include "eval/material/detail/minimise.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/error.hpp"
-#include "eval/material/coordinates.hpp"
+#include "eval/material/detail/coordinates.hpp"
 
 namespace carillon::eval {
 namespace {
@@ -15,42 +15,43 @@ TEST(Minimise, FindsTheEndOfABentValley) {
     return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2);
   };
   const std::vector steps = {0.1, 0.1};
-  const Minimum found = minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 5000);
+  const material::Minimum found = material::minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 5000);
   EXPECT_TRUE(found.converged);
   EXPECT_NEAR(found.x[0], 1, 1e-3);
   EXPECT_NEAR(found.x[1], 1, 1e-3);
-  const Minimum cut = minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 10);
+  const material::Minimum cut = material::minimise(rosenbrock, {-1.2, 1}, steps, 1e-14, 10);
   EXPECT_FALSE(cut.converged);
   EXPECT_LE(cut.evaluations, 11);
 }
 
 TEST(Minimise, LetsErrorsThrough) {
   const auto fails = [](std::span<const double>) -> double { throw core::InputError("no"); };
-  EXPECT_THROW(minimise(fails, {0.0}, std::vector{1.0}, 1e-6, 100), core::InputError);
+  EXPECT_THROW(material::minimise(fails, {0.0}, std::vector{1.0}, 1e-6, 100), core::InputError);
 }
 
 TEST(Coordinates, LeadBackToTheCandidate) {
-  const std::vector<std::pair<DampingLaw, std::vector<double>>> laws = {
-      {{synth::DampingKind::rayleigh, 2, ""}, {5, 3e-8}},
-      {{synth::DampingKind::power, 2, ""}, {0.2, 0.4}},
-      {{synth::DampingKind::hybrid, 3, ""}, {4, 5e-9, 1.03}},
-      {{synth::DampingKind::caughey, 3, ""}, {280, -3.6e-7, 2e-15}},
-      {{synth::DampingKind::expression, 2, "alpha1 + alpha2*f"}, {0, -2}},
+  const std::vector<std::pair<damping::DampingLaw, std::vector<double>>> laws = {
+      {{synth::damping::DampingKind::rayleigh, 2, ""}, {5, 3e-8}},
+      {{synth::damping::DampingKind::power, 2, ""}, {0.2, 0.4}},
+      {{synth::damping::DampingKind::hybrid, 3, ""}, {4, 5e-9, 1.03}},
+      {{synth::damping::DampingKind::caughey, 3, ""}, {280, -3.6e-7, 2e-15}},
+      {{synth::damping::DampingKind::expression, 2, "alpha1 + alpha2*f"}, {0, -2}},
   };
   for (const auto& [law, alphas] : laws) {
-    Candidate candidate;
+    material::Candidate candidate;
     candidate.specific_modulus = 2e7;
     candidate.scale = 3e-4;
     candidate.contact_time = 1e-4;
     candidate.damping = {law.kind, alphas, law.expression};
     for (const bool sought : {false, true}) {
-      Coordinates coordinates = make_coordinates(law, candidate.damping, 1e8, 20);
+      material::Coordinates coordinates =
+          material::make_coordinates(law, candidate.damping, 1e8, 20);
       coordinates.contact_sought = sought;
       coordinates.contact_time = 1e-4;
-      const auto x = to_coordinates(coordinates, candidate);
+      const auto x = material::to_coordinates(coordinates, candidate);
       ASSERT_EQ(x.size(), alphas.size() + (sought ? 3 : 2));
-      ASSERT_EQ(first_steps(coordinates).size(), x.size());
-      const Candidate back = from_coordinates(coordinates, x);
+      ASSERT_EQ(material::first_steps(coordinates).size(), x.size());
+      const material::Candidate back = material::from_coordinates(coordinates, x);
       EXPECT_NEAR(back.specific_modulus, 2e7, 1);
       EXPECT_NEAR(back.scale, 3e-4, 1e-12);
       EXPECT_NEAR(back.contact_time, 1e-4, 1e-12);

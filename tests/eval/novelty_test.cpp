@@ -20,18 +20,18 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 TEST(Auroc, IsSciPys) {
   // scipy.stats.mannwhitneyu(known, novel).statistic / 20
   const std::vector<double> known = {0.9, 0.8, 0.8, 0.4, 0.35}, novel = {0.8, 0.5, 0.4, 0.1};
-  EXPECT_NEAR(auroc(known, novel), 0.675, 1e-15);
+  EXPECT_NEAR(classification::auroc(known, novel), 0.675, 1e-15);
 }
 
 TEST(Auroc, HasStatedEnds) {
   const std::vector<double> low = {-infinity, 1, 2}, high = {3, 4, infinity};
-  EXPECT_EQ(auroc(high, low), 1);
-  EXPECT_EQ(auroc(low, high), 0);
-  EXPECT_EQ(auroc(std::vector<double>(5, 2), std::vector<double>(3, 2)), 0.5);
-  EXPECT_TRUE(std::isnan(auroc({}, low)));
-  EXPECT_TRUE(std::isnan(auroc(low, {})));
+  EXPECT_EQ(classification::auroc(high, low), 1);
+  EXPECT_EQ(classification::auroc(low, high), 0);
+  EXPECT_EQ(classification::auroc(std::vector<double>(5, 2), std::vector<double>(3, 2)), 0.5);
+  EXPECT_TRUE(std::isnan(classification::auroc({}, low)));
+  EXPECT_TRUE(std::isnan(classification::auroc(low, {})));
   try {
-    auroc(low, std::vector{1.0, std::nan("")});
+    classification::auroc(low, std::vector{1.0, std::nan("")});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_EQ(error.message(), "novel score 1 is no number");
@@ -54,14 +54,14 @@ TEST(Auroc, IsTheShareOfPairsAndHeedsOrderAlone) {
     for (const double a : known) {
       for (const double b : novel) pairs += a > b ? 1 : (a == b ? 0.5 : 0);
     }
-    const double area = auroc(known, novel);
+    const double area = classification::auroc(known, novel);
     RC_ASSERT(std::abs(area - pairs / static_cast<double>(known.size() * novel.size())) < 1e-12);
     const auto mapped = [](std::vector<double> scores) {
       for (double& one : scores) one = std::exp(one) + one * one * one;
       return scores;
     };
-    RC_ASSERT(auroc(mapped(known), mapped(novel)) == area);
-    RC_ASSERT(std::abs(auroc(novel, known) - (1 - area)) < 1e-12);
+    RC_ASSERT(classification::auroc(mapped(known), mapped(novel)) == area);
+    RC_ASSERT(std::abs(classification::auroc(novel, known) - (1 - area)) < 1e-12);
   }));
 }
 
@@ -90,12 +90,15 @@ TEST(AurocInterval, HoldsTheTruthOfOtherBodies) {
   for (int r = 0; r < repetitions; ++r) {
     core::RandomStream random(3, static_cast<std::uint64_t>(r), "test.auroc");
     const Groups known(14, 12, 1.5, random), novel(10, 12, 0, random);
-    const auto holds = [&](Bounds bounds) { return bounds.low <= truth && truth <= bounds.high; };
-    held += holds(auroc_interval(known.scores, known.groups, novel.scores, novel.groups));
+    const auto holds = [&](statistics::Bounds bounds) {
+      return bounds.low <= truth && truth <= bounds.high;
+    };
+    held += holds(
+        classification::auroc_interval(known.scores, known.groups, novel.scores, novel.groups));
     std::vector<std::size_t> singles(known.scores.size());
     std::iota(singles.begin(), singles.end(), std::size_t{0});
-    held_by_singles += holds(auroc_interval(known.scores, singles, novel.scores,
-                                            std::span(singles).first(novel.scores.size())));
+    held_by_singles += holds(classification::auroc_interval(
+        known.scores, singles, novel.scores, std::span(singles).first(novel.scores.size())));
   }
   EXPECT_GT(held, 0.9 * repetitions);
   EXPECT_LT(held, 0.995 * repetitions);
@@ -105,14 +108,14 @@ TEST(AurocInterval, HoldsTheTruthOfOtherBodies) {
 TEST(AurocInterval, IsDeLongsOfSingleSamples) {
   // Structural components by hand: known 0.75, 1, 1 of two novel ones; novel 5/6, 1 of three.
   const std::vector<double> known = {1, 3, 4}, novel = {1, 0};
-  const Bounds bounds = auroc_interval(known, std::vector<std::size_t>{0, 1, 2}, novel,
-                                       std::vector<std::size_t>{0, 1});
+  const statistics::Bounds bounds = classification::auroc_interval(
+      known, std::vector<std::size_t>{0, 1, 2}, novel, std::vector<std::size_t>{0, 1});
   const double area = 11.0 / 12;
   const double of_known = (std::pow(0.75 - area, 2) + 2 * std::pow(1 - area, 2)) / 2 / 3;
   const double of_novel = (std::pow(5.0 / 6 - area, 2) + std::pow(1 - area, 2)) / 1 / 2;
   const double sum = of_known + of_novel;
   const double freedom = sum * sum / (of_known * of_known / 2 + of_novel * of_novel / 1);
-  const double half = students_t(0.95, freedom) * std::sqrt(sum) / (area * (1 - area));
+  const double half = statistics::students_t(0.95, freedom) * std::sqrt(sum) / (area * (1 - area));
   EXPECT_NEAR(bounds.low, 1 / (1 + std::exp(half) / 11), 1e-12);  // odds of 11
   EXPECT_NEAR(bounds.high, 1 / (1 + std::exp(-half) / 11), 1e-12);
 }
@@ -120,46 +123,48 @@ TEST(AurocInterval, IsDeLongsOfSingleSamples) {
 TEST(AurocInterval, SaysWhatCannotBeKnown) {
   const std::vector<double> low = {0, 1}, high = {2, 3};
   const std::vector<std::size_t> one = {0, 0}, two = {0, 1};
-  EXPECT_TRUE(std::isnan(auroc_interval(high, two, low, one).low));
-  EXPECT_EQ(auroc_interval(high, two, low, two).low, wilson_interval(2, 2).low);
-  EXPECT_EQ(auroc_interval(high, two, low, two).high, 1);
-  EXPECT_THROW(auroc_interval(high, std::vector<std::size_t>{0}, low, two), core::InputError);
+  EXPECT_TRUE(std::isnan(classification::auroc_interval(high, two, low, one).low));
+  EXPECT_EQ(classification::auroc_interval(high, two, low, two).low,
+            classification::wilson_interval(2, 2).low);
+  EXPECT_EQ(classification::auroc_interval(high, two, low, two).high, 1);
+  EXPECT_THROW(classification::auroc_interval(high, std::vector<std::size_t>{0}, low, two),
+               core::InputError);
 }
 
 TEST(ThresholdAt, IsReachedByTheShareAskedFor) {
   std::vector<double> known;
   for (int i = 1; i <= 20; ++i) known.push_back(i);
-  EXPECT_EQ(threshold_at(known, 0.95), 2);
-  EXPECT_EQ(threshold_at(known, 1), 1);
-  EXPECT_EQ(threshold_at(known, 0.15), 18);
-  EXPECT_EQ(threshold_at(known, 1e-9), 20);
-  EXPECT_EQ(share_reaching(std::vector<double>{1, 2, 3, 0}, 2), 0.5);
-  EXPECT_TRUE(std::isnan(share_reaching({}, 2)));
-  EXPECT_THROW(threshold_at({}, 0.95), core::InputError);
-  EXPECT_THROW(threshold_at(known, 0), core::InputError);
-  EXPECT_THROW(threshold_at(known, 1.01), core::InputError);
+  EXPECT_EQ(classification::threshold_at(known, 0.95), 2);
+  EXPECT_EQ(classification::threshold_at(known, 1), 1);
+  EXPECT_EQ(classification::threshold_at(known, 0.15), 18);
+  EXPECT_EQ(classification::threshold_at(known, 1e-9), 20);
+  EXPECT_EQ(classification::share_reaching(std::vector<double>{1, 2, 3, 0}, 2), 0.5);
+  EXPECT_TRUE(std::isnan(classification::share_reaching({}, 2)));
+  EXPECT_THROW(classification::threshold_at({}, 0.95), core::InputError);
+  EXPECT_THROW(classification::threshold_at(known, 0), core::InputError);
+  EXPECT_THROW(classification::threshold_at(known, 1.01), core::InputError);
   EXPECT_TRUE(rc::check("the greatest such threshold", [] {
     const auto scores = any_scores();
     const double rate = *rc::gen::inRange(1, 101) / 100.0;
-    const double threshold = threshold_at(scores, rate);
-    RC_ASSERT(share_reaching(scores, threshold) >= rate - 1e-9);
-    RC_ASSERT(share_reaching(scores, std::nextafter(threshold, infinity)) < rate);
+    const double threshold = classification::threshold_at(scores, rate);
+    RC_ASSERT(classification::share_reaching(scores, threshold) >= rate - 1e-9);
+    RC_ASSERT(classification::share_reaching(scores, std::nextafter(threshold, infinity)) < rate);
   }));
 }
 
 TEST(LogOdds, AreThoseOfTheProbabilities) {
   // p = scipy.special.softmax(z / T, axis=1).max(1); numpy.log(p / (1 - p))
   const std::vector<double> z = {2, 1, 0, 0.5, 2.5, -1}, shifted = {7, 6, 5};
-  EXPECT_NEAR(log_odds_scores({z, 3})[0], 0.68673831, 1e-8);
-  EXPECT_NEAR(log_odds_scores({z, 3})[1], 1.79858672, 1e-8);
-  EXPECT_NEAR(log_odds_scores({z, 3}, 2)[0], 0.02592302, 1e-8);
-  EXPECT_NEAR(log_odds_scores({shifted, 3})[0], 0.68673831, 1e-8);
+  EXPECT_NEAR(classification::log_odds_scores({z, 3})[0], 0.68673831, 1e-8);
+  EXPECT_NEAR(classification::log_odds_scores({z, 3})[1], 1.79858672, 1e-8);
+  EXPECT_NEAR(classification::log_odds_scores({z, 3}, 2)[0], 0.02592302, 1e-8);
+  EXPECT_NEAR(classification::log_odds_scores({shifted, 3})[0], 0.68673831, 1e-8);
   // Where probabilities are 1 there is still an order.
   const std::vector<double> sure = {80, 0, 90, 0};
-  EXPECT_EQ(log_odds_scores({sure, 2}), (std::vector<double>{80, 90}));
-  EXPECT_THROW(log_odds_scores({std::vector{infinity, 0.0}, 2}), core::InputError);
-  EXPECT_THROW(log_odds_scores({z, 3}, 0), core::InputError);
-  EXPECT_THROW(log_odds_scores({z, 1}), core::InputError);
+  EXPECT_EQ(classification::log_odds_scores({sure, 2}), (std::vector<double>{80, 90}));
+  EXPECT_THROW(classification::log_odds_scores({std::vector{infinity, 0.0}, 2}), core::InputError);
+  EXPECT_THROW(classification::log_odds_scores({z, 3}, 0), core::InputError);
+  EXPECT_THROW(classification::log_odds_scores({z, 1}), core::InputError);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ TEST(PrincipalComponents, AreThePlantedDirections) {
   for (std::size_t i = 0; i < 400; ++i) {
     for (std::size_t c = 0; c < 5; ++c) rows.push_back(7 + 3 * a[i] * u[c] + 0.5 * b[i] * v[c]);
   }
-  const PrincipalComponents found = principal_components(rows, 5, 4);
+  const statistics::PrincipalComponents found = statistics::principal_components(rows, 5, 4);
   ASSERT_EQ(found.shares.size(), 2U) << "it varies in two directions alone";
   EXPECT_NEAR(found.shares[0] + found.shares[1], 1, 1e-9);
   EXPECT_NEAR(found.shares[0], 9 / 9.25, 0.01);
@@ -38,15 +38,16 @@ TEST(PrincipalComponents, AreThePlantedDirections) {
     EXPECT_NEAR(found.components[5 + c], v[c], 0.02);
     EXPECT_NEAR(found.mean[c], 7, 0.4);
   }
-  EXPECT_THROW(principal_components(std::vector<double>(5), 5, 1), core::InputError);
-  EXPECT_THROW(principal_components(std::vector<double>(11), 5, 1), core::InputError);
+  EXPECT_THROW(statistics::principal_components(std::vector<double>(5), 5, 1), core::InputError);
+  EXPECT_THROW(statistics::principal_components(std::vector<double>(11), 5, 1), core::InputError);
 }
 
 RC_GTEST_PROP(PrincipalComponents, AreOrthonormalAndTheirCoordinatesVaryAsTheirSharesSay, ()) {
   const auto rows = *rc::gen::inRange<std::size_t>(2, 14);
   const auto columns = *rc::gen::inRange<std::size_t>(1, 14);
   const auto values = drawn(rows * columns, *rc::gen::arbitrary<std::uint64_t>());
-  const PrincipalComponents found = principal_components(values, columns, 14);
+  const statistics::PrincipalComponents found =
+      statistics::principal_components(values, columns, 14);
   const std::size_t count = found.shares.size();
   RC_ASSERT(count == std::min(rows - 1, columns));
   RC_ASSERT(std::abs(std::accumulate(found.shares.begin(), found.shares.end(), -1.0)) < 1e-9);
@@ -80,10 +81,12 @@ RC_GTEST_PROP(PrincipalComponents, AreOrthonormalAndTheirCoordinatesVaryAsTheirS
 
 TEST(ExplainedByGroups, IsOneForAValueEachAndNearZeroForNoise) {
   const std::vector<double> values = {1, 1, 4, 4};
-  EXPECT_NEAR(explained_by_groups(values, std::vector<std::size_t>{0, 0, 1, 1}), 1, 1e-12);
-  EXPECT_NEAR(explained_by_groups(values, std::vector<std::size_t>{0, 1, 0, 1}), 0, 1e-12);
-  EXPECT_TRUE(
-      std::isnan(explained_by_groups(std::vector<double>{2, 2}, std::vector<std::size_t>{0, 1})));
+  EXPECT_NEAR(statistics::explained_by_groups(values, std::vector<std::size_t>{0, 0, 1, 1}), 1,
+              1e-12);
+  EXPECT_NEAR(statistics::explained_by_groups(values, std::vector<std::size_t>{0, 1, 0, 1}), 0,
+              1e-12);
+  EXPECT_TRUE(std::isnan(
+      statistics::explained_by_groups(std::vector<double>{2, 2}, std::vector<std::size_t>{0, 1})));
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ std::vector<double> ring(double frequency, double decay_rate, double amplitude, 
 /// The transform of that ring's stretch under the Blackman-Harris window, in closed form: seven
 /// geometric series for each of the ring's two exponentials.
 double closed_form(double frequency, double decay_rate, double amplitude, double phase,
-                   const Stretch& stretch, double at) {
+                   const recorded::Stretch& stretch, double at) {
   using Complex = std::complex<double>;
   constexpr double terms[] = {0.35875, -0.48829, 0.14128, -0.01168};
   const auto count = static_cast<double>(stretch.end - stretch.first);
@@ -53,10 +53,10 @@ double closed_form(double frequency, double decay_rate, double amplitude, double
 }
 
 TEST(WindowSpectrum, OfADecayingSinusoidIsItsClosedForm) {
-  const Stretch stretch;
+  const recorded::Stretch stretch;
   for (const auto& [frequency, decay] : {std::pair(1234.5, 0.0), {440.0, 30.0}, {9876.0, 300.0}}) {
     const auto samples = ring(frequency, decay, 0.7, 0.4, 4000);
-    const WindowSpectrum spectrum = window_spectrum(samples, kRate, stretch);
+    const recorded::WindowSpectrum spectrum = recorded::window_spectrum(samples, kRate, stretch);
     ASSERT_EQ(spectrum.amplitudes.size(), 2970U / 2 + 1);
     EXPECT_DOUBLE_EQ(spectrum.bin_width, kRate / 2970);
     for (std::size_t bin = 0; bin < spectrum.amplitudes.size(); ++bin) {
@@ -69,7 +69,7 @@ TEST(WindowSpectrum, OfADecayingSinusoidIsItsClosedForm) {
 
 TEST(WindowSpectrum, ShowsALastingTonesAmplitudeAndHidesItsSideLobes) {
   const double frequency = 200 * kRate / 2970;  // in the middle of a bin
-  const auto spectrum = window_spectrum(ring(frequency, 0, 0.3, 1, 3000), kRate);
+  const auto spectrum = recorded::window_spectrum(ring(frequency, 0, 0.3, 1, 3000), kRate);
   EXPECT_NEAR(spectrum.amplitudes[200], 0.3, 1e-6);
   for (std::size_t bin = 210; bin < 1480; ++bin) EXPECT_LT(spectrum.amplitudes[bin], 0.3e-4);
 }
@@ -78,13 +78,14 @@ TEST(WindowSpectrum, CountsWhatIsMissingAsSilenceAndRefusesWhatIsNoSound) {
   const auto samples = ring(1000, 50, 1, 0, 1500);
   auto padded = samples;
   padded.resize(3000);
-  EXPECT_EQ(window_spectrum(samples, kRate).amplitudes, window_spectrum(padded, kRate).amplitudes);
-  EXPECT_EQ(window_spectrum({}, kRate).amplitudes[7], 0);
-  EXPECT_TRUE(highest_peaks(window_spectrum({}, kRate), 10, 20).empty());
+  EXPECT_EQ(recorded::window_spectrum(samples, kRate).amplitudes,
+            recorded::window_spectrum(padded, kRate).amplitudes);
+  EXPECT_EQ(recorded::window_spectrum({}, kRate).amplitudes[7], 0);
+  EXPECT_TRUE(recorded::highest_peaks(recorded::window_spectrum({}, kRate), 10, 20).empty());
   padded[100] = std::nan("");
-  EXPECT_THROW(window_spectrum(padded, kRate), core::InputError);
-  EXPECT_THROW(window_spectrum(samples, 0), core::InputError);
-  EXPECT_THROW(window_spectrum(samples, kRate, {.first = 5, .end = 6}), core::InputError);
+  EXPECT_THROW(recorded::window_spectrum(padded, kRate), core::InputError);
+  EXPECT_THROW(recorded::window_spectrum(samples, 0), core::InputError);
+  EXPECT_THROW(recorded::window_spectrum(samples, kRate, {.first = 5, .end = 6}), core::InputError);
 }
 
 /// A peak lies where the closed form of the transform has its maximum, to a hundredth of a bin, and
@@ -93,8 +94,8 @@ RC_GTEST_PROP(HighestPeaks, LieWhereTheTransformIsHighest, ()) {
   const double frequency = *rc::gen::inRange(300, 20000) + 0.137 * *rc::gen::inRange(0, 8);
   const double decay = *rc::gen::inRange(0, 60);
   const double phase = 0.1 * *rc::gen::inRange(0, 60);
-  const auto spectrum = window_spectrum(ring(frequency, decay, 1, phase, 3000), kRate);
-  const auto peaks = highest_peaks(spectrum, 1, 20);
+  const auto spectrum = recorded::window_spectrum(ring(frequency, decay, 1, phase, 3000), kRate);
+  const auto peaks = recorded::highest_peaks(spectrum, 1, 20);
   RC_ASSERT(peaks.size() == 1U);
   const auto height = [&](double at) { return closed_form(frequency, decay, 1, phase, {}, at); };
   double low = frequency - spectrum.bin_width, high = frequency + spectrum.bin_width;
@@ -115,26 +116,26 @@ TEST(HighestPeaks, AreTheHighestInOrderOfFrequency) {
     const auto tone = ring(frequency, 5, amplitude, 0.3, samples.size());
     for (std::size_t n = 0; n < samples.size(); ++n) samples[n] += tone[n];
   }
-  const auto spectrum = window_spectrum(samples, kRate);
-  const auto three = highest_peaks(spectrum, 3, 100);
+  const auto spectrum = recorded::window_spectrum(samples, kRate);
+  const auto three = recorded::highest_peaks(spectrum, 3, 100);
   ASSERT_EQ(three.size(), 3U);
   EXPECT_NEAR(three[0].frequency, 500, 1);
   EXPECT_NEAR(three[1].frequency, 900, 1);
   EXPECT_NEAR(three[2].frequency, 2000, 1);
-  EXPECT_NEAR(highest_peaks(spectrum, 1, 20)[0].frequency, 40, 3);
-  EXPECT_NEAR(scale_frequency(three, ScalePeak::highest), 900, 1);
-  EXPECT_NEAR(scale_frequency(three, ScalePeak::lowest_of_ten), 500, 1);
+  EXPECT_NEAR(recorded::highest_peaks(spectrum, 1, 20)[0].frequency, 40, 3);
+  EXPECT_NEAR(recorded::scale_frequency(three, recorded::ScalePeak::highest), 900, 1);
+  EXPECT_NEAR(recorded::scale_frequency(three, recorded::ScalePeak::lowest_of_ten), 500, 1);
 }
 
-std::vector<SpectralPeak> peaks_at(const std::vector<double>& frequencies) {
-  std::vector<SpectralPeak> peaks;
+std::vector<recorded::SpectralPeak> peaks_at(const std::vector<double>& frequencies) {
+  std::vector<recorded::SpectralPeak> peaks;
   for (const double frequency : frequencies) peaks.push_back({frequency, 1});
   return peaks;
 }
 
 TEST(MatchPeaks, PairsEachModeWithOnePeak) {
   const std::vector<double> modes = {1000, 1010, 2000, 5000};
-  const PeakMatch match = match_peaks(modes, peaks_at({1005, 2010, 3000}), 50);
+  const recorded::PeakMatch match = recorded::match_peaks(modes, peaks_at({1005, 2010, 3000}), 50);
   EXPECT_EQ(match.modes, 4U);
   EXPECT_EQ(match.peaks, 3U);
   // One peak for the pair of modes at 1 kHz.
@@ -142,8 +143,8 @@ TEST(MatchPeaks, PairsEachModeWithOnePeak) {
   EXPECT_NEAR(match.cents[1], 1200 * std::log2(2000.0 / 2010), 1e-9);
   // By rank: 1000, 1010, 2000 against 1005, 2010, 3000.
   EXPECT_NEAR(match.rank_rms_hz, std::sqrt((25 + 1e6 + 1e6) / 3.0), 1e-9);
-  EXPECT_THROW(match_peaks(std::vector{0.0}, peaks_at({1}), 50), core::InputError);
-  const PeakMatch none = match_peaks({}, {}, 50);
+  EXPECT_THROW(recorded::match_peaks(std::vector{0.0}, peaks_at({1}), 50), core::InputError);
+  const recorded::PeakMatch none = recorded::match_peaks({}, {}, 50);
   EXPECT_EQ(none.matched, 0U);
   EXPECT_TRUE(std::isnan(none.rank_rms_hz));
 }
@@ -153,22 +154,23 @@ TEST(PairsByChance, FollowFromHowDenseTheOthersAre) {
   std::vector<double> peaks, modes;
   for (int k = 0; k < 120; ++k) peaks.push_back(100 * std::exp2(k * 100.0 / 1200));
   for (int k = 0; k < 40; ++k) modes.push_back(400 * std::exp2(k * 137.0 / 1200));
-  EXPECT_NEAR(pairs_by_chance(modes, peaks, 20) / 40, 0.4, 0.05);
-  EXPECT_EQ(pairs_by_chance(std::vector{1000.0}, std::vector{1000.0}, 50), 0);
+  EXPECT_NEAR(recorded::pairs_by_chance(modes, peaks, 20) / 40, 0.4, 0.05);
+  EXPECT_EQ(recorded::pairs_by_chance(std::vector{1000.0}, std::vector{1000.0}, 50), 0);
 }
 
 TEST(Joined, CountsAllBlows) {
   const std::vector<double> modes = {1000, 2000};
-  const std::vector<PeakMatch> two = {match_peaks(modes, peaks_at({1003, 2004}), 50),
-                                      match_peaks(modes, peaks_at({1004}), 50)};
-  const PeakMatch all = joined(two);
+  const std::vector<recorded::PeakMatch> two = {
+      recorded::match_peaks(modes, peaks_at({1003, 2004}), 50),
+      recorded::match_peaks(modes, peaks_at({1004}), 50)};
+  const recorded::PeakMatch all = recorded::joined(two);
   EXPECT_EQ(all.modes, 4U);
   EXPECT_EQ(all.matched, 3U);
   EXPECT_NEAR(all.rank_rms_hz, std::sqrt((9 + 16 + 16) / 3.0), 1e-9);
 }
 
-Feature tone(double frequency, double decay_rate, double amplitude) {
-  Feature feature;
+features::Feature tone(double frequency, double decay_rate, double amplitude) {
+  features::Feature feature;
   feature.frequency = frequency;
   feature.decay_rate = decay_rate;
   feature.amplitude = amplitude;
@@ -177,12 +179,14 @@ Feature tone(double frequency, double decay_rate, double amplitude) {
 
 /// Blows that are the model's but for a gain, a pitch, a damping and one mode that is too loud.
 TEST(CompareRecorded, TakesOneGainOutOfAllLevels) {
-  const std::vector<Feature> first = {tone(500, 5, 1), tone(1300, 9, 2), tone(2900, 20, 0.5)};
-  const std::vector<Feature> second = {tone(500, 5, 3), tone(1300, 9, 0.1), tone(4000, 30, 1)};
+  const std::vector<features::Feature> first = {tone(500, 5, 1), tone(1300, 9, 2),
+                                                tone(2900, 20, 0.5)};
+  const std::vector<features::Feature> second = {tone(500, 5, 3), tone(1300, 9, 0.1),
+                                                 tone(4000, 30, 1)};
   const double gain = 0.004, cents = 7, damping = 1.25;
-  std::vector<std::vector<Feature>> heard = {first, second};
+  std::vector<std::vector<features::Feature>> heard = {first, second};
   for (auto& tones : heard) {
-    for (Feature& mode : tones) {
+    for (features::Feature& mode : tones) {
       mode.frequency *= std::exp2(cents / 1200);
       mode.decay_rate *= damping;
       mode.amplitude *= gain;
@@ -190,8 +194,8 @@ TEST(CompareRecorded, TakesOneGainOutOfAllLevels) {
   }
   heard[1][2].amplitude *= 2;
   heard[1].push_back(tone(9000, 40, 1e-3));
-  const std::vector<RecordedTones> blows = {{heard[0], first}, {heard[1], second}};
-  const RecordedComparison found = compare_recorded(blows, {});
+  const std::vector<recorded::RecordedTones> blows = {{heard[0], first}, {heard[1], second}};
+  const recorded::RecordedComparison found = recorded::compare_recorded(blows, {});
   EXPECT_NEAR(found.gain / gain, 1, 1e-12);
   EXPECT_EQ(found.all.matched, 6U);
   EXPECT_EQ(found.all.recorded, 7U);
@@ -204,46 +208,46 @@ TEST(CompareRecorded, TakesOneGainOutOfAllLevels) {
 }
 
 TEST(CompareRecorded, LeavesOutWhatIsTooWeakAndStandsSilence) {
-  const std::vector<Feature> loud = {tone(500, 5, 1), tone(700, 5, 1e-4)};
-  const std::vector<Feature> none;
-  const std::vector<RecordedTones> blows = {{loud, loud}, {none, loud}};
-  const RecordedComparison found = compare_recorded(blows, {});
+  const std::vector<features::Feature> loud = {tone(500, 5, 1), tone(700, 5, 1e-4)};
+  const std::vector<features::Feature> none;
+  const std::vector<recorded::RecordedTones> blows = {{loud, loud}, {none, loud}};
+  const recorded::RecordedComparison found = recorded::compare_recorded(blows, {});
   EXPECT_EQ(found.all.synthetic, 2U);
   EXPECT_EQ(found.all.matched, 1U);
-  const std::vector<RecordedTones> silent = {{none, {}}};
-  EXPECT_TRUE(std::isnan(compare_recorded(silent, {}).all.cents.median));
+  const std::vector<recorded::RecordedTones> silent = {{none, {}}};
+  EXPECT_TRUE(std::isnan(recorded::compare_recorded(silent, {}).all.cents.median));
 }
 
 /// A plate struck at two points: gains of its modes differ, the material does not.
 TEST(EstimateJointly, FindsOneMaterialAndOneGainOfSeveralBlows) {
   const double truth = 2.4e7;
-  StruckModes first = test::hinged_plate(3e7, 0.2, 0.15, 0.005, 30);
-  StruckModes second = first;
+  material::StruckModes first = test::hinged_plate(3e7, 0.2, 0.15, 0.005, 30);
+  material::StruckModes second = first;
   for (std::size_t i = 0; i < second.gains.size(); ++i) {
     second.gains[i] *= 0.3 + 0.7 * std::abs(std::sin(1.7 * static_cast<double>(i)));
   }
-  MaterialOptions options;
-  options.motion = HeardMotion::acceleration;
+  material::MaterialOptions options;
+  options.motion = material::HeardMotion::acceleration;
   options.contact_time = 0;
-  const Candidate material{.specific_modulus = truth,
-                           .scale = 0.02,
-                           .contact_time = 0,
-                           .damping = synth::rayleigh_damping(8, 1e-7)};
+  const material::Candidate material{.specific_modulus = truth,
+                                     .scale = 0.02,
+                                     .contact_time = 0,
+                                     .damping = synth::damping::rayleigh_damping(8, 1e-7)};
   std::vector<test::Recorded> recorded;
-  std::vector<StruckRecording> recordings;
-  for (const StruckModes* modes : {&first, &second}) {
-    const auto heard = heard_candidate(*modes, material, options.motion, 20, 20000);
+  std::vector<material::StruckRecording> recordings;
+  for (const material::StruckModes* modes : {&first, &second}) {
+    const auto heard = material::heard_candidate(*modes, material, options.motion, 20, 20000);
     recorded.push_back(test::record(heard.tones, {.snr = 40}));
   }
   recordings.push_back({recorded[0].samples, &recorded[0].set, first});
   recordings.push_back({recorded[1].samples, &recorded[1].set, second});
-  const FeatureSet nothing = [&] {
-    FeatureSet set = recorded[0].set;
+  const features::FeatureSet nothing = [&] {
+    features::FeatureSet set = recorded[0].set;
     set.features.clear();
     return set;
   }();
   recordings.push_back({recorded[0].samples, &nothing, first});
-  const JointEstimate found = estimate_jointly(recordings, options);
+  const material::JointEstimate found = material::estimate_jointly(recordings, options);
   EXPECT_NEAR(found.candidate.specific_modulus / truth, 1, 0.003);
   EXPECT_NEAR(found.candidate.scale / 0.02, 1, 0.1);
   EXPECT_NEAR(found.candidate.damping.parameters[0] / 8, 1, 0.1);
@@ -252,7 +256,7 @@ TEST(EstimateJointly, FindsOneMaterialAndOneGainOfSeveralBlows) {
   EXPECT_FALSE(found.alone[2].has_value());
   ASSERT_EQ(found.remarks.size(), 1U);
   EXPECT_NE(found.remarks[0].find("recording 3 is left out"), std::string::npos);
-  EXPECT_THROW(estimate_jointly({}, options), core::InputError);
+  EXPECT_THROW(material::estimate_jointly({}, options), core::InputError);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "eval/features/reverberation.hpp"
+#include "eval/features/detail/reverberation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,9 +19,9 @@ TEST(Reverberation, ReverberantOnesAreMarked) {
   const ClipShape shape{44100, 1, 0};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 60, random);
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.rt60 = {0.5};  // 13.8 1/s
-  const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate, options);
   ASSERT_EQ(set.features.size(), 3u);
   EXPECT_FALSE(set.features[0].reverberant);
   EXPECT_TRUE(set.features[1].reverberant);
@@ -56,7 +56,7 @@ TEST(Reverberation, TheRoomsOwnDecaysAreMarked) {
   std::vector<Partial> partials = {{3900, 40, 1, 0}, {5200, 60, 1, 1}, {6500, 90, 1, 2}};
   partials.insert(partials.end(), slow.begin(), slow.end());
   const ClipShape shape{44100, 1, 0};
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.max_features = 60;
   std::size_t false_ones = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -64,9 +64,10 @@ TEST(Reverberation, TheRoomsOwnDecaysAreMarked) {
     std::vector<double> samples = strike_in_room(partials, shape, 0.3, random);
     add_noise(samples, shape, 40, random);
     options.rt60 = {0.3};  // 23 1/s
-    const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+    const features::FeatureSet set =
+        features::extract_features(samples, shape.sample_rate, options);
     std::size_t found = 0, marked = 0;
-    for (const Feature& feature : set.features) {
+    for (const features::Feature& feature : set.features) {
       if (feature.reverberant) {
         ++marked;
         continue;
@@ -93,28 +94,30 @@ TEST(Reverberation, ARoomWithoutReverberationChangesNothing) {
   const ClipShape shape{44100, 1, 0};
   std::vector<double> samples = strike_clip(partials, shape);
   add_noise(samples, shape, 60, random);
-  FeatureOptions dry, partly;
+  features::FeatureOptions dry, partly;
   dry.rt60 = {0, 0};
   partly.rt60 = {0.2, 0.2, 0.2, 0};
-  EXPECT_EQ(extract_features(samples, shape.sample_rate, dry).features.size(), partials.size());
-  const FeatureSet set = extract_features(samples, shape.sample_rate, partly);
+  EXPECT_EQ(features::extract_features(samples, shape.sample_rate, dry).features.size(),
+            partials.size());
+  const features::FeatureSet set = features::extract_features(samples, shape.sample_rate, partly);
   EXPECT_EQ(set.features.size(), partials.size());
-  for (const Feature& feature : set.features) EXPECT_FALSE(feature.reverberant);
+  for (const features::Feature& feature : set.features) EXPECT_FALSE(feature.reverberant);
 }
 
 /// A clip that ends before the room does shows no mode for sure, and says so.
 TEST(Reverberation, ShortClipsInRoomsAreNotTrusted) {
   const std::vector<Partial> slow = {{640, 2, 0.5, 1}, {2470, 7, 1, 3}};
   const ClipShape shape{44100, 0.25, 0};
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.rt60 = {0.5};
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     TestRandom random(seed);
     std::vector<double> samples = strike_in_room(slow, shape, 0.5, random);
     add_noise(samples, shape, 70, random);
-    const FeatureSet set = extract_features(samples, shape.sample_rate, options);
+    const features::FeatureSet set =
+        features::extract_features(samples, shape.sample_rate, options);
     EXPECT_FALSE(set.features.empty());
-    for (const Feature& feature : set.features) EXPECT_TRUE(feature.reverberant);
+    for (const features::Feature& feature : set.features) EXPECT_TRUE(feature.reverberant);
     ASSERT_FALSE(set.remarks.empty());
     EXPECT_NE(set.remarks.back().find("too short to tell modes from the room"), std::string::npos);
   }
@@ -127,16 +130,17 @@ TEST(Reverberation, OnlyModesThatOutlastTheRoom) {
   TestRandom random(3);
   std::vector<double> samples = strike_in_room(partials, shape, 0.3, random);
   add_noise(samples, shape, 40, random);
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.rt60 = {0.3};
-  const FeatureSet all = extract_features(samples, shape.sample_rate, options);
+  const features::FeatureSet all = features::extract_features(samples, shape.sample_rate, options);
   options.keep_reverberant = false;
-  const FeatureSet modes = extract_features(samples, shape.sample_rate, options);
+  const features::FeatureSet modes =
+      features::extract_features(samples, shape.sample_rate, options);
   std::vector<double> reliable, alone;
-  for (const Feature& f : all.features) {
+  for (const features::Feature& f : all.features) {
     if (!f.reverberant) reliable.push_back(f.decay_rate);
   }
-  for (const Feature& f : modes.features) alone.push_back(f.decay_rate);
+  for (const features::Feature& f : modes.features) alone.push_back(f.decay_rate);
   EXPECT_EQ(reliable, alone);
   EXPECT_EQ(alone.size(), 2u);
   EXPECT_NEAR(modes.begin, 0.1, 1e-3);
@@ -144,7 +148,7 @@ TEST(Reverberation, OnlyModesThatOutlastTheRoom) {
 
 /// A blip long after the onset has an amplitude at the onset that no number can hold.
 TEST(Reverberation, WhatIsGoneAtOnceHidesNothing) {
-  Feature mode, blip;
+  features::Feature mode, blip;
   mode.frequency = blip.frequency = 1000;
   mode.decay_rate = 2;
   mode.amplitude = 0.5;
@@ -152,9 +156,9 @@ TEST(Reverberation, WhatIsGoneAtOnceHidesNothing) {
   blip.decay_rate = 1900;
   blip.amplitude = std::exp(blip.decay_rate * 0.4);
   ASSERT_TRUE(std::isinf(blip.amplitude));
-  const std::vector<Feature> found = {mode, blip};
+  const std::vector<features::Feature> found = {mode, blip};
   const std::vector<double> rt60 = {1.2};
-  const auto modes = outlasting(found, {0.4, 3}, rt60);
+  const auto modes = features::outlasting(found, {0.4, 3}, rt60);
   ASSERT_EQ(modes.size(), 1u);
   EXPECT_EQ(modes[0].decay_rate, mode.decay_rate);
 }

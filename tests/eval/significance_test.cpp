@@ -20,19 +20,19 @@ const std::vector<double> second = {0.1543, 0.1224, 0.097,  0.1445, 0.2439, 0.15
 
 TEST(SignedRankTest, OfFewPairsIsExact) {
   // scipy.stats.wilcoxon(first, second, mode='exact')
-  const SignedRank test = signed_rank_test(first, second);
+  const statistics::SignedRank test = statistics::signed_rank_test(first, second);
   EXPECT_EQ(test.pairs, 12u);
   EXPECT_EQ(test.positive, 28.0);
   EXPECT_EQ(test.positive + test.negative, 78.0);
   EXPECT_NEAR(test.p, 0.423828125, 1e-12);
-  EXPECT_EQ(signed_rank_test(second, first).p, test.p);
+  EXPECT_EQ(statistics::signed_rank_test(second, first).p, test.p);
 }
 
 TEST(SignedRankTest, WithTiesIsTheNormalApproximationWithTheirCorrection) {
   const std::vector<double> a = {0.5, 0.0, 0.2, 0.1, 0.1, 0.1, 0.0, 0.1, 0.1, 1.0, 0.2, 0.1};
   const std::vector<double> b = {0.2, 0.1, 0.1, 0.1, 0.2, 0.2, 0.3, 0.2, 0.2, 0.5, 0.3, 0.1};
   // scipy.stats.wilcoxon(a, b, mode='approx', zero_method='wilcox')
-  const SignedRank test = signed_rank_test(a, b);
+  const statistics::SignedRank test = statistics::signed_rank_test(a, b);
   EXPECT_EQ(test.pairs, 10u);
   EXPECT_EQ(std::min(test.positive, test.negative), 23.0);
   EXPECT_NEAR(test.p, 0.6385006468183431, 1e-12);
@@ -42,17 +42,18 @@ TEST(SignedRankTest, OfManyPairsIsTheNormalApproximation) {
   std::vector<double> a;
   for (int i = 1; i <= 70; ++i) a.push_back(i % 3 != 0 ? i + 0.5 : -(i + 0.5));
   // scipy.stats.wilcoxon(a, [0.0] * 70, mode='approx')
-  const SignedRank test = signed_rank_test(a, std::vector<double>(70, 0.0));
+  const statistics::SignedRank test = statistics::signed_rank_test(a, std::vector<double>(70, 0.0));
   EXPECT_EQ(test.negative, 828.0);
   EXPECT_NEAR(test.p, 0.015277644425448848, 1e-12);
 }
 
 TEST(SignedRankTest, OfEqualValuesFindsNothing) {
-  const SignedRank test = signed_rank_test(first, first);
+  const statistics::SignedRank test = statistics::signed_rank_test(first, first);
   EXPECT_EQ(test.pairs, 0u);
   EXPECT_EQ(test.p, 1.0);
-  EXPECT_THROW(signed_rank_test(first, std::vector{1.0}), core::InputError);
-  EXPECT_THROW(signed_rank_test(std::vector{std::nan("")}, std::vector{1.0}), core::InputError);
+  EXPECT_THROW(statistics::signed_rank_test(first, std::vector{1.0}), core::InputError);
+  EXPECT_THROW(statistics::signed_rank_test(std::vector{std::nan("")}, std::vector{1.0}),
+               core::InputError);
 }
 
 TEST(SignedRankTest, OfAllPairsTheSameWayIsAsRareAsThatByChance) {
@@ -60,7 +61,7 @@ TEST(SignedRankTest, OfAllPairsTheSameWayIsAsRareAsThatByChance) {
   for (int n = 1; n <= 50; ++n) {
     std::vector<double> a(static_cast<std::size_t>(n));
     std::iota(a.begin(), a.end(), 1);
-    EXPECT_NEAR(signed_rank_test(a, std::vector<double>(a.size(), 0.0)).p,
+    EXPECT_NEAR(statistics::signed_rank_test(a, std::vector<double>(a.size(), 0.0)).p,
                 std::min(1.0, std::ldexp(2, -n)), 1e-18);
   }
 }
@@ -70,47 +71,49 @@ TEST(WelchTest, IsSciPys) {
   for (const double x : first) a.push_back(std::log(x));
   for (const double x : second) b.push_back(std::log(x));
   // scipy.stats.ttest_ind(numpy.log(first), numpy.log(second), equal_var=False)
-  const WelchTest test = welch_test(a, b);
+  const statistics::WelchTest test = statistics::welch_test(a, b);
   EXPECT_NEAR(test.t, -1.237658056011499, 1e-10);
   EXPECT_NEAR(test.p, 0.23417288149366083, 1e-10);
-  EXPECT_TRUE(std::isnan(welch_test(std::vector{1.0}, b).p));
-  EXPECT_TRUE(std::isnan(welch_test(std::vector{1.0, 1.0}, std::vector{2.0, 2.0}).p));
+  EXPECT_TRUE(std::isnan(statistics::welch_test(std::vector{1.0}, b).p));
+  EXPECT_TRUE(std::isnan(statistics::welch_test(std::vector{1.0, 1.0}, std::vector{2.0, 2.0}).p));
 }
 
 TEST(Holm, IsTheKnownExample) {
   // R: p.adjust(c(0.01, 0.04, 0.03, 0.005), "holm")
-  const std::vector<double> p = {0.01, 0.04, std::nan(""), 0.03, 0.005}, raised = holm(p);
+  const std::vector<double> p = {0.01, 0.04, std::nan(""), 0.03, 0.005},
+                            raised = statistics::holm(p);
   EXPECT_DOUBLE_EQ(raised[0], 0.03);
   EXPECT_DOUBLE_EQ(raised[1], 0.06);
   EXPECT_TRUE(std::isnan(raised[2]));
   EXPECT_DOUBLE_EQ(raised[3], 0.06);
   EXPECT_DOUBLE_EQ(raised[4], 0.02);
-  EXPECT_EQ(holm(std::vector{0.6, 0.7})[0], 1.0);
+  EXPECT_EQ(statistics::holm(std::vector{0.6, 0.7})[0], 1.0);
 }
 
 TEST(Quantile, IsNumPys) {
   // numpy.quantile(first, [0, 0.25, 0.5, 0.9, 1])
   const double expected[] = {0.0292, 0.09235, 0.11365, 0.43184, 0.9938};
   const double shares[] = {0, 0.25, 0.5, 0.9, 1};
-  for (int k = 0; k < 5; ++k) EXPECT_NEAR(quantile(first, shares[k]), expected[k], 1e-12);
-  EXPECT_TRUE(std::isnan(median({})));
-  EXPECT_EQ(median({4.0}), 4.0);
-  EXPECT_EQ(median({4.0, 1.0, 3.0, 0.0}), 2.0);
+  for (int k = 0; k < 5; ++k)
+    EXPECT_NEAR(statistics::quantile(first, shares[k]), expected[k], 1e-12);
+  EXPECT_TRUE(std::isnan(statistics::median({})));
+  EXPECT_EQ(statistics::median({4.0}), 4.0);
+  EXPECT_EQ(statistics::median({4.0, 1.0, 3.0, 0.0}), 2.0);
 }
 
 TEST(Bootstrap, OfAMeanIsAsWideAsItsStandardError) {
   core::RandomStream normals(1, 2, "test"), draws(1, 3, "test");
   std::vector<double> values(400);
   for (double& value : values) value = 5 + 2 * normals.normal();
-  const Bounds bounds = bootstrap(values, mean, draws);
+  const statistics::Bounds bounds = statistics::bootstrap(values, statistics::mean, draws);
   double variance = 0;
-  for (const double value : values) variance += std::pow(value - mean(values), 2) / 399;
+  for (const double value : values) variance += std::pow(value - statistics::mean(values), 2) / 399;
   const double half = 1.96 * std::sqrt(variance / 400);
-  EXPECT_NEAR(bounds.low, mean(values) - half, 0.1 * half);
-  EXPECT_NEAR(bounds.high, mean(values) + half, 0.1 * half);
+  EXPECT_NEAR(bounds.low, statistics::mean(values) - half, 0.1 * half);
+  EXPECT_NEAR(bounds.high, statistics::mean(values) + half, 0.1 * half);
   // The same stream, the same interval.
   core::RandomStream again(1, 3, "test");
-  EXPECT_EQ(bootstrap(values, mean, again).low, bounds.low);
+  EXPECT_EQ(statistics::bootstrap(values, statistics::mean, again).low, bounds.low);
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ TEST(SpectralDistance, IsNumPys) {
   //     return numpy.sqrt(numpy.maximum(numpy.abs(numpy.fft.rfft(frames, axis=1))**2, 1e-7))
   // numpy.linalg.norm(X - Y) / numpy.linalg.norm(X), numpy.mean(abs(numpy.log(X) - numpy.log(Y)))
   const auto x = ringing(1, 20, 900, 0), y = ringing(0.7, 30, 910, 1);
-  const SpectralDistance forth = spectral_distance(x, y), back = spectral_distance(y, x);
+  const perception::SpectralDistance forth = perception::spectral_distance(x, y),
+                                     back = perception::spectral_distance(y, x);
   EXPECT_NEAR(forth.convergence, 0.5875001519076776, 1e-10);
   EXPECT_NEAR(forth.log_magnitude, 0.5335819136235707, 1e-10);
   EXPECT_NEAR(back.convergence, 1.0131191055228468, 1e-10);
@@ -44,7 +45,7 @@ TEST(SpectralDistance, IsNumPys) {
 TEST(SpectralDistance, OfASoundAgainstItselfIsNothing) {
   for (const std::size_t count : {1U, 2U, 100U, 3000U}) {
     const auto x = ringing(0.5, 9, 440, 0.3, count);
-    EXPECT_EQ(spectral_distance(x, x).total(), 0) << count;
+    EXPECT_EQ(perception::spectral_distance(x, x).total(), 0) << count;
   }
 }
 
@@ -57,7 +58,7 @@ TEST(SpectralDistance, OfAGainIsTheGain) {
     const double gain = std::pow(10, *rc::gen::inRange(-40, 41) / 20.0);
     std::vector<double> y = x;
     for (double& sample : y) sample *= gain;
-    const SpectralDistance distance = spectral_distance(x, y);
+    const perception::SpectralDistance distance = perception::spectral_distance(x, y);
     RC_ASSERT(std::abs(distance.convergence - std::abs(1 - gain)) < 1e-9 * (1 + gain));
     RC_ASSERT(std::abs(distance.log_magnitude - std::abs(std::log(gain))) < 1e-4);
   }));
@@ -65,13 +66,13 @@ TEST(SpectralDistance, OfAGainIsTheGain) {
 
 TEST(SpectralDistance, OfSilenceIsFinite) {
   const std::vector<double> silence(4000, 0.0);
-  EXPECT_EQ(spectral_distance(silence, silence).total(), 0);
+  EXPECT_EQ(perception::spectral_distance(silence, silence).total(), 0);
   const auto x = ringing(1, 20, 900, 0, 4000);
   // All of the reference is missing, but for the floor.
-  EXPECT_NEAR(spectral_distance(x, silence).convergence, 1, 1e-3);
-  EXPECT_TRUE(std::isfinite(spectral_distance(silence, x).total()));
-  EXPECT_THROW(spectral_distance({}, {}), core::InputError);
-  EXPECT_THROW(spectral_distance(x, std::vector<double>(3999, 0.0)), core::InputError);
+  EXPECT_NEAR(perception::spectral_distance(x, silence).convergence, 1, 1e-3);
+  EXPECT_TRUE(std::isfinite(perception::spectral_distance(silence, x).total()));
+  EXPECT_THROW(perception::spectral_distance({}, {}), core::InputError);
+  EXPECT_THROW(perception::spectral_distance(x, std::vector<double>(3999, 0.0)), core::InputError);
 }
 
 }  // namespace

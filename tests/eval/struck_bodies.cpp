@@ -15,11 +15,11 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 /// Sorted by eigenvalue, the lowest `count`.
-eval::StruckModes sorted(std::vector<std::array<double, 2>> modes, double specific_modulus,
-                         std::size_t count) {
+eval::material::StruckModes sorted(std::vector<std::array<double, 2>> modes,
+                                   double specific_modulus, std::size_t count) {
   std::sort(modes.begin(), modes.end());
   modes.resize(std::min(count, modes.size()));
-  eval::StruckModes struck;
+  eval::material::StruckModes struck;
   struck.specific_modulus = specific_modulus;
   struck.complete_to_hz = std::sqrt(modes.back()[0]) / (2 * kPi);
   for (const auto& [eigenvalue, gain] : modes) {
@@ -31,8 +31,8 @@ eval::StruckModes sorted(std::vector<std::array<double, 2>> modes, double specif
 
 }  // namespace
 
-eval::StruckModes free_bar(double specific_modulus, double length, double thickness,
-                           std::size_t count) {
+eval::material::StruckModes free_bar(double specific_modulus, double length, double thickness,
+                                     std::size_t count) {
   std::vector<std::array<double, 2>> modes;
   const double at = 0.13;  // of the length, from the middle
   for (std::size_t n = 1; n <= count; ++n) {
@@ -51,8 +51,8 @@ eval::StruckModes free_bar(double specific_modulus, double length, double thickn
   return sorted(std::move(modes), specific_modulus, count);
 }
 
-eval::StruckModes hinged_plate(double specific_modulus, double length, double width,
-                               double thickness, std::size_t count) {
+eval::material::StruckModes hinged_plate(double specific_modulus, double length, double width,
+                                         double thickness, std::size_t count) {
   std::vector<std::array<double, 2>> modes;
   for (int m = 1; m <= 30; ++m) {
     for (int n = 1; n <= 30; ++n) {
@@ -65,8 +65,8 @@ eval::StruckModes hinged_plate(double specific_modulus, double length, double wi
   return sorted(std::move(modes), specific_modulus, count);
 }
 
-eval::StruckModes free_ring(double specific_modulus, double radius, double thickness,
-                            std::size_t count) {
+eval::material::StruckModes free_ring(double specific_modulus, double radius, double thickness,
+                                      std::size_t count) {
   std::vector<std::array<double, 2>> modes;
   for (std::size_t i = 2; i < count + 2; ++i) {
     const auto n = static_cast<double>(i);
@@ -77,14 +77,14 @@ eval::StruckModes free_ring(double specific_modulus, double radius, double thick
   return sorted(std::move(modes), specific_modulus, count);
 }
 
-Recorded record(const std::vector<eval::Feature>& tones, const RecordedOptions& options) {
+Recorded record(const std::vector<eval::features::Feature>& tones, const RecordedOptions& options) {
   core::RandomStream random(options.seed, 0, "test.recorded");
   Recorded recorded;
-  eval::FeatureSet& set = recorded.set;
+  eval::features::FeatureSet& set = recorded.set;
   const auto count = static_cast<std::size_t>(options.seconds * options.sample_rate);
   recorded.samples.assign(count, 0);
   // Every tone draws alike, so that the rest stay the same when some are left out.
-  for (const eval::Feature& tone : tones) {
+  for (const eval::features::Feature& tone : tones) {
     const double phase = options.random_phases ? random.uniform(0, 2 * kPi) : 0;
     if (random.uniform() < options.missing) continue;
     for (std::size_t i = 0; i < count; ++i) {

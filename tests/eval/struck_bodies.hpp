@@ -10,19 +10,19 @@ namespace carillon::test {
 
 /// Modes of bodies that have closed forms, struck at a point, with an assumed material.
 /// A free bar (Euler and Bernoulli), struck off its nodes.
-eval::StruckModes free_bar(double specific_modulus, double length, double thickness,
-                           std::size_t count);
+eval::material::StruckModes free_bar(double specific_modulus, double length, double thickness,
+                                     std::size_t count);
 /// A plate with hinged edges (Navier), struck off its middle.
-eval::StruckModes hinged_plate(double specific_modulus, double length, double width,
-                               double thickness, std::size_t count);
+eval::material::StruckModes hinged_plate(double specific_modulus, double length, double width,
+                                         double thickness, std::size_t count);
 /// A free ring bending in its plane (Hoppe): both modes of a pair in one.
-eval::StruckModes free_ring(double specific_modulus, double radius, double thickness,
-                            std::size_t count);
+eval::material::StruckModes free_ring(double specific_modulus, double radius, double thickness,
+                                      std::size_t count);
 
 /// A clip and what can be extracted from it.
 struct Recorded {
   std::vector<double> samples;
-  eval::FeatureSet set;
+  eval::features::FeatureSet set;
 };
 
 struct RecordedOptions {
@@ -35,6 +35,7 @@ struct RecordedOptions {
 };
 
 /// Damped tones summed sample by sample, from the onset at 0; with features as they are in truth.
-Recorded record(const std::vector<eval::Feature>& tones, const RecordedOptions& options = {});
+Recorded record(const std::vector<eval::features::Feature>& tones,
+                const RecordedOptions& options = {});
 
 }  // namespace carillon::test

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "eval/features/esprit.hpp"
-#include "eval/features/find_tones.hpp"
-#include "eval/features/noise_floor.hpp"
+#include "eval/features/detail/esprit.hpp"
+#include "eval/features/detail/find_tones.hpp"
+#include "eval/features/detail/noise_floor.hpp"
+#include "eval/features/detail/tone.hpp"
 #include "eval/features/segment.hpp"
-#include "eval/features/tone.hpp"
-#include "synth/real_fft.hpp"
+#include "synth/signal/real_fft.hpp"
 #include "tests/eval/strike_clip.hpp"
 
 namespace carillon::eval {
@@ -18,11 +18,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
-Tone tone_of(double omega, double decay, double size, double phase) {
+features::Tone tone_of(double omega, double decay, double size, double phase) {
   return {std::polar(size, phase), {-decay, omega}};
 }
 
-std::vector<double> samples_of(const Tone& tone, std::size_t count) {
+std::vector<double> samples_of(const features::Tone& tone, std::size_t count) {
   std::vector<double> samples(count);
   for (std::size_t n = 0; n < count; ++n) {
     samples[n] = (tone.amplitude * std::exp(tone.rate * static_cast<double>(n))).real();
@@ -35,12 +35,12 @@ RC_GTEST_PROP(Tones, TransformsAreThoseOfTheirSamples, ()) {
   const std::size_t count = 2 * *rc::gen::inRange<std::size_t>(40, 300);
   const double omega = *rc::gen::inRange(1, 310) / 100.0;
   const double decay = std::pow(10, *rc::gen::inRange(-60, -5) / 10.0) - 1e-4;
-  const Tone tone = tone_of(omega, decay, 0.7, *rc::gen::inRange(0, 628) / 100.0);
-  synth::RealFft fft(count);
+  const features::Tone tone = tone_of(omega, decay, 0.7, *rc::gen::inRange(0, 628) / 100.0);
+  synth::signal::RealFft fft(count);
   const auto samples = samples_of(tone, count);
   std::copy(samples.begin(), samples.end(), fft.signal().begin());
   fft.forward();
-  const ToneGrid grid(count);
+  const features::ToneGrid grid(count);
   std::vector<Complex> spectrum(grid.bins());
   grid.add(tone, 1, {0, grid.bins()}, spectrum);
   double largest = 0;
@@ -53,10 +53,10 @@ RC_GTEST_PROP(Tones, TransformsAreThoseOfTheirSamples, ()) {
 RC_GTEST_PROP(Tones, DerivativesAreDifferences, ()) {
   const std::size_t count = 240;
   const double omega = *rc::gen::inRange(20, 300) / 100.0;
-  const Tone tone =
+  const features::Tone tone =
       tone_of(omega, *rc::gen::inRange(1, 50) / 1000.0, 0.7, *rc::gen::inRange(0, 628) / 100.0);
-  const ToneGrid grid(count);
-  const BinRange range{3, 100, *rc::gen::inRange<std::size_t>(1, 4)};
+  const features::ToneGrid grid(count);
+  const features::BinRange range{3, 100, *rc::gen::inRange<std::size_t>(1, 4)};
   std::vector<Complex> columns(4 * range.size());
   grid.derivatives(tone, range, columns);
   const double step = 1e-6;
@@ -64,7 +64,7 @@ RC_GTEST_PROP(Tones, DerivativesAreDifferences, ()) {
   for (std::size_t c = 0; c < 4; ++c) {
     std::vector<Complex> change(range.size());
     for (const double sign : {1.0, -1.0}) {
-      Tone moved = tone;
+      features::Tone moved = tone;
       (c < 2 ? moved.amplitude : moved.rate) += sign * moves[c];
       grid.add_part(moved, sign / (2 * step), range, change);
     }
@@ -80,26 +80,26 @@ RC_GTEST_PROP(Tones, DerivativesAreDifferences, ()) {
 
 TEST(Tones, EnergyIsTheSumOfSquares) {
   for (const double decay : {0.0, 1e-6, 1e-3, 0.05}) {
-    const Tone tone = tone_of(1.3, decay, 0.8, 0.4);
+    const features::Tone tone = tone_of(1.3, decay, 0.8, 0.4);
     double sum = 0;
     for (const double sample : samples_of(tone, 5000)) sum += sample * sample;
-    EXPECT_NEAR(energy(tone, 5000) / sum, 1, decay > 0.01 ? 0.05 : 2e-3) << decay;
+    EXPECT_NEAR(features::energy(tone, 5000) / sum, 1, decay > 0.01 ? 0.05 : 2e-3) << decay;
   }
 }
 
 TEST(Esprit, FindsRatesExactlyWithoutNoise) {
-  const std::vector<Tone> tones = {tone_of(0.500, 0.0004, 1, 0), tone_of(0.503, 0.0006, 0.5, 1),
-                                   tone_of(0.520, 0.002, 0.8, 2)};
+  const std::vector<features::Tone> tones = {
+      tone_of(0.500, 0.0004, 1, 0), tone_of(0.503, 0.0006, 0.5, 1), tone_of(0.520, 0.002, 0.8, 2)};
   std::vector<double> samples(5000, 0.0);
-  for (const Tone& tone : tones) {
+  for (const features::Tone& tone : tones) {
     const auto own = samples_of(tone, samples.size());
     for (std::size_t n = 0; n < samples.size(); ++n) samples[n] += own[n];
   }
-  const Band band = take_band(samples, 0.51, 64, 48);
+  const features::Band band = features::take_band(samples, 0.51, 64, 48);
   EXPECT_EQ(band.values.size(), 48u);
-  const auto rates = esprit_rates(band, 1e-6, 12);
+  const auto rates = features::esprit_rates(band, 1e-6, 12);
   ASSERT_GE(rates.size(), 3u);
-  for (const Tone& tone : tones) {
+  for (const features::Tone& tone : tones) {
     double nearest = 1e9;
     for (const Complex rate : rates) nearest = std::min(nearest, std::abs(rate - tone.rate));
     EXPECT_LT(nearest, 1e-7);
@@ -116,12 +116,12 @@ TEST(NoiseFloor, IsThatOfWhiteNoiseBelowLines) {
           std::exp(-2e-4 * static_cast<double>(n)) * std::cos(0.13 * line * static_cast<double>(n));
     }
   }
-  synth::RealFft fft(samples.size());
+  synth::signal::RealFft fft(samples.size());
   std::copy(samples.begin(), samples.end(), fft.signal().begin());
   fft.forward();
-  const BinRange band{100, 9900};
-  const auto whole = noise_floor(fft.spectrum(), band);
-  const auto tail = tail_floor(samples, band);
+  const features::BinRange band{100, 9900};
+  const auto whole = features::noise_floor(fft.spectrum(), band);
+  const auto tail = features::tail_floor(samples, band);
   const double truth = 0.01 * static_cast<double>(samples.size());
   for (const std::size_t bin : {300, 2000, 5000, 9000}) {
     // The skirts of twenty lines are in the one, not in the other.
@@ -137,7 +137,7 @@ TEST(Segments, BeginAtTheOnset) {
     const ClipShape shape{44100, 0.8, onset};
     std::vector<double> samples = strike_clip({&partial, 1}, shape);
     for (double& sample : samples) sample += 5e-4 * random.normal();
-    const Segment segment = find_segment(samples, shape.sample_rate, {}, 0.003);
+    const features::Segment segment = features::find_segment(samples, shape.sample_rate, {}, 0.003);
     EXPECT_NEAR(static_cast<double>(segment.onset) / shape.sample_rate, onset, 5e-4) << onset;
     EXPECT_EQ(segment.begin, segment.onset + 132);
     EXPECT_EQ(segment.end, samples.size());
@@ -150,19 +150,20 @@ TEST(Segments, DoNotEndAtABeat) {
     const std::vector<Partial> pair = {{900, 3, 1, 0}, {900 + apart, 3, 1, 0}};
     const ClipShape shape{44100, 1.5, 0.01};
     const auto samples = strike_clip(pair, shape);
-    EXPECT_EQ(find_segment(samples, shape.sample_rate, {}, 0.003).end, samples.size()) << apart;
+    EXPECT_EQ(features::find_segment(samples, shape.sample_rate, {}, 0.003).end, samples.size())
+        << apart;
   }
 }
 
 TEST(Sizes, AreTheLargestThatFftwLikes) {
-  EXPECT_EQ(largest_fft_size(44100), 44100u);
-  EXPECT_EQ(largest_fft_size(44099), 43904u);
-  EXPECT_EQ(largest_fft_size(1), 0u);
+  EXPECT_EQ(features::largest_fft_size(44100), 44100u);
+  EXPECT_EQ(features::largest_fft_size(44099), 43904u);
+  EXPECT_EQ(features::largest_fft_size(1), 0u);
   for (const std::size_t count : {97u, 1001u, 43968u}) {
-    const std::size_t size = largest_fft_size(count);
+    const std::size_t size = features::largest_fft_size(count);
     EXPECT_LE(size, count);
     EXPECT_GT(size, 0.9 * count);
-    EXPECT_EQ(synth::good_fft_size(size), size);
+    EXPECT_EQ(synth::signal::good_fft_size(size), size);
   }
 }
 

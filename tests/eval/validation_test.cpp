@@ -19,7 +19,7 @@ TEST(DrawSounds, TakesDifferentSoundsOfOneBody) {
   std::map<std::size_t, int> taken;
   for (std::uint64_t draw = 0; draw < 2000; ++draw) {
     core::RandomStream random(7, draw, "test");
-    const auto sounds = draw_sounds(bodies, 3, random);
+    const auto sounds = validation::draw_sounds(bodies, 3, random);
     ASSERT_EQ(sounds.size(), 3u);
     EXPECT_EQ(std::set(sounds.begin(), sounds.end()).size(), 3u);
     for (const std::size_t sound : sounds) {
@@ -35,16 +35,16 @@ TEST(DrawSounds, TakesDifferentSoundsOfOneBody) {
 
 TEST(DrawSounds, TakesAllWhereAllAreAskedForAndNoneWhereThereAreTooFew) {
   core::RandomStream random(7, 1, "test");
-  auto all = draw_sounds({{3, 1, 2}}, 3, random);
+  auto all = validation::draw_sounds({{3, 1, 2}}, 3, random);
   std::sort(all.begin(), all.end());
   EXPECT_EQ(all, (std::vector<std::size_t>{1, 2, 3}));
-  EXPECT_TRUE(draw_sounds({{3, 1, 2}}, 4, random).empty());
+  EXPECT_TRUE(validation::draw_sounds({{3, 1, 2}}, 4, random).empty());
 }
 
 TEST(EstimatorErrors, AreSummedUpWithoutFitsThatFailed) {
   core::RandomStream random(7, 1, "test");
   const std::vector<double> errors = {-0.5, 0.1, std::nan(""), 0.3, -0.2, 0.4};
-  const ErrorSummary summary = summarise_errors(errors, random);
+  const validation::ErrorSummary summary = validation::summarise_errors(errors, random);
   EXPECT_EQ(summary.fits, 6u);
   EXPECT_EQ(summary.failed, 1u);
   EXPECT_DOUBLE_EQ(summary.median, 0.3);
@@ -63,19 +63,19 @@ TEST(EstimatorErrors, AreComparedDrawByDraw) {
     far.push_back(0.013 * i + 0.2);
   }
   far.back() = std::nan("");
-  const EstimatorComparison found = compare_errors(near, far);
+  const validation::EstimatorComparison found = validation::compare_errors(near, far);
   EXPECT_EQ(found.pairs, 11u);
   EXPECT_LT(found.median_difference, -0.2);
   EXPECT_NEAR(found.signed_rank.p, std::ldexp(2, -11), 1e-15);
   EXPECT_LT(found.welch.t, 0);
   EXPECT_LT(found.welch.p, 0.01);
-  const EstimatorComparison turned = compare_errors(far, near);
+  const validation::EstimatorComparison turned = validation::compare_errors(far, near);
   EXPECT_EQ(turned.signed_rank.p, found.signed_rank.p);
   EXPECT_DOUBLE_EQ(turned.welch.t, -found.welch.t);
-  EXPECT_THROW(compare_errors(near, std::vector{1.0}), core::InputError);
+  EXPECT_THROW(validation::compare_errors(near, std::vector{1.0}), core::InputError);
   // No error at all is not infinitely better.
   EXPECT_TRUE(std::isfinite(
-      compare_errors(std::vector{0.0, 0.0, 1e-9}, std::vector{0.1, 0.2, 0.1}).welch.p));
+      validation::compare_errors(std::vector{0.0, 0.0, 1e-9}, std::vector{0.1, 0.2, 0.1}).welch.p));
 }
 
 }  // namespace

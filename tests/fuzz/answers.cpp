@@ -1,4 +1,4 @@
-#include "cli/learn/answers.hpp"
+#include "eval/studies/learning/detail/answers.hpp"
 
 #include "core/hdf5.hpp"
 #include "tests/fuzz/fuzz.hpp"

@@ -1,6 +1,6 @@
-#include "cli/accuracy/ladder_config.hpp"
-#include "cli/build/configuration.hpp"
-#include "cli/sweep/sweep.hpp"
+#include "dataset/configuration/configuration.hpp"
+#include "dataset/sweep/sweep.hpp"
+#include "eval/accuracy/detail/ladder_config.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

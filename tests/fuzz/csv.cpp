@@ -1,5 +1,5 @@
-#include "cli/sound/given_strikes.hpp"
 #include "eval/features/feature_table.hpp"
+#include "scene/detail/given_strikes.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,4 +1,4 @@
-#include "solvers/read_mesh.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
-#include "solvers/polygon_mesh.hpp"
-#include "solvers/read_formats.hpp"
+#include "solvers/mesh/readers/detail/polygon_mesh.hpp"
+#include "solvers/mesh/readers/detail/read_formats.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

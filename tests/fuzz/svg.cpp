@@ -1,4 +1,4 @@
-#include "solvers/families.hpp"
+#include "solvers/families/families.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

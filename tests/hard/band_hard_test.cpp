@@ -16,15 +16,16 @@ using namespace test;
 TEST(Hard, TwoThousandModes) {
   const auto block = box_mesh({0.1, 0.1, 0.02}, {10, 10, 1}, 2);
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = {20, 450000, 3000};
-  const auto modes = solve_modes(block, std::vector{steel}, options, MPI_COMM_SELF, trace);
+  const auto modes =
+      solvers::eigen::solve_modes(block, std::vector{steel}, options, MPI_COMM_SELF, trace);
   expect_sound(modes);
   expect_complete(modes);
   EXPECT_LE(modes.certificate.unknowns, 20000);
   EXPECT_GE(modes.size(), 2000u);
-  const Band part{20, 120000, 300};
-  const auto cut = restrict_to(modes, part), alone = modes_in(block, {steel}, part);
+  const solvers::modes::Band part{20, 120000, 300};
+  const auto cut = solvers::modes::restrict_to(modes, part), alone = modes_in(block, {steel}, part);
   expect_complete(alone);
   ASSERT_EQ(cut.size(), alone.size());
   ASSERT_GT(alone.size(), 100u);

@@ -5,17 +5,17 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "eval/damping/emg.hpp"
+#include "eval/damping/detail/emg.hpp"
 #include "eval/damping/fit_damping.hpp"
 #include "eval/damping/law_text.hpp"
-#include "synth/material.hpp"
+#include "synth/material/material.hpp"
 #include "tests/eval/drawn_features.hpp"
 
 namespace carillon::eval {
 namespace {
 
-using enum Estimator;
-constexpr Estimator kEstimators[] = {emg, emg_relative, least_squares, lower_bound};
+using enum damping::Estimator;
+constexpr damping::Estimator kEstimators[] = {emg, emg_relative, least_squares, lower_bound};
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -23,11 +23,13 @@ double at_hertz(double f) {
   return std::pow(2 * std::numbers::pi * f, 2);
 }
 
-DampingFit fit(const DampingData& data, const std::string& law, Estimator estimator) {
-  return fit_damping(data, damping_law(law), {estimator, true, false});
+damping::DampingFit fit(const damping::DampingData& data, const std::string& law,
+                        damping::Estimator estimator) {
+  return damping::fit_damping(data, damping::damping_law(law), {estimator, true, false});
 }
 
-std::string refusal(const DampingData& data, const std::string& law, Estimator estimator) {
+std::string refusal(const damping::DampingData& data, const std::string& law,
+                    damping::Estimator estimator) {
   try {
     fit(data, law, estimator);
   } catch (const core::InputError& error) {
@@ -40,7 +42,7 @@ void expect_contains(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
-bool remarks_on(const DampingFit& found, const std::string& part) {
+bool remarks_on(const damping::DampingFit& found, const std::string& part) {
   for (const std::string& remark : found.remarks) {
     if (remark.find(part) != std::string::npos) return true;
   }
@@ -49,26 +51,28 @@ bool remarks_on(const DampingFit& found, const std::string& part) {
 
 /// Errors in proportion, of 1 % at least, are likelier where the law is lower by their square,
 /// 1e-4; the alphas of an alternating series differ by twenty times as much.
-double rounding(Estimator estimator, double of_others) {
+double rounding(damping::Estimator estimator, double of_others) {
   return estimator == emg_relative ? 3e-3 : of_others;
 }
 
-void expect_sound(const DampingFit& found) {
+void expect_sound(const damping::DampingFit& found) {
   EXPECT_TRUE(found.converged);
   EXPECT_TRUE(std::isfinite(found.log_likelihood));
   EXPECT_TRUE(std::isfinite(found.sigma));
   EXPECT_GT(found.eta, 0);
-  EXPECT_FALSE(synth::damping_fault(found.model)) << synth::damping_fault(found.model)->message;
-  for (const Interval& interval : found.confidence95) EXPECT_LE(interval.low, interval.high);
+  EXPECT_FALSE(synth::damping::damping_fault(found.model))
+      << synth::damping::damping_fault(found.model)->message;
+  for (const damping::Interval& interval : found.confidence95)
+    EXPECT_LE(interval.low, interval.high);
 }
 
 TEST(DampingFitHard, OneFeature) {
-  const DampingData one{{at_hertz(1000)}, {12}, {}};
-  for (const Estimator estimator : kEstimators) {
+  const damping::DampingData one{{at_hertz(1000)}, {12}, {}};
+  for (const damping::Estimator estimator : kEstimators) {
     expect_contains(refusal(one, "rayleigh", estimator), "1 feature, but rayleigh damping has 2");
   }
   expect_contains(refusal(one, "caughey:1", emg), "sigma and eta are sought too");
-  const DampingFit constant = fit(one, "caughey:1", least_squares);
+  const damping::DampingFit constant = fit(one, "caughey:1", least_squares);
   EXPECT_NEAR(constant.model.parameters[0], 12, 1e-12);
   EXPECT_EQ(constant.confidence95[0].high, kInfinity);
   EXPECT_TRUE(remarks_on(constant, "as many points as parameters"));
@@ -76,27 +80,28 @@ TEST(DampingFitHard, OneFeature) {
 }
 
 TEST(DampingFitHard, TwoPoints) {
-  const DampingData two{{at_hertz(500), at_hertz(2000)}, {10, 14}, {}};
+  const damping::DampingData two{{at_hertz(500), at_hertz(2000)}, {10, 14}, {}};
   expect_contains(refusal(two, "rayleigh", emg), "2 features, but rayleigh damping has 2");
-  for (const Estimator estimator : {least_squares, lower_bound}) {
-    const DampingFit found = fit(two, "rayleigh", estimator);
-    const auto c = synth::damping_function(found.model);
+  for (const damping::Estimator estimator : {least_squares, lower_bound}) {
+    const damping::DampingFit found = fit(two, "rayleigh", estimator);
+    const auto c = synth::damping::damping_function(found.model);
     EXPECT_NEAR(c(at_hertz(500)), 10, 1e-9);
     EXPECT_NEAR(c(at_hertz(2000)), 14, 1e-9);
   }
 }
 
 TEST(DampingFitHard, IdenticalFeatures) {
-  DampingData same;
+  damping::DampingData same;
   for (int i = 0; i < 20; ++i) {
     same.eigenvalues.push_back(at_hertz(800));
     same.coefficients.push_back(9);
   }
-  for (const Estimator estimator : kEstimators) {
+  for (const damping::Estimator estimator : kEstimators) {
     expect_contains(refusal(same, "rayleigh", estimator), "features at 1 frequency only");
-    const DampingFit found = fit(same, "caughey:1", estimator);
+    const damping::DampingFit found = fit(same, "caughey:1", estimator);
     expect_sound(found);
-    EXPECT_NEAR(found.model.parameters[0], 9, 9 * rounding(estimator, 1e-7)) << name_of(estimator);
+    EXPECT_NEAR(found.model.parameters[0], 9, 9 * rounding(estimator, 1e-7))
+        << damping::name_of(estimator);
   }
   EXPECT_EQ(fit(same, "caughey:1", emg).eta, kInfinity);
 }
@@ -104,10 +109,10 @@ TEST(DampingFitHard, IdenticalFeatures) {
 TEST(DampingFitHard, FeaturesWithoutExternalDamping) {
   int enough = 0;
   for (std::uint64_t repetition = 0; repetition < 100; ++repetition) {
-    const DampingData data = drawn_features({100, 1, 0}, repetition);
-    const DampingFit found = fit_damping(data, {}, {emg, false, false});
+    const damping::DampingData data = drawn_features({100, 1, 0}, repetition);
+    const damping::DampingFit found = damping::fit_damping(data, {}, {emg, false, false});
     expect_sound(found);
-    const auto c = synth::damping_function(found.model);
+    const auto c = synth::damping::damping_function(found.model);
     EXPECT_NEAR(c(at_hertz(2000)) / 2 / true_decay_rate(2000), 1, 0.35);
     enough += remarks_on(found, "least squares") ? 1 : 0;
   }
@@ -116,16 +121,16 @@ TEST(DampingFitHard, FeaturesWithoutExternalDamping) {
 
 TEST(DampingFitHard, SigmaToZero) {
   // Nothing but excess: without the bound of sigma the likelihood's maximum is a corner.
-  DampingData data = drawn_features({200, 0, 10}, 4);
-  const DampingFit bounded = fit(data, "rayleigh", emg);
+  damping::DampingData data = drawn_features({200, 0, 10}, 4);
+  const damping::DampingFit bounded = fit(data, "rayleigh", emg);
   expect_sound(bounded);
   EXPECT_TRUE(remarks_on(bounded, "sigma is at its lower bound"));
   // With errors known to be a thousandth, the result is the lower bound's.
   data.errors.assign(data.size(), 1e-3);
-  const DampingFit known = fit(data, "rayleigh", emg);
+  const damping::DampingFit known = fit(data, "rayleigh", emg);
   expect_sound(known);
   EXPECT_NEAR(known.sigma, 1e-3, 2e-4);
-  const DampingFit below = fit(data, "rayleigh", lower_bound);
+  const damping::DampingFit below = fit(data, "rayleigh", lower_bound);
   EXPECT_NEAR(known.model.parameters[0] / below.model.parameters[0], 1, 1e-2);
   EXPECT_NEAR(known.model.parameters[1] / below.model.parameters[1], 1, 1e-2);
   EXPECT_NEAR(known.eta / below.eta, 1, 1e-2);
@@ -133,14 +138,14 @@ TEST(DampingFitHard, SigmaToZero) {
 
 TEST(DampingFitHard, EtaToInfinity) {
   // A tail to the left alone, as reverberation leaves one.
-  DampingData data;
+  damping::DampingData data;
   for (int i = 0; i < 60; ++i) {
     const double lambda = at_hertz(300 + 150 * ((i * 7) % 60));
     data.eigenvalues.push_back(lambda);
     data.coefficients.push_back(10 + 4e-8 * lambda + 2 * std::log((i + 0.5) / 60));
   }
-  const DampingFit found = fit(data, "rayleigh", emg);
-  const DampingFit squares = fit(data, "rayleigh", least_squares);
+  const damping::DampingFit found = fit(data, "rayleigh", emg);
+  const damping::DampingFit squares = fit(data, "rayleigh", least_squares);
   expect_sound(found);
   EXPECT_EQ(found.eta, kInfinity);
   EXPECT_EQ(found.sigma, squares.sigma);
@@ -151,15 +156,15 @@ TEST(DampingFitHard, EtaToInfinity) {
 
 TEST(DampingFitHard, EtaToZero) {
   // Excess a thousand times the material's damping.
-  const DampingData data = drawn_features({300, 1, 10000}, 6);
-  const DampingFit found = fit(data, "rayleigh", emg);
+  const damping::DampingData data = drawn_features({300, 1, 10000}, 6);
+  const damping::DampingFit found = fit(data, "rayleigh", emg);
   expect_sound(found);
   EXPECT_NEAR(found.eta * 20000, 1, 0.15);
 }
 
 TEST(DampingFitHard, FrequenciesOfSixDecades) {
   for (const char* law : {"rayleigh", "caughey:4", "power", "hybrid", "alpha1 + alpha2*f"}) {
-    DampingData data;
+    damping::DampingData data;
     core::RandomStream random(3, 0, "test.decades");
     for (int i = 0; i < 200; ++i) {
       const double f = random.log_uniform(0.1, 1e5);
@@ -167,14 +172,15 @@ TEST(DampingFitHard, FrequenciesOfSixDecades) {
       const double c = 10 + 4e-8 * at_hertz(f);
       data.coefficients.push_back(c * (1 + 0.01 * random.normal()) - std::log1p(-random.uniform()));
     }
-    for (const Estimator estimator : kEstimators) {
-      const DampingFit found = fit(data, law, estimator);
-      SCOPED_TRACE(std::string(law) + ", " + name_of(estimator));
+    for (const damping::Estimator estimator : kEstimators) {
+      const damping::DampingFit found = fit(data, law, estimator);
+      SCOPED_TRACE(std::string(law) + ", " + damping::name_of(estimator));
       expect_sound(found);
       if (std::string(law) != "rayleigh") continue;
-      const auto c = synth::damping_function(found.model);
+      const auto c = synth::damping::damping_function(found.model);
       for (const double f : {1.0, 1e2, 1e4, 1e5}) {
-        EXPECT_NEAR(c(at_hertz(f)) / (10 + 4e-8 * at_hertz(f)), 1, 0.6) << name_of(estimator);
+        EXPECT_NEAR(c(at_hertz(f)) / (10 + 4e-8 * at_hertz(f)), 1, 0.6)
+            << damping::name_of(estimator);
       }
     }
   }
@@ -183,21 +189,21 @@ TEST(DampingFitHard, FrequenciesOfSixDecades) {
 TEST(DampingFitHard, CaugheyWithAlternatingSigns) {
   for (const char* name : {"gpd_plastic_1_caughey", "gpd_porcelain_caughey", "gpd_wood_caughey",
                            "gpd_aluminum_caughey"}) {
-    const synth::DampingModel truth = synth::parse_material(name).damping;
+    const synth::damping::DampingModel truth = synth::material::parse_material(name).damping;
     ASSERT_LT(truth.parameters[1], 0);
-    DampingData data;
+    damping::DampingData data;
     core::RandomStream random(4, 0, "test.alternating");
     for (int i = 0; i < 150; ++i)
       data.eigenvalues.push_back(at_hertz(random.log_uniform(100, 1e4)));
-    data.coefficients = synth::damping_coefficients(truth, data.eigenvalues);
+    data.coefficients = synth::damping::damping_coefficients(truth, data.eigenvalues);
     const std::vector<double> exact = data.coefficients;
-    for (const Estimator estimator : kEstimators) {
+    for (const damping::Estimator estimator : kEstimators) {
       data.coefficients = exact;
-      const DampingFit found = fit(data, "caughey:3", estimator);
+      const damping::DampingFit found = fit(data, "caughey:3", estimator);
       expect_sound(found);
       for (std::size_t k = 0; k < 3; ++k) {
         EXPECT_NEAR(found.model.parameters[k] / truth.parameters[k], 1, rounding(estimator, 1e-5))
-            << name << ", " << name_of(estimator) << ", alpha" << k + 1;
+            << name << ", " << damping::name_of(estimator) << ", alpha" << k + 1;
       }
       // With excess of a fifth of the smallest damping, found again within it.
       const double least = *std::min_element(exact.begin(), exact.end());
@@ -209,8 +215,8 @@ TEST(DampingFitHard, CaugheyWithAlternatingSigns) {
 
 TEST(DampingFitHard, ValuesThatAreNoDamping) {
   for (const double bad : {kNaN, -3.0, 0.0, kInfinity}) {
-    for (const Estimator estimator : kEstimators) {
-      DampingData data = drawn_features({20, 1, 10}, 0);
+    for (const damping::Estimator estimator : kEstimators) {
+      damping::DampingData data = drawn_features({20, 1, 10}, 0);
       data.coefficients[7] = bad;
       expect_contains(refusal(data, "rayleigh", estimator), "point 8 of the damping data has c =");
       data = drawn_features({20, 1, 10}, 0);
@@ -219,7 +225,7 @@ TEST(DampingFitHard, ValuesThatAreNoDamping) {
                       "point 4 of the damping data has lambda =");
     }
   }
-  DampingData data = drawn_features({20, 1, 10}, 0);
+  damping::DampingData data = drawn_features({20, 1, 10}, 0);
   data.errors.assign(20, 0.1);
   data.errors[2] = kNaN;
   expect_contains(refusal(data, "rayleigh", emg), "point 3 of the damping data has an error");
@@ -229,30 +235,30 @@ TEST(DampingFitHard, ValuesThatAreNoDamping) {
 
 TEST(DampingFitHard, OneFeatureFarBelow) {
   // A hum taken for a mode among 300.
-  DampingData data = drawn_features({300, 1, 10}, 8);
-  const DampingFit before = fit(data, "rayleigh", emg);
+  damping::DampingData data = drawn_features({300, 1, 10}, 8);
+  const damping::DampingFit before = fit(data, "rayleigh", emg);
   data.eigenvalues.push_back(at_hertz(9000));
   data.coefficients.push_back(0.1);
-  const DampingFit after = fit(data, "rayleigh", emg);
+  const damping::DampingFit after = fit(data, "rayleigh", emg);
   expect_sound(after);
-  const auto at = [](const DampingFit& found, double f) {
-    return synth::damping_function(found.model)(at_hertz(f));
+  const auto at = [](const damping::DampingFit& found, double f) {
+    return synth::damping::damping_function(found.model)(at_hertz(f));
   };
   // The lower bound follows it all the way down; the likelihood gives way by widening sigma.
-  const DampingFit below = fit(data, "rayleigh", lower_bound);
+  const damping::DampingFit below = fit(data, "rayleigh", lower_bound);
   EXPECT_LT(at(below, 9000), 0.11);
   EXPECT_GT(at(after, 9000), 0.4 * at(before, 9000));
 }
 
 TEST(DampingFitHard, HugeAndTinyUnits) {
-  const DampingData data = drawn_features({40, 1, 10}, 1);
+  const damping::DampingData data = drawn_features({40, 1, 10}, 1);
   for (const double size : {1e-100, 1e-12, 1e12, 1e100}) {
-    DampingData other = data;
+    damping::DampingData other = data;
     for (double& c : other.coefficients) c *= size;
     for (double& lambda : other.eigenvalues) lambda /= size;
-    for (const Estimator estimator : kEstimators) {
-      const DampingFit plain = fit(data, "rayleigh", estimator);
-      const DampingFit found = fit(other, "rayleigh", estimator);
+    for (const damping::Estimator estimator : kEstimators) {
+      const damping::DampingFit plain = fit(data, "rayleigh", estimator);
+      const damping::DampingFit found = fit(other, "rayleigh", estimator);
       expect_sound(found);
       EXPECT_NEAR(found.model.parameters[0] / plain.model.parameters[0] / size, 1, 1e-6);
       EXPECT_NEAR(found.model.parameters[1] / plain.model.parameters[1] / size / size, 1, 1e-6);

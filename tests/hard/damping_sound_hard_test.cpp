@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -25,8 +25,8 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-solvers::Modes modes_at(const std::vector<double>& hertz) {
-  solvers::Modes modes;
+solvers::modes::Modes modes_at(const std::vector<double>& hertz) {
+  solvers::modes::Modes modes;
   for (const double f : hertz) modes.eigenvalues.push_back(at_hertz(f));
   modes.kinetic_share = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(hertz.size()), 1);
   modes.strain_share = modes.kinetic_share;
@@ -34,8 +34,8 @@ solvers::Modes modes_at(const std::vector<double>& hertz) {
 }
 
 /// Velocity after unit impulses on every mode, all heard alike.
-RingDown struck(const solvers::Modes& modes, const std::vector<double>& d) {
-  RingDown rings;
+modal::RingDown struck(const solvers::modes::Modes& modes, const std::vector<double>& d) {
+  modal::RingDown rings;
   const auto n = static_cast<Eigen::Index>(modes.size());
   rings.eigenvalues = modes.eigenvalues;
   rings.decay_rates = d;
@@ -45,9 +45,9 @@ RingDown struck(const solvers::Modes& modes, const std::vector<double>& d) {
   return rings;
 }
 
-std::vector<float> sound_of(const solvers::Modes& modes, const std::vector<double>& d,
+std::vector<float> sound_of(const solvers::modes::Modes& modes, const std::vector<double>& d,
                             std::size_t count = 2000) {
-  return synthesize(struck(modes, d), {0}, kRate, count);
+  return modal::synthesize(struck(modes, d), {0}, kRate, count);
 }
 
 /// q' of q'' + 2 d q' + lambda q = delta(t), from the poles; any damping but the critical one.
@@ -57,7 +57,7 @@ Real velocity(Real lambda, Real d, Real t) {
   return ((s1 * std::exp(s1 * t) - s2 * std::exp(s2 * t)) / (s1 - s2)).real();
 }
 
-double worst_against_poles(const solvers::Modes& modes, const std::vector<double>& d) {
+double worst_against_poles(const solvers::modes::Modes& modes, const std::vector<double>& d) {
   const auto sound = sound_of(modes, d);
   double worst = 0;
   for (std::size_t n = 0; n < sound.size(); ++n) {
@@ -70,13 +70,13 @@ double worst_against_poles(const solvers::Modes& modes, const std::vector<double
   return worst;
 }
 
-DampingModel formula(const std::string& text) {
-  return {DampingKind::expression, {}, text};
+damping::DampingModel formula(const std::string& text) {
+  return {damping::DampingKind::expression, {}, text};
 }
 
-std::string error_of(const DampingModel& model, const solvers::Modes& modes) {
+std::string error_of(const damping::DampingModel& model, const solvers::modes::Modes& modes) {
   try {
-    decay_rates(modes, std::span(&model, 1));
+    damping::decay_rates(modes, std::span(&model, 1));
   } catch (const core::InputError& error) {
     return error.what();
   }
@@ -84,11 +84,11 @@ std::string error_of(const DampingModel& model, const solvers::Modes& modes) {
 }
 
 TEST(DampingHard, NoDampingRingsForEver) {
-  const solvers::Modes modes = modes_at({440});
-  const DampingModel none;
-  const auto d = decay_rates(modes, std::span(&none, 1));
+  const solvers::modes::Modes modes = modes_at({440});
+  const damping::DampingModel none;
+  const auto d = damping::decay_rates(modes, std::span(&none, 1));
   EXPECT_EQ(d[0], 0);
-  EXPECT_TRUE(std::isinf(t60(d[0])));
+  EXPECT_TRUE(std::isinf(modal::t60(d[0])));
   const auto sound = sound_of(modes, d, 44100 * 20);
   for (std::size_t n = sound.size() - 1000; n < sound.size(); ++n) {
     const Real t = Real(n) / kRate;
@@ -98,10 +98,11 @@ TEST(DampingHard, NoDampingRingsForEver) {
 
 // The series of these two objects are over-critical from 5.2 and 2.4 kHz on.
 TEST(DampingHard, PublishedOverCriticalSets) {
-  const solvers::Modes modes = modes_at({300, 2000, 2424, 2425, 4000, 5219, 5220, 9000, 20000});
+  const solvers::modes::Modes modes =
+      modes_at({300, 2000, 2424, 2425, 4000, 5219, 5220, 9000, 20000});
   for (const char* name : {"gpd_plastic_2_caughey", "gpd_aluminum_caughey"}) {
-    const DampingModel model = parse_material(name).damping;
-    const auto d = decay_rates(modes, std::span(&model, 1));
+    const damping::DampingModel model = material::parse_material(name).damping;
+    const auto d = damping::decay_rates(modes, std::span(&model, 1));
     EXPECT_GT(d.back(), 2 * kPi * 20000) << name;
     EXPECT_LT(worst_against_poles(modes, d), 3e-6) << name;
   }
@@ -110,7 +111,7 @@ TEST(DampingHard, PublishedOverCriticalSets) {
 // Through the critical point the sound changes as little as the damping does.
 TEST(DampingHard, ContinuousThroughCritical) {
   for (const char* name : {"gpd_plastic_2_caughey", "gpd_aluminum_caughey"}) {
-    const auto c = damping_function(parse_material(name).damping);
+    const auto c = damping::damping_function(material::parse_material(name).damping);
     double low = 1000, high = 9000;  // d < omega at one end, d > omega at the other
     while (high - low > 1e-9 * low) {
       const double middle = (low + high) / 2;
@@ -134,7 +135,7 @@ TEST(DampingHard, ContinuousThroughCritical) {
 }
 
 TEST(DampingHard, FarBeyondCriticalCreepsBack) {
-  const solvers::Modes modes = modes_at({100});
+  const solvers::modes::Modes modes = modes_at({100});
   for (const double d : {1e4, 1e6, 1e9, 1e15}) {
     const auto sound = sound_of(modes, {d}, 500);
     for (const float sample : sound) ASSERT_TRUE(std::isfinite(sample));
@@ -143,11 +144,11 @@ TEST(DampingHard, FarBeyondCriticalCreepsBack) {
 }
 
 struct Growing {
-  solvers::Modes modes = modes_at({500, 900, 2500, 3100});
-  DampingModel model;
+  solvers::modes::Modes modes = modes_at({500, 900, 2500, 3100});
+  damping::DampingModel model;
   Growing() {
     const double l1 = at_hertz(800), l2 = at_hertz(3000);
-    model = {DampingKind::caughey, {1e-15 * l1 * l2, -1e-15 * (l1 + l2), 1e-15}, ""};
+    model = {damping::DampingKind::caughey, {1e-15 * l1 * l2, -1e-15 * (l1 + l2), 1e-15}, ""};
   }
 };
 
@@ -162,7 +163,7 @@ TEST(DampingHard, NegativeInTheBandAsAnError) {
 
 TEST(DampingHard, NegativeInTheBandClamped) {
   const Growing g;
-  const DecayRates rates = clamped_decay_rates(g.modes, std::span(&g.model, 1));
+  const damping::DecayRates rates = damping::clamped_decay_rates(g.modes, std::span(&g.model, 1));
   const auto sound = sound_of(g.modes, rates.values, 44100);
   // The two that would grow ring on: their sum bounds what is left at the end.
   double end = 0;
@@ -173,13 +174,13 @@ TEST(DampingHard, NegativeInTheBandClamped) {
 
 TEST(DampingHard, NegativeInTheBandDropped) {
   const Growing g;
-  const DecayRates rates = clamped_decay_rates(g.modes, std::span(&g.model, 1));
-  RingDown rings = struck(g.modes, rates.values);
-  leave_out(rings, rates.negative);
-  const auto dropped = synthesize(rings, {0}, kRate, 2000);
+  const damping::DecayRates rates = damping::clamped_decay_rates(g.modes, std::span(&g.model, 1));
+  modal::RingDown rings = struck(g.modes, rates.values);
+  modal::leave_out(rings, rates.negative);
+  const auto dropped = modal::synthesize(rings, {0}, kRate, 2000);
   const auto others = sound_of(modes_at({500, 3100}), {rates.values[0], rates.values[3]});
   EXPECT_EQ(dropped, others);
-  EXPECT_THROW(leave_out(rings, std::vector<std::size_t>{4}), core::InputError);
+  EXPECT_THROW(modal::leave_out(rings, std::vector<std::size_t>{4}), core::InputError);
 }
 
 TEST(DampingHard, FormulaThatDividesByZero) {
@@ -205,11 +206,11 @@ TEST(DampingHard, FormulaThatCannotBeRead) {
 
 // A power law that is infinite at rest, in a body of two regions.
 TEST(DampingHard, InfiniteAtRest) {
-  solvers::Modes modes = modes_at({20, 2000});
+  solvers::modes::Modes modes = modes_at({20, 2000});
   modes.kinetic_share = modes.strain_share = Eigen::MatrixXd::Constant(2, 2, 0.5);
-  const std::vector<DampingModel> regions = {{DampingKind::power, {1e3, -0.5}, ""},
-                                             formula("20 - ln(lambda)/10")};
-  for (const double d : decay_rates(modes, regions)) {
+  const std::vector<damping::DampingModel> regions = {
+      {damping::DampingKind::power, {1e3, -0.5}, ""}, formula("20 - ln(lambda)/10")};
+  for (const double d : damping::decay_rates(modes, regions)) {
     EXPECT_TRUE(std::isfinite(d));
     EXPECT_GT(d, 0);
   }
@@ -218,7 +219,8 @@ TEST(DampingHard, InfiniteAtRest) {
 TEST(DampingHard, OverflowingSeries) {
   std::vector<double> alphas(41, 0.0);
   alphas.back() = 1;  // lambda^40
-  const std::string error = error_of({DampingKind::caughey, alphas, ""}, modes_at({440, 2e4}));
+  const std::string error =
+      error_of({damping::DampingKind::caughey, alphas, ""}, modes_at({440, 2e4}));
   EXPECT_TRUE(contains(error, "mode at 20000 Hz is not finite")) << error;
 }
 

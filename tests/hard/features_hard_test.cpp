@@ -17,9 +17,9 @@ constexpr double kContact = 0.003;
 constexpr double kWithin = 5;  ///< Cramer-Rao bounds
 const std::vector<Partial> kThree = {{523, 8, 1, 0.3}, {1480, 15, 0.7, 1}, {3950, 60, 0.8, 2}};
 
-const Feature* nearest(const FeatureSet& set, double frequency) {
-  const Feature* best = nullptr;
-  for (const Feature& feature : set.features) {
+const features::Feature* nearest(const features::FeatureSet& set, double frequency) {
+  const features::Feature* best = nullptr;
+  for (const features::Feature& feature : set.features) {
     if (!best || std::abs(feature.frequency - frequency) < std::abs(best->frequency - frequency)) {
       best = &feature;
     }
@@ -27,7 +27,7 @@ const Feature* nearest(const FeatureSet& set, double frequency) {
   return best;
 }
 
-bool remarks_on(const FeatureSet& set, const std::string& part) {
+bool remarks_on(const features::FeatureSet& set, const std::string& part) {
   return std::any_of(set.remarks.begin(), set.remarks.end(), [&](const std::string& remark) {
     return remark.find(part) != std::string::npos;
   });
@@ -43,48 +43,48 @@ std::vector<double> with_noise(std::span<const Partial> partials, const ClipShap
 }
 
 /// Every partial is there, exact to a few bounds, and nothing else is.
-void expect_exact(const FeatureSet& set, std::span<const Partial> partials, const ClipShape& shape,
-                  double noise) {
+void expect_exact(const features::FeatureSet& set, std::span<const Partial> partials,
+                  const ClipShape& shape, double noise) {
   EXPECT_EQ(set.nothing, "");
   ASSERT_EQ(set.features.size(), partials.size());
   const std::vector<Bound> bounds = cramer_rao(partials, shape, kContact, noise);
   for (std::size_t i = 0; i < partials.size(); ++i) {
-    const Feature* feature = nearest(set, partials[i].frequency);
+    const features::Feature* feature = nearest(set, partials[i].frequency);
     EXPECT_NEAR(feature->frequency, partials[i].frequency, kWithin * bounds[i].frequency);
     EXPECT_NEAR(feature->decay_rate, partials[i].decay_rate, kWithin * bounds[i].decay_rate)
         << partials[i].frequency << " Hz";
   }
 }
 
-void expect_decay_rates(const FeatureSet& set, std::span<const Partial> partials,
+void expect_decay_rates(const features::FeatureSet& set, std::span<const Partial> partials,
                         double tolerance) {
   ASSERT_EQ(set.features.size(), partials.size());
   for (const Partial& partial : partials) {
-    const Feature* feature = nearest(set, partial.frequency);
+    const features::Feature* feature = nearest(set, partial.frequency);
     EXPECT_NEAR(feature->frequency, partial.frequency, 0.5);
     EXPECT_NEAR(feature->decay_rate / partial.decay_rate, 1, tolerance) << partial.frequency;
   }
 }
 
-void expect_nothing(const FeatureSet& set, const std::string& reason) {
+void expect_nothing(const features::FeatureSet& set, const std::string& reason) {
   EXPECT_TRUE(set.features.empty());
   EXPECT_EQ(set.nothing, reason);
 }
 
 TEST(FeaturesHard, Silence) {
-  expect_nothing(extract_features(std::vector<double>(44100, 0.0), 44100), "silent");
-  expect_nothing(extract_features(std::vector<double>(44100, 1e-9), 44100), "silent");
+  expect_nothing(features::extract_features(std::vector<double>(44100, 0.0), 44100), "silent");
+  expect_nothing(features::extract_features(std::vector<double>(44100, 1e-9), 44100), "silent");
 }
 
 TEST(FeaturesHard, Constant) {
-  expect_nothing(extract_features(std::vector<double>(44100, 0.25), 44100),
+  expect_nothing(features::extract_features(std::vector<double>(44100, 0.25), 44100),
                  "constant: nothing moves");
   // Beneath a strike it changes nothing.
   const ClipShape shape{44100, 1, 0.05};
   double noise = 0;
   std::vector<double> samples = with_noise(kThree, shape, 60, 1, &noise);
   for (double& sample : samples) sample += 0.25;
-  expect_exact(extract_features(samples, 44100), kThree, shape, noise);
+  expect_exact(features::extract_features(samples, 44100), kThree, shape, noise);
 }
 
 TEST(FeaturesHard, ClippedAtHalfThePeak) {
@@ -93,7 +93,7 @@ TEST(FeaturesHard, ClippedAtHalfThePeak) {
   double peak = 0;
   for (const double sample : samples) peak = std::max(peak, std::abs(sample));
   for (double& sample : samples) sample = std::clamp(sample, -0.5 * peak, 0.5 * peak);
-  const FeatureSet set = extract_features(samples, 44100);
+  const features::FeatureSet set = features::extract_features(samples, 44100);
   EXPECT_GT(set.clipped, 20u);
   EXPECT_GT(set.begin, set.onset + kContact);
   EXPECT_TRUE(remarks_on(set, "samples are clipped: left out up to"));
@@ -112,7 +112,7 @@ TEST(FeaturesHard, NoNumbers) {
     samples[22050] = bad;
     std::string message = "none";
     try {
-      extract_features(samples, 44100);
+      features::extract_features(samples, 44100);
     } catch (const core::InputError& error) {
       message = error.what();
     }
@@ -121,12 +121,15 @@ TEST(FeaturesHard, NoNumbers) {
 }
 
 TEST(FeaturesHard, TooShort) {
-  expect_nothing(extract_features({}, 44100), "too short: 0 samples");
-  expect_nothing(extract_features(std::vector<double>{0.5}, 44100), "too short: 1 sample");
-  const FeatureSet few = extract_features(strike_clip(kThree, {44100, 0.01, 0}), 44100);
+  expect_nothing(features::extract_features({}, 44100), "too short: 0 samples");
+  expect_nothing(features::extract_features(std::vector<double>{0.5}, 44100),
+                 "too short: 1 sample");
+  const features::FeatureSet few =
+      features::extract_features(strike_clip(kThree, {44100, 0.01, 0}), 44100);
   expect_nothing(few, "too short: 441 samples");
   // Long enough, but for the part after the strike.
-  const FeatureSet late = extract_features(strike_clip(kThree, {44100, 0.5, 0.49}), 44100);
+  const features::FeatureSet late =
+      features::extract_features(strike_clip(kThree, {44100, 0.5, 0.49}), 44100);
   EXPECT_TRUE(late.features.empty());
   EXPECT_EQ(late.nothing.rfind("too short: ", 0), 0u) << late.nothing;
   EXPECT_NE(late.nothing.find("ms after the strike"), std::string::npos) << late.nothing;
@@ -137,7 +140,7 @@ TEST(FeaturesHard, EightKilohertz) {
   const ClipShape shape{8000, 1, 0.05};
   double noise = 0;
   const std::vector<double> samples = with_noise(partials, shape, 60, 3, &noise);
-  expect_exact(extract_features(samples, 8000), partials, shape, noise);
+  expect_exact(features::extract_features(samples, 8000), partials, shape, noise);
 }
 
 TEST(FeaturesHard, OneHundredAndNinetyTwoKilohertz) {
@@ -146,11 +149,11 @@ TEST(FeaturesHard, OneHundredAndNinetyTwoKilohertz) {
   const ClipShape shape{192000, 0.5, 0.02};
   double noise = 0;
   const std::vector<double> samples = with_noise(partials, shape, 60, 4, &noise);
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.max_frequency = 1e6;
-  expect_exact(extract_features(samples, 192000, options), partials, shape, noise);
+  expect_exact(features::extract_features(samples, 192000, options), partials, shape, noise);
   // By default nothing above hearing.
-  expect_exact(extract_features(samples, 192000), {partials.data(), 2}, shape, noise);
+  expect_exact(features::extract_features(samples, 192000), {partials.data(), 2}, shape, noise);
 }
 
 TEST(FeaturesHard, TonesNearHalfTheRate) {
@@ -159,12 +162,12 @@ TEST(FeaturesHard, TonesNearHalfTheRate) {
     std::vector<Partial> all = partials;
     all.push_back({0.484 * rate, 10, 0.5, 1});
     const std::vector<double> samples = with_noise(all, {rate, 0.5, 0.02}, 60, 4);
-    FeatureOptions options;
+    features::FeatureOptions options;
     options.max_frequency = 1e6;
-    const FeatureSet set = extract_features(samples, rate, options);
+    const features::FeatureSet set = features::extract_features(samples, rate, options);
     ASSERT_EQ(set.features.size(), partials.size());
     for (const Partial& partial : partials) {
-      const Feature* feature = nearest(set, partial.frequency);
+      const features::Feature* feature = nearest(set, partial.frequency);
       EXPECT_NEAR(feature->frequency / partial.frequency, 1, 5e-6);
       EXPECT_NEAR(feature->decay_rate / partial.decay_rate, 1, 2e-3);
     }
@@ -176,7 +179,7 @@ TEST(FeaturesHard, TwoImpacts) {
   std::vector<double> samples = with_noise(kThree, shape, 60, 5);
   const std::vector<double> again = strike_clip(kThree, {44100, 1.5, 0.6});
   for (std::size_t n = 0; n < samples.size(); ++n) samples[n] += 0.8 * again[n];
-  const FeatureSet set = extract_features(samples, 44100);
+  const features::FeatureSet set = features::extract_features(samples, 44100);
   EXPECT_NEAR(set.onset, 0.05, 1e-3);
   EXPECT_NEAR(set.end, 0.6, 0.01);
   EXPECT_LE(set.end, 0.6);
@@ -189,7 +192,7 @@ TEST(FeaturesHard, OnsetAtTheFirstSample) {
   const ClipShape shape{44100, 1, 0};
   double noise = 0;
   const std::vector<double> samples = with_noise(kThree, shape, 60, 6, &noise);
-  const FeatureSet set = extract_features(samples, 44100);
+  const features::FeatureSet set = features::extract_features(samples, 44100);
   EXPECT_NEAR(set.onset, 0, 1e-3);
   expect_exact(set, kThree, shape, noise);
 }
@@ -202,7 +205,7 @@ TEST(FeaturesHard, HumAlone) {
     samples[n] = 0.3 * std::sin(2 * std::numbers::pi * 50 * t) +
                  0.1 * std::sin(2 * std::numbers::pi * 100 * t + 1) + 1e-4 * random.normal();
   }
-  const FeatureSet set = extract_features(samples, 44100);
+  const features::FeatureSet set = features::extract_features(samples, 44100);
   expect_nothing(set, "only steady tones");
   ASSERT_EQ(set.hums.size(), 2u);
   EXPECT_NEAR(set.hums[0].frequency, 50, 0.01);
@@ -215,7 +218,7 @@ TEST(FeaturesHard, NoiseAlone) {
     TestRandom random(seed);
     std::vector<double> samples(22050);
     for (double& sample : samples) sample = 0.1 * random.normal();
-    expect_nothing(extract_features(samples, 22050), "no decaying tone above the noise");
+    expect_nothing(features::extract_features(samples, 22050), "no decaying tone above the noise");
   }
 }
 
@@ -225,7 +228,8 @@ TEST(FeaturesHard, AlreadyRinging) {
   const ClipShape whole{44100, 1.1, 0};
   double noise = 0;
   const std::vector<double> samples = with_noise(partials, whole, 60, 8, &noise);
-  const FeatureSet set = extract_features(std::span(samples).subspan(4410), 44100);
+  const features::FeatureSet set =
+      features::extract_features(std::span(samples).subspan(4410), 44100);
   EXPECT_NEAR(set.onset, 0, 1e-3);
   for (Partial& partial : partials) {
     partial.amplitude *= std::exp(-0.1 * partial.decay_rate);
@@ -250,7 +254,7 @@ TEST(FeaturesHard, TwentyStepsOfInt16) {
     const double dither = random.uniform() - random.uniform();
     sample = std::round(20 * sample / peak + dither) / 32768;
   }
-  expect_exact(extract_features(samples, 44100), partials, shape, 0.5);
+  expect_exact(features::extract_features(samples, 44100), partials, shape, 0.5);
 }
 
 TEST(FeaturesHard, VeryFastDecaysBesideSlowOnes) {
@@ -263,14 +267,14 @@ TEST(FeaturesHard, VeryFastDecaysBesideSlowOnes) {
   double noise = 0;
   const std::vector<double> samples = with_noise(all, shape, 60, 9, &noise);
   // All that is left of them after contact is 60 dB below the slow ones.
-  expect_exact(extract_features(samples, 44100), slow, shape, noise);
+  expect_exact(features::extract_features(samples, 44100), slow, shape, noise);
   // Analysed earlier, those of more than a period are heard.
-  FeatureOptions options;
+  features::FeatureOptions options;
   options.contact_time = 0.001;
-  const FeatureSet early = extract_features(samples, 44100, options);
+  const features::FeatureSet early = features::extract_features(samples, 44100, options);
   ASSERT_EQ(early.features.size(), 4u);
   for (const double frequency : {1500., 5000.}) {
-    const Feature* feature = nearest(early, frequency);
+    const features::Feature* feature = nearest(early, frequency);
     EXPECT_NEAR(feature->frequency, frequency, 15);  // of lines 480 Hz wide
     EXPECT_NEAR(feature->decay_rate / 1500, 1, 0.02);
   }
@@ -284,17 +288,18 @@ TEST(FeaturesHard, NotDecayedAtTheEnd) {
   const ClipShape shape{44100, 0.35, 0.05};
   double noise = 0;
   const std::vector<double> samples = with_noise(partials, shape, 60, 10, &noise);
-  const FeatureSet set = extract_features(samples, 44100);
+  const features::FeatureSet set = features::extract_features(samples, 44100);
   expect_exact(set, partials, shape, noise);
   EXPECT_TRUE(set.hums.empty());
 }
 
 TEST(FeaturesHard, WithoutAnyNoise) {
-  const FeatureSet set = extract_features(strike_clip(kThree, {44100, 1, 0.05}), 44100);
+  const features::FeatureSet set =
+      features::extract_features(strike_clip(kThree, {44100, 1, 0.05}), 44100);
   EXPECT_TRUE(set.hums.empty());
   ASSERT_EQ(set.features.size(), kThree.size());
   for (const Partial& partial : kThree) {
-    const Feature* feature = nearest(set, partial.frequency);
+    const features::Feature* feature = nearest(set, partial.frequency);
     EXPECT_NEAR(feature->frequency / partial.frequency, 1, 1e-7);
     EXPECT_NEAR(feature->decay_rate / partial.decay_rate, 1, 1e-5);
     EXPECT_NEAR(feature->amplitude / partial.amplitude, 1, 1e-4);

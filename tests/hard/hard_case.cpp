@@ -16,7 +16,7 @@ namespace carillon::test {
 
 using namespace solvers;
 
-void expect_sound(const Modes& modes, double residual) {
+void expect_sound(const solvers::modes::Modes& modes, double residual) {
   const auto& certificate = modes.certificate;
   EXPECT_LE(certificate.max_residual, residual);
   EXPECT_LT(certificate.orthonormality, 1e-9);
@@ -34,20 +34,22 @@ void expect_sound(const Modes& modes, double residual) {
   }
 }
 
-void expect_complete(const Modes& modes) {
+void expect_complete(const solvers::modes::Modes& modes) {
   EXPECT_TRUE(modes.certificate.count_verified);
   EXPECT_TRUE(modes.certificate.complete);
   EXPECT_EQ(modes.certificate.modes_found, modes.certificate.modes_in_band);
   EXPECT_EQ(modes.certificate.complete_to_hz, modes.certificate.max_frequency);
 }
 
-Modes modes_in(const TetMesh& mesh, const std::vector<Elastic>& regions, const Band& band,
-               EigenSolver solver) {
+solvers::modes::Modes modes_in(const TetMesh& mesh,
+                               const std::vector<solvers::elements::Elastic>& regions,
+                               const solvers::modes::Band& band,
+                               solvers::modes::EigenSolver solver) {
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = band;
   options.solver = solver;
-  return solve_modes(mesh, regions, options, MPI_COMM_SELF, trace);
+  return solvers::eigen::solve_modes(mesh, regions, options, MPI_COMM_SELF, trace);
 }
 
 double worst_cents(const std::vector<double>& found, const std::vector<double>& truth,
@@ -185,7 +187,7 @@ std::string msh_text(const TetMesh& mesh) {
                                                           {1, 0, 0, 1},
                                                           {0, 0, 1, 1},
                                                           {0, 1, 0, 1}}};
-  const auto& ours = tetrahedron_lattice(mesh.order);
+  const auto& ours = solvers::elements::tetrahedron_lattice(mesh.order);
   std::vector<std::size_t> position;
   for (auto tuple : theirs) {
     if (mesh.order == 1) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "../solvers/solve.hpp"
-#include "solvers/search.hpp"
+#include "solvers/eigen/search.hpp"
 
 namespace carillon::test {
 
@@ -14,15 +14,16 @@ namespace carillon::test {
 /// component, shapes without NaN, and pitch errors that are finite and not negative (where there
 /// are any).
 /// @param residual  most that certificate.max_residual may be
-void expect_sound(const solvers::Modes& modes, double residual = 1e-8);
+void expect_sound(const solvers::modes::Modes& modes, double residual = 1e-8);
 
 /// Every mode below the band's top was counted and is in the set.
-void expect_complete(const solvers::Modes& modes);
+void expect_complete(const solvers::modes::Modes& modes);
 
 /// All modes in a band, with one material for each region.
-solvers::Modes modes_in(const solvers::TetMesh& mesh, const std::vector<solvers::Elastic>& regions,
-                        const solvers::Band& band,
-                        solvers::EigenSolver solver = solvers::EigenSolver::block_lanczos);
+solvers::modes::Modes modes_in(
+    const solvers::mesh::TetMesh& mesh, const std::vector<solvers::elements::Elastic>& regions,
+    const solvers::modes::Band& band,
+    solvers::modes::EigenSolver solver = solvers::modes::EigenSolver::block_lanczos);
 
 /// Largest distance in cents between the first modes of two sets, or of a set and a truth.
 double worst_cents(const std::vector<double>& found, const std::vector<double>& truth,
@@ -33,18 +34,19 @@ double worst_cents(const std::vector<double>& found, const std::vector<double>& 
 /// flat tetrahedron. First order.
 /// @param cells     along each axis; the layer lies on the plane below cell `middle` of the third
 /// @param dihedral  smallest dihedral angle of the slivers [degree]
-solvers::TetMesh sliver_mesh(const Vec3& sides, const std::array<int, 3>& cells, int middle,
-                             double dihedral, int order);
+solvers::mesh::TetMesh sliver_mesh(const Vec3& sides, const std::array<int, 3>& cells, int middle,
+                                   double dihedral, int order);
 
 /// Box of cells that each are cut into 24 tetrahedra about their middle: with equal sides and cells
 /// the mesh has every symmetry of the cube, so it splits no repeated mode.
-solvers::TetMesh symmetric_box_mesh(const Vec3& sides, const std::array<int, 3>& cells, int order);
+solvers::mesh::TetMesh symmetric_box_mesh(const Vec3& sides, const std::array<int, 3>& cells,
+                                          int order);
 
 /// Number of modes in each cluster of ascending values that lie within `gap` (relative) of the one
 /// before.
 std::vector<int> cluster_sizes(const std::vector<double>& ascending, double gap);
 
 /// Text of an MSH 2.2 file of the tetrahedra (order 1 or 2), one physical group for each region.
-std::string msh_text(const solvers::TetMesh& mesh);
+std::string msh_text(const solvers::mesh::TetMesh& mesh);
 
 }  // namespace carillon::test

@@ -10,8 +10,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/ring_down.hpp"
-#include "synth/streaming_renderer.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/modal/streaming_renderer.hpp"
 #include "tests/synth/random_rings.hpp"
 
 namespace carillon::synth {
@@ -21,8 +21,8 @@ using Real = long double;
 constexpr Real kPi = std::numbers::pi_v<long double>;
 constexpr double kRate = 44100;
 
-RingDown velocity_of(std::vector<double> lambda, std::vector<double> d) {
-  RingDown rings;
+modal::RingDown velocity_of(std::vector<double> lambda, std::vector<double> d) {
+  modal::RingDown rings;
   const auto modes = Eigen::Index(lambda.size());
   rings.excitation = Eigen::VectorXd::Ones(modes);
   rings.readout.velocity = Eigen::RowVectorXd::Ones(modes);
@@ -34,7 +34,7 @@ RingDown velocity_of(std::vector<double> lambda, std::vector<double> d) {
 
 /// Velocity after an ideal impulse, summed in extended precision from the solution's own formula
 /// with square roots of lambda - d^2 or d^2 - lambda.
-Real impulse_velocity(const RingDown& rings, Real t) {
+Real impulse_velocity(const modal::RingDown& rings, Real t) {
   Real sum = 0;
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     const Real d = rings.decay_rates[i];
@@ -73,7 +73,8 @@ Real pulse_velocity(Real lambda, Real d, Real T, Real t) {
 }
 
 /// Largest deviation relative to the peak.
-double deviation(const RingDown& rings, const std::vector<float>& sound, std::size_t begin = 0) {
+double deviation(const modal::RingDown& rings, const std::vector<float>& sound,
+                 std::size_t begin = 0) {
   double peak = 0, worst = 0;
   for (std::size_t n = begin; n < sound.size(); ++n) {
     const Real expected = impulse_velocity(rings, Real(n) / Real(kRate));
@@ -88,20 +89,20 @@ TEST(KernelHard, NoDampingRingsOnForTheWholeClip) {
   for (const double f : {31.0, 440.0, 3000.1, 21999.0}) {
     lambda.push_back(std::pow(2 * std::numbers::pi * f, 2));
   }
-  const RingDown rings = velocity_of(lambda, std::vector<double>(lambda.size(), 0));
-  EXPECT_LT(deviation(rings, synthesize(rings, {0}, kRate, 200000)), 1e-6);
+  const modal::RingDown rings = velocity_of(lambda, std::vector<double>(lambda.size(), 0));
+  EXPECT_LT(deviation(rings, modal::synthesize(rings, {0}, kRate, 200000)), 1e-6);
 }
 
 TEST(KernelHard, DampingAtAndBeyondCritical) {
   const double omega = 2 * std::numbers::pi * 200;
   for (const double ratio : {0.999999999, 1.0, 1.000000001, 1.0049, 1.0051, 3.0, 1e3, 1e9}) {
-    const RingDown rings = velocity_of({omega * omega}, {ratio * omega});
-    const auto sound = synthesize(rings, {0}, kRate, 4000);
+    const modal::RingDown rings = velocity_of({omega * omega}, {ratio * omega});
+    const auto sound = modal::synthesize(rings, {0}, kRate, 4000);
     // Beyond 1e9 times critical the closed form above loses its digits, not the kernel.
     EXPECT_LT(deviation(rings, sound), ratio < 1e6 ? 1e-6 : 1e-3) << ratio;
     // At the critical damping itself the poles are one: 1e-9 beside it they can be told apart.
     const Real lambda = Real(rings.eigenvalues[0]) * (ratio == 1 ? 1 - 1e-9L : 1);
-    const auto struck = synthesize(rings, {1e-3}, kRate, 4000);
+    const auto struck = modal::synthesize(rings, {1e-3}, kRate, 4000);
     double peak = 0, worst = 0;
     for (std::size_t n = 0; n < struck.size(); ++n) {
       const Real expected =
@@ -118,10 +119,10 @@ TEST(KernelHard, DampingAtAndBeyondCritical) {
 TEST(KernelHard, TwoModesOneBillionthApart) {
   const double omega = 2 * std::numbers::pi * 1000;
   const double other = omega * (1 + 1e-9);
-  RingDown rings = velocity_of({omega * omega, other * other}, {1, 1});
-  EXPECT_LT(deviation(rings, synthesize(rings, {0}, kRate, 40000)), 1e-6);
+  modal::RingDown rings = velocity_of({omega * omega, other * other}, {1, 1});
+  EXPECT_LT(deviation(rings, modal::synthesize(rings, {0}, kRate, 40000)), 1e-6);
   rings.readout.velocity(0, 1) = -1;
-  const auto beat = synthesize(rings, {0}, kRate, 441000);
+  const auto beat = modal::synthesize(rings, {0}, kRate, 441000);
   const Real first = std::sqrt(Real(rings.eigenvalues[0]) - 1);
   const Real second = std::sqrt(Real(rings.eigenvalues[1]) - 1);
   double peak = 0, worst = 0;
@@ -144,14 +145,14 @@ TEST(KernelHard, FrequenciesAtNyquistAreDroppedAndSaid) {
   const double nyquist = std::numbers::pi * kRate;
   const double above = std::nextafter(nyquist, 1e9) * (1 + 1e-15);
   const double below = nyquist * (1 - 1e-12);
-  const RingDown rings =
+  const modal::RingDown rings =
       velocity_of({nyquist * nyquist, above * above, below * below, 1e6}, {0, 0, 0, 0});
-  const auto sound = synthesize(rings, {0}, kRate, 3000);
-  EXPECT_EQ(sounding_modes(rings, kRate), rings.eigenvalues.size() - 2);
+  const auto sound = modal::synthesize(rings, {0}, kRate, 3000);
+  EXPECT_EQ(modal::sounding_modes(rings, kRate), rings.eigenvalues.size() - 2);
   EXPECT_LT(deviation(velocity_of({below * below, 1e6}, {0, 0}), sound), 1e-6);
-  StreamingRenderer renderer(1, kRate);
+  modal::StreamingRenderer renderer(1, kRate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
-  EXPECT_EQ(modes_above_nyquist(rings, kRate), 2U);
+  EXPECT_EQ(modal::modes_above_nyquist(rings, kRate), 2U);
   renderer.strike(0, rings.excitation, {0});
   std::vector<float> streamed(100);
   renderer.render(streamed);
@@ -159,8 +160,8 @@ TEST(KernelHard, FrequenciesAtNyquistAreDroppedAndSaid) {
 }
 
 TEST(KernelHard, TwoThousandModes) {
-  const RingDown rings = random_rings(2000, 9, false);
-  const auto sound = synthesize(rings, {0}, kRate, 5000);
+  const modal::RingDown rings = random_rings(2000, 9, false);
+  const auto sound = modal::synthesize(rings, {0}, kRate, 5000);
   double peak = 0, worst = 0;
   for (std::size_t n = 0; n < sound.size(); n += 13) {
     Real sum = 0;
@@ -197,11 +198,11 @@ TEST(KernelHard, AMinuteWithoutDrift) {
   // Whole periods in the last second.
   for (const double frequency : {50.0, 19876.0}) {
     const double omega = 2 * std::numbers::pi * frequency;
-    const RingDown rings = velocity_of({omega * omega}, {0});
+    const modal::RingDown rings = velocity_of({omega * omega}, {0});
     constexpr std::size_t kMinute = 60 * 44100;
-    const auto offline = synthesize(rings, {0}, kRate, kMinute);
+    const auto offline = modal::synthesize(rings, {0}, kRate, kMinute);
     const double off = cents_off(offline, std::sqrt(Real(rings.eigenvalues[0])));
-    StreamingRenderer renderer(1, kRate);
+    modal::StreamingRenderer renderer(1, kRate);
     renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
     renderer.strike(0, rings.excitation, {0});
     std::vector<float> streamed(kMinute);
@@ -218,11 +219,11 @@ TEST(KernelHard, AMinuteWithoutDrift) {
   }
 }
 
-double seconds_of(const RingDown& rings) {
+double seconds_of(const modal::RingDown& rings) {
   double best = 1;
   for (int i = 0; i < 5; ++i) {
     const std::clock_t begin = std::clock();
-    const auto sound = synthesize(rings, {1e-3}, kRate, 44100);
+    const auto sound = modal::synthesize(rings, {1e-3}, kRate, 44100);
     const double seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     if (!sound.empty()) best = std::min(best, seconds);
   }
@@ -230,16 +231,16 @@ double seconds_of(const RingDown& rings) {
 }
 
 TEST(KernelHard, ForcesFromPiconewtonsToTeranewtons) {
-  RingDown rings = random_rings(60, 31, true);
+  modal::RingDown rings = random_rings(60, 31, true);
   // Modes that die within a block go through all small numbers there are.
   for (std::size_t i = 0; i < 20; ++i) rings.decay_rates[i] = 1e5;
-  const RingDown unit = rings;
-  const auto reference = synthesize(unit, {1e-3}, kRate, 44100);
+  const modal::RingDown unit = rings;
+  const auto reference = modal::synthesize(unit, {1e-3}, kRate, 44100);
   double peak = 0;
   for (const float s : reference) peak = std::max(peak, std::abs(double(s)));
   for (const double force : {1e-12, 1e12}) {
     rings.excitation = unit.excitation * force;
-    const auto sound = synthesize(rings, {1e-3}, kRate, 44100);
+    const auto sound = modal::synthesize(rings, {1e-3}, kRate, 44100);
     double worst = 0;
     for (std::size_t n = 0; n < sound.size(); ++n) {
       ASSERT_TRUE(std::isfinite(sound[n]));
@@ -250,7 +251,7 @@ TEST(KernelHard, ForcesFromPiconewtonsToTeranewtons) {
   // Powers of two change no digit: neither of the samples nor of what ends early.
   for (const int power : {-40, 40}) {
     rings.excitation = unit.excitation * std::ldexp(1.0, power);
-    const auto sound = synthesize(rings, {1e-3}, kRate, 44100);
+    const auto sound = modal::synthesize(rings, {1e-3}, kRate, 44100);
     for (std::size_t n = 0; n < sound.size(); ++n) {
       ASSERT_EQ(sound[n], std::ldexp(reference[n], power)) << power << " " << n;
     }
@@ -271,10 +272,10 @@ TEST(KernelHard, BlowsWithoutEndAreRefused) {
     }
     return "no error";
   };
-  RingDown rings = random_rings(3, 3, false);
-  StreamingRenderer renderer(1, kRate);
+  modal::RingDown rings = random_rings(3, 3, false);
+  modal::StreamingRenderer renderer(1, kRate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
-  const auto strike = [&](const ContactForce& force, double delay) {
+  const auto strike = [&](const modal::ContactForce& force, double delay) {
     return message([&] { renderer.strike(0, rings.excitation, force, delay); });
   };
   EXPECT_NE(strike({1e9}, 0).find("1e+09 s is longer than 226.8 s"), std::string::npos);
@@ -289,17 +290,17 @@ TEST(KernelHard, BlowsWithoutEndAreRefused) {
             std::string::npos);
   // A single blow needs no more than the clip's samples.
   rings.readout.delays = {0};
-  for (const float s : synthesize(rings, {1e9}, kRate, 100)) ASSERT_LT(std::abs(s), 1e-6F);
+  for (const float s : modal::synthesize(rings, {1e9}, kRate, 100)) ASSERT_LT(std::abs(s), 1e-6F);
   EXPECT_NE(message([&] {
-              synthesize_blows(rings, {1e9}, std::vector<double>{0, 1}, kRate, 100);
+              modal::synthesize_blows(rings, {1e9}, std::vector<double>{0, 1}, kRate, 100);
             }).find("longer than"),
             std::string::npos);
 }
 
 // After three hours a blow sounds to the bit as the first did, and nothing has piled up.
 TEST(KernelHard, StreamingStateIsBoundedOverHours) {
-  const RingDown rings = random_rings(12, 3, false);
-  StreamingRenderer renderer(1, kRate);
+  const modal::RingDown rings = random_rings(12, 3, false);
+  modal::StreamingRenderer renderer(1, kRate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   renderer.strike(0, rings.excitation, {1e-3});
   std::vector<float> first(4096);

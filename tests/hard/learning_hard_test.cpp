@@ -20,12 +20,13 @@ TEST(LearningHard, AClassOfOneSampleAndNoneToValidateWith) {
   source.columns["label"] = source.labels("label");
   source.columns["label"][7] = "alone";
   for (std::size_t i = 90; i < 120; ++i) source.columns["split"][i] = "test";
-  Method method = made_method({Branch::isnn});
+  learning::Method method = made_method({learning::Branch::isnn});
   const Course run = train(method, source);
   EXPECT_EQ(run.trained.best, 8);
   EXPECT_TRUE(std::isnan(run.trained.epochs[0].validation_loss));
   EXPECT_GT(run.test_accuracy, 0.9);
-  const std::vector<std::string> said = remarks(label_samples(source, made_task()));
+  const std::vector<std::string> said =
+      learning::remarks(learning::label_samples(source, made_task()));
   ASSERT_EQ(said.size(), 2U);
   EXPECT_NE(said[0].find("alone not tested"), std::string::npos) << said[0];
   EXPECT_NE(said[1].find("no sample in validation"), std::string::npos) << said[1];
@@ -33,7 +34,7 @@ TEST(LearningHard, AClassOfOneSampleAndNoneToValidateWith) {
 
 TEST(LearningHard, NaNInAFeature) {
   MadeSource source(300, 3);
-  Method method = made_method({Branch::isnn});
+  learning::Method method = made_method({learning::Branch::isnn});
   method.learning.epochs = 1;
   source.silent = 0;
   EXPECT_EQ(train(method, source).trained.silent, 1u);
@@ -48,16 +49,16 @@ TEST(LearningHard, NaNInAFeature) {
 
 TEST(LearningHard, ALossThatIsNoNumber) {
   MadeSource source(300, 3);
-  Method method = made_method({Branch::isnn});
+  learning::Method method = made_method({learning::Branch::isnn});
   method.learning.learning_rate = 1e30;
   EXPECT_THROW(train(method, source), core::InputError);
 }
 
 TEST(LearningHard, ACheckpointCutShort) {
   const core::TemporaryFolder folder;
-  const Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
+  const networks::Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
   MadeSource source(300, 3);
-  Method method = made_method({Branch::isnn});
+  learning::Method method = made_method({learning::Branch::isnn});
   method.learning.epochs = 2;
   const Course whole = train(method, source, checkpoint);
   const std::string bytes = core::read_file(checkpoint.file);
@@ -74,20 +75,20 @@ TEST(LearningHard, ACheckpointCutShort) {
 TEST(LearningHard, AllClipsSilent) {
   MadeSource source(120, 3);
   source.all_silent = true;
-  const LabelledSamples samples = label_samples(source, made_task());
-  Method method = made_method({Branch::isnn});
-  Learner learner(method, extents_of(method, source), samples.classes);
-  const Trained trained = learner.train(source, samples, {}, {}, {});
-  const auto rows = samples.rows(Part::train);
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  learning::Method method = made_method({learning::Branch::isnn});
+  networks::Learner learner(method, extents_of(method, source), samples.classes);
+  const networks::Trained trained = learner.train(source, samples, {}, {}, {});
+  const auto rows = samples.rows(learning::Part::train);
   EXPECT_EQ(trained.silent, rows.size());
-  for (const Epoch& epoch : trained.epochs) EXPECT_TRUE(std::isfinite(epoch.train_loss));
+  for (const learning::Epoch& epoch : trained.epochs) EXPECT_TRUE(std::isfinite(epoch.train_loss));
   const std::vector<float> scores = learner.predict(source, samples, rows, {});
   for (const float score : scores) EXPECT_TRUE(std::isfinite(score));
 }
 
 TEST(LearningHard, ASenseThatIsMissing) {
   MadeSource source(120, 3);
-  const Method method = made_method({Branch::isnn, Branch::touch});
+  const learning::Method method = made_method({learning::Branch::isnn, learning::Branch::touch});
   try {
     train(method, source);
     FAIL() << "it was trained without touch";
@@ -103,13 +104,13 @@ TEST(LearningHard, LabelsInAnotherOrder) {
   std::vector<std::string> names = source.labels("label");
   for (std::string& name : names) name = std::string(1, static_cast<char>('z' - name.back()));
   turned.columns["label"] = names;
-  Method method = made_method({Branch::isnn});
+  learning::Method method = made_method({learning::Branch::isnn});
   method.learning.epochs = 30;
   const Course first = train(method, source), second = train(method, turned);
   EXPECT_GT(first.test_accuracy, 0.9);
   EXPECT_GT(second.test_accuracy, 0.9);
-  const LabelledSamples a = label_samples(source, made_task()),
-                        b = label_samples(turned, made_task());
+  const learning::LabelledSamples a = learning::label_samples(source, made_task()),
+                                  b = learning::label_samples(turned, made_task());
   for (std::size_t i = 0; i < a.label.size(); ++i) EXPECT_EQ(b.label[i], 2 - a.label[i]);
 }
 

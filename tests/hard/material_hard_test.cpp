@@ -11,46 +11,47 @@
 namespace carillon::eval {
 namespace {
 
-Feature tone(double frequency, double decay_rate, double amplitude) {
-  Feature feature;
+features::Feature tone(double frequency, double decay_rate, double amplitude) {
+  features::Feature feature;
   feature.frequency = frequency;
   feature.decay_rate = decay_rate;
   feature.amplitude = amplitude;
   return feature;
 }
 
-std::vector<Feature> bar_tones(const synth::DampingModel& damping) {
-  Candidate candidate;
+std::vector<features::Feature> bar_tones(const synth::damping::DampingModel& damping) {
+  material::Candidate candidate;
   candidate.specific_modulus = 2.5e7;
   candidate.scale = 0.1;
   candidate.damping = damping;
-  return heard_candidate(test::free_bar(2.5e7, 0.3, 0.008, 16), candidate, HeardMotion::velocity,
-                         20, 20000)
+  return material::heard_candidate(test::free_bar(2.5e7, 0.3, 0.008, 16), candidate,
+                                   material::HeardMotion::velocity, 20, 20000)
       .tones;
 }
 
-MaterialEstimate estimate(const test::Recorded& recorded, const MaterialOptions& options = {}) {
-  return estimate_material(recorded.samples, recorded.set, test::free_bar(1e7, 0.3, 0.008, 16),
-                           options);
+material::MaterialEstimate estimate(const test::Recorded& recorded,
+                                    const material::MaterialOptions& options = {}) {
+  return material::estimate_material(recorded.samples, recorded.set,
+                                     test::free_bar(1e7, 0.3, 0.008, 16), options);
 }
 
-std::string message_of(const test::Recorded& recorded, const StruckModes& modes,
-                       const MaterialOptions& options = {}) {
+std::string message_of(const test::Recorded& recorded, const material::StruckModes& modes,
+                       const material::MaterialOptions& options = {}) {
   try {
-    estimate_material(recorded.samples, recorded.set, modes, options);
+    material::estimate_material(recorded.samples, recorded.set, modes, options);
   } catch (const core::InputError& error) {
     return error.message();
   }
   return "";
 }
 
-bool remarked(const MaterialEstimate& estimate, const std::string& words) {
+bool remarked(const material::MaterialEstimate& estimate, const std::string& words) {
   return std::any_of(
       estimate.remarks.begin(), estimate.remarks.end(),
       [&](const std::string& remark) { return remark.find(words) != std::string::npos; });
 }
 
-void expect_finite(const MaterialEstimate& found) {
+void expect_finite(const material::MaterialEstimate& found) {
   EXPECT_TRUE(std::isfinite(found.value.metric));
   EXPECT_GT(found.candidate.specific_modulus, 0);
   EXPECT_TRUE(std::isfinite(found.candidate.specific_modulus));
@@ -68,41 +69,41 @@ TEST(MaterialHard, SilentClipGivesItsReason) {
 }
 
 TEST(MaterialHard, FewerFeaturesThanParameters) {
-  const auto tones = bar_tones(synth::rayleigh_damping(5, 1e-7));
+  const auto tones = bar_tones(synth::damping::rayleigh_damping(5, 1e-7));
   const auto recorded = test::record({tones[0], tones[1]});
-  MaterialOptions options;
-  options.law = {synth::DampingKind::hybrid, 3, ""};
+  material::MaterialOptions options;
+  options.law = {synth::damping::DampingKind::hybrid, 3, ""};
   const std::string message = message_of(recorded, test::free_bar(1e7, 0.3, 0.008, 16), options);
   EXPECT_NE(message.find("2 features of the recording cannot begin a hybrid"), std::string::npos)
       << message;
 }
 
 TEST(MaterialHard, OneFeatureAndOneParameterAreAmbiguous) {
-  const auto tones = bar_tones(synth::rayleigh_damping(5, 0));
-  MaterialOptions options;
-  options.law = {synth::DampingKind::caughey, 1, ""};
+  const auto tones = bar_tones(synth::damping::rayleigh_damping(5, 0));
+  material::MaterialOptions options;
+  options.law = {synth::damping::DampingKind::caughey, 1, ""};
   const auto found = estimate(test::record({tones[0]}), options);
   expect_finite(found);
   EXPECT_TRUE(std::isinf(found.modulus_error));
 }
 
 TEST(MaterialHard, BodyWithoutModesInTheBand) {
-  const auto recorded = test::record(bar_tones(synth::rayleigh_damping(5, 1e-7)));
-  StruckModes none;
+  const auto recorded = test::record(bar_tones(synth::damping::rayleigh_damping(5, 1e-7)));
+  material::StruckModes none;
   none.specific_modulus = 1e7;
   EXPECT_NE(message_of(recorded, none).find("no mode in its band"), std::string::npos);
 }
 
 TEST(MaterialHard, PointWhereNothingRings) {
-  const auto recorded = test::record(bar_tones(synth::rayleigh_damping(5, 1e-7)));
-  StruckModes still = test::free_bar(1e7, 0.3, 0.008, 16);
+  const auto recorded = test::record(bar_tones(synth::damping::rayleigh_damping(5, 1e-7)));
+  material::StruckModes still = test::free_bar(1e7, 0.3, 0.008, 16);
   std::fill(still.gains.begin(), still.gains.end(), 0.0);
   EXPECT_NE(message_of(recorded, still).find("rings no mode"), std::string::npos);
 }
 
 TEST(MaterialHard, FeaturesThatFitNoMode) {
   // Harmonics of a string against the modes of a bar.
-  std::vector<Feature> string;
+  std::vector<features::Feature> string;
   for (int n = 1; n <= 30; ++n) string.push_back(tone(440.0 * n, 3 + 0.2 * n, 1.0 / n));
   const auto found = estimate(test::record(string));
   expect_finite(found);
@@ -110,7 +111,7 @@ TEST(MaterialHard, FeaturesThatFitNoMode) {
 }
 
 TEST(MaterialHard, IdenticalFeatures) {
-  const std::vector<Feature> same(5, tone(700, 10, 0.2));
+  const std::vector<features::Feature> same(5, tone(700, 10, 0.2));
   // One frequency tells nothing of two parameters.
   const auto recorded = test::record(same, {.random_phases = false});
   const std::string message = message_of(recorded, test::free_bar(1e7, 0.3, 0.008, 16));
@@ -119,36 +120,36 @@ TEST(MaterialHard, IdenticalFeatures) {
 
 TEST(MaterialHard, CandidatesBeyondCritical) {
   // Thuds: so strongly damped that many candidates have no tone at all.
-  std::vector<Feature> thuds;
+  std::vector<features::Feature> thuds;
   for (int n = 1; n <= 6; ++n) thuds.push_back(tone(150.0 * n, 300.0 + 50 * n, 0.5));
   expect_finite(estimate(test::record(thuds, {.seconds = 0.2})));
 }
 
 TEST(MaterialHard, CaugheyMayDipBelowZero) {
   // Damping that falls with frequency draws a series below zero beyond the features.
-  auto tones = bar_tones(synth::rayleigh_damping(20, 1e-8));
+  auto tones = bar_tones(synth::damping::rayleigh_damping(20, 1e-8));
   for (std::size_t i = 0; i < tones.size(); ++i) tones[i].decay_rate = 12 - 1.2 * i;
   tones.resize(8);
-  MaterialOptions options;
-  options.law = {synth::DampingKind::caughey, 3, ""};
+  material::MaterialOptions options;
+  options.law = {synth::damping::DampingKind::caughey, 3, ""};
   const auto found = estimate(test::record(tones), options);
   expect_finite(found);
-  for (const Feature& heard : found.tones) EXPECT_GE(heard.decay_rate, 0);
+  for (const features::Feature& heard : found.tones) EXPECT_GE(heard.decay_rate, 0);
 }
 
 TEST(MaterialHard, FormulaThatIsNoNumberEverywhere) {
-  MaterialOptions options;
-  options.law = {synth::DampingKind::expression, 2, "alpha1 + alpha2*sqrt(f - 300)"};
-  auto tones = bar_tones(synth::rayleigh_damping(20, 1e-7));
-  std::erase_if(tones, [](const Feature& one) { return one.frequency < 320; });
+  material::MaterialOptions options;
+  options.law = {synth::damping::DampingKind::expression, 2, "alpha1 + alpha2*sqrt(f - 300)"};
+  auto tones = bar_tones(synth::damping::rayleigh_damping(20, 1e-7));
+  std::erase_if(tones, [](const features::Feature& one) { return one.frequency < 320; });
   expect_finite(estimate(test::record(tones), options));
 }
 
 TEST(MaterialHard, ShortAndSlowRates) {
-  const auto tones = bar_tones(synth::rayleigh_damping(20, 1e-7));
+  const auto tones = bar_tones(synth::damping::rayleigh_damping(20, 1e-7));
   for (const double rate : {8000.0, 192000.0}) {
-    std::vector<Feature> heard = tones;
-    std::erase_if(heard, [&](const Feature& one) { return one.frequency > 0.45 * rate; });
+    std::vector<features::Feature> heard = tones;
+    std::erase_if(heard, [&](const features::Feature& one) { return one.frequency > 0.45 * rate; });
     const auto recorded = test::record(heard, {.seconds = 0.15, .sample_rate = rate});
     const auto found = estimate(recorded);
     EXPECT_NEAR(found.candidate.specific_modulus / 2.5e7, 1, 0.003) << rate;
@@ -157,8 +158,8 @@ TEST(MaterialHard, ShortAndSlowRates) {
 
 TEST(MaterialHard, LongSilenceAfterTheSound) {
   // Features that end long before the clip does.
-  const auto recorded =
-      test::record(bar_tones(synth::rayleigh_damping(200, 1e-7)), {.seconds = 5, .snr = 60});
+  const auto recorded = test::record(bar_tones(synth::damping::rayleigh_damping(200, 1e-7)),
+                                     {.seconds = 5, .snr = 60});
   const auto found = estimate(recorded);
   EXPECT_NEAR(found.candidate.specific_modulus / 2.5e7, 1, 0.003);
 }

@@ -10,8 +10,8 @@
 #include "../solvers/temporary_folder.hpp"
 #include "../solvers/test_meshes.hpp"
 #include "hard_case.hpp"
-#include "solvers/raise_order.hpp"
-#include "solvers/read_mesh.hpp"
+#include "solvers/mesh/raise_order.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon {
 namespace {
@@ -100,7 +100,8 @@ TEST(Hard, StiffnessAndDensityOfAnySize) {
 /// Frequency of a free rod of two halves without lateral contraction nearest to a guess [Hz]:
 /// Z1 sin(k1 l) cos(k2 l) + Z2 sin(k2 l) cos(k1 l) = 0, Z = rho c. Plane waves u_z(z) are exact in
 /// three dimensions at nu = 0.
-double axial_root(const Elastic& first, const Elastic& second, double half, double guess) {
+double axial_root(const solvers::elements::Elastic& first, const solvers::elements::Elastic& second,
+                  double half, double guess) {
   const double c1 = std::sqrt(first.youngs_modulus / first.density);
   const double c2 = std::sqrt(second.youngs_modulus / second.density);
   const auto residual = [&](double frequency) {
@@ -119,7 +120,7 @@ double axial_root(const Elastic& first, const Elastic& second, double half, doub
 }
 
 /// Axial modes among a set: nothing moves across.
-std::vector<std::size_t> axial_modes(const Modes& modes) {
+std::vector<std::size_t> axial_modes(const solvers::modes::Modes& modes) {
   std::vector<std::size_t> out;
   for (std::size_t k = 0; k < modes.size(); ++k) {
     float across = 0, along = 0;
@@ -138,7 +139,8 @@ TetMesh bar_of_groups() {
       box_mesh({0.03, 0.04, 0.1}, {1, 1, 6}, 2, [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
   bar.region_names = {"lower half", "upper half"};
   const TemporaryFolder folder;
-  return raise_order(read_msh(folder.file("bar.msh", msh_text(bar))), 4);
+  return solvers::mesh::raise_order(
+      solvers::mesh::readers::read_msh(folder.file("bar.msh", msh_text(bar))), 4);
 }
 
 /// Two materials in groups of an MSH file, one a million times softer: the axial modes are those of
@@ -146,7 +148,7 @@ TetMesh bar_of_groups() {
 TEST(Hard, StiffnessContrastOfAMillion) {
   const auto bar = bar_of_groups();
   ASSERT_EQ(bar.region_names, (std::vector<std::string>{"lower half", "upper half"}));
-  const Elastic hard{2e11, 0, 7850}, soft{2e5, 0, 1100};
+  const solvers::elements::Elastic hard{2e11, 0, 7850}, soft{2e5, 0, 1100};
   const auto modes = lowest_modes(bar, {hard, soft}, 16);
   // K has the hard half's rounding.
   expect_sound(modes, 1e-5);
@@ -160,7 +162,7 @@ TEST(Hard, StiffnessContrastOfAMillion) {
   EXPECT_NEAR(modes.mass, 0.03 * 0.04 * 0.05 * (7850 + 1100), 1e-12);
   // The same to any contrast: the lowest axial mode is that of the soft half on a rigid mass.
   for (const double contrast : {1e2, 1e8}) {
-    const Elastic other{2e11 / contrast, 0, 1100};
+    const solvers::elements::Elastic other{2e11 / contrast, 0, 1100};
     const auto set = lowest_modes(bar, {hard, other}, 16);
     const auto first = axial_modes(set);
     ASSERT_FALSE(first.empty()) << contrast;
@@ -171,7 +173,7 @@ TEST(Hard, StiffnessContrastOfAMillion) {
 
 /// Equal stiffness, densities a million apart: air-light beside heavier than lead.
 TEST(Hard, DensityContrastOfAMillion) {
-  const Elastic heavy{1e9, 0, 1e6}, light{1e9, 0, 1};
+  const solvers::elements::Elastic heavy{1e9, 0, 1e6}, light{1e9, 0, 1};
   for (const int order : {2, 3, 4}) {
     SCOPED_TRACE(order);
     const auto bar = box_mesh({0.03, 0.04, 0.1}, {1, 1, 6}, order,

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "solvers/textures/generated_maps.hpp"
+#include "render/maps/generated_maps.hpp"
 #include "tests/synth/moving_bodies.hpp"
 
 namespace carillon::synth {
@@ -11,30 +11,30 @@ namespace {
 
 constexpr double kGravity = 9.80665;
 
-MotionOptions lasting(double seconds) {
-  MotionOptions options;
+motion::MotionOptions lasting(double seconds) {
+  motion::MotionOptions options;
   options.seconds = seconds;
   return options;
 }
 
-void expect_finite(const Motion& motion) {
+void expect_finite(const motion::Motion& motion) {
   for (const double energy : motion.energy) ASSERT_TRUE(std::isfinite(energy));
-  for (const Impact& impact : motion.impacts) {
+  for (const motion::Impact& impact : motion.impacts) {
     ASSERT_TRUE(impact.impulse.allFinite() && std::isfinite(impact.duration));
   }
-  for (const LastingContact& contact : motion.contacts) {
-    for (const ContactStep& step : contact.steps) {
+  for (const motion::LastingContact& contact : motion.contacts) {
+    for (const motion::ContactStep& step : contact.steps) {
       ASSERT_TRUE(step.force.allFinite() && step.sweep[0].allFinite() && step.sweep[1].allFinite());
     }
   }
 }
 
 TEST(MotionHard, ATowerOfTwentyStands) {
-  std::vector<MovingBody> bodies = {floor_body()};
+  std::vector<motion::MovingBody> bodies = {floor_body()};
   for (int k = 0; k < 20; ++k) {
     bodies.push_back(at(box_body({0.05, 0.05, 0.025}), {0, 0, 0.0125 + 0.025 * k}));
   }
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
   for (std::size_t k = 1; k < bodies.size(); ++k) {
@@ -49,7 +49,7 @@ TEST(MotionHard, ATowerOfTwentyStands) {
 
 TEST(MotionHard, ABallInAGrooveComesToRestAtItsBottom) {
   const double radius = 0.02, tilt = 0.7;
-  std::vector<MovingBody> bodies = {floor_body(1), floor_body(1), ball_body(radius)};
+  std::vector<motion::MovingBody> bodies = {floor_body(1), floor_body(1), ball_body(radius)};
   for (std::size_t k = 0; k < 2; ++k) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(k == 0 ? tilt : -tilt, Vec3::UnitY()));
     // Slabs whose upper faces meet in the y axis.
@@ -59,22 +59,23 @@ TEST(MotionHard, ABallInAGrooveComesToRestAtItsBottom) {
   bodies[2].start.velocity = {0, 0.05, 0};
   set_surfaces(bodies, 0.3, 0.4);
   bodies[2].rolling_friction = 1e-4;
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
-  const BodyState& end = motion.states.back()[2];
+  const motion::BodyState& end = motion.states.back()[2];
   EXPECT_NEAR(end.pose.origin.x(), 0, 1e-4);
   EXPECT_NEAR(end.pose.origin.z(), radius / std::cos(tilt), 1e-4);
   EXPECT_LT(end.velocity.norm(), 1e-3);
 }
 
 TEST(MotionHard, WithoutFrictionASlidingBoxNeverStopsNorGains) {
-  std::vector<MovingBody> bodies = {floor_body(200), at(box_body({0.1, 0.06, 0.04}), {0, 0, 0.02})};
+  std::vector<motion::MovingBody> bodies = {floor_body(200),
+                                            at(box_body({0.1, 0.06, 0.04}), {0, 0, 0.02})};
   bodies[1].start.velocity = {1, 0, 0};
   set_surfaces(bodies, 0, 0.5);
-  MotionOptions options = lasting(60);
+  motion::MotionOptions options = lasting(60);
   options.world_radius = 1000;
-  const Motion motion = simulate_motion(bodies, {}, options);
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, options);
   expect_finite(motion);
   EXPECT_NEAR(motion.states.back()[1].velocity.norm(), 1, 0.01);
   EXPECT_NEAR(motion.states.back()[1].pose.origin.x(), 60, 0.6);
@@ -82,37 +83,38 @@ TEST(MotionHard, WithoutFrictionASlidingBoxNeverStopsNorGains) {
 }
 
 TEST(MotionHard, MassesOneToAMillion) {
-  std::vector<MovingBody> bodies = {floor_body(), at(box_body({0.1, 0.1, 0.1}, 8), {0, 0, 0.05}),
-                                    at(box_body({0.1, 0.1, 0.1}, 8e6), {0.02, 0, 0.151})};
+  std::vector<motion::MovingBody> bodies = {floor_body(),
+                                            at(box_body({0.1, 0.1, 0.1}, 8), {0, 0, 0.05}),
+                                            at(box_body({0.1, 0.1, 0.1}, 8e6), {0.02, 0, 0.151})};
   set_surfaces(bodies, 0.5, 0.3);
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
   // A light ball bounces off the heavy box as off a wall.
-  std::vector<MovingBody> balls = {at(ball_body(0.05, 1e7), {0, 0, 0}),
-                                   at(ball_body(0.01, 10), {0.2, 0, 0})};
+  std::vector<motion::MovingBody> balls = {at(ball_body(0.05, 1e7), {0, 0, 0}),
+                                           at(ball_body(0.01, 10), {0.2, 0, 0})};
   balls[1].start.velocity = {-1, 0, 0};
   set_surfaces(balls, 0, 1);
-  MotionOptions options = lasting(0.4);
+  motion::MotionOptions options = lasting(0.4);
   options.gravity = Vec3::Zero();
-  const Motion bounce = simulate_motion(balls, {}, options);
+  const motion::Motion bounce = motion::simulate_motion(balls, {}, options);
   EXPECT_NEAR(bounce.states.back()[1].velocity.x(), 1, 1e-3);
 }
 
 TEST(MotionHard, AThousandContactsInAFrame) {
-  std::vector<MovingBody> bodies = {floor_body(3)};
+  std::vector<motion::MovingBody> bodies = {floor_body(3)};
   // 16 x 16 boxes on their faces: four contacts each.
   for (int i = 0; i < 256; ++i) {
     bodies.push_back(at(box_body({0.05, 0.05, 0.05}),
                         {-0.8 + 0.1 * (i % 16), -0.8 + 0.1 * static_cast<double>(i / 16), 0.026}));
   }
-  const Motion motion = simulate_motion(bodies, {}, lasting(0.2));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(0.2));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
   std::size_t most = 0;
   for (std::size_t k = 0; k < 200; ++k) {
     std::size_t now = 0;
-    for (const LastingContact& contact : motion.contacts) {
+    for (const motion::LastingContact& contact : motion.contacts) {
       now += contact.first_step <= k && k < contact.first_step + contact.steps.size() ? 1 : 0;
     }
     most = std::max(most, now);
@@ -122,20 +124,21 @@ TEST(MotionHard, AThousandContactsInAFrame) {
 
 TEST(MotionHard, FastAndThinDoesNotPassThrough) {
   const auto thrown = [](double speed, double step) {
-    std::vector<MovingBody> bodies = {box_body({1, 1, 0.002}), box_body({0.04, 0.04, 0.001})};
+    std::vector<motion::MovingBody> bodies = {box_body({1, 1, 0.002}),
+                                              box_body({0.04, 0.04, 0.001})};
     bodies[0].fixed = true;
     bodies[1].start.pose.origin = {0.01, 0.02, 0.3};
     bodies[1].start.velocity = {0, 0, -speed};
     set_surfaces(bodies, 0.3, 0.5);
-    MotionOptions options = lasting(0.2);
+    motion::MotionOptions options = lasting(0.2);
     options.step = step;
-    return simulate_motion(bodies, {}, options);
+    return motion::simulate_motion(bodies, {}, options);
   };
   // Where the step cannot be cut finely enough it is said, with the time; a shorter step helps.
   EXPECT_EQ(thrown(30, 1e-3).too_fast, 0.0);
   EXPECT_EQ(thrown(100, 1e-3).too_fast, 0.0);
   for (const auto& [speed, step] : {std::pair(10.0, 1e-3), {30.0, 5e-4}, {100.0, 1e-4}}) {
-    const Motion motion = thrown(speed, step);
+    const motion::Motion motion = thrown(speed, step);
     expect_finite(motion);
     EXPECT_FALSE(motion.too_fast) << speed;
     EXPECT_GT(motion.most_substeps, 1) << speed;
@@ -146,10 +149,10 @@ TEST(MotionHard, FastAndThinDoesNotPassThrough) {
 }
 
 TEST(MotionHard, ABodyThatLeavesTheWorldIsLeftAlone) {
-  std::vector<MovingBody> bodies = {ball_body(0.02), at(ball_body(0.02), {0, 0, 1})};
-  MotionOptions options = lasting(60);
+  std::vector<motion::MovingBody> bodies = {ball_body(0.02), at(ball_body(0.02), {0, 0, 1})};
+  motion::MotionOptions options = lasting(60);
   options.world_radius = 20;
-  const Motion motion = simulate_motion(bodies, {}, options);
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, options);
   expect_finite(motion);
   const double expected = std::sqrt(2 * 20 / kGravity);
   EXPECT_NEAR(motion.left[0], expected, 0.01);
@@ -158,26 +161,27 @@ TEST(MotionHard, ABodyThatLeavesTheWorldIsLeftAlone) {
 }
 
 TEST(MotionHard, BallsThatBounceForAMinuteGainNothing) {
-  std::vector<MovingBody> bodies = {floor_body()};
+  std::vector<motion::MovingBody> bodies = {floor_body()};
   for (int k = 0; k < 5; ++k)
     bodies.push_back(at(ball_body(0.02), {0.2 * k - 0.4, 0, 0.1 + 0.2 * k}));
   set_surfaces(bodies, 0.3, 1);
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
 }
 
 TEST(MotionHard, AHeapOfBoxesComesToRest) {
-  std::vector<MovingBody> bodies = {floor_body()};
+  std::vector<motion::MovingBody> bodies = {floor_body()};
   for (int k = 0; k < 20; ++k) {
-    MovingBody box = at(box_body({0.06, 0.04, 0.03}),
-                        {0.02 * ((k * 7) % 5 - 2), 0.02 * ((k * 3) % 5 - 2), 0.05 + 0.06 * k});
+    motion::MovingBody box =
+        at(box_body({0.06, 0.04, 0.03}),
+           {0.02 * ((k * 7) % 5 - 2), 0.02 * ((k * 3) % 5 - 2), 0.05 + 0.06 * k});
     box.start.pose.turn = Eigen::Quaterniond(
         Eigen::AngleAxisd(0.7 * k, Vec3(0.3 * (k % 3), 1, 0.2 * k).normalized()));
     bodies.push_back(box);
   }
   set_surfaces(bodies, 0.5, 0.3);
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
   for (std::size_t k = 1; k < bodies.size(); ++k) {
@@ -187,22 +191,22 @@ TEST(MotionHard, AHeapOfBoxesComesToRest) {
 }
 
 /// Three balls and two boxes thrown onto a textured floor with walls around it.
-std::vector<MovingBody> balls_on(const solvers::SurfaceMap& map) {
-  std::vector<MovingBody> bodies = {textured_floor(map, 1)};
+std::vector<motion::MovingBody> balls_on(const render::maps::SurfaceMap& map) {
+  std::vector<motion::MovingBody> bodies = {textured_floor(map, 1)};
   for (int k = 0; k < 4; ++k) {
-    MovingBody wall = box_body(k < 2 ? Vec3(0.1, 1.2, 0.6) : Vec3(1.2, 0.1, 0.6));
+    motion::MovingBody wall = box_body(k < 2 ? Vec3(0.1, 1.2, 0.6) : Vec3(1.2, 0.1, 0.6));
     wall.fixed = true;
     const double place = k % 2 == 0 ? 0.55 : -0.55;
     wall.start.pose.origin = k < 2 ? Vec3(place, 0, 0.3) : Vec3(0, place, 0.3);
     bodies.push_back(wall);
   }
   for (int k = 0; k < 3; ++k) {
-    MovingBody ball = at(ball_body(0.015), {0.15 * k - 0.2, 0.1 * k - 0.1, 0.1});
+    motion::MovingBody ball = at(ball_body(0.015), {0.15 * k - 0.2, 0.1 * k - 0.1, 0.1});
     ball.start.velocity = {0.5 - 0.4 * k, 0.3, 0};
     bodies.push_back(ball);
   }
   for (int k = 0; k < 2; ++k) {
-    MovingBody box = at(box_body({0.06, 0.04, 0.03}), {0.2 * k, -0.3, 0.08 + 0.1 * k});
+    motion::MovingBody box = at(box_body({0.06, 0.04, 0.03}), {0.2 * k, -0.3, 0.08 + 0.1 * k});
     box.start.pose.turn =
         Eigen::Quaterniond(Eigen::AngleAxisd(0.7 + k, Vec3(1, 2, 3).normalized()));
     box.start.velocity = {0.4 - 0.8 * k, 0.5, 0};
@@ -213,8 +217,9 @@ std::vector<MovingBody> balls_on(const solvers::SurfaceMap& map) {
 }
 
 TEST(MotionHard, AMinuteOnABrickRelief) {
-  const std::vector<MovingBody> bodies = balls_on(solvers::generate_map("brick", {}, 512, 3));
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const std::vector<motion::MovingBody> bodies =
+      balls_on(render::maps::generate_map("brick", {}, 512, 3));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
   for (std::size_t b = 5; b < bodies.size(); ++b) {
@@ -224,23 +229,23 @@ TEST(MotionHard, AMinuteOnABrickRelief) {
 
 TEST(MotionHard, AMinuteOnAVerticalEdge) {
   // A step of 5 mm between two texels, all along v.
-  solvers::SurfaceMap map;
+  render::maps::SurfaceMap map;
   map.name = "edge";
   map.width = map.height = 200;
   map.texel = 5e-4;
   for (int k = 0; k < 200 * 200; ++k) map.heights.push_back(k % 200 < 100 ? 0.0f : -0.005f);
-  const std::vector<MovingBody> bodies = balls_on(map);
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const std::vector<motion::MovingBody> bodies = balls_on(map);
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
   // At all times above the surface that a ball can reach, but for the way of a step: never in the
   // map's step.
-  const solvers::SurfaceMap traced = solvers::traced_map(map, 0.015);
+  const render::maps::SurfaceMap traced = render::maps::traced_map(map, 0.015);
   for (std::size_t k = 0; k < motion.states.size(); ++k) {
     for (std::size_t b = 5; b < 8; ++b) {
       const Vec3 centre = motion.states[k][b].pose.origin;
       const double lowest =
-          solvers::height_at(traced, {centre.x() + 0.5, centre.y() + 0.5}) + 0.015;
+          render::maps::height_at(traced, {centre.x() + 0.5, centre.y() + 0.5}) + 0.015;
       const double a_step = motion.states[k][b].velocity.norm() * motion.step;
       ASSERT_GT(centre.z(), lowest - 3e-4 - a_step) << b << " at " << k;
     }
@@ -248,10 +253,10 @@ TEST(MotionHard, AMinuteOnAVerticalEdge) {
 }
 
 /// A tile whose upper face is a relief.
-MovingBody relief_tile(const solvers::SurfaceMap& map) {
-  MovingBody tile = box_body({0.1, 0.1, 0.02});
-  solvers::TexturedFace face;
-  face.map = std::make_shared<const solvers::SurfaceMap>(map);
+motion::MovingBody relief_tile(const render::maps::SurfaceMap& map) {
+  motion::MovingBody tile = box_body({0.1, 0.1, 0.02});
+  render::maps::TexturedFace face;
+  face.map = std::make_shared<const render::maps::SurfaceMap>(map);
   face.origin = {-0.05, -0.05, 0.01};
   face.size = {0.1, 0.1};
   tile.texture = face;
@@ -260,12 +265,13 @@ MovingBody relief_tile(const solvers::SurfaceMap& map) {
 
 // A relief is met on its face alone, whatever side of its body is touched.
 TEST(MotionHard, ABallFromBelowDoesNotPassAReliefsBody) {
-  std::vector<MovingBody> bodies = {relief_tile(solvers::generate_map("pebbles", {}, 128, 1)),
-                                    at(ball_body(0.01), {0.01, 0.02, -0.1})};
+  std::vector<motion::MovingBody> bodies = {
+      relief_tile(render::maps::generate_map("pebbles", {}, 128, 1)),
+      at(ball_body(0.01), {0.01, 0.02, -0.1})};
   bodies[0].fixed = true;
   bodies[1].start.velocity = {0, 0, 2};
   set_surfaces(bodies, 0.4, 0.5);
-  const Motion motion = simulate_motion(bodies, {}, lasting(1));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(1));
   EXPECT_FALSE(motion.impacts.empty());
   for (const auto& states : motion.states)
     ASSERT_LT(states[1].pose.origin.z(), -0.0175);  // a step of 2 mm
@@ -273,15 +279,15 @@ TEST(MotionHard, ABallFromBelowDoesNotPassAReliefsBody) {
 }
 
 TEST(MotionHard, TilesWithReliefsFallOnOneAnother) {
-  const solvers::SurfaceMap map =
-      solvers::generate_map("grooves", {{"wavelength", 0.01}, {"depth", 0.002}}, 128, 1);
-  std::vector<MovingBody> bodies = {floor_body()};
+  const render::maps::SurfaceMap map =
+      render::maps::generate_map("grooves", {{"wavelength", 0.01}, {"depth", 0.002}}, 128, 1);
+  std::vector<motion::MovingBody> bodies = {floor_body()};
   for (int k = 0; k < 3; ++k) {
-    MovingBody tile = at(relief_tile(map), {0.004 * k, 0.003 * k, 0.03 + 0.04 * k});
+    motion::MovingBody tile = at(relief_tile(map), {0.004 * k, 0.003 * k, 0.03 + 0.04 * k});
     bodies.push_back(tile);
   }
   set_surfaces(bodies, 0.5, 0.3);
-  const Motion motion = simulate_motion(bodies, {}, lasting(5));
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(5));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
   for (std::size_t b = 1; b < bodies.size(); ++b) {
@@ -291,23 +297,23 @@ TEST(MotionHard, TilesWithReliefsFallOnOneAnother) {
 }
 
 /// Kinetic energy, that of height, and what the map's integrated height would hold.
-double energy_on_map(const std::vector<MovingBody>& bodies, const Motion& motion, std::size_t k,
-                     const solvers::SurfaceMap& relief) {
+double energy_on_map(const std::vector<motion::MovingBody>& bodies, const motion::Motion& motion,
+                     std::size_t k, const render::maps::SurfaceMap& relief) {
   double energy = motion.energy[k];
   for (std::size_t b = 5; b < bodies.size(); ++b) {
     const Vec3 place = motion.states[k][b].pose.origin;
     energy += bodies[b].rigid.mass * kGravity *
-              solvers::height_at(relief, {place.x() + 0.5, place.y() + 0.5});
+              render::maps::height_at(relief, {place.x() + 0.5, place.y() + 0.5});
   }
   return energy;
 }
 
 TEST(MotionHard, AMinuteOnANormalMap) {
-  const solvers::SurfaceMap relief = solvers::generate_map("pebbles", {}, 256, 5);
-  const solvers::SurfaceMap map = solvers::normal_map_of(relief);
-  const solvers::SurfaceMap integrated = solvers::integrated_relief(map);
-  const std::vector<MovingBody> bodies = balls_on(map);
-  const Motion motion = simulate_motion(bodies, {}, lasting(60));
+  const render::maps::SurfaceMap relief = render::maps::generate_map("pebbles", {}, 256, 5);
+  const render::maps::SurfaceMap map = render::maps::normal_map_of(relief);
+  const render::maps::SurfaceMap integrated = render::maps::integrated_relief(map);
+  const std::vector<motion::MovingBody> bodies = balls_on(map);
+  const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(60));
   expect_finite(motion);
   const double start = energy_on_map(bodies, motion, 0, integrated);
   double highest = start, lowest = start;
@@ -320,15 +326,16 @@ TEST(MotionHard, AMinuteOnANormalMap) {
 }
 
 TEST(MotionHard, WhatCannotMoveIsRefused) {
-  const auto message = [](std::vector<MovingBody> bodies, MotionOptions options = {}) {
+  const auto message = [](std::vector<motion::MovingBody> bodies,
+                          motion::MotionOptions options = {}) {
     try {
-      simulate_motion(bodies, {}, options);
+      motion::simulate_motion(bodies, {}, options);
     } catch (const core::Error& error) {
       return std::string(error.what());
     }
     return std::string();
   };
-  MovingBody body = box_body({0.1, 0.1, 0.1});
+  motion::MovingBody body = box_body({0.1, 0.1, 0.1});
   body.name = "plate-000";
   body.start.velocity.x() = std::nan("");
   EXPECT_NE(message({body}).find("plate-000"), std::string::npos);
@@ -338,7 +345,7 @@ TEST(MotionHard, WhatCannotMoveIsRefused) {
   body = box_body({0.1, 0.1, 0.1});
   body.hulls = {{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0)}};
   EXPECT_NE(message({body}).find("no volume"), std::string::npos);
-  MotionOptions options;
+  motion::MotionOptions options;
   options.step = 0;
   EXPECT_NE(message({box_body({0.1, 0.1, 0.1})}, options).find("step"), std::string::npos);
 }

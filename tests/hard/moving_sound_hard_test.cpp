@@ -14,23 +14,24 @@ namespace carillon::synth {
 namespace {
 
 struct Ball {
-  solvers::Modes modes =
+  solvers::modes::Modes modes =
       sphere_modes(curved_sphere(0.05, Vec3::Zero(), 4, 3), 0.05, 1, {0.5, 1, 2});
-  SourceField field{fit_equivalent_sources(modes, {.least = 100, .most = 100})};
-  SoundingBody body() const {
-    SoundingBody body;
+  radiation::SourceField field{
+      radiation::fit_equivalent_sources(modes, {.least = 100, .most = 100})};
+  motion::SoundingBody body() const {
+    motion::SoundingBody body;
     body.modes = &modes;
     body.field = &field;
     body.decay_rates.assign(modes.size(), 10);
     body.rests = {"felt", 0.5, 0.3, ""};
-    body.click = rigid_source(modes.surface, 0.3);
+    body.click = contact::rigid_source(modes.surface, 0.3);
     return body;
   }
 };
 
-const std::vector<Listener> kListeners = {{{1, 0.5, 0.8}}};
+const std::vector<modal::Listener> kListeners = {{{1, 0.5, 0.8}}};
 
-double peak(const MotionSound& sound) {
+double peak(const motion::MotionSound& sound) {
   double largest = 0;
   for (const float sample : sound.samples) {
     EXPECT_TRUE(std::isfinite(sample));
@@ -44,11 +45,11 @@ void scrape_over_the_top(Scrape& scene) {
   const Vec3 by(-0.06, -5, 0.05);
   scene.bodies[1].texture->origin += by;
   for (auto& states : scene.motion.states) states[0].pose.origin += by;
-  for (ContactStep& step : scene.motion.contacts[0].steps) step.points[1] += by;
+  for (motion::ContactStep& step : scene.motion.contacts[0].steps) step.points[1] += by;
 }
 
-Impact blow(double time, double impulse, double duration) {
-  Impact impact;
+motion::Impact blow(double time, double impulse, double duration) {
+  motion::Impact impact;
   impact.time = time;
   impact.bodies = {0, 1};
   impact.points = {Vec3(0, 0, 0.05), Vec3(0, 0, 0.05)};
@@ -62,16 +63,19 @@ TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
   const Ball ball;
   Scrape scene(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);
   scrape_over_the_top(scene);
-  const std::vector<SoundingBody> bodies = {{}, ball.body()};
-  const double of_one = peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+  const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
+  const double of_one =
+      peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
   EXPECT_GT(of_one, 0);
   // A thousand share the force of one.
-  for (ContactStep& step : scene.motion.contacts[0].steps) step.force /= 1000;
+  for (motion::ContactStep& step : scene.motion.contacts[0].steps) step.force /= 1000;
   scene.motion.contacts.resize(1000, scene.motion.contacts[0]);
-  const double of_all = peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+  const double of_all =
+      peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
   EXPECT_NEAR(of_all / of_one, 1, 1e-3);
   for (int i = 0; i < 1000; ++i) scene.motion.impacts.push_back(blow(0.02, 1e-3, 1e-4));
-  const MotionSound sound = motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
+  const motion::MotionSound sound =
+      motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
   EXPECT_GT(peak(sound), 0);
   EXPECT_EQ(sound.impacts.calls, 1000u);
   // A thousand at once are one a thousand times as strong.
@@ -79,8 +83,10 @@ TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
   one.motion.contacts.clear();
   scene.motion.contacts.clear();
   one.motion.impacts = {blow(0.02, 1, 1e-4)};
-  const MotionSound many = motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
-  const MotionSound single = motion_sound(one.motion, one.bodies, bodies, kListeners, {});
+  const motion::MotionSound many =
+      motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
+  const motion::MotionSound single =
+      motion::motion_sound(one.motion, one.bodies, bodies, kListeners, {});
   for (std::size_t n = 0; n < many.samples.size(); ++n) {
     ASSERT_NEAR(many.samples[n], single.samples[n], 1e-5 * peak(single));
   }
@@ -92,11 +98,11 @@ TEST(MovingSoundHard, BlowsAtBothEndsOfAnyDurationAndNone) {
   scene.motion.contacts.clear();
   scene.motion.impacts = {blow(0, 1e-3, 0), blow(0, 0, 1e-4), blow(0, 1e-3, 1),
                           blow(0.05, 1e-3, 1e-4), blow(0.0499999, 1e-3, 0)};
-  const std::vector<SoundingBody> bodies = {{}, ball.body()};
-  EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
-  MotionSoundOptions longer;
+  const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
+  EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
+  motion::MotionSoundOptions longer;
   longer.seconds = 0.3;
-  EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, {}, longer)), 0);
+  EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, {}, longer)), 0);
 }
 
 TEST(MovingSoundHard, ABodyThatLeavesTheWorld) {
@@ -108,13 +114,14 @@ TEST(MovingSoundHard, ABodyThatLeavesTheWorld) {
     // Faster than sound, away.
     scene.motion.states[k][1].pose.origin = {0, 0, -1000.0 * static_cast<double>(k) * 1e-3};
   }
-  const std::vector<SoundingBody> bodies = {{}, ball.body()};
-  EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
+  const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
+  EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
   // Towards the listener it would be a shock wave: refused, with the time.
   for (std::size_t k = 0; k < scene.motion.states.size(); ++k) {
     scene.motion.states[k][1].pose.origin = {0, 0, -500 + 1000.0 * static_cast<double>(k) * 1e-3};
   }
-  EXPECT_THROW(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}), core::InputError);
+  EXPECT_THROW(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}),
+               core::InputError);
 }
 
 TEST(MovingSoundHard, HugeMassRatiosAndForces) {
@@ -126,14 +133,14 @@ TEST(MovingSoundHard, HugeMassRatiosAndForces) {
       scene.bodies[0].youngs_modulus = scene.bodies[1].youngs_modulus = 2e11;
       scene.bodies[0].ball_radius = 0.01;
       scrape_over_the_top(scene);
-      const std::vector<SoundingBody> bodies = {{}, ball.body()};
+      const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
       // The wave's own forces, were it not rounded off: F + m v^2 A k^2, along the face A k of it.
       const double wave = 2 * std::numbers::pi / 2e-3, steep = 1e-4 * wave;
       const double most = force + mass * 4 * steep * wave;
-      LastingForces forces(scene.motion, scene.bodies, {});
-      const LastingForce driving = forces.force(0);
+      motion::LastingForces forces(scene.motion, scene.bodies, {});
+      const motion::LastingForce driving = forces.force(0);
       EXPECT_LT(driving.force.colwise().norm().maxCoeff(), 2 * (1 + steep) * most);
-      EXPECT_GT(peak(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0)
+      EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0)
           << mass << " kg, " << force << " N";
     }
   }
@@ -143,20 +150,20 @@ TEST(MovingSoundHard, FasterThanTheTexelsCanBeSampled) {
   // 100 m/s over texels of 0.1 mm: 23 of them from sample to sample.
   const Ball ball;
   Scrape scene(sine_map(1e-3, 1e-5, 10, 10), 100, 5, 0.05);
-  LastingForceOptions options;
+  motion::LastingForceOptions options;
   options.roughness = 0;
   options.edge_radius = 0;
-  LastingForces forces(scene.motion, scene.bodies, options);
-  const LastingForce force = forces.force(0);
+  motion::LastingForces forces(scene.motion, scene.bodies, options);
+  const motion::LastingForce force = forces.force(0);
   // 100 kHz cannot be heard: m omega^2 h would be 4e5 N.
   EXPECT_LT(force.force.cwiseAbs().maxCoeff(), 5);
 }
 
 TEST(MovingSoundHard, NumbersThatAreNone) {
   const Ball ball;
-  const std::vector<SoundingBody> bodies = {{}, ball.body()};
+  const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
   const auto refused = [&](const Scrape& scene) {
-    EXPECT_THROW(motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}),
+    EXPECT_THROW(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}),
                  core::InputError);
   };
   const Scrape fine(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);

@@ -9,10 +9,10 @@
 #include "../synth/sound_files.hpp"
 #include "../synth/welch.hpp"
 #include "core/error.hpp"
-#include "synth/noise_generators.hpp"
-#include "synth/noise_recordings.hpp"
-#include "synth/recording_chain.hpp"
-#include "synth/signal_to_noise.hpp"
+#include "synth/recording/noise_generators.hpp"
+#include "synth/recording/noise_recordings.hpp"
+#include "synth/recording/recording_chain.hpp"
+#include "synth/recording/signal_to_noise.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -23,12 +23,12 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// A good recording beside the bad one, and what is said of that.
 std::string reason_for(const TemporaryFolder& folder, const std::string& name) {
   write_sound(folder / "good.wav", some_noise(22050, 99), 44100);
-  NoiseFolder noise(folder.path(), {});
+  recording::NoiseFolder noise(folder.path(), {});
   EXPECT_EQ(noise.recordings().size(), 1u);
   EXPECT_EQ(noise.left_out().size(), 1u);
   core::RandomStream random(1, 2, "hard.noise");
-  const NoiseDraw drawn = noise.draw(44100, 0, 1, random);
-  for (const NoiseSegment& segment : drawn.segments) EXPECT_EQ(segment.name, "good.wav");
+  const recording::NoiseDraw drawn = noise.draw(44100, 0, 1, random);
+  for (const recording::NoiseSegment& segment : drawn.segments) EXPECT_EQ(segment.name, "good.wav");
   const std::string said = noise.left_out().empty() ? "" : noise.left_out().front();
   EXPECT_TRUE(said.starts_with(name + ": ")) << said;
   return said.substr(std::min(said.size(), name.size() + 2));
@@ -36,7 +36,7 @@ std::string reason_for(const TemporaryFolder& folder, const std::string& name) {
 
 /// A tone of 1 kHz in a file, drawn at 44.1 kHz: it must be there, and alone.
 void expect_tone(const std::filesystem::path& folder, double noise_floor, int channel = 0) {
-  NoiseFolder noise(folder, {.channel = channel});
+  recording::NoiseFolder noise(folder, {.channel = channel});
   ASSERT_EQ(noise.recordings().size(), 1u) << noise.left_out().front();
   core::RandomStream random(1, 3, "hard.noise");
   const auto samples = noise.draw(8192, 0, 1, random).samples;
@@ -73,7 +73,7 @@ TEST(HardNoise, ChannelsThatCancelAreSilentInTheMeanButNotAlone) {
     samples.push_back(-sample);
   }
   write_sound(folder / "stereo.wav", samples, 44100, 2);
-  EXPECT_THROW(NoiseFolder(folder.path(), {}), core::InputError);
+  EXPECT_THROW(recording::NoiseFolder(folder.path(), {}), core::InputError);
   expect_tone(folder.path(), -100, 2);
 }
 
@@ -109,7 +109,7 @@ TEST(HardNoise, AFileCutShortGivesWhatIsThere) {
   const TemporaryFolder folder;
   write_sound(folder / "cut.wav", some_noise(44100, 1), 44100);
   std::filesystem::resize_file(folder / "cut.wav", 44 + 4 * 22050);
-  NoiseFolder noise(folder.path(), {});
+  recording::NoiseFolder noise(folder.path(), {});
   EXPECT_NEAR(noise.recordings().at(0).audible_seconds, 0.5, 0.01);
 }
 
@@ -120,7 +120,7 @@ TEST(HardNoise, TheSameSoundTwiceCountsOnce) {
   write_sound(folder / "good.wav", some_noise(44100, 99), 44100);
   write_sound(folder / "original.wav", sine(44100, 440, 44100), 44100, 1,
               SF_FORMAT_WAV | SF_FORMAT_PCM_16);
-  const NoiseFolder noise(folder.path(), {});
+  const recording::NoiseFolder noise(folder.path(), {});
   ASSERT_EQ(noise.left_out().size(), 1u);
   EXPECT_EQ(noise.left_out()[0], "original.wav: the same as copy.flac");
 }
@@ -181,9 +181,9 @@ TEST(HardNoise, StereoIsTheMeanOrAChannel) {
   }
   write_sound(folder / "stereo.wav", samples, 44100, 2);
   expect_tone(folder.path(), -100, 1);
-  EXPECT_EQ(NoiseFolder(folder.path(), {}).recordings().size(), 1u);
+  EXPECT_EQ(recording::NoiseFolder(folder.path(), {}).recordings().size(), 1u);
   try {
-    NoiseFolder(folder.path(), {.channel = 3});
+    recording::NoiseFolder(folder.path(), {.channel = 3});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("stereo.wav: no channel 3: it has 2"), std::string::npos);
@@ -197,7 +197,7 @@ TEST(HardNoise, LevelsOfAnySizeGiveTheSameNoise) {
     auto samples = some_noise(22050, 1);
     for (double& sample : samples) sample *= level;
     write_sound(folder / "a.wav", samples, 22050);
-    NoiseFolder noise(folder.path(), {});
+    recording::NoiseFolder noise(folder.path(), {});
     core::RandomStream random(1, 3, "hard.noise");
     const auto drawn = noise.draw(1000, 0, 1, random).samples;
     if (first.empty()) first = drawn;
@@ -214,7 +214,7 @@ TEST(HardNoise, SilentStretchesAreNeverDrawn) {
     std::copy(sound.begin(), sound.end(), samples.begin() + at);
   }
   write_sound(folder / "bursts.wav", samples, 44100);
-  NoiseFolder noise(folder.path(), {});
+  recording::NoiseFolder noise(folder.path(), {});
   EXPECT_NEAR(noise.recordings()[0].audible_seconds, 3 * 5000 / 44100.0, 0.05);
   for (std::uint64_t item = 0; item < 50; ++item) {
     core::RandomStream random(1, item, "hard.noise");
@@ -234,7 +234,7 @@ TEST(HardNoise, AFolderWithoutUsableFilesSaysWhatIsWrongWithEach) {
   std::ofstream(folder / "notes.txt") << "recorded on Sunday";
   std::ofstream(folder / ".hidden") << "not looked at";
   try {
-    NoiseFolder(folder.path(), {});
+    recording::NoiseFolder(folder.path(), {});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("none of 3 files can be used as noise:\n  notes.txt: "),
@@ -248,13 +248,13 @@ TEST(HardNoise, AFolderWithoutUsableFilesSaysWhatIsWrongWithEach) {
 TEST(HardNoise, AnEmptyOrAbsentFolderIsAnError) {
   const TemporaryFolder folder;
   try {
-    NoiseFolder(folder.path(), {});
+    recording::NoiseFolder(folder.path(), {});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("the folder has no files"), std::string::npos);
   }
   try {
-    NoiseFolder(folder / "absent", {});
+    recording::NoiseFolder(folder / "absent", {});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("absent: the folder cannot be read: No such file"),
@@ -265,7 +265,7 @@ TEST(HardNoise, AnEmptyOrAbsentFolderIsAnError) {
 TEST(HardNoise, TooLittleSoundForAllPartsIsAnError) {
   const TemporaryFolder folder;
   write_sound(folder / "a.wav", some_noise(22050, 1), 44100);
-  NoiseFolder noise(folder.path(), {});
+  recording::NoiseFolder noise(folder.path(), {});
   core::RandomStream random(1, 2, "hard.noise");
   EXPECT_EQ(noise.draw(1000, 4, 5, random).samples.size(), 1000u);
   // Whatever part is asked for, so that all ranks fail alike.
@@ -284,7 +284,7 @@ TEST(HardNoise, TooLittleSoundForAllPartsIsAnError) {
 TEST(HardNoise, AFileThatChangesDuringABuildIsAnError) {
   const TemporaryFolder folder;
   write_sound(folder / "a.wav", some_noise(22050, 1), 44100);
-  NoiseFolder noise(folder.path(), {});
+  recording::NoiseFolder noise(folder.path(), {});
   write_sound(folder / "a.wav", some_noise(22050, 2), 44100);
   core::RandomStream random(1, 2, "hard.noise");
   EXPECT_THROW(noise.draw(1000, 0, 1, random), core::InputError);
@@ -296,10 +296,11 @@ TEST(HardNoise, ClipsOfAnyLengthAndLevelTakeNoise) {
       std::vector<float> clip(count, 0.0F);
       clip[count / 2] = level;
       const auto clean = clip;
-      const auto part = active_part(clip, 1, 44100);
+      const auto part = recording::active_part(clip, 1, 44100);
       core::RandomStream random(1, count, "hard.noise");
-      const auto noise = generate_noise(NoiseKind::white, count, 44100, random);
-      add_noise(clip, noise, 1, part, 20);
+      const auto noise =
+          recording::generate_noise(recording::NoiseKind::white, count, 44100, random);
+      recording::add_noise(clip, noise, 1, part, 20);
       const double rest = double(clip[count / 2]) - clean[count / 2];
       EXPECT_NEAR(20 * std::log10(std::abs(level / rest)), 20, 1e-3) << count << " " << level;
       for (const float sample : clip) EXPECT_TRUE(std::isfinite(sample));
@@ -309,20 +310,20 @@ TEST(HardNoise, ClipsOfAnyLengthAndLevelTakeNoise) {
 
 TEST(HardNoise, ASilentClipHasNoRatio) {
   std::vector<float> clip(1000, 0.0F);
-  const auto part = active_part(clip, 1, 44100);
+  const auto part = recording::active_part(clip, 1, 44100);
   EXPECT_TRUE(part.empty());
-  EXPECT_THROW(add_noise(clip, some_noise(1000, 1), 1, part, 20), core::InputError);
+  EXPECT_THROW(recording::add_noise(clip, some_noise(1000, 1), 1, part, 20), core::InputError);
   EXPECT_EQ(clip, std::vector<float>(1000, 0.0F));
 }
 
 TEST(HardNoise, AnInt16ClipThatRoundsToNothingIsTold) {
   std::vector<float> clip(1000, 1e-5F);
-  EXPECT_TRUE(silent_after_rounding(clip, 16));
-  EXPECT_FALSE(silent_after_rounding(clip, 24));
+  EXPECT_TRUE(recording::silent_after_rounding(clip, 16));
+  EXPECT_FALSE(recording::silent_after_rounding(clip, 24));
   // Dither carries what is below a step.
   core::RandomStream random(1, 2, "hard.dither");
-  quantise(clip, 16, &random);
-  EXPECT_FALSE(silent_after_rounding(clip, 16));
+  recording::quantise(clip, 16, &random);
+  EXPECT_FALSE(recording::silent_after_rounding(clip, 16));
 }
 
 }  // namespace

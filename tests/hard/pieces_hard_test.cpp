@@ -10,8 +10,8 @@
 #include "../solvers/test_meshes.hpp"
 #include "core/error.hpp"
 #include "hard_case.hpp"
-#include "solvers/raise_order.hpp"
-#include "solvers/read_mesh.hpp"
+#include "solvers/mesh/raise_order.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon {
 namespace {
@@ -31,7 +31,7 @@ TetMesh part_of(const TetMesh& mesh, const std::vector<int>& regions) {
     out.elements.insert(out.elements.end(), element.begin(), element.end());
     out.regions.push_back(0);
   }
-  out.faces = boundary_faces(out);
+  out.faces = solvers::mesh::boundary_faces(out);
   return out;
 }
 
@@ -71,8 +71,9 @@ TEST(Hard, ThreeTouchingByEdgesAndPoints) {
          {Case{{0, 12, 24}, 2}, Case{{0, 13, 26}, 6}, Case{{0, 12, 25}, 4}}) {
       const auto body = part_of(block, places);
       ASSERT_EQ(body.element_count(), 18u);
-      ASSERT_EQ(count_components(body), 1);
-      for (const Band& band : {Band{20, 20000, 300}, Band{0, 1e6, 3}}) {
+      ASSERT_EQ(solvers::mesh::count_components(body), 1);
+      for (const solvers::modes::Band& band :
+           {solvers::modes::Band{20, 20000, 300}, solvers::modes::Band{0, 1e6, 3}}) {
         const auto refusal = message_of<core::SolverError>([&] { modes_in(body, {steel}, band); });
         EXPECT_NE(refusal.find("hang together by a single point or edge"), std::string::npos)
             << refusal;
@@ -90,7 +91,7 @@ TEST(Hard, ThreeLooseComponents) {
     return moved(one, [=](const Vec3& p) -> Vec3 { return size * p + Vec3(x, 0, 0); });
   };
   const auto all = joined(joined(one, placed(0.7, 0.1)), placed(1e-2, 0.2));
-  const Band band{20, 100000, 300};
+  const solvers::modes::Band band{20, 100000, 300};
   const auto modes = modes_in(all, {steel, glass, aluminium}, band);
   expect_sound(modes);
   expect_complete(modes);
@@ -128,8 +129,8 @@ TEST(Hard, OneInvertedElement) {
   for (int order = 1; order <= 4; ++order) {
     auto mesh = box_mesh({0.02, 0.03, 0.05}, {2, 3, 5}, order);
     const std::size_t wrong = 101;
-    const auto nodes = static_cast<std::size_t>(nodes_per_tetrahedron(order));
-    const auto& lattice = tetrahedron_lattice(order);
+    const auto nodes = static_cast<std::size_t>(solvers::elements::nodes_per_tetrahedron(order));
+    const auto& lattice = solvers::elements::tetrahedron_lattice(order);
     const auto before = mesh;
     for (std::size_t n = 0; n < nodes; ++n) {
       auto swapped = lattice[n];
@@ -149,7 +150,7 @@ TEST(Hard, OneFoldedElement) {
     auto mesh = box_mesh({0.02, 0.03, 0.05}, {2, 3, 5}, order);
     // A node on an edge goes past the element's middle.
     const auto element = mesh.element(101);
-    const auto& lattice = tetrahedron_lattice(order);
+    const auto& lattice = solvers::elements::tetrahedron_lattice(order);
     std::size_t n = 0;
     while (lattice[n][0] != order - 1 || lattice[n][1] != 1) ++n;
     const auto node = [&](std::size_t i) -> Vec3& {
@@ -176,11 +177,11 @@ TEST(Hard, TangledMeshFromAFile) {
   ASSERT_NE(inner, tangled.nodes.end());
   *inner += Vec3(0.013, 0, 0);
   const TemporaryFolder folder;
-  const auto mesh = read_msh(folder.file("tangled.msh", msh_text(tangled)));
-  EXPECT_GT(measure_quality(mesh).volume, 1.01 * block_sides.prod());
+  const auto mesh = solvers::mesh::readers::read_msh(folder.file("tangled.msh", msh_text(tangled)));
+  EXPECT_GT(solvers::mesh::measure_quality(mesh).volume, 1.01 * block_sides.prod());
   for (int order = 1; order <= 3; ++order) {
-    const auto refusal =
-        message_of<core::SolverError>([&] { lowest_modes(raise_order(mesh, order), {steel}, 5); });
+    const auto refusal = message_of<core::SolverError>(
+        [&] { lowest_modes(solvers::mesh::raise_order(mesh, order), {steel}, 5); });
     EXPECT_NE(refusal.find("overlap near ("), std::string::npos) << refusal;
   }
 }
@@ -204,7 +205,7 @@ TEST(Hard, DuplicateElementInAFile) {
   for (std::size_t i = 0; i < 4; ++i) mesh.elements.push_back(mesh.elements[4 * 101 + i]);
   mesh.regions.push_back(0);
   const TemporaryFolder folder;
-  const auto read = read_msh(folder.file("twice.msh", msh_text(mesh)));
+  const auto read = solvers::mesh::readers::read_msh(folder.file("twice.msh", msh_text(mesh)));
   EXPECT_EQ(read.element_count(), 180u);
   const auto modes = lowest_modes(read, {steel}, 5);
   const auto truth = lowest_modes(box_mesh(block_sides, {2, 3, 5}, 1), {steel}, 5);
@@ -227,7 +228,7 @@ TetMesh unmatched_halves(double gap) {
   for (auto& n : both.elements) n = first[static_cast<std::size_t>(n)];
   both.region_names = {"body"};
   std::fill(both.regions.begin(), both.regions.end(), 0);
-  both.faces = boundary_faces(both);
+  both.faces = solvers::mesh::boundary_faces(both);
   return both;
 }
 
@@ -235,20 +236,23 @@ TetMesh unmatched_halves(double gap) {
 /// common corners and sound tones too low. Refused with the place; parted halves are two bodies.
 TEST(Hard, HangingNodesInAFile) {
   const auto halves = unmatched_halves(0);
-  ASSERT_EQ(count_components(halves), 1);
+  ASSERT_EQ(solvers::mesh::count_components(halves), 1);
   const auto torn = lowest_modes(with_order(halves, 2), {steel}, 1);
   const auto whole = lowest_modes(box_mesh(block_sides, {2, 3, 4}, 2), {steel}, 1);
   // Half an octave too low, were it solved.
   EXPECT_LT(cents(torn.frequency(0), whole.frequency(0)), -400);
   const TemporaryFolder folder;
   for (int order = 1; order <= 2; ++order) {
-    const auto refusal = message_of<core::InputError>(
-        [&] { read_msh(folder.file("torn.msh", msh_text(with_order(halves, order)))); });
+    const auto refusal = message_of<core::InputError>([&] {
+      solvers::mesh::readers::read_msh(
+          folder.file("torn.msh", msh_text(with_order(halves, order))));
+    });
     EXPECT_NE(refusal.find("0.025) lies inside a face of tetrahedron"), std::string::npos)
         << refusal;
   }
-  const auto parted = read_msh(folder.file("parted.msh", msh_text(unmatched_halves(1e-3))));
-  EXPECT_EQ(count_components(parted), 2);
+  const auto parted =
+      solvers::mesh::readers::read_msh(folder.file("parted.msh", msh_text(unmatched_halves(1e-3))));
+  EXPECT_EQ(solvers::mesh::count_components(parted), 2);
 }
 
 /// Nodes that no element uses change nothing.
@@ -274,7 +278,8 @@ TEST(Hard, OneElement) {
     mesh.region_names = {"body"};
     const auto modes = lowest_modes(with_order(mesh, order), {steel}, 1000);
     expect_sound(modes);
-    EXPECT_EQ(static_cast<int>(modes.size()), 3 * nodes_per_tetrahedron(order) - 6);
+    EXPECT_EQ(static_cast<int>(modes.size()),
+              3 * solvers::elements::nodes_per_tetrahedron(order) - 6);
     EXPECT_TRUE(modes.certificate.complete);
   }
 }

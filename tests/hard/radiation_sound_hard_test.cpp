@@ -6,29 +6,29 @@
 
 #include "../synth/radiators.hpp"
 #include "core/error.hpp"
-#include "synth/equivalent_sources.hpp"
-#include "synth/rayleigh_integral.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/radiation/equivalent_sources.hpp"
+#include "synth/radiation/rayleigh_integral.hpp"
 
 namespace carillon::synth {
 namespace {
 
 constexpr double kRadius = 0.05;
 
-EquivalentSourcesOptions coarse() {
-  EquivalentSourcesOptions options;
+radiation::EquivalentSourcesOptions coarse() {
+  radiation::EquivalentSourcesOptions options;
   options.least = options.most = 100;
   return options;
 }
 
-solvers::ModeSurface sphere(double radius = kRadius) {
+solvers::modes::ModeSurface sphere(double radius = kRadius) {
   return curved_sphere(radius, Vec3::Zero(), 4, 3);
 }
 
 TEST(RadiationHard, ListenerOnTheSurface) {
   const auto modes = sphere_modes(sphere(), kRadius, 0, {1});
-  const std::vector<Listener> on = {{{0, 0, 1}}, {{0, 0, kRadius}}};
-  const std::vector<Listener> in = {{{0.01, 0, 0}}};
+  const std::vector<modal::Listener> on = {{{0, 0, 1}}, {{0, 0, kRadius}}};
+  const std::vector<modal::Listener> in = {{{0.01, 0, 0}}};
   const auto refusal = [](const auto& run) -> std::string {
     try {
       run();
@@ -41,24 +41,27 @@ TEST(RadiationHard, ListenerOnTheSurface) {
     EXPECT_EQ(text.substr(0, with.size()), with);
   };
   // Which listener, how far, and how far would do. The first is far enough.
-  begins(refusal([&] { radiation(modes, on); }), "listener 1 is too near to the body, ");
-  begins(refusal([&] { radiation(modes, in); }), "listener 0 is inside the body, 0.03");
-  EXPECT_NE(refusal([&] { radiation(modes, on); }).find("meant from 0."), std::string::npos);
-  begins(refusal([&] { monopole(modes, on); }), "listener 1 is 0.05 m from the body's centre");
+  begins(refusal([&] { heard_radiation(modes, on); }), "listener 1 is too near to the body, ");
+  begins(refusal([&] { heard_radiation(modes, in); }), "listener 0 is inside the body, 0.03");
+  EXPECT_NE(refusal([&] { heard_radiation(modes, on); }).find("meant from 0."), std::string::npos);
+  begins(refusal([&] { modal::monopole(modes, on); }),
+         "listener 1 is 0.05 m from the body's centre");
   const auto sheet =
       modes_with(disc(0.1, 1e-3), {1e6}, [](int, const Vec3&) { return Vec3(0, 0, 1); });
-  const std::vector<Listener> touching = {{{0.03, 0, 5e-4}}};
-  begins(refusal([&] { rayleigh_pressure(sheet, touching); }), "listener 0 is ");
-  EXPECT_NE(refusal([&] { rayleigh_pressure(sheet, touching); }).find(" m off the sheet"),
-            std::string::npos);
+  const std::vector<modal::Listener> touching = {{{0.03, 0, 5e-4}}};
+  begins(refusal([&] { radiation::rayleigh_pressure(sheet, touching); }), "listener 0 is ");
+  EXPECT_NE(
+      refusal([&] { radiation::rayleigh_pressure(sheet, touching); }).find(" m off the sheet"),
+      std::string::npos);
 }
 
 // 1e-6 to 5: within 1 dB in the near field. Above, the residual tells: at 60 it is past the limit.
 TEST(RadiationHard, FrequenciesFromNothingToFarTooHigh) {
   const std::vector<double> ka = {0, 1e-6, 1e-3, 5, 20, 60};
-  const std::vector<Listener> listeners = {{{0.02, 0.03, 0.06}}};
+  const std::vector<modal::Listener> listeners = {{{0.02, 0.03, 0.06}}};
   for (const int order : {0, 1}) {
-    const auto fit = radiation(sphere_modes(sphere(), kRadius, order, ka), listeners, coarse());
+    const auto fit =
+        heard_radiation(sphere_modes(sphere(), kRadius, order, ka), listeners, coarse());
     EXPECT_TRUE(fit.radiated.pressure.allFinite());
     for (const double d : fit.decay_rates) EXPECT_TRUE(d >= 0 && std::isfinite(d)) << d;
     for (Eigen::Index mode = 1; mode < 4; ++mode) {
@@ -69,13 +72,13 @@ TEST(RadiationHard, FrequenciesFromNothingToFarTooHigh) {
     }
     // k = 0 is the limit.
     EXPECT_NEAR(std::abs(fit.radiated.pressure(0, 0) / fit.radiated.pressure(0, 1)), 1, 1e-4);
-    EXPECT_GT(fit.residuals[5], kResidualLimit) << order;
+    EXPECT_GT(fit.residuals[5], radiation::kResidualLimit) << order;
   }
 }
 
 // Five-fold modes of a ball: the power of the whole cluster is that of any turned basis.
 TEST(RadiationHard, RepeatedModesOfASymmetricBody) {
-  const double lambda = std::pow(2 / kRadius * kSoundSpeed, 2);
+  const double lambda = std::pow(2 / kRadius * modal::kSoundSpeed, 2);
   const auto shapes = [&](double angle) {
     const double c = std::cos(angle), s = std::sin(angle);
     return modes_with(
@@ -89,9 +92,9 @@ TEST(RadiationHard, RepeatedModesOfASymmetricBody) {
           return values[mode] * n;
         });
   };
-  const std::vector<Listener> listeners = {{{0.1, 0.2, 0.05}}, {{-0.3, 0.1, 0.7}}};
-  const auto p = radiation(shapes(0), listeners, coarse()).radiated.pressure;
-  const auto q = radiation(shapes(0.6), listeners, coarse()).radiated.pressure;
+  const std::vector<modal::Listener> listeners = {{{0.1, 0.2, 0.05}}, {{-0.3, 0.1, 0.7}}};
+  const auto p = heard_radiation(shapes(0), listeners, coarse()).radiated.pressure;
+  const auto q = heard_radiation(shapes(0.6), listeners, coarse()).radiated.pressure;
   for (Eigen::Index row = 0; row < 2; ++row) {
     EXPECT_NEAR(p.row(row).squaredNorm() / q.row(row).squaredNorm(), 1, 1e-5);
     // Addition theorem: the sum over the cluster does not depend on the direction.
@@ -103,12 +106,12 @@ TEST(RadiationHard, RepeatedModesOfASymmetricBody) {
 
 TEST(RadiationHard, WallsOfAMicrometre) {
   const double k = 0.1 / kRadius;
-  const auto modes = modes_with(disc(kRadius, 1e-6), {std::pow(k * kSoundSpeed, 2)},
+  const auto modes = modes_with(disc(kRadius, 1e-6), {std::pow(k * modal::kSoundSpeed, 2)},
                                 [](int, const Vec3&) { return Vec3(0, 0, 1); });
-  const std::vector<Listener> listeners = {{{0, 0, 1}}};
-  const auto fit = radiation(modes, listeners);
+  const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
+  const auto fit = heard_radiation(modes, listeners);
   const Complex expected =
-      kAirDensity * 8 / 3 * std::pow(kRadius, 3) * Complex(1, k) / (4 * std::numbers::pi);
+      modal::kAirDensity * 8 / 3 * std::pow(kRadius, 3) * Complex(1, k) / (4 * std::numbers::pi);
   EXPECT_NEAR(decibels(fit.radiated.pressure(0, 0), expected), 0, 1);
 }
 
@@ -116,8 +119,8 @@ TEST(RadiationHard, WallsOfAMicrometre) {
 TEST(RadiationHard, AMicrometreAndAHundredMetres) {
   for (const double radius : {1e-6, 100.0}) {
     const auto modes = sphere_modes(sphere(radius), radius, 1, {0.1, 2});
-    const std::vector<Listener> listeners = {{{0, radius, 3 * radius}}};
-    const auto fit = radiation(modes, listeners, coarse());
+    const std::vector<modal::Listener> listeners = {{{0, radius, 3 * radius}}};
+    const auto fit = heard_radiation(modes, listeners, coarse());
     for (Eigen::Index mode = 0; mode < 2; ++mode) {
       const double k = (mode == 0 ? 0.1 : 2) / radius;
       EXPECT_NEAR(decibels(fit.radiated.pressure(0, mode),
@@ -129,26 +132,26 @@ TEST(RadiationHard, AMicrometreAndAHundredMetres) {
 
 TEST(RadiationHard, NoModesAndNoListeners) {
   const auto none = sphere_modes(sphere(), kRadius, 0, {});
-  const std::vector<Listener> listeners = {{{0, 0, 1}}};
-  EXPECT_EQ(radiation(none, listeners, coarse()).radiated.pressure.cols(), 0);
+  const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
+  EXPECT_EQ(heard_radiation(none, listeners, coarse()).radiated.pressure.cols(), 0);
   const auto one = sphere_modes(sphere(), kRadius, 0, {1});
-  EXPECT_EQ(radiation(one, {}, coarse()).radiated.pressure.rows(), 0);
+  EXPECT_EQ(heard_radiation(one, {}, coarse()).radiated.pressure.rows(), 0);
   auto broken = one;
   broken.shapes(0, 5) = std::nanf("");
-  EXPECT_THROW(radiation(broken, listeners, coarse()), core::InputError);
+  EXPECT_THROW(heard_radiation(broken, listeners, coarse()), core::InputError);
   broken = one;
   broken.eigenvalues[0] = -1;
-  EXPECT_THROW(radiation(broken, listeners, coarse()), core::InputError);
+  EXPECT_THROW(heard_radiation(broken, listeners, coarse()), core::InputError);
 }
 
 // A mode that only slides along the surface makes no sound, and no NaN.
 TEST(RadiationHard, MotionWithoutNormalVelocity) {
   const auto modes = modes_with(
       sphere(), {1e8}, [](int, const Vec3& x) -> Vec3 { return Vec3(-x[1], x[0], 0) / kRadius; });
-  const std::vector<Listener> listeners = {{{0, 0.1, 0.1}}};
-  const auto fit = radiation(modes, listeners, coarse());
+  const std::vector<modal::Listener> listeners = {{{0, 0.1, 0.1}}};
+  const auto fit = heard_radiation(modes, listeners, coarse());
   EXPECT_TRUE(std::isfinite(fit.residuals[0]));
-  EXPECT_LT(std::abs(fit.radiated.pressure(0, 0)), 1e-3 * kAirDensity * kRadius);
+  EXPECT_LT(std::abs(fit.radiated.pressure(0, 0)), 1e-3 * modal::kAirDensity * kRadius);
 }
 
 }  // namespace

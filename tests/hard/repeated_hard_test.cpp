@@ -10,7 +10,7 @@
 #include "../solvers/family_shapes.hpp"
 #include "../solvers/test_meshes.hpp"
 #include "hard_case.hpp"
-#include "solvers/fourier_modes.hpp"
+#include "solvers/axisymmetric/fourier_modes.hpp"
 
 namespace carillon {
 namespace {
@@ -87,7 +87,7 @@ TEST(Hard, CubeOnAnUnsymmetricMesh) {
 }
 
 /// Sum over a cluster of phi phi^T, at a few nodes of the surface: what a strike sees of it.
-Eigen::MatrixXd projector(const Modes& modes, const Cluster& cluster) {
+Eigen::MatrixXd projector(const solvers::modes::Modes& modes, const Cluster& cluster) {
   Eigen::MatrixXd sample(static_cast<Eigen::Index>(cluster.count), 30);
   for (Eigen::Index row = 0; row < sample.rows(); ++row)
     for (Eigen::Index c = 0; c < sample.cols(); ++c)
@@ -144,10 +144,10 @@ TEST(Hard, PairsOfARingAndABowl) {
     expect_sound(modes, 1e-7);
     const auto found = frequencies(modes);
     core::Trace trace;
-    SolveOptions options;
+    solvers::eigen::SolveOptions options;
     options.band = {0, 1e9, 20};
-    const auto truth = solve_fourier(find_family(body.shape.family).meridian(body.shape), steel,
-                                     options, {}, trace);
+    const auto truth = solvers::axisymmetric::solve_fourier(
+        find_family(body.shape.family).meridian(body.shape), steel, options, {}, trace);
     ASSERT_EQ(modes.size(), truth.size());
     EXPECT_LT(worst_cents(found, frequencies(truth), found.size()), body.most_cents);
     for (const auto& cluster : clusters_of(frequencies(truth), 1e-9)) {
@@ -185,7 +185,7 @@ TEST(Hard, EightEqualBodies) {
   for (int n = 1; n < 8; ++n) {
     all = joined(all, moved(one, [n](const Vec3& x) -> Vec3 { return x + Vec3(0.03 * n, 0, 0); }));
   }
-  const std::vector<Elastic> regions(8, steel);
+  const std::vector<solvers::elements::Elastic> regions(8, steel);
   const auto single = lowest_modes(one, {steel}, 6);
   const auto modes = lowest_modes(all, regions, 44);
   expect_sound(modes);

@@ -12,7 +12,7 @@
 #include "../solvers/test_meshes.hpp"
 #include "core/error.hpp"
 #include "hard_case.hpp"
-#include "solvers/fourier_modes.hpp"
+#include "solvers/axisymmetric/fourier_modes.hpp"
 
 namespace carillon {
 namespace {
@@ -36,7 +36,7 @@ TEST(Hard, SliversOfATenthOfADegree) {
     SCOPED_TRACE(order);
     const auto whole = box_mesh(block_sides, block_cells, order);
     const auto spoiled = sliver_mesh(block_sides, block_cells, 2, 0.1, order);
-    const auto quality = measure_quality(spoiled);
+    const auto quality = solvers::mesh::measure_quality(spoiled);
     EXPECT_NEAR(quality.min_dihedral_deg, 0.1, 1e-4);
     EXPECT_NEAR(quality.volume, 0.02 * 0.03 * 0.05, 1e-17);
     EXPECT_EQ(spoiled.faces.size(), whole.faces.size()) << "the slivers lie inside";
@@ -87,7 +87,7 @@ TEST(Hard, APressedLayer) {
 /// nu = 0.3 (Leissa 1973, table C.18).
 TEST(Hard, PlateOfATenthOfAMillimetre) {
   const double side = 0.1, thickness = 1e-4;
-  const Elastic material{2.0e11, 0.3, 7850};
+  const solvers::elements::Elastic material{2.0e11, 0.3, 7850};
   const auto modes = lowest_modes(box_mesh({side, side, thickness}, {6, 6, 1}, 4), {material}, 10);
   // In double precision no vector has a small residual here; see EigenPairs::energy_residuals.
   expect_sound(modes, 1);
@@ -145,10 +145,10 @@ TEST(Hard, OneElementThroughACurvedWall) {
     const auto modes = lowest_modes(mesh, {aluminium}, 16);
     expect_sound(modes, 1e-7);
     core::Trace trace;
-    SolveOptions options;
+    solvers::eigen::SolveOptions options;
     options.band = {0, 1e9, 16};
-    const auto truth = solve_fourier(find_family(wall.shape.family).meridian(wall.shape), aluminium,
-                                     options, {}, trace);
+    const auto truth = solvers::axisymmetric::solve_fourier(
+        find_family(wall.shape.family).meridian(wall.shape), aluminium, options, {}, trace);
     ASSERT_EQ(modes.size(), truth.size());
     EXPECT_LT(worst_cents(frequencies(modes), frequencies(truth), modes.size()), wall.most_cents);
   }
@@ -158,9 +158,10 @@ TEST(Hard, OneElementThroughACurvedWall) {
 TEST(Hard, PitchErrorsOfFlatElements) {
   const auto disc = shape_of("disc", {{"radius", 0.15}, {"thickness", 0.003}});
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = {0, 1e9, 16};
-  const auto truth = solve_fourier(find_family("disc").meridian(disc), steel, options, {}, trace);
+  const auto truth = solvers::axisymmetric::solve_fourier(find_family("disc").meridian(disc), steel,
+                                                          options, {}, trace);
   for (const int order : {2, 3, 4}) {
     const auto modes = lowest_modes(mesh_of(disc, order).mesh, {steel}, 16);
     ASSERT_EQ(modes.size(), truth.size());
@@ -179,7 +180,7 @@ TEST(Hard, PitchErrorsOfFlatElements) {
 /// The same body from a micrometre to 100 m with its band: one result in units of 1 / length.
 TEST(Hard, AMicrometreAndAHundredMetres) {
   const auto body = box_mesh({0.4, 0.6, 1}, {2, 3, 4}, 3);
-  const Band band{500, 8000, 300};
+  const solvers::modes::Band band{500, 8000, 300};
   const auto truth = modes_in(body, {steel}, band);
   expect_sound(truth);
   expect_complete(truth);

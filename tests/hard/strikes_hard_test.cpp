@@ -12,7 +12,7 @@
 #include "../solvers/family_shapes.hpp"
 #include "../solvers/test_meshes.hpp"
 #include "hard_case.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 
 namespace carillon {
 namespace {
@@ -22,16 +22,16 @@ using namespace test;
 
 struct Body {
   TetMesh mesh;
-  std::vector<Elastic> regions;
-  std::vector<synth::DampingModel> damping;
-  Band band;
+  std::vector<solvers::elements::Elastic> regions;
+  std::vector<synth::damping::DampingModel> damping;
+  solvers::modes::Band band;
 };
 
 /// Cube of exact pairs and triples, large enough that some audible modes move air.
 Body cube() {
   return {symmetric_box_mesh(Vec3::Constant(0.2), {2, 2, 2}, 3),
           {glass},
-          {synth::rayleigh_damping(3, 1e-7)},
+          {synth::damping::rayleigh_damping(3, 1e-7)},
           {20, 22000, 300}};
 }
 
@@ -48,39 +48,45 @@ Body bar() {
   }
   return {mesh,
           {steel, glass},
-          {synth::rayleigh_damping(5, 1e-8), synth::rayleigh_damping(1, 2e-7)},
+          {synth::damping::rayleigh_damping(5, 1e-8), synth::damping::rayleigh_damping(1, 2e-7)},
           {20, 22000, 300}};
 }
 
 Body ring() {
   const auto shape = shape_of("ring", {{"radius", 0.05}, {"inner_radius", 0.04}, {"height", 0.01}});
-  return {
-      mesh_of(shape, 3, 0.02).mesh, {steel}, {synth::rayleigh_damping(5, 1e-8)}, {20, 22000, 300}};
+  return {mesh_of(shape, 3, 0.02).mesh,
+          {steel},
+          {synth::damping::rayleigh_damping(5, 1e-8)},
+          {20, 22000, 300}};
 }
 
-Modes solve(const Body& body, EigenSolver solver, std::uint64_t seed) {
-  SearchMethods methods;
-  methods.lowest = [seed](const System& system, EigenRequest request, const ShiftedSystem& shifted,
-                          MPI_Comm comm) {
+solvers::modes::Modes solve(const Body& body, solvers::modes::EigenSolver solver,
+                            std::uint64_t seed) {
+  solvers::eigen::SearchMethods methods;
+  methods.lowest = [seed](const solvers::assembly::System& system,
+                          solvers::eigen::EigenRequest request,
+                          const solvers::eigen::ShiftedSystem& shifted, MPI_Comm comm) {
     request.seed = seed;
-    return lowest_pairs(system, request, shifted, comm);
+    return solvers::eigen::lowest_pairs(system, request, shifted, comm);
   };
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = body.band;
   options.solver = solver;
-  return solve_modes(body.mesh, body.regions, options, MPI_COMM_SELF, trace, methods);
+  return solvers::eigen::solve_modes(body.mesh, body.regions, options, MPI_COMM_SELF, trace,
+                                     methods);
 }
 
 /// A blow beside every symmetry: velocity of the struck point, and pressure a metre off.
-std::vector<double> strike(const Modes& modes, const Body& body, bool listener) {
+std::vector<double> strike(const solvers::modes::Modes& modes, const Body& body, bool listener) {
   const Vec3 direction = Vec3(-0.6, -0.5, 0.4).normalized();
-  const synth::Strike blow{{5, {0.5, 0.3, 0.2}}, direction, 0.01, {1e-4}};
-  const std::vector<synth::Listener> listeners = {{{0.6, 0.5, 0.7}}};
-  const auto rings = synth::ring_down(
-      modes, synth::decay_rates(modes, body.damping), blow,
-      listener ? synth::monopole(modes, listeners) : synth::point_velocity(modes, blow.point));
-  const auto samples = synth::synthesize(rings, blow.force, 48000, 9600);
+  const synth::modal::Strike blow{{5, {0.5, 0.3, 0.2}}, direction, 0.01, {1e-4}};
+  const std::vector<synth::modal::Listener> listeners = {{{0.6, 0.5, 0.7}}};
+  const auto rings =
+      synth::modal::ring_down(modes, synth::damping::decay_rates(modes, body.damping), blow,
+                              listener ? synth::modal::monopole(modes, listeners)
+                                       : synth::modal::point_velocity(modes, blow.point));
+  const auto samples = synth::modal::synthesize(rings, blow.force, 48000, 9600);
   return {samples.begin(), samples.end()};
 }
 
@@ -97,7 +103,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 /// Largest change of a mode shape between two sets, 0 where all are the same vectors.
-double shape_difference(const Modes& a, const Modes& b) {
+double shape_difference(const solvers::modes::Modes& a, const solvers::modes::Modes& b) {
   double most = 0;
   for (Eigen::Index k = 0; k < a.shapes.rows(); ++k) {
     most =
@@ -123,13 +129,14 @@ class Struck : public testing::TestWithParam<Struckable> {};
 /// a hundred-thousandth of its peak (shapes are kept in single precision).
 TEST_P(Struck, SoundsTheSameFromEverySolverAndStart) {
   const auto body = GetParam().make();
-  const auto first = solve(body, EigenSolver::block_lanczos, 1);
+  const auto first = solve(body, solvers::modes::EigenSolver::block_lanczos, 1);
   expect_sound(first);
   expect_complete(first);
   ASSERT_GT(first.size(), 4u);
   const auto dry = strike(first, body, false), heard = strike(first, body, true);
   double turned = 0;
-  for (const auto solver : {EigenSolver::block_lanczos, EigenSolver::krylov_schur})
+  for (const auto solver :
+       {solvers::modes::EigenSolver::block_lanczos, solvers::modes::EigenSolver::krylov_schur})
     for (const std::uint64_t seed : {1, 2, 3}) {
       const auto modes = solve(body, solver, seed);
       ASSERT_EQ(modes.size(), first.size());
@@ -147,7 +154,7 @@ TEST_P(Struck, SoundsTheSameFromEverySolverAndStart) {
 /// a thousandth of a cent, which 0.2 s let grow to 4e-4 of the peak.
 TEST_P(Struck, SoundsTheSameWhenRepeatedModesAreTurned) {
   const auto body = GetParam().make();
-  const auto modes = solve(body, EigenSolver::block_lanczos, 1);
+  const auto modes = solve(body, solvers::modes::EigenSolver::block_lanczos, 1);
   auto turned = modes;
   std::size_t first = 0, repeated = 0;
   for (const int size : cluster_sizes(frequencies(modes), 1e-5)) {

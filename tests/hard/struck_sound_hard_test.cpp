@@ -8,31 +8,31 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "synth/acceleration_click.hpp"
-#include "synth/noise_burst.hpp"
-#include "synth/ring_down.hpp"
-#include "synth/striker.hpp"
-#include "synth/thrift.hpp"
+#include "synth/contact/acceleration_click.hpp"
+#include "synth/contact/noise_burst.hpp"
+#include "synth/contact/striker.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/modal/thrift.hpp"
 
 namespace carillon::synth {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-Striker ball() {
+contact::Striker ball() {
   return {"ball", 0.02, 0.008, 2e11, 0.29, 0.7, ""};
 }
-StruckBody block() {
+contact::StruckBody block() {
   return {0.3, 7e10, 0.2, 0};
 }
-RigidSource sphere(double radius, double mass) {
+contact::RigidSource sphere(double radius, double mass) {
   return {Vec3::Zero(), Eigen::Matrix3d::Identity(), Vec3::Constant(radius), mass};
 }
 
-RingDown ringing(int modes, double gain, const std::string& unit) {
+modal::RingDown ringing(int modes, double gain, const std::string& unit) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit_interval(0, 1);
-  RingDown rings;
+  modal::RingDown rings;
   rings.excitation = Eigen::VectorXd::Zero(modes);
   rings.readout.velocity = Eigen::MatrixXd::Constant(1, modes, gain);
   for (int i = 0; i < modes; ++i) {
@@ -60,70 +60,70 @@ double peak(const std::vector<float>& samples) {
 }
 
 TEST(StrikerHard, SpeedsFromNothingToAbsurd) {
-  const HertzContact still = hertz_contact(ball(), block(), 0);
+  const contact::HertzContact still = contact::hertz_contact(ball(), block(), 0);
   EXPECT_EQ(still.impulse, 0);
   EXPECT_EQ(still.duration, 0);
   double last = kInfinite;
   for (const double speed : {1e-300, 1e-12, 1.0, 1e12, 1e150}) {
-    const HertzContact contact = hertz_contact(ball(), block(), speed);
+    const contact::HertzContact contact = contact::hertz_contact(ball(), block(), speed);
     EXPECT_GT(contact.duration, 0) << speed;
     EXPECT_LT(contact.duration, last) << speed;
     EXPECT_TRUE(std::isfinite(contact.impulse) && contact.impulse > 0) << speed;
     EXPECT_FALSE(std::isnan(contact.peak_force));
     last = contact.duration;
   }
-  EXPECT_THROW(hertz_contact(ball(), block(), kInfinite), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(ball(), block(), kInfinite), core::InputError);
 }
 
 TEST(StrikerHard, InfinitelyStiffAndInfinitelySoft) {
-  Striker rigid = ball();
+  contact::Striker rigid = ball();
   rigid.youngs_modulus = kInfinite;
   // One elastic side is enough for a finite contact.
-  const double finite = hertz_contact(rigid, block(), 1).duration;
+  const double finite = contact::hertz_contact(rigid, block(), 1).duration;
   EXPECT_GT(finite, 0);
-  EXPECT_LT(finite, hertz_contact(ball(), block(), 1).duration);
-  StruckBody wall = block();
+  EXPECT_LT(finite, contact::hertz_contact(ball(), block(), 1).duration);
+  contact::StruckBody wall = block();
   wall.youngs_modulus = kInfinite;
-  const HertzContact both = hertz_contact(rigid, wall, 1);
+  const contact::HertzContact both = contact::hertz_contact(rigid, wall, 1);
   EXPECT_EQ(both.duration, 0);
   EXPECT_GT(both.impulse, 0);
-  Striker soft = ball();
+  contact::Striker soft = ball();
   soft.youngs_modulus = 1e-30;
-  EXPECT_GT(hertz_contact(soft, block(), 1).duration, 1e6);
+  EXPECT_GT(contact::hertz_contact(soft, block(), 1).duration, 1e6);
   soft.youngs_modulus = 0;
-  EXPECT_THROW(hertz_contact(soft, block(), 1), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(soft, block(), 1), core::InputError);
 }
 
 TEST(StrikerHard, AStrikerAMillionTimesHeavier) {
-  Striker heavy = ball();
+  contact::Striker heavy = ball();
   heavy.mass = block().mass * 1e6;
-  const HertzContact contact = hertz_contact(heavy, block(), 1);
+  const contact::HertzContact contact = contact::hertz_contact(heavy, block(), 1);
   EXPECT_NEAR(contact.mass / block().mass, 1, 2e-6);
   EXPECT_NEAR(contact.impulse / (block().mass * 1.7), 1, 2e-6);
   heavy.mass = kInfinite;
-  EXPECT_NEAR(hertz_contact(heavy, block(), 1).mass, block().mass, 1e-15);
-  StruckBody held = block();
+  EXPECT_NEAR(contact::hertz_contact(heavy, block(), 1).mass, block().mass, 1e-15);
+  contact::StruckBody held = block();
   held.mass = kInfinite;
-  EXPECT_THROW(hertz_contact(heavy, held, 1), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(heavy, held, 1), core::InputError);
 }
 
 TEST(StrikerHard, AHollowTighterThanTheStriker) {
-  StruckBody hollow = block();
+  contact::StruckBody hollow = block();
   hollow.curvature = -1e9;
-  EXPECT_NEAR(hertz_contact(ball(), hollow, 1).radius, 0.08, 1e-12);
+  EXPECT_NEAR(contact::hertz_contact(ball(), hollow, 1).radius, 0.08, 1e-12);
   hollow.curvature = kInfinite;
-  EXPECT_THROW(hertz_contact(ball(), hollow, 1), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(ball(), hollow, 1), core::InputError);
 }
 
 TEST(NoiseBurstHard, OfOneSample) {
   core::RandomStream random(1, 2, "burst");
-  const ContactForce force = noise_burst({1, 0}, 100, random);
+  const modal::ContactForce force = contact::noise_burst({1, 0}, 100, random);
   ASSERT_EQ(force.samples.size(), 4u);
   EXPECT_EQ(force.samples[0], 0);
   EXPECT_NE(force.samples[1], 0);
   EXPECT_EQ(force.samples[2], 0);
-  RingDown rings = ringing(20, 1, "m/s");
-  EXPECT_TRUE(finite(synthesize(rings, force, 44100, 4410)));
+  modal::RingDown rings = ringing(20, 1, "m/s");
+  EXPECT_TRUE(finite(modal::synthesize(rings, force, 44100, 4410)));
 }
 
 TEST(NoiseBurstHard, AtEveryEndOfItsRanges) {
@@ -131,7 +131,7 @@ TEST(NoiseBurstHard, AtEveryEndOfItsRanges) {
     for (const double size : {0.0, 1.0}) {
       for (const double rate : {1000.0, 1001.0, 44100.0, 384000.0}) {
         core::RandomStream random(1, 2, "burst");
-        const ContactForce force = noise_burst({hardness, size}, rate, random);
+        const modal::ContactForce force = contact::noise_burst({hardness, size}, rate, random);
         double largest = 0;
         for (const double f : force.samples) largest = std::max(largest, std::abs(f));
         EXPECT_GT(largest, 0);
@@ -143,8 +143,8 @@ TEST(NoiseBurstHard, AtEveryEndOfItsRanges) {
 
 TEST(ClickHard, ForcesOfAnySize) {
   const auto make = [](double impulse, double duration) {
-    return acceleration_click(sphere(0.03, 0.1), {0, 0, impulse}, {.duration = duration}, {0, 0, 1},
-                              44100, 2000);
+    return contact::acceleration_click(sphere(0.03, 0.1), {0, 0, impulse}, {.duration = duration},
+                                       {0, 0, 1}, 44100, 2000);
   };
   const double one = peak(make(1, 1e-4));
   // Peak forces of 1e-12 and 1e12 N over 0.1 ms.
@@ -162,8 +162,8 @@ TEST(ClickHard, ForcesOfAnySize) {
 TEST(ClickHard, ABodyOfAMillimetreAndOneOfTenMetres) {
   for (const double radius : {0.0005, 5.0}) {
     for (const double duration : {0.0, 1e-6, 1e-3}) {
-      const auto click = acceleration_click(sphere(radius, 1), {0, 0, 1}, {.duration = duration},
-                                            {0, 0, 3 * radius}, 44100, 30000);
+      const auto click = contact::acceleration_click(
+          sphere(radius, 1), {0, 0, 1}, {.duration = duration}, {0, 0, 3 * radius}, 44100, 30000);
       EXPECT_TRUE(finite(click));
       EXPECT_GT(peak(click), 0);
       double sum = 0;
@@ -176,45 +176,48 @@ TEST(ClickHard, ABodyOfAMillimetreAndOneOfTenMetres) {
 }
 
 TEST(ClickHard, AListenerOnTheSurface) {
-  const auto click = acceleration_click(sphere(0.03, 0.1), {0, 0, 1}, {.duration = 1e-4},
-                                        {0, 0, 0.03}, 44100, 500);
+  const auto click = contact::acceleration_click(sphere(0.03, 0.1), {0, 0, 1}, {.duration = 1e-4},
+                                                 {0, 0, 0.03}, 44100, 500);
   EXPECT_TRUE(finite(click));
   EXPECT_EQ(click[0], 0.0f);  // the force begins at 0
   EXPECT_GT(click[1], 0.0f);
-  EXPECT_THROW(acceleration_click(sphere(0.03, 0.1), {0, 0, 1}, {.duration = 1e-4}, {0, 0, 0.0299},
-                                  44100, 500),
+  EXPECT_THROW(contact::acceleration_click(sphere(0.03, 0.1), {0, 0, 1}, {.duration = 1e-4},
+                                           {0, 0, 0.0299}, 44100, 500),
                core::InputError);
 }
 
 TEST(ThriftHard, SilenceIsLeftOutWithoutError) {
   for (const char* unit : {"Pa", "m/s"}) {
-    RingDown rings = ringing(50, 0, unit);
-    const ThriftReport report = leave_out_inaudible(rings, {.duration = 1e-4}, 44100, 4410, {});
+    modal::RingDown rings = ringing(50, 0, unit);
+    const modal::ThriftReport report =
+        modal::leave_out_inaudible(rings, {.duration = 1e-4}, 44100, 4410, {});
     EXPECT_EQ(report.left_out, 50u) << unit;
     EXPECT_EQ(report.error_bound, 0);
-    EXPECT_EQ(decibels(report.error_bound), -300);
-    EXPECT_EQ(peak(synthesize(rings, {}, 44100, 100)), 0);
+    EXPECT_EQ(modal::decibels(report.error_bound), -300);
+    EXPECT_EQ(peak(modal::synthesize(rings, {}, 44100, 100)), 0);
   }
 }
 
 TEST(ThriftHard, AllOfItInaudibleIsAnErrorOfAll) {
-  RingDown rings = ringing(50, 1e-12, "Pa");
-  const ThriftReport report = leave_out_inaudible(rings, {.duration = 1e-4}, 44100, 4410, {});
+  modal::RingDown rings = ringing(50, 1e-12, "Pa");
+  const modal::ThriftReport report =
+      modal::leave_out_inaudible(rings, {.duration = 1e-4}, 44100, 4410, {});
   EXPECT_EQ(report.left_out, 50u);
   EXPECT_EQ(report.error_bound, 1);
 }
 
 TEST(ThriftHard, OneModeAndNone) {
-  RingDown one = ringing(1, 1, "m/s");
-  EXPECT_EQ(leave_out_inaudible(one, {}, 44100, 4410, {}).left_out, 0u);
-  RingDown none = ringing(0, 1, "m/s");
-  EXPECT_EQ(leave_out_inaudible(none, {}, 44100, 4410, {}).left_out, 0u);
+  modal::RingDown one = ringing(1, 1, "m/s");
+  EXPECT_EQ(modal::leave_out_inaudible(one, {}, 44100, 4410, {}).left_out, 0u);
+  modal::RingDown none = ringing(0, 1, "m/s");
+  EXPECT_EQ(modal::leave_out_inaudible(none, {}, 44100, 4410, {}).left_out, 0u);
 }
 
 TEST(ThriftHard, TwoThousandModesOfAnyLoudness) {
   for (const double gain : {1e-150, 1e-12, 1.0, 1e12, 1e150}) {
-    RingDown rings = ringing(2000, gain, "m/s");
-    const ThriftReport report = leave_out_inaudible(rings, {.duration = 2e-4}, 44100, 44100, {});
+    modal::RingDown rings = ringing(2000, gain, "m/s");
+    const modal::ThriftReport report =
+        modal::leave_out_inaudible(rings, {.duration = 2e-4}, 44100, 44100, {});
     EXPECT_GT(report.left_out, 200u) << gain;
     EXPECT_EQ(rings.eigenvalues.size(), 2000 - report.left_out);
     EXPECT_TRUE(report.error_bound > 0 && report.error_bound < 1) << gain;
@@ -222,8 +225,9 @@ TEST(ThriftHard, TwoThousandModesOfAnyLoudness) {
 }
 
 TEST(ThriftHard, AClipThatEndsBeforeTheContactDoes) {
-  RingDown rings = ringing(60, 1, "m/s");
-  const ThriftReport report = leave_out_inaudible(rings, {.duration = 0.1}, 44100, 441, {});
+  modal::RingDown rings = ringing(60, 1, "m/s");
+  const modal::ThriftReport report =
+      modal::leave_out_inaudible(rings, {.duration = 0.1}, 44100, 441, {});
   // Nothing rings freely in it: no bound, so all stay.
   EXPECT_EQ(report.left_out, 0u);
   EXPECT_EQ(rings.eigenvalues.size(), 60u);
@@ -231,14 +235,15 @@ TEST(ThriftHard, AClipThatEndsBeforeTheContactDoes) {
 
 TEST(ThriftHard, TwoModesAlmostInOpposition) {
   // Their sum is all but silent at first; the bound knows.
-  RingDown rings = ringing(3, 1, "m/s");
+  modal::RingDown rings = ringing(3, 1, "m/s");
   const double omega = 2 * std::numbers::pi * 440;
   rings.eigenvalues = {omega * omega, omega * omega * (1 + 1e-9), std::pow(2 * omega, 2)};
   rings.decay_rates = {0, 0, 5};
   rings.excitation << 1, -1, 1e-5;
-  const RingDown full = rings;
-  const ThriftReport report = leave_out_inaudible(rings, {}, 44100, 4410, {0, 40});
-  const auto before = synthesize(full, {}, 44100, 4410), after = synthesize(rings, {}, 44100, 4410);
+  const modal::RingDown full = rings;
+  const modal::ThriftReport report = modal::leave_out_inaudible(rings, {}, 44100, 4410, {0, 40});
+  const auto before = modal::synthesize(full, {}, 44100, 4410),
+             after = modal::synthesize(rings, {}, 44100, 4410);
   double missing = 0, whole = 0;
   for (std::size_t n = 0; n < before.size(); ++n) {
     missing += std::pow(static_cast<double>(before[n]) - static_cast<double>(after[n]), 2);

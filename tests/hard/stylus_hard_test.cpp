@@ -6,7 +6,7 @@
 
 #include "../synth/scraped_face.hpp"
 #include "core/error.hpp"
-#include "solvers/textures/generated_maps.hpp"
+#include "render/maps/generated_maps.hpp"
 #include "synth/touch/stylus.hpp"
 
 namespace carillon::synth {
@@ -14,25 +14,25 @@ namespace {
 
 using Corners = std::vector<Vec3>;
 
-solvers::TexturedFace face_of(const solvers::SurfaceMap& map, double side = 1) {
-  solvers::TexturedFace face;
-  face.map = std::make_shared<const solvers::SurfaceMap>(map);
+render::maps::TexturedFace face_of(const render::maps::SurfaceMap& map, double side = 1) {
+  render::maps::TexturedFace face;
+  face.map = std::make_shared<const render::maps::SurfaceMap>(map);
   face.size = {side, side};
   return face;
 }
 
 /// A path, and the hand's rest at its end for half a second.
 Corners drawn_and_held(const Corners& corners, double speed) {
-  Corners hand = drawn_path(corners, speed, 1000);
+  Corners hand = touch::drawn_path(corners, speed, 1000);
   hand.resize(hand.size() + 500, hand.back());
   return hand;
 }
 
 /// Drawn twice, it is the same; it is finite, and no force is beyond the largest.
-Touch sound_touch(const solvers::TexturedFace& face, const Corners& hand, const Stylus& stylus,
-                  const TouchOptions& options = {}) {
-  const Touch touch = draw_stylus(face, hand, stylus, options);
-  const Touch again = draw_stylus(face, hand, stylus, options);
+touch::Touch sound_touch(const render::maps::TexturedFace& face, const Corners& hand,
+                         const touch::Stylus& stylus, const touch::TouchOptions& options = {}) {
+  const touch::Touch touch = touch::draw_stylus(face, hand, stylus, options);
+  const touch::Touch again = touch::draw_stylus(face, hand, stylus, options);
   EXPECT_EQ(touch.tip, again.tip);
   EXPECT_EQ(touch.forces, again.forces);
   EXPECT_EQ(touch.held_back, again.held_back);
@@ -45,29 +45,29 @@ Touch sound_touch(const solvers::TexturedFace& face, const Corners& hand, const 
 }
 
 /// How far the tip lies beneath the surface [m].
-double depth_of(const solvers::SurfaceMap& map, const Vec3& tip) {
-  return (map.relief() ? height_at(map, tip.head<2>()) : 0) - tip.z();
+double depth_of(const render::maps::SurfaceMap& map, const Vec3& tip) {
+  return (map.relief() ? render::maps::height_at(map, tip.head<2>()) : 0) - tip.z();
 }
 
 /// Speed of the last tick [m/s].
-double last_speed(const Touch& touch) {
+double last_speed(const touch::Touch& touch) {
   return (touch.tip.back() - touch.tip[touch.tip.size() - 2]).norm() * touch.rate;
 }
 
 /// Heights that a normal map stands for, above their lowest; 0 on a relief.
 class StandsFor {
  public:
-  explicit StandsFor(const solvers::SurfaceMap& map)
-      : normals_(!map.relief()), heights_(integrated_relief(map)) {
+  explicit StandsFor(const render::maps::SurfaceMap& map)
+      : normals_(!map.relief()), heights_(render::maps::integrated_relief(map)) {
     lowest_ = *std::min_element(heights_.heights.begin(), heights_.heights.end());
   }
   double height(const Vec3& tip) const {
-    return normals_ ? height_at(heights_, tip.head<2>()) - lowest_ : 0;
+    return normals_ ? render::maps::height_at(heights_, tip.head<2>()) - lowest_ : 0;
   }
 
  private:
   bool normals_;
-  solvers::SurfaceMap heights_;
+  render::maps::SurfaceMap heights_;
   double lowest_ = 0;
 };
 
@@ -80,14 +80,14 @@ TEST(StylusHard, InANarrowValleyEnergyNeverGrows) {
         for (const double stiffness : {500.0, 5000.0, 50000.0}) {
           SCOPED_TRACE(testing::Message()
                        << texel << ' ' << depth << ' ' << normal_map << ' ' << stiffness);
-          const solvers::SurfaceMap relief = sine_map(8 * texel, depth / 2, 8, 8);
-          const auto face = face_of(normal_map ? normal_map_of(relief) : relief);
-          Stylus stylus;
+          const render::maps::SurfaceMap relief = sine_map(8 * texel, depth / 2, 8, 8);
+          const auto face = face_of(normal_map ? render::maps::normal_map_of(relief) : relief);
+          touch::Stylus stylus;
           stylus.stiffness = stiffness;
           stylus.press = 3;
           // Above the valley's side.
           const Corners hand(2000, Vec3(0.01 + 3.3 * texel, 0.5, 1e-4));
-          const Touch touch = sound_touch(face, hand, stylus);
+          const touch::Touch touch = sound_touch(face, hand, stylus);
           const auto energy = [&](const Vec3& tip, const Vec3& velocity) {
             return stylus.mass * velocity.squaredNorm() / 2 +
                    stylus.hold * (tip - hand[0]).head<2>().squaredNorm() / 2 +
@@ -123,8 +123,8 @@ TEST(StylusHard, UpAVerticalEdgeForcesStayBelowTheLargest) {
       SCOPED_TRACE(testing::Message() << depth << ' ' << speed);
       const auto face = face_of(step_map(kTexel, depth));
       const Corners hand = drawn_and_held({{0.005, 1e-4, -depth}, {0.001, 1e-4, -depth}}, speed);
-      const Stylus stylus;
-      const Touch touch = sound_touch(face, hand, stylus);
+      const touch::Stylus stylus;
+      const touch::Touch touch = sound_touch(face, hand, stylus);
       double most = 0, allowed = 1e9;
       for (std::size_t k = 0; k + 1 < touch.tip.size(); ++k) {
         most = std::max(most, touch.forces[k].x());
@@ -154,10 +154,10 @@ TEST(StylusHard, UpAVerticalEdgeForcesStayBelowTheLargest) {
 // tick. On a relief that is the spring's alone; on a normal map spring and damper hold the press.
 TEST(StylusHard, RubbedForSecondsTheFaceGivesNoMoreThanItHolds) {
   constexpr double kLength = 8e-3, kDepth = 8e-4, kRate = 20000, kPress = 1;
-  const solvers::SurfaceMap relief = sine_map(kLength, kDepth / 2, 32, 8);
+  const render::maps::SurfaceMap relief = sine_map(kLength, kDepth / 2, 32, 8);
   std::size_t held_back = 0;
   for (const bool normal_map : {false, true}) {
-    const auto face = face_of(normal_map ? normal_map_of(relief) : relief);
+    const auto face = face_of(normal_map ? render::maps::normal_map_of(relief) : relief);
     const StandsFor stands_for(*face.map);
     for (const double friction : {0.0, 0.3}) {
       for (const double speed : {0.1, 0.2, 0.3}) {
@@ -166,9 +166,10 @@ TEST(StylusHard, RubbedForSecondsTheFaceGivesNoMoreThanItHolds) {
         for (double way = 0; way < 3 * speed; way += 0.04) {
           corners.emplace_back(corners.back().x() < 0.04 ? 0.06 : 0.02, 0.5, 0);
         }
-        Stylus stylus;
+        touch::Stylus stylus;
         stylus.friction = friction;
-        const Touch touch = sound_touch(face, drawn_path(corners, speed, kRate), stylus, {kRate});
+        const touch::Touch touch =
+            sound_touch(face, touch::drawn_path(corners, speed, kRate), stylus, {kRate});
         ASSERT_EQ(touch.limited, 0u);
         double given = 0, bound = 1e9, upwards = 0;
         for (std::size_t k = 0; k + 1 < touch.tip.size(); ++k) {
@@ -177,7 +178,8 @@ TEST(StylusHard, RubbedForSecondsTheFaceGivesNoMoreThanItHolds) {
           const double potential =
               stylus.stiffness * depth * depth / 2 + kPress * stands_for.height(tip);
           bound = std::min(bound, given + potential);
-          const Vec3 normal = solvers::normal_of(slope_at(*face.map, (tip + way / 2).head<2>()));
+          const Vec3 normal =
+              render::maps::normal_of(render::maps::slope_at(*face.map, (tip + way / 2).head<2>()));
           const double push = touch.forces[k].dot(normal), outward = normal.dot(way);
           const double damper = normal_map || push <= 0 ? 0 : stylus.damping * outward * kRate;
           given += std::max(0.0, push + damper) * outward;
@@ -198,19 +200,20 @@ TEST(StylusHard, RubbedForSecondsTheFaceGivesNoMoreThanItHolds) {
 
 // After a stretch in which it was held back, a slow hand feels the slope again.
 TEST(StylusHard, AfterAFastStretchASlowOneIsFeltAsBefore) {
-  const auto face = face_of(normal_map_of(sine_map(8e-3, 4e-4, 32, 8)));
+  const auto face = face_of(render::maps::normal_map_of(sine_map(8e-3, 4e-4, 32, 8)));
   const Corners there_and_back = {
       {0.02, 0.5, 0}, {0.08, 0.5, 0}, {0.02, 0.5, 0}, {0.08, 0.5, 0}, {0.02, 0.5, 0}};
-  Corners hand = drawn_path(there_and_back, 0.3, 1000);
+  Corners hand = touch::drawn_path(there_and_back, 0.3, 1000);
   const std::size_t fast = hand.size();
-  const Corners slowly = drawn_path(Corners{{0.02, 0.5, 0}, {0.08, 0.5, 0}}, 0.03, 1000);
+  const Corners slowly = touch::drawn_path(Corners{{0.02, 0.5, 0}, {0.08, 0.5, 0}}, 0.03, 1000);
   hand.insert(hand.end(), slowly.begin(), slowly.end());
-  Stylus stylus;
+  touch::Stylus stylus;
   stylus.friction = 0.3;
-  const Touch touch = sound_touch(face, hand, stylus);
+  const touch::Touch touch = sound_touch(face, hand, stylus);
   EXPECT_GT(touch.held_back, 0u);
   for (std::size_t k = fast + 100; k + 1 < hand.size(); ++k) {
-    const Vec3 normal = solvers::normal_of(slope_at(*face.map, touch.tip[k].head<2>()));
+    const Vec3 normal =
+        render::maps::normal_of(render::maps::slope_at(*face.map, touch.tip[k].head<2>()));
     EXPECT_NEAR(touch.forces[k].z(), 1, 0.1) << k;
     EXPECT_NEAR(touch.forces[k].dot(normal), 1, 0.2) << k;
   }
@@ -219,21 +222,21 @@ TEST(StylusHard, AfterAFastStretchASlowOneIsFeltAsBefore) {
 // A hand that begins beside the face, or leaves it and comes back, also below its surface: over
 // nothing the tip does not fall, and it is not shot out of the face when it comes back.
 TEST(StylusHard, FromBesideTheFaceItIsNeitherDroppedNorThrown) {
-  const solvers::SurfaceMap relief = sine_map(8e-3, 4e-4, 32, 8);
+  const render::maps::SurfaceMap relief = sine_map(8e-3, 4e-4, 32, 8);
   for (const bool normal_map : {false, true}) {
-    const auto face = face_of(normal_map ? normal_map_of(relief) : relief, 0.1);
+    const auto face = face_of(normal_map ? render::maps::normal_map_of(relief) : relief, 0.1);
     for (const double press : {0.0, 1.0}) {
       for (const double height : {0.0, -1e-3, -2e-2}) {
         SCOPED_TRACE(testing::Message() << normal_map << ' ' << press << ' ' << height);
         const Vec3 inside(0.05, 0.05, height), left(-0.05, 0.05, height);
         const Vec3 right(0.15, 0.05, height), behind(0.05, 0.15, height);
-        Stylus stylus;
+        touch::Stylus stylus;
         stylus.press = press;
         stylus.friction = 0.3;
         const Corners paths[] = {{left, inside}, {left, inside, right, inside, behind, inside}};
         for (const Corners& corners : paths) {
           const Corners hand = drawn_and_held(corners, 0.1);
-          const Touch touch = sound_touch(face, hand, stylus);
+          const touch::Touch touch = sound_touch(face, hand, stylus);
           double farthest = 0, strongest = 0;
           for (std::size_t k = 0; k < hand.size(); ++k) {
             farthest = std::max(farthest, (touch.tip[k] - hand[k]).norm());
@@ -254,7 +257,8 @@ TEST(StylusHard, FromBesideTheFaceItIsNeitherDroppedNorThrown) {
   }
   // Begun over the face, but below its surface, it is put on it.
   const auto face = face_of(relief, 0.1);
-  const Touch touch = sound_touch(face, Corners(500, Vec3(0.05, 0.05, -0.02)), Stylus{});
+  const touch::Touch touch =
+      sound_touch(face, Corners(500, Vec3(0.05, 0.05, -0.02)), touch::Stylus{});
   EXPECT_NEAR(depth_of(*face.map, touch.tip.front()), 0, 1e-12);
   EXPECT_NEAR(depth_of(*face.map, touch.tip.back()), 2e-4, 1e-5);
 }
@@ -262,20 +266,20 @@ TEST(StylusHard, FromBesideTheFaceItIsNeitherDroppedNorThrown) {
 // Every generated map, at the end of a fast stroke: where the hand rests, the tip comes to rest,
 // and it is borne up by the press.
 TEST(StylusHard, WhereTheHandRestsTheTipComesToRest) {
-  for (const auto& generated : solvers::generated_maps()) {
-    const solvers::SurfaceMap relief =
-        solvers::generate_map(generated.name, generated.defaults, 256, 1);
+  for (const auto& generated : render::maps::generated_maps()) {
+    const render::maps::SurfaceMap relief =
+        render::maps::generate_map(generated.name, generated.defaults, 256, 1);
     for (const bool normal_map : {false, true}) {
-      const auto face = face_of(normal_map ? normal_map_of(relief) : relief);
+      const auto face = face_of(normal_map ? render::maps::normal_map_of(relief) : relief);
       for (const double friction : {0.0, 0.3}) {
         for (const double press : {0.0, 1.0}) {
           SCOPED_TRACE(testing::Message()
                        << generated.name << ' ' << normal_map << ' ' << friction << ' ' << press);
-          Stylus stylus;
+          touch::Stylus stylus;
           stylus.friction = friction;
           stylus.press = press;
           const double height = press > 0 ? 0 : -1e-3;
-          const Touch touch = sound_touch(
+          const touch::Touch touch = sound_touch(
               face, drawn_and_held({{0.3, 0.5, height}, {0.4, 0.53, height}}, 0.5), stylus);
           EXPECT_LT(last_speed(touch), 1e-6);
           if (press > 0) {
@@ -293,10 +297,10 @@ TEST(StylusHard, ATipWiderThanTheValleysRidesOnTheCrests) {
   constexpr double kLength = 5e-4, kRadius = 2e-3, kDepth = 5e-4;
   const auto face = face_of(sine_map(kLength, kDepth / 2, 32, 8));
   const double sag = kRadius - std::sqrt(kRadius * kRadius - kLength * kLength / 4);
-  Stylus stylus;
+  touch::Stylus stylus;
   stylus.radius = kRadius;
-  const Touch touch =
-      sound_touch(face, drawn_path(Corners{{0.1, 0.5, 0}, {0.11, 0.5, 0}}, 0.01, 1000), stylus);
+  const touch::Touch touch = sound_touch(
+      face, touch::drawn_path(Corners{{0.1, 0.5, 0}, {0.11, 0.5, 0}}, 0.01, 1000), stylus);
   double lowest = 0, highest = -1;
   for (std::size_t k = 200; k < touch.tip.size(); ++k) {
     lowest = std::min(lowest, touch.tip[k].z() + stylus.press / stylus.stiffness);
@@ -310,18 +314,18 @@ TEST(StylusHard, RefusesPathsThatAreNone) {
   const auto face = face_of(sine_map(2e-3, 0, 16, 4));
   const Corners nan = {{0, 0, 0}, {NAN, 0, 0}}, far = {{0, 0, 0}, {INFINITY, 0, 0}};
   for (const auto& path : {nan, far, Corners{}}) {
-    EXPECT_THROW(draw_stylus(face, path, {}, {}), core::InputError);
-    EXPECT_THROW(drawn_path(path, 0.1, 1000), core::InputError);
+    EXPECT_THROW(touch::draw_stylus(face, path, {}, {}), core::InputError);
+    EXPECT_THROW(touch::drawn_path(path, 0.1, 1000), core::InputError);
   }
   const Corners fine = {{0, 0, 0}, {0.1, 0, 0}};
-  EXPECT_THROW(drawn_path(fine, 0, 1000), core::InputError);
-  EXPECT_THROW(drawn_path(fine, 1e-12, 1000), core::InputError);
-  EXPECT_THROW(drawn_path(fine, NAN, 1000), core::InputError);
-  Stylus massless;
+  EXPECT_THROW(touch::drawn_path(fine, 0, 1000), core::InputError);
+  EXPECT_THROW(touch::drawn_path(fine, 1e-12, 1000), core::InputError);
+  EXPECT_THROW(touch::drawn_path(fine, NAN, 1000), core::InputError);
+  touch::Stylus massless;
   massless.mass = 0;
-  EXPECT_THROW(draw_stylus(face, fine, massless, {}), core::InputError);
+  EXPECT_THROW(touch::draw_stylus(face, fine, massless, {}), core::InputError);
   try {
-    draw_stylus(face, nan, {}, {});
+    touch::draw_stylus(face, nan, {}, {});
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("at tick 1"), std::string::npos);
   }

@@ -11,10 +11,10 @@
 #include "../solvers/test_meshes.hpp"
 #include "core/error.hpp"
 #include "hard_case.hpp"
-#include "synth/coupled_modes.hpp"
-#include "synth/diagonal_error.hpp"
-#include "synth/rigid_body.hpp"
-#include "synth/supports.hpp"
+#include "synth/support/coupled_modes.hpp"
+#include "synth/support/diagonal_error.hpp"
+#include "synth/support/supports.hpp"
+#include "synth/surface/rigid_body.hpp"
 #include "tests/synth/support_cases.hpp"
 
 namespace carillon {
@@ -26,9 +26,9 @@ using namespace synth;
 constexpr double kPi = std::numbers::pi;
 
 /// Struck and heard so that every mode counts.
-RingDown struck(const HeldModes& held) {
+synth::modal::RingDown struck(const HeldModes& held) {
   const auto n = static_cast<Eigen::Index>(held.eigenvalues.size());
-  RingDown rings;
+  synth::modal::RingDown rings;
   rings.eigenvalues = held.eigenvalues;
   rings.decay_rates = held.decay_rates;
   rings.excitation = Eigen::VectorXd::LinSpaced(n, 1, 1.5);
@@ -37,17 +37,18 @@ RingDown struck(const HeldModes& held) {
   return rings;
 }
 
-RingDown diagonal_answer(const HeldModes& held) {
-  RingDown rings = struck(held);
+synth::modal::RingDown diagonal_answer(const HeldModes& held) {
+  synth::modal::RingDown rings = struck(held);
   rings.decay_rates = diagonal_rates(held.decay_rates, held.dashpots);
   return rings;
 }
 
-std::optional<RingDown> coupled_answer(const HeldModes& held, double* perturbation = nullptr) {
-  const auto modes = couple(held.eigenvalues, held.decay_rates, held.dashpots);
+std::optional<synth::modal::RingDown> coupled_answer(const HeldModes& held,
+                                                     double* perturbation = nullptr) {
+  const auto modes = synth::support::couple(held.eigenvalues, held.decay_rates, held.dashpots);
   if (!modes) return std::nullopt;
   if (perturbation != nullptr) *perturbation = modes->perturbation;
-  return coupled_ring_down(*modes, struck(held));
+  return synth::support::coupled_ring_down(*modes, struck(held));
 }
 
 double peak(const std::vector<float>& samples) {
@@ -61,9 +62,9 @@ bool finite(const std::vector<float>& samples) {
 }
 
 /// Largest distance from matrix exponentials, relative to the peak.
-double off_from_exact(const HeldModes& held, const RingDown& answer) {
+double off_from_exact(const HeldModes& held, const synth::modal::RingDown& answer) {
   const std::vector<double> times = {1e-4, 2e-4, 5e-4, 1e-3, 3e-3, 0.01, 0.05};
-  const RingDown rings = struck(held);
+  const synth::modal::RingDown rings = struck(held);
   const auto states = exact_states(held, rings.excitation, 2e-4, times);
   const auto n = static_cast<Eigen::Index>(held.eigenvalues.size());
   double worst = 0, loudest = 0;
@@ -92,8 +93,8 @@ TEST(SupportsHard, AtAndBeyondCriticalThroughTheSupport) {
     ASSERT_TRUE(full) << ratio;
     EXPECT_LE(perturbation, 1e-6) << ratio;
     // One mode has nothing to couple with: the diagonal answer is exact.
-    const auto alone = synthesize(diagonal_answer(held), {2e-4}, 44100, 4000);
-    const auto audio = synthesize(*full, {2e-4}, 44100, 4000);
+    const auto alone = synth::modal::synthesize(diagonal_answer(held), {2e-4}, 44100, 4000);
+    const auto audio = synth::modal::synthesize(*full, {2e-4}, 44100, 4000);
     ASSERT_TRUE(finite(audio) && finite(alone)) << ratio;
     double worst = 0;
     for (std::size_t n = 0; n < audio.size(); ++n) {
@@ -115,7 +116,7 @@ TEST(SupportsHard, TwoModesABillionthApart) {
   pair.eigenvalues.push_back(pair.eigenvalues[0] * std::pow(1 + 1e-9, 2));
   pair.decay_rates.push_back(1);
   pair.dashpots = Eigen::Vector2d(2, 2);
-  const auto split = couple(pair.eigenvalues, pair.decay_rates, pair.dashpots);
+  const auto split = synth::support::couple(pair.eigenvalues, pair.decay_rates, pair.dashpots);
   ASSERT_TRUE(split);
   const auto [slow, fast] = std::minmax(split->decay_rates[0], split->decay_rates[1]);
   EXPECT_NEAR(slow, 1, 1e-6);
@@ -148,14 +149,15 @@ TEST(SupportsHard, TripleCriticalPoles) {
   if (full) {
     EXPECT_LT(off_from_exact(held, *full), 1e-4);
   }
-  EXPECT_TRUE(finite(synthesize(full ? *full : diagonal_answer(held), {2e-4}, 44100, 1000)));
+  EXPECT_TRUE(
+      finite(synth::modal::synthesize(full ? *full : diagonal_answer(held), {2e-4}, 44100, 1000)));
 }
 
 TEST(SupportsHard, ForcesFromNothingToEverything) {
   // Fingers of unit coefficient at dashpots of phi^2 = 9 / kg.
   HeldModes held = random_held(20, 2, 9, 7);
   const Eigen::MatrixXd unit = held.dashpots;
-  held.dashpots = dashpots(unit, 1, 1e-12);
+  held.dashpots = synth::support::dashpots(unit, 1, 1e-12);
   const auto nothing = coupled_answer(held);
   ASSERT_TRUE(nothing);
   for (std::size_t i = 0; i < 20; ++i) {
@@ -164,12 +166,12 @@ TEST(SupportsHard, ForcesFromNothingToEverything) {
   }
   // Pressed without end the points stand still: all but two modes ring on, and no more force
   // changes them.
-  held.dashpots = dashpots(unit, 1, 1e9);
+  held.dashpots = synth::support::dashpots(unit, 1, 1e9);
   const auto firm = coupled_answer(held);
-  held.dashpots = dashpots(unit, 1, 1e12);
+  held.dashpots = synth::support::dashpots(unit, 1, 1e12);
   const auto rigid = coupled_answer(held);
   ASSERT_TRUE(firm && rigid);
-  const auto ringing = [](const RingDown& rings) {
+  const auto ringing = [](const synth::modal::RingDown& rings) {
     std::vector<std::pair<double, double>> modes;
     for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
       const double d = rings.decay_rates[i];
@@ -185,27 +187,29 @@ TEST(SupportsHard, ForcesFromNothingToEverything) {
     EXPECT_NEAR(b[i].first / a[i].first, 1, 1e-6);
     EXPECT_NEAR(b[i].second / a[i].second, 1, 1e-4);
   }
-  const auto audio = synthesize(*rigid, {2e-4}, 44100, 4000);
+  const auto audio = synth::modal::synthesize(*rigid, {2e-4}, 44100, 4000);
   EXPECT_TRUE(finite(audio));
   EXPECT_LT(peak(audio), 100);
-  EXPECT_TRUE(finite(synthesize(diagonal_answer(held), {2e-4}, 44100, 4000)));
+  EXPECT_TRUE(finite(synth::modal::synthesize(diagonal_answer(held), {2e-4}, 44100, 4000)));
 }
 
-solvers::Modes ceramic_plate() {
-  const solvers::Elastic ceramic{7.2e10, 0.19, 2700};
+solvers::modes::Modes ceramic_plate() {
+  const solvers::elements::Elastic ceramic{7.2e10, 0.19, 2700};
   return modes_in(box_mesh({0.1, 0.12, 0.006}, {7, 8, 1}, 3), {ceramic}, {20, 20000, 300});
 }
 
 TEST(SupportsHard, AContactOnANodeLineAddsNothing) {
   // The first bending shape of a slim bar stands still on two lines, 0.224 of its length from
   // either end.
-  const solvers::Elastic glass_bar{6.2e10, 0.2, 2600};
+  const solvers::elements::Elastic glass_bar{6.2e10, 0.2, 2600};
   const auto modes =
       modes_in(box_mesh({0.2, 0.01, 0.005}, {16, 1, 1}, 3), {glass_bar}, {20, 5000, 20});
-  const SurfaceSampler sampler(modes.surface);
+  const synth::modal::SurfaceSampler sampler(modes.surface);
   const auto added = [&](double x) {
-    const auto contact = point_contact(modes.surface, sampler.nearest({x * 0.2, 0.005, 0.005}));
-    const Eigen::MatrixXd held = dashpots(unit_dashpots(modes, contact, 0), 1, 1);
+    const auto contact =
+        synth::support::point_contact(modes.surface, sampler.nearest({x * 0.2, 0.005, 0.005}));
+    const Eigen::MatrixXd held =
+        synth::support::dashpots(synth::support::unit_dashpots(modes, contact, 0), 1, 1);
     return diagonal_rates(std::vector<double>(modes.size(), 0.0), held)[0];
   };
   EXPECT_LT(added(0.2242), 1e-4 * added(0.5));
@@ -214,19 +218,20 @@ TEST(SupportsHard, AContactOnANodeLineAddsNothing) {
 
 TEST(SupportsHard, ContactOnEveryNode) {
   const auto modes = ceramic_plate();
-  std::vector<Contact> contacts;
+  std::vector<synth::support::Contact> contacts;
   const auto faces = modes.surface.faces.size() / 10;  // ten nodes to a cubic face
   for (std::size_t face = 0; face < faces; ++face) {
-    const SurfacePoint point{static_cast<std::int32_t>(face), {1, 0, 0}};
-    contacts.push_back(
-        {point, frame_at(modes.surface, point).normal, 1.0 / static_cast<double>(faces)});
+    const synth::modal::SurfacePoint point{static_cast<std::int32_t>(face), {1, 0, 0}};
+    contacts.push_back({point, synth::modal::frame_at(modes.surface, point).normal,
+                        1.0 / static_cast<double>(faces)});
   }
   HeldModes held;
   held.eigenvalues = modes.eigenvalues;
   held.decay_rates.assign(modes.size(), 2.0);
-  held.dashpots = dashpots(unit_dashpots(modes, contacts, 0.5), 1, 5);
+  held.dashpots =
+      synth::support::dashpots(synth::support::unit_dashpots(modes, contacts, 0.5), 1, 5);
   EXPECT_LE(held.dashpots.cols(), static_cast<Eigen::Index>(modes.size()));
-  const auto full = couple(held.eigenvalues, held.decay_rates, held.dashpots);
+  const auto full = synth::support::couple(held.eigenvalues, held.decay_rates, held.dashpots);
   ASSERT_TRUE(full);
   EXPECT_LT(worst_pole(poles_of(full->eigenvalues, full->decay_rates),
                        eigenvalues_of(held.state_matrix())),
@@ -240,23 +245,25 @@ TEST(SupportsHard, CeramicPlateHeldByTwoFingers) {
   ASSERT_GT(modes.size(), 20u);
   std::vector<double> own;
   for (const double lambda : modes.eigenvalues) own.push_back((6 + 1e-7 * lambda) / 2);
-  const SurfaceSampler sampler(modes.surface);
+  const synth::modal::SurfaceSampler sampler(modes.surface);
   // Pinched at the middle of an edge, 5 mm from it, from both sides.
-  std::vector<Contact> contacts;
+  std::vector<synth::support::Contact> contacts;
   for (const double z : {0.0, 0.006}) {
-    for (const Contact& contact : patch_contacts(modes.surface, outer_pieces(modes.surface),
-                                                 sampler.nearest({0.005, 0.06, z}), 0.004)) {
+    for (const synth::support::Contact& contact :
+         synth::support::patch_contacts(modes.surface, synth::surface::outer_pieces(modes.surface),
+                                        sampler.nearest({0.005, 0.06, z}), 0.004)) {
       contacts.push_back(contact);
     }
   }
-  const SupportKind finger = parse_support("finger");
-  const RigidBody rigid = rigid_body(modes);
-  const Eigen::MatrixXd unit = unit_dashpots(modes, contacts, finger.friction, &rigid);
+  const synth::support::SupportKind finger = synth::support::parse_support("finger");
+  const synth::surface::RigidBody rigid = synth::surface::rigid_body(modes);
+  const Eigen::MatrixXd unit =
+      synth::support::unit_dashpots(modes, contacts, finger.friction, &rigid);
   const auto n = static_cast<Eigen::Index>(modes.size());
   double last = 0;
   for (const double force : {0.1, 0.3, 1.0, 3.0, 10.0, 30.0}) {
-    const Eigen::MatrixXd held = dashpots(unit, finger.coefficient, force);
-    const auto full = couple(modes.eigenvalues, own, held);
+    const Eigen::MatrixXd held = synth::support::dashpots(unit, finger.coefficient, force);
+    const auto full = synth::support::couple(modes.eigenvalues, own, held);
     ASSERT_TRUE(full);
     const auto diagonal = diagonal_rates(own, held.topRows(n));
     // The whole state: modes, and the velocities of the body as a whole.
@@ -268,11 +275,12 @@ TEST(SupportsHard, CeramicPlateHeldByTwoFingers) {
     state.bottomRightCorner(6, 6) = -held.bottomRows(6) * held.bottomRows(6).transpose();
     EXPECT_LT(worst_pole(poles_of(full->eigenvalues, full->decay_rates), eigenvalues_of(state)),
               1e-8);
-    const DiagonalError error = diagonal_error(*full, modes.eigenvalues, diagonal);
+    const synth::support::DiagonalError error =
+        synth::support::diagonal_error(*full, modes.eigenvalues, diagonal);
     std::printf("%5.1f N: T60 of the first mode %.3f s free, %.4f s diagonal, %.4f s full; %s\n",
-                force, t60(own[0]), t60(diagonal[0]), t60(full->decay_rates[0]),
-                describe(error).c_str());
-    EXPECT_LT(t60(diagonal[0]), t60(own[0]));
+                force, synth::modal::t60(own[0]), synth::modal::t60(diagonal[0]),
+                synth::modal::t60(full->decay_rates[0]), describe(error).c_str());
+    EXPECT_LT(synth::modal::t60(diagonal[0]), synth::modal::t60(own[0]));
     EXPECT_GT(error.decay_rate, last);
     last = error.decay_rate;
   }
@@ -293,11 +301,13 @@ double seconds_of(const Work& work) {
 
 TEST(SupportsHard, TwoThousandModes) {
   const HeldModes held = random_held(2000, 6, 30, 1);
-  EXPECT_THROW(couple(held.eigenvalues, held.decay_rates, held.dashpots), core::InputError);
+  EXPECT_THROW(synth::support::couple(held.eigenvalues, held.decay_rates, held.dashpots),
+               core::InputError);
   const auto diagonal = diagonal_rates(held.decay_rates, held.dashpots);
-  DiagonalError error;
-  const double seconds = seconds_of(
-      [&] { error = estimate_diagonal_error(held.eigenvalues, diagonal, held.dashpots); });
+  synth::support::DiagonalError error;
+  const double seconds = seconds_of([&] {
+    error = synth::support::estimate_diagonal_error(held.eigenvalues, diagonal, held.dashpots);
+  });
   std::printf("2000 modes: estimate %.3g ms; %s\n", 1e3 * seconds, describe(error).c_str());
   EXPECT_TRUE(std::isfinite(error.decay_rate) && std::isfinite(error.cents));
 }
@@ -305,20 +315,21 @@ TEST(SupportsHard, TwoThousandModes) {
 TEST(SupportsHard, ThreeHundredModes) {
   for (const int n : {60, 300}) {
     const HeldModes held = random_held(n, 6, 30, 1);
-    const RingDown rings = struck(held);
-    std::optional<CoupledModes> modes;
-    RingDown answer;
+    const synth::modal::RingDown rings = struck(held);
+    std::optional<synth::support::CoupledModes> modes;
+    synth::modal::RingDown answer;
     const double diagonal = seconds_of([&] { diagonal_rates(held.decay_rates, held.dashpots); });
-    const double solve =
-        seconds_of([&] { modes = couple(held.eigenvalues, held.decay_rates, held.dashpots); });
+    const double solve = seconds_of(
+        [&] { modes = synth::support::couple(held.eigenvalues, held.decay_rates, held.dashpots); });
     ASSERT_TRUE(modes);
-    const double turn = seconds_of([&] { answer = coupled_ring_down(*modes, rings); });
+    const double turn =
+        seconds_of([&] { answer = synth::support::coupled_ring_down(*modes, rings); });
     std::printf("%d modes: diagonal %.2g ms, coupled %.3g ms, then %.2g ms for each strike\n", n,
                 1e3 * diagonal, 1e3 * solve, 1e3 * turn);
     EXPECT_LT(worst_pole(poles_of(modes->eigenvalues, modes->decay_rates),
                          eigenvalues_of(held.state_matrix())),
               1e-8);
-    EXPECT_TRUE(finite(synthesize(answer, {2e-4}, 44100, 4410)));
+    EXPECT_TRUE(finite(synth::modal::synthesize(answer, {2e-4}, 44100, 4410)));
   }
 }
 

@@ -6,14 +6,14 @@
 #include <numbers>
 #include <vector>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
 
 /// Body turned about z from a closed (radius, height) outline, counter-clockwise; outward faces.
-inline solvers::SurfaceMesh turned_body(const std::vector<std::array<double, 2>>& outline,
-                                        int segments) {
-  solvers::SurfaceMesh mesh;
+inline solvers::mesh::SurfaceMesh turned_body(const std::vector<std::array<double, 2>>& outline,
+                                              int segments) {
+  solvers::mesh::SurfaceMesh mesh;
   const int n = static_cast<int>(outline.size());
   for (int i = 0; i < segments; ++i) {
     const double angle = 2 * std::numbers::pi * i / segments;
@@ -38,7 +38,7 @@ inline solvers::SurfaceMesh turned_body(const std::vector<std::array<double, 2>>
   return mesh;
 }
 
-inline solvers::SurfaceMesh sphere(double radius, int segments = 64) {
+inline solvers::mesh::SurfaceMesh sphere(double radius, int segments = 64) {
   std::vector<std::array<double, 2>> outline;
   const int rings = segments / 2;
   for (int i = 0; i <= rings; ++i) {
@@ -50,7 +50,7 @@ inline solvers::SurfaceMesh sphere(double radius, int segments = 64) {
 }
 
 /// Half a hollow sphere, open upwards.
-inline solvers::SurfaceMesh bowl(double radius, double wall, int segments = 64) {
+inline solvers::mesh::SurfaceMesh bowl(double radius, double wall, int segments = 64) {
   std::vector<std::array<double, 2>> outline;
   const int rings = segments / 4;
   const auto add = [&](double r, int i) {
@@ -62,8 +62,8 @@ inline solvers::SurfaceMesh bowl(double radius, double wall, int segments = 64) 
   return turned_body(outline, segments);
 }
 
-inline solvers::SurfaceMesh box(const Vec3& low, const Vec3& high) {
-  solvers::SurfaceMesh mesh;
+inline solvers::mesh::SurfaceMesh box(const Vec3& low, const Vec3& high) {
+  solvers::mesh::SurfaceMesh mesh;
   for (int i = 0; i < 8; ++i) {
     mesh.vertices.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
                                i & 4 ? high.z() : low.z());
@@ -73,17 +73,19 @@ inline solvers::SurfaceMesh box(const Vec3& low, const Vec3& high) {
   return mesh;
 }
 
-inline void append(solvers::SurfaceMesh& mesh, const solvers::SurfaceMesh& more, bool flip) {
+inline void append(solvers::mesh::SurfaceMesh& mesh, const solvers::mesh::SurfaceMesh& more,
+                   bool flip) {
   const auto shift = static_cast<std::int32_t>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
-  for (solvers::Triangle triangle : more.triangles) {
+  for (solvers::mesh::Triangle triangle : more.triangles) {
     for (std::int32_t& vertex : triangle) vertex += shift;
     if (flip) std::swap(triangle[1], triangle[2]);
     mesh.triangles.push_back(triangle);
   }
 }
 
-inline void transform(solvers::SurfaceMesh& mesh, const Eigen::Matrix3d& turn, const Vec3& shift) {
+inline void transform(solvers::mesh::SurfaceMesh& mesh, const Eigen::Matrix3d& turn,
+                      const Vec3& shift) {
   for (Vec3& vertex : mesh.vertices) vertex = turn * vertex + shift;
 }
 

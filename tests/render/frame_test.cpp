@@ -254,7 +254,7 @@ TEST(ShadingMesh, KeepsEdgesOfABoxAndSmoothsASphere) {
 
 TEST(ShadingMesh, TriangleSoupsAreAsSmooth) {
   const auto ball = sphere(1, 24);
-  solvers::SurfaceMesh soup;
+  solvers::mesh::SurfaceMesh soup;
   for (const auto& triangle : ball.triangles) {
     const auto base = std::int32_t(soup.vertices.size());
     for (const std::int32_t vertex : triangle) {

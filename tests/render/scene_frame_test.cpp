@@ -194,9 +194,9 @@ TEST(SceneFrame, RefusesWhatCannotBe) {
   refuses([](Scene& s) { s.bodies[0].deep_color = {{0, 2, 0}}; });
   refuses([](Scene& s) { s.bodies.resize(256, s.bodies[0]); });
   refuses([](Scene& s) { s.ground->reach = 0; });
-  refuses([](Scene& s) { s.ground->map = std::make_shared<const solvers::SurfaceMap>(); });
+  refuses([](Scene& s) { s.ground->map = std::make_shared<const maps::SurfaceMap>(); });
   refuses([](Scene& s) {
-    s.bodies[0].texture = solvers::TexturedFace{};
+    s.bodies[0].texture = maps::TexturedFace{};
     s.bodies[0].texture->size = {1, 1};
   });
   SceneRenderer renderer(ball_over_ground());

@@ -1,17 +1,17 @@
 #include <algorithm>
 #include <numbers>
 
-#include "solvers/textures/displaced_mesh.hpp"
-#include "solvers/textures/generated_maps.hpp"
+#include "render/maps/displaced_mesh.hpp"
+#include "render/maps/generated_maps.hpp"
 #include "tests/render/scenes.hpp"
 
 namespace carillon::render {
 namespace {
 
-using solvers::SurfaceMap;
+using maps::SurfaceMap;
 
 SurfaceMap brick() {
-  return solvers::generate_map("brick", {{"unevenness", 0}, {"columns", 1}, {"rows", 2}}, 256, 0);
+  return maps::generate_map("brick", {{"unevenness", 0}, {"columns", 1}, {"rows", 2}}, 256, 0);
 }
 
 /// How many of the pixels tried show the relief elsewhere than where their rays first meet it, by
@@ -72,7 +72,7 @@ TEST(SceneRelief, ShowsItOnABodyThatIsTurnedAndInsideTheSlab) {
   EXPECT_LE(turned.wrong, 0.01 * turned.tried);
   // The joint between the rows, seen from within.
   const double v = map.size().y() / 2;
-  ASSERT_LT(height_at(map, {0.03, v}), -0.0035);
+  ASSERT_LT(maps::height_at(map, {0.03, v}), -0.0035);
   scene.camera.eye = {0.03, v, -0.002};
   scene.camera.target = {0.2, v, -0.0025};
   const Misses inside = count_misses(scene, map);
@@ -150,7 +150,7 @@ TEST(SceneRelief, JointsAreSeenWhereTheMapHasThem) {
       double low = 0, high = -1;
       for (int k = 0; k < 9; ++k) {
         const Eigen::Vector2d off(k % 3 - 1, k / 3 - 1);
-        const double height = height_at(map, place.head<2>() + off * map.texel);
+        const double height = maps::height_at(map, place.head<2>() + off * map.texel);
         low = std::min(low, height);
         high = std::max(high, height);
       }
@@ -203,7 +203,7 @@ TEST(SceneRelief, ShadowInATrenchIsAsWideAsGeometryHasIt) {
     double touched = 0;
     for (int k = 0; k < 1000; ++k) {
       const double rim = (37 + k * 0.006) * texel;
-      touched = std::max(touched, rim + tangent * (height_at(map, {rim, 0.032}) + depth));
+      touched = std::max(touched, rim + tangent * (maps::height_at(map, {rim, 0.032}) + depth));
     }
     EXPECT_NEAR(x - 40 * texel, depth * tangent, 2 * texel) << tangent;
     EXPECT_NEAR(x, touched, 0.6 * texel) << tangent;
@@ -242,14 +242,14 @@ TEST(SceneRelief, WhatLiesInItCastsItsShadow) {
 
 TEST(SceneRelief, LooksLikeTheMeshOfTheSameDetail) {
   SurfaceMap map = brick();
-  solvers::TexturedFace face;
+  maps::TexturedFace face;
   face.map = std::make_shared<const SurfaceMap>(map);
   face.size = map.size();
   Scene scene;
   scene.camera = {
       .width = 320, .height = 240, .eye = {0.05, -0.12, 0.1}, .target = {0.11, 0.07, 0}};
   scene.light = {-0.6, -0.3, 0.7};
-  const solvers::SurfaceMesh mesh = displaced_mesh(face, 2 * map.width, 2 * map.height);
+  const solvers::mesh::SurfaceMesh mesh = maps::displaced_mesh(face, 2 * map.width, 2 * map.height);
   scene.bodies.push_back({mesh, {{0.5, 0.4, 0.3}, 0.9, 0}, {}, {}});
   const SceneFrame fine = draw(scene, {{}});
   scene.bodies[0].mesh = sheet(face.size.x(), face.size.y());
@@ -277,14 +277,14 @@ TEST(SceneRelief, LooksLikeTheMeshOfTheSameDetail) {
 // A map larger than a round face ends with it; in one that is larger than the map, it is a pit with
 // walls.
 TEST(SceneRelief, EndsWithItsFaceAndHasWallsWithinIt) {
-  const SurfaceMap map = solvers::generate_map("pebbles", {}, 256, 1);
+  const SurfaceMap map = maps::generate_map("pebbles", {}, 256, 1);
   SceneBody disc{turned_body({{0, -0.03}, {0.05, -0.03}, {0.05, 0}, {0, 0}}, 256), {}, {}, {}};
   SceneBody plate{box({-0.08, -0.08, -0.03}, {0.08, 0.08, 0}), {}, {}, {}};
-  const solvers::TexturedFace face{std::make_shared<const SurfaceMap>(map),
-                                   {-0.06, -0.06, 0},
-                                   Vec3::UnitX(),
-                                   Vec3::UnitY(),
-                                   {0.12, 0.12}};
+  const maps::TexturedFace face{std::make_shared<const SurfaceMap>(map),
+                                {-0.06, -0.06, 0},
+                                Vec3::UnitX(),
+                                Vec3::UnitY(),
+                                {0.12, 0.12}};
   Scene scene;
   scene.camera = {
       .width = 240, .height = 180, .eye = {0.1, -0.25, 0.15}, .target = {0, 0, 0}, .samples = 1};
@@ -358,17 +358,17 @@ TEST(SceneRelief, NormalMapsShadeLikeTheSlopesThatTheyMean) {
   scene.camera = {
       .width = 20, .height = 20, .eye = {10, -20, 15}, .target = {0, 0, 0}, .field_of_view = 0.001};
   scene.bodies.push_back({sheet(0.08, 0.08), {{0.5, 0.4, 0.3}, 0.5, 0}, {}, {}});
-  scene.bodies[0].texture = solvers::TexturedFace{std::make_shared<const SurfaceMap>(map),
-                                                  Vec3::Zero(),
-                                                  Vec3::UnitX(),
-                                                  Vec3::UnitY(),
-                                                  {0.08, 0.08}};
+  scene.bodies[0].texture = maps::TexturedFace{std::make_shared<const SurfaceMap>(map),
+                                               Vec3::Zero(),
+                                               Vec3::UnitX(),
+                                               Vec3::UnitY(),
+                                               {0.08, 0.08}};
   const std::vector<ScenePose> here = {{.origin = {-0.04, -0.04, 0}}};
   const SceneFrame mapped = draw(scene, here);
   scene.bodies[0].texture.reset();
   const SceneFrame flat = draw(scene, here);
   const Eigen::Quaterniond tilt =
-      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), solvers::normal_of({0.3, -0.2}));
+      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), maps::normal_of({0.3, -0.2}));
   const SceneFrame tilted = draw(scene, {{tilt, tilt * Vec3(-0.04, -0.04, 0)}});
   ASSERT_EQ(mapped.mask[210], 1);
   EXPECT_NEAR(brightness(mapped, 10, 10), brightness(tilted, 10, 10), 3);

@@ -50,25 +50,25 @@ inline SceneFrame draw(const Scene& scene, const std::vector<ScenePose>& poses) 
 }
 
 /// A rectangle in the plane z = 0 from the origin, facing up.
-inline solvers::SurfaceMesh sheet(double width, double height) {
-  solvers::SurfaceMesh mesh;
+inline solvers::mesh::SurfaceMesh sheet(double width, double height) {
+  solvers::mesh::SurfaceMesh mesh;
   for (int i = 0; i < 4; ++i) mesh.vertices.emplace_back(i % 2 * width, i / 2 * height, 0);
   mesh.triangles = {{0, 1, 3}, {0, 3, 2}};
   return mesh;
 }
 
 /// A slab below z = 0 with a map on its upper side, all over it.
-inline SceneBody slab(const solvers::SurfaceMap& map, double thickness) {
+inline SceneBody slab(const maps::SurfaceMap& map, double thickness) {
   SceneBody body;
   body.mesh = box({0, 0, -thickness}, {map.size().x(), map.size().y(), 0});
-  body.texture = solvers::TexturedFace{std::make_shared<const solvers::SurfaceMap>(map),
-                                       Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), map.size()};
+  body.texture = maps::TexturedFace{std::make_shared<const maps::SurfaceMap>(map), Vec3::Zero(),
+                                    Vec3::UnitX(), Vec3::UnitY(), map.size()};
   return body;
 }
 
 /// Depth at which a ray first meets the relief of a slab at the origin, by small steps along it;
 /// no number where it meets a side first, infinite where it meets nothing.
-inline double first_hit(const solvers::SurfaceMap& map, const Vec3& eye, const Vec3& ray) {
+inline double first_hit(const maps::SurfaceMap& map, const Vec3& eye, const Vec3& ray) {
   const double lowest = *std::min_element(map.heights.begin(), map.heights.end());
   double depth = eye.z() > 0 ? -eye.z() / ray.z() : 0;
   if (depth < 0) return INFINITY;
@@ -81,7 +81,7 @@ inline double first_hit(const solvers::SurfaceMap& map, const Vec3& eye, const V
     const Vec3 p = eye + depth * ray;
     if (p.z() < lowest - map.texel || p.z() > 1e-12) return INFINITY;
     if (outside(p)) return INFINITY;
-    if (height_at(map, p.head<2>()) >= p.z()) return depth;
+    if (maps::height_at(map, p.head<2>()) >= p.z()) return depth;
   }
 }
 

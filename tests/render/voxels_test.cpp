@@ -25,7 +25,7 @@ std::uint8_t at(const VoxelGrid& grid, int x, int y, int z) {
   return grid.cells[std::size_t((x * n + y) * n + z)];
 }
 
-VoxelGrid voxels_of(const solvers::SurfaceMesh& mesh, VoxelFill fill, int resolution = 30,
+VoxelGrid voxels_of(const solvers::mesh::SurfaceMesh& mesh, VoxelFill fill, int resolution = 30,
                     double pitch = 0) {
   return voxelize(mesh, {resolution, fill, pitch});
 }
@@ -128,14 +128,14 @@ TEST(Voxels, CentresInsideGiveTheVolumeItself) {
   transform(ball, Eigen::Matrix3d::Identity(), Vec3::Constant(10.5));
   const auto inside = cells_inside(ball.vertices, ball.triangles, 21);
   // The polyhedron has its corners on the sphere: compare with its own volume.
-  EXPECT_NEAR(
-      double(std::accumulate(inside.begin(), inside.end(), 0L)) / solvers::signed_volume(ball), 1,
-      0.02);
+  EXPECT_NEAR(double(std::accumulate(inside.begin(), inside.end(), 0L)) /
+                  solvers::mesh::signed_volume(ball),
+              1, 0.02);
 }
 
 // Rays through the poles, along edges and through vertices of a symmetric body.
 TEST(Voxels, RaysThroughEdgesAndCornersCountOnce) {
-  solvers::SurfaceMesh octahedron;
+  solvers::mesh::SurfaceMesh octahedron;
   octahedron.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   octahedron.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
                           {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
@@ -230,7 +230,7 @@ TEST(Voxels, MetricPitchKeepsSize) {
 
 // A flat sheet has cells wherever it passes, whatever the normal's side.
 TEST(Voxels, SheetsAreOneCellThick) {
-  solvers::SurfaceMesh sheet;
+  solvers::mesh::SurfaceMesh sheet;
   sheet.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
   for (const VoxelFill fill : {VoxelFill::surface, VoxelFill::outer}) {
@@ -261,7 +261,7 @@ TEST(Voxels, RefuseWhatCannotBe) {
   broken = cube;
   broken.triangles[0][1] = 8;
   EXPECT_THROW(voxels_of(broken, VoxelFill::outer), core::InputError);
-  solvers::SurfaceMesh point;
+  solvers::mesh::SurfaceMesh point;
   point.vertices = {{1, 1, 1}};
   point.triangles = {{0, 0, 0}};
   EXPECT_THROW(voxels_of(point, VoxelFill::outer), core::InputError);

@@ -1,4 +1,4 @@
-#include "solvers/blas_library.hpp"
+#include "solvers/libraries/detail/blas_library.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::string complaint_with(const std::string& environment) {
 }
 
 TEST(BlasLibrary, IsTunedAndAloneInTheSetUpOfTheProject) {
-  EXPECT_EQ(solvers::blas_complaint(), "");
+  EXPECT_EQ(solvers::libraries::blas_complaint(), "");
 }
 
 TEST(BlasLibrary, TheReferenceOneIsNamed) {
@@ -41,7 +41,7 @@ TEST(BlasLibrary, TheReferenceOneIsNamed) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::strcmp(argv[1], "--complaint") == 0) {
-    std::fputs(carillon::solvers::blas_complaint().c_str(), stdout);
+    std::fputs(carillon::solvers::libraries::blas_complaint().c_str(), stdout);
     return 0;
   }
   testing::InitGoogleTest(&argc, argv);

@@ -1,5 +1,5 @@
 // Block Lanczos on operators whose eigenvalues are known, at 1 and 2 ranks.
-#include "solvers/block_lanczos.hpp"
+#include "solvers/eigen/detail/block_lanczos.hpp"
 
 #include <gtest/gtest.h>
 #include <mpi.h>
@@ -14,8 +14,8 @@ namespace carillon {
 namespace {
 
 using namespace solvers;
-using Block = LanczosProblem::Block;
-using ConstBlock = LanczosProblem::ConstBlock;
+using Block = solvers::eigen::LanczosProblem::Block;
+using ConstBlock = solvers::eigen::LanczosProblem::ConstBlock;
 
 /// Rows [first, first + count) of an operator are this rank's.
 struct Share {
@@ -59,12 +59,13 @@ struct Diagonal {
 
   Share share;
   Eigen::VectorXd values, masses;
-  LanczosProblem problem;
+  solvers::eigen::LanczosProblem problem;
 };
 
 /// Values are the largest of `expected`; vectors are M-orthonormal eigenvectors.
 testing::AssertionResult solves(const Diagonal& operator_, std::vector<double> expected,
-                                const LanczosOptions& options, const LanczosResult& result) {
+                                const solvers::eigen::LanczosOptions& options,
+                                const solvers::eigen::LanczosResult& result) {
   std::sort(expected.begin(), expected.end(), std::greater<>());
   if (result.values.size() < options.pairs) {
     return testing::AssertionFailure() << "only " << result.values.size() << " found";
@@ -108,8 +109,9 @@ TEST(BlockLanczos, FindsTheLargestInDescendingOrder) {
   const auto values = hyperbola(900);
   const Diagonal diagonal(values);
   for (const int pairs : {1, 7, 8, 9, 60}) {
-    const LanczosOptions options{.pairs = pairs};
-    EXPECT_TRUE(solves(diagonal, values, options, block_lanczos(diagonal.problem, options)));
+    const solvers::eigen::LanczosOptions options{.pairs = pairs};
+    EXPECT_TRUE(solves(diagonal, values, options,
+                       solvers::eigen::block_lanczos(diagonal.problem, options)));
   }
 }
 
@@ -117,8 +119,9 @@ TEST(BlockLanczos, RestartsInALittleRoom) {
   const auto values = hyperbola(700);
   const Diagonal diagonal(values);
   for (const int block : {1, 3, 8}) {
-    const LanczosOptions options{.pairs = 40, .block = block, .basis = 40 + 3 * block};
-    const auto result = block_lanczos(diagonal.problem, options);
+    const solvers::eigen::LanczosOptions options{
+        .pairs = 40, .block = block, .basis = 40 + 3 * block};
+    const auto result = solvers::eigen::block_lanczos(diagonal.problem, options);
     EXPECT_GT(result.restarts, 2);
     EXPECT_TRUE(solves(diagonal, values, options, result));
   }
@@ -126,9 +129,9 @@ TEST(BlockLanczos, RestartsInALittleRoom) {
 
 TEST(BlockLanczos, SaysWhenRestartsDidNotSuffice) {
   const Diagonal diagonal(hyperbola(700));
-  LanczosOptions options{.pairs = 60, .basis = 80};
+  solvers::eigen::LanczosOptions options{.pairs = 60, .basis = 80};
   options.max_restarts = 1;
-  const auto result = block_lanczos(diagonal.problem, options);
+  const auto result = solvers::eigen::block_lanczos(diagonal.problem, options);
   EXPECT_EQ(result.restarts, 1);
   EXPECT_LT(result.values.size(), 60);
   EXPECT_EQ(result.vectors.cols(), result.values.size());
@@ -141,8 +144,9 @@ TEST(BlockLanczos, FindsEveryCopyOfRepeatedValues) {
     for (const double v : hyperbola(100)) values.insert(values.end(), std::size_t(copies), v);
     const Diagonal diagonal(values);
     for (const int basis : {0, 10 * copies + 20}) {
-      const LanczosOptions options{.pairs = 10 * copies, .basis = basis};
-      EXPECT_TRUE(solves(diagonal, values, options, block_lanczos(diagonal.problem, options)))
+      const solvers::eigen::LanczosOptions options{.pairs = 10 * copies, .basis = basis};
+      EXPECT_TRUE(solves(diagonal, values, options,
+                         solvers::eigen::block_lanczos(diagonal.problem, options)))
           << copies << " copies";
     }
   }
@@ -162,9 +166,9 @@ TEST(BlockLanczos, EndsAtTheRoundingOfTheLargest) {
       out.data()[k] += 6e-18 * 1e5 * std::sin(1e3 * ++applied);
     }
   };
-  LanczosOptions options;
+  solvers::eigen::LanczosOptions options;
   options.pairs = 42;
-  const auto result = block_lanczos(problem, options);
+  const auto result = solvers::eigen::block_lanczos(problem, options);
   EXPECT_TRUE(solves(diagonal, values, options, result));
   EXPECT_LT(result.restarts, 20);
 }
@@ -174,8 +178,8 @@ TEST(BlockLanczos, GoesOnWithFreshVectorsWhenABlockIsLost) {
   auto values = std::vector<double>(300, 0.0);
   for (int k = 0; k < 11; ++k) values[static_cast<std::size_t>(17 * k)] = 11 - k;
   const Diagonal diagonal(values);
-  const LanczosOptions options{.pairs = 11};
-  auto result = block_lanczos(diagonal.problem, options);
+  const solvers::eigen::LanczosOptions options{.pairs = 11};
+  auto result = solvers::eigen::block_lanczos(diagonal.problem, options);
   ASSERT_GE(result.values.size(), 11);
   result.values.conservativeResize(11);
   result.vectors.conservativeResize(Eigen::NoChange, 11);
@@ -190,8 +194,9 @@ TEST(BlockLanczos, TakesStartVectorsThatAreAlike) {
       out[k] = start_value(diagonal.share.first + k, number < 8 ? number / 4 : number);
     }
   };
-  const LanczosOptions options{.pairs = 12};
-  EXPECT_TRUE(solves(diagonal, values, options, block_lanczos(diagonal.problem, options)));
+  const solvers::eigen::LanczosOptions options{.pairs = 12};
+  EXPECT_TRUE(
+      solves(diagonal, values, options, solvers::eigen::block_lanczos(diagonal.problem, options)));
 }
 
 TEST(BlockLanczos, TakesProblemsSmallerThanItsBasis) {
@@ -199,8 +204,9 @@ TEST(BlockLanczos, TakesProblemsSmallerThanItsBasis) {
     const auto values = hyperbola(total);
     const Diagonal diagonal(values);
     for (const int pairs : {1, total}) {
-      const LanczosOptions options{.pairs = pairs};
-      EXPECT_TRUE(solves(diagonal, values, options, block_lanczos(diagonal.problem, options)))
+      const solvers::eigen::LanczosOptions options{.pairs = pairs};
+      EXPECT_TRUE(solves(diagonal, values, options,
+                         solvers::eigen::block_lanczos(diagonal.problem, options)))
           << pairs << " of " << total;
     }
   }
@@ -218,11 +224,11 @@ TEST(BlockLanczos, AgreesOnAnySpectrum) {
     }
     for (int k = 0; k < 200; ++k) values.push_back(value / (2 + k));
     const int pairs = *rc::gen::inRange(1, 40);
-    const LanczosOptions options{.pairs = pairs,
-                                 .block = *rc::gen::inRange(1, 10),
-                                 .basis = *rc::gen::element(0, pairs + 25)};
+    const solvers::eigen::LanczosOptions options{.pairs = pairs,
+                                                 .block = *rc::gen::inRange(1, 10),
+                                                 .basis = *rc::gen::element(0, pairs + 25)};
     const Diagonal diagonal(values, MPI_COMM_SELF);  // each rank tries cases of its own
-    const auto result = block_lanczos(diagonal.problem, options);
+    const auto result = solvers::eigen::block_lanczos(diagonal.problem, options);
     // Copies beyond the block's width are found in time but not for certain.
     std::vector<double> sorted = values;
     std::sort(sorted.begin(), sorted.end(), std::greater<>());
@@ -265,7 +271,7 @@ TEST(BlockLanczos, FindsTheModesOfAGridOfSprings) {
   matrix.setFromTriplets(entries.begin(), entries.end());
   for (int k = 0; k < total; ++k) matrix.coeffRef(k, k) -= shift;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
-  LanczosProblem problem;
+  solvers::eigen::LanczosProblem problem;
   problem.owned = problem.total = total;
   problem.comm = MPI_COMM_SELF;
   problem.mass = [](const ConstBlock& x, Block out) { out = x; };
@@ -273,7 +279,7 @@ TEST(BlockLanczos, FindsTheModesOfAGridOfSprings) {
   problem.start = [](int number, Eigen::Ref<Eigen::VectorXd> out) {
     for (Eigen::Index k = 0; k < out.size(); ++k) out[k] = start_value(k, number);
   };
-  const auto result = block_lanczos(problem, {.pairs = 64});
+  const auto result = solvers::eigen::block_lanczos(problem, {.pairs = 64});
   ASSERT_GE(result.values.size(), 64);
   for (Eigen::Index k = 0; k < 64; ++k) {
     EXPECT_NEAR(1 / result.values[k] + shift, exact[static_cast<std::size_t>(k)], 1e-11);

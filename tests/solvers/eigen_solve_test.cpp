@@ -1,5 +1,5 @@
 // Eigenpairs of bodies by both solvers, at 1 and 2 ranks.
-#include "solvers/eigen_solve.hpp"
+#include "solvers/eigen/detail/eigen_solve.hpp"
 
 #include <gtest/gtest.h>
 #include <mpi.h>
@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 #include "solve.hpp"
-#include "solvers/iterative_inverse.hpp"
+#include "solvers/eigen/detail/iterative_inverse.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -21,31 +21,34 @@ using test::box_mesh;
 
 /// A body ready to be solved by a group.
 struct Body {
-  Body(const TetMesh& mesh, MPI_Comm group) : comm(group) {
+  Body(const test::TetMesh& mesh, MPI_Comm group) : comm(group) {
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
-    system = assemble(mesh, std::vector<Elastic>{test::steel}, partition(mesh, ranks), comm);
+    system = solvers::assembly::assemble(mesh, std::vector<solvers::elements::Elastic>{test::steel},
+                                         solvers::assembly::partition(mesh, ranks), comm);
     // Near a tenth of the first frequency.
-    shifted = factor_shifted(system, -0.02, plan_factors(system, comm), comm);
+    shifted = solvers::eigen::factor_shifted(system, -0.02,
+                                             solvers::eigen::plan_factors(system, comm), comm);
   }
-  EigenPairs lowest(const EigenRequest& request) const {
-    return lowest_pairs(system, request, shifted, comm);
+  solvers::eigen::EigenPairs lowest(const solvers::eigen::EigenRequest& request) const {
+    return solvers::eigen::lowest_pairs(system, request, shifted, comm);
   }
   /// With multigrid in place of the factor.
-  EigenPairs lowest_by_multigrid(const TetMesh& mesh, const EigenRequest& request) const {
-    const auto component = node_components(mesh);
+  solvers::eigen::EigenPairs lowest_by_multigrid(
+      const test::TetMesh& mesh, const solvers::eigen::EigenRequest& request) const {
+    const auto component = solvers::mesh::node_components(mesh);
     const std::vector regions(mesh.region_names.size(), test::steel);
-    const auto iterative = iterative_shifted(mesh, regions, system, component,
-                                             {shifted.shift, 1e-12, 1ll << 40}, comm);
-    return lowest_pairs(system, request, iterative, comm);
+    const auto iterative = solvers::eigen::iterative_shifted(
+        mesh, regions, system, component, {shifted.shift, 1e-12, 1ll << 40}, comm);
+    return solvers::eigen::lowest_pairs(system, request, iterative, comm);
   }
   MPI_Comm comm;
-  System system;
-  ShiftedSystem shifted;
+  solvers::assembly::System system;
+  solvers::eigen::ShiftedSystem shifted;
 };
 
-double largest_difference(const EigenPairs& a, const EigenPairs& b, int pairs,
-                          std::size_t rigid = 6) {
+double largest_difference(const solvers::eigen::EigenPairs& a, const solvers::eigen::EigenPairs& b,
+                          int pairs, std::size_t rigid = 6) {
   double largest = 0;
   for (std::size_t k = rigid; k < static_cast<std::size_t>(pairs); ++k) {
     largest = std::max(largest, std::abs(a.values.at(k) / b.values.at(k) - 1));
@@ -54,8 +57,8 @@ double largest_difference(const EigenPairs& a, const EigenPairs& b, int pairs,
 }
 
 /// Cosine of the largest angle between the spaces of pairs [first, first + count) of both.
-double smallest_cosine(const EigenPairs& a, const EigenPairs& b, Eigen::Index first,
-                       Eigen::Index count) {
+double smallest_cosine(const solvers::eigen::EigenPairs& a, const solvers::eigen::EigenPairs& b,
+                       Eigen::Index first, Eigen::Index count) {
   Eigen::MatrixXd product =
       a.vectors.middleCols(first, count).transpose() * b.mass_vectors.middleCols(first, count);
   MPI_Allreduce(MPI_IN_PLACE, product.data(), static_cast<int>(product.size()), MPI_DOUBLE, MPI_SUM,
@@ -63,7 +66,7 @@ double smallest_cosine(const EigenPairs& a, const EigenPairs& b, Eigen::Index fi
   return Eigen::JacobiSVD<Eigen::MatrixXd>(product).singularValues().minCoeff();
 }
 
-void expect_good(const EigenPairs& pairs, int wanted) {
+void expect_good(const solvers::eigen::EigenPairs& pairs, int wanted) {
   ASSERT_GE(pairs.size(), wanted);
   EXPECT_TRUE(std::is_sorted(pairs.values.begin(), pairs.values.end()));
   for (std::size_t k = 6; k < static_cast<std::size_t>(wanted); ++k) {
@@ -79,11 +82,11 @@ TEST(EigenSolvers, FindTheSameModes) {
   const auto mesh = box_mesh({0.03, 0.03, 0.03}, {4, 4, 4}, 2);
   const Body body(mesh, MPI_COMM_WORLD);
   constexpr int wanted = 50;
-  const auto block = body.lowest({wanted, 1e-12, 1, EigenSolver::block_lanczos});
-  const auto stock = body.lowest({wanted, 1e-12, 1, EigenSolver::krylov_schur});
+  const auto block = body.lowest({wanted, 1e-12, 1, solvers::modes::EigenSolver::block_lanczos});
+  const auto stock = body.lowest({wanted, 1e-12, 1, solvers::modes::EigenSolver::krylov_schur});
   expect_good(block, wanted);
   const auto multigrid = body.lowest_by_multigrid(mesh, {wanted, 1e-10, 1});
-  EXPECT_EQ(multigrid.solver, EigenSolver::lobpcg);
+  EXPECT_EQ(multigrid.solver, solvers::modes::EigenSolver::lobpcg);
   expect_good(stock, wanted);
   expect_good(multigrid, wanted);
   EXPECT_LT(largest_difference(block, stock, wanted), 1e-9);
@@ -110,8 +113,10 @@ TEST(EigenSolvers, FindTheSameModes) {
 TEST(EigenSolvers, DoNotDependOnTheSizeOfTheBasis) {
   const Body body(box_mesh({0.02, 0.031, 0.053}, {3, 4, 6}, 2), MPI_COMM_WORLD);
   constexpr int wanted = 40;
-  const auto wide = body.lowest({wanted, 1e-12, 1, EigenSolver::block_lanczos, 200});
-  const auto narrow = body.lowest({wanted, 1e-12, 1, EigenSolver::block_lanczos, 60});
+  const auto wide =
+      body.lowest({wanted, 1e-12, 1, solvers::modes::EigenSolver::block_lanczos, 200});
+  const auto narrow =
+      body.lowest({wanted, 1e-12, 1, solvers::modes::EigenSolver::block_lanczos, 60});
   expect_good(wide, wanted);
   expect_good(narrow, wanted);
   EXPECT_LT(largest_difference(wide, narrow, wanted), 1e-10);
@@ -129,11 +134,12 @@ TEST(EigenSolvers, GiveAGroupTheValuesOfOneRank) {
   const auto mesh = box_mesh({0.1, 0.1, 0.01}, {8, 8, 1}, 2);
   constexpr int wanted = 40;
   const Body alone(mesh, MPI_COMM_SELF), group(mesh, MPI_COMM_WORLD);
-  for (const auto solver : {EigenSolver::block_lanczos, EigenSolver::krylov_schur}) {
-    const EigenRequest request{wanted, 1e-12, 1, solver};
+  for (const auto solver :
+       {solvers::modes::EigenSolver::block_lanczos, solvers::modes::EigenSolver::krylov_schur}) {
+    const solvers::eigen::EigenRequest request{wanted, 1e-12, 1, solver};
     EXPECT_LT(largest_difference(alone.lowest(request), group.lowest(request), wanted), 1e-10);
   }
-  const EigenRequest request{wanted, 1e-10, 1};
+  const solvers::eigen::EigenRequest request{wanted, 1e-10, 1};
   EXPECT_LT(largest_difference(alone.lowest_by_multigrid(mesh, request),
                                group.lowest_by_multigrid(mesh, request), wanted),
             1e-10);

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <random>
 
-#include "solvers/element.hpp"
-#include "solvers/lagrange.hpp"
-#include "solvers/quadrature.hpp"
+#include "solvers/elements/element.hpp"
+#include "solvers/elements/lagrange.hpp"
+#include "solvers/elements/quadrature.hpp"
 
 namespace carillon {
 namespace {
@@ -21,10 +21,10 @@ double factorial(int n) {
 }
 
 /// Nodes of an element on four corners; `bend` moves the others by that share of its size.
-Coordinates element_on(const Eigen::Matrix<double, 3, 4>& corners, int order, double bend,
-                       unsigned seed) {
-  const auto& lattice = tetrahedron_lattice(order);
-  Coordinates nodes(3, static_cast<Eigen::Index>(lattice.size()));
+solvers::elements::Coordinates element_on(const Eigen::Matrix<double, 3, 4>& corners, int order,
+                                          double bend, unsigned seed) {
+  const auto& lattice = solvers::elements::tetrahedron_lattice(order);
+  solvers::elements::Coordinates nodes(3, static_cast<Eigen::Index>(lattice.size()));
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> move(-bend, bend);
   for (std::size_t n = 0; n < lattice.size(); ++n) {
@@ -46,12 +46,12 @@ Eigen::Matrix<double, 3, 4> some_corners() {
   return corners;
 }
 
-double volume_by_fine_rule(const Coordinates& nodes, int order) {
+double volume_by_fine_rule(const solvers::elements::Coordinates& nodes, int order) {
   double volume = 0;
-  const auto& rule = tetrahedron_rule(10);
+  const auto& rule = solvers::elements::tetrahedron_rule(10);
   for (std::size_t q = 0; q < rule.size(); ++q) {
     Eigen::Matrix<double, Eigen::Dynamic, 4> slope;
-    tetrahedron_shape_functions(order, rule.barycentric[q], &slope);
+    solvers::elements::tetrahedron_shape_functions(order, rule.barycentric[q], &slope);
     const Eigen::Matrix3d jacobian = nodes * (slope.rightCols<3>().colwise() - slope.col(0));
     volume += rule.weights[q] * jacobian.determinant();
   }
@@ -60,7 +60,7 @@ double volume_by_fine_rule(const Coordinates& nodes, int order) {
 
 /// x, y, z node by node of a displacement field at the nodes.
 template <class Field>
-Eigen::VectorXd nodal(const Coordinates& nodes, Field&& field) {
+Eigen::VectorXd nodal(const solvers::elements::Coordinates& nodes, Field&& field) {
   Eigen::VectorXd u(3 * nodes.cols());
   for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
     u.segment<3>(3 * n) = field(Eigen::Vector3d(nodes.col(n)));
@@ -75,11 +75,11 @@ struct Case {
 
 class Kernel : public testing::TestWithParam<Case> {
  protected:
-  Coordinates nodes() const {
+  solvers::elements::Coordinates nodes() const {
     const auto [order, curved] = GetParam();
     return element_on(some_corners(), order, curved ? 0.03 : 0, 7);
   }
-  LameConstants material = lame_constants(2.5, 0.3, 1.7);
+  solvers::elements::LameConstants material = solvers::elements::lame_constants(2.5, 0.3, 1.7);
 };
 INSTANTIATE_TEST_SUITE_P(Orders, Kernel,
                          testing::Values(Case{1, false}, Case{2, false}, Case{3, false},
@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(Orders, Kernel,
                          });
 
 TEST_P(Kernel, RigidMotionsHaveNoEnergyAndStiffnessIsSymmetric) {
-  ElementKernel kernel(GetParam().order);
+  solvers::elements::ElementKernel kernel(GetParam().order);
   const auto x = nodes();
   ASSERT_GT(kernel.place(x), 0);
   Eigen::MatrixXd k;
@@ -117,7 +117,7 @@ TEST_P(Kernel, LinearDisplacementHasItsExactEnergy) {
   const auto x = nodes();
   const double volume = volume_by_fine_rule(x, GetParam().order);
   EXPECT_TRUE(rc::check([&] {
-    ElementKernel kernel(GetParam().order);
+    solvers::elements::ElementKernel kernel(GetParam().order);
     RC_ASSERT(kernel.place(x) > 0);
     Eigen::Matrix3d g;
     for (int i = 0; i < 9; ++i) g(i / 3, i % 3) = *rc::gen::inRange(-100, 101) * 0.01;
@@ -132,7 +132,7 @@ TEST_P(Kernel, LinearDisplacementHasItsExactEnergy) {
 }
 
 TEST_P(Kernel, MassIsThatOfTheVolumeAndPositive) {
-  ElementKernel kernel(GetParam().order);
+  solvers::elements::ElementKernel kernel(GetParam().order);
   const auto x = nodes();
   kernel.place(x);
   Eigen::MatrixXd m;
@@ -142,7 +142,7 @@ TEST_P(Kernel, MassIsThatOfTheVolumeAndPositive) {
 }
 
 TEST_P(Kernel, EnergiesFromStrainsAreThoseOfTheMatrices) {
-  ElementKernel kernel(GetParam().order);
+  solvers::elements::ElementKernel kernel(GetParam().order);
   const auto x = nodes();
   kernel.place(x);
   Eigen::MatrixXd k, m;
@@ -168,7 +168,7 @@ TEST(Mass, OfPolynomialFieldsHasItsClosedForm) {
   Eigen::Matrix<double, 3, 4> corners;
   corners << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1;
   for (int order = 1; order <= 4; ++order) {
-    ElementKernel kernel(order);
+    solvers::elements::ElementKernel kernel(order);
     const auto x = element_on(corners, order, 0, 0);
     kernel.place(x);
     Eigen::MatrixXd m;
@@ -190,11 +190,11 @@ TEST(Mass, OfPolynomialFieldsHasItsClosedForm) {
 /// Four-node stiffness by the textbook's constant gradients, written out independently.
 TEST(Stiffness, OfFourNodesIsTheTextbookMatrix) {
   const auto corners = some_corners();
-  ElementKernel kernel(1);
+  solvers::elements::ElementKernel kernel(1);
   kernel.place(corners);
   const double youngs = 2.5, nu = 0.3;
   Eigen::MatrixXd k;
-  kernel.stiffness(lame_constants(youngs, nu, 1), k);
+  kernel.stiffness(solvers::elements::lame_constants(youngs, nu, 1), k);
   Eigen::Matrix4d affine;
   affine << Eigen::RowVector4d::Ones(), corners;
   const Eigen::Matrix4d inverse = affine.inverse();  // row a: 1, x, y, z coefficients of N_a
@@ -217,11 +217,11 @@ TEST(Place, SeesAnElementTurnedInsideOut) {
   auto corners = some_corners();
   corners.col(2).swap(corners.col(3));
   for (int order = 1; order <= 4; ++order) {
-    ElementKernel kernel(order);
+    solvers::elements::ElementKernel kernel(order);
     EXPECT_LT(kernel.place(element_on(corners, order, 0, 0)), 0);
   }
   // A midside node pulled past the quarter point folds the element at its corner.
-  ElementKernel kernel(2);
+  solvers::elements::ElementKernel kernel(2);
   auto nodes = element_on(some_corners(), 2, 0, 0);
   nodes.col(4) = 0.8 * nodes.col(0) + 0.2 * nodes.col(1);
   EXPECT_LT(kernel.place(nodes), 0);

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <set>
 
-#include "solvers/lagrange.hpp"
-#include "solvers/quadrature.hpp"
-#include "solvers/tet_mesh.hpp"
+#include "solvers/elements/lagrange.hpp"
+#include "solvers/elements/quadrature.hpp"
+#include "solvers/mesh/tet_mesh.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -33,8 +33,8 @@ INSTANTIATE_TEST_SUITE_P(Lagrange, Orders, testing::Values(1, 2, 3, 4));
 
 TEST_P(Orders, LatticeHasEveryNodeOnceInTheDocumentedOrder) {
   const int p = GetParam();
-  const auto& tet = tetrahedron_lattice(p);
-  ASSERT_EQ(static_cast<int>(tet.size()), nodes_per_tetrahedron(p));
+  const auto& tet = solvers::elements::tetrahedron_lattice(p);
+  ASSERT_EQ(static_cast<int>(tet.size()), solvers::elements::nodes_per_tetrahedron(p));
   EXPECT_EQ(std::set(tet.begin(), tet.end()).size(), tet.size());
   for (const auto& t : tet) EXPECT_EQ(t[0] + t[1] + t[2] + t[3], p);
   for (std::size_t v = 0; v < 4; ++v) EXPECT_EQ(tet[v][v], p);
@@ -48,25 +48,25 @@ TEST_P(Orders, LatticeHasEveryNodeOnceInTheDocumentedOrder) {
     const auto first_face = 4 + 6 * static_cast<std::size_t>(p - 1);
     EXPECT_EQ(tet[first_face], (std::array<int, 4>{p - 2, 1, 1, 0}));
   }
-  const auto& triangle = triangle_lattice(p);
-  ASSERT_EQ(static_cast<int>(triangle.size()), nodes_per_face(p));
+  const auto& triangle = solvers::elements::triangle_lattice(p);
+  ASSERT_EQ(static_cast<int>(triangle.size()), solvers::elements::nodes_per_face(p));
   EXPECT_EQ(std::set(triangle.begin(), triangle.end()).size(), triangle.size());
   for (const auto& t : triangle) EXPECT_EQ(t[0] + t[1] + t[2], p);
 }
 
 TEST_P(Orders, ShapeFunctionsAreOneAtTheirNodeAndZeroAtTheOthers) {
   const int p = GetParam();
-  const auto& tet = tetrahedron_lattice(p);
+  const auto& tet = solvers::elements::tetrahedron_lattice(p);
   for (std::size_t n = 0; n < tet.size(); ++n) {
     const Eigen::Vector4d at(tet[n][0], tet[n][1], tet[n][2], tet[n][3]);
-    Eigen::VectorXd values = tetrahedron_shape_functions(p, at / p, nullptr);
+    Eigen::VectorXd values = solvers::elements::tetrahedron_shape_functions(p, at / p, nullptr);
     values[static_cast<Eigen::Index>(n)] -= 1;
     EXPECT_LT(values.cwiseAbs().maxCoeff(), 1e-14);
   }
-  const auto& triangle = triangle_lattice(p);
+  const auto& triangle = solvers::elements::triangle_lattice(p);
   for (std::size_t n = 0; n < triangle.size(); ++n) {
     const Eigen::Vector3d at(triangle[n][0], triangle[n][1], triangle[n][2]);
-    Eigen::VectorXd values = triangle_shape_functions(p, at / p, nullptr);
+    Eigen::VectorXd values = solvers::elements::triangle_shape_functions(p, at / p, nullptr);
     values[static_cast<Eigen::Index>(n)] -= 1;
     EXPECT_LT(values.cwiseAbs().maxCoeff(), 1e-14);
   }
@@ -85,10 +85,10 @@ TEST_P(Orders, PolynomialsOfTheOrderAreReproducedWithTheirGradients) {
       return std::pow(x, i) * std::pow(y, j) * std::pow(z, k);
     };
     Eigen::Matrix<double, Eigen::Dynamic, 4> gradient;
-    const auto values = tetrahedron_shape_functions(p, l, &gradient);
+    const auto values = solvers::elements::tetrahedron_shape_functions(p, l, &gradient);
     double sum = 0;
     Eigen::Vector3d slope = Eigen::Vector3d::Zero();
-    const auto& lattice = tetrahedron_lattice(p);
+    const auto& lattice = solvers::elements::tetrahedron_lattice(p);
     for (std::size_t n = 0; n < lattice.size(); ++n) {
       const double nodal =
           f(double(lattice[n][1]) / p, double(lattice[n][2]) / p, double(lattice[n][3]) / p);
@@ -109,10 +109,11 @@ TEST_P(Orders, TetrahedronRestrictedToAFaceIsTheTriangle) {
   EXPECT_TRUE(rc::check([p] {
     Eigen::Vector3d l(*rc::gen::inRange(1, 99), *rc::gen::inRange(1, 99), *rc::gen::inRange(1, 99));
     l /= l.sum();
-    const auto on_face = triangle_shape_functions(p, l, nullptr);
-    const auto in_body = tetrahedron_shape_functions(p, {l[0], l[1], l[2], 0}, nullptr);
-    const auto& triangle = triangle_lattice(p);
-    const auto& tet = tetrahedron_lattice(p);
+    const auto on_face = solvers::elements::triangle_shape_functions(p, l, nullptr);
+    const auto in_body =
+        solvers::elements::tetrahedron_shape_functions(p, {l[0], l[1], l[2], 0}, nullptr);
+    const auto& triangle = solvers::elements::triangle_lattice(p);
+    const auto& tet = solvers::elements::tetrahedron_lattice(p);
     for (std::size_t a = 0; a < triangle.size(); ++a) {
       for (std::size_t b = 0; b < tet.size(); ++b) {
         if (tet[b] != std::array<int, 4>{triangle[a][0], triangle[a][1], triangle[a][2], 0}) {
@@ -128,7 +129,7 @@ TEST_P(Orders, TetrahedronRestrictedToAFaceIsTheTriangle) {
 /// Integral of L0^a L1^b L2^c L3^d over the reference tetrahedron: a! b! c! d! / (a+b+c+d+3)!.
 TEST(Quadrature, IsExactToItsDegreeAndNotBeyond) {
   for (int points = 1; points <= 8; ++points) {
-    const auto& rule = tetrahedron_rule(points);
+    const auto& rule = solvers::elements::tetrahedron_rule(points);
     const auto integral = [&rule](int a, int b, int c, int d) {
       double sum = 0;
       for (std::size_t q = 0; q < rule.size(); ++q) {
@@ -156,11 +157,11 @@ TEST(Quadrature, IsExactToItsDegreeAndNotBeyond) {
 TEST_P(Orders, BoundaryFacesEncloseTheVolumeOutward) {
   const int p = GetParam();
   const auto mesh = box_mesh({0.03, 0.02, 0.05}, {2, 1, 3}, p);
-  const auto per_face = static_cast<std::size_t>(nodes_per_face(p));
+  const auto per_face = static_cast<std::size_t>(solvers::elements::nodes_per_face(p));
   // Two triangles on each cell face of the box's six sides.
   EXPECT_EQ(mesh.face_count(), 2u * 2u * (2 * 1 + 1 * 3 + 2 * 3));
   double volume = 0;
-  const auto& lattice = triangle_lattice(p);
+  const auto& lattice = solvers::elements::triangle_lattice(p);
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const auto node = [&](std::size_t n) {
       return mesh.nodes[static_cast<std::size_t>(mesh.faces[f * per_face + n])];
@@ -177,7 +178,7 @@ TEST_P(Orders, BoundaryFacesEncloseTheVolumeOutward) {
 
 TEST_P(Orders, VolumeOfACurvedBodyIsIntegrated) {
   const int p = GetParam();
-  const auto quality = measure_quality(test::ball_mesh(0.05, 6, p));
+  const auto quality = solvers::mesh::measure_quality(test::ball_mesh(0.05, 6, p));
   const double exact = 4 * std::numbers::pi / 3 * std::pow(0.05, 3);
   const double error[] = {0.1, 3e-3, 1e-3, 1e-4};
   EXPECT_NEAR(quality.volume / exact, 1, error[p - 1]);
@@ -185,12 +186,12 @@ TEST_P(Orders, VolumeOfACurvedBodyIsIntegrated) {
 }
 
 TEST(Quality, OfTheRegularTetrahedron) {
-  TetMesh mesh;
+  test::TetMesh mesh;
   mesh.nodes = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
   mesh.elements = {0, 1, 2, 3};
   mesh.regions = {0};
   mesh.region_names = {"body"};
-  const auto quality = measure_quality(mesh);
+  const auto quality = solvers::mesh::measure_quality(mesh);
   EXPECT_NEAR(quality.min_dihedral_deg, std::acos(1 / 3.0) * 180 / std::numbers::pi, 1e-12);
   EXPECT_NEAR(quality.max_dihedral_deg, std::acos(1 / 3.0) * 180 / std::numbers::pi, 1e-12);
   EXPECT_NEAR(quality.min_radius_ratio, 1, 1e-14);
@@ -200,12 +201,12 @@ TEST(Quality, OfTheRegularTetrahedron) {
 }
 
 TEST(Quality, OfTheCornerOfACube) {
-  TetMesh mesh;
+  test::TetMesh mesh;
   mesh.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   mesh.elements = {0, 1, 2, 3};
   mesh.regions = {0};
   mesh.region_names = {"body"};
-  const auto quality = measure_quality(mesh);
+  const auto quality = solvers::mesh::measure_quality(mesh);
   EXPECT_NEAR(quality.max_dihedral_deg, 90, 1e-12);
   EXPECT_NEAR(quality.min_dihedral_deg, std::acos(1 / std::sqrt(3)) * 180 / std::numbers::pi,
               1e-12);
@@ -218,9 +219,9 @@ TEST(Quality, IsTheSameAfterARotation) {
     const double angle = *rc::gen::inRange(0, 1000) * 0.01;
     const Eigen::AngleAxisd turn(angle, Vec3(1, 2, 3).normalized());
     const auto mesh = box_mesh({1, 2, 0.1}, {2, 3, 1}, 2);
-    const auto a = measure_quality(mesh);
-    const auto b =
-        measure_quality(test::moved(mesh, [&](const Vec3& x) -> Vec3 { return turn * x; }));
+    const auto a = solvers::mesh::measure_quality(mesh);
+    const auto b = solvers::mesh::measure_quality(
+        test::moved(mesh, [&](const Vec3& x) -> Vec3 { return turn * x; }));
     RC_ASSERT(std::abs(a.min_dihedral_deg - b.min_dihedral_deg) < 1e-9);
     RC_ASSERT(std::abs(a.median_radius_ratio - b.median_radius_ratio) < 1e-10);
     RC_ASSERT(std::abs(a.volume / b.volume - 1) < 1e-12);
@@ -229,17 +230,17 @@ TEST(Quality, IsTheSameAfterARotation) {
 
 TEST(Components, AreCountedByNodesAndIgnoreUnusedOnes) {
   const auto box = box_mesh({1, 1, 1}, {1, 1, 1}, 2);
-  EXPECT_EQ(count_components(box), 1);
+  EXPECT_EQ(solvers::mesh::count_components(box), 1);
   auto two =
       test::joined(box, test::moved(box, [](const Vec3& x) -> Vec3 { return x + Vec3(2, 0, 0); }));
-  EXPECT_EQ(count_components(two), 2);
+  EXPECT_EQ(solvers::mesh::count_components(two), 2);
   two.nodes.emplace_back(9, 9, 9);
-  EXPECT_EQ(count_components(two), 2);
-  const auto component = node_components(two);
+  EXPECT_EQ(solvers::mesh::count_components(two), 2);
+  const auto component = solvers::mesh::node_components(two);
   EXPECT_EQ(component.front(), 0);
   EXPECT_EQ(component[box.nodes.size()], 1);
   EXPECT_EQ(component.back(), -1);
-  EXPECT_EQ(count_components(TetMesh{}), 0);
+  EXPECT_EQ(solvers::mesh::count_components(solvers::mesh::TetMesh{}), 0);
 }
 
 }  // namespace

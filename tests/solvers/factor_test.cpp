@@ -1,5 +1,5 @@
 // Factors and products, at 1, 2 and 3 ranks, against dense algebra on the whole matrices.
-#include "solvers/factor.hpp"
+#include "solvers/eigen/factor.hpp"
 
 #include <gtest/gtest.h>
 #include <mpi.h>
@@ -9,8 +9,8 @@
 
 #include "core/error.hpp"
 #include "solve.hpp"
-#include "solvers/eigen_solve.hpp"
-#include "solvers/products.hpp"
+#include "solvers/assembly/products.hpp"
+#include "solvers/eigen/detail/eigen_solve.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -25,8 +25,9 @@ int ranks() {
   return size;
 }
 
-System assembled(const TetMesh& mesh, int parts, MPI_Comm comm) {
-  return assemble(mesh, std::vector<Elastic>{test::steel}, partition(mesh, parts), comm);
+solvers::assembly::System assembled(const test::TetMesh& mesh, int parts, MPI_Comm comm) {
+  return solvers::assembly::assemble(mesh, std::vector<solvers::elements::Elastic>{test::steel},
+                                     solvers::assembly::partition(mesh, parts), comm);
 }
 
 /// K and M of a whole body, numbered by mesh node.
@@ -34,7 +35,7 @@ struct Whole {
   Eigen::MatrixXd k, m;
 };
 
-Whole dense(const TetMesh& mesh) {
+Whole dense(const test::TetMesh& mesh) {
   const auto system = assembled(mesh, 1, MPI_COMM_SELF);
   const auto n = static_cast<Eigen::Index>(system.unknowns());
   Whole out{Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, n)};
@@ -56,7 +57,7 @@ Whole dense(const TetMesh& mesh) {
 }
 
 /// Rows of a whole matrix (by mesh node) that this rank owns.
-Eigen::MatrixXd own_rows(const System& system, const Eigen::MatrixXd& whole) {
+Eigen::MatrixXd own_rows(const solvers::assembly::System& system, const Eigen::MatrixXd& whole) {
   Eigen::MatrixXd out(system.owned_unknowns(), whole.cols());
   for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
     const auto node = system.partition.node[static_cast<std::size_t>(system.graph.begin + row)];
@@ -67,16 +68,16 @@ Eigen::MatrixXd own_rows(const System& system, const Eigen::MatrixXd& whole) {
 
 class Factors : public testing::Test {
  protected:
-  const TetMesh mesh = box_mesh({0.02, 0.031, 0.053}, {2, 2, 3}, 2);
+  const test::TetMesh mesh = box_mesh({0.02, 0.031, 0.053}, {2, 2, 3}, 2);
   const Whole whole = dense(mesh);
-  const System system = assembled(mesh, ranks(), MPI_COMM_WORLD);
+  const solvers::assembly::System system = assembled(mesh, ranks(), MPI_COMM_WORLD);
   // More columns than one block of products, and some over.
   const Eigen::MatrixXd right = Eigen::MatrixXd::Random(whole.k.rows(), 11);
 };
 
 TEST_F(Factors, ProductsAreThoseOfTheMatrices) {
   const double shift = -0.37;
-  const Products products(system, MPI_COMM_WORLD);
+  const solvers::assembly::Products products(system, MPI_COMM_WORLD);
   Eigen::MatrixXd out(system.owned_unknowns(), right.cols());
   products.mass(own_rows(system, right), out);
   EXPECT_LT((out - own_rows(system, whole.m * right)).cwiseAbs().maxCoeff(), 1e-14);
@@ -85,24 +86,24 @@ TEST_F(Factors, ProductsAreThoseOfTheMatrices) {
   products.shifted(shift, own_rows(system, right), out);
   EXPECT_LT((out - own_rows(system, shifted * right)).cwiseAbs().maxCoeff(), 1e-13 * size);
 
-  VecHandle x, y;
-  const auto matrix = shifted_product(system, shift, MPI_COMM_WORLD);
-  check(MatCreateVecs(matrix.get(), x.put(), y.put()));
+  solvers::eigen::VecHandle x, y;
+  const auto matrix = solvers::eigen::shifted_product(system, shift, MPI_COMM_WORLD);
+  solvers::libraries::check(MatCreateVecs(matrix.get(), x.put(), y.put()));
   double* values = nullptr;
-  check(VecGetArray(x.get(), &values));
+  solvers::libraries::check(VecGetArray(x.get(), &values));
   Eigen::Map<Eigen::VectorXd>(values, out.rows()) = own_rows(system, right.col(0));
-  check(VecRestoreArray(x.get(), &values));
-  check(MatMult(matrix.get(), x.get(), y.get()));
-  check(VecGetArray(y.get(), &values));
+  solvers::libraries::check(VecRestoreArray(x.get(), &values));
+  solvers::libraries::check(MatMult(matrix.get(), x.get(), y.get()));
+  solvers::libraries::check(VecGetArray(y.get(), &values));
   EXPECT_LT((Eigen::Map<Eigen::VectorXd>(values, out.rows()) - out.col(0)).cwiseAbs().maxCoeff(),
             1e-14 * size);
-  check(VecRestoreArray(y.get(), &values));
+  solvers::libraries::check(VecRestoreArray(y.get(), &values));
 }
 
 TEST_F(Factors, SolveBlocksOfColumns) {
   const double shift = -0.02;
-  const auto plan = plan_factors(system, MPI_COMM_WORLD);
-  const auto inverse = factored_inverse(system, shift, plan, MPI_COMM_WORLD);
+  const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_WORLD);
+  const auto inverse = solvers::eigen::factored_inverse(system, shift, plan, MPI_COMM_WORLD);
   const Eigen::MatrixXd exact = (whole.k - shift * whole.m).llt().solve(right);
   for (const Eigen::Index columns : {1, 3, 11}) {
     Eigen::MatrixXd out(system.owned_unknowns(), columns);
@@ -113,10 +114,11 @@ TEST_F(Factors, SolveBlocksOfColumns) {
 }
 
 TEST_F(Factors, OfAnotherShiftComeFromTheSamePlan) {
-  const auto plan = plan_factors(system, MPI_COMM_WORLD);
+  const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_WORLD);
   Eigen::MatrixXd out(system.owned_unknowns(), 2);
   for (const double shift : {-1.0, -30.0}) {
-    factored_inverse(system, shift, plan, MPI_COMM_WORLD)(own_rows(system, right.leftCols(2)), out);
+    solvers::eigen::factored_inverse(system, shift, plan, MPI_COMM_WORLD)(
+        own_rows(system, right.leftCols(2)), out);
     const Eigen::MatrixXd exact = (whole.k - shift * whole.m).llt().solve(right.leftCols(2));
     EXPECT_LT((out - own_rows(system, exact)).norm(), 1e-10 * exact.norm());
   }
@@ -124,31 +126,34 @@ TEST_F(Factors, OfAnotherShiftComeFromTheSamePlan) {
 
 /// Every count between two eigenvalues is their number.
 TEST_F(Factors, CountEigenvaluesByInertia) {
-  const auto plan = plan_factors(system, MPI_COMM_WORLD);
+  const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_WORLD);
   const Eigen::VectorXd values = Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(
                                      whole.k, whole.m, Eigen::EigenvaluesOnly)
                                      .eigenvalues();
   for (const Eigen::Index k : {6, 7, 12, 60, 200}) {
     const double between = k == 6 ? values[6] / 2 : (values[k - 1] + values[k]) / 2;
-    EXPECT_EQ(count_below(system, between, plan, MPI_COMM_WORLD), k);
+    EXPECT_EQ(solvers::eigen::count_below(system, between, plan, MPI_COMM_WORLD), k);
   }
-  EXPECT_EQ(count_below(system, 1.01 * values[values.size() - 1], plan, MPI_COMM_WORLD),
-            values.size());
+  EXPECT_EQ(
+      solvers::eigen::count_below(system, 1.01 * values[values.size() - 1], plan, MPI_COMM_WORLD),
+      values.size());
 }
 
 /// The entries of a factor are bounded by those of its matrix and of a full triangle, and a larger
 /// body takes more; the count's memory is less than what its factor would fill.
 TEST(FactorSize, IsKnownBefore) {
-  FactorSize last;
+  solvers::eigen::FactorSize last;
   for (const int cells : {3, 6}) {
     const auto mesh = box_mesh({0.02, 0.02, 0.02}, {cells, cells, cells}, 2);
     const auto system = assembled(mesh, ranks(), MPI_COMM_WORLD);
-    const auto plan = plan_factors(system, MPI_COMM_WORLD);
+    const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_WORLD);
     auto triangle = static_cast<std::int64_t>(system.stiffness.size()) / 2;
     MPI_Allreduce(MPI_IN_PLACE, &triangle, 1, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD);
     const auto n = system.unknowns();
-    const auto solve = predict_factor(system, FactorPurpose::solve, plan, MPI_COMM_WORLD);
-    const auto count = predict_factor(system, FactorPurpose::count, plan, MPI_COMM_WORLD);
+    const auto solve = solvers::eigen::predict_factor(system, solvers::eigen::FactorPurpose::solve,
+                                                      plan, MPI_COMM_WORLD);
+    const auto count = solvers::eigen::predict_factor(system, solvers::eigen::FactorPurpose::count,
+                                                      plan, MPI_COMM_WORLD);
     for (const auto& size : {solve, count}) {
       EXPECT_GT(size.entries, triangle);
       EXPECT_LT(size.entries, n * (n + 1) / 2);
@@ -165,7 +170,7 @@ TEST(FactorSize, IsKnownBefore) {
 TEST(FactorSize, IsThatOfTheEliminationOnOneRank) {
   const auto mesh = box_mesh({0.02, 0.02, 0.04}, {2, 2, 6}, 1);
   const auto system = assembled(mesh, 1, MPI_COMM_SELF);
-  const auto plan = plan_factors(system, MPI_COMM_SELF);
+  const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_SELF);
   const auto whole = dense(mesh);
   Eigen::VectorXi order(whole.k.rows());
   Eigen::Index place = 0;
@@ -188,15 +193,17 @@ TEST(FactorSize, IsThatOfTheEliminationOnOneRank) {
       for (Eigen::Index j = k + 1; j <= i; ++j) l(i, j) |= l(j, k);
     }
   }
-  const auto size = predict_factor(system, FactorPurpose::solve, plan, MPI_COMM_SELF);
+  const auto size = solvers::eigen::predict_factor(system, solvers::eigen::FactorPurpose::solve,
+                                                   plan, MPI_COMM_SELF);
   // Supernodes are stored as full rectangles and may be merged.
   EXPECT_GE(size.entries, entries);
   EXPECT_LT(static_cast<double>(size.entries), 2.5 * static_cast<double>(entries));
 }
 
 TEST_F(Factors, RefuseAMatrixThatIsNotPositiveDefinite) {
-  const auto plan = plan_factors(system, MPI_COMM_WORLD);
-  EXPECT_THROW(factored_inverse(system, 1e3, plan, MPI_COMM_WORLD), core::SolverError);
+  const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_WORLD);
+  EXPECT_THROW(solvers::eigen::factored_inverse(system, 1e3, plan, MPI_COMM_WORLD),
+               core::SolverError);
 }
 
 }  // namespace

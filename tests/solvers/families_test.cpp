@@ -1,4 +1,4 @@
-#include "solvers/families.hpp"
+#include "solvers/families/families.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 #include "core/random.hpp"
 #include "family_shapes.hpp"
 #include "mesh_checks.hpp"
-#include "solvers/families/profile.hpp"
-#include "solvers/surface_search.hpp"
+#include "solvers/families/detail/profile.hpp"
+#include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
 #include "temporary_folder.hpp"
 
 namespace carillon::test {
@@ -23,7 +23,7 @@ constexpr double pi = std::numbers::pi;
 
 TEST(Families, AreNineteenWithRanges) {
   std::string names;
-  for (const auto& family : families()) {
+  for (const auto& family : solvers::families::families()) {
     names += family.name + " ";
     EXPECT_FALSE(family.description.empty());
     for (const auto& p : family.parameters) {
@@ -89,7 +89,7 @@ TEST(Families, ContradictionsAreRefusedWithTheirRule) {
 TEST(Families, EveryMeshIsSoundAtEveryOrder) {
   const std::map<std::string, int> euler = {
       {"tube", 0}, {"ring", 0}, {"box", 4}, {"can", 4}, {"bauble", 4}};
-  for (const auto& family : families())
+  for (const auto& family : solvers::families::families())
     for (int order = 1; order <= 4; ++order) {
       SCOPED_TRACE(fmt::format("{} order {}", family.name, order));
       const auto shape = shape_at(family);
@@ -99,7 +99,7 @@ TEST(Families, EveryMeshIsSoundAtEveryOrder) {
       EXPECT_EQ(result.mesh.order, order);
       EXPECT_EQ(boundary_euler_number(result.mesh),
                 euler.count(family.name) ? euler.at(family.name) : 2);
-      EXPECT_EQ(count_components(result.mesh), 1);
+      EXPECT_EQ(solvers::mesh::count_components(result.mesh), 1);
       EXPECT_EQ(result.quality.elements, static_cast<std::int64_t>(result.mesh.element_count()));
       EXPECT_LT(result.mesh.element_count(), order > 1 ? 5500u : 21000u);
       EXPECT_GT(result.mesh.element_count(), 100u);
@@ -107,7 +107,7 @@ TEST(Families, EveryMeshIsSoundAtEveryOrder) {
 }
 
 TEST(Families, SameShapeSameBytes) {
-  for (const auto& family : families())
+  for (const auto& family : solvers::families::families())
     for (int order : {2, 3}) {
       const auto shape = shape_at(family, 0.3);
       EXPECT_TRUE(same_bytes(mesh_of(shape, order).mesh, mesh_of(shape, order).mesh))
@@ -122,7 +122,8 @@ double least_dihedral(const std::string& family) {
 
 TEST(Families, RandomParametersWithinTheRangesMesh) {
   EXPECT_TRUE(rc::check([] {
-    const auto& family = families()[*rc::gen::inRange<std::size_t>(0, families().size())];
+    const auto& family = solvers::families::families()[*rc::gen::inRange<std::size_t>(
+        0, solvers::families::families().size())];
     const auto seed = *rc::gen::arbitrary<std::uint64_t>();
     const int order = *rc::gen::inRange(1, 5);
     core::RandomStream random(seed, 0, family.name);
@@ -142,7 +143,7 @@ TEST(Families, RandomParametersWithinTheRangesMesh) {
 }
 
 TEST(Families, EveryCornerOfTheRangesMeshes) {
-  for (const auto& family : families())
+  for (const auto& family : solvers::families::families())
     for (unsigned corner = 0; corner < (1u << family.parameters.size()); ++corner) {
       auto shape = shape_at(family);
       for (std::size_t i = 0; i < family.parameters.size(); ++i)
@@ -174,7 +175,7 @@ TEST(Box, IsExact) {
 
 /// Largest distance of a boundary node from the cylinders r = inner, outer and planes z = 0,
 /// height.
-double off_annulus(const TetMesh& mesh, double inner, double outer, double height) {
+double off_annulus(const solvers::mesh::TetMesh& mesh, double inner, double outer, double height) {
   double worst = 0;
   for (std::int32_t n : boundary_nodes(mesh)) {
     const Vec3& p = mesh.nodes[static_cast<std::size_t>(n)];
@@ -244,11 +245,11 @@ TEST(Shells, TheWallIsAsThickAsItSays) {
     const auto shape = shape_at(find_family(name));
     const double wall = shape.parameters.at("wall");
     const auto mesh = mesh_of(shape, 1, 0.006).mesh;
-    SurfaceMesh surface;
+    solvers::mesh::SurfaceMesh surface;
     surface.vertices = mesh.nodes;
     for (std::size_t f = 0; f < mesh.faces.size(); f += 3)
       surface.triangles.push_back({mesh.faces[f], mesh.faces[f + 1], mesh.faces[f + 2]});
-    const SurfaceSearch search(surface);
+    const solvers::mesh::tetrahedra::SurfaceSearch search(surface);
     std::size_t right = 0;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
       right += std::abs(search.thickness_below(t) / wall - 1) < 0.06;
@@ -262,7 +263,7 @@ TEST(Shells, ACupHasThePappusVolume) {
   // A wall w laid half to each side of a line: 2 pi w times the integral of r ds, and where the
   // line bends by k ds about a normal n, 2 pi w^3/12 times the integral of k n_r ds on top, which
   // is what the tangent loses of its radial part.
-  Profile profile;
+  solvers::families::Profile profile;
   profile.rounded({{0, 0.002}, {0.03, 0.002}, {0.04, 0.1}}, 0.35);
   const double wall = 0.004;
   double swept = 0;
@@ -303,21 +304,24 @@ TEST(Wrench, HasTheAreaOfItsOutline) {
 }
 
 TEST(ElementBound, NamesASizeThatFits) {
-  for (const auto& family : families()) {
+  for (const auto& family : solvers::families::families()) {
     const auto shape = shape_at(family);
     MeshOptions options;
     options.order = 1;
     options.element_size = 0.002;
     options.max_elements = 4000;
-    const auto message = message_of<core::Error>([&] { mesh_family(shape, options); });
+    const auto message =
+        message_of<core::Error>([&] { solvers::families::mesh_family(shape, options); });
     const auto at = message.find("element_size ");
     ASSERT_NE(at, std::string::npos) << family.name << ": " << message;
     options.element_size = std::stod(message.substr(at + 13));
-    EXPECT_LE(mesh_family(shape, options).mesh.element_count(), 4200u) << family.name;
+    EXPECT_LE(solvers::families::mesh_family(shape, options).mesh.element_count(), 4200u)
+        << family.name;
   }
   MeshOptions impossible;
   impossible.max_elements = 5;
-  EXPECT_THROW(mesh_family(shape_at(find_family("tube")), impossible), core::SolverError);
+  EXPECT_THROW(solvers::families::mesh_family(shape_at(find_family("tube")), impossible),
+               core::SolverError);
 }
 
 TEST(ElementSize, IsTheLongestEdge) {

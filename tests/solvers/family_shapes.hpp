@@ -5,15 +5,15 @@
 #include <map>
 #include <string>
 
-#include "solvers/families.hpp"
+#include "solvers/families/families.hpp"
 
 namespace carillon::test {
 
-using solvers::Family;
-using solvers::find_family;
-using solvers::GeneratedShape;
-using solvers::MeshOptions;
-using solvers::MeshResult;
+using solvers::families::Family;
+using solvers::families::find_family;
+using solvers::mesh::GeneratedShape;
+using solvers::mesh::MeshOptions;
+using solvers::mesh::MeshResult;
 
 /// A shape with every parameter at a share of its range.
 inline GeneratedShape shape_at(const Family& family, double share = 0.5) {
@@ -36,7 +36,7 @@ inline MeshResult mesh_of(const GeneratedShape& shape, int order, double element
   MeshOptions options;
   options.order = order;
   options.element_size = element_size;
-  return mesh_family(shape, options);
+  return solvers::families::mesh_family(shape, options);
 }
 
 /// Errors of volume with cells of a size and of half of it.

@@ -1,18 +1,18 @@
-#include "solvers/flat_elements.hpp"
+#include "solvers/mesh/flat_elements.hpp"
 
 #include <gtest/gtest.h>
 
 namespace carillon::solvers {
 namespace {
 
-TetMesh mesh_of(std::vector<Vec3> nodes, std::vector<std::int32_t> elements) {
-  TetMesh mesh;
+mesh::TetMesh mesh_of(std::vector<Vec3> nodes, std::vector<std::int32_t> elements) {
+  mesh::TetMesh mesh;
   mesh.order = 1;
   mesh.nodes = std::move(nodes);
   mesh.elements = std::move(elements);
   mesh.regions.assign(mesh.elements.size() / 4, 0);
   mesh.region_names = {"body"};
-  mesh.faces = boundary_faces(mesh);
+  mesh.faces = mesh::boundary_faces(mesh);
   return mesh;
 }
 
@@ -20,8 +20,8 @@ const std::vector<Vec3> corners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {
 
 TEST(FlatElements, CapWithThreeOuterFacesGoesWithItsNode) {
   // Node 4 lies in the bottom face; the flat element 0, 1, 2, 4 hangs below it.
-  TetMesh mesh = mesh_of(corners, {0, 1, 2, 3, 0, 2, 1, 4});
-  EXPECT_EQ(peel_flat_elements(mesh), 1);
+  mesh::TetMesh mesh = mesh_of(corners, {0, 1, 2, 3, 0, 2, 1, 4});
+  EXPECT_EQ(mesh::peel_flat_elements(mesh), 1);
   EXPECT_EQ(mesh.element_count(), 1u);
   EXPECT_EQ(mesh.nodes.size(), 4u);
   EXPECT_EQ(mesh.face_count(), 4u);
@@ -30,17 +30,17 @@ TEST(FlatElements, CapWithThreeOuterFacesGoesWithItsNode) {
 TEST(FlatElements, SliverWithTwoOuterFacesGoes) {
   // A square pyramid cut along one diagonal of its base; the flat element flips to the other.
   const std::vector<Vec3> nodes = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, 1}};
-  TetMesh mesh = mesh_of(nodes, {0, 1, 2, 4, 0, 2, 3, 4, 0, 2, 1, 3});
-  EXPECT_EQ(peel_flat_elements(mesh), 1);
+  mesh::TetMesh mesh = mesh_of(nodes, {0, 1, 2, 4, 0, 2, 3, 4, 0, 2, 1, 3});
+  EXPECT_EQ(mesh::peel_flat_elements(mesh), 1);
   EXPECT_EQ(mesh.element_count(), 2u);
   EXPECT_EQ(mesh.nodes.size(), 5u);
   EXPECT_EQ(mesh.face_count(), 6u);
 }
 
 TEST(FlatElements, SoundMeshesStayAsTheyAre) {
-  TetMesh mesh = mesh_of(corners, {0, 1, 4, 3, 1, 2, 4, 3, 2, 0, 4, 3});
-  const TetMesh before = mesh;
-  EXPECT_EQ(peel_flat_elements(mesh), 0);
+  mesh::TetMesh mesh = mesh_of(corners, {0, 1, 4, 3, 1, 2, 4, 3, 2, 0, 4, 3});
+  const mesh::TetMesh before = mesh;
+  EXPECT_EQ(mesh::peel_flat_elements(mesh), 0);
   EXPECT_EQ(mesh.elements, before.elements);
   EXPECT_EQ(mesh.faces, before.faces);
 }
@@ -48,8 +48,8 @@ TEST(FlatElements, SoundMeshesStayAsTheyAre) {
 TEST(FlatElements, ThinButRealElementsStay) {
   std::vector<Vec3> nodes(corners.begin(), corners.begin() + 4);
   nodes[3].z() = 1e-5;
-  TetMesh mesh = mesh_of(nodes, {0, 1, 2, 3});
-  EXPECT_EQ(peel_flat_elements(mesh), 0);
+  mesh::TetMesh mesh = mesh_of(nodes, {0, 1, 2, 3});
+  EXPECT_EQ(mesh::peel_flat_elements(mesh), 0);
 }
 
 }  // namespace

@@ -11,11 +11,11 @@
 #include "closed_forms.hpp"
 #include "core/files.hpp"
 #include "solve.hpp"
-#include "solvers/families.hpp"
-#include "solvers/fourier_modes.hpp"
-#include "solvers/modes_file.hpp"
-#include "solvers/surface_topology.hpp"
-#include "synth/ring_down.hpp"
+#include "solvers/axisymmetric/fourier_modes.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/mesh/repair/detail/surface_topology.hpp"
+#include "solvers/modes/modes_file.hpp"
+#include "synth/modal/ring_down.hpp"
 #include "temporary_folder.hpp"
 
 namespace carillon {
@@ -24,32 +24,37 @@ namespace {
 using namespace solvers;
 using test::cents;
 
-GeneratedShape shape_of(const std::string& family,
-                        const std::map<std::string, double>& given = {}) {
-  GeneratedShape shape{family, {}, {}};
-  for (const auto& p : find_family(family).parameters) {
+solvers::mesh::GeneratedShape shape_of(const std::string& family,
+                                       const std::map<std::string, double>& given = {}) {
+  solvers::mesh::GeneratedShape shape{family, {}, {}};
+  for (const auto& p : solvers::families::find_family(family).parameters) {
     shape.parameters[p.name] = 0.5 * (p.low + p.high);
   }
   for (const auto& [name, value] : given) shape.parameters[name] = value;
   return shape;
 }
 
-Modes fourier(const Meridian& body, const Elastic& material, double top, int max_modes = 1000) {
-  SolveOptions solve;
+solvers::modes::Modes fourier(const solvers::mesh::Meridian& body,
+                              const solvers::elements::Elastic& material, double top,
+                              int max_modes = 1000) {
+  solvers::eigen::SolveOptions solve;
   solve.band = {0, top, max_modes};
   core::Trace trace;
-  return solve_fourier(body, material, solve, {}, trace);
+  return solvers::axisymmetric::solve_fourier(body, material, solve, {}, trace);
 }
 
-Modes fourier(const GeneratedShape& shape, const Elastic& material, double top,
-              int max_modes = 1000) {
-  return fourier(find_family(shape.family).meridian(shape), material, top, max_modes);
+solvers::modes::Modes fourier(const solvers::mesh::GeneratedShape& shape,
+                              const solvers::elements::Elastic& material, double top,
+                              int max_modes = 1000) {
+  return fourier(solvers::families::find_family(shape.family).meridian(shape), material, top,
+                 max_modes);
 }
 
-Modes tetrahedra(const GeneratedShape& shape, const Elastic& material, int modes) {
-  MeshOptions options;
+solvers::modes::Modes tetrahedra(const solvers::mesh::GeneratedShape& shape,
+                                 const solvers::elements::Elastic& material, int modes) {
+  solvers::mesh::MeshOptions options;
   options.order = 4;
-  return test::lowest_modes(mesh_family(shape, options).mesh, {material}, modes);
+  return test::lowest_modes(solvers::families::mesh_family(shape, options).mesh, {material}, modes);
 }
 
 struct Thick {
@@ -89,10 +94,10 @@ INSTANTIATE_TEST_SUITE_P(Families, Against3d,
 
 /// Energy of the response along d at the surface point nearest to `where`: sum over a pair of
 /// (phi . d)^2, which no choice of basis in the pair changes.
-double response(const Modes& modes, std::size_t first, std::size_t count, const Vec3& where,
-                const Vec3& direction) {
-  const synth::SurfaceSampler sampler(modes.surface);
-  const auto shapes = synth::shapes_at(modes, sampler.nearest(where));
+double response(const solvers::modes::Modes& modes, std::size_t first, std::size_t count,
+                const Vec3& where, const Vec3& direction) {
+  const synth::modal::SurfaceSampler sampler(modes.surface);
+  const auto shapes = synth::modal::shapes_at(modes, sampler.nearest(where));
   double sum = 0;
   for (std::size_t k = first; k < first + count; ++k) {
     sum += std::pow(shapes.row(static_cast<Eigen::Index>(k)) * direction, 2);
@@ -158,16 +163,16 @@ TEST(FourierShapes, PairsKnowNoDirection) {
 }
 
 TEST(FourierSurface, EncloseTheBody) {
-  for (const auto& family : families()) {
+  for (const auto& family : solvers::families::families()) {
     if (!family.meridian || family.parameters.empty()) continue;
     const auto shape = shape_of(family.name);
-    const auto size = measure(family.meridian(shape));
+    const auto size = solvers::mesh::measure(family.meridian(shape));
     const auto modes = fourier(shape, test::steel, 12000, 4);
-    const auto surface = flatten(modes.surface);
-    EXPECT_TRUE(is_closed_and_oriented(surface.triangles)) << family.name;
+    const auto surface = solvers::modes::flatten(modes.surface);
+    EXPECT_TRUE(solvers::mesh::repair::is_closed_and_oriented(surface.triangles)) << family.name;
     const double volume = modes.mass / test::steel.density;
-    EXPECT_NEAR(signed_volume(surface) / volume, 1, 0.02) << family.name;
-    EXPECT_NEAR(area(surface) / size.surface, 1, 0.02) << family.name;
+    EXPECT_NEAR(solvers::mesh::signed_volume(surface) / volume, 1, 0.02) << family.name;
+    EXPECT_NEAR(solvers::mesh::area(surface) / size.surface, 1, 0.02) << family.name;
     EXPECT_NEAR(size.volume / volume, 1, 0.02) << family.name;
   }
 }
@@ -175,20 +180,21 @@ TEST(FourierSurface, EncloseTheBody) {
 TEST(FourierModes, KeepTheirHarmonicsInFilesAndBands) {
   const auto modes = fourier(shape_of("ring"), test::steel, 20000);
   ASSERT_GT(modes.size(), 6u);
-  const auto upper = restrict_to(modes, {modes.frequency(3), 20000, 300});
+  const auto upper = solvers::modes::restrict_to(modes, {modes.frequency(3), 20000, 300});
   ASSERT_EQ(upper.size(), modes.harmonics.size() - (modes.size() - upper.size()));
   EXPECT_EQ(upper.harmonics.back(), modes.harmonics.back());
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "modes.h5";
-  write_modes(core::Hdf5Group::create_file(path), modes);
-  EXPECT_EQ(read_modes(core::Hdf5Group::open_file(path)).harmonics, modes.harmonics);
+  solvers::modes::write_modes(core::Hdf5Group::create_file(path), modes);
+  EXPECT_EQ(solvers::modes::read_modes(core::Hdf5Group::open_file(path)).harmonics,
+            modes.harmonics);
 }
 
-GeneratedShape turned(const std::vector<std::array<double, 2>>& profile) {
+solvers::mesh::GeneratedShape turned(const std::vector<std::array<double, 2>>& profile) {
   return {"turned", {}, profile};
 }
 
-void expect_same(const Modes& a, const Modes& b, double most) {
+void expect_same(const solvers::modes::Modes& a, const solvers::modes::Modes& b, double most) {
   ASSERT_EQ(a.size(), b.size());
   ASSERT_GT(a.size(), 10u);
   for (std::size_t k = 0; k < a.size(); ++k) {
@@ -202,18 +208,21 @@ void expect_same(const Modes& a, const Modes& b, double most) {
 TEST(FourierTurned, PolygonsGiveWhatRectanglesGive) {
   expect_same(
       fourier(turned({{0.04, 0}, {0.05, 0}, {0.05, 0.01}, {0.04, 0.01}}), test::steel, 30000),
-      fourier(rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel, 30000), 0.01);
-  expect_same(fourier(turned({{0, 0}, {0.02, 0}, {0.02, 0.06}, {0, 0.06}}), test::steel, 70000),
-              fourier(rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel, 70000), 0.01);
+      fourier(solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel, 30000),
+      0.01);
+  expect_same(
+      fourier(turned({{0, 0}, {0.02, 0}, {0.02, 0.06}, {0, 0.06}}), test::steel, 70000),
+      fourier(solvers::mesh::rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel, 70000), 0.01);
 }
 
 /// A goblet's foot: re-entrant corners, graded in one and cut into other blocks in the other.
 TEST(FourierTurned, ReentrantCornersConverge) {
   const auto polygon =
       turned({{0, 0}, {0.04, 0}, {0.04, 0.01}, {0.012, 0.01}, {0.012, 0.05}, {0, 0.05}});
-  Meridian blocks = rectangular_meridian({0, 0.012, 0.04}, {0, 0.01, 0.05});
+  solvers::mesh::Meridian blocks =
+      solvers::mesh::rectangular_meridian({0, 0.012, 0.04}, {0, 0.01, 0.05});
   blocks.blocks.pop_back();
-  grade_towards(blocks, 4, 4);
+  solvers::mesh::grade_towards(blocks, 4, 4);
   expect_same(fourier(polygon, test::steel, 40000), fourier(blocks, test::steel, 40000), 0.03);
 }
 

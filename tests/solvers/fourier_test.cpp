@@ -12,7 +12,7 @@
 #include "closed_forms.hpp"
 #include "core/error.hpp"
 #include "solve.hpp"
-#include "solvers/fourier_modes.hpp"
+#include "solvers/axisymmetric/fourier_modes.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -21,13 +21,15 @@ namespace {
 using namespace solvers;
 using test::cents;
 
-Modes fourier(const Meridian& body, const Elastic& material, double top,
-              const FourierOptions& options = {}, int max_modes = 100000, bool estimate = true) {
-  SolveOptions solve;
+solvers::modes::Modes fourier(const solvers::mesh::Meridian& body,
+                              const solvers::elements::Elastic& material, double top,
+                              const solvers::axisymmetric::FourierOptions& options = {},
+                              int max_modes = 100000, bool estimate = true) {
+  solvers::eigen::SolveOptions solve;
   solve.band = {0, top, max_modes};
   solve.estimate_errors = estimate;
   core::Trace trace;
-  return solve_fourier(body, material, solve, options, trace);
+  return solvers::axisymmetric::solve_fourier(body, material, solve, options, trace);
 }
 
 /// Rows of a table: frequency, multiplicity and harmonic, as far up as the table is complete.
@@ -50,8 +52,8 @@ std::vector<Row> table_of(const std::string& name) {
 
 struct Case {
   std::string name;
-  Meridian body;
-  Elastic material;
+  solvers::mesh::Meridian body;
+  solvers::elements::Elastic material;
 };
 void PrintTo(const Case& c, std::ostream* out) {
   *out << c.name;
@@ -79,27 +81,31 @@ TEST_P(Table, AgreesWithinAHundredthOfACent) {
   EXPECT_EQ(k, modes.size());
 }
 
-const Elastic alloy{6.99524e+10, 0.345238, 2713};
+const solvers::elements::Elastic alloy{6.99524e+10, 0.345238, 2713};
 
 INSTANTIATE_TEST_SUITE_P(
     RayleighRitz, Table,
-    testing::Values(Case{"disc_steel_R60_h8mm", rectangular_meridian({0, 0.048, 0.06}, {0, 0.008}),
-                         test::steel},
-                    Case{"ring_steel_Ro50_Ri40_h10mm",
-                         rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel},
-                    Case{"tube_alu_Ro20_Ri17_L100mm",
-                         rectangular_meridian({0.017, 0.02}, with_edge_layers(0.1, 0.003)),
-                         test::aluminium},
-                    Case{"rod_alu_R5_L200mm",
-                         rectangular_meridian({0, 0.005}, {0, 0.01, 0.19, 0.2}), test::aluminium},
-                    Case{"solid_cylinder_steel_R20_L60mm",
-                         rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel},
-                    Case{"solid_cylinder_alu_D44.2_H64.14mm",
-                         rectangular_meridian({0, 0.0221}, {0, 0.06414}), alloy}),
+    testing::Values(
+        Case{"disc_steel_R60_h8mm",
+             solvers::mesh::rectangular_meridian({0, 0.048, 0.06}, {0, 0.008}), test::steel},
+        Case{"ring_steel_Ro50_Ri40_h10mm",
+             solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel},
+        Case{"tube_alu_Ro20_Ri17_L100mm",
+             solvers::mesh::rectangular_meridian({0.017, 0.02},
+                                                 solvers::mesh::with_edge_layers(0.1, 0.003)),
+             test::aluminium},
+        Case{"rod_alu_R5_L200mm",
+             solvers::mesh::rectangular_meridian({0, 0.005}, {0, 0.01, 0.19, 0.2}),
+             test::aluminium},
+        Case{"solid_cylinder_steel_R20_L60mm",
+             solvers::mesh::rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel},
+        Case{"solid_cylinder_alu_D44.2_H64.14mm",
+             solvers::mesh::rectangular_meridian({0, 0.0221}, {0, 0.06414}), alloy}),
     [](const auto& given) { return given.param.name.substr(0, given.param.name.find('.')); });
 
 /// A mode of degree l of a sphere has one of every harmonic from 0 to l.
-void expect_sphere(const Modes& modes, const std::vector<test::SphereMode>& truth, double most) {
+void expect_sphere(const solvers::modes::Modes& modes, const std::vector<test::SphereMode>& truth,
+                   double most) {
   std::size_t k = 0;
   for (const auto& root : truth) {
     std::multiset<int> harmonics, expected{0};
@@ -116,14 +122,15 @@ void expect_sphere(const Modes& modes, const std::vector<test::SphereMode>& trut
 
 TEST(FourierSphere, SolidAgreesWithLamb) {
   const auto truth = test::sphere_modes(0.05, 2.0e11, 0.29, 7850, 63000);
-  const auto modes = fourier(ball_meridian(0.05), test::steel, 63000);
+  const auto modes = fourier(solvers::mesh::ball_meridian(0.05), test::steel, 63000);
   expect_sphere(modes, truth, 0.001);
   EXPECT_NEAR(modes.mass / (7850 * 4 * std::numbers::pi / 3 * 1.25e-4), 1, 1e-8);
 }
 
 /// Arcs between two radii, cut at the equator.
-Meridian hollow_ball(double inner, double outer) {
-  const auto block = [=](std::array<int, 4> corners, double first, double last) -> MeridianBlock {
+solvers::mesh::Meridian hollow_ball(double inner, double outer) {
+  const auto block = [=](std::array<int, 4> corners, double first,
+                         double last) -> solvers::mesh::MeridianBlock {
     return {corners, [=](double u, double v) {
               const double r = (1 - v) * inner + v * outer, angle = (1 - u) * first + u * last;
               return Vec2(r * std::cos(angle), r * std::sin(angle));
@@ -150,8 +157,8 @@ TEST(FourierConvergence, IsExponentialInTheOrder) {
   const auto truth = test::sphere_modes(0.05, 2.0e11, 0.29, 7850, 45000);
   double before = 0;
   for (int order = 4; order <= 9; ++order) {
-    const auto modes =
-        fourier(ball_meridian(0.05), test::steel, 46000, {order, 0.05, 0}, 1000, false);
+    const auto modes = fourier(solvers::mesh::ball_meridian(0.05), test::steel, 46000,
+                               {order, 0.05, 0}, 1000, false);
     ASSERT_GE(modes.size(), 27u);
     double worst = 0;
     std::size_t k = 0;
@@ -172,8 +179,8 @@ TEST(FourierConvergence, IsExponentialInTheOrder) {
 TEST(FourierErrors, EstimateIsNearTheTrueError) {
   if (test::data_folder().empty()) GTEST_SKIP() << "CARILLON_TEST_DATA is not set";
   const auto rows = table_of("ring_steel_Ro50_Ri40_h10mm");
-  const auto modes = fourier(rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel,
-                             1.02 * rows.back().frequency, {4, 0.01, 0});
+  const auto modes = fourier(solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01}),
+                             test::steel, 1.02 * rows.back().frequency, {4, 0.01, 0});
   std::size_t k = 0;
   int judged = 0;
   for (const auto& row : rows) {
@@ -188,7 +195,7 @@ TEST(FourierErrors, EstimateIsNearTheTrueError) {
 }
 
 TEST(FourierBand, LowestModesOfAnUnboundedBand) {
-  const auto body = rectangular_meridian({0.04, 0.05}, {0, 0.01});
+  const auto body = solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01});
   const auto all = fourier(body, test::steel, 30000);
   const auto some = fourier(body, test::steel, 1e9, {}, 13);
   ASSERT_EQ(some.size(), 13u);
@@ -202,11 +209,11 @@ TEST(FourierBand, LowestModesOfAnUnboundedBand) {
 }
 
 TEST(FourierBand, CountsBelowAndInsideAndNothing) {
-  const auto body = rectangular_meridian({0.04, 0.05}, {0, 0.01});
-  SolveOptions options;
+  const auto body = solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01});
+  solvers::eigen::SolveOptions options;
   core::Trace trace;
   options.band = {5000, 20000, 4};
-  const auto modes = solve_fourier(body, test::steel, options, {}, trace);
+  const auto modes = solvers::axisymmetric::solve_fourier(body, test::steel, options, {}, trace);
   EXPECT_EQ(modes.certificate.modes_in_band, 12);  // the table's modes 5 to 16
   EXPECT_EQ(modes.size(), 4u);
   EXPECT_NEAR(modes.frequency(0), 7817.86, 0.1);
@@ -214,7 +221,7 @@ TEST(FourierBand, CountsBelowAndInsideAndNothing) {
   EXPECT_FALSE(modes.certificate.complete);
 
   options.band = {20, 2000, 300};
-  const auto none = solve_fourier(body, test::steel, options, {}, trace);
+  const auto none = solvers::axisymmetric::solve_fourier(body, test::steel, options, {}, trace);
   EXPECT_EQ(none.size(), 0u);
   EXPECT_TRUE(none.certificate.complete);
   EXPECT_EQ(none.certificate.rigid_modes, 6);
@@ -222,7 +229,7 @@ TEST(FourierBand, CountsBelowAndInsideAndNothing) {
 }
 
 TEST(FourierInput, IsRefusedWithTheReason) {
-  const auto body = rectangular_meridian({0.04, 0.05}, {0, 0.01});
+  const auto body = solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01});
   EXPECT_THROW(fourier(body, {2e11, 0.5, 7850}, 1e4), core::InputError);
   EXPECT_THROW(fourier(body, {0, 0.3, 7850}, 1e4), core::InputError);
   EXPECT_THROW(fourier(body, test::steel, -1), core::InputError);
@@ -236,7 +243,7 @@ TEST(FourierProperty, ScalesWithLength) {
     const double scale = std::pow(10.0, *rc::gen::inRange(-20, 30) / 10.0);
     const double wall = *rc::gen::inRange(2, 40) / 100.0;
     const auto ring = [wall](double s) {
-      return rectangular_meridian({s * (1 - wall), s}, {0, 0.3 * s});
+      return solvers::mesh::rectangular_meridian({s * (1 - wall), s}, {0, 0.3 * s});
     };
     const auto one = fourier(ring(1), test::steel, 1200 * (1 + 5 * wall), {4, 1, 0}, 1000, false);
     const auto other = fourier(ring(scale), test::steel, 1200 * (1 + 5 * wall) / scale,

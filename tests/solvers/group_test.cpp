@@ -15,10 +15,10 @@
 #include "core/sanitizers.hpp"
 #include "mpi/comm.hpp"
 #include "solve.hpp"
-#include "solvers/extract.hpp"
-#include "solvers/factor.hpp"
-#include "solvers/fields.hpp"
-#include "solvers/search.hpp"
+#include "solvers/assembly/fields.hpp"
+#include "solvers/eigen/extract.hpp"
+#include "solvers/eigen/factor.hpp"
+#include "solvers/eigen/search.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -45,22 +45,24 @@ bool on_all_ranks(bool here) {
   return all == 1;
 }
 
-TetMesh block() {
+test::TetMesh block() {
   return box_mesh({0.02, 0.031, 0.053}, {2, 2, 4}, 3);
 }
 
-Modes solve(const TetMesh& mesh, MPI_Comm comm, LinearSolver linear_solver,
-            const SearchMethods& methods = {}) {
+solvers::modes::Modes solve(const test::TetMesh& mesh, MPI_Comm comm,
+                            solvers::modes::LinearSolver linear_solver,
+                            const solvers::eigen::SearchMethods& methods = {}) {
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = {20, 120000, 20};
   options.linear_solver = linear_solver;
   options.estimate_errors = false;
-  const std::vector<Elastic> regions(mesh.region_names.size(), test::steel);
-  return solve_modes(mesh, regions, options, comm, trace, methods);
+  const std::vector<solvers::elements::Elastic> regions(mesh.region_names.size(), test::steel);
+  return solvers::eigen::solve_modes(mesh, regions, options, comm, trace, methods);
 }
 
-void expect_equal(const Modes& group, const Modes& alone, double tolerance) {
+void expect_equal(const solvers::modes::Modes& group, const solvers::modes::Modes& alone,
+                  double tolerance) {
   ASSERT_EQ(group.size(), alone.size());
   for (std::size_t k = 0; k < alone.size(); ++k) {
     EXPECT_NEAR(group.frequency(k) / alone.frequency(k), 1, tolerance) << k;
@@ -71,8 +73,8 @@ void expect_equal(const Modes& group, const Modes& alone, double tolerance) {
 }
 
 TEST(Group, DirectModesAreThoseOfOneRank) {
-  const auto alone = solve(block(), MPI_COMM_SELF, LinearSolver::direct);
-  const auto group = solve(block(), MPI_COMM_WORLD, LinearSolver::direct);
+  const auto alone = solve(block(), MPI_COMM_SELF, solvers::modes::LinearSolver::direct);
+  const auto group = solve(block(), MPI_COMM_WORLD, solvers::modes::LinearSolver::direct);
   expect_equal(group, alone, 1e-9);
   EXPECT_TRUE(group.certificate.count_verified);
   EXPECT_EQ(group.certificate.modes_in_band, alone.certificate.modes_in_band);
@@ -83,18 +85,18 @@ TEST(Group, IterativeModesAreThoseOfOneRank) {
   const auto one = box_mesh({0.02, 0.031, 0.053}, {2, 2, 3}, 3);
   const auto mesh = test::joined(
       one, test::moved(one, [](const Vec3& x) -> Vec3 { return 0.8 * x + Vec3(0.1, 0, 0); }));
-  const auto alone = solve(mesh, MPI_COMM_SELF, LinearSolver::direct);
-  const auto group = solve(mesh, MPI_COMM_WORLD, LinearSolver::iterative);
+  const auto alone = solve(mesh, MPI_COMM_SELF, solvers::modes::LinearSolver::direct);
+  const auto group = solve(mesh, MPI_COMM_WORLD, solvers::modes::LinearSolver::iterative);
   expect_equal(group, alone, 1e-9);
   EXPECT_FALSE(group.certificate.count_verified);
-  EXPECT_EQ(group.certificate.linear_solver, LinearSolver::iterative);
+  EXPECT_EQ(group.certificate.linear_solver, solvers::modes::LinearSolver::iterative);
 }
 
 /// Algebraic multigrid over several ranks, as order 1 has no level below.
 TEST(Group, AlgebraicMultigridSolvesOnRanks) {
   const auto mesh = box_mesh({0.02, 0.031, 0.053}, {7, 8, 9}, 1);
-  expect_equal(solve(mesh, MPI_COMM_WORLD, LinearSolver::iterative),
-               solve(mesh, MPI_COMM_SELF, LinearSolver::direct), 1e-9);
+  expect_equal(solve(mesh, MPI_COMM_WORLD, solvers::modes::LinearSolver::iterative),
+               solve(mesh, MPI_COMM_SELF, solvers::modes::LinearSolver::direct), 1e-9);
 }
 
 /// Three bodies that lie loose have eighteen rigid modes; three that share faces are one.
@@ -105,25 +107,26 @@ TEST(Group, CountsTheRigidModesOfComponents) {
     loose = test::joined(
         loose, test::moved(one, [n](const Vec3& x) -> Vec3 { return x + Vec3(0.05 * n, 0, 0); }));
   }
-  const auto apart = solve(loose, MPI_COMM_WORLD, LinearSolver::direct);
+  const auto apart = solve(loose, MPI_COMM_WORLD, solvers::modes::LinearSolver::direct);
   EXPECT_EQ(apart.certificate.components, 3);
   EXPECT_EQ(apart.certificate.rigid_modes, 18);
   EXPECT_TRUE(apart.certificate.count_verified);
   const auto touching = solve(
       box_mesh({0.06, 0.02, 0.03}, {6, 2, 3}, 2, [](const Vec3& x) { return int(x[0] / 0.02); }),
-      MPI_COMM_WORLD, LinearSolver::direct);
+      MPI_COMM_WORLD, solvers::modes::LinearSolver::direct);
   EXPECT_EQ(touching.certificate.components, 1);
   EXPECT_EQ(touching.certificate.rigid_modes, 6);
 }
 
 /// A mode that is lost on a group is sliced for by the group.
 TEST(Group, SlicesForModesThatAreLost) {
-  const auto alone = solve(block(), MPI_COMM_SELF, LinearSolver::direct);
+  const auto alone = solve(block(), MPI_COMM_SELF, solvers::modes::LinearSolver::direct);
   int slices = 0;
-  SearchMethods methods;
-  methods.lowest = [](const System& system, const EigenRequest& request,
-                      const ShiftedSystem& shifted, MPI_Comm comm) {
-    auto pairs = lowest_pairs(system, request, shifted, comm);
+  solvers::eigen::SearchMethods methods;
+  methods.lowest = [](const solvers::assembly::System& system,
+                      const solvers::eigen::EigenRequest& request,
+                      const solvers::eigen::ShiftedSystem& shifted, MPI_Comm comm) {
+    auto pairs = solvers::eigen::lowest_pairs(system, request, shifted, comm);
     pairs.vectors.col(9) = pairs.vectors.rightCols(1).eval();
     pairs.values[9] = pairs.values.back();
     pairs.values.pop_back();
@@ -135,15 +138,16 @@ TEST(Group, SlicesForModesThatAreLost) {
     order.push_back(9);
     pairs.vectors = pairs.vectors(Eigen::all, order).eval();
     std::rotate(pairs.values.begin() + 9, pairs.values.begin() + 10, pairs.values.end());
-    measure(system, shifted, comm, pairs);
+    solvers::eigen::measure(system, shifted, comm, pairs);
     return pairs;
   };
-  methods.slice = [&slices](const System& system, double low, double high, double tolerance,
-                            MPI_Comm comm) {
+  methods.slice = [&slices](const solvers::assembly::System& system, double low, double high,
+                            double tolerance, MPI_Comm comm) {
     ++slices;
-    return slice_spectrum(system, low, high, tolerance, comm);
+    return solvers::eigen::slice_spectrum(system, low, high, tolerance, comm);
   };
-  expect_equal(solve(block(), MPI_COMM_WORLD, LinearSolver::direct, methods), alone, 1e-9);
+  expect_equal(solve(block(), MPI_COMM_WORLD, solvers::modes::LinearSolver::direct, methods), alone,
+               1e-9);
   EXPECT_GE(slices, 1);
 }
 
@@ -159,54 +163,59 @@ std::string error_of(const std::function<void()>& work) {
 
 /// One rank fails in the solver: all hear of it, none waits, and the group goes on.
 TEST(Group, AFailureOfOneRankReachesAll) {
-  SearchMethods methods;
-  methods.lowest = [](const System& system, const EigenRequest& request,
-                      const ShiftedSystem& shifted, MPI_Comm comm) {
-    auto pairs = lowest_pairs(system, request, shifted, comm);
+  solvers::eigen::SearchMethods methods;
+  methods.lowest = [](const solvers::assembly::System& system,
+                      const solvers::eigen::EigenRequest& request,
+                      const solvers::eigen::ShiftedSystem& shifted, MPI_Comm comm) {
+    auto pairs = solvers::eigen::lowest_pairs(system, request, shifted, comm);
     if (on_last_rank()) throw core::SolverError("rank fell over");
     return pairs;
   };
   const auto message = error_of<core::SolverError>(
-      [&] { solve(block(), MPI_COMM_WORLD, LinearSolver::direct, methods); });
+      [&] { solve(block(), MPI_COMM_WORLD, solvers::modes::LinearSolver::direct, methods); });
   EXPECT_TRUE(on_all_ranks(message == "rank fell over")) << message;
-  EXPECT_GT(solve(block(), MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
+  EXPECT_GT(solve(block(), MPI_COMM_WORLD, solvers::modes::LinearSolver::direct).size(), 0u);
 }
 
 /// The first rank's clock passes the limit when the eigensolver begins: all stop in its first
 /// steps, inside SLEPc too, and the group goes on.
 TEST(Group, ATimeLimitReachesAllInTheMiddleOfASolve) {
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = {20, 120000, 20};
   options.estimate_errors = false;
   const auto mesh = block();
-  const std::vector<Elastic> regions(mesh.region_names.size(), test::steel);
-  for (const auto solver : {EigenSolver::block_lanczos, EigenSolver::krylov_schur}) {
-    for (const auto linear : {LinearSolver::direct, LinearSolver::iterative}) {
+  const std::vector<solvers::elements::Elastic> regions(mesh.region_names.size(), test::steel);
+  for (const auto solver :
+       {solvers::modes::EigenSolver::block_lanczos, solvers::modes::EigenSolver::krylov_schur}) {
+    for (const auto linear :
+         {solvers::modes::LinearSolver::direct, solvers::modes::LinearSolver::iterative}) {
       options.solver = solver;
       options.linear_solver = linear;
       options.time = {1.5, "the solve", "limits.solve_time"};
       bool began = false, ended = false;
-      SearchMethods methods;
-      methods.lowest = [&](const System& system, const EigenRequest& request,
-                           const ShiftedSystem& shifted, MPI_Comm comm) {
+      solvers::eigen::SearchMethods methods;
+      methods.lowest = [&](const solvers::assembly::System& system,
+                           const solvers::eigen::EigenRequest& request,
+                           const solvers::eigen::ShiftedSystem& shifted, MPI_Comm comm) {
         began = true;
         int rank = 0;
         MPI_Comm_rank(comm, &rank);
         while (rank == 0 && !options.time.passed()) {
         }
-        auto pairs = lowest_pairs(system, request, shifted, comm);
+        auto pairs = solvers::eigen::lowest_pairs(system, request, shifted, comm);
         ended = true;
         return pairs;
       };
       core::Trace trace;
-      const auto message = error_of<core::TimeError>(
-          [&] { solve_modes(mesh, regions, options, MPI_COMM_WORLD, trace, methods); });
+      const auto message = error_of<core::TimeError>([&] {
+        solvers::eigen::solve_modes(mesh, regions, options, MPI_COMM_WORLD, trace, methods);
+      });
       EXPECT_TRUE(on_all_ranks(message == "the solve takes longer than the limit of 1.5 s"))
           << message;
       EXPECT_TRUE(on_all_ranks(began && !ended));
     }
   }
-  EXPECT_GT(solve(mesh, MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
+  EXPECT_GT(solve(mesh, MPI_COMM_WORLD, solvers::modes::LinearSolver::direct).size(), 0u);
 }
 
 /// One rank runs out of memory in earnest: its address space is limited to little more than it has.
@@ -223,13 +232,13 @@ TEST(Group, OneRankOutOfMemoryReachesAll) {
     tight.rlim_cur = pages * 4096 + (24u << 20);
     ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);
   }
-  const auto message =
-      error_of<core::MemoryError>([&] { solve(mesh, MPI_COMM_WORLD, LinearSolver::direct); });
+  const auto message = error_of<core::MemoryError>(
+      [&] { solve(mesh, MPI_COMM_WORLD, solvers::modes::LinearSolver::direct); });
   if (on_last_rank()) {
     ASSERT_EQ(setrlimit(RLIMIT_AS, &before), 0);
   }
   EXPECT_TRUE(on_all_ranks(message.find("out of memory") != std::string::npos)) << message;
-  EXPECT_GT(solve(block(), MPI_COMM_WORLD, LinearSolver::direct).size(), 0u);
+  EXPECT_GT(solve(block(), MPI_COMM_WORLD, solvers::modes::LinearSolver::direct).size(), 0u);
 }
 
 /// Leaves rank 0 alone without memory for more than the smallest things.
@@ -259,9 +268,10 @@ class NoMemoryOnTheFirst {
 };
 
 struct Assembled {
-  TetMesh mesh = box_mesh({0.1, 0.1, 0.1}, {5, 5, 5}, 3);
-  std::vector<Elastic> regions{test::steel};
-  System system = assemble(mesh, regions, partition(mesh, world_size()), MPI_COMM_WORLD);
+  test::TetMesh mesh = box_mesh({0.1, 0.1, 0.1}, {5, 5, 5}, 3);
+  std::vector<solvers::elements::Elastic> regions{test::steel};
+  solvers::assembly::System system = solvers::assembly::assemble(
+      mesh, regions, solvers::assembly::partition(mesh, world_size()), MPI_COMM_WORLD);
 };
 
 void expect_all_hear(const std::string& message) {
@@ -272,25 +282,25 @@ void expect_all_hear(const std::string& message) {
 TEST(Group, TheFirstRankOutOfMemoryWhereModesAreExtractedReachesAll) {
   if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   const Assembled body;
-  EigenPairs pairs;
+  solvers::eigen::EigenPairs pairs;
   pairs.vectors = Eigen::MatrixXd::Random(body.system.owned_unknowns(), 32);
   std::vector<std::size_t> chosen(32);
   std::iota(chosen.begin(), chosen.end(), 0U);
   std::vector<std::int32_t> surface_nodes;
-  surface_of(body.mesh, surface_nodes);
+  solvers::eigen::surface_of(body.mesh, surface_nodes);
   for (int again = 0; again < 2; ++again) {
     std::string message;
     {
       const NoMemoryOnTheFirst none;
       message = error_of<core::MemoryError>([&] {
-        extract_fields(body.mesh, body.regions, body.system, pairs, chosen, surface_nodes,
-                       MPI_COMM_WORLD);
+        solvers::eigen::extract_fields(body.mesh, body.regions, body.system, pairs, chosen,
+                                       surface_nodes, MPI_COMM_WORLD);
       });
     }
     expect_all_hear(message);
   }
-  EXPECT_EQ(extract_fields(body.mesh, body.regions, body.system, pairs, chosen, surface_nodes,
-                           MPI_COMM_WORLD)
+  EXPECT_EQ(solvers::eigen::extract_fields(body.mesh, body.regions, body.system, pairs, chosen,
+                                           surface_nodes, MPI_COMM_WORLD)
                 .eigenvalues.size(),
             32u);
 }
@@ -302,8 +312,8 @@ TEST(Group, TheFirstRankOutOfMemoryWhereFieldsAreGatheredReachesAll) {
   std::string message;
   {
     const NoMemoryOnTheFirst none;
-    message =
-        error_of<core::MemoryError>([&] { gather_fields(body.system, fields, MPI_COMM_WORLD); });
+    message = error_of<core::MemoryError>(
+        [&] { solvers::assembly::gather_fields(body.system, fields, MPI_COMM_WORLD); });
   }
   expect_all_hear(message);
 }
@@ -312,8 +322,8 @@ TEST(Group, TheFirstRankOutOfMemoryWhereFieldsAreGatheredReachesAll) {
 TEST(Group, TheFirstRankOutOfMemoryWhereAFactorIsAppliedReachesAll) {
   if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   const Assembled body;
-  const auto plan = plan_factors(body.system, MPI_COMM_WORLD);
-  const auto inverse = factored_inverse(body.system, -1e-3, plan, MPI_COMM_WORLD);
+  const auto plan = solvers::eigen::plan_factors(body.system, MPI_COMM_WORLD);
+  const auto inverse = solvers::eigen::factored_inverse(body.system, -1e-3, plan, MPI_COMM_WORLD);
   const Eigen::MatrixXd right = Eigen::MatrixXd::Random(body.system.owned_unknowns(), 64);
   Eigen::MatrixXd solution(right.rows(), right.cols());
   std::string message;
@@ -330,7 +340,7 @@ TEST(Group, AnErrorOutsideOfStagesMeetsTheOthersInTheirs) {
   for (int again = 0; again < 2; ++again) {
     const auto task = [&] {
       if (on_last_rank()) throw core::InputError("fell over");
-      solve(block(), MPI_COMM_WORLD, LinearSolver::direct);
+      solve(block(), MPI_COMM_WORLD, solvers::modes::LinearSolver::direct);
     };
     const auto message =
         error_of<core::InputError>([&] { mpi::agree_at_end(MPI_COMM_WORLD, mpi::error_of(task)); });

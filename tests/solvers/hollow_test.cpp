@@ -8,7 +8,7 @@
 
 #include "family_shapes.hpp"
 #include "mesh_checks.hpp"
-#include "solvers/families/cube_grid.hpp"
+#include "solvers/families/detail/cube_grid.hpp"
 
 namespace carillon::test {
 namespace {
@@ -23,15 +23,17 @@ GeneratedShape sided(const std::string& family, double x, double y, double z, do
 }
 
 TEST(CubeGrid, IsAClosedSurfaceOfTheCube) {
-  const PlanarGrid grid = cube_grid({3, 4, 5});
-  EXPECT_EQ(cube_cells({3, 4, 5}), 2 * (12 + 20 + 15));
-  EXPECT_EQ(static_cast<std::int64_t>(grid.triangles.size()), 2 * cube_cells({3, 4, 5}));
+  const solvers::families::PlanarGrid grid = solvers::families::cube_grid({3, 4, 5});
+  EXPECT_EQ(solvers::families::cube_cells({3, 4, 5}), 2 * (12 + 20 + 15));
+  EXPECT_EQ(static_cast<std::int64_t>(grid.triangles.size()),
+            2 * solvers::families::cube_cells({3, 4, 5}));
   // Euler: vertices - edges + triangles = 2, and three edges for two triangles.
   EXPECT_EQ(grid.vertices, 2 + static_cast<std::int32_t>(grid.triangles.size()) / 2);
   double volume = 0;  // by the theorem of Gauss: outward everywhere, or the sum is not 8
   for (std::size_t t = 0; t < grid.triangles.size(); ++t) {
     Eigen::Matrix3d corners;
-    for (int k = 0; k < 3; ++k) corners.col(k) = on_cube(grid.point(t, Eigen::Vector3d::Unit(k)));
+    for (int k = 0; k < 3; ++k)
+      corners.col(k) = solvers::families::on_cube(grid.point(t, Eigen::Vector3d::Unit(k)));
     const Eigen::RowVector3d reach = corners.cwiseAbs().colwise().maxCoeff();
     EXPECT_EQ(reach, Eigen::RowVector3d::Ones());
     volume += corners.determinant() / 6;
@@ -90,7 +92,7 @@ TEST(HollowCan, OfAThinWallKeepsItsVolumeAtEveryOrder) {
 /// Farthest boundary node of the mesh from both of two surfaces given by functions that are 1 on
 /// them.
 template <class Outer, class Inner>
-double off(const TetMesh& mesh, const Outer& outer, const Inner& inner) {
+double off(const solvers::mesh::TetMesh& mesh, const Outer& outer, const Inner& inner) {
   double worst = 0;
   for (std::int32_t n : boundary_nodes(mesh)) {
     const Vec3& p = mesh.nodes[static_cast<std::size_t>(n)];

@@ -9,13 +9,13 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "solve.hpp"
-#include "solvers/conjugate_gradients.hpp"
-#include "solvers/iterative_inverse.hpp"
-#include "solvers/multigrid.hpp"
-#include "solvers/p_coarsening.hpp"
-#include "solvers/probe.hpp"
-#include "solvers/products.hpp"
-#include "solvers/search.hpp"
+#include "solvers/assembly/products.hpp"
+#include "solvers/eigen/detail/conjugate_gradients.hpp"
+#include "solvers/eigen/detail/iterative_inverse.hpp"
+#include "solvers/eigen/detail/multigrid.hpp"
+#include "solvers/eigen/detail/p_coarsening.hpp"
+#include "solvers/eigen/detail/probe.hpp"
+#include "solvers/eigen/search.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -33,41 +33,46 @@ Eigen::MatrixXd random_columns(Eigen::Index rows, Eigen::Index columns, std::uin
 
 /// A body with its equations and a shift as the search would choose it.
 struct Problem {
-  TetMesh mesh;
-  std::vector<Elastic> regions;
+  test::TetMesh mesh;
+  std::vector<solvers::elements::Elastic> regions;
   std::vector<std::int32_t> component;
-  System system;
+  solvers::assembly::System system;
   double shift;
 
-  explicit Problem(TetMesh body)
+  explicit Problem(test::TetMesh body)
       : mesh(std::move(body)),
         regions(mesh.region_names.size(), test::steel),
-        component(node_components(mesh)),
-        system(assemble(mesh, regions, partition(mesh, 1), MPI_COMM_SELF)) {
+        component(solvers::mesh::node_components(mesh)),
+        system(solvers::assembly::assemble(mesh, regions, solvers::assembly::partition(mesh, 1),
+                                           MPI_COMM_SELF)) {
     const auto bounded = [this] {
-      TetMesh out = mesh;
-      out.faces = boundary_faces(mesh);
+      test::TetMesh out = mesh;
+      out.faces = solvers::mesh::boundary_faces(mesh);
       return out;
     }();
-    shift = -0.01 * system.scales.from_frequency(estimate_first_frequency(bounded, regions));
+    shift = -0.01 * system.scales.from_frequency(
+                        solvers::eigen::estimate_first_frequency(bounded, regions));
   }
 
-  Inverse cycle(std::int64_t bytes) const { return iterative(bytes).preconditioner; }
-  ShiftedSystem direct() const {
-    return factor_shifted(system, shift, plan_factors(system, MPI_COMM_SELF), MPI_COMM_SELF);
+  solvers::eigen::Inverse cycle(std::int64_t bytes) const {
+    return iterative(bytes).preconditioner;
   }
-  ShiftedSystem iterative(std::int64_t bytes) const {
-    return iterative_shifted(mesh, regions, system, component, {shift, 1e-12, bytes},
-                             MPI_COMM_SELF);
+  solvers::eigen::ShiftedSystem direct() const {
+    return solvers::eigen::factor_shifted(
+        system, shift, solvers::eigen::plan_factors(system, MPI_COMM_SELF), MPI_COMM_SELF);
+  }
+  solvers::eigen::ShiftedSystem iterative(std::int64_t bytes) const {
+    return solvers::eigen::iterative_shifted(mesh, regions, system, component,
+                                             {shift, 1e-12, bytes}, MPI_COMM_SELF);
   }
 };
 
-TetMesh block(int order) {
+test::TetMesh block(int order) {
   const int cells = order == 1 ? 4 : order == 2 ? 2 : 1;
   return box_mesh({0.02, 0.031, 0.053}, {cells, cells + 1, 2 * cells}, order);
 }
 
-TetMesh two_blocks(int order) {
+test::TetMesh two_blocks(int order) {
   return test::joined(block(order), test::moved(block(order), [](const Vec3& x) -> Vec3 {
                         return 0.7 * x + Vec3(0.1, 0, 0);
                       }));
@@ -77,10 +82,10 @@ TetMesh two_blocks(int order) {
 TEST(Coarsening, OfStraightElementsIsTheLowerOrder) {
   for (const auto& [fine, coarse] : {std::pair{2, 1}, {3, 2}, {3, 1}, {4, 2}}) {
     const Problem problem(block(fine));
-    const auto level = coarsen(problem.mesh, problem.regions, problem.mesh,
-                               problem.system.partition, coarse, MPI_COMM_SELF);
-    const auto truth =
-        assemble(level.mesh, problem.regions, partition(level.mesh, 1), MPI_COMM_SELF);
+    const auto level = solvers::eigen::coarsen(problem.mesh, problem.regions, problem.mesh,
+                                               problem.system.partition, coarse, MPI_COMM_SELF);
+    const auto truth = solvers::assembly::assemble(
+        level.mesh, problem.regions, solvers::assembly::partition(level.mesh, 1), MPI_COMM_SELF);
     ASSERT_EQ(level.system.stiffness.size(), truth.stiffness.size());
     const auto worst = [](const std::vector<double>& a, const std::vector<double>& b) {
       double difference = 0, largest = 0;
@@ -98,20 +103,21 @@ TEST(Coarsening, OfStraightElementsIsTheLowerOrder) {
 /// On curved elements too, energies are those of the field that is carried over.
 TEST(Coarsening, KeepsEnergiesOnCurvedElements) {
   const Problem problem(test::ball_mesh(0.05, 2, 3));
-  const Products fine(problem.system, MPI_COMM_SELF);
+  const solvers::assembly::Products fine(problem.system, MPI_COMM_SELF);
   for (const int order : {1, 2}) {
-    const auto level = coarsen(problem.mesh, problem.regions, problem.mesh,
-                               problem.system.partition, order, MPI_COMM_SELF);
-    const Products coarse(level.system, MPI_COMM_SELF);
+    const auto level = solvers::eigen::coarsen(problem.mesh, problem.regions, problem.mesh,
+                                               problem.system.partition, order, MPI_COMM_SELF);
+    const solvers::assembly::Products coarse(level.system, MPI_COMM_SELF);
     const Eigen::MatrixXd u = random_columns(level.system.unknowns(), 1, 7);
     Eigen::MatrixXd carried(problem.system.unknowns(), 1), ku(u.rows(), 1),
         k_carried(carried.rows(), 1), mu = ku, m_carried = k_carried;
-    VecHandle from, to;
-    check(VecCreateMPIWithArray(MPI_COMM_SELF, 3, static_cast<PetscInt>(u.rows()), PETSC_DETERMINE,
-                                u.data(), from.put()));
-    check(VecCreateMPIWithArray(MPI_COMM_SELF, 3, static_cast<PetscInt>(carried.rows()),
-                                PETSC_DETERMINE, carried.data(), to.put()));
-    check(MatMult(level.prolongation.get(), from.get(), to.get()));
+    solvers::eigen::VecHandle from, to;
+    solvers::libraries::check(VecCreateMPIWithArray(
+        MPI_COMM_SELF, 3, static_cast<PetscInt>(u.rows()), PETSC_DETERMINE, u.data(), from.put()));
+    solvers::libraries::check(VecCreateMPIWithArray(MPI_COMM_SELF, 3,
+                                                    static_cast<PetscInt>(carried.rows()),
+                                                    PETSC_DETERMINE, carried.data(), to.put()));
+    solvers::libraries::check(MatMult(level.prolongation.get(), from.get(), to.get()));
     coarse.shifted(0, u, ku);
     fine.shifted(0, carried, k_carried);
     coarse.mass(u, mu);
@@ -144,7 +150,7 @@ TEST(Multigrid, CyclesAreSymmetricAndPositive) {
 TEST(Multigrid, SolvesWhatTheFactorSolves) {
   struct Case {
     std::string name;
-    TetMesh mesh;
+    test::TetMesh mesh;
     int most;  ///< iterations
   };
   std::vector<Case> cases;
@@ -156,9 +162,9 @@ TEST(Multigrid, SolvesWhatTheFactorSolves) {
   for (const auto& c : cases) {
     const Problem problem(c.mesh);
     const auto n = problem.system.unknowns();
-    const Products products(problem.system, MPI_COMM_SELF);
-    const Inverse product = [&](const Eigen::Ref<const Eigen::MatrixXd>& x,
-                                Eigen::Ref<Eigen::MatrixXd> out) {
+    const solvers::assembly::Products products(problem.system, MPI_COMM_SELF);
+    const solvers::eigen::Inverse product = [&](const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                                Eigen::Ref<Eigen::MatrixXd> out) {
       products.shifted(problem.shift, x, out);
     };
     Eigen::MatrixXd right(n, 5), direct(n, 5), iterative(n, 5);
@@ -166,8 +172,8 @@ TEST(Multigrid, SolvesWhatTheFactorSolves) {
     problem.direct().inverse(right, direct);
     for (const auto bytes : {no_limit, nothing}) {
       SCOPED_TRACE(c.name + " order " + std::to_string(c.mesh.order));
-      const int iterations =
-          conjugate_gradients(product, problem.cycle(bytes), {}, right, iterative, MPI_COMM_SELF);
+      const int iterations = solvers::eigen::conjugate_gradients(product, problem.cycle(bytes), {},
+                                                                 right, iterative, MPI_COMM_SELF);
       EXPECT_LT((iterative - direct).norm() / direct.norm(), 1e-8);
       // Algebraic multigrid at the bottom may be weak on flat elements; a factor may not.
       if (bytes > 0) {
@@ -179,16 +185,19 @@ TEST(Multigrid, SolvesWhatTheFactorSolves) {
 
 TEST(ConjugateGradients, SolveColumnsThatConvergeApart) {
   const Eigen::VectorXd diagonal = Eigen::VectorXd::LinSpaced(50, 1, 1000);
-  const Inverse product = [&](const Eigen::Ref<const Eigen::MatrixXd>& x,
-                              Eigen::Ref<Eigen::MatrixXd> out) { out = diagonal.asDiagonal() * x; };
-  const Inverse none = [](const Eigen::Ref<const Eigen::MatrixXd>& x,
-                          Eigen::Ref<Eigen::MatrixXd> out) { out = x; };
+  const solvers::eigen::Inverse product = [&](const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                              Eigen::Ref<Eigen::MatrixXd> out) {
+    out = diagonal.asDiagonal() * x;
+  };
+  const solvers::eigen::Inverse none = [](const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                          Eigen::Ref<Eigen::MatrixXd> out) { out = x; };
   // Zero, an eigenvector, a few of them, all of them.
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(50, 4), solution(50, 4);
   right(3, 1) = 2;
   right.col(2).head(5).setOnes();
   right.col(3).setOnes();
-  const int iterations = conjugate_gradients(product, none, {}, right, solution, MPI_COMM_SELF);
+  const int iterations =
+      solvers::eigen::conjugate_gradients(product, none, {}, right, solution, MPI_COMM_SELF);
   EXPECT_LE(iterations, 60);
   const Eigen::MatrixXd truth = diagonal.cwiseInverse().asDiagonal() * right;
   EXPECT_LT((solution - truth).norm(), 1e-10);
@@ -197,16 +206,16 @@ TEST(ConjugateGradients, SolveColumnsThatConvergeApart) {
 
 TEST(ConjugateGradients, ThatDoNotConvergeSayWhatWouldHelp) {
   const Problem problem(block(2));
-  const Products products(problem.system, MPI_COMM_SELF);
-  const Inverse product = [&](const Eigen::Ref<const Eigen::MatrixXd>& x,
-                              Eigen::Ref<Eigen::MatrixXd> out) {
+  const solvers::assembly::Products products(problem.system, MPI_COMM_SELF);
+  const solvers::eigen::Inverse product = [&](const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                              Eigen::Ref<Eigen::MatrixXd> out) {
     products.shifted(problem.shift, x, out);
   };
   const Eigen::MatrixXd right = random_columns(problem.system.unknowns(), 3, 1);
   Eigen::MatrixXd solution(right.rows(), 3);
   try {
-    conjugate_gradients(product, problem.cycle(nothing), {1e-12, 3}, right, solution,
-                        MPI_COMM_SELF);
+    solvers::eigen::conjugate_gradients(product, problem.cycle(nothing), {1e-12, 3}, right,
+                                        solution, MPI_COMM_SELF);
     FAIL() << "three iterations were enough";
   } catch (const core::SolverError& e) {
     EXPECT_NE(e.message().find("3 iterations"), std::string::npos) << e.message();
@@ -215,37 +224,40 @@ TEST(ConjugateGradients, ThatDoNotConvergeSayWhatWouldHelp) {
 }
 
 TEST(ConjugateGradients, RefuseWhatIsNotDefinite) {
-  const Inverse indefinite = [](const Eigen::Ref<const Eigen::MatrixXd>& x,
-                                Eigen::Ref<Eigen::MatrixXd> out) {
+  const solvers::eigen::Inverse indefinite = [](const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                                Eigen::Ref<Eigen::MatrixXd> out) {
     out = x;
     out.row(0) *= -5;
   };
-  const Inverse none = [](const Eigen::Ref<const Eigen::MatrixXd>& x,
-                          Eigen::Ref<Eigen::MatrixXd> out) { out = x; };
+  const solvers::eigen::Inverse none = [](const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                          Eigen::Ref<Eigen::MatrixXd> out) { out = x; };
   Eigen::MatrixXd right = Eigen::MatrixXd::Ones(4, 1), solution(4, 1);
-  EXPECT_THROW(conjugate_gradients(indefinite, none, {}, right, solution, MPI_COMM_SELF),
-               core::SolverError);
-  EXPECT_THROW(conjugate_gradients(none, indefinite, {}, right, solution, MPI_COMM_SELF),
-               core::SolverError);
+  EXPECT_THROW(
+      solvers::eigen::conjugate_gradients(indefinite, none, {}, right, solution, MPI_COMM_SELF),
+      core::SolverError);
+  EXPECT_THROW(
+      solvers::eigen::conjugate_gradients(none, indefinite, {}, right, solution, MPI_COMM_SELF),
+      core::SolverError);
 }
 
-Modes solve(const TetMesh& mesh, const Band& band, LinearSolver linear_solver,
-            const SearchMethods& methods = {}) {
+solvers::modes::Modes solve(const test::TetMesh& mesh, const solvers::modes::Band& band,
+                            solvers::modes::LinearSolver linear_solver,
+                            const solvers::eigen::SearchMethods& methods = {}) {
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = band;
   options.linear_solver = linear_solver;
   options.estimate_errors = false;
-  const std::vector<Elastic> regions(mesh.region_names.size(), test::steel);
-  return solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods);
+  const std::vector<solvers::elements::Elastic> regions(mesh.region_names.size(), test::steel);
+  return solvers::eigen::solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods);
 }
 
 TEST(Iterative, ModesAreThoseOfTheDirectSolver) {
-  const Band bands[] = {{20, 90000, 300}, {20, 150000, 12}, {40000, 90000, 300}};
+  const solvers::modes::Band bands[] = {{20, 90000, 300}, {20, 150000, 12}, {40000, 90000, 300}};
   for (const auto& band : bands) {
     for (const auto& mesh : {two_blocks(2), block(3)}) {
-      const auto direct = solve(mesh, band, LinearSolver::direct);
-      const auto iterative = solve(mesh, band, LinearSolver::iterative);
+      const auto direct = solve(mesh, band, solvers::modes::LinearSolver::direct);
+      const auto iterative = solve(mesh, band, solvers::modes::LinearSolver::iterative);
       ASSERT_GT(direct.size(), 3u);
       ASSERT_EQ(iterative.size(), direct.size());
       for (std::size_t k = 0; k < direct.size(); ++k) {
@@ -253,9 +265,9 @@ TEST(Iterative, ModesAreThoseOfTheDirectSolver) {
       }
       const auto &d = direct.certificate, &i = iterative.certificate;
       EXPECT_TRUE(d.count_verified);
-      EXPECT_EQ(d.linear_solver, LinearSolver::direct);
+      EXPECT_EQ(d.linear_solver, solvers::modes::LinearSolver::direct);
       EXPECT_FALSE(i.count_verified);
-      EXPECT_EQ(i.linear_solver, LinearSolver::iterative);
+      EXPECT_EQ(i.linear_solver, solvers::modes::LinearSolver::iterative);
       EXPECT_EQ(i.complete, d.complete);
       EXPECT_LT(i.max_residual, 1e-8);
       EXPECT_LT(i.orthonormality, 1e-9);
@@ -275,7 +287,7 @@ TEST(Iterative, ModesAreThoseOfTheDirectSolver) {
 }
 
 TEST(Iterative, NoModeInTheBandIsAnEmptyResult) {
-  const auto modes = solve(block(2), {20, 5000, 300}, LinearSolver::iterative);
+  const auto modes = solve(block(2), {20, 5000, 300}, solvers::modes::LinearSolver::iterative);
   EXPECT_EQ(modes.size(), 0u);
   EXPECT_EQ(modes.certificate.modes_in_band, 0);
   EXPECT_TRUE(modes.certificate.complete);
@@ -285,14 +297,15 @@ TEST(Iterative, NoModeInTheBandIsAnEmptyResult) {
 TEST(Probe, NoticesAnyModeThatASetLacks) {
   const Problem problem(block(2));
   const auto shifted = problem.direct();
-  const auto all = lowest_pairs(problem.system, {26, 1e-12, 1}, shifted, MPI_COMM_SELF);
+  const auto all =
+      solvers::eigen::lowest_pairs(problem.system, {26, 1e-12, 1}, shifted, MPI_COMM_SELF);
   const double highest = all.values.back();
-  const auto beside = [&](const EigenPairs& pairs) {
-    return lowest_beside(pairs, problem.system, shifted, 5, MPI_COMM_SELF);
+  const auto beside = [&](const solvers::eigen::EigenPairs& pairs) {
+    return solvers::eigen::lowest_beside(pairs, problem.system, shifted, 5, MPI_COMM_SELF);
   };
   EXPECT_GT(beside(all), highest);
   for (Eigen::Index lost = 0; lost < all.size() - 3; ++lost) {
-    EigenPairs pairs;
+    solvers::eigen::EigenPairs pairs;
     std::vector<Eigen::Index> kept;
     for (Eigen::Index k = 0; k < all.size(); ++k) {
       if (k != lost) kept.push_back(k);
@@ -307,25 +320,26 @@ TEST(Probe, NoticesAnyModeThatASetLacks) {
 
 /// Without a count, a solver that loses a mode is noticed by the probe.
 TEST(Iterative, AModeThatIsLostIsNoticed) {
-  const Band band{20, 90000, 300};
-  const auto truth = solve(block(2), band, LinearSolver::iterative);
+  const solvers::modes::Band band{20, 90000, 300};
+  const auto truth = solve(block(2), band, solvers::modes::LinearSolver::iterative);
   ASSERT_TRUE(truth.certificate.complete);
   for (const int times : {1, 1000}) {
     int solves = 0;
-    SearchMethods methods;
-    methods.lowest = [&](const System& system, const EigenRequest& request,
-                         const ShiftedSystem& shifted, MPI_Comm comm) {
-      auto pairs = lowest_pairs(system, request, shifted, comm);
+    solvers::eigen::SearchMethods methods;
+    methods.lowest = [&](const solvers::assembly::System& system,
+                         const solvers::eigen::EigenRequest& request,
+                         const solvers::eigen::ShiftedSystem& shifted, MPI_Comm comm) {
+      auto pairs = solvers::eigen::lowest_pairs(system, request, shifted, comm);
       if (++solves > times) return pairs;
       constexpr Eigen::Index lost = 8;
       const auto left = pairs.size() - lost - 1;
       pairs.vectors.middleCols(lost, left) = pairs.vectors.rightCols(left).eval();
       pairs.vectors.conservativeResize(Eigen::NoChange, pairs.size() - 1);
       pairs.values.erase(pairs.values.begin() + lost);
-      measure(system, shifted, comm, pairs);
+      solvers::eigen::measure(system, shifted, comm, pairs);
       return pairs;
     };
-    const auto modes = solve(block(2), band, LinearSolver::iterative, methods);
+    const auto modes = solve(block(2), band, solvers::modes::LinearSolver::iterative, methods);
     EXPECT_GE(solves, 2);
     if (times == 1) {
       EXPECT_EQ(modes.size(), truth.size());

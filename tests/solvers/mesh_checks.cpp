@@ -9,12 +9,12 @@
 #include <set>
 #include <span>
 
-#include "solvers/quadrature.hpp"
+#include "solvers/elements/quadrature.hpp"
 
 namespace carillon::test {
 namespace {
 
-using solvers::TetMesh;
+using solvers::mesh::TetMesh;
 
 const Vec3& node(const TetMesh& mesh, std::int32_t n) {
   return mesh.nodes[static_cast<std::size_t>(n)];
@@ -25,15 +25,16 @@ template <class Visit>
 void integrate_boundary(const TetMesh& mesh, const Visit& visit) {
   const int points = 2 * mesh.order;
   Eigen::VectorXd x, wx, y, wy;
-  solvers::gauss_jacobi(points, 1, x, wx);
-  solvers::gauss_jacobi(points, 0, y, wy);
-  const auto per_face = static_cast<std::size_t>(solvers::nodes_per_face(mesh.order));
+  solvers::elements::gauss_jacobi(points, 1, x, wx);
+  solvers::elements::gauss_jacobi(points, 0, y, wy);
+  const auto per_face = static_cast<std::size_t>(solvers::elements::nodes_per_face(mesh.order));
   for (Eigen::Index i = 0; i < points; ++i)
     for (Eigen::Index j = 0; j < points; ++j) {
       // Duffy's square: b1 = x, b2 = (1 - x) y.
       const Eigen::Vector3d b((1 - x[i]) * (1 - y[j]), x[i], (1 - x[i]) * y[j]);
       Eigen::Matrix<double, Eigen::Dynamic, 3> gradient;
-      const Eigen::VectorXd shape = solvers::triangle_shape_functions(mesh.order, b, &gradient);
+      const Eigen::VectorXd shape =
+          solvers::elements::triangle_shape_functions(mesh.order, b, &gradient);
       for (std::size_t f = 0; f < mesh.face_count(); ++f) {
         Vec3 at = Vec3::Zero(), du = Vec3::Zero(), dv = Vec3::Zero();
         for (std::size_t k = 0; k < per_face; ++k) {
@@ -49,12 +50,12 @@ void integrate_boundary(const TetMesh& mesh, const Visit& visit) {
 }
 
 std::string jacobian_faults(const TetMesh& mesh) {
-  const auto& rule = solvers::tetrahedron_rule(2 * mesh.order);
-  const auto per_element = solvers::nodes_per_tetrahedron(mesh.order);
+  const auto& rule = solvers::elements::tetrahedron_rule(2 * mesh.order);
+  const auto per_element = solvers::elements::nodes_per_tetrahedron(mesh.order);
   Eigen::Matrix<double, 3, Eigen::Dynamic> nodes(3, per_element);
   std::vector<Eigen::Matrix<double, Eigen::Dynamic, 4>> gradients(rule.size());
   for (std::size_t q = 0; q < rule.size(); ++q)
-    solvers::tetrahedron_shape_functions(mesh.order, rule.barycentric[q], &gradients[q]);
+    solvers::elements::tetrahedron_shape_functions(mesh.order, rule.barycentric[q], &gradients[q]);
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     for (int n = 0; n < per_element; ++n)
       nodes.col(n) = node(mesh, mesh.element(e)[static_cast<std::size_t>(n)]);
@@ -70,7 +71,7 @@ std::string jacobian_faults(const TetMesh& mesh) {
 
 /// Nodes of the three edges of a face, each walked counter-clockwise, ends included.
 std::array<std::vector<std::int32_t>, 3> edges_of(const TetMesh& mesh, std::size_t face) {
-  const auto& lattice = solvers::triangle_lattice(mesh.order);
+  const auto& lattice = solvers::elements::triangle_lattice(mesh.order);
   const auto per_face = lattice.size();
   std::array<std::vector<std::int32_t>, 3> edges;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -113,14 +114,14 @@ std::string mesh_faults(const TetMesh& mesh) {
   auto fault = jacobian_faults(mesh);
   if (fault.empty()) fault = edge_faults(mesh);
   if (!fault.empty()) return fault;
-  const double inside = boundary_volume(mesh), filled = solvers::measure_quality(mesh).volume;
+  const double inside = boundary_volume(mesh), filled = solvers::mesh::measure_quality(mesh).volume;
   if (std::abs(inside - filled) > 1e-9 * filled)
     return fmt::format("faces enclose {:.12g} m^3, elements fill {:.12g} m^3", inside, filled);
   return "";
 }
 
 int boundary_euler_number(const TetMesh& mesh) {
-  const auto per_face = static_cast<std::size_t>(solvers::nodes_per_face(mesh.order));
+  const auto per_face = static_cast<std::size_t>(solvers::elements::nodes_per_face(mesh.order));
   std::set<std::int32_t> corners;
   for (std::size_t f = 0; f < mesh.face_count(); ++f)
     for (std::size_t i = 0; i < 3; ++i) corners.insert(mesh.faces[f * per_face + i]);

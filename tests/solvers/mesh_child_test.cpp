@@ -14,9 +14,9 @@
 #include "core/sanitizers.hpp"
 #include "core/storage_error.hpp"
 #include "core/trace.hpp"
-#include "solvers/child_process.hpp"
-#include "solvers/mesh_child.hpp"
-#include "solvers/raise_order.hpp"
+#include "solvers/mesh/raise_order.hpp"
+#include "solvers/mesher/child_process.hpp"
+#include "solvers/mesher/mesh_child.hpp"
 #include "tests/solvers/temporary_folder.hpp"
 #include "tests/solvers/test_surfaces.hpp"
 
@@ -31,12 +31,12 @@ using test::message_of;
 using test::TemporaryFolder;
 
 /// An OBJ file of a surface.
-std::string obj(const SurfaceMesh& mesh) {
+std::string obj(const mesh::SurfaceMesh& mesh) {
   std::string text;
   for (const Vec3& v : mesh.vertices) {
     text += fmt::format("v {:.17g} {:.17g} {:.17g}\n", v.x(), v.y(), v.z());
   }
-  for (const Triangle& t : mesh.triangles) {
+  for (const mesh::Triangle& t : mesh.triangles) {
     text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
   }
   return text;
@@ -65,17 +65,17 @@ class MeshChild : public ::testing::Test {
     return path;
   }
 
-  std::string death_of(const std::string& body, const ChildLimits& limits = {}) const {
+  std::string death_of(const std::string& body, const mesher::ChildLimits& limits = {}) const {
     const MesherIs mesher(script(body));
-    return message_of<SolverError>([&] { mesh_in_child(request_, limits, {}); });
+    return message_of<SolverError>([&] { mesher::mesh_in_child(request_, limits, {}); });
   }
 
   TemporaryFolder folder_;
-  MeshRequest request_;
+  mesh::MeshRequest request_;
 };
 
 TEST_F(MeshChild, MeshesABox) {
-  const MeshResult result = mesh_in_child(request_, {}, {});
+  const mesh::MeshResult result = mesher::mesh_in_child(request_, {}, {});
   EXPECT_EQ(result.mesh.order, 2);
   EXPECT_EQ(result.mesh.region_names, std::vector<std::string>{"body"});
   EXPECT_NEAR(result.quality.volume, 3e-5, 1e-14);
@@ -87,46 +87,47 @@ TEST_F(MeshChild, MeshesABox) {
 
 TEST_F(MeshChild, MeshesADamagedCurvedBodyAndAGeneratedOne) {
   std::mt19937_64 random(2);
-  const SurfaceMesh sphere = test::sphere_surface(0.05, 16);
+  const mesh::SurfaceMesh sphere = test::sphere_surface(0.05, 16);
   request_.file.path =
       folder_.file("ball.obj", obj(test::damaged(sphere, test::Damage::dropped, 0.01, random)));
-  const MeshResult result = mesh_in_child(request_, {}, {});
+  const mesh::MeshResult result = mesher::mesh_in_child(request_, {}, {});
   EXPECT_FALSE(result.repair.used_as_is);
-  EXPECT_NEAR(result.quality.volume / signed_volume(sphere), 1, 0.01);
-  const TetMesh next = next_order(result.mesh);
+  EXPECT_NEAR(result.quality.volume / mesh::signed_volume(sphere), 1, 0.01);
+  const mesh::TetMesh next = mesh::next_order(result.mesh);
   EXPECT_EQ(next.nodes, result.mesh.finer_nodes);
-  EXPECT_NEAR(measure_quality(next).volume / signed_volume(sphere), 1, 0.01);
+  EXPECT_NEAR(mesh::measure_quality(next).volume / mesh::signed_volume(sphere), 1, 0.01);
 
-  MeshRequest generated;
+  mesh::MeshRequest generated;
   generated.shape.family = "block";
   const std::string unknown = message_of<InputError>([&] {
     generated.shape.family = "blok";
-    mesh_in_child(generated, {}, {});
+    mesher::mesh_in_child(generated, {}, {});
   });
   EXPECT_NE(unknown.find("block"), std::string::npos) << unknown;
 }
 
 TEST_F(MeshChild, PassesReasonsOn) {
   request_.file.length = 100;
-  EXPECT_NE(message_of<InputError>([&] { mesh_in_child(request_, {}, {}); }).find("1 mm to 10 m"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of<InputError>([&] { mesher::mesh_in_child(request_, {}, {}); }).find("1 mm to 10 m"),
+      std::string::npos);
   request_.file.length = 0;
   request_.options.order = 7;
-  EXPECT_THROW(mesh_in_child(request_, {}, {}), InputError);
+  EXPECT_THROW(mesher::mesh_in_child(request_, {}, {}), InputError);
   request_.options = {};
   request_.options.max_elements = 5;
-  EXPECT_THROW(mesh_in_child(request_, {}, {}), SolverError);
+  EXPECT_THROW(mesher::mesh_in_child(request_, {}, {}), SolverError);
   request_.file.path = "/nowhere/none.obj";
-  EXPECT_THROW(mesh_in_child(request_, {}, {}), FileError);
+  EXPECT_THROW(mesher::mesh_in_child(request_, {}, {}), FileError);
 }
 
 TEST_F(MeshChild, Diagnoses) {
   request_.file.length = 0.5;
-  const Diagnosis d = diagnose_in_child(request_.file, {});
+  const mesh::Diagnosis d = mesher::diagnose_in_child(request_.file, {});
   EXPECT_TRUE(d.clean);
   EXPECT_NEAR(d.extent[2], 0.5, 1e-12);
   request_.file.length = 500;  // any size, so that it can be looked at
-  EXPECT_NEAR(diagnose_in_child(request_.file, {}).extent[2], 500, 1e-9);
+  EXPECT_NEAR(mesher::diagnose_in_child(request_.file, {}).extent[2], 500, 1e-9);
 }
 
 TEST_F(MeshChild, UsesTetrahedraOfMshFilesAsTheyAre) {
@@ -136,7 +137,7 @@ TEST_F(MeshChild, UsesTetrahedraOfMshFilesAsTheyAre) {
       "$Nodes\n5\n1 0 0 0\n2 0.1 0 0\n3 0 0.1 0\n4 0 0 0.1\n5 0.1 0.1 0.1\n$EndNodes\n"
       "$Elements\n2\n1 4 2 4 1 1 2 3 4\n2 4 2 9 1 5 2 3 4\n$EndElements\n");
   request_.options.order = 3;
-  const MeshResult result = mesh_in_child(request_, {}, {});
+  const mesh::MeshResult result = mesher::mesh_in_child(request_, {}, {});
   EXPECT_EQ(result.mesh.order, 3);
   EXPECT_EQ(result.mesh.element_count(), 2u);
   EXPECT_EQ(result.mesh.region_names, (std::vector<std::string>{"oak", "group_9"}));
@@ -146,15 +147,15 @@ TEST_F(MeshChild, UsesTetrahedraOfMshFilesAsTheyAre) {
   EXPECT_NEAR(result.quality.volume, 1e-3 / 6 + 1e-3 / 3, 1e-15);
   EXPECT_TRUE(result.diagnosis.closed);
   request_.options.max_elements = 1;
-  EXPECT_THROW(mesh_in_child(request_, {}, {}), SolverError);
+  EXPECT_THROW(mesher::mesh_in_child(request_, {}, {}), SolverError);
 }
 
 TEST_F(MeshChild, KeepsMeshesByKey) {
   const auto cache = folder_.path() / "cache";
-  const MeshResult first = mesh_in_child(request_, {}, cache);
+  const mesh::MeshResult first = mesher::mesh_in_child(request_, {}, cache);
   {
     const MesherIs broken(script("exit 9"));
-    const MeshResult second = mesh_in_child(request_, {}, cache);
+    const mesh::MeshResult second = mesher::mesh_in_child(request_, {}, cache);
     EXPECT_EQ(first.mesh.nodes, second.mesh.nodes);
     EXPECT_EQ(first.mesh.elements, second.mesh.elements);
     EXPECT_EQ(first.mesh.faces, second.mesh.faces);
@@ -164,33 +165,33 @@ TEST_F(MeshChild, KeepsMeshesByKey) {
   for (const auto& entry : std::filesystem::directory_iterator(cache)) {
     std::filesystem::resize_file(entry.path(), 100);
   }
-  EXPECT_EQ(mesh_in_child(request_, {}, cache).mesh.nodes, first.mesh.nodes);
+  EXPECT_EQ(mesher::mesh_in_child(request_, {}, cache).mesh.nodes, first.mesh.nodes);
 }
 
 TEST_F(MeshChild, KeysTellRequestsApart) {
-  const std::string key = mesh_key(request_);
-  MeshRequest other = request_;
+  const std::string key = mesher::mesh_key(request_);
+  mesh::MeshRequest other = request_;
   other.file.path = folder_.file("copy.obj", core::read_file(request_.file.path));
-  EXPECT_EQ(mesh_key(other), key) << "the same bytes under another name are the same mesh";
+  EXPECT_EQ(mesher::mesh_key(other), key) << "the same bytes under another name are the same mesh";
   other.file.any_size = true;
-  EXPECT_NE(mesh_key(other), key) << "or a cached mesh would pass the check of its size";
+  EXPECT_NE(mesher::mesh_key(other), key) << "or a cached mesh would pass the check of its size";
   other.file.any_size = request_.file.any_size;
   other.options.order = 3;
-  EXPECT_NE(mesh_key(other), key);
+  EXPECT_NE(mesher::mesh_key(other), key);
   other = request_;
   other.file.length = 0.2;
-  EXPECT_NE(mesh_key(other), key);
+  EXPECT_NE(mesher::mesh_key(other), key);
   other = request_;
   other.file.path = folder_.file("other.obj", core::read_file(request_.file.path) + "# changed\n");
-  EXPECT_NE(mesh_key(other), key);
-  MeshRequest shape;
+  EXPECT_NE(mesher::mesh_key(other), key);
+  mesh::MeshRequest shape;
   shape.shape.family = "block";
   shape.shape.parameters["length"] = 0.1;
-  const std::string block = mesh_key(shape);
+  const std::string block = mesher::mesh_key(shape);
   shape.shape.parameters["length"] = std::nextafter(0.1, 1);
-  EXPECT_NE(mesh_key(shape), block);
+  EXPECT_NE(mesher::mesh_key(shape), block);
   other.file.path = "/nowhere/none.obj";
-  EXPECT_THROW(mesh_key(other), FileError);
+  EXPECT_THROW(mesher::mesh_key(other), FileError);
 }
 
 TEST_F(MeshChild, NamesCrashesAndQuotesLastWords) {
@@ -207,59 +208,60 @@ TEST_F(MeshChild, NamesCrashesAndQuotesLastWords) {
 }
 
 TEST_F(MeshChild, IsStoppedAtTheTimeLimit) {
-  ChildLimits limits;
+  mesher::ChildLimits limits;
   limits.seconds = 0.3;
   const double start = core::monotonic_seconds();
   EXPECT_NE(death_of("exec sleep 30", limits).find("time limit"), std::string::npos);
   // A child that has closed its streams is watched as well.
   EXPECT_NE(death_of("exec sleep 30 >&- 2>&-", limits).find("time limit"), std::string::npos);
   const MesherIs slow(script("exec sleep 30"));
-  EXPECT_THROW(mesh_in_child(request_, limits, {}), core::TimeError);
+  EXPECT_THROW(mesher::mesh_in_child(request_, limits, {}), core::TimeError);
   EXPECT_LT(core::monotonic_seconds() - start, 15);
 }
 
 TEST_F(MeshChild, IsStoppedAtTheMemoryLimit) {
   if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
   request_.file.path = folder_.file("ball.obj", obj(test::sphere_surface(0.05, 150)));
-  ChildLimits limits;
+  mesher::ChildLimits limits;
   limits.memory = 1;  // already exceeded: the first allocation that needs new pages fails
   const std::string message =
-      message_of<core::MemoryError>([&] { mesh_in_child(request_, limits, {}); });
+      message_of<core::MemoryError>([&] { mesher::mesh_in_child(request_, limits, {}); });
   EXPECT_NE(message.find("limit of 1 B"), std::string::npos) << message;
 }
 
 TEST_F(MeshChild, DoesNotOutliveAnotherParent) {
   // Started by someone else than the request says: the parent has died meanwhile.
   const auto bytes = nlohmann::json::to_cbor(
-      {{"task", "mesh"}, {"request", to_json(request_)}, {"memory", 0}, {"parent", 1}});
+      {{"task", "mesh"}, {"request", mesh::to_json(request_)}, {"memory", 0}, {"parent", 1}});
   const std::string question =
       folder_.file("request.cbor", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const auto program =
       std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "carillon-mesh";
-  const ChildExit exit = run_child(program, {question, question + ".reply"}, 60);
+  const mesher::ChildExit exit = mesher::run_child(program, {question, question + ".reply"}, 60);
   EXPECT_EQ(exit.code, 1);
   EXPECT_FALSE(std::filesystem::exists(question + ".reply"));
 }
 
 // Slurm's `scancel --signal` reaches every process of a job step, the mesher's among them.
 TEST(ChildProcess, LivesOnWhenABatchSystemAsksTheWholeJobToStop) {
-  const ChildExit exit =
-      run_child("/bin/sh", {"-c", "kill -TERM $$; kill -USR1 $$; kill -INT $$; echo lives on"}, 10);
+  const mesher::ChildExit exit = mesher::run_child(
+      "/bin/sh", {"-c", "kill -TERM $$; kill -USR1 $$; kill -INT $$; echo lives on"}, 10);
   EXPECT_EQ(exit.signal, 0);
   EXPECT_EQ(exit.output, "lives on\n");
 }
 
 TEST_F(MeshChild, SaysWhenTheMesherIsMissing) {
   const MesherIs missing("/nowhere/carillon-mesh");
-  EXPECT_NE(
-      message_of<StorageError>([&] { mesh_in_child(request_, {}, {}); }).find("CARILLON_MESH"),
-      std::string::npos);
+  EXPECT_NE(message_of<StorageError>([&] {
+              mesher::mesh_in_child(request_, {}, {});
+            }).find("CARILLON_MESH"),
+            std::string::npos);
 }
 
 /// The body has no part in it, however its task ends.
 TEST_F(MeshChild, TellsTheMachinesFaultsFromTheBodys) {
   const auto fault = [&] {
-    return message_of<StorageError>([&] { mesh_in_child(request_, {}, {}); });
+    return message_of<StorageError>([&] { mesher::mesh_in_child(request_, {}, {}); });
   };
   {
     const MesherIs no_program(folder_.file("text", "no program"));
@@ -278,7 +280,7 @@ TEST_F(MeshChild, TellsTheMachinesFaultsFromTheBodys) {
 
 TEST(MeshJson, GoesThereAndBack) {
   EXPECT_TRUE(rc::check("requests", [] {
-    MeshRequest r;
+    mesh::MeshRequest r;
     r.shape.family = *rc::gen::element<std::string>("", "bowl", "turned");
     r.shape.parameters["wall"] = *rc::gen::arbitrary<double>();
     r.shape.profile = {{*rc::gen::arbitrary<double>(), 2}};
@@ -287,8 +289,8 @@ TEST(MeshJson, GoesThereAndBack) {
     r.file.any_size = *rc::gen::arbitrary<bool>();
     r.options.order = *rc::gen::inRange(1, 5);
     r.options.max_elements = *rc::gen::arbitrary<std::int64_t>();
-    const auto there = nlohmann::json::to_cbor(to_json(r));
-    const MeshRequest back = mesh_request_from_json(nlohmann::json::from_cbor(there));
+    const auto there = nlohmann::json::to_cbor(mesh::to_json(r));
+    const mesh::MeshRequest back = mesh::mesh_request_from_json(nlohmann::json::from_cbor(there));
     RC_ASSERT(back.shape.family == r.shape.family);
     RC_ASSERT(back.shape.parameters == r.shape.parameters);
     RC_ASSERT(back.shape.profile == r.shape.profile);
@@ -298,7 +300,7 @@ TEST(MeshJson, GoesThereAndBack) {
     RC_ASSERT(back.options.order == r.options.order);
     RC_ASSERT(back.options.max_elements == r.options.max_elements);
   }));
-  MeshResult result;
+  mesh::MeshResult result;
   result.mesh.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1 / 3.0}};
   result.mesh.elements = {0, 1, 2, 3};
   result.mesh.regions = {0};
@@ -307,8 +309,8 @@ TEST(MeshJson, GoesThereAndBack) {
   result.repair.volume_change = std::numeric_limits<double>::quiet_NaN();
   result.repair.actions = {"wrapped"};
   result.diagnosis.extent = {1, 2, 3};
-  nlohmann::json json = to_json(result);
-  const MeshResult back = mesh_result_from_json(json);
+  nlohmann::json json = mesh::to_json(result);
+  const mesh::MeshResult back = mesh::mesh_result_from_json(json);
   EXPECT_EQ(back.mesh.nodes, result.mesh.nodes);
   EXPECT_EQ(back.mesh.faces, result.mesh.faces);
   EXPECT_TRUE(std::isnan(back.repair.volume_change));
@@ -318,10 +320,10 @@ TEST(MeshJson, GoesThereAndBack) {
   for (const char* field : {"nodes", "elements", "faces", "regions", "order"}) {
     nlohmann::json damaged = json;
     damaged["mesh"].erase(field);
-    EXPECT_THROW(mesh_result_from_json(damaged), FileError) << field;
+    EXPECT_THROW(mesh::mesh_result_from_json(damaged), FileError) << field;
   }
   result.mesh.elements = {0, 1, 2, 4};
-  EXPECT_THROW(mesh_result_from_json(to_json(result)), FileError);
+  EXPECT_THROW(mesh::mesh_result_from_json(mesh::to_json(result)), FileError);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "solvers/mesher.hpp"
+#include "solvers/mesh/tetrahedra/mesher.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,11 +8,11 @@
 
 #include "core/error.hpp"
 #include "mesh_checks.hpp"
+#include "solvers/elements/node_numbering.hpp"
 #include "solvers/families/revolve.hpp"
-#include "solvers/node_numbering.hpp"
-#include "solvers/raise_order.hpp"
-#include "solvers/read_mesh.hpp"
-#include "solvers/remesh.hpp"
+#include "solvers/mesh/raise_order.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
+#include "solvers/mesh/tetrahedra/detail/remesh.hpp"
 #include "temporary_folder.hpp"
 
 namespace carillon::test {
@@ -21,8 +21,8 @@ namespace {
 using namespace solvers;
 constexpr double pi = std::numbers::pi;
 
-SurfaceMesh box_surface(const Vec3& sides) {
-  SurfaceMesh box;
+solvers::mesh::SurfaceMesh box_surface(const Vec3& sides) {
+  solvers::mesh::SurfaceMesh box;
   for (int i = 0; i < 8; ++i)
     box.vertices.emplace_back(i & 1 ? sides.x() : 0, i & 2 ? sides.y() : 0, i & 4 ? sides.z() : 0);
   box.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
@@ -31,19 +31,19 @@ SurfaceMesh box_surface(const Vec3& sides) {
 }
 
 /// Section as a finely cut circle, turned: a ball for centre 0, a torus beyond.
-ProfilePolygon round_section(double centre, double radius, int pieces) {
-  ProfilePolygon section;
+solvers::families::ProfilePolygon round_section(double centre, double radius, int pieces) {
+  solvers::families::ProfilePolygon section;
   const double from = centre > 0 ? 0 : -pi / 2, turn = centre > 0 ? 2 * pi : pi;
   for (int i = 0; i < pieces + (centre > 0 ? 0 : 1); ++i) {
     const double a = from + turn * i / pieces;
     section.push_back({centre + radius * std::cos(a), radius * std::sin(a)});
   }
-  return checked_profile(section, "section");
+  return solvers::families::checked_profile(section, "section");
 }
 
 /// Half of a hollow ball: a thin round bowl.
-ProfilePolygon bowl_section(double radius, double wall, int pieces) {
-  ProfilePolygon section;
+solvers::families::ProfilePolygon bowl_section(double radius, double wall, int pieces) {
+  solvers::families::ProfilePolygon section;
   for (int i = 0; i <= pieces; ++i) {
     const double a = -pi / 2 + pi / 2 * i / pieces;
     section.push_back({radius * std::cos(a), radius * std::sin(a)});
@@ -52,42 +52,48 @@ ProfilePolygon bowl_section(double radius, double wall, int pieces) {
     const double a = -pi / 2 + pi / 2 * i / pieces;
     section.push_back({(radius - wall) * std::cos(a), (radius - wall) * std::sin(a)});
   }
-  return checked_profile(section, "section");
+  return solvers::families::checked_profile(section, "section");
 }
 
-SurfaceMesh moved(SurfaceMesh surface, const Vec3& by) {
+solvers::mesh::SurfaceMesh moved(solvers::mesh::SurfaceMesh surface, const Vec3& by) {
   for (auto& v : surface.vertices) v += by;
   return surface;
 }
 
-SurfaceMesh turned_inside_out(SurfaceMesh surface) {
+solvers::mesh::SurfaceMesh turned_inside_out(solvers::mesh::SurfaceMesh surface) {
   for (auto& t : surface.triangles) std::swap(t[1], t[2]);
   return surface;
 }
 
-SurfaceMesh joined(SurfaceMesh a, const SurfaceMesh& b) {
+solvers::mesh::SurfaceMesh joined(solvers::mesh::SurfaceMesh a,
+                                  const solvers::mesh::SurfaceMesh& b) {
   const auto first = static_cast<std::int32_t>(a.vertices.size());
   a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
-  for (Triangle t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  for (solvers::mesh::Triangle t : b.triangles)
+    a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   return a;
 }
 
-TetMesh mesh_of(const SurfaceMesh& surface, int order, double element_size = 0) {
-  MeshOptions options;
+solvers::mesh::TetMesh mesh_of(const solvers::mesh::SurfaceMesh& surface, int order,
+                               double element_size = 0) {
+  solvers::mesh::MeshOptions options;
   options.order = order;
   options.element_size = element_size;
   std::int64_t straightened = 0;
-  auto mesh = elevate(tetrahedralise(surface, options), order, project_to(surface), straightened);
+  auto mesh =
+      solvers::mesh::elevate(solvers::mesh::tetrahedra::tetrahedralise(surface, options), order,
+                             solvers::mesh::tetrahedra::project_to(surface), straightened);
   EXPECT_LE(straightened, static_cast<std::int64_t>(mesh.element_count() / 20));
   return mesh;
 }
 
-double volume_of(const TetMesh& mesh) {
-  return measure_quality(mesh).volume;
+double volume_of(const solvers::mesh::TetMesh& mesh) {
+  return solvers::mesh::measure_quality(mesh).volume;
 }
 
 TEST(NodeNumbering, SharesNodesOnVerticesEdgesAndFaces) {
-  const TetMesh linear = tetrahedralise(box_surface({0.03, 0.02, 0.01}), {});
+  const solvers::mesh::TetMesh linear =
+      solvers::mesh::tetrahedra::tetrahedralise(box_surface({0.03, 0.02, 0.01}), {});
   std::set<std::pair<int, int>> edges;
   std::set<std::array<int, 3>> faces;
   for (std::size_t e = 0; e < linear.element_count(); ++e) {
@@ -105,14 +111,14 @@ TEST(NodeNumbering, SharesNodesOnVerticesEdgesAndFaces) {
   }
   for (int order = 1; order <= 4; ++order) {
     std::int64_t straightened = 0;
-    const TetMesh mesh = elevate(linear, order, {}, straightened);
+    const solvers::mesh::TetMesh mesh = solvers::mesh::elevate(linear, order, {}, straightened);
     const auto p = static_cast<std::size_t>(order);
     const std::size_t inside_tetrahedron = p == 4 ? 1 : 0;
     EXPECT_EQ(mesh.nodes.size(), linear.nodes.size() + edges.size() * (p - 1) +
                                      faces.size() * (p - 1) * (p - 2) / 2 +
                                      linear.element_count() * inside_tetrahedron);
     // Straight nodes lie where the lattice says, whichever element numbered them first.
-    const auto& lattice = tetrahedron_lattice(order);
+    const auto& lattice = solvers::elements::tetrahedron_lattice(order);
     double worst = 0;
     for (std::size_t e = 0; e < mesh.element_count(); ++e)
       for (std::size_t n = 0; n < lattice.size(); ++n) {
@@ -143,7 +149,7 @@ TEST(Tetrahedralise, ABoxOfTwelveTrianglesKeepsEdgesAndCorners) {
       for (const auto& node : mesh.nodes) nearest = std::min(nearest, (node - corner).norm());
       EXPECT_EQ(nearest, 0);
     }
-    const auto quality = measure_quality(mesh);
+    const auto quality = solvers::mesh::measure_quality(mesh);
     EXPECT_GT(quality.min_dihedral_deg, 8);
     EXPECT_GT(quality.elements, 200);
     EXPECT_LT(quality.elements, order == 1 ? 30000 : 6000);
@@ -151,31 +157,31 @@ TEST(Tetrahedralise, ABoxOfTwelveTrianglesKeepsEdgesAndCorners) {
 }
 
 TEST(Tetrahedralise, ABallAndATorusFollowTheirSurface) {
-  const auto ball = revolve(round_section(0, 0.05, 200), 0.003);
-  const auto torus = revolve(round_section(0.04, 0.012, 200), 0.002);
+  const auto ball = solvers::families::revolve(round_section(0, 0.05, 200), 0.003);
+  const auto torus = solvers::families::revolve(round_section(0.04, 0.012, 200), 0.002);
   for (int order : {2, 3}) {
     const auto round = mesh_of(ball, order);
     EXPECT_EQ(mesh_faults(round), "");
     EXPECT_EQ(boundary_euler_number(round), 2);
-    EXPECT_NEAR(volume_of(round) / signed_volume(ball), 1, 2e-3);
+    EXPECT_NEAR(volume_of(round) / solvers::mesh::signed_volume(ball), 1, 2e-3);
     EXPECT_LT(round.element_count(), 8000u);
     const auto ring = mesh_of(torus, order);
     EXPECT_EQ(mesh_faults(ring), "");
     EXPECT_EQ(boundary_euler_number(ring), 0);
-    EXPECT_NEAR(volume_of(ring) / signed_volume(torus), 1, 4e-3);
+    EXPECT_NEAR(volume_of(ring) / solvers::mesh::signed_volume(torus), 1, 4e-3);
     EXPECT_LT(ring.element_count(), 8000u);
-    EXPECT_GT(measure_quality(ring).min_dihedral_deg, 4);
+    EXPECT_GT(solvers::mesh::measure_quality(ring).min_dihedral_deg, 4);
   }
 }
 
 TEST(Tetrahedralise, AThinBowlGetsOneLayerOfWideElements) {
   const double radius = 0.07, wall = 0.0025;
-  const auto bowl = revolve(bowl_section(radius, wall, 100), 0.002);
+  const auto bowl = solvers::families::revolve(bowl_section(radius, wall, 100), 0.002);
   ASSERT_GT(bowl.triangles.size(), 20000u);
   const auto mesh = mesh_of(bowl, 2);
   EXPECT_EQ(mesh_faults(mesh), "");
   EXPECT_EQ(boundary_euler_number(mesh), 2);
-  EXPECT_NEAR(volume_of(mesh) / signed_volume(bowl), 1, 5e-3);
+  EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(bowl), 1, 5e-3);
   EXPECT_LT(mesh.element_count(), 8000u);
   // Edges are several walls long, and hardly a corner lies inside the wall.
   EXPECT_GT(longest_edge(mesh), 3 * wall);
@@ -196,13 +202,14 @@ TEST(Tetrahedralise, AThinBowlGetsOneLayerOfWideElements) {
 
 TEST(Tetrahedralise, ACylinderKeepsItsRims) {
   const double radius = 0.03, height = 0.04;
-  const auto cylinder =
-      revolve(checked_profile({{0, 0}, {radius, 0}, {radius, height}, {0, height}}, ""), 0.0015);
+  const auto cylinder = solvers::families::revolve(
+      solvers::families::checked_profile({{0, 0}, {radius, 0}, {radius, height}, {0, height}}, ""),
+      0.0015);
   const auto mesh = mesh_of(cylinder, 2);
   EXPECT_EQ(mesh_faults(mesh), "");
   // Both rims and faces survive: all of the area, and nodes of the rims on both neighbours.
   EXPECT_NEAR(boundary_area(mesh), 2 * pi * radius * (radius + height), 2e-3 * 0.0132);
-  EXPECT_NEAR(volume_of(mesh) / signed_volume(cylinder), 1, 1e-3);
+  EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(cylinder), 1, 1e-3);
   std::size_t on_rim = 0;
   for (std::int32_t n : boundary_nodes(mesh)) {
     const Vec3& p = mesh.nodes[static_cast<std::size_t>(n)];
@@ -213,62 +220,65 @@ TEST(Tetrahedralise, ACylinderKeepsItsRims) {
 }
 
 TEST(Tetrahedralise, CavitiesStayEmptyAndBodiesApart) {
-  const auto outside = revolve(round_section(0, 0.05, 60), 0.006);
-  const auto inside = revolve(round_section(0, 0.03, 60), 0.006);
+  const auto outside = solvers::families::revolve(round_section(0, 0.05, 60), 0.006);
+  const auto inside = solvers::families::revolve(round_section(0, 0.03, 60), 0.006);
   const auto hollow = joined(outside, turned_inside_out(inside));
   const auto shell = mesh_of(hollow, 2);
   EXPECT_EQ(mesh_faults(shell), "");
   EXPECT_EQ(boundary_euler_number(shell), 4);
-  EXPECT_EQ(count_components(shell), 1);
-  EXPECT_NEAR(volume_of(shell) / signed_volume(hollow), 1, 5e-3);
+  EXPECT_EQ(solvers::mesh::count_components(shell), 1);
+  EXPECT_NEAR(volume_of(shell) / solvers::mesh::signed_volume(hollow), 1, 5e-3);
 
   // Two bodies, one of them inside the other's cavity.
-  const auto kernel = revolve(round_section(0, 0.02, 60), 0.006);
+  const auto kernel = solvers::families::revolve(round_section(0, 0.02, 60), 0.006);
   const auto three = joined(joined(hollow, kernel), moved(outside, {0.2, 0, 0}));
   const auto bodies = mesh_of(three, 2);
   EXPECT_EQ(mesh_faults(bodies), "");
-  EXPECT_EQ(count_components(bodies), 3);
-  EXPECT_NEAR(volume_of(bodies) / signed_volume(three), 1, 5e-3);
+  EXPECT_EQ(solvers::mesh::count_components(bodies), 3);
+  EXPECT_NEAR(volume_of(bodies) / solvers::mesh::signed_volume(three), 1, 5e-3);
 }
 
 TEST(Tetrahedralise, SameSurfaceSameBytes) {
-  const auto torus = revolve(round_section(0.04, 0.012, 80), 0.004);
+  const auto torus = solvers::families::revolve(round_section(0.04, 0.012, 80), 0.004);
   EXPECT_TRUE(same_bytes(mesh_of(torus, 2), mesh_of(torus, 2)));
 }
 
 TEST(Tetrahedralise, ElementSizeAndItsBound) {
   const auto box = box_surface({0.1, 0.06, 0.02});
-  MeshOptions options;
+  solvers::mesh::MeshOptions options;
   options.element_size = 0.01;
-  const auto mesh = tetrahedralise(box, options);
+  const auto mesh = solvers::mesh::tetrahedra::tetrahedralise(box, options);
   EXPECT_LT(longest_edge(mesh), 1.5 * 0.01);
   EXPECT_GT(mesh.element_count(), 1000u);
   options.element_size = 0.0005;
   options.max_elements = 5000;
-  const auto message = message_of<core::SolverError>([&] { tetrahedralise(box, options); });
+  const auto message = message_of<core::SolverError>(
+      [&] { solvers::mesh::tetrahedra::tetrahedralise(box, options); });
   const auto at = message.find("element_size ");
   ASSERT_NE(at, std::string::npos) << message;
   options.element_size = std::stod(message.substr(at + 13));
-  EXPECT_LE(tetrahedralise(box, options).element_count(), 5000u);
+  EXPECT_LE(solvers::mesh::tetrahedra::tetrahedralise(box, options).element_count(), 5000u);
 }
 
 TEST(Tetrahedralise, WhatIsNoBodyIsRefused) {
   auto open = box_surface({1, 1, 1});
   open.triangles.pop_back();
-  EXPECT_THROW(tetrahedralise(open, {}), core::InputError);
-  EXPECT_THROW(tetrahedralise(turned_inside_out(box_surface({1, 1, 1})), {}), core::InputError);
-  EXPECT_THROW(tetrahedralise({}, {}), core::InputError);
+  EXPECT_THROW(solvers::mesh::tetrahedra::tetrahedralise(open, {}), core::InputError);
+  EXPECT_THROW(
+      solvers::mesh::tetrahedra::tetrahedralise(turned_inside_out(box_surface({1, 1, 1})), {}),
+      core::InputError);
+  EXPECT_THROW(solvers::mesh::tetrahedra::tetrahedralise({}, {}), core::InputError);
 }
 
 TEST(Elevate, StraightensWhatWouldFold) {
-  TetMesh one;
+  solvers::mesh::TetMesh one;
   one.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.1}};
   one.elements = {0, 1, 2, 3};
   one.regions = {0};
   one.region_names = {"body"};
   std::int64_t straightened = -1;
   // The bottom's edges are to bow up through the top.
-  const auto dented = elevate(
+  const auto dented = solvers::mesh::elevate(
       one, 2,
       [](const Vec3& p, const Vec3& normal) -> Vec3 {
         return normal.z() < 0 ? Vec3(p.x(), p.y(), 0.2) : p;
@@ -277,7 +287,7 @@ TEST(Elevate, StraightensWhatWouldFold) {
   EXPECT_EQ(straightened, 1);
   EXPECT_EQ(mesh_faults(dented), "");
   // A projection that strays is not followed at all.
-  const auto astray = elevate(
+  const auto astray = solvers::mesh::elevate(
       one, 3, [](const Vec3& p, const Vec3&) -> Vec3 { return p + Vec3(5, 0, 0); }, straightened);
   EXPECT_EQ(straightened, 0);
   EXPECT_NEAR(volume_of(astray), 0.1 / 6, 1e-15);
@@ -285,7 +295,7 @@ TEST(Elevate, StraightensWhatWouldFold) {
 
 TEST(Elevate, ProjectionKeepsToItsSideOfAWall) {
   const auto sheet = box_surface({0.1, 0.1, 0.001});
-  const auto project = project_to(sheet);
+  const auto project = solvers::mesh::tetrahedra::project_to(sheet);
   // Nearer to the underside, but the boundary there looks up.
   const Vec3 up = project({0.05, 0.05, 0.0002}, {0, 0, 1});
   EXPECT_NEAR((up - Vec3(0.05, 0.05, 0.001)).norm(), 0, 1e-15);
@@ -295,16 +305,17 @@ TEST(Elevate, ProjectionKeepsToItsSideOfAWall) {
 
 TEST(Remesh, FollowsSizesThatChange) {
   const auto box = box_surface({0.1, 0.1, 0.1});
-  auto fine = remesh(box, std::vector<double>(8, 0.01), SurfaceSearch(box));
-  EXPECT_NEAR(signed_volume(fine), 1e-3, 1e-15);
-  EXPECT_FALSE(intersects_itself(fine));
+  auto fine = solvers::mesh::tetrahedra::remesh(box, std::vector<double>(8, 0.01),
+                                                solvers::mesh::tetrahedra::SurfaceSearch(box));
+  EXPECT_NEAR(solvers::mesh::signed_volume(fine), 1e-3, 1e-15);
+  EXPECT_FALSE(solvers::mesh::tetrahedra::intersects_itself(fine));
   // Small at one end, large at the other: edges follow.
-  const SurfaceSearch search(fine);
+  const solvers::mesh::tetrahedra::SurfaceSearch search(fine);
   std::vector<double> sizes;
   for (const auto& v : fine.vertices) sizes.push_back(0.006 + 0.2 * v.x());
-  const auto graded = remesh(fine, sizes, search);
-  EXPECT_NEAR(signed_volume(graded), 1e-3, 1e-12);
-  EXPECT_FALSE(intersects_itself(graded));
+  const auto graded = solvers::mesh::tetrahedra::remesh(fine, sizes, search);
+  EXPECT_NEAR(solvers::mesh::signed_volume(graded), 1e-3, 1e-12);
+  EXPECT_FALSE(solvers::mesh::tetrahedra::intersects_itself(graded));
   double small = 0, large = 0;
   int few = 0, many = 0;
   for (const auto& t : graded.triangles)
@@ -330,16 +341,18 @@ TEST(Tetrahedralise, ScannedAndDesignedShapes) {
   for (const char* name : {"bell_english.obj", "dish_evo_bowl.obj", "fandisk.off", "joint.off",
                            "knot_tube.off", "spot_cow.obj", "ycb_scissors.obj"}) {
     SCOPED_TRACE(name);
-    SurfaceMesh surface = read_surface(std::string(folder) + "/meshes/clean/" + name);
-    const double scale = 0.12 / bounding_box(surface.vertices).longest_side();
+    solvers::mesh::SurfaceMesh surface =
+        solvers::mesh::readers::read_surface(std::string(folder) + "/meshes/clean/" + name);
+    const double scale = 0.12 / solvers::mesh::bounding_box(surface.vertices).longest_side();
     for (auto& v : surface.vertices) v *= scale;
-    const TetMesh linear = tetrahedralise(surface, {});
+    const solvers::mesh::TetMesh linear = solvers::mesh::tetrahedra::tetrahedralise(surface, {});
     std::int64_t straightened = 0;
-    const TetMesh mesh = elevate(linear, 2, project_to(surface), straightened);
-    EXPECT_EQ(mesh_faults(next_order(mesh)), "");
+    const solvers::mesh::TetMesh mesh = solvers::mesh::elevate(
+        linear, 2, solvers::mesh::tetrahedra::project_to(surface), straightened);
+    EXPECT_EQ(mesh_faults(solvers::mesh::next_order(mesh)), "");
     EXPECT_EQ(mesh_faults(mesh), "");
     EXPECT_LT(mesh.element_count(), 12000u);
-    EXPECT_NEAR(volume_of(mesh) / signed_volume(surface), 1, 0.015);
+    EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(surface), 1, 0.015);
   }
 }
 

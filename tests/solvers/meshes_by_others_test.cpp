@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "solvers/read_mesh.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 #include "tests/solvers/repaired.hpp"
 
 namespace carillon::solvers {
@@ -30,13 +30,14 @@ TEST(MeshesByOthers, EndInABodyOrANamedReason) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file() || entry.path().extension() == ".csv") continue;
     SCOPED_TRACE(entry.path().filename());
-    MeshFile file;
+    mesh::MeshFile file;
     file.path = entry.path().string();
     try {
-      Diagnosis diagnosis;
-      RepairReport report;
-      const SurfaceMesh body = repair(read_surface(file.path), file, diagnosis, report);
-      EXPECT_TRUE(diagnose(body).clean);
+      mesh::Diagnosis diagnosis;
+      mesh::RepairReport report;
+      const mesh::SurfaceMesh body =
+          mesh::repair::repair(mesh::readers::read_surface(file.path), file, diagnosis, report);
+      EXPECT_TRUE(mesh::repair::diagnose(body).clean);
       EXPECT_EQ(report.used_as_is, report.actions.empty());
     } catch (const InputError& error) {
       EXPECT_NE(error.message().find(file.path), std::string::npos);
@@ -55,22 +56,23 @@ TEST(MeshesByOthers, ComeBackFromDamageWithinOnePercent) {
   std::mt19937_64 random(1);
   for (const auto& entry : std::filesystem::directory_iterator(folder / "clean")) {
     SCOPED_TRACE(entry.path().filename());
-    const SurfaceMesh mesh = repaired(read_surface(entry.path().string())).body;
-    const auto check = [&mesh](const SurfaceMesh& broken, const char* damage) {
+    const mesh::SurfaceMesh mesh =
+        repaired(mesh::readers::read_surface(entry.path().string())).body;
+    const auto check = [&mesh](const mesh::SurfaceMesh& broken, const char* damage) {
       SCOPED_TRACE(damage);
       const Outcome outcome = repaired(broken);
-      EXPECT_NEAR(signed_volume(outcome.body) / signed_volume(mesh), 1, 0.01);
+      EXPECT_NEAR(mesh::signed_volume(outcome.body) / mesh::signed_volume(mesh), 1, 0.01);
       EXPECT_FALSE(says(outcome.report, "wrap"));
     };
-    const SurfaceMesh dropped = damaged(mesh, Damage::dropped, 0.01, random);
+    const mesh::SurfaceMesh dropped = damaged(mesh, Damage::dropped, 0.01, random);
     if (mesh.triangles.size() < 20000) {
       check(dropped, "dropped");
       check(damaged(mesh, Damage::flipped, 0.01, random), "flipped");
       check(damaged(mesh, Damage::doubled, 0.01, random), "doubled");
       check(damaged(mesh, Damage::seams, 0.01, random), "seams");
     }
-    const SurfaceMesh flipped = damaged(dropped, Damage::flipped, 0.01, random);
-    const SurfaceMesh doubled = damaged(flipped, Damage::doubled, 0.01, random);
+    const mesh::SurfaceMesh flipped = damaged(dropped, Damage::flipped, 0.01, random);
+    const mesh::SurfaceMesh doubled = damaged(flipped, Damage::doubled, 0.01, random);
     check(damaged(doubled, Damage::seams, 0.01, random), "everything");
   }
 }

@@ -4,8 +4,8 @@
 
 #include "core/error.hpp"
 #include "solve.hpp"
-#include "solvers/cached_modes.hpp"
-#include "solvers/modes_file.hpp"
+#include "solvers/eigen/cached_modes.hpp"
+#include "solvers/modes/modes_file.hpp"
 #include "temporary_folder.hpp"
 #include "test_meshes.hpp"
 
@@ -16,7 +16,7 @@ using namespace solvers;
 using test::box_mesh;
 using test::TemporaryFolder;
 
-void expect_equal(const Modes& a, const Modes& b) {
+void expect_equal(const solvers::modes::Modes& a, const solvers::modes::Modes& b) {
   EXPECT_EQ(a.eigenvalues, b.eigenvalues);
   EXPECT_EQ(a.residuals, b.residuals);
   ASSERT_EQ(a.shapes.rows(), b.shapes.rows());
@@ -51,22 +51,24 @@ class ModesFile : public testing::Test {
  protected:
   ModesFile() { options.band = {20, 90000, 300}; }
 
-  TetMesh mesh =
+  test::TetMesh mesh =
       box_mesh({0.02, 0.03, 0.05}, {1, 2, 3}, 2, [](const Vec3& x) { return x[2] < 0.02 ? 0 : 1; });
-  std::vector<Elastic> regions = {test::steel, test::aluminium};
-  SolveOptions options;
+  std::vector<solvers::elements::Elastic> regions = {test::steel, test::aluminium};
+  solvers::eigen::SolveOptions options;
   TemporaryFolder folder;
 
-  Modes solve(core::Trace& trace) {
-    return cached_modes(mesh, regions, options, MPI_COMM_SELF, folder.path(), trace);
+  solvers::modes::Modes solve(core::Trace& trace) {
+    return solvers::eigen::cached_modes(mesh, regions, options, MPI_COMM_SELF, folder.path(),
+                                        trace);
   }
 };
 
 TEST_F(ModesFile, ComesBackEqualFromDisk) {
   const auto modes = test::lowest_modes(mesh, regions, 9);
   const auto path = folder.path() / "modes.h5";
-  write_modes(core::Hdf5Group::create_file(path).create_group("cup"), modes);
-  expect_equal(read_modes(core::Hdf5Group::open_file(path).open_group("cup")), modes);
+  solvers::modes::write_modes(core::Hdf5Group::create_file(path).create_group("cup"), modes);
+  expect_equal(solvers::modes::read_modes(core::Hdf5Group::open_file(path).open_group("cup")),
+               modes);
   const auto group = core::Hdf5Group::open_file(path).open_group("cup");
   EXPECT_EQ(group.text_attribute("unit", "eigenvalues"), "rad^2/s^2");
   EXPECT_EQ(group.text_attribute("unit", "shapes"), "kg^-1/2");
@@ -75,15 +77,18 @@ TEST_F(ModesFile, ComesBackEqualFromDisk) {
 
 TEST_F(ModesFile, EverySolverComesBackByItsName) {
   auto modes = test::lowest_modes(mesh, regions, 3);
-  EXPECT_EQ(modes.certificate.eigen_solver, EigenSolver::dense);  // a few hundred unknowns
+  EXPECT_EQ(modes.certificate.eigen_solver,
+            solvers::modes::EigenSolver::dense);  // a few hundred unknowns
   const auto path = folder.path() / "named.h5";
-  for (const auto eigen : {EigenSolver::block_lanczos, EigenSolver::krylov_schur,
-                           EigenSolver::lobpcg, EigenSolver::dense}) {
-    for (const auto linear : {LinearSolver::direct, LinearSolver::iterative}) {
+  for (const auto eigen :
+       {solvers::modes::EigenSolver::block_lanczos, solvers::modes::EigenSolver::krylov_schur,
+        solvers::modes::EigenSolver::lobpcg, solvers::modes::EigenSolver::dense}) {
+    for (const auto linear :
+         {solvers::modes::LinearSolver::direct, solvers::modes::LinearSolver::iterative}) {
       modes.certificate.eigen_solver = eigen;
       modes.certificate.linear_solver = linear;
-      write_modes(core::Hdf5Group::create_file(path), modes);
-      expect_equal(read_modes(core::Hdf5Group::open_file(path)), modes);
+      solvers::modes::write_modes(core::Hdf5Group::create_file(path), modes);
+      expect_equal(solvers::modes::read_modes(core::Hdf5Group::open_file(path)), modes);
     }
   }
 }
@@ -94,8 +99,8 @@ TEST_F(ModesFile, AnEmptySetComesBackToo) {
   const auto modes = solve(trace);
   ASSERT_EQ(modes.size(), 0u);
   const auto path = folder.path() / "empty.h5";
-  write_modes(core::Hdf5Group::create_file(path), modes);
-  expect_equal(read_modes(core::Hdf5Group::open_file(path)), modes);
+  solvers::modes::write_modes(core::Hdf5Group::create_file(path), modes);
+  expect_equal(solvers::modes::read_modes(core::Hdf5Group::open_file(path)), modes);
 }
 
 TEST_F(ModesFile, IsFoundByTheSameQuestionOnly) {
@@ -114,11 +119,11 @@ TEST_F(ModesFile, IsFoundByTheSameQuestionOnly) {
 }
 
 TEST_F(ModesFile, EveryPartOfTheQuestionIsInTheKey) {
-  const auto key = [&] { return modes_key(mesh, regions, options, 1); };
+  const auto key = [&] { return solvers::eigen::modes_key(mesh, regions, options, 1); };
   const auto first = key();
   EXPECT_EQ(first.size(), 64u);
   EXPECT_EQ(first, key());
-  EXPECT_NE(first, modes_key(mesh, regions, options, 2));
+  EXPECT_NE(first, solvers::eigen::modes_key(mesh, regions, options, 2));
   options.band.max_modes = 299;
   EXPECT_NE(first, key());
   options.band.max_modes = 300;
@@ -135,7 +140,7 @@ TEST_F(ModesFile, EveryPartOfTheQuestionIsInTheKey) {
 TEST_F(ModesFile, ThatIsDamagedIsSolvedAgainAndReplaced) {
   core::Trace trace;
   const auto first = solve(trace);
-  const auto path = folder.path() / (modes_key(mesh, regions, options, 1) + ".h5");
+  const auto path = folder.path() / (solvers::eigen::modes_key(mesh, regions, options, 1) + ".h5");
   std::ofstream(path, std::ios::trunc) << "not HDF5";
   expect_equal(solve(trace), first);
   EXPECT_EQ(trace.stages.at("solve").calls, 2);
@@ -146,7 +151,8 @@ TEST_F(ModesFile, ThatIsDamagedIsSolvedAgainAndReplaced) {
 TEST_F(ModesFile, ThatCannotBeWrittenCostsNothingButTime) {
   core::Trace trace;
   const auto file = folder.file("not-a-folder", "");
-  const auto modes = cached_modes(mesh, regions, options, MPI_COMM_SELF, file, trace);
+  const auto modes =
+      solvers::eigen::cached_modes(mesh, regions, options, MPI_COMM_SELF, file, trace);
   EXPECT_GT(modes.size(), 0u);
 }
 

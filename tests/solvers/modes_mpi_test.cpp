@@ -14,9 +14,9 @@
 #include "core/termination_blocked.hpp"
 #include "mpi/interrupt.hpp"
 #include "solve.hpp"
-#include "solvers/assemble.hpp"
-#include "solvers/cached_modes.hpp"
-#include "solvers/partition.hpp"
+#include "solvers/assembly/assemble.hpp"
+#include "solvers/assembly/partition.hpp"
+#include "solvers/eigen/cached_modes.hpp"
 #include "temporary_folder.hpp"
 #include "test_meshes.hpp"
 
@@ -48,8 +48,8 @@ bool on_all_ranks(bool here) {
 
 struct Body {
   std::string name;
-  TetMesh mesh;
-  std::vector<Elastic> regions;
+  test::TetMesh mesh;
+  std::vector<solvers::elements::Elastic> regions;
 };
 
 std::vector<Body> bodies() {
@@ -83,7 +83,7 @@ TEST(Group, FindsTheFrequenciesOfOneRank) {
     // Sums over all modes are free of signs, and of bases inside pairs.
     EXPECT_NEAR(group.strain_share.sum(), alone.strain_share.sum(), 1e-9);
     EXPECT_NEAR(group.kinetic_share.col(0).sum() / alone.kinetic_share.col(0).sum(), 1, 1e-6);
-    const auto energy = [](const Modes& modes) {
+    const auto energy = [](const solvers::modes::Modes& modes) {
       return modes.shapes.cast<double>().squaredNorm();
     };
     EXPECT_NEAR(energy(group) / energy(alone), 1, 1e-5);
@@ -104,9 +104,11 @@ TEST(Group, GivesEveryRankTheSame) {
 /// Rows of K and M do not depend on the number of ranks, to the last bit.
 TEST(Assembly, GivesEachRankTheRowsOfTheWhole) {
   const auto body = bodies()[2];
-  const auto whole = assemble(body.mesh, body.regions, partition(body.mesh, 1), MPI_COMM_SELF);
-  const auto part = assemble(body.mesh, body.regions, partition(body.mesh, size_of(MPI_COMM_WORLD)),
-                             MPI_COMM_WORLD);
+  const auto whole = solvers::assembly::assemble(
+      body.mesh, body.regions, solvers::assembly::partition(body.mesh, 1), MPI_COMM_SELF);
+  const auto part = solvers::assembly::assemble(
+      body.mesh, body.regions, solvers::assembly::partition(body.mesh, size_of(MPI_COMM_WORLD)),
+      MPI_COMM_WORLD);
   for (std::int32_t row = 0; row < part.graph.rows(); ++row) {
     const auto number = static_cast<std::size_t>(part.graph.begin + row);
     const auto node = part.partition.node[number];
@@ -135,7 +137,7 @@ TEST(Assembly, GivesEachRankTheRowsOfTheWhole) {
 TEST(Partition, SharesTheNodesEvenly) {
   const auto mesh = box_mesh({0.1, 0.1, 0.02}, {10, 10, 2}, 2);
   for (int parts = 1; parts <= 5; ++parts) {
-    const auto split = partition(mesh, parts);
+    const auto split = solvers::assembly::partition(mesh, parts);
     ASSERT_EQ(split.node_count(), static_cast<std::int32_t>(mesh.nodes.size()));
     std::vector<int> seen(mesh.nodes.size(), 0);
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
@@ -152,9 +154,10 @@ TEST(Partition, SharesTheNodesEvenly) {
 /// METIS takes SIGTERM for a fault of its own, and leaves its handler for one signal only.
 TEST(Partition, SignalsThatComeWhileMetisWorksAreHeard) {
   const auto mesh = box_mesh({0.1, 0.1, 0.1}, {14, 14, 14}, 2);
-  const auto split = partition(mesh, 1);
-  const auto graph = node_graph(mesh, split, elements_around_nodes(mesh), 0);
-  const auto order = nested_dissection(graph);
+  const auto split = solvers::assembly::partition(mesh, 1);
+  const auto graph =
+      solvers::assembly::node_graph(mesh, split, solvers::assembly::elements_around_nodes(mesh), 0);
+  const auto order = solvers::assembly::nested_dissection(graph);
   for (const int delay_ms : {0, 10, 30, 90}) {
     const mpi::InterruptGuard guard;
     std::thread sender;
@@ -166,7 +169,7 @@ TEST(Partition, SignalsThatComeWhileMetisWorksAreHeard) {
         kill(getpid(), SIGTERM);
       });
     }
-    const auto again = nested_dissection(graph);
+    const auto again = solvers::assembly::nested_dissection(graph);
     sender.join();
     EXPECT_TRUE(mpi::interrupt_requested()) << delay_ms << " ms";
     EXPECT_EQ(again, order) << delay_ms << " ms";
@@ -182,7 +185,7 @@ TEST(Group, SmallBodiesAreSolvedByEachRankAlone) {
 /// An element that one rank alone sees: every rank must hear of it.
 TEST(Group, AgreesOnAnErrorOfOneRank) {
   auto mesh = bodies()[0].mesh;
-  const auto nodes = static_cast<std::size_t>(nodes_per_tetrahedron(mesh.order));
+  const auto nodes = static_cast<std::size_t>(solvers::elements::nodes_per_tetrahedron(mesh.order));
   std::swap(mesh.elements[37 * nodes], mesh.elements[37 * nodes + 1]);
   std::string message;
   try {
@@ -232,9 +235,10 @@ TEST(Cache, IsReadByOneRankAndKnownToAll) {
   MPI_Bcast(name, 256, MPI_CHAR, 0, MPI_COMM_WORLD);
   const auto body = bodies()[2];
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   const auto solve = [&] {
-    return cached_modes(body.mesh, body.regions, options, MPI_COMM_WORLD, name, trace);
+    return solvers::eigen::cached_modes(body.mesh, body.regions, options, MPI_COMM_WORLD, name,
+                                        trace);
   };
   const auto first = solve();
   const auto second = solve();

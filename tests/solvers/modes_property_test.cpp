@@ -19,15 +19,16 @@ using test::box_mesh;
 using test::frequencies;
 using test::lowest_modes;
 
-Modes solve_band(const TetMesh& mesh, const std::vector<Elastic>& regions, const Band& band,
-                 core::Trace* trace = nullptr) {
+solvers::modes::Modes solve_band(const test::TetMesh& mesh,
+                                 const std::vector<solvers::elements::Elastic>& regions,
+                                 const solvers::modes::Band& band, core::Trace* trace = nullptr) {
   core::Trace own;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = band;
-  return solve_modes(mesh, regions, options, MPI_COMM_SELF, trace ? *trace : own);
+  return solvers::eigen::solve_modes(mesh, regions, options, MPI_COMM_SELF, trace ? *trace : own);
 }
 
-TetMesh block(int order = 2) {
+test::TetMesh block(int order = 2) {
   return box_mesh({0.02, 0.03, 0.05}, {2, 3, 4}, order);
 }
 
@@ -92,7 +93,9 @@ TEST(Modes, BelowTheBandAreDroppedButNotMistakenForMissing) {
 }
 
 TEST(Modes, NoneInTheBandIsALegalResult) {
-  for (const Band& band : {Band{20, 20000, 300}, Band{27500, 27600, 300}, Band{0, 1, 1}}) {
+  for (const solvers::modes::Band& band :
+       {solvers::modes::Band{20, 20000, 300}, solvers::modes::Band{27500, 27600, 300},
+        solvers::modes::Band{0, 1, 1}}) {
     const auto modes = solve_band(block(), {test::steel}, band);
     EXPECT_EQ(modes.size(), 0u);
     EXPECT_EQ(modes.certificate.modes_in_band, 0);
@@ -108,7 +111,7 @@ TEST(Modes, NoneInTheBandIsALegalResult) {
 TEST(Rescale, EqualsAFreshSolve) {
   const double length = 3.7, modulus = 0.21, density = 1.9;
   const auto base = lowest_modes(block(), {test::steel}, 15);
-  const auto scaled = rescale(base, length, modulus, density);
+  const auto scaled = solvers::modes::rescale(base, length, modulus, density);
   const auto big = test::moved(block(), [&](const Vec3& x) -> Vec3 { return length * x; });
   const auto fresh = lowest_modes(
       big, {{modulus * test::steel.youngs_modulus, 0.29, density * test::steel.density}}, 15);
@@ -152,7 +155,7 @@ TEST(Regions, OfEqualMaterialAreOneBody) {
 TEST(Regions, ShareTheEnergiesOfATwoMaterialBar) {
   const auto bar =
       box_mesh({0.01, 0.01, 0.1}, {1, 1, 10}, 3, [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
-  const Elastic soft{2e9, 0.35, 1100};
+  const solvers::elements::Elastic soft{2e9, 0.35, 1100};
   const auto modes = lowest_modes(bar, {test::steel, soft}, 10);
   EXPECT_LT((modes.kinetic_share.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
   EXPECT_LT((modes.strain_share.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
@@ -161,7 +164,7 @@ TEST(Regions, ShareTheEnergiesOfATwoMaterialBar) {
   EXPECT_NEAR(modes.mass, 0.5e-5 * (7850 + 1100), 1e-10);
   // Sensitivities: dln(lambda) / dln(E) of a region is its strain share, and to its density minus
   // its kinetic share. Summed over the pairs of bending in two planes, whose basis is free.
-  const auto slope_of_pair = [&](const Elastic& nudged, std::size_t first) {
+  const auto slope_of_pair = [&](const solvers::elements::Elastic& nudged, std::size_t first) {
     const auto other = lowest_modes(bar, {test::steel, nudged}, 10);
     return std::log(other.eigenvalues[first] * other.eigenvalues[first + 1] /
                     (modes.eigenvalues[first] * modes.eigenvalues[first + 1])) /
@@ -170,7 +173,7 @@ TEST(Regions, ShareTheEnergiesOfATwoMaterialBar) {
   const auto share_of_pair = [](const Eigen::MatrixXd& share, Eigen::Index first) {
     return share(first, 1) + share(first + 1, 1);
   };
-  Elastic stiffer = soft, heavier = soft;
+  solvers::elements::Elastic stiffer = soft, heavier = soft;
   stiffer.youngs_modulus *= 1.0001;
   heavier.density *= 1.0001;
   for (const Eigen::Index first : {0, 2}) {
@@ -229,8 +232,8 @@ TEST(Restrict, IsExactWhereTheSetWasComplete) {
   const auto wide = solve_band(block(), {test::steel}, {20, 100000, 300});
   const double low = (wide.frequency(2) + wide.frequency(3)) / 2;
   const double high = (wide.frequency(9) + wide.frequency(10)) / 2;
-  const Band narrow{low, high, 300};
-  const auto cut = restrict_to(wide, narrow);
+  const solvers::modes::Band narrow{low, high, 300};
+  const auto cut = solvers::modes::restrict_to(wide, narrow);
   const auto fresh = solve_band(block(), {test::steel}, narrow);
   EXPECT_LT(worst_difference(cut.eigenvalues, fresh.eigenvalues), 1e-10);
   EXPECT_EQ(cut.size(), 7u);
@@ -238,14 +241,14 @@ TEST(Restrict, IsExactWhereTheSetWasComplete) {
   EXPECT_EQ(cut.certificate.complete_to_hz, high);
   EXPECT_EQ(cut.certificate.modes_in_band, fresh.certificate.modes_in_band);
   EXPECT_EQ(cut.shapes.rows(), 7);
-  const auto first = restrict_to(wide, {low, high, 3});
+  const auto first = solvers::modes::restrict_to(wide, {low, high, 3});
   EXPECT_EQ(first.size(), 3u);
   EXPECT_FALSE(first.certificate.complete);
   EXPECT_EQ(first.certificate.modes_in_band, 7);
   EXPECT_GT(first.certificate.complete_to_hz, first.frequency(2));
   EXPECT_LT(first.certificate.complete_to_hz, wide.frequency(6));
   // Beyond what is known nothing is claimed.
-  const auto beyond = restrict_to(wide, {20, 200000, 300});
+  const auto beyond = solvers::modes::restrict_to(wide, {20, 200000, 300});
   EXPECT_FALSE(beyond.certificate.complete);
   EXPECT_EQ(beyond.certificate.complete_to_hz, 100000);
 }
@@ -253,21 +256,22 @@ TEST(Restrict, IsExactWhereTheSetWasComplete) {
 TEST(Flatten, FollowsTheCurvedFaces) {
   for (int order = 1; order <= 4; ++order) {
     const auto ball = test::ball_mesh(0.05, 2, order);
-    Modes modes;
+    solvers::modes::Modes modes;
     modes.surface.order = order;
     modes.surface.nodes = ball.nodes;
     modes.surface.faces = ball.faces;
-    const auto flat = flatten(modes.surface);
+    const auto flat = solvers::modes::flatten(modes.surface);
     EXPECT_EQ(flat.triangles.size(), ball.face_count() * static_cast<std::size_t>(order * order));
     const double exact = 4 * std::numbers::pi / 3 * std::pow(0.05, 3);
     // Inscribed, and outward.
-    EXPECT_LT(signed_volume(flat), exact);
-    EXPECT_GT(signed_volume(flat), exact * (1 - 0.2 / (order * order)));
+    EXPECT_LT(solvers::mesh::signed_volume(flat), exact);
+    EXPECT_GT(solvers::mesh::signed_volume(flat), exact * (1 - 0.2 / (order * order)));
   }
 }
 
 TEST(Refusals, NameWhatIsWrong) {
-  const auto expect_input_error = [](const TetMesh& mesh, const Elastic& material,
+  const auto expect_input_error = [](const test::TetMesh& mesh,
+                                     const solvers::elements::Elastic& material,
                                      const std::string& word) {
     try {
       lowest_modes(mesh, {material}, 3);
@@ -280,7 +284,7 @@ TEST(Refusals, NameWhatIsWrong) {
   expect_input_error(block(), {2e11, -1.0, 7850}, "Poisson");
   expect_input_error(block(), {0, 0.3, 7850}, "Young");
   expect_input_error(block(), {2e11, 0.3, -1}, "density");
-  expect_input_error(TetMesh{}, test::steel, "no elements");
+  expect_input_error(solvers::mesh::TetMesh{}, test::steel, "no elements");
   auto broken = block();
   broken.elements[5] = 1000000;
   expect_input_error(broken, test::steel, "nodes that do not exist");
@@ -305,7 +309,7 @@ TEST(Refusals, PartsThatHangByAnEdgeAreAMechanism) {
   const auto checker = box_mesh({0.04, 0.04, 0.02}, {2, 2, 1}, 2, [](const Vec3& x) {
     return (x[0] < 0.02) == (x[1] < 0.02) ? 0 : 1;
   });
-  TetMesh hinge = checker;
+  test::TetMesh hinge = checker;
   hinge.elements.clear();
   hinge.regions.clear();
   hinge.region_names = {"body"};
@@ -315,7 +319,7 @@ TEST(Refusals, PartsThatHangByAnEdgeAreAMechanism) {
     hinge.elements.insert(hinge.elements.end(), element.begin(), element.end());
     hinge.regions.push_back(0);
   }
-  hinge.faces = boundary_faces(hinge);
+  hinge.faces = solvers::mesh::boundary_faces(hinge);
   try {
     lowest_modes(hinge, {test::steel}, 5);
     ADD_FAILURE() << "no error";
@@ -333,18 +337,18 @@ TEST(Modes, AreTheSameBitsWhenSolvedAgain) {
 
 TEST(WholeClusters, RepeatedEigenvaluesAreTakenWholeOrNotAtAll) {
   const std::vector<double> pairs = {1, 2, 2 + 1e-9, 3, 4, 4, 4};
-  EXPECT_EQ(solvers::whole_clusters(pairs, 2), 1u);
-  EXPECT_EQ(solvers::whole_clusters(pairs, 3), 3u);
-  EXPECT_EQ(solvers::whole_clusters(pairs, 5), 4u);
-  EXPECT_EQ(solvers::whole_clusters(pairs, 6), 4u);
-  EXPECT_EQ(solvers::whole_clusters(pairs, 7), 7u);
-  EXPECT_EQ(solvers::whole_clusters(pairs, 100), 7u);
-  EXPECT_EQ(solvers::whole_clusters(std::vector<double>{2, 2, 2}, 2), 2u);
+  EXPECT_EQ(solvers::modes::whole_clusters(pairs, 2), 1u);
+  EXPECT_EQ(solvers::modes::whole_clusters(pairs, 3), 3u);
+  EXPECT_EQ(solvers::modes::whole_clusters(pairs, 5), 4u);
+  EXPECT_EQ(solvers::modes::whole_clusters(pairs, 6), 4u);
+  EXPECT_EQ(solvers::modes::whole_clusters(pairs, 7), 7u);
+  EXPECT_EQ(solvers::modes::whole_clusters(pairs, 100), 7u);
+  EXPECT_EQ(solvers::modes::whole_clusters(std::vector<double>{2, 2, 2}, 2), 2u);
 }
 
 TEST(RestrictTo, ARescaledSetIsStillComplete) {
   // Steel at 0.6 of its size: the certificate comes back a rounding below the band's top.
-  solvers::Modes modes;
+  solvers::modes::Modes modes;
   modes.eigenvalues = {4e6, 9e6};
   modes.residuals = {0, 0};
   modes.shapes.setZero(2, 3);
@@ -358,7 +362,8 @@ TEST(RestrictTo, ARescaledSetIsStillComplete) {
     solved.certificate.complete_to_hz = 20000 * size;
     solved.certificate.modes_in_band = 2;
     solved.certificate.complete = true;
-    const auto cut = solvers::restrict_to(solvers::rescale(solved, size, 1, 1), {20, 20000, 300});
+    const auto cut =
+        solvers::modes::restrict_to(solvers::modes::rescale(solved, size, 1, 1), {20, 20000, 300});
     EXPECT_TRUE(cut.certificate.complete) << size;
     EXPECT_EQ(cut.certificate.complete_to_hz, 20000) << size;
   }

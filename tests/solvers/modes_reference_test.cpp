@@ -114,7 +114,7 @@ TEST(Reference, OraclesAgreeWithPublishedTables) {
 
 /// Lame's mode of a square cross-section, u = (cos kx sin ky, -sin kx cos ky, 0) with k = pi / a,
 /// is an exact mode of a free box of any depth: frequency c_T / (sqrt(2) a). Found by its shape.
-double lame_mode(const Modes& modes, double side) {
+double lame_mode(const solvers::modes::Modes& modes, double side) {
   Eigen::VectorXf exact(modes.shapes.cols());
   for (std::size_t n = 0; n < modes.surface.nodes.size(); ++n) {
     const Vec3 angle = modes.surface.nodes[n] * std::numbers::pi / side;

@@ -10,10 +10,10 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "solvers/lagrange.hpp"
-#include "solvers/msh_elements.hpp"
-#include "solvers/msh_file.hpp"
-#include "solvers/read_mesh.hpp"
+#include "solvers/elements/lagrange.hpp"
+#include "solvers/mesh/readers/detail/msh_elements.hpp"
+#include "solvers/mesh/readers/detail/msh_file.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 #include "tests/solvers/temporary_folder.hpp"
 
 namespace carillon::solvers {
@@ -66,7 +66,7 @@ class MshReader : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-double volume_of(const TetMesh& mesh, int region) {
+double volume_of(const mesh::TetMesh& mesh, int region) {
   double volume = 0;
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     if (mesh.regions[e] != region) continue;
@@ -82,13 +82,13 @@ TEST_F(MshReader, GivesNodesTheirPlacesInEveryVersionAndOrder) {
     for (const bool binary : {false, true}) {
       for (int order = 1; order <= 4; ++order) {
         SCOPED_TRACE(testing::Message() << version << (binary ? " binary" : " text") << order);
-        const TetMesh mesh = read_msh(write_block(version, binary, order));
+        const mesh::TetMesh mesh = mesh::readers::read_msh(write_block(version, binary, order));
         ASSERT_EQ(mesh.order, order);
         EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"group_3", "oak, left"}));
         EXPECT_NEAR(volume_of(mesh, 0), 1, 1e-12);
         EXPECT_NEAR(volume_of(mesh, 1), 1, 1e-12);
         // Straight elements: every node lies where the lattice says.
-        const auto& lattice = tetrahedron_lattice(order);
+        const auto& lattice = elements::tetrahedron_lattice(order);
         for (std::size_t e = 0; e < mesh.element_count(); ++e) {
           const auto element = mesh.element(e);
           for (std::size_t i = 0; i < lattice.size(); ++i) {
@@ -100,14 +100,14 @@ TEST_F(MshReader, GivesNodesTheirPlacesInEveryVersionAndOrder) {
           }
         }
         // Four sides of area 2, two of area 1; Gmsh's own count of nodes.
-        SurfaceMesh surface{mesh.nodes, {}};
-        const auto per_face = static_cast<std::size_t>(nodes_per_face(order));
+        mesh::SurfaceMesh surface{mesh.nodes, {}};
+        const auto per_face = static_cast<std::size_t>(elements::nodes_per_face(order));
         for (std::size_t f = 0; f < mesh.face_count(); ++f) {
           surface.triangles.push_back({mesh.faces[f * per_face], mesh.faces[f * per_face + 1],
                                        mesh.faces[f * per_face + 2]});
         }
-        EXPECT_NEAR(area(surface), 10, 1e-12);
-        EXPECT_NEAR(signed_volume(surface), 2, 1e-12);
+        EXPECT_NEAR(mesh::area(surface), 10, 1e-12);
+        EXPECT_NEAR(mesh::signed_volume(surface), 2, 1e-12);
         std::vector<std::size_t> tags;
         std::vector<double> coordinates, parameters;
         gmsh::model::mesh::getNodes(tags, coordinates, parameters);
@@ -125,7 +125,7 @@ TEST_F(MshReader, KnowsGmshsNodeOrder) {
     gmsh::model::mesh::getElementProperties(type, name, dimension, their_order, nodes, uvw,
                                             primary);
     ASSERT_EQ(their_order, order);
-    const auto lattice = gmsh_tetrahedron_lattice(order);
+    const auto lattice = mesh::readers::gmsh_tetrahedron_lattice(order);
     ASSERT_EQ(lattice.size(), static_cast<std::size_t>(nodes));
     for (std::size_t i = 0; i < lattice.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -142,7 +142,7 @@ TEST_F(MshReader, ReadsCurvedElements) {
   gmsh::option::setNumber("Mesh.HighOrderOptimize", 2);
   gmsh::model::mesh::generate(3);
   gmsh::model::mesh::setOrder(2);
-  const TetMesh mesh = read_msh(write(4.1, true));
+  const mesh::TetMesh mesh = mesh::readers::read_msh(write(4.1, true));
   EXPECT_EQ(mesh.region_names, std::vector<std::string>{"body"});
   for (const std::int32_t node : mesh.faces) {
     EXPECT_NEAR(mesh.nodes[static_cast<std::size_t>(node)].norm(), 1, 1e-6);
@@ -153,9 +153,13 @@ TEST_F(MshReader, RefusesSurfacesAndOldVersions) {
   gmsh::model::occ::addBox(0, 0, 0, 1, 1, 1);
   gmsh::model::occ::synchronize();
   gmsh::model::mesh::generate(2);
-  EXPECT_NE(message_of<InputError>([&] { read_msh(write(2.2, true)); }).find("no tetrahedra"),
+  EXPECT_NE(message_of<InputError>([&] {
+              mesh::readers::read_msh(write(2.2, true));
+            }).find("no tetrahedra"),
             std::string::npos);
-  EXPECT_NE(message_of<InputError>([&] { read_msh(write(4.0, false)); }).find("4.1 or 2.2"),
+  EXPECT_NE(message_of<InputError>([&] {
+              mesh::readers::read_msh(write(4.0, false));
+            }).find("4.1 or 2.2"),
             std::string::npos);
 }
 
@@ -167,7 +171,7 @@ const std::string kTwoTets =
 
 TEST(ReadMsh, TurnsInvertedElementsAndDropsTwinsAndUnusedNodes) {
   const TemporaryFolder folder;
-  const TetMesh mesh = read_msh(folder.file("two.msh", kTwoTets));
+  const mesh::TetMesh mesh = mesh::readers::read_msh(folder.file("two.msh", kTwoTets));
   EXPECT_EQ(mesh.element_count(), 2u);
   EXPECT_EQ(mesh.nodes.size(), 5u);
   EXPECT_NEAR(volume_of(mesh, 0), 1.0 / 6 + 1.0 / 3, 1e-15);
@@ -180,7 +184,7 @@ TEST(ReadMsh, RefusesOtherVolumeElementsAndMixedOrders) {
     for (int i = 1; i <= 10; ++i) text += fmt::format("{} {} {} {}\n", i, i % 2, i / 2 % 2, i / 4);
     text += "$EndNodes\n$Elements\n2\n1 4 2 0 1 1 2 3 4\n" + element + "\n$EndElements\n";
     const std::string path = folder.file("mixed.msh", text);
-    return message_of<InputError>([&] { read_msh(path); });
+    return message_of<InputError>([&] { mesh::readers::read_msh(path); });
   };
   EXPECT_NE(error("2 5 2 0 1 1 2 3 4 5 6 7 8").find("hexahedron"), std::string::npos);
   EXPECT_NE(error("2 31 2 0 1 1 2 3 4 5 6 7 8").find("56-node"), std::string::npos);
@@ -193,7 +197,7 @@ TEST(ReadMsh, NamesTheLineOfWhatIsWrong) {
     std::string text = kTwoTets;
     text.replace(text.find(from), from.size(), to);
     const std::string path = folder.file("two.msh", text);
-    return message_of<InputError>([&] { read_msh(path); });
+    return message_of<InputError>([&] { mesh::readers::read_msh(path); });
   };
   EXPECT_NE(error("1 2 3 9", "1 2 3 7").find("node 7"), std::string::npos);
   EXPECT_NE(error("2 4 2 0", "2 77 2 0").find("two.msh:19: unknown element type 77"),
@@ -220,7 +224,7 @@ TEST(ReadMsh, OneElementMayBeFarLargerThanTheOthers) {
     elements += fmt::format("{} 4 2 0 1 {} {} {} {}\n", i + 1, n + 1, n + 2, n + 3, n + 4);
   }
   text += "$EndNodes\n$Elements\n101\n" + elements + "$EndElements\n";
-  EXPECT_EQ(read_msh(folder.file("large.msh", text)).element_count(), 101u);
+  EXPECT_EQ(mesh::readers::read_msh(folder.file("large.msh", text)).element_count(), 101u);
 }
 
 TEST_F(MshReader, AnswersDamagedFilesWithAMessage) {
@@ -230,7 +234,8 @@ TEST_F(MshReader, AnswersDamagedFilesWithAMessage) {
       std::mt19937_64 random(17);
       for (int i = 0; i < 1500; ++i) {
         try {
-          const MshFile file = parse_msh("mesh", test::damaged(whole, random));
+          const mesh::readers::MshFile file =
+              mesh::readers::parse_msh("mesh", test::damaged(whole, random));
           for (const std::int32_t node : file.tetrahedra) {
             ASSERT_TRUE(node >= 0 && static_cast<std::size_t>(node) < file.nodes.size());
           }

@@ -14,7 +14,8 @@ TEST(PitchErrorOfAGroup, IsThatOfOneRankAndOnEveryRankTheSame) {
       test::with_finer_nodes(test::ball_mesh(0.05, 2, 2), test::ball_mesh(0.05, 2, 3));
   const auto halves = test::box_mesh({0.011, 0.013, 0.1}, {2, 2, 8}, 2,
                                      [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
-  const auto compare = [](const solvers::TetMesh& mesh, const std::vector<solvers::Elastic>& of) {
+  const auto compare = [](const solvers::mesh::TetMesh& mesh,
+                          const std::vector<solvers::elements::Elastic>& of) {
     const auto alone = test::lowest_modes(mesh, of, 16, MPI_COMM_SELF).pitch_errors;
     const auto group = test::lowest_modes(mesh, of, 16, MPI_COMM_WORLD).pitch_errors;
     ASSERT_EQ(group.size(), alone.size());

@@ -21,11 +21,11 @@ TEST_P(Sweep, EstimatesLieBetweenHalfAndThreeTimesTheError) {
     std::size_t compared = 0;
     for (int size = 0; size < 3; ++size) {
       core::Trace trace;
-      solvers::SolveOptions options;
+      solvers::eigen::SolveOptions options;
       options.band = {0, 1e9, static_cast<int>(3 * wanted / 2)};
       const auto mesh = body.mesh(order, size);
-      const auto modes =
-          solvers::solve_modes(mesh, std::vector{body.material}, options, MPI_COMM_SELF, trace);
+      const auto modes = solvers::eigen::solve_modes(mesh, std::vector{body.material}, options,
+                                                     MPI_COMM_SELF, trace);
       const auto found = test::measure_effectivity(modes, std::span(truth).first(wanted));
       fmt::print(
           "{:22} order {} size {}: {:6} unknowns, worst {:9.3f} cents, {:2} modes, "

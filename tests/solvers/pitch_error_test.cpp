@@ -10,8 +10,8 @@
 #include "closed_forms.hpp"
 #include "reference_bodies.hpp"
 #include "solve.hpp"
-#include "solvers/pitch_error.hpp"
-#include "solvers/raise_order.hpp"
+#include "solvers/eigen/pitch_error.hpp"
+#include "solvers/mesh/raise_order.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -22,7 +22,8 @@ using test::box_mesh;
 using test::lowest_modes;
 
 /// Truth for the lowest modes; half as many again are solved for, as some may lie too high.
-void expect_effective(const std::string& name, const TetMesh& mesh, const Elastic& material,
+void expect_effective(const std::string& name, const test::TetMesh& mesh,
+                      const solvers::elements::Elastic& material,
                       const std::vector<double>& truth) {
   const auto modes = lowest_modes(mesh, {material}, static_cast<int>(3 * truth.size() / 2));
   const auto found = test::measure_effectivity(modes, truth);
@@ -92,7 +93,7 @@ TEST(PitchError, DoesNotDependOnUnitsOrPlace) {
   for (const double scale : {1e-5, 1e3}) {
     const auto other = test::moved(
         mesh, [&](const Vec3& x) -> Vec3 { return scale * (turn * x + Vec3(1, 0, 2)); });
-    Elastic soft = test::steel;
+    solvers::elements::Elastic soft = test::steel;
     soft.youngs_modulus *= 1e-4;
     expect_same(lowest_modes(other, {soft}, 12).pitch_errors, errors, 0.01);
   }
@@ -101,19 +102,21 @@ TEST(PitchError, DoesNotDependOnUnitsOrPlace) {
 /// The eigenvalue solver may return any basis of a repeated mode.
 TEST(PitchError, DoesNotDependOnTheBasisOfRepeatedModes) {
   const auto mesh = box_mesh(Vec3::Constant(0.05), {2, 2, 2}, 2);
-  const std::vector<Elastic> regions = {test::steel};
-  SolveOptions options;
+  const std::vector<solvers::elements::Elastic> regions = {test::steel};
+  solvers::eigen::SolveOptions options;
   options.band = {0, 1e9, 11};
   core::Trace trace;
-  const auto system = assemble(mesh, regions, partition(mesh, 1), MPI_COMM_SELF);
-  auto found = search_modes(mesh, regions, options, system, MPI_COMM_SELF, trace);
+  const auto system = solvers::assembly::assemble(
+      mesh, regions, solvers::assembly::partition(mesh, 1), MPI_COMM_SELF);
+  auto found = solvers::eigen::search_modes(mesh, regions, options, system, MPI_COMM_SELF, trace);
   const std::vector<std::size_t> chosen(found.flexible.begin(), found.flexible.begin() + 11);
   std::vector<double> values;
   for (const auto k : chosen) values.push_back(found.pairs.values[k] * system.scales.eigenvalue());
   const auto errors = [&] {
-    return pitch_errors(values, estimate_true_modes(mesh, regions, system, found, chosen, values,
+    return solvers::eigen::pitch_errors(
+        values, solvers::eigen::estimate_true_modes(mesh, regions, system, found, chosen, values,
                                                     1 << 30, MPI_COMM_SELF)
-                                    .modes);
+                    .modes);
   };
   const auto before = errors();
   int turned = 0;
@@ -133,17 +136,20 @@ TEST(PitchError, DoesNotDependOnTheBasisOfRepeatedModes) {
 /// Memory bounds how many modes go together, and whether matrices are kept.
 TEST(PitchError, IsTheSameInLittleMemory) {
   const auto mesh = box_mesh({0.02, 0.031, 0.053}, {1, 2, 3}, 3);
-  const std::vector<Elastic> regions = {test::steel};
+  const std::vector<solvers::elements::Elastic> regions = {test::steel};
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = {0, 1e9, 20};
-  const auto roomy = solve_modes(mesh, regions, options, MPI_COMM_SELF, trace);
-  const auto system = assemble(mesh, regions, partition(mesh, 1), MPI_COMM_SELF);
-  const auto found = search_modes(mesh, regions, options, system, MPI_COMM_SELF, trace);
+  const auto roomy = solvers::eigen::solve_modes(mesh, regions, options, MPI_COMM_SELF, trace);
+  const auto system = solvers::assembly::assemble(
+      mesh, regions, solvers::assembly::partition(mesh, 1), MPI_COMM_SELF);
+  const auto found =
+      solvers::eigen::search_modes(mesh, regions, options, system, MPI_COMM_SELF, trace);
   const std::vector<std::size_t> chosen(found.flexible.begin(), found.flexible.begin() + 20);
-  const auto truth = estimate_true_modes(mesh, regions, system, found, chosen, roomy.eigenvalues,
-                                         1000, MPI_COMM_SELF);
-  expect_same(pitch_errors(roomy.eigenvalues, truth.modes), roomy.pitch_errors, 0.1);
+  const auto truth = solvers::eigen::estimate_true_modes(mesh, regions, system, found, chosen,
+                                                         roomy.eigenvalues, 1000, MPI_COMM_SELF);
+  expect_same(solvers::eigen::pitch_errors(roomy.eigenvalues, truth.modes), roomy.pitch_errors,
+              0.1);
 }
 
 /// A mode that comes down by 300 cents passes one 280 cents below it where it is likely to.
@@ -153,12 +159,13 @@ TEST(PitchError, ModesChangePlacesWhereThatIsLikely) {
   };
   const double low = 1e8, high = low * std::exp2(280 / 600.0);
   const std::vector found{low, high};
-  const TrueMode stays{low, lower(low, 3), 0, lower(low, 3)};
-  auto errors = pitch_errors(found, {{high, lower(high, 300), 0, lower(high, 270)}, stays});
+  const solvers::eigen::TrueMode stays{low, lower(low, 3), 0, lower(low, 3)};
+  auto errors =
+      solvers::eigen::pitch_errors(found, {{high, lower(high, 300), 0, lower(high, 270)}, stays});
   EXPECT_NEAR(errors[0], 3, 1e-6);
   EXPECT_NEAR(errors[1], 300, 1e-6);
   for (const double likely : {lower(high, 290), 0.0}) {
-    errors = pitch_errors(found, {stays, {high, lower(high, 300), 0, likely}});
+    errors = solvers::eigen::pitch_errors(found, {stays, {high, lower(high, 300), 0, likely}});
     EXPECT_NEAR(errors[0], 20, 1e-6);
     EXPECT_NEAR(errors[1], 283, 1e-6);
   }
@@ -181,7 +188,7 @@ TEST(PitchError, OfSeparateBodiesIsThatOfEach) {
 TEST(PitchError, TakesTheMeshsOwnCurveWithoutFinerNodes) {
   auto mesh = test::ball_mesh(0.05, 2, 2);
   const auto own = lowest_modes(mesh, {test::steel}, 11).pitch_errors;
-  mesh.finer_nodes = raise_order(mesh, 3).nodes;
+  mesh.finer_nodes = solvers::mesh::raise_order(mesh, 3).nodes;
   expect_same(lowest_modes(mesh, {test::steel}, 11).pitch_errors, own, 1e-6);
   // The true surface bulges over the elements' by an error of its own.
   const auto curved = test::with_finer_nodes(mesh, test::ball_mesh(0.05, 2, 3));
@@ -199,7 +206,7 @@ TEST(PitchError, GapsCountAsIfTheyWereClosed) {
     const auto mesh = test::ball_mesh(0.05, 2, order);
     const auto curved = test::with_finer_nodes(mesh, test::ball_mesh(0.05, 2, order + 1));
     auto held_back = mesh;
-    held_back.finer_nodes = raise_order(mesh, order + 1).nodes;
+    held_back.finer_nodes = solvers::mesh::raise_order(mesh, order + 1).nodes;
     for (std::size_t n = 0; n < curved.finer_nodes.size(); ++n) {
       held_back.finer_gaps.push_back(curved.finer_nodes[n] - held_back.finer_nodes[n]);
     }
@@ -220,7 +227,7 @@ TEST(PitchError, GapsCountAsIfTheyWereClosed) {
 TEST(PitchError, NodesThatFoldBecomeGaps) {
   const Vec3 offset(0.01, 0.02, -0.01);
   auto folding = box_mesh({0.02, 0.031, 0.053}, {1, 2, 3}, 2);
-  folding.finer_nodes = raise_order(folding, 3).nodes;
+  folding.finer_nodes = solvers::mesh::raise_order(folding, 3).nodes;
   auto told = folding;
   folding.finer_nodes.back() += offset;
   told.finer_gaps.assign(told.finer_nodes.size(), Vec3::Zero());
@@ -234,16 +241,17 @@ TEST(PitchError, GoesWithItsModesAndOnlyWhenAsked) {
   const auto mesh = box_mesh({0.02, 0.031, 0.053}, {1, 2, 3}, 2);
   const auto modes = lowest_modes(mesh, {test::steel}, 12);
   EXPECT_EQ(modes.pitch_errors.size(), modes.size());
-  EXPECT_EQ(rescale(modes, 2, 3, 4).pitch_errors, modes.pitch_errors);
-  const Band upper{modes.frequency(3) * 0.999, modes.frequency(8) * 1.001, 100};
-  const auto some = restrict_to(modes, upper);
+  EXPECT_EQ(solvers::modes::rescale(modes, 2, 3, 4).pitch_errors, modes.pitch_errors);
+  const solvers::modes::Band upper{modes.frequency(3) * 0.999, modes.frequency(8) * 1.001, 100};
+  const auto some = solvers::modes::restrict_to(modes, upper);
   EXPECT_EQ(some.pitch_errors,
             std::vector(modes.pitch_errors.begin() + 3, modes.pitch_errors.begin() + 9));
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = {0, 1e9, 12};
   options.estimate_errors = false;
   core::Trace trace;
-  const auto plain = solve_modes(mesh, std::vector{test::steel}, options, MPI_COMM_SELF, trace);
+  const auto plain =
+      solvers::eigen::solve_modes(mesh, std::vector{test::steel}, options, MPI_COMM_SELF, trace);
   EXPECT_TRUE(plain.pitch_errors.empty());
   EXPECT_EQ(trace.stages.count("estimate"), 0u);
   EXPECT_EQ(plain.eigenvalues, modes.eigenvalues);

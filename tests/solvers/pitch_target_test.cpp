@@ -1,5 +1,5 @@
 // The search for a setting that meets a pitch target, with made-up estimates of known behaviour.
-#include "solvers/pitch_target.hpp"
+#include "solvers/pitch/pitch_target.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "family_shapes.hpp"
-#include "solvers/pitch_model.hpp"
+#include "solvers/pitch/pitch_model.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon::test {
@@ -17,11 +17,11 @@ namespace {
 using namespace solvers;
 
 /// Errors [cent] of three modes as a function of a mesh.
-using ErrorModel = std::function<std::vector<double>(const MeshSize&)>;
+using ErrorModel = std::function<std::vector<double>(const solvers::pitch::MeshSize&)>;
 
 /// Eigenvalues of smooth modes: relative error (x h / p)^(2 p), the worst at `wave_number` [1/m].
 ErrorModel smooth(double wave_number) {
-  return [wave_number](const MeshSize& mesh) {
+  return [wave_number](const solvers::pitch::MeshSize& mesh) {
     std::vector<double> cents;
     for (const double share : {0.4, 0.7, 1.0}) {
       const double x = share * wave_number * mesh.element_size / mesh.order;
@@ -38,27 +38,27 @@ struct Body {
   int meshes = 0, solves = 0;
   std::vector<MeshOptions> asked;
 
-  MeshMaker mesh_maker() {
+  solvers::pitch::MeshMaker mesh_maker() {
     return [this](const MeshOptions& options) {
       ++meshes;
       asked.push_back(options);
-      return mesh_family(shape, options);
+      return solvers::families::mesh_family(shape, options);
     };
   }
-  ModeSolver solver() {
+  solvers::pitch::ModeSolver solver() {
     return [this](const MeshResult& made) {
       ++solves;
       const TetMesh& mesh = made.mesh;
-      const MeshSize size = size_of(mesh);
-      Modes modes;
+      const solvers::pitch::MeshSize size = solvers::pitch::size_of(mesh);
+      solvers::modes::Modes modes;
       modes.pitch_errors = errors(size);
       modes.eigenvalues.resize(modes.pitch_errors.size(), 1e8);
       modes.certificate.unknowns = 3 * static_cast<std::int64_t>(mesh.nodes.size());
-      return std::vector<Modes>{modes};
+      return std::vector<solvers::modes::Modes>{modes};
     };
   }
-  PitchResult reach(const PitchTarget& target) {
-    return reach_pitch(target, mesh_maker(), solver());
+  solvers::pitch::PitchResult reach(const solvers::pitch::PitchTarget& target) {
+    return solvers::pitch::reach_pitch(target, mesh_maker(), solver());
   }
 };
 
@@ -81,11 +81,11 @@ Body block(ErrorModel errors) {
 TEST(PitchModel, CountsUnknownsOfEveryOrderExactly) {
   for (const char* family : {"tile", "block", "tube", "bowl"}) {
     const auto shape = shape_at(find_family(family));
-    const MeshSize size = size_of(mesh_of(shape, 2, 0.05).mesh);
+    const solvers::pitch::MeshSize size = solvers::pitch::size_of(mesh_of(shape, 2, 0.05).mesh);
     for (int order = 1; order <= 4; ++order) {
       // Holes aside, which Euler's formula leaves out: a tube has one.
       const double slack = std::string(family) == "tube" ? 3.0 * (order - 1) : 0;
-      EXPECT_NEAR(resized(size, order, 1).unknowns(),
+      EXPECT_NEAR(solvers::pitch::resized(size, order, 1).unknowns(),
                   3.0 * static_cast<double>(mesh_of(shape, order, 0.05).mesh.nodes.size()), slack)
           << family << " " << order;
     }
@@ -95,30 +95,34 @@ TEST(PitchModel, CountsUnknownsOfEveryOrderExactly) {
 TEST(PitchModel, FollowsRefinement) {
   for (const char* family : {"tile", "block", "tube"}) {
     const auto shape = shape_at(find_family(family));
-    const MeshSize coarse = size_of(mesh_of(shape, 3, 0.04).mesh);
-    const MeshSize fine = size_of(mesh_of(shape, 3, 0.02).mesh);
-    const MeshSize predicted = resized(coarse, 3, fine.element_size / coarse.element_size);
+    const solvers::pitch::MeshSize coarse = solvers::pitch::size_of(mesh_of(shape, 3, 0.04).mesh);
+    const solvers::pitch::MeshSize fine = solvers::pitch::size_of(mesh_of(shape, 3, 0.02).mesh);
+    const solvers::pitch::MeshSize predicted =
+        solvers::pitch::resized(coarse, 3, fine.element_size / coarse.element_size);
     EXPECT_NEAR(std::log(predicted.unknowns() / fine.unknowns()), 0, 0.5) << family;
-    EXPECT_GT(relative_cost(fine), 2 * relative_cost(coarse)) << family;
-    EXPECT_GT(factor_memory(fine), 2 * factor_memory(coarse)) << family;
+    EXPECT_GT(solvers::pitch::relative_cost(fine), 2 * solvers::pitch::relative_cost(coarse))
+        << family;
+    EXPECT_GT(solvers::pitch::factor_memory(fine), 2 * solvers::pitch::factor_memory(coarse))
+        << family;
   }
   // Figures of a cube 50^3 (398k unknowns, 5.3 GB) and a plate 150 x 150 x 4 (342k, 1.5 GB).
-  EXPECT_NEAR(factor_memory({1, 0.02 * std::sqrt(3), 0, 398e3 / 3, 0, 0, 51 * 0.01 * std::sqrt(3)}),
+  EXPECT_NEAR(solvers::pitch::factor_memory(
+                  {1, 0.02 * std::sqrt(3), 0, 398e3 / 3, 0, 0, 51 * 0.01 * std::sqrt(3)}),
               5.3e9, 0.5 * 5.3e9);
-  EXPECT_NEAR(factor_memory({1, 0.02, 0, 342e3 / 3, 0, 0, 0.04}), 1.5e9, 0.1e9);
+  EXPECT_NEAR(solvers::pitch::factor_memory({1, 0.02, 0, 342e3 / 3, 0, 0, 0.04}), 1.5e9, 0.1e9);
 }
 
 TEST(PitchModel, ErrorsFallWithTheRateOfTheOrder) {
   for (int p = 1; p <= 4; ++p) {
-    EXPECT_NEAR(predicted_error(10, p, p, 1), 10, 1e-9);
-    EXPECT_NEAR(predicted_error(10, p, p, 0.5), 10 * std::pow(0.5, 2 * p), 1e-9);
-    EXPECT_LT(predicted_error(10, p, p + 1, 1), 10);
+    EXPECT_NEAR(solvers::pitch::predicted_error(10, p, p, 1), 10, 1e-9);
+    EXPECT_NEAR(solvers::pitch::predicted_error(10, p, p, 0.5), 10 * std::pow(0.5, 2 * p), 1e-9);
+    EXPECT_LT(solvers::pitch::predicted_error(10, p, p + 1, 1), 10);
   }
 }
 
 TEST(PitchTarget, AFirstSettingGoodEnoughIsKept) {
   Body body = tile(smooth(20));
-  const PitchResult result = body.reach({.cents = 5});
+  const solvers::pitch::PitchResult result = body.reach({.cents = 5});
   EXPECT_TRUE(result.report.met());
   EXPECT_EQ(result.report.steps.size(), 1u);
   EXPECT_EQ(body.asked[0].order, 3);
@@ -130,8 +134,8 @@ TEST(PitchTarget, AFirstSettingGoodEnoughIsKept) {
 TEST(PitchTarget, RefinesUntilTheWorstModeMeetsIt) {
   for (const double cents : {20.0, 1.0, 0.2})
     for (Body body : {tile(smooth(90)), block(smooth(60))}) {
-      const PitchResult result = body.reach({.cents = cents});
-      const PitchReport& report = result.report;
+      const solvers::pitch::PitchResult result = body.reach({.cents = cents});
+      const solvers::pitch::PitchReport& report = result.report;
       EXPECT_TRUE(report.met()) << report.stopped_by << ": " << report.reason;
       EXPECT_LE(report.reached_cents, cents);
       EXPECT_EQ(report.reached_cents, report.steps[report.chosen].worst_cents);
@@ -149,32 +153,36 @@ TEST(PitchTarget, IsNoDearerThanNeeded) {
   // What it settles on is within a small factor of the cheapest setting on a fine grid of all.
   const ErrorModel errors = smooth(90);
   Body body = tile(errors);
-  const PitchResult result = body.reach({.cents = 1});
+  const solvers::pitch::PitchResult result = body.reach({.cents = 1});
   ASSERT_TRUE(result.report.met());
   double cheapest = 1e300;
   for (int order = 2; order <= 4; ++order)
     for (double size = 0.012; size < 0.06; size *= 1.15) {
-      const MeshSize mesh = size_of(mesh_of(body.shape, order, size).mesh);
-      if (errors(mesh)[2] <= 1) cheapest = std::min(cheapest, relative_cost(mesh));
+      const solvers::pitch::MeshSize mesh =
+          solvers::pitch::size_of(mesh_of(body.shape, order, size).mesh);
+      if (errors(mesh)[2] <= 1) cheapest = std::min(cheapest, solvers::pitch::relative_cost(mesh));
     }
-  EXPECT_LT(relative_cost(size_of(result.mesh.mesh)), 2.5 * cheapest);
+  EXPECT_LT(solvers::pitch::relative_cost(solvers::pitch::size_of(result.mesh.mesh)),
+            2.5 * cheapest);
 }
 
 TEST(PitchTarget, SlowConvergenceAtCornersIsNoticed) {
   // A notch adds h^1.09 at every order.
-  Body body = tile([](const MeshSize& mesh) {
+  Body body = tile([](const solvers::pitch::MeshSize& mesh) {
     auto cents = smooth(90)(mesh);
     cents[2] += 2 * std::pow(mesh.element_size / 0.02, 1.09);
     return cents;
   });
-  const PitchResult result = body.reach({.cents = 0.8});
+  const solvers::pitch::PitchResult result = body.reach({.cents = 0.8});
   EXPECT_TRUE(result.report.met()) << result.report.stopped_by;
   EXPECT_LE(result.report.steps.size(), 6u);
 }
 
 TEST(PitchTarget, SaysThatNothingHelps) {
-  Body body = tile([](const MeshSize&) { return std::vector<double>{0.1, 0.2, 7}; });
-  const PitchResult result = body.reach({.cents = 5});
+  Body body = tile([](const solvers::pitch::MeshSize&) {
+    return std::vector<double>{0.1, 0.2, 7};
+  });
+  const solvers::pitch::PitchResult result = body.reach({.cents = 5});
   EXPECT_EQ(result.report.stopped_by, "no_progress");
   EXPECT_NE(result.report.reason.find("7 cents"), std::string::npos);
   EXPECT_EQ(result.report.reached_cents, 7);
@@ -184,12 +192,12 @@ TEST(PitchTarget, SaysThatNothingHelps) {
 
 TEST(PitchTarget, StopsAtTheElementsAllowed) {
   Body body = tile(smooth(300));
-  PitchTarget target{.cents = 0.01};
+  solvers::pitch::PitchTarget target{.cents = 0.01};
   target.start.max_elements = 3000;
-  const PitchResult result = body.reach(target);
+  const solvers::pitch::PitchResult result = body.reach(target);
   EXPECT_EQ(result.report.stopped_by, "max_elements") << result.report.reason;
   EXPECT_NE(result.report.reason.find("3000"), std::string::npos);
-  for (const PitchStep& step : result.report.steps) EXPECT_LE(step.elements, 3000);
+  for (const solvers::pitch::PitchStep& step : result.report.steps) EXPECT_LE(step.elements, 3000);
   // The best the bound allows was tried.
   EXPECT_GT(result.report.steps.size(), 1u);
   EXPECT_LT(result.report.reached_cents, 0.5 * result.report.steps[0].worst_cents);
@@ -197,13 +205,14 @@ TEST(PitchTarget, StopsAtTheElementsAllowed) {
 
 TEST(PitchTarget, StopsAtTheMemoryLimit) {
   Body body = block(smooth(600));
-  PitchTarget target{.cents = 0.01};
+  solvers::pitch::PitchTarget target{.cents = 0.01};
   target.memory_limit = 200 << 20;
-  const PitchResult result = body.reach(target);
+  const solvers::pitch::PitchResult result = body.reach(target);
   EXPECT_EQ(result.report.stopped_by, "memory_limit") << result.report.reason;
-  EXPECT_LT(factor_memory(size_of(result.mesh.mesh)), 1.5 * (200 << 20));
+  EXPECT_LT(solvers::pitch::factor_memory(solvers::pitch::size_of(result.mesh.mesh)),
+            1.5 * (200 << 20));
   // An iterative solver keeps no factor: elements are the bound then.
-  target.linear_solver = LinearSolver::iterative;
+  target.linear_solver = solvers::modes::LinearSolver::iterative;
   target.start.max_elements = 20000;
   EXPECT_EQ(body.reach(target).report.stopped_by, "max_elements");
 }
@@ -211,7 +220,7 @@ TEST(PitchTarget, StopsAtTheMemoryLimit) {
 TEST(PitchTarget, AFailureAfterTheFirstStepKeepsWhatThereIs) {
   Body body = tile(smooth(90));
   const auto mesh = body.mesh_maker();
-  const auto result = reach_pitch(
+  const auto result = solvers::pitch::reach_pitch(
       {.cents = 0.1},
       [&](const MeshOptions& options) {
         if (body.meshes > 0) throw core::SolverError("the mesher gave up on it");
@@ -225,15 +234,18 @@ TEST(PitchTarget, AFailureAfterTheFirstStepKeepsWhatThereIs) {
 
   const auto solve = body.solver();
   body.solves = 0;
-  const auto unsolved = reach_pitch({.cents = 0.1}, body.mesh_maker(), [&](const MeshResult& m) {
-    if (body.solves > 0) throw core::SolverError("no convergence");
-    return solve(m);
-  });
+  const auto unsolved =
+      solvers::pitch::reach_pitch({.cents = 0.1}, body.mesh_maker(), [&](const MeshResult& m) {
+        if (body.solves > 0) throw core::SolverError("no convergence");
+        return solve(m);
+      });
   EXPECT_EQ(unsolved.report.stopped_by, "solver");
 
   EXPECT_THROW(
-      reach_pitch({.cents = 1}, body.mesh_maker(),
-                  [](const MeshResult&) -> std::vector<Modes> { throw core::SolverError("no"); }),
+      solvers::pitch::reach_pitch({.cents = 1}, body.mesh_maker(),
+                                  [](const MeshResult&) -> std::vector<solvers::modes::Modes> {
+                                    throw core::SolverError("no");
+                                  }),
       core::SolverError);
 }
 
@@ -241,7 +253,7 @@ TEST(PitchTarget, AFailureAfterTheFirstStepKeepsWhatThereIs) {
 TEST(PitchTarget, LackOfTimeOrMemoryIsNoReasonToSettleForLess) {
   Body body = tile(smooth(150));
   const auto mesh = body.mesh_maker();
-  EXPECT_THROW(reach_pitch(
+  EXPECT_THROW(solvers::pitch::reach_pitch(
                    {.cents = 0.1},
                    [&](const MeshOptions& options) {
                      if (body.meshes > 0) throw core::TimeError("longer than 300 s");
@@ -251,66 +263,68 @@ TEST(PitchTarget, LackOfTimeOrMemoryIsNoReasonToSettleForLess) {
                core::TimeError);
   const auto solve = body.solver();
   body.solves = 0;
-  EXPECT_THROW(reach_pitch({.cents = 0.1}, body.mesh_maker(),
-                           [&](const MeshResult& m) {
-                             if (body.solves > 0) throw core::MemoryError("out of memory");
-                             return solve(m);
-                           }),
+  EXPECT_THROW(solvers::pitch::reach_pitch({.cents = 0.1}, body.mesh_maker(),
+                                           [&](const MeshResult& m) {
+                                             if (body.solves > 0)
+                                               throw core::MemoryError("out of memory");
+                                             return solve(m);
+                                           }),
                core::MemoryError);
 }
 
 TEST(PitchTarget, GivenElementsRiseInOrderAlone) {
   Body body = tile(smooth(150));
-  PitchTarget target{.cents = 0.01, .start = {.order = 2}, .fixed_mesh = true};
+  solvers::pitch::PitchTarget target{.cents = 0.01, .start = {.order = 2}, .fixed_mesh = true};
   const MeshOptions coarse{.order = 2, .element_size = 0.03};
   const auto given = [&](const MeshOptions& options) {
     EXPECT_EQ(options.element_size, 0);
     MeshOptions at = coarse;
     at.order = options.order;
-    return mesh_family(body.shape, at);
+    return solvers::families::mesh_family(body.shape, at);
   };
-  const auto result = reach_pitch(target, given, body.solver());
+  const auto result = solvers::pitch::reach_pitch(target, given, body.solver());
   EXPECT_EQ(result.report.stopped_by, "order") << result.report.reason;
   EXPECT_EQ(result.mesh.mesh.order, 4);
-  for (const PitchStep& step : result.report.steps)
+  for (const solvers::pitch::PitchStep& step : result.report.steps)
     EXPECT_EQ(step.elements, result.report.steps[0].elements);
 }
 
 TEST(PitchTarget, EverySetMustMeetIt) {
   Body body = tile(smooth(60));
-  const auto result = reach_pitch({.cents = 2}, body.mesh_maker(), [&](const MeshResult& mesh) {
-    auto sets = body.solver()(mesh);
-    sets.push_back(sets[0]);
-    sets[1].pitch_errors = smooth(120)(size_of(mesh.mesh));
-    return sets;
-  });
+  const auto result =
+      solvers::pitch::reach_pitch({.cents = 2}, body.mesh_maker(), [&](const MeshResult& mesh) {
+        auto sets = body.solver()(mesh);
+        sets.push_back(sets[0]);
+        sets[1].pitch_errors = smooth(120)(solvers::pitch::size_of(mesh.mesh));
+        return sets;
+      });
   ASSERT_TRUE(result.report.met());
   EXPECT_EQ(result.sets.size(), 2u);
   EXPECT_LE(result.sets[1].pitch_errors[2], 2);
 }
 
 TEST(PitchTarget, ModesWithoutEstimatesAndNoModesAtAll) {
-  Body body = tile([](const MeshSize&) { return std::vector<double>{}; });
+  Body body = tile([](const solvers::pitch::MeshSize&) { return std::vector<double>{}; });
   const auto empty = body.reach({.cents = 1}).report;
   EXPECT_TRUE(empty.met());  // no mode, no error: two settings say so
   EXPECT_EQ(empty.steps.size(), 2u);
   EXPECT_EQ(empty.reached_cents, 0);
   EXPECT_GT(empty.steps[1].unknowns, empty.steps[0].unknowns);
   // Modes that were too sharp to be found at first.
-  Body sharp = tile([](const MeshSize& mesh) {
+  Body sharp = tile([](const solvers::pitch::MeshSize& mesh) {
     return mesh.order == 1 ? std::vector<double>{} : std::vector<double>{0.5};
   });
-  PitchTarget target{.cents = 1};
+  solvers::pitch::PitchTarget target{.cents = 1};
   target.start.order = 1;
   const auto found = sharp.reach(target);
   EXPECT_TRUE(found.report.met());
   EXPECT_EQ(found.sets[0].size(), 1u);
-  EXPECT_THROW(reach_pitch({.cents = 1}, body.mesh_maker(),
-                           [](const MeshResult&) {
-                             Modes modes;
-                             modes.eigenvalues = {1.0};
-                             return std::vector<Modes>{modes};
-                           }),
+  EXPECT_THROW(solvers::pitch::reach_pitch({.cents = 1}, body.mesh_maker(),
+                                           [](const MeshResult&) {
+                                             solvers::modes::Modes modes;
+                                             modes.eigenvalues = {1.0};
+                                             return std::vector<solvers::modes::Modes>{modes};
+                                           }),
                core::InputError);
   for (const double bad : {0.0, 0.009, -1.0, std::nan(""), HUGE_VAL})
     EXPECT_THROW(body.reach({.cents = bad}), core::InputError) << bad;
@@ -332,33 +346,35 @@ TEST(PitchTarget, AlwaysEndsAndTellsTheTruth) {
     const double wave_number = *rc::gen::inRange(10, 400);
     const double floor_cents = *rc::gen::element(0.0, 0.0, 0.3, 3.0);
     const double cents = *rc::gen::element(0.1, 1.0, 5.0, 20.0);
-    Body body = tile([=](const MeshSize& mesh) {
+    Body body = tile([=](const solvers::pitch::MeshSize& mesh) {
       auto errors = smooth(wave_number)(mesh);
       for (double& e : errors) e += floor_cents;
       return errors;
     });
-    PitchTarget target{.cents = cents};
+    solvers::pitch::PitchTarget target{.cents = cents};
     target.start.max_elements = 900;
     target.start.order = *rc::gen::inRange(1, 5);
-    const PitchReport report = reach_pitch(target, plain_plate, body.solver()).report;
+    const solvers::pitch::PitchReport report =
+        solvers::pitch::reach_pitch(target, plain_plate, body.solver()).report;
     RC_ASSERT(report.steps.size() <= 8u);
     RC_ASSERT(report.met() == (report.reached_cents <= cents));
-    for (const PitchStep& step : report.steps) RC_ASSERT(report.reached_cents <= step.worst_cents);
+    for (const solvers::pitch::PitchStep& step : report.steps)
+      RC_ASSERT(report.reached_cents <= step.worst_cents);
     RC_ASSERT(report.met() || !report.reason.empty());
   }));
 }
 
 TEST(PitchTarget, JsonNamesStepsAndWhatStoppedIt) {
   Body body = tile(smooth(90));
-  const PitchReport report = body.reach({.cents = 1}).report;
-  const auto json = to_json(report, true);
+  const solvers::pitch::PitchReport report = body.reach({.cents = 1}).report;
+  const auto json = solvers::pitch::to_json(report, true);
   EXPECT_EQ(json.at("asked_cents"), 1.0);
   EXPECT_LE(json.at("reached_cents").get<double>(), 1);
   EXPECT_TRUE(json.at("stopped_by").is_null());
   ASSERT_EQ(json.at("steps").size(), report.steps.size());
   for (const char* key : {"order", "element_size_m", "unknowns", "seconds", "worst_cents"})
     EXPECT_TRUE(json.at("steps")[0].contains(key)) << key;
-  EXPECT_FALSE(to_json(report, false).at("steps")[0].contains("seconds"));
+  EXPECT_FALSE(solvers::pitch::to_json(report, false).at("steps")[0].contains("seconds"));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include "closed_forms.hpp"
 #include "reference_bodies.hpp"
 #include "solve.hpp"
-#include "solvers/solve_materials.hpp"
+#include "solvers/basis/solve_materials.hpp"
 #include "temporary_folder.hpp"
 #include "test_meshes.hpp"
 
@@ -21,23 +21,26 @@ using namespace solvers;
 
 constexpr double kilohertz = 1000;
 
-ModeRequest request(double ratio, const Band& band, double modulus = 7e10, double density = 2700) {
+solvers::basis::ModeRequest request(double ratio, const solvers::modes::Band& band,
+                                    double modulus = 7e10, double density = 2700) {
   return {{{modulus, ratio, density}}, band};
 }
 
-Modes solved_alone(const TetMesh& mesh, const ModeRequest& wanted) {
+solvers::modes::Modes solved_alone(const test::TetMesh& mesh,
+                                   const solvers::basis::ModeRequest& wanted) {
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = wanted.band;
   options.estimate_errors = false;
-  return solve_modes(mesh, wanted.regions, options, MPI_COMM_SELF, trace);
+  return solvers::eigen::solve_modes(mesh, wanted.regions, options, MPI_COMM_SELF, trace);
 }
 
-std::vector<Modes> solved_together(const TetMesh& mesh, const std::vector<ModeRequest>& requests,
-                                   core::Trace& trace, const std::filesystem::path& cache = {}) {
-  SolveOptions options;
+std::vector<solvers::modes::Modes> solved_together(
+    const test::TetMesh& mesh, const std::vector<solvers::basis::ModeRequest>& requests,
+    core::Trace& trace, const std::filesystem::path& cache = {}) {
+  solvers::eigen::SolveOptions options;
   options.estimate_errors = false;
-  return solve_materials(mesh, requests, options, MPI_COMM_SELF, cache, trace);
+  return solvers::basis::solve_materials(mesh, requests, options, MPI_COMM_SELF, cache, trace);
 }
 
 double cents(double a, double b) {
@@ -45,7 +48,8 @@ double cents(double a, double b) {
 }
 
 /// Part of a shape that the shapes of near frequencies in another set do not span.
-double outside_of(const Modes& set, const Modes& other, std::size_t mode) {
+double outside_of(const solvers::modes::Modes& set, const solvers::modes::Modes& other,
+                  std::size_t mode) {
   std::vector<Eigen::Index> near;
   for (std::size_t k = 0; k < other.size(); ++k) {
     if (cents(set.eigenvalues[mode], other.eigenvalues[k]) < 20) {
@@ -61,8 +65,8 @@ double outside_of(const Modes& set, const Modes& other, std::size_t mode) {
 
 struct Body {
   std::string name;
-  TetMesh mesh;
-  Band band;
+  test::TetMesh mesh;
+  solvers::modes::Band band;
 };
 
 std::vector<Body> bodies() {
@@ -73,7 +77,7 @@ std::vector<Body> bodies() {
 
 TEST(PoissonBasis, ThreeSnapshotsServeEveryOrdinaryMaterial) {
   for (const auto& body : bodies()) {
-    std::vector<ModeRequest> requests;
+    std::vector<solvers::basis::ModeRequest> requests;
     for (const double ratio : {0.05, 0.13, 0.20, 0.27, 0.33, 0.37, 0.41, 0.45}) {
       requests.push_back(request(ratio, body.band));
     }
@@ -109,7 +113,7 @@ TEST(PoissonBasis, ThreeSnapshotsServeEveryOrdinaryMaterial) {
 
 TEST(PoissonBasis, NarrowRangesNeedTwoSnapshots) {
   const auto body = bodies()[0];
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.27, 0.29, 0.31, 0.34}) {
     requests.push_back(request(ratio, body.band));
   }
@@ -129,7 +133,7 @@ TEST(PoissonBasis, NarrowRangesNeedTwoSnapshots) {
 
 TEST(PoissonBasis, AuxeticAndNearlyIncompressibleMaterialsAreSolvedAlone) {
   const auto body = bodies()[1];
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {-0.3, 0.49, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4}) {
     requests.push_back(request(ratio, body.band));
   }
@@ -146,8 +150,8 @@ TEST(PoissonBasis, AuxeticAndNearlyIncompressibleMaterialsAreSolvedAlone) {
 TEST(PoissonBasis, WhatCannotBeCertifiedGetsASolveOfItsOwn) {
   // A body of few modes: those above them, which bear the difference, are in no snapshot.
   const auto mesh = test::box_mesh({0.02, 0.03, 0.1}, {2, 2, 4}, 2);
-  const Band band{20, 30 * kilohertz, 300};
-  std::vector<ModeRequest> requests;
+  const solvers::modes::Band band{20, 30 * kilohertz, 300};
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.0, 0.2, 0.3, 0.46}) requests.push_back(request(ratio, band));
   core::Trace trace;
   const auto sets = solved_together(mesh, requests, trace);
@@ -169,7 +173,7 @@ TEST(PoissonBasis, WhatCannotBeCertifiedGetsASolveOfItsOwn) {
 TEST(PoissonBasis, ModulusDensityAndBandRescaleExactly) {
   const auto body = bodies()[0];
   // The last has the first's waves at half the speed, and half its band.
-  std::vector<ModeRequest> requests = {
+  std::vector<solvers::basis::ModeRequest> requests = {
       request(0.3, body.band), request(0.2, body.band), request(0.25, body.band),
       request(0.4, body.band),
       request(0.3, {10, body.band.max_frequency / 2, 300}, 7e10 / 2, 2 * 2700)};
@@ -187,7 +191,7 @@ TEST(PoissonBasis, ModulusDensityAndBandRescaleExactly) {
 TEST(PoissonBasis, TheLowestModesAreKnownWithoutTheRest) {
   auto body = bodies()[1];
   body.band.max_modes = 12;
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.15, 0.2, 0.3, 0.4}) requests.push_back(request(ratio, body.band));
   core::Trace trace;
   const auto sets = solved_together(body.mesh, requests, trace);
@@ -209,7 +213,7 @@ TEST(PoissonBasis, TheLowestModesAreKnownWithoutTheRest) {
 
 TEST(PoissonBasis, NoModeInTheBandIsAResult) {
   const auto body = bodies()[1];
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.15, 0.2, 0.3, 0.4}) {
     requests.push_back(request(ratio, {20, kilohertz, 300}));
   }
@@ -223,7 +227,7 @@ TEST(PoissonBasis, NoModeInTheBandIsAResult) {
 
 TEST(PoissonBasis, OtherMaterialsOfABuildHardlyMatter) {
   const auto body = bodies()[0];
-  std::vector<ModeRequest> few, more;
+  std::vector<solvers::basis::ModeRequest> few, more;
   for (const double ratio : {0.2, 0.25, 0.35, 0.4}) few.push_back(request(ratio, body.band));
   more = few;
   more.push_back(request(0.43, body.band, 3e10));
@@ -244,12 +248,12 @@ TEST(PoissonBasis, OtherMaterialsOfABuildHardlyMatter) {
 TEST(PoissonBasis, PitchErrorsComeFromTheSnapshots) {
   const Vec3 sides(0.02, 0.03, 0.05);
   const auto mesh = test::box_mesh(sides, {2, 3, 5}, 2);
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.15, 0.2, 0.29, 0.35, 0.41}) {
     requests.push_back(request(ratio, {20, 1e6, 30}));
   }
   core::Trace trace;
-  const auto sets = solve_materials(mesh, requests, {}, MPI_COMM_SELF, {}, trace);
+  const auto sets = solvers::basis::solve_materials(mesh, requests, {}, MPI_COMM_SELF, {}, trace);
   EXPECT_EQ(trace.stages["estimate"].calls, 3);
   for (std::size_t i = 0; i < requests.size(); ++i) {
     const auto& material = requests[i].regions[0];
@@ -266,7 +270,7 @@ TEST(PoissonBasis, PitchErrorsComeFromTheSnapshots) {
 TEST(PoissonBasis, RegionsOfOneContrastShareABasis) {
   const auto mesh = test::box_mesh({0.02, 0.03, 0.1}, {2, 2, 6}, 2,
                                    [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.15, 0.22, 0.3, 0.4}) {
     requests.push_back({{{2e11, ratio, 7850}, {5e10, ratio, 2000}}, {20, 40 * kilohertz, 300}});
   }
@@ -289,7 +293,7 @@ TEST(PoissonBasis, RegionsOfOneContrastShareABasis) {
 TEST(PoissonBasis, NothingIsSolvedTwice) {
   const test::TemporaryFolder folder;
   const auto body = bodies()[1];
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.15, 0.2, 0.3, 0.4}) requests.push_back(request(ratio, body.band));
   core::Trace first, second;
   const auto made = solved_together(body.mesh, requests, first, folder.path());
@@ -304,13 +308,13 @@ TEST(PoissonBasis, NothingIsSolvedTwice) {
 }
 
 /// Some forty modes below 20 kHz are expected of it in a stiff material.
-TetMesh plate() {
+test::TetMesh plate() {
   auto mesh = test::box_mesh({0.2, 0.2, 0.008}, {4, 4, 1}, 1);
-  mesh.faces = boundary_faces(mesh);
+  mesh.faces = solvers::mesh::boundary_faces(mesh);
   return mesh;
 }
 
-std::size_t solves_of(const std::vector<SolveGroup>& groups) {
+std::size_t solves_of(const std::vector<solvers::basis::SolveGroup>& groups) {
   std::size_t solves = 0;
   for (const auto& group : groups) solves += group.solves();
   return solves;
@@ -320,33 +324,34 @@ std::size_t solves_of(const std::vector<SolveGroup>& groups) {
 TEST(PlanSolves, AboutAsManyModesAreExpectedAsThereAre) {
   for (const auto& body : bodies()) {
     auto mesh = body.mesh;
-    if (mesh.faces.empty()) mesh.faces = boundary_faces(mesh);
+    if (mesh.faces.empty()) mesh.faces = solvers::mesh::boundary_faces(mesh);
     const auto wanted = request(0.25, body.band);
     const auto found = solved_alone(mesh, wanted).certificate.modes_in_band;
-    const double expected = expected_modes(measure_quality(mesh).volume, mean_thickness(mesh),
-                                           wanted.regions[0], body.band.max_frequency);
+    const double expected = solvers::basis::expected_modes(
+        solvers::mesh::measure_quality(mesh).volume, solvers::mesh::mean_thickness(mesh),
+        wanted.regions[0], body.band.max_frequency);
     EXPECT_LT(std::abs(std::log2((expected + 5) / static_cast<double>(found + 5))), 1.3)
         << body.name << ": " << found << ", expected " << expected;
   }
 }
 
 TEST(PlanSolves, AFewRatiosAreSolvedOneByOne) {
-  const Band band{20, 20000, 300};
+  const solvers::modes::Band band{20, 20000, 300};
   for (std::size_t count = 1; count <= 3; ++count) {
-    std::vector<ModeRequest> requests;
+    std::vector<solvers::basis::ModeRequest> requests;
     for (std::size_t i = 0; i < count; ++i) {
       requests.push_back(request(0.15 + 0.1 * static_cast<double>(i), band));
     }
-    EXPECT_EQ(solves_of(plan_solves(plate(), requests)), count);
+    EXPECT_EQ(solves_of(solvers::basis::plan_solves(plate(), requests)), count);
   }
 }
 
 TEST(PlanSolves, SoftMaterialsAreKeptApartWhereThatPays) {
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   const auto plan = [&](int max_modes) {
     auto limited = requests;
     for (auto& one : limited) one.band.max_modes = max_modes;
-    return plan_solves(plate(), limited);
+    return solvers::basis::plan_solves(plate(), limited);
   };
   for (const double ratio : {0.17, 0.2, 0.25, 0.29, 0.33, 0.37}) {
     requests.push_back(request(ratio, {20, 20000, 0}));
@@ -359,9 +364,10 @@ TEST(PlanSolves, SoftMaterialsAreKeptApartWhereThatPays) {
   requests.push_back(request(0.35, {20, 20000, 0}, 7e6));
   groups = plan(1000);
   EXPECT_EQ(solves_of(groups), 4u);
-  const auto foam = std::find_if(groups.begin(), groups.end(), [](const SolveGroup& group) {
-    return std::count(group.requests.begin(), group.requests.end(), 6u) == 1;
-  });
+  const auto foam =
+      std::find_if(groups.begin(), groups.end(), [](const solvers::basis::SolveGroup& group) {
+        return std::count(group.requests.begin(), group.requests.end(), 6u) == 1;
+      });
   ASSERT_NE(foam, groups.end());
   EXPECT_EQ(foam->requests.size(), 1u);
   // Where all are held to as many modes, it is a material like the others.
@@ -373,13 +379,13 @@ TEST(PlanSolves, SoftMaterialsAreKeptApartWhereThatPays) {
 TEST(PlanSolves, EveryRequestIsServedOnce) {
   EXPECT_TRUE(rc::check([] {
     const auto count = *rc::gen::inRange<std::size_t>(0, 12);
-    std::vector<ModeRequest> requests;
+    std::vector<solvers::basis::ModeRequest> requests;
     for (std::size_t i = 0; i < count; ++i) {
       requests.push_back(request(*rc::gen::inRange(-90, 50) / 100.0, {20, 20000, 300},
                                  std::pow(10.0, *rc::gen::inRange(60, 115) / 10.0)));
     }
     std::vector<int> served(count, 0);
-    for (const auto& group : plan_solves(plate(), requests)) {
+    for (const auto& group : solvers::basis::plan_solves(plate(), requests)) {
       for (const auto i : group.requests) ++served[i];
       RC_ASSERT(group.solves() <= group.requests.size());
       RC_ASSERT(std::is_sorted(group.snapshots.begin(), group.snapshots.end()));

@@ -1,6 +1,6 @@
 // What is claimed of eigenvalues that are not computed, against dense matrices whose eigenvalues
 // are.
-#include "solvers/poisson_bounds.hpp"
+#include "solvers/basis/detail/poisson_bounds.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -10,9 +10,9 @@
 #include <cmath>
 #include <random>
 
-#include "solvers/dense_eigen.hpp"
-#include "solvers/element.hpp"
-#include "solvers/lagrange.hpp"
+#include "solvers/eigen/dense_eigen.hpp"
+#include "solvers/elements/element.hpp"
+#include "solvers/elements/lagrange.hpp"
 
 namespace carillon {
 namespace {
@@ -40,25 +40,25 @@ double ratio_between(double low, double high) {
 
 /// One tetrahedron's stiffness at unit modulus.
 MatrixXd stiffness(double poisson_ratio) {
-  ElementKernel kernel(2);
-  Coordinates nodes(3, kernel.nodes());
-  const auto& lattice = tetrahedron_lattice(2);
+  solvers::elements::ElementKernel kernel(2);
+  solvers::elements::Coordinates nodes(3, kernel.nodes());
+  const auto& lattice = solvers::elements::tetrahedron_lattice(2);
   for (Eigen::Index n = 0; n < kernel.nodes(); ++n) {
     const auto& at = lattice[static_cast<std::size_t>(n)];
     nodes.col(n) << at[1] / 2.0, at[2] / 2.0, at[3] / 1.7;
   }
   EXPECT_GT(kernel.place(nodes), 0);
   MatrixXd k;
-  kernel.stiffness(lame_constants(1, poisson_ratio, 1), k);
+  kernel.stiffness(solvers::elements::lame_constants(1, poisson_ratio, 1), k);
   return k;
 }
 
 TEST(PoissonBounds, StiffnessNowhereFallsBelowItsRatio) {
   EXPECT_TRUE(rc::check([] {
     const double from = ratio_between(-0.95, 0.495), to = ratio_between(-0.95, 0.495);
-    const double ratio = stiffness_ratio(from, to);
+    const double ratio = solvers::basis::stiffness_ratio(from, to);
     const MatrixXd difference = stiffness(to) - ratio * stiffness(from);
-    const auto values = dense_eigenvalues(difference);
+    const auto values = solvers::eigen::dense_eigenvalues(difference);
     RC_ASSERT(values[0] >= -1e-13 * stiffness(to).norm());
     // And no larger factor would do: some strain is pure shear, some nearly pure volume.
     RC_ASSERT(ratio <= 1);
@@ -68,31 +68,31 @@ TEST(PoissonBounds, StiffnessNowhereFallsBelowItsRatio) {
 TEST(PoissonBounds, TheRatioIsSharpForShear) {
   // Pure shear carries no volume change: its energy is in proportion to 1 / (1 + nu).
   const auto shear = [](double ratio) {
-    ElementKernel kernel(1);
-    Coordinates nodes(3, 4);
+    solvers::elements::ElementKernel kernel(1);
+    solvers::elements::Coordinates nodes(3, 4);
     nodes << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1;
     kernel.place(nodes);
     MatrixXd k;
-    kernel.stiffness(lame_constants(1, ratio, 1), k);
+    kernel.stiffness(solvers::elements::lame_constants(1, ratio, 1), k);
     VectorXd u = VectorXd::Zero(12);
     for (Eigen::Index n = 0; n < 4; ++n) u[3 * n] = nodes(1, n);
     return u.dot(k * u);
   };
-  EXPECT_NEAR(shear(0.4) / shear(0.1), stiffness_ratio(0.1, 0.4), 1e-14);
+  EXPECT_NEAR(shear(0.4) / shear(0.1), solvers::basis::stiffness_ratio(0.1, 0.4), 1e-14);
 }
 
 TEST(PoissonBounds, NeighboursCombineToWhatLiesBetween) {
   EXPECT_TRUE(rc::check([] {
     const std::vector<double> ratios = {0.1, 0.3, 0.44};
     const double to = ratio_between(-0.5, 0.495);
-    const auto weights = stiffness_weights(ratios, to);
+    const auto weights = solvers::basis::stiffness_weights(ratios, to);
     MatrixXd difference = stiffness(to);
     const double scale = difference.norm();
     for (std::size_t i = 0; i < ratios.size(); ++i) {
       RC_ASSERT(weights[i] >= 0);
       difference -= weights[i] * stiffness(ratios[i]);
     }
-    RC_ASSERT(dense_eigenvalues(difference)[0] > -1e-12 * scale);
+    RC_ASSERT(solvers::eigen::dense_eigenvalues(difference)[0] > -1e-12 * scale);
     if (to >= 0.1 && to < 0.44) RC_ASSERT(difference.norm() < 1e-12 * scale);
   }));
 }
@@ -103,7 +103,7 @@ TEST(PoissonBounds, ComplementOfASumIsNeverSofterThanItsBound) {
     const Eigen::Index n = 24;
     const int trials = *rc::gen::inRange(0, 12);
     MatrixXd k = MatrixXd::Zero(n, n);
-    std::vector<KnownSpectrum> known;
+    std::vector<solvers::basis::KnownSpectrum> known;
     for (const double weight : {0.3, 0.6}) {
       VectorXd spectrum = (VectorXd::Random(n).array() + 1.01) * 10;
       std::sort(spectrum.begin(), spectrum.end());
@@ -114,8 +114,8 @@ TEST(PoissonBounds, ComplementOfASumIsNeverSofterThanItsBound) {
     }
     const MatrixXd all = random_rotation(n, random);
     const MatrixXd rest = all.rightCols(n - trials);
-    const double truth = dense_eigenvalues(rest.transpose() * k * rest)[0];
-    RC_ASSERT(complement_bound(known, all.leftCols(trials)) <= truth * (1 + 1e-10));
+    const double truth = solvers::eigen::dense_eigenvalues(rest.transpose() * k * rest)[0];
+    RC_ASSERT(solvers::basis::complement_bound(known, all.leftCols(trials)) <= truth * (1 + 1e-10));
   }));
 }
 
@@ -134,10 +134,11 @@ TEST(PoissonBounds, ComplementIsNeverSofterThanItsBound) {
                                     axes.leftCols(trials) + away * random_matrix(n, trials, random))
                                     .householderQ());
     const MatrixXd rest = y.rightCols(n - trials);
-    const double truth = dense_eigenvalues(rest.transpose() * k * rest)[0];
+    const double truth = solvers::eigen::dense_eigenvalues(rest.transpose() * k * rest)[0];
     const double complete_below = known < n ? spectrum[known] : spectrum[n - 1];
-    const double bound = complement_bound(
-        std::vector<KnownSpectrum>{{1, spectrum.head(known), complete_below, axes.leftCols(known)}},
+    const double bound = solvers::basis::complement_bound(
+        std::vector<solvers::basis::KnownSpectrum>{
+            {1, spectrum.head(known), complete_below, axes.leftCols(known)}},
         y.leftCols(trials));
     RC_ASSERT(bound <= truth * (1 + 1e-10));
     if (trials >= known && away < 1e-3) RC_ASSERT(bound > 0.99 * complete_below);
@@ -157,13 +158,13 @@ TEST(PoissonBounds, EigenvaluesLieBetweenTheBoundsAndTheRitzValues) {
                                                       away * random_matrix(n, trials, random))
                            .householderQ();
     MatrixXd turned = q.leftCols(trials).transpose() * k * q.leftCols(trials);
-    const auto ritz = dense_eigenpairs(turned);
+    const auto ritz = solvers::eigen::dense_eigenpairs(turned);
     const MatrixXd y = q.leftCols(trials) * turned;
     const MatrixXd rest = q.rightCols(n - trials);
-    const double ceiling = dense_eigenvalues(rest.transpose() * k * rest)[0];
+    const double ceiling = solvers::eigen::dense_eigenvalues(rest.transpose() * k * rest)[0];
     const MatrixXd residuals = k * y - y * ritz.asDiagonal();
     const MatrixXd gram = residuals.transpose() * k.inverse() * residuals;
-    const auto bounds = bound_ritz_values(ritz, gram, ceiling, 1e-4);
+    const auto bounds = solvers::basis::bound_ritz_values(ritz, gram, ceiling, 1e-4);
     for (Eigen::Index i = 0; i < trials; ++i) {
       RC_ASSERT(spectrum[i] <= ritz[i] * (1 + 1e-10));
       RC_ASSERT(bounds.lower[i] <= spectrum[i] * (1 + 1e-10));
@@ -184,11 +185,12 @@ TEST(PoissonBounds, ANarrowTrialSpaceIsSeenToLackModes) {
   const MatrixXd axes = MatrixXd::Identity(5, 5);
   MatrixXd trials(5, 3);
   trials << axes.col(0), axes.col(1), axes.col(3);
-  const double bound = complement_bound(
-      std::vector<KnownSpectrum>{{1, spectrum.head(4), 5, axes.leftCols(4)}}, trials);
+  const double bound = solvers::basis::complement_bound(
+      std::vector<solvers::basis::KnownSpectrum>{{1, spectrum.head(4), 5, axes.leftCols(4)}},
+      trials);
   EXPECT_NEAR(bound, 3, 1e-14);
-  const auto bounds =
-      bound_ritz_values((VectorXd(3) << 1, 2, 4).finished(), MatrixXd::Zero(3, 3), bound, 1e-4);
+  const auto bounds = solvers::basis::bound_ritz_values((VectorXd(3) << 1, 2, 4).finished(),
+                                                        MatrixXd::Zero(3, 3), bound, 1e-4);
   EXPECT_LE(bounds.counted_below, 3);
   EXPECT_GT(bounds.counted_below, 2);
 }

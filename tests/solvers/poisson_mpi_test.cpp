@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "solve.hpp"
-#include "solvers/solve_materials.hpp"
+#include "solvers/basis/solve_materials.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -15,15 +15,17 @@ using namespace solvers;
 
 TEST(PoissonBasisOnRanks, IsTheSameAsOnOne) {
   const auto mesh = test::box_mesh({0.1, 0.08, 0.01}, {6, 5, 1}, 3);
-  std::vector<ModeRequest> requests;
+  std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.15, 0.22, 0.35, 0.41}) {
     requests.push_back({{{7e10, ratio, 2700}}, {20, 20000, 300}});
   }
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.estimate_errors = false;
   core::Trace trace, own_trace;
-  const auto sets = solve_materials(mesh, requests, options, MPI_COMM_WORLD, {}, trace);
-  const auto own = solve_materials(mesh, requests, options, MPI_COMM_SELF, {}, own_trace);
+  const auto sets =
+      solvers::basis::solve_materials(mesh, requests, options, MPI_COMM_WORLD, {}, trace);
+  const auto own =
+      solvers::basis::solve_materials(mesh, requests, options, MPI_COMM_SELF, {}, own_trace);
   EXPECT_EQ(trace.stages["solve"].calls, 3);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const auto &a = sets[i], &b = own[i];

@@ -10,9 +10,9 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "solvers/polygon_mesh.hpp"
-#include "solvers/read_formats.hpp"
-#include "solvers/read_mesh.hpp"
+#include "solvers/mesh/readers/detail/polygon_mesh.hpp"
+#include "solvers/mesh/readers/detail/read_formats.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 #include "tests/solvers/temporary_folder.hpp"
 
 namespace carillon::solvers {
@@ -22,7 +22,7 @@ using core::InputError;
 using test::message_of;
 using test::TemporaryFolder;
 
-std::string error_of(PolygonMesh (*read)(const std::string&, std::string_view),
+std::string error_of(mesh::readers::PolygonMesh (*read)(const std::string&, std::string_view),
                      std::string_view bytes) {
   return message_of<InputError>([&] { read("mesh", bytes); });
 }
@@ -113,32 +113,34 @@ std::string cube_stl(bool binary, const std::string& header = "solid cube") {
   return binary ? bytes : bytes + "endsolid\n";
 }
 
-void expect_cube(const SurfaceMesh& mesh) {
+void expect_cube(const mesh::SurfaceMesh& mesh) {
   EXPECT_EQ(mesh.vertices.size(), 8u);
   EXPECT_EQ(mesh.triangles.size(), 12u);
-  EXPECT_NEAR(signed_volume(mesh), 1, 1e-15);
-  EXPECT_NEAR(area(mesh), 6, 1e-15);
+  EXPECT_NEAR(mesh::signed_volume(mesh), 1, 1e-15);
+  EXPECT_NEAR(mesh::area(mesh), 6, 1e-15);
 }
 
 TEST(ReadSurface, GivesTheSameCubeFromEveryFormat) {
   const TemporaryFolder folder;
-  expect_cube(read_surface(folder.file("cube.obj", cube_obj())));
-  expect_cube(read_surface(folder.file("cube.OFF", cube_off())));
+  expect_cube(mesh::readers::read_surface(folder.file("cube.obj", cube_obj())));
+  expect_cube(mesh::readers::read_surface(folder.file("cube.OFF", cube_off())));
   for (const char* encoding : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     SCOPED_TRACE(encoding);
-    expect_cube(read_surface(folder.file("cube.ply", cube_ply(encoding))));
+    expect_cube(mesh::readers::read_surface(folder.file("cube.ply", cube_ply(encoding))));
   }
-  expect_cube(read_surface(folder.file("ascii.stl", cube_stl(false))));
-  expect_cube(read_surface(folder.file("binary.stl", cube_stl(true, "made by hand"))));
+  expect_cube(mesh::readers::read_surface(folder.file("ascii.stl", cube_stl(false))));
+  expect_cube(
+      mesh::readers::read_surface(folder.file("binary.stl", cube_stl(true, "made by hand"))));
 }
 
 TEST(ReadSurface, RefusesUnknownEndingsAndMissingFiles) {
   const TemporaryFolder folder;
   const std::string path = folder.file("cube.3ds", "x");
-  EXPECT_NE(message_of<InputError>([&] { read_surface(path); }).find(".obj"), std::string::npos);
-  EXPECT_THROW(read_surface((folder.path() / "none.obj").string()), core::FileError);
+  EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(path); }).find(".obj"),
+            std::string::npos);
+  EXPECT_THROW(mesh::readers::read_surface((folder.path() / "none.obj").string()), core::FileError);
   const std::string points = folder.file("points.obj", "v 0 0 0\n");
-  EXPECT_NE(message_of<InputError>([&] { read_surface(points); }).find("no faces"),
+  EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(points); }).find("no faces"),
             std::string::npos);
 }
 
@@ -147,24 +149,29 @@ TEST(ReadObj, UnderstandsEverySpellingOfAFace) {
       "\xEF\xBB\xBF# comment\r\nv 0 0 0 0.5 0.5 0.5\r\nv 1 0 \\\r\n 0\r\nv +1.0 1e0 0 # here\r\n"
       "v 0 1 0\r\nvt 0 0\r\nvn 0 0 1\r\nusemtl glass\r\ng a b\r\ns 1\r\nl 1 2\r\n"
       "f 1/1/1 2//1 3/1\r\nf -4 -2 -1\r\n";
-  const SurfaceMesh mesh = triangulate(read_obj("mesh", text));
+  const mesh::SurfaceMesh mesh = mesh::readers::triangulate(mesh::readers::read_obj("mesh", text));
   ASSERT_EQ(mesh.triangles.size(), 2u);
-  EXPECT_EQ(mesh.triangles[0], (Triangle{0, 1, 2}));
-  EXPECT_EQ(mesh.triangles[1], (Triangle{0, 2, 3}));
+  EXPECT_EQ(mesh.triangles[0], (mesh::Triangle{0, 1, 2}));
+  EXPECT_EQ(mesh.triangles[1], (mesh::Triangle{0, 2, 3}));
   EXPECT_EQ(mesh.vertices[1], Vec3(1, 0, 0));
 }
 
 TEST(ReadObj, NamesFileAndLineOfWhatIsWrong) {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  EXPECT_NE(error_of(read_obj, vertices + "\nf 1 2 4\n").find("mesh:5: "), std::string::npos);
-  EXPECT_NE(error_of(read_obj, vertices + "f 1 2 0\n").find("counts from 1"), std::string::npos);
-  EXPECT_NE(error_of(read_obj, vertices + "f -1 -2 -4\n").find("mesh:4: "), std::string::npos);
-  EXPECT_NE(error_of(read_obj, vertices + "f 1 2\n").find("three"), std::string::npos);
-  EXPECT_NE(error_of(read_obj, "v 0 0\n").find("mesh:1: "), std::string::npos);
-  EXPECT_NE(error_of(read_obj, "v 0 0 zero\n").find("\"zero\""), std::string::npos);
-  EXPECT_NE(error_of(read_obj, "v 0 0 nan\n").find("not finite"), std::string::npos);
-  EXPECT_NE(error_of(read_obj, "v 0 0 1e999\n").find("not finite"), std::string::npos);
-  EXPECT_EQ(read_obj("mesh", "v 0 0 1e-400\n").vertices[0].z(), 0);
+  EXPECT_NE(error_of(mesh::readers::read_obj, vertices + "\nf 1 2 4\n").find("mesh:5: "),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_obj, vertices + "f 1 2 0\n").find("counts from 1"),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_obj, vertices + "f -1 -2 -4\n").find("mesh:4: "),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_obj, vertices + "f 1 2\n").find("three"),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0\n").find("mesh:1: "), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0 zero\n").find("\"zero\""), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0 nan\n").find("not finite"), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0 1e999\n").find("not finite"),
+            std::string::npos);
+  EXPECT_EQ(mesh::readers::read_obj("mesh", "v 0 0 1e-400\n").vertices[0].z(), 0);
 }
 
 TEST(ReadOff, UnderstandsBrokenAndExtendedHeaders) {
@@ -172,25 +179,29 @@ TEST(ReadOff, UnderstandsBrokenAndExtendedHeaders) {
   for (const std::string header : {"OFF\n3 1 0", "OFF 3 1 0", "OFF3 1 0", "OFF # x\n\n3 1",
                                    "COFF\n3 1 0", "NOFF\n3 1 0", "STOFF\n3 1 0"}) {
     SCOPED_TRACE(header);
-    EXPECT_EQ(read_off("mesh", header + body).corners, (std::vector<std::int32_t>{0, 1, 2}));
+    EXPECT_EQ(mesh::readers::read_off("mesh", header + body).corners,
+              (std::vector<std::int32_t>{0, 1, 2}));
   }
-  const PolygonMesh coloured = read_off(
+  const mesh::readers::PolygonMesh coloured = mesh::readers::read_off(
       "mesh", "COFF\n3 1 0\n0 0 0 255 0 0 1\n1 0 0 1 1 1 1\n0 1 0 0 0 0 0\n3 2 1 0 0.5 0.5 0.5\n");
   EXPECT_EQ(coloured.corners, (std::vector<std::int32_t>{2, 1, 0}));
 }
 
 TEST(ReadOff, RefusesWhatDoesNotFitItsCounts) {
-  EXPECT_NE(error_of(read_off, "").find("OFF"), std::string::npos);
-  EXPECT_NE(error_of(read_off, "PLY\n").find("\"OFF\""), std::string::npos);
-  EXPECT_NE(error_of(read_off, "4OFF\n1 1 1\n").find("four"), std::string::npos);
-  EXPECT_NE(error_of(read_off, "OFF BINARY\n1 1 1\n").find("binary"), std::string::npos);
-  EXPECT_NE(error_of(read_off, "OFF\n-1 1 1\n").find("negative"), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, "").find("OFF"), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, "PLY\n").find("\"OFF\""), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, "4OFF\n1 1 1\n").find("four"), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, "OFF BINARY\n1 1 1\n").find("binary"),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, "OFF\n-1 1 1\n").find("negative"), std::string::npos);
   const std::string three = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n";
-  EXPECT_NE(error_of(read_off, three).find("after 0 of 1 faces"), std::string::npos);
-  EXPECT_NE(error_of(read_off, three + "3 0 1 3\n").find("mesh:6: "), std::string::npos);
-  EXPECT_NE(error_of(read_off, three + "4 0 1 2\n").find("4 corners"), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, three).find("after 0 of 1 faces"), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, three + "3 0 1 3\n").find("mesh:6: "),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_off, three + "4 0 1 2\n").find("4 corners"),
+            std::string::npos);
   // A header that lies about a thousand million vertices costs nothing.
-  EXPECT_NE(error_of(read_off, "OFF\n2000000000 1 0\n0 0 0\n").find("after 1 of"),
+  EXPECT_NE(error_of(mesh::readers::read_off, "OFF\n2000000000 1 0\n0 0 0\n").find("after 1 of"),
             std::string::npos);
 }
 
@@ -199,22 +210,29 @@ TEST(ReadPly, RefusesWhatItCannotRead) {
   const std::string xyz =
       "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
-  EXPECT_NE(error_of(read_ply, "plx").find("\"ply\""), std::string::npos);
-  EXPECT_NE(error_of(read_ply, head + xyz + face).find("end_header"), std::string::npos);
-  EXPECT_NE(error_of(read_ply, head + xyz + "end_header\n").find("cloud"), std::string::npos);
-  EXPECT_NE(error_of(read_ply, head + face + "end_header\n").find("\"vertex\""), std::string::npos);
-  EXPECT_NE(error_of(read_ply, head + xyz +
-                                   "element tristrips 1\nproperty list int int "
-                                   "vertex_indices\nend_header\n")
+  EXPECT_NE(error_of(mesh::readers::read_ply, "plx").find("\"ply\""), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, head + xyz + face).find("end_header"),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, head + xyz + "end_header\n").find("cloud"),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, head + face + "end_header\n").find("\"vertex\""),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, head + xyz +
+                                                  "element tristrips 1\nproperty list int int "
+                                                  "vertex_indices\nend_header\n")
                 .find("strips"),
             std::string::npos);
   const std::string whole = head + xyz + face + "end_header\n";
-  EXPECT_NE(error_of(read_ply, whole + "0 0 nan\n3 0 0 0\n").find("not finite"), std::string::npos);
-  EXPECT_NE(error_of(read_ply, whole + "0 0 0\n3 0 0 1\n").find("vertex 1"), std::string::npos);
-  EXPECT_NE(error_of(read_ply, whole + "0 0 0\n3 0 0\n").find("mesh:12: "), std::string::npos);
-  EXPECT_NE(error_of(read_ply, whole + "0 0 0\n3 0 0 -1\n").find("-1"), std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 nan\n3 0 0 0\n").find("not finite"),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 0\n3 0 0 1\n").find("vertex 1"),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 0\n3 0 0\n").find("mesh:12: "),
+            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 0\n3 0 0 -1\n").find("-1"),
+            std::string::npos);
   // Counts that the file cannot hold.
-  EXPECT_NE(error_of(read_ply,
+  EXPECT_NE(error_of(mesh::readers::read_ply,
                      "ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\n"
                      "property float x\nproperty float y\nproperty float z\n" +
                          face + "end_header\nabc")
@@ -223,20 +241,21 @@ TEST(ReadPly, RefusesWhatItCannotRead) {
 }
 
 TEST(ReadStl, TellsBinaryFromTextBySizeNotByTheWordSolid) {
-  const PolygonMesh mesh = read_stl("mesh", cube_stl(true, "solid binary"));
+  const mesh::readers::PolygonMesh mesh =
+      mesh::readers::read_stl("mesh", cube_stl(true, "solid binary"));
   EXPECT_EQ(mesh.ends.size(), 12u);
   EXPECT_EQ(mesh.vertices.size(), 8u);
   // Bytes behind the last triangle are let pass, as other readers do.
-  EXPECT_EQ(read_stl("mesh", cube_stl(true, "x") + "trailing").ends.size(), 12u);
+  EXPECT_EQ(mesh::readers::read_stl("mesh", cube_stl(true, "x") + "trailing").ends.size(), 12u);
 }
 
 TEST(ReadStl, MergesZerosOfBothSigns) {
-  const PolygonMesh mesh =
-      read_stl("mesh",
-               "solid vertex loop\nfacet normal 0 0 1 outer loop vertex 0 0 0 "
-               "vertex 1 0 0 vertex 0 1 0 endloop endfacet\nFACET NORMAL 0 0 1\n"
-               "OUTER LOOP\nVERTEX -0 0 -0.0\nVERTEX 0 1 0\nVERTEX -1 0 0\n"
-               "ENDLOOP\nENDFACET\nendsolid vertex loop\n");
+  const mesh::readers::PolygonMesh mesh =
+      mesh::readers::read_stl("mesh",
+                              "solid vertex loop\nfacet normal 0 0 1 outer loop vertex 0 0 0 "
+                              "vertex 1 0 0 vertex 0 1 0 endloop endfacet\nFACET NORMAL 0 0 1\n"
+                              "OUTER LOOP\nVERTEX -0 0 -0.0\nVERTEX 0 1 0\nVERTEX -1 0 0\n"
+                              "ENDLOOP\nENDFACET\nendsolid vertex loop\n");
   EXPECT_EQ(mesh.vertices.size(), 4u);
   EXPECT_EQ(mesh.corners, (std::vector<std::int32_t>{0, 1, 2, 0, 2, 3}));
 }
@@ -244,15 +263,18 @@ TEST(ReadStl, MergesZerosOfBothSigns) {
 TEST(ReadStl, RefusesEmptyAndCutOffFiles) {
   const TemporaryFolder folder;
   const std::string empty = folder.file("empty.stl", "solid nothing\nendsolid\n");
-  EXPECT_NE(message_of<InputError>([&] { read_surface(empty); }).find("no faces"),
+  EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(empty); }).find("no faces"),
             std::string::npos);
-  EXPECT_NE(error_of(read_stl, "").find("not an STL"), std::string::npos);
-  EXPECT_NE(error_of(read_stl, cube_stl(true, "x").substr(0, 600)).find("12 triangles"),
-            std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_stl, "").find("not an STL"), std::string::npos);
+  EXPECT_NE(
+      error_of(mesh::readers::read_stl, cube_stl(true, "x").substr(0, 600)).find("12 triangles"),
+      std::string::npos);
   const std::string text = cube_stl(false);
-  EXPECT_NE(error_of(read_stl, text.substr(0, text.find("  vertex"))).find("ends inside"),
-            std::string::npos);
-  EXPECT_NE(error_of(read_stl, "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n")
+  EXPECT_NE(
+      error_of(mesh::readers::read_stl, text.substr(0, text.find("  vertex"))).find("ends inside"),
+      std::string::npos);
+  EXPECT_NE(error_of(mesh::readers::read_stl,
+                     "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n")
                 .find("mesh:5: "),
             std::string::npos);
 }
@@ -277,8 +299,8 @@ TEST(TriangulatePolygon, CoversEveryStarOnce) {
     const auto points = star(radii);
     std::vector<std::int32_t> polygon(corners);
     for (std::size_t i = 0; i < corners; ++i) polygon[i] = static_cast<std::int32_t>(i);
-    std::vector<Triangle> triangles;
-    triangulate_polygon(points, polygon, triangles);
+    std::vector<mesh::Triangle> triangles;
+    mesh::readers::triangulate_polygon(points, polygon, triangles);
     RC_ASSERT(triangles.size() == corners - 2);
     // Shoelace formula in polar coordinates against the sum over triangles.
     double expected = 0;
@@ -287,7 +309,7 @@ TEST(TriangulatePolygon, CoversEveryStarOnce) {
                   std::sin(2 * M_PI / static_cast<double>(corners));
     }
     double sum = 0;
-    for (const Triangle& t : triangles) {
+    for (const mesh::Triangle& t : triangles) {
       const Vec3 a =
           points[static_cast<std::size_t>(t[1])] - points[static_cast<std::size_t>(t[0])];
       const Vec3 b =
@@ -301,42 +323,44 @@ TEST(TriangulatePolygon, CoversEveryStarOnce) {
 }
 
 TEST(ScaleToMetres, SuggestsTheUnit) {
-  Box box;
+  mesh::Box box;
   box.high = Vec3(355.6, 3.175, 355.6);
-  MeshFile file;
+  mesh::MeshFile file;
   file.path = "tray.stl";
-  const std::string message = message_of<InputError>([&] { scale_to_metres(box, file); });
+  const std::string message =
+      message_of<InputError>([&] { mesh::readers::scale_to_metres(box, file); });
   EXPECT_NE(message.find("355.6 m"), std::string::npos) << message;
   EXPECT_NE(message.find("millimetres say length: 0.3556 m"), std::string::npos) << message;
   file.any_size = true;
-  EXPECT_EQ(scale_to_metres(box, file), 1);
+  EXPECT_EQ(mesh::readers::scale_to_metres(box, file), 1);
   file.any_size = false;
   file.length = 0.3556;
-  EXPECT_NEAR(scale_to_metres(box, file), 1e-3, 1e-18);
+  EXPECT_NEAR(mesh::readers::scale_to_metres(box, file), 1e-3, 1e-18);
   file.length = 20;
-  EXPECT_THROW(scale_to_metres(box, file), InputError);
+  EXPECT_THROW(mesh::readers::scale_to_metres(box, file), InputError);
   file.length = 0;
   box.high = Vec3(0.12, 0.1, 0.1);
-  EXPECT_EQ(scale_to_metres(box, file), 1);
+  EXPECT_EQ(mesh::readers::scale_to_metres(box, file), 1);
   box.high = Vec3::Zero();
-  EXPECT_THROW(scale_to_metres(box, file), InputError);
+  EXPECT_THROW(mesh::readers::scale_to_metres(box, file), InputError);
 }
 
 TEST(Readers, AnswerDamagedFilesWithAMessage) {
-  const std::pair<PolygonMesh (*)(const std::string&, std::string_view), std::string> seeds[] = {
-      {read_obj, cube_obj()},
-      {read_off, cube_off()},
-      {read_ply, cube_ply("ascii")},
-      {read_ply, cube_ply("binary_little_endian")},
-      {read_ply, cube_ply("binary_big_endian")},
-      {read_stl, cube_stl(true)},
-      {read_stl, cube_stl(false)}};
+  const std::pair<mesh::readers::PolygonMesh (*)(const std::string&, std::string_view), std::string>
+      seeds[] = {{mesh::readers::read_obj, cube_obj()},
+                 {mesh::readers::read_off, cube_off()},
+                 {mesh::readers::read_ply, cube_ply("ascii")},
+                 {mesh::readers::read_ply, cube_ply("binary_little_endian")},
+                 {mesh::readers::read_ply, cube_ply("binary_big_endian")},
+                 {mesh::readers::read_stl, cube_stl(true)},
+                 {mesh::readers::read_stl, cube_stl(false)}};
   for (const auto& [read, bytes] : seeds) {
     std::mt19937_64 random(5);
     for (int i = 0; i < 4000; ++i) {
       try {
-        const SurfaceMesh mesh = triangulate(read("mesh", test::damaged(bytes, random)));
-        for (const Triangle& t : mesh.triangles) {
+        const mesh::SurfaceMesh mesh =
+            mesh::readers::triangulate(read("mesh", test::damaged(bytes, random)));
+        for (const mesh::Triangle& t : mesh.triangles) {
           for (const std::int32_t v : t) {
             ASSERT_TRUE(v >= 0 && static_cast<std::size_t>(v) < mesh.vertices.size());
           }

@@ -13,7 +13,7 @@
 namespace carillon::test {
 namespace {
 
-using solvers::TetMesh;
+using solvers::mesh::TetMesh;
 using Sizes = std::array<double, 3>;
 using Cells = std::array<std::array<int, 3>, 3>;
 
@@ -111,7 +111,7 @@ std::vector<double> table_frequencies(const std::string& table) {
   return out;
 }
 
-Effectivity measure_effectivity(const solvers::Modes& modes, std::span<const double> truth) {
+Effectivity measure_effectivity(const solvers::modes::Modes& modes, std::span<const double> truth) {
   Effectivity out;
   std::vector<double> ratios;
   for (std::size_t k = 0; k < std::min(modes.size(), truth.size()); ++k) {

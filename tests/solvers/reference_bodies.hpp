@@ -14,9 +14,9 @@ namespace carillon::test {
 struct ReferenceBody {
   std::string name;
   std::string table;  ///< below reference_modes/
-  solvers::Elastic material;
+  solvers::elements::Elastic material;
   /// Meshes of three sizes, coarse to fine, with the nodes of the next order.
-  std::function<solvers::TetMesh(int order, int size)> mesh;
+  std::function<solvers::mesh::TetMesh(int order, int size)> mesh;
 };
 
 /// Every table that describes a free isotropic body. The others are not of this kind:
@@ -39,6 +39,6 @@ struct Effectivity {
 };
 
 /// The k-th mode is compared with the k-th of the table.
-Effectivity measure_effectivity(const solvers::Modes& modes, std::span<const double> truth);
+Effectivity measure_effectivity(const solvers::modes::Modes& modes, std::span<const double> truth);
 
 }  // namespace carillon::test

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "solvers/repair.hpp"
-#include "solvers/repair_steps.hpp"
+#include "solvers/mesh/repair/detail/repair_steps.hpp"
+#include "solvers/mesh/repair/repair.hpp"
 #include "tests/solvers/repaired.hpp"
 
 namespace carillon::solvers {
@@ -31,72 +31,73 @@ TEST(Repair, BringsDamagedBodiesBackWithinOnePercent) {
   EXPECT_TRUE(rc::check("volume within 1 %", [&all] {
     const Body& body = all[*rc::gen::inRange<std::size_t>(0, all.size())];
     std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
-    SurfaceMesh mesh = body.mesh;
+    mesh::SurfaceMesh mesh = body.mesh;
     // Each kind of damage once or not at all, in any order.
     std::vector<Damage> damages{Damage::dropped, Damage::flipped, Damage::doubled, Damage::seams};
     std::shuffle(damages.begin(), damages.end(), random);
     damages.resize(*rc::gen::inRange<std::size_t>(1, 5));
     for (const Damage damage : damages) mesh = damaged(mesh, damage, 0.01, random);
     const Outcome outcome = repaired(mesh);
-    const double change = signed_volume(outcome.body) / signed_volume(body.mesh) - 1;
+    const double change = mesh::signed_volume(outcome.body) / mesh::signed_volume(body.mesh) - 1;
     RC_CLASSIFY(says(outcome.report, "wrap"), "wrapped");
     RC_ASSERT(std::abs(change) < 0.01);
   }));
 }
 
 TEST(Repair, ClosesCracksAndDoesNotTouchTheRest) {
-  SurfaceMesh mesh = sphere_surface(0.05, 8);
+  mesh::SurfaceMesh mesh = sphere_surface(0.05, 8);
   std::mt19937_64 random(3);
   mesh = damaged(mesh, Damage::seams, 0.2, random);
   for (std::size_t v = mesh.vertices.size() - 50; v < mesh.vertices.size(); ++v) {
     mesh.vertices[v] += Vec3(2e-8, -1e-8, 1e-8);
   }
   const Outcome outcome = repaired(mesh);
-  EXPECT_NEAR(signed_volume(outcome.body), signed_volume(sphere_surface(0.05, 8)), 1e-10);
+  EXPECT_NEAR(mesh::signed_volume(outcome.body), mesh::signed_volume(sphere_surface(0.05, 8)),
+              1e-10);
   EXPECT_FALSE(says(outcome.report, "wrap"));
   EXPECT_EQ(outcome.body.vertices.size(), sphere_surface(0.05, 8).vertices.size());
 }
 
 TEST(Repair, TurnsInsideOutBodiesAndKeepsCavities) {
-  const SurfaceMesh outer = sphere_surface(0.05, 8);
-  const SurfaceMesh inner = sphere_surface(0.03, 6);
-  const double solid = signed_volume(outer);
-  EXPECT_EQ(signed_volume(repaired(turned_over(outer)).body), solid);
+  const mesh::SurfaceMesh outer = sphere_surface(0.05, 8);
+  const mesh::SurfaceMesh inner = sphere_surface(0.03, 6);
+  const double solid = mesh::signed_volume(outer);
+  EXPECT_EQ(mesh::signed_volume(repaired(turned_over(outer)).body), solid);
   // A hollow ball whose skins both look the wrong way.
   const Outcome hollow = repaired(together(turned_over(outer), inner));
-  EXPECT_NEAR(signed_volume(hollow.body), solid - signed_volume(inner), 1e-12);
+  EXPECT_NEAR(mesh::signed_volume(hollow.body), solid - mesh::signed_volume(inner), 1e-12);
   // Skins that look the same way: the inner body lies in material that is there already.
   const Outcome swallowed = repaired(together(outer, inner));
-  EXPECT_NEAR(signed_volume(swallowed.body), solid, 1e-12);
+  EXPECT_NEAR(mesh::signed_volume(swallowed.body), solid, 1e-12);
   EXPECT_TRUE(says(swallowed.report, "inside the material"));
 }
 
 TEST(Repair, UnitesBodiesThatMeet) {
-  const SurfaceMesh box = box_surface(Vec3(1, 1, 1), 2);
+  const mesh::SurfaceMesh box = box_surface(Vec3(1, 1, 1), 2);
   const Outcome overlap = repaired(together(box, moved(box, Vec3(0.5, 0.25, 0.3))));
-  EXPECT_NEAR(signed_volume(overlap.body), 2 - 0.5 * 0.75 * 0.7, 1e-9);
+  EXPECT_NEAR(mesh::signed_volume(overlap.body), 2 - 0.5 * 0.75 * 0.7, 1e-9);
   EXPECT_TRUE(says(overlap.report, "united"));
   // Face on face, with edges that do not fit.
   const Outcome stacked = repaired(together(box, moved(box, Vec3(1, 0.25, 0.3))));
-  EXPECT_NEAR(signed_volume(stacked.body), 2, 1e-9);
-  EXPECT_EQ(diagnose(stacked.body).components, 1);
+  EXPECT_NEAR(mesh::signed_volume(stacked.body), 2, 1e-9);
+  EXPECT_EQ(mesh::repair::diagnose(stacked.body).components, 1);
 }
 
 TEST(Repair, KeepsSeparatePiecesAndSaysSo) {
-  const SurfaceMesh box = box_surface(Vec3(1, 1, 1), 2);
-  const SurfaceMesh two = together(box, moved(box, Vec3(3, 0, 0)));
+  const mesh::SurfaceMesh box = box_surface(Vec3(1, 1, 1), 2);
+  const mesh::SurfaceMesh two = together(box, moved(box, Vec3(3, 0, 0)));
   EXPECT_TRUE(repaired(two).report.used_as_is);
   std::mt19937_64 random(4);
   const Outcome outcome = repaired(damaged(two, Damage::flipped, 0.05, random));
-  EXPECT_NEAR(signed_volume(outcome.body), 2, 1e-12);
+  EXPECT_NEAR(mesh::signed_volume(outcome.body), 2, 1e-12);
   EXPECT_TRUE(says(outcome.report, "2 closed surfaces"));
 }
 
 TEST(Repair, SeparatesBodiesThatShareAnEdge) {
   // Welded along an edge of four triangles; they touch, so they are joined there or not at all.
-  const SurfaceMesh box = box_surface(Vec3(1, 1, 1), 2);
+  const mesh::SurfaceMesh box = box_surface(Vec3(1, 1, 1), 2);
   const Outcome outcome = repaired(together(box, moved(box, Vec3(1, 1, 0))));
-  EXPECT_NEAR(signed_volume(outcome.body), 2, 0.02);
+  EXPECT_NEAR(mesh::signed_volume(outcome.body), 2, 0.02);
 }
 
 TEST(Repair, DropsInnerWallsAndFins) {
@@ -121,22 +122,23 @@ TEST(Repair, DropsInnerWallsAndFins) {
     }
   }
   const Outcome outcome = repaired(box);
-  EXPECT_NEAR(signed_volume(outcome.body), 1, 1e-12);
-  EXPECT_EQ(diagnose(outcome.body).components, 1);
+  EXPECT_NEAR(mesh::signed_volume(outcome.body), 1, 1e-12);
+  EXPECT_EQ(mesh::repair::diagnose(outcome.body).components, 1);
   EXPECT_FALSE(says(outcome.report, "wrap"));
 }
 
 TEST(Repair, GivesSheetsAThickness) {
   // The outer skin of a bowl: half a sphere without a lid.
   SurfaceMesh sheet = sphere_surface(0.05, 12);
-  std::erase_if(sheet.triangles, [&sheet](const Triangle& t) {
+  std::erase_if(sheet.triangles, [&sheet](const mesh::Triangle& t) {
     double height = 0;
     for (const std::int32_t v : t) height += sheet.vertices[static_cast<std::size_t>(v)].z();
     return height > 0;
   });
   EXPECT_NE(refusal(sheet).find("thickness"), std::string::npos);
   const Outcome outcome = repaired(sheet, 0.003);
-  EXPECT_NEAR(signed_volume(outcome.body), area(sheet) * 0.003, 0.02 * area(sheet) * 0.003);
+  EXPECT_NEAR(mesh::signed_volume(outcome.body), mesh::area(sheet) * 0.003,
+              0.02 * mesh::area(sheet) * 0.003);
   EXPECT_TRUE(says(outcome.report, "thickness"));
 
   // A flat square, and one that is folded sharply: offsets would meet inside the fold.
@@ -144,21 +146,21 @@ TEST(Repair, GivesSheetsAThickness) {
   flat.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}};
   flat.triangles = {{0, 1, 2}, {0, 2, 3}};
   EXPECT_NE(refusal(flat).find("flat"), std::string::npos);
-  EXPECT_NEAR(signed_volume(repaired(flat, 0.002).body), 0.01 * 0.002, 1e-12);
+  EXPECT_NEAR(mesh::signed_volume(repaired(flat, 0.002).body), 0.01 * 0.002, 1e-12);
   flat.vertices.emplace_back(0.002, 0.05, 0.01);
   flat.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}};
-  EXPECT_GT(signed_volume(repaired(flat, 0.004).body), 0.8 * area(flat) * 0.004);
+  EXPECT_GT(mesh::signed_volume(repaired(flat, 0.004).body), 0.8 * mesh::area(flat) * 0.004);
 }
 
 TEST(Repair, RefusesHeapsOfTriangles) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> place(0, 1);
-  SurfaceMesh heap;
+  mesh::SurfaceMesh heap;
   for (int i = 0; i < 300; ++i)
     heap.vertices.emplace_back(place(random), place(random), place(random));
   for (std::int32_t i = 0; i < 300; i += 3) heap.triangles.push_back({i, i + 1, i + 2});
   EXPECT_NE(refusal(heap).find("loose"), std::string::npos);
-  SurfaceMesh line;
+  mesh::SurfaceMesh line;
   line.vertices = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
   line.triangles = {{0, 1, 2}};
   EXPECT_NE(refusal(line).find("no area"), std::string::npos);
@@ -166,35 +168,35 @@ TEST(Repair, RefusesHeapsOfTriangles) {
 
 TEST(Repair, KeepsTheWallsOfWhatItWraps) {
   // The bowl's wall is 2 % of its diagonal; a plain wrap at 0.2 % on either side adds a fifth.
-  const SurfaceMesh bowl = bowl_surface(0.07, 0.004, 12);
-  const double diagonal = bounding_box(bowl.vertices).extent().norm();
-  const SurfaceMesh wrap = alpha_wrap(bowl, 0.01 * diagonal, 0.002 * diagonal);
-  const double volume = signed_volume(bowl);
-  EXPECT_GT(signed_volume(wrap), 1.1 * volume);
-  const SurfaceMesh shrunk = shrink_onto(wrap, bowl);
-  EXPECT_NEAR(signed_volume(shrunk) / volume, 1, 0.01);
-  EXPECT_TRUE(diagnose(shrunk).clean);
+  const mesh::SurfaceMesh bowl = bowl_surface(0.07, 0.004, 12);
+  const double diagonal = mesh::bounding_box(bowl.vertices).extent().norm();
+  const mesh::SurfaceMesh wrap = mesh::repair::alpha_wrap(bowl, 0.01 * diagonal, 0.002 * diagonal);
+  const double volume = mesh::signed_volume(bowl);
+  EXPECT_GT(mesh::signed_volume(wrap), 1.1 * volume);
+  const mesh::SurfaceMesh shrunk = mesh::repair::shrink_onto(wrap, bowl);
+  EXPECT_NEAR(mesh::signed_volume(shrunk) / volume, 1, 0.01);
+  EXPECT_TRUE(mesh::repair::diagnose(shrunk).clean);
 }
 
 TEST(Repair, WrapsBodiesThatOnlyTouchAtAPoint) {
-  const SurfaceMesh ball = sphere_surface(0.05, 8);
+  const mesh::SurfaceMesh ball = sphere_surface(0.05, 8);
   const Outcome outcome = repaired(together(ball, moved(ball, Vec3(0, 0, 0.1))));
   EXPECT_TRUE(says(outcome.report, "wrap"));
-  EXPECT_EQ(diagnose(outcome.body).components, 1);
-  EXPECT_NEAR(signed_volume(outcome.body) / (2 * signed_volume(ball)), 1, 0.02);
+  EXPECT_EQ(mesh::repair::diagnose(outcome.body).components, 1);
+  EXPECT_NEAR(mesh::signed_volume(outcome.body) / (2 * mesh::signed_volume(ball)), 1, 0.02);
   EXPECT_NEAR(outcome.report.volume_change, 0, 0.02);
 }
 
 TEST(Repair, RefusesNonsenseOptions) {
-  MeshFile file;
-  Diagnosis diagnosis;
-  RepairReport report;
-  const SurfaceMesh broken = turned_over(sphere_surface(0.05, 4));
+  mesh::MeshFile file;
+  mesh::Diagnosis diagnosis;
+  mesh::RepairReport report;
+  const mesh::SurfaceMesh broken = turned_over(sphere_surface(0.05, 4));
   file.wrap_tolerance = 0;
-  EXPECT_THROW(repair(broken, file, diagnosis, report), InputError);
+  EXPECT_THROW(mesh::repair::repair(broken, file, diagnosis, report), InputError);
   file.wrap_tolerance = 0.002;
   file.thickness = std::nan("");
-  EXPECT_THROW(repair(broken, file, diagnosis, report), InputError);
+  EXPECT_THROW(mesh::repair::repair(broken, file, diagnosis, report), InputError);
 }
 
 TEST(Repair, EndsInABodyOrAReasonForAnyTriangles) {
@@ -202,7 +204,7 @@ TEST(Repair, EndsInABodyOrAReasonForAnyTriangles) {
   std::mt19937_64 random(21);
   int made = 0;
   for (int round = 0; round < 60; ++round) {
-    SurfaceMesh mesh;
+    mesh::SurfaceMesh mesh;
     const auto vertices = static_cast<std::int32_t>(4 + random() % 12);
     for (std::int32_t v = 0; v < vertices; ++v) {
       const auto coordinate = [&random] { return 0.01 * static_cast<double>(random() % 3); };
@@ -212,13 +214,14 @@ TEST(Repair, EndsInABodyOrAReasonForAnyTriangles) {
       const auto any = [&] { return static_cast<std::int32_t>(random() % vertices); };
       mesh.triangles.push_back({any(), any(), any()});
     }
-    MeshFile file;
+    mesh::MeshFile file;
     file.wrap_tolerance = 0.02;
     file.thickness = round % 3 == 0 ? 0.004 : 0;
-    Diagnosis diagnosis;
-    RepairReport report;
+    mesh::Diagnosis diagnosis;
+    mesh::RepairReport report;
     try {
-      EXPECT_TRUE(diagnose(repair(mesh, file, diagnosis, report)).clean);
+      EXPECT_TRUE(
+          mesh::repair::diagnose(mesh::repair::repair(mesh, file, diagnosis, report)).clean);
       ++made;
     } catch (const InputError& error) {
       EXPECT_FALSE(error.message().empty());
@@ -229,7 +232,7 @@ TEST(Repair, EndsInABodyOrAReasonForAnyTriangles) {
 
 TEST(Repair, IsDeterministic) {
   std::mt19937_64 random(11);
-  SurfaceMesh mesh = damaged(torus_surface(0.04, 0.015, 12), Damage::dropped, 0.03, random);
+  mesh::SurfaceMesh mesh = damaged(torus_surface(0.04, 0.015, 12), Damage::dropped, 0.03, random);
   mesh = damaged(mesh, Damage::flipped, 0.03, random);
   const Outcome first = repaired(mesh);
   const Outcome second = repaired(mesh);

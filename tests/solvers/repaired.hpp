@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "solvers/repair.hpp"
+#include "solvers/mesh/repair/repair.hpp"
 #include "tests/solvers/temporary_folder.hpp"
 #include "tests/solvers/test_surfaces.hpp"
 
 namespace carillon::test {
 
-using solvers::Diagnosis;
-using solvers::MeshFile;
-using solvers::RepairReport;
+using solvers::mesh::Diagnosis;
+using solvers::mesh::MeshFile;
+using solvers::mesh::RepairReport;
 
 struct Outcome {
   SurfaceMesh body;
@@ -28,8 +28,8 @@ inline Outcome repaired(const SurfaceMesh& mesh, double thickness = 0) {
   file.path = "body.obj";
   file.thickness = thickness;
   Outcome outcome;
-  outcome.body = solvers::repair(mesh, file, outcome.diagnosis, outcome.report);
-  EXPECT_TRUE(solvers::diagnose(outcome.body).clean);
+  outcome.body = solvers::mesh::repair::repair(mesh, file, outcome.diagnosis, outcome.report);
+  EXPECT_TRUE(solvers::mesh::repair::diagnose(outcome.body).clean);
   return outcome;
 }
 

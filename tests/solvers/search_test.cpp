@@ -1,5 +1,5 @@
 // Solvers that lose modes: what is missing is noticed, sought again, found or stated.
-#include "solvers/search.hpp"
+#include "solvers/eigen/search.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -17,18 +17,19 @@ namespace {
 using namespace solvers;
 using test::box_mesh;
 
-TetMesh block() {
+test::TetMesh block() {
   return box_mesh({0.02, 0.031, 0.053}, {2, 3, 4}, 2);
 }
 
 /// Square section, nearly: bending modes come in pairs that lie within a few thousandths.
-TetMesh bar() {
+test::TetMesh bar() {
   return box_mesh({0.02, 0.02, 0.1}, {2, 2, 6}, 2);
 }
 
 /// Eigenpairs without those at some places (indices among all pairs, six rigid ones first).
-EigenPairs without(const EigenPairs& all, const std::vector<std::size_t>& places) {
-  EigenPairs out;
+solvers::eigen::EigenPairs without(const solvers::eigen::EigenPairs& all,
+                                   const std::vector<std::size_t>& places) {
+  solvers::eigen::EigenPairs out;
   std::vector<Eigen::Index> kept;
   for (std::size_t k = 0; k < all.values.size(); ++k) {
     if (std::find(places.begin(), places.end(), k) != places.end()) continue;
@@ -49,20 +50,21 @@ struct Lossy {
   int times = 1;
   int solves = 0, slices = 0;
   bool slice_too = false;  ///< loses the lowest of every slice as well
-  std::vector<EigenRequest> requests = {};
+  std::vector<solvers::eigen::EigenRequest> requests = {};
 
-  SearchMethods methods() {
-    SearchMethods out;
-    out.lowest = [this](const System& system, const EigenRequest& request,
-                        const ShiftedSystem& shifted, MPI_Comm comm) {
+  solvers::eigen::SearchMethods methods() {
+    solvers::eigen::SearchMethods out;
+    out.lowest = [this](const solvers::assembly::System& system,
+                        const solvers::eigen::EigenRequest& request,
+                        const solvers::eigen::ShiftedSystem& shifted, MPI_Comm comm) {
       requests.push_back(request);
-      const auto all = lowest_pairs(system, request, shifted, comm);
+      const auto all = solvers::eigen::lowest_pairs(system, request, shifted, comm);
       return ++solves <= times ? without(all, places) : all;
     };
-    out.slice = [this](const System& system, double low, double high, double tolerance,
-                       MPI_Comm comm) {
+    out.slice = [this](const solvers::assembly::System& system, double low, double high,
+                       double tolerance, MPI_Comm comm) {
       ++slices;
-      auto all = slice_spectrum(system, low, high, tolerance, comm);
+      auto all = solvers::eigen::slice_spectrum(system, low, high, tolerance, comm);
       if (!slice_too || all.values.empty()) return all;
       all.values.erase(all.values.begin());
       all.vectors = all.vectors.rightCols(all.vectors.cols() - 1).eval();
@@ -74,15 +76,17 @@ struct Lossy {
 
 constexpr int always = 1000;
 
-Modes solve(const TetMesh& mesh, const Band& band, const SearchMethods& methods = {}) {
+solvers::modes::Modes solve(const test::TetMesh& mesh, const solvers::modes::Band& band,
+                            const solvers::eigen::SearchMethods& methods = {}) {
   core::Trace trace;
-  SolveOptions options;
+  solvers::eigen::SolveOptions options;
   options.band = band;
-  const std::vector<Elastic> regions(mesh.region_names.size(), test::steel);
-  return solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods);
+  const std::vector<solvers::elements::Elastic> regions(mesh.region_names.size(), test::steel);
+  return solvers::eigen::solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods);
 }
 
-void expect_equal(const Modes& found, const Modes& truth, double tolerance = 1e-9) {
+void expect_equal(const solvers::modes::Modes& found, const solvers::modes::Modes& truth,
+                  double tolerance = 1e-9) {
   ASSERT_EQ(found.size(), truth.size());
   for (std::size_t k = 0; k < truth.size(); ++k) {
     EXPECT_NEAR(found.frequency(k) / truth.frequency(k), 1, tolerance) << k;
@@ -95,7 +99,7 @@ void expect_equal(const Modes& found, const Modes& truth, double tolerance = 1e-
   EXPECT_TRUE(found.certificate.count_verified);
 }
 
-const Band whole_band{20, 80000, 300}, lowest_twelve{20, 120000, 12};
+const solvers::modes::Band whole_band{20, 80000, 300}, lowest_twelve{20, 120000, 12};
 
 TEST(Search, AModeLostOnceIsFoundBySecondAttempt) {
   for (const auto& band : {whole_band, lowest_twelve}) {
@@ -168,7 +172,7 @@ TEST(Search, AModeThatStaysMissingIsReported) {
 }
 
 TEST(Search, HalfOfAPairIsMissedAndFound) {
-  const Band band{20, 40000, 300};
+  const solvers::modes::Band band{20, 40000, 300};
   const auto truth = solve(bar(), band);
   std::size_t pair = 0;
   while (pair + 1 < truth.size() && truth.frequency(pair + 1) / truth.frequency(pair) > 1.01) {
@@ -190,7 +194,7 @@ TEST(Search, OneOfThreeEqualBodiesIsMissedAndFound) {
                             return x + Vec3(0.03 * n, 0, 0);
                           }));
   }
-  const Band band{20, 60000, 300};
+  const solvers::modes::Band band{20, 60000, 300};
   const auto truth = solve(bodies, band);
   ASSERT_EQ(truth.certificate.rigid_modes, 18);
   ASSERT_GT(truth.size(), 3u);
@@ -208,18 +212,19 @@ TEST(Search, ALostRigidMotionIsAnError) {
 TEST(Slicing, GivesWhatLowestPairsGives) {
   const auto mesh = block();
   const std::vector materials{test::steel};
-  const auto system = assemble(mesh, materials, partition(mesh, 1), MPI_COMM_SELF);
+  const auto system = solvers::assembly::assemble(
+      mesh, materials, solvers::assembly::partition(mesh, 1), MPI_COMM_SELF);
   const double shift = -system.scales.from_frequency(2000);
-  const auto shifted =
-      factor_shifted(system, shift, plan_factors(system, MPI_COMM_SELF), MPI_COMM_SELF);
-  const auto all = lowest_pairs(system, {40, 1e-12, 1}, shifted, MPI_COMM_SELF);
+  const auto shifted = solvers::eigen::factor_shifted(
+      system, shift, solvers::eigen::plan_factors(system, MPI_COMM_SELF), MPI_COMM_SELF);
+  const auto all = solvers::eigen::lowest_pairs(system, {40, 1e-12, 1}, shifted, MPI_COMM_SELF);
   for (const auto& [first, last] : {std::pair{6, 9}, {8, 30}, {20, 21}}) {
     const auto at = [&all](int k) { return all.values[static_cast<std::size_t>(k)]; };
     const double low = first == 6 ? 0.3 * at(6) : (at(first - 1) + at(first)) / 2;
     const double high = (at(last - 1) + at(last)) / 2;
-    auto slice = slice_spectrum(system, low, high, 1e-12, MPI_COMM_SELF);
+    auto slice = solvers::eigen::slice_spectrum(system, low, high, 1e-12, MPI_COMM_SELF);
     ASSERT_EQ(slice.size(), last - first);
-    measure(system, shifted, MPI_COMM_SELF, slice);
+    solvers::eigen::measure(system, shifted, MPI_COMM_SELF, slice);
     std::sort(slice.values.begin(), slice.values.end());
     EXPECT_LT(slice.orthonormality, 1e-9);
     for (int k = first; k < last; ++k) {

@@ -3,12 +3,12 @@
 #include <mpi.h>
 
 #include "mpi/comm.hpp"
-#include "solvers/environment.hpp"
+#include "solvers/libraries/environment.hpp"
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   const carillon::mpi::Environment mpi(argc, argv);
-  const carillon::solvers::SolverEnvironment solvers;
+  const carillon::solvers::libraries::SolverEnvironment solvers;
   int failed = RUN_ALL_TESTS();
   MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   return failed;

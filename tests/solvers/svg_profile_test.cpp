@@ -5,9 +5,9 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "solvers/families.hpp"
-#include "solvers/families/outline.hpp"
-#include "solvers/families/svg_path.hpp"
+#include "solvers/families/detail/outline.hpp"
+#include "solvers/families/detail/svg_path.hpp"
+#include "solvers/families/families.hpp"
 #include "temporary_folder.hpp"
 
 namespace carillon::test {
@@ -16,9 +16,9 @@ namespace {
 using namespace solvers;
 constexpr double pi = std::numbers::pi;
 
-ProfilePolygon profile_of(const std::string& path_data, double height) {
+solvers::families::ProfilePolygon profile_of(const std::string& path_data, double height) {
   const TemporaryFolder folder;
-  return profile_from_svg(
+  return solvers::families::profile_from_svg(
       folder.file("profile.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"><path d=\"" +
                                      path_data + "\"/></svg>"),
       height);
@@ -26,14 +26,14 @@ ProfilePolygon profile_of(const std::string& path_data, double height) {
 
 /// End of the last curve, before the line that closes the outline.
 std::array<double, 2> end_of(const std::string& data) {
-  return parse_svg_path(data).back().points[0];
+  return solvers::families::parse_svg_path(data).back().points[0];
 }
 
 TEST(SvgProfile, HeightPointsUpAndIsScaled) {
   // A trapezium 20 wide at the top of the drawing, 10 at its foot, 40 tall.
   const auto profile = profile_of("M0,10 L20,10 L10,50 L0,50 Z", 0.08);
   ASSERT_EQ(profile.size(), 4u);
-  EXPECT_NEAR(polygon_area(profile), 15 * 40 * 0.002 * 0.002, 1e-15);
+  EXPECT_NEAR(solvers::families::polygon_area(profile), 15 * 40 * 0.002 * 0.002, 1e-15);
   double top_radius = 0;
   for (const auto& p : profile) {
     EXPECT_GE(p[1], 0);
@@ -49,23 +49,25 @@ TEST(SvgProfile, EveryCommandSaysTheSame) {
         "m 0 0 30 0 0 40 -20 0 0 20 -10 0 z", "M0 0 C10 0 20 0 30 0 Q30 20 30 40 L10 40 V60 H0 z",
         "M+0-0L3e1,0L30 4.0e+1L10 40L10 60L0 60Z"}) {
     const auto profile = profile_of(same, 0.06);
-    EXPECT_NEAR(polygon_area(profile), polygon_area(plain), 1e-15) << same;
+    EXPECT_NEAR(solvers::families::polygon_area(profile), solvers::families::polygon_area(plain),
+                1e-15)
+        << same;
   }
 }
 
 TEST(SvgProfile, CurvesAreFlattenedToATenThousandthOfTheHeight) {
   // A half disc of radius 50 by an arc; the same by two cubics is right to 3e-4 of the radius.
   const auto arc = profile_of("M0 0 A50 50 0 0 1 0 100 Z", 0.1);
-  EXPECT_NEAR(polygon_area(arc) / (pi / 2 * 0.05 * 0.05), 1, 3e-4);
+  EXPECT_NEAR(solvers::families::polygon_area(arc) / (pi / 2 * 0.05 * 0.05), 1, 3e-4);
   for (const auto& p : arc)
     if (p[0] > 0) {
       EXPECT_NEAR(std::hypot(p[0], p[1] - 0.05), 0.05, 1e-6);
     }
   const auto cubic = profile_of("M0 0 C27.6142 0 50 22.3858 50 50 S 27.6142 100 0 100 Z", 0.1);
-  EXPECT_NEAR(polygon_area(cubic) / (pi / 2 * 0.05 * 0.05), 1, 6e-4);
+  EXPECT_NEAR(solvers::families::polygon_area(cubic) / (pi / 2 * 0.05 * 0.05), 1, 6e-4);
   // Under a parabola: two thirds of its box.
   const auto parabola = profile_of("M0 0 Q 40 30 0 60 Z", 0.06);
-  EXPECT_NEAR(polygon_area(parabola) / (2.0 / 3 * 0.02 * 0.06), 1, 3e-4);
+  EXPECT_NEAR(solvers::families::polygon_area(parabola) / (2.0 / 3 * 0.02 * 0.06), 1, 3e-4);
   // T goes on as the reflected parabola would.
   EXPECT_NEAR(end_of("M0 0 Q10 0 10 10 T20 20")[0], 20, 1e-12);
 }
@@ -73,7 +75,7 @@ TEST(SvgProfile, CurvesAreFlattenedToATenThousandthOfTheHeight) {
 TEST(SvgPath, ArcsFollowTheirFlags) {
   // From (10, 0) to (0, 10) about (0, 0) or (10, 10): the middle of the arc tells which.
   const auto middle = [](const std::string& flags) {
-    const auto curves = parse_svg_path("M10 0A10 10 0 " + flags + " 0 10");
+    const auto curves = solvers::families::parse_svg_path("M10 0A10 10 0 " + flags + " 0 10");
     double least = 1e9, most = 0;
     for (const auto& curve : curves) {
       if (curve.straight) continue;
@@ -89,8 +91,8 @@ TEST(SvgPath, ArcsFollowTheirFlags) {
   EXPECT_NEAR(middle("1 1")[1], 20, 0.3);   // three quarters about (10, 10)
   EXPECT_NEAR(middle("1 0")[0], -10, 0.3);  // three quarters about the origin
   // Flags may run together with the next number; too small radii grow to fit.
-  EXPECT_EQ(parse_svg_path("M10 0A10 10 0 010 10").size(),
-            parse_svg_path("M10 0A10 10 0 0 1 0 10").size());
+  EXPECT_EQ(solvers::families::parse_svg_path("M10 0A10 10 0 010 10").size(),
+            solvers::families::parse_svg_path("M10 0A10 10 0 0 1 0 10").size());
   EXPECT_NEAR(end_of("M0 0A1 1 0 0 1 10 0")[0], 10, 1e-12);
 }
 
@@ -102,7 +104,8 @@ TEST(SvgProfile, FindsTheFirstPathWhateverStandsAround) {
                   "<svg width=\"50%\"><g transform=\"scale(2)\"><rect/></g>\n"
                   "<g id='x'><path\n style='fill:none' id=\"pd\" d='M0 0 H10 V10 H0 z' /></g>"
                   "<path d='M1 1'/></svg>");
-  EXPECT_NEAR(polygon_area(profile_from_svg(file, 0.1)), 0.01, 1e-15);
+  EXPECT_NEAR(solvers::families::polygon_area(solvers::families::profile_from_svg(file, 0.1)), 0.01,
+              1e-15);
 }
 
 TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
@@ -122,13 +125,18 @@ TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
   const TemporaryFolder folder;
   const auto moved =
       folder.file("m.svg", "<svg><g transform='scale(2)'><path d='M0 0H1V1H0z'/></g></svg>");
-  EXPECT_NE(message_of<core::InputError>([&] { profile_from_svg(moved, 1); }).find("transform"),
+  EXPECT_NE(message_of<core::InputError>([&] {
+              solvers::families::profile_from_svg(moved, 1);
+            }).find("transform"),
             std::string::npos);
   const auto none = folder.file("n.svg", "<svg><rect/></svg>");
-  EXPECT_NE(message_of<core::InputError>([&] { profile_from_svg(none, 1); }).find("no path"),
+  EXPECT_NE(message_of<core::InputError>([&] {
+              solvers::families::profile_from_svg(none, 1);
+            }).find("no path"),
             std::string::npos);
-  EXPECT_THROW(profile_from_svg(folder.path() / "missing.svg", 1), core::FileError);
-  EXPECT_THROW(profile_from_svg(none, 0), core::InputError);
+  EXPECT_THROW(solvers::families::profile_from_svg(folder.path() / "missing.svg", 1),
+               core::FileError);
+  EXPECT_THROW(solvers::families::profile_from_svg(none, 0), core::InputError);
 }
 
 TEST(SvgProfile, DamagedFilesEndInAnErrorOrAProfile) {
@@ -140,7 +148,7 @@ TEST(SvgProfile, DamagedFilesEndInAnErrorOrAProfile) {
   for (int i = 0; i < 400; ++i) {
     const auto file = folder.file("damaged.svg", damaged(good, random));
     try {
-      EXPECT_GE(profile_from_svg(file, 0.1).size(), 3u);
+      EXPECT_GE(solvers::families::profile_from_svg(file, 0.1).size(), 3u);
     } catch (const core::InputError& error) {
       EXPECT_FALSE(error.message().empty());
     }
@@ -149,13 +157,13 @@ TEST(SvgProfile, DamagedFilesEndInAnErrorOrAProfile) {
 
 TEST(SvgProfile, AWineGlassBecomesAMesh) {
   // Foot, stem and cup of 2 mm wall, drawn in millimetres.
-  GeneratedShape shape;
+  solvers::mesh::GeneratedShape shape;
   shape.family = "turned";
   shape.profile = profile_of(
       "M0 160 H32 V157 Q6 155 4 145 V80 C30 75 38 50 32 0 H30 C36 50 28 72 0 76 Z", 0.16);
-  find_family("turned").check(shape);
-  MeshOptions options;
-  const auto result = mesh_family(shape, options);
+  solvers::families::find_family("turned").check(shape);
+  solvers::mesh::MeshOptions options;
+  const auto result = solvers::families::mesh_family(shape, options);
   EXPECT_GT(result.quality.volume, 1e-5);
   EXPECT_LT(result.quality.elements, 10000);
 }

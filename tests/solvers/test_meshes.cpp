@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/raise_order.hpp"
+#include "solvers/mesh/raise_order.hpp"
 
 namespace carillon::test {
 
-using solvers::tetrahedron_lattice;
+using solvers::elements::tetrahedron_lattice;
 
 TetMesh with_order(const TetMesh& linear, int order) {
   TetMesh mesh;
@@ -46,7 +46,7 @@ TetMesh with_order(const TetMesh& linear, int order) {
       mesh.elements.push_back(entry->second);
     }
   }
-  mesh.faces = solvers::boundary_faces(mesh);
+  mesh.faces = solvers::mesh::boundary_faces(mesh);
   return mesh;
 }
 
@@ -234,7 +234,7 @@ TetMesh shell_mesh(double outer, double inner, int faces, int layers, int order)
 }
 
 TetMesh with_finer_nodes(TetMesh mesh, const TetMesh& finer) {
-  const auto numbering = solvers::numbering_at(mesh, finer.order);
+  const auto numbering = solvers::mesh::numbering_at(mesh, finer.order);
   mesh.finer_nodes.resize(numbering.first_use.size());
   for (std::size_t k = 0; k < finer.elements.size(); ++k) {
     mesh.finer_nodes[static_cast<std::size_t>(numbering.elements[k])] =
@@ -279,7 +279,7 @@ TetMesh moved(const TetMesh& mesh, const std::function<Vec3(const Vec3&)>& map) 
         out.elements[e * turned.size() + n] = element[turned[n]];
     }
   }
-  out.faces = solvers::boundary_faces(out);
+  out.faces = solvers::mesh::boundary_faces(out);
   return out;
 }
 
@@ -302,7 +302,7 @@ TetMesh read_tetrahedra(const std::string& path) {
       std::swap(v[2], v[3]);
     }
   }
-  mesh.faces = solvers::boundary_faces(mesh);
+  mesh.faces = solvers::mesh::boundary_faces(mesh);
   return mesh;
 }
 

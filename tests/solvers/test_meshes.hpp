@@ -4,11 +4,11 @@
 #include <functional>
 #include <string>
 
-#include "solvers/tet_mesh.hpp"
+#include "solvers/mesh/tet_mesh.hpp"
 
 namespace carillon::test {
 
-using solvers::TetMesh;
+using solvers::mesh::TetMesh;
 
 /// Straight elements of a higher order on the corners of a first-order mesh; regions are kept,
 /// boundary faces are filled in.

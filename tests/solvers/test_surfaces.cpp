@@ -9,7 +9,7 @@
 namespace carillon::test {
 namespace {
 
-using solvers::Triangle;
+using solvers::mesh::Triangle;
 
 /// Vertices that are told apart by place.
 class Builder {

@@ -4,11 +4,11 @@
 #include <random>
 #include <vector>
 
-#include "solvers/surface_mesh.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::test {
 
-using solvers::SurfaceMesh;
+using solvers::mesh::SurfaceMesh;
 
 /// Box [0, sides], each face in n x n squares of two triangles.
 SurfaceMesh box_surface(const Vec3& sides, int n);

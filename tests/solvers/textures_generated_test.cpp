@@ -6,19 +6,19 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "solvers/textures/generated_maps.hpp"
+#include "render/maps/generated_maps.hpp"
 
 namespace carillon::solvers {
 namespace {
 
-float at(const SurfaceMap& map, int column, int row) {
+float at(const render::maps::SurfaceMap& map, int column, int row) {
   return map.heights[std::size_t(row) * std::size_t(map.width) + std::size_t(column)];
 }
 
 std::string hint_of(const std::string& name, const std::map<std::string, double>& parameters,
                     int texels = 256) {
   try {
-    generate_map(name, parameters, texels, 0);
+    render::maps::generate_map(name, parameters, texels, 0);
   } catch (const core::InputError& error) {
     return error.what();
   }
@@ -26,9 +26,10 @@ std::string hint_of(const std::string& name, const std::map<std::string, double>
 }
 
 TEST(GeneratedMaps, AreReliefsFromZeroDownWithoutASeam) {
-  for (const auto& generated : generated_maps()) {
+  for (const auto& generated : render::maps::generated_maps()) {
     for (const int texels : {120, 128, 256}) {
-      const SurfaceMap map = generate_map(generated.name, {}, texels, 7);
+      const render::maps::SurfaceMap map =
+          render::maps::generate_map(generated.name, {}, texels, 7);
       EXPECT_EQ(map.name, generated.name);
       EXPECT_TRUE(map.repeats);
       EXPECT_LE(std::max(map.width, map.height), texels);
@@ -50,16 +51,17 @@ TEST(GeneratedMaps, AreReliefsFromZeroDownWithoutASeam) {
         }
       }
       EXPECT_LE(seam, inner * 1.2) << generated.name << texels;
-      EXPECT_EQ(generate_map(generated.name, {}, texels, 7).heights, map.heights);
+      EXPECT_EQ(render::maps::generate_map(generated.name, {}, texels, 7).heights, map.heights);
       const bool drawn = generated.name != "grooves" && generated.name != "tiles";
-      EXPECT_EQ(generate_map(generated.name, {}, texels, 8).heights != map.heights, drawn);
+      EXPECT_EQ(render::maps::generate_map(generated.name, {}, texels, 8).heights != map.heights,
+                drawn);
     }
   }
 }
 
 TEST(GeneratedMaps, GroovesHaveExactlyTheirWavelengthAndDepth) {
   for (const int texels : {64, 500, 512, 1000}) {
-    const SurfaceMap map = generate_map(
+    const render::maps::SurfaceMap map = render::maps::generate_map(
         "grooves", {{"wavelength", 0.0037}, {"depth", 0.0011}, {"waves", 7}}, texels, 0);
     const int per_wave = texels / 7;
     EXPECT_EQ(map.width, 7 * per_wave);
@@ -76,7 +78,7 @@ TEST(GeneratedMaps, GroovesHaveExactlyTheirWavelengthAndDepth) {
 }
 
 TEST(GeneratedMaps, RoundGroovesAreArcs) {
-  const SurfaceMap map = generate_map(
+  const render::maps::SurfaceMap map = render::maps::generate_map(
       "grooves", {{"wavelength", 0.01}, {"depth", 0.002}, {"waves", 1}, {"round", 1}}, 129, 0);
   const double radius = (0.005 * 0.005 + 0.002 * 0.002) / 0.004;
   for (int i = 0; i < map.width; ++i) {
@@ -86,7 +88,7 @@ TEST(GeneratedMaps, RoundGroovesAreArcs) {
 }
 
 TEST(GeneratedMaps, BrickHasItsJointsWhereTheyAreAskedFor) {
-  const SurfaceMap map = generate_map(
+  const render::maps::SurfaceMap map = render::maps::generate_map(
       "brick", {{"unevenness", 0}, {"rounding", 0.002}, {"columns", 2}, {"rows", 4}}, 900, 0);
   ASSERT_EQ(map.width, 900);   // 0.45 m
   ASSERT_EQ(map.height, 600);  // 0.30 m
@@ -115,7 +117,7 @@ TEST(GeneratedMaps, BrickHasItsJointsWhereTheyAreAskedFor) {
 TEST(GeneratedMaps, NoiseHasItsExponentAndRms) {
   for (const double exponent : {1.0, 2.5, 4.0}) {
     const int n = 256;
-    const SurfaceMap map = generate_map(
+    const render::maps::SurfaceMap map = render::maps::generate_map(
         "noise", {{"exponent", exponent}, {"rms", 0.0003}, {"length", 0.2}, {"longest", 0.2}}, n,
         5);
     double mean = 0, square = 0;
@@ -143,13 +145,15 @@ TEST(GeneratedMaps, MoreTexelsAreTheSameSurfaceFiner) {
   for (const char* name : {"noise", "pebbles"}) {
     std::map<std::string, double> coarse_waves;
     if (std::string(name) == "noise") coarse_waves["shortest"] = 0.01;
-    const SurfaceMap coarse = generate_map(name, coarse_waves, 128, 2);
-    const SurfaceMap fine = generate_map(name, coarse_waves, 256, 2);
+    const render::maps::SurfaceMap coarse = render::maps::generate_map(name, coarse_waves, 128, 2);
+    const render::maps::SurfaceMap fine = render::maps::generate_map(name, coarse_waves, 256, 2);
     const double depth = -*std::min_element(fine.heights.begin(), fine.heights.end());
     double square = 0;
     for (int k = 0; k < 500; ++k) {
       const Eigen::Vector2d uv(0.00017 * k, 0.00013 * k);
-      square += std::pow(height_at(coarse, uv) - height_at(fine, uv), 2) / 500;
+      square +=
+          std::pow(render::maps::height_at(coarse, uv) - render::maps::height_at(fine, uv), 2) /
+          500;
     }
     EXPECT_LT(std::sqrt(square), 0.04 * depth) << name;
   }

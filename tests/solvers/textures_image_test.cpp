@@ -7,8 +7,8 @@
 
 #include "core/error.hpp"
 #include "core/image_samples.hpp"
-#include "solvers/textures/generated_maps.hpp"
-#include "solvers/textures/map_image.hpp"
+#include "render/maps/generated_maps.hpp"
+#include "render/maps/map_image.hpp"
 #include "temporary_folder.hpp"
 
 namespace carillon::solvers {
@@ -25,9 +25,9 @@ core::ImageSamples plain(int bits, const std::vector<std::uint16_t>& color) {
   return image;
 }
 
-std::string message_of(const std::filesystem::path& path, const MapImage& image) {
+std::string message_of(const std::filesystem::path& path, const render::maps::MapImage& image) {
   try {
-    read_map(path, image);
+    render::maps::read_map(path, image);
   } catch (const core::Error& error) {
     return error.what();
   }
@@ -47,7 +47,8 @@ TEST(MapImage, EightBitsAreCountedFrom128) {
   image.values[1] = 160;
   image.values[2] = 192;
   core::write_png_samples(path, image);
-  const SurfaceMap map = read_map(path, {.width = 0.02, .repeats = false});
+  const render::maps::SurfaceMap map =
+      render::maps::read_map(path, {.width = 0.02, .repeats = false});
   EXPECT_FALSE(map.relief());
   EXPECT_FALSE(map.repeats);
   EXPECT_EQ(map.name, "a");
@@ -56,7 +57,8 @@ TEST(MapImage, EightBitsAreCountedFrom128) {
     EXPECT_EQ(map.slopes_u[i], i == 12 ? -1.0F : 0.0F) << i;
     EXPECT_EQ(map.slopes_v[i], i == 12 ? -0.5F : 0.0F) << i;
   }
-  const SurfaceMap down = read_map(path, {.width = 0.02, .green_down = true});
+  const render::maps::SurfaceMap down =
+      render::maps::read_map(path, {.width = 0.02, .green_down = true});
   EXPECT_EQ(down.slopes_v[12], 0.5F);
   EXPECT_EQ(down.slopes_u[12], -1.0F);
 }
@@ -70,42 +72,45 @@ TEST(MapImage, AlphaIsHowFarItIsCutIn) {
     image.values[3] = static_cast<std::uint16_t>(full);               // upper left
     image.values[4 * 15 + 3] = static_cast<std::uint16_t>(full / 5);  // lower right
     core::write_png_samples(path, image);
-    const SurfaceMap map = read_map(path, {.width = 1, .depth = 0.25});
+    const render::maps::SurfaceMap map = render::maps::read_map(path, {.width = 1, .depth = 0.25});
     ASSERT_TRUE(map.relief());
     EXPECT_EQ(map.heights[12], -0.25F);
     EXPECT_EQ(map.heights[3], -0.05F);
     EXPECT_EQ(map.heights[5], 0.0F);
     // Without a depth the same file is a normal map.
-    EXPECT_EQ(bits == 8 && read_map(path, {.width = 1}).relief(), false);
+    EXPECT_EQ(bits == 8 && render::maps::read_map(path, {.width = 1}).relief(), false);
   }
 }
 
 TEST(MapImage, ComesBackAsItWasWritten) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a.png";
-  for (const auto& generated : generated_maps()) {
-    SurfaceMap map = generate_map(generated.name, {}, 128, 1);
+  for (const auto& generated : render::maps::generated_maps()) {
+    render::maps::SurfaceMap map = render::maps::generate_map(generated.name, {}, 128, 1);
     const double depth = -*std::min_element(map.heights.begin(), map.heights.end());
-    const SurfaceMap back = read_map(path, write_map(path, map));
+    const render::maps::SurfaceMap back =
+        render::maps::read_map(path, render::maps::write_map(path, map));
     ASSERT_EQ(back.heights.size(), map.heights.size());
     EXPECT_EQ(back.width, map.width);
     EXPECT_DOUBLE_EQ(back.texel, map.texel);
     for (std::size_t i = 0; i < map.heights.size(); ++i) {
       EXPECT_NEAR(back.heights[i], map.heights[i], depth / 65535);
     }
-    map = normal_map_of(map);
+    map = render::maps::normal_map_of(map);
     map.repeats = false;
-    const SurfaceMap normals = read_map(path, write_map(path, map));
+    const render::maps::SurfaceMap normals =
+        render::maps::read_map(path, render::maps::write_map(path, map));
     EXPECT_FALSE(normals.repeats);
     ASSERT_EQ(normals.slopes_u.size(), map.slopes_u.size());
     for (std::size_t i = 0; i < map.slopes_u.size(); ++i) {
-      const Vec3 a = normal_of({normals.slopes_u[i], normals.slopes_v[i]});
-      const Vec3 b = normal_of({map.slopes_u[i], map.slopes_v[i]});
+      const Vec3 a = render::maps::normal_of({normals.slopes_u[i], normals.slopes_v[i]});
+      const Vec3 b = render::maps::normal_of({map.slopes_u[i], map.slopes_v[i]});
       EXPECT_LT((a - b).norm(), 4e-5);
     }
   }
-  const SurfaceMap flat{"flat", 4, 5, 0.1, true, std::vector<float>(20), {}, {}};
-  EXPECT_EQ(read_map(path, write_map(path, flat)).heights, flat.heights);
+  const render::maps::SurfaceMap flat{"flat", 4, 5, 0.1, true, std::vector<float>(20), {}, {}};
+  EXPECT_EQ(render::maps::read_map(path, render::maps::write_map(path, flat)).heights,
+            flat.heights);
 }
 
 TEST(MapImage, RefusesWithARemedy) {
@@ -131,14 +136,15 @@ TEST(MapImage, RefusesWithARemedy) {
   inward.height = 2;
   core::write_png_samples(path, inward);
   EXPECT_TRUE(has(message_of(path, {.width = 1}), "too small"));
-  const SurfaceMap map = generate_map("pebbles", {}, 64, 0);
-  EXPECT_THROW(write_map(folder.path() / "absent" / "a.png", map), core::FileError);
+  const render::maps::SurfaceMap map = render::maps::generate_map("pebbles", {}, 64, 0);
+  EXPECT_THROW(render::maps::write_map(folder.path() / "absent" / "a.png", map), core::FileError);
 }
 
 TEST(MapImage, BrokenFilesGiveAMapOrAnError) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a.png";
-  const MapImage image = write_map(path, generate_map("noise", {}, 24, 1));
+  const render::maps::MapImage image =
+      render::maps::write_map(path, render::maps::generate_map("noise", {}, 24, 1));
   std::ifstream file(path, std::ios::binary);
   const std::string good{std::istreambuf_iterator<char>(file), {}};
   EXPECT_TRUE(rc::check([&] {
@@ -151,7 +157,7 @@ TEST(MapImage, BrokenFilesGiveAMapOrAnError) {
     }
     std::ofstream(path, std::ios::binary) << bytes;
     try {
-      const SurfaceMap map = read_map(path, image);
+      const render::maps::SurfaceMap map = render::maps::read_map(path, image);
       RC_ASSERT(map.heights.size() == std::size_t(map.width) * std::size_t(map.height));
     } catch (const core::Error& error) {
       RC_ASSERT(!error.message().empty());

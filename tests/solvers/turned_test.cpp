@@ -27,9 +27,9 @@ TEST(Turned, HasThePappusVolumeAndArea) {
   const auto torus = mesh_of(shape, 2);
   EXPECT_EQ(boundary_euler_number(torus.mesh), 0);
   EXPECT_NEAR(torus.quality.volume / (section * around), 1, 3e-3);
-  EXPECT_NEAR(turned_volume(shape.profile) / (section * around), 1, 1e-12);
+  EXPECT_NEAR(solvers::families::turned_volume(shape.profile) / (section * around), 1, 1e-12);
   const double girth = 40 * 2 * 0.01 * std::sin(pi / 40);
-  EXPECT_NEAR(turned_area(shape.profile) / (girth * around), 1, 1e-12);
+  EXPECT_NEAR(solvers::families::turned_area(shape.profile) / (girth * around), 1, 1e-12);
   EXPECT_NEAR(boundary_area(torus.mesh) / (girth * around), 1, 5e-3);
 }
 

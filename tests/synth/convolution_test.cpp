@@ -1,4 +1,4 @@
-#include "synth/convolution.hpp"
+#include "synth/signal/convolution.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ TEST(Convolver, IsTheSumOfDelayedClips) {
       for (float& v : dry) v = static_cast<float>(random.normal());
       for (double& v : response) v = random.normal();
       std::vector<float> output = dry;
-      Convolver convolver;
+      signal::Convolver convolver;
       convolver.add(dry, convolver.prepare(response, clip), output);
       for (std::size_t n = 0; n < clip; ++n) {
         double sum = static_cast<double>(dry[n]);
@@ -35,7 +35,7 @@ TEST(Convolver, IsTheSumOfDelayedClips) {
 
 TEST(Convolver, TheClipMayBeItsOwnOutput) {
   std::vector<float> clip = {1, 0, 0, 0};
-  Convolver convolver;
+  signal::Convolver convolver;
   convolver.add(clip, convolver.prepare(std::vector<double>{0, 0.5, 0.25}, 4), clip);
   EXPECT_NEAR(clip[0], 1, 1e-7);
   EXPECT_NEAR(clip[1], 0.5, 1e-7);
@@ -45,7 +45,7 @@ TEST(Convolver, TheClipMayBeItsOwnOutput) {
 TEST(Convolver, SilenceChangesNothing) {
   std::vector<float> clip = {1, -0.25F, 3e-30F};
   const auto before = clip;
-  Convolver convolver;
+  signal::Convolver convolver;
   convolver.add(clip, convolver.prepare(std::vector<double>(3, 0.0), 3), clip);
   EXPECT_EQ(clip, before);
   convolver.add(clip, convolver.prepare({}, 3), clip);
@@ -53,17 +53,17 @@ TEST(Convolver, SilenceChangesNothing) {
 }
 
 TEST(Convolver, RefusesAClipOfAnotherLength) {
-  Convolver convolver;
+  signal::Convolver convolver;
   const auto response = convolver.prepare(std::vector<double>{1}, 4);
   std::vector<float> clip(5);
   EXPECT_THROW(convolver.add(clip, response, clip), core::InputError);
 }
 
 TEST(GoodFftSize, HasSmallFactorsAndIsNotMuchLonger) {
-  EXPECT_EQ(good_fft_size(0), 2U);
-  EXPECT_EQ(good_fft_size(88199), 88200U);
+  EXPECT_EQ(signal::good_fft_size(0), 2U);
+  EXPECT_EQ(signal::good_fft_size(88199), 88200U);
   for (std::size_t n = 1; n < 3000; n += 7) {
-    const std::size_t size = good_fft_size(n);
+    const std::size_t size = signal::good_fft_size(n);
     EXPECT_GE(size, n);
     EXPECT_LE(size, 2 * n + 2);
     EXPECT_EQ(size % 2, 0U);

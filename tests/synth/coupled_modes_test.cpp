@@ -1,5 +1,5 @@
-#include "synth/coupled_modes.hpp"
-#include "synth/diagonal_error.hpp"
+#include "synth/support/coupled_modes.hpp"
+#include "synth/support/diagonal_error.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/supports.hpp"
+#include "synth/support/supports.hpp"
 #include "tests/synth/support_cases.hpp"
 
 namespace carillon::synth {
@@ -16,23 +16,23 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-CoupledModes coupled(const HeldModes& held) {
-  auto modes = couple(held.eigenvalues, held.decay_rates, held.dashpots);
+support::CoupledModes coupled(const HeldModes& held) {
+  auto modes = support::couple(held.eigenvalues, held.decay_rates, held.dashpots);
   if (!modes) throw std::runtime_error("not coupled");
   return *modes;
 }
 
 /// Struck with random gains and heard through all three parts of a readout, two rows.
-RingDown random_ring_down(const HeldModes& held, unsigned seed) {
+modal::RingDown random_ring_down(const HeldModes& held, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   const auto n = static_cast<Eigen::Index>(held.eigenvalues.size());
-  RingDown rings;
+  modal::RingDown rings;
   rings.eigenvalues = held.eigenvalues;
   rings.decay_rates = held.decay_rates;
   rings.excitation.resize(n);
   for (double& e : rings.excitation) e = normal(random);
-  Readout& readout = rings.readout;
+  modal::Readout& readout = rings.readout;
   for (auto* gains : {&readout.displacement, &readout.velocity, &readout.acceleration}) {
     gains->resize(2, n);
     for (double& gain : gains->reshaped()) gain = normal(random);
@@ -45,21 +45,21 @@ RingDown random_ring_down(const HeldModes& held, unsigned seed) {
 }
 
 /// What rows of a readout are in a state (q, q'), q'' from the equation of motion.
-Eigen::VectorXd read_out(const HeldModes& held, const RingDown& rings, double contact_time,
+Eigen::VectorXd read_out(const HeldModes& held, const modal::RingDown& rings, double contact_time,
                          double t, const Eigen::VectorXd& state) {
   const Eigen::Index n = state.size() / 2;
   const Eigen::VectorXd q = state.head(n), v = state.tail(n);
   const Eigen::VectorXd a =
-      rings.excitation * contact_force(contact_time, t) - held.damping() * v -
+      rings.excitation * modal::contact_force(contact_time, t) - held.damping() * v -
       Eigen::Map<const Eigen::VectorXd>(held.eigenvalues.data(), n).cwiseProduct(q);
-  const Readout& r = rings.readout;
+  const modal::Readout& r = rings.readout;
   return r.displacement * q + r.velocity * v + r.acceleration * a;
 }
 
 TEST(CoupledModes, HaveThePolesOfTheStateMatrix) {
   for (const double strength : {1e-3, 1.0, 1e3, 1e5}) {
     const HeldModes held = random_held(12, 3, strength, 5);
-    const CoupledModes modes = coupled(held);
+    const support::CoupledModes modes = coupled(held);
     EXPECT_LT(worst_pole(poles_of(modes.eigenvalues, modes.decay_rates),
                          eigenvalues_of(held.state_matrix())),
               1e-9)
@@ -73,8 +73,8 @@ TEST(CoupledModes, SoundLikeTheEquationOfMotionByMatrixExponentials) {
   for (const double contact_time : {5e-4, 1e-5}) {
     for (const double strength : {1.0, 1e3, 1e5}) {
       const HeldModes held = random_held(8, 3, strength, 11);
-      const RingDown rings = random_ring_down(held, 3);
-      const RingDown answer = coupled_ring_down(coupled(held), rings);
+      const modal::RingDown rings = random_ring_down(held, 3);
+      const modal::RingDown answer = support::coupled_ring_down(coupled(held), rings);
       const auto states = exact_states(held, rings.excitation, contact_time, times);
       double loudest = 0, worst = 0;
       for (std::size_t k = 0; k < times.size(); ++k) {
@@ -90,9 +90,10 @@ TEST(CoupledModes, SoundLikeTheEquationOfMotionByMatrixExponentials) {
 
 TEST(CoupledModes, GiveTheSamplesOfTheEquationOfMotion) {
   const HeldModes held = random_held(6, 2, 300, 2);
-  const RingDown rings = random_ring_down(held, 8);
+  const modal::RingDown rings = random_ring_down(held, 8);
   const double rate = 44100;
-  const auto samples = synthesize(coupled_ring_down(coupled(held), rings), {3e-4}, rate, 2000);
+  const auto samples =
+      modal::synthesize(support::coupled_ring_down(coupled(held), rings), {3e-4}, rate, 2000);
   std::vector<double> times;
   for (int n = 0; n < 2000; n += 97) times.push_back(n / rate);
   const auto states = exact_states(held, rings.excitation, 3e-4, times);
@@ -108,14 +109,14 @@ TEST(CoupledModes, GiveTheSamplesOfTheEquationOfMotion) {
 TEST(CoupledModes, OfDashpotsOnOneModeEachAreTheDiagonalAnswer) {
   HeldModes held = random_held(5, 5, 1, 4);
   held.dashpots = Eigen::VectorXd::LinSpaced(5, 1, 9).asDiagonal();
-  const CoupledModes modes = coupled(held);
+  const support::CoupledModes modes = coupled(held);
   const auto diagonal = diagonal_rates(held.decay_rates, held.dashpots);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_NEAR(modes.decay_rates[i], diagonal[i], 1e-10 * std::sqrt(held.eigenvalues[i]));
     EXPECT_NEAR(modes.eigenvalues[i], held.eigenvalues[i], 1e-12 * held.eigenvalues[i]);
     EXPECT_NEAR(modes.overlaps[i], 1, 1e-6);
   }
-  const DiagonalError error = diagonal_error(modes, held.eigenvalues, diagonal);
+  const support::DiagonalError error = support::diagonal_error(modes, held.eigenvalues, diagonal);
   EXPECT_EQ(error.matched, 5);
   EXPECT_LT(error.decay_rate, 1e-9);
   EXPECT_LT(error.cents, 1e-9);
@@ -123,23 +124,24 @@ TEST(CoupledModes, OfDashpotsOnOneModeEachAreTheDiagonalAnswer) {
 
 TEST(CoupledModes, WithoutContactsAreTheModes) {
   const HeldModes held = random_held(7, 1, 1, 4);
-  const RingDown rings = random_ring_down(held, 1);
+  const modal::RingDown rings = random_ring_down(held, 1);
   for (const Eigen::MatrixXd& nothing :
        {Eigen::MatrixXd(7, 0), Eigen::MatrixXd(Eigen::MatrixXd::Zero(7, 3))}) {
-    const auto modes = couple(held.eigenvalues, held.decay_rates, nothing);
+    const auto modes = support::couple(held.eigenvalues, held.decay_rates, nothing);
     ASSERT_TRUE(modes);
     EXPECT_TRUE(modes->coupled.empty());
-    const RingDown answer = coupled_ring_down(*modes, rings);
+    const modal::RingDown answer = support::coupled_ring_down(*modes, rings);
     EXPECT_EQ(answer.eigenvalues, rings.eigenvalues);
     EXPECT_EQ(answer.decay_rates, rings.decay_rates);
-    EXPECT_EQ(synthesize(answer, {1e-4}, 44100, 500), synthesize(rings, {1e-4}, 44100, 500));
+    EXPECT_EQ(modal::synthesize(answer, {1e-4}, 44100, 500),
+              modal::synthesize(rings, {1e-4}, 44100, 500));
   }
 }
 
 TEST(CoupledModes, LeaveAModeThatIsNotTouchedAsItIs) {
   HeldModes held = random_held(9, 2, 500, 6);
   held.dashpots.row(4).setZero();
-  const CoupledModes modes = coupled(held);
+  const support::CoupledModes modes = coupled(held);
   EXPECT_EQ(modes.eigenvalues[4], held.eigenvalues[4]);
   EXPECT_EQ(modes.decay_rates[4], held.decay_rates[4]);
   EXPECT_EQ(modes.coupled.size(), 8u);
@@ -159,7 +161,7 @@ TEST(CoupledModes, OfARodOnADashpotDecayAsItsWavesDo) {
     rod.decay_rates.push_back(0);
     rod.dashpots(k, 0) = std::sqrt(c) * std::sqrt(2 / mass) * (k % 2 == 0 ? 1 : -1);
   }
-  const CoupledModes modes = coupled(rod);
+  const support::CoupledModes modes = coupled(rod);
   const double exact = speed / length * std::atanh(0.6);
   const auto diagonal = diagonal_rates(rod.decay_rates, rod.dashpots);
   for (std::size_t k = 0; k < 5; ++k) {
@@ -192,7 +194,7 @@ TEST(CoupledModes, OfAFreeRodOnADashpotCoupleWithItsMotionAsAWhole) {
     rod.dashpots(k, 0) = std::sqrt(c) * std::sqrt(2 / mass);
   }
   rod.dashpots(n, 0) = std::sqrt(c / mass);
-  const CoupledModes modes = coupled(rod);
+  const support::CoupledModes modes = coupled(rod);
   const double exact = speed / length * std::atanh(0.6);
   for (std::size_t k = 0; k < 5; ++k) {
     EXPECT_NEAR(modes.decay_rates[k], exact, 5e-3 * exact) << k;
@@ -212,9 +214,9 @@ TEST(CoupledModes, OfAFreeBodySoundLikeMatrixExponentialsWithItsRigidCoordinates
       held.dashpots.conservativeResize(8 + rigid, 4);
       held.dashpots.bottomRows(rigid) = random_held(rigid, 4, strength, 12).dashpots;
       const HeldModes all = with_rigid(held, rigid);
-      const RingDown rings = random_ring_down(random_held(8, 4, strength, 11), 3);
-      const RingDown answer = coupled_ring_down(coupled(held), rings);
-      RingDown heard = rings;
+      const modal::RingDown rings = random_ring_down(random_held(8, 4, strength, 11), 3);
+      const modal::RingDown answer = support::coupled_ring_down(coupled(held), rings);
+      modal::RingDown heard = rings;
       heard.excitation.conservativeResize(8 + rigid);
       heard.excitation.tail(rigid).setZero();
       for (auto* gains :
@@ -244,20 +246,24 @@ TEST(CoupledModes, DiagonalErrorIsEstimatedWithoutSolving) {
   held.dashpots.resize(6, 1);
   held.dashpots << 3, -4, 5, 4, 3, 2;
   const auto diagonal = diagonal_rates(held.decay_rates, held.dashpots.topRows(4));
-  const DiagonalError found = diagonal_error(coupled(held), held.eigenvalues, diagonal);
-  const DiagonalError guess = estimate_diagonal_error(held.eigenvalues, diagonal, held.dashpots);
+  const support::DiagonalError found =
+      support::diagonal_error(coupled(held), held.eigenvalues, diagonal);
+  const support::DiagonalError guess =
+      support::estimate_diagonal_error(held.eigenvalues, diagonal, held.dashpots);
   EXPECT_NEAR(guess.decay_rate / found.decay_rate, 1, 0.1);
   EXPECT_NEAR(guess.cents / found.cents, 1, 0.1);
   // Equal modes under one dashpot: no order of the force makes the diagonal answer right.
   const std::vector<double> same = {1e6, 1e6}, rates = {1, 1};
-  EXPECT_NEAR(estimate_diagonal_error(same, rates, Eigen::Vector2d(1, 1)).decay_rate, 0.5, 0.01);
+  EXPECT_NEAR(support::estimate_diagonal_error(same, rates, Eigen::Vector2d(1, 1)).decay_rate, 0.5,
+              0.01);
 }
 
 TEST(CoupledModes, NothingComparedIsNotANumber) {
   HeldModes held = random_held(2, 1, 1, 1);
   held.decay_rates = {1e6, 1e6};
   const auto diagonal = diagonal_rates(held.decay_rates, held.dashpots);
-  const DiagonalError error = diagonal_error(coupled(held), held.eigenvalues, diagonal);
+  const support::DiagonalError error =
+      support::diagonal_error(coupled(held), held.eigenvalues, diagonal);
   EXPECT_EQ(error.matched, 0);
   EXPECT_EQ(error.modes, 2);
   EXPECT_TRUE(std::isnan(error.decay_rate) && std::isnan(error.cents));
@@ -275,9 +281,9 @@ TEST(CoupledModes, DiagonalErrorFallsWithTheForce) {
     HeldModes pressed = held;
     pressed.dashpots *= std::sqrt(factor);
     const auto diagonal = diagonal_rates(pressed.decay_rates, pressed.dashpots);
-    return diagonal_error(coupled(pressed), pressed.eigenvalues, diagonal);
+    return support::diagonal_error(coupled(pressed), pressed.eigenvalues, diagonal);
   };
-  const DiagonalError once = off(1), twice = off(2);
+  const support::DiagonalError once = off(1), twice = off(2);
   EXPECT_EQ(once.matched, 4);
   EXPECT_NEAR(twice.decay_rate / once.decay_rate, 4, 0.05);
   EXPECT_NEAR(twice.cents / once.cents, 4, 0.05);
@@ -293,13 +299,13 @@ TEST(CoupledModes, NeverGainEnergy) {
     if (*rc::gen::inRange(0, 2) == 1) {
       for (double& d : held.decay_rates) d = 0;
     }
-    const auto modes = couple(held.eigenvalues, held.decay_rates, held.dashpots);
+    const auto modes = support::couple(held.eigenvalues, held.decay_rates, held.dashpots);
     RC_ASSERT(modes.has_value());
     for (const auto& pole : poles_of(modes->eigenvalues, modes->decay_rates)) {
       RC_ASSERT(pole.real() <= 0);
     }
     // Rows: every q', then every omega q.
-    RingDown rings;
+    modal::RingDown rings;
     rings.eigenvalues = held.eigenvalues;
     rings.decay_rates = held.decay_rates;
     rings.excitation = Eigen::VectorXd::LinSpaced(n, 1, 2);
@@ -311,7 +317,7 @@ TEST(CoupledModes, NeverGainEnergy) {
           std::sqrt(held.eigenvalues[static_cast<std::size_t>(i)]);
     }
     rings.readout.delays.assign(static_cast<std::size_t>(2 * n), 0.0);
-    const RingDown answer = coupled_ring_down(*modes, rings);
+    const modal::RingDown answer = support::coupled_ring_down(*modes, rings);
     double before = rings.excitation.squaredNorm();
     const double start = before;
     for (int k = 0; k < 40; ++k) {
@@ -324,19 +330,22 @@ TEST(CoupledModes, NeverGainEnergy) {
 
 TEST(CoupledModes, RefuseWhatTheyCannotSolve) {
   HeldModes held = random_held(3, 1, 1, 1);
-  EXPECT_THROW(couple(held.eigenvalues, std::vector<double>{1, 2}, held.dashpots),
+  EXPECT_THROW(support::couple(held.eigenvalues, std::vector<double>{1, 2}, held.dashpots),
                core::InputError);
-  EXPECT_THROW(couple(held.eigenvalues, held.decay_rates, Eigen::MatrixXd::Ones(2, 1)),
+  EXPECT_THROW(support::couple(held.eigenvalues, held.decay_rates, Eigen::MatrixXd::Ones(2, 1)),
                core::InputError);
-  EXPECT_THROW(coupled_ring_down(coupled(held), random_ring_down(random_held(4, 1, 1, 1), 1)),
-               core::InputError);
-  EXPECT_THROW(diagonal_error(coupled(held), held.eigenvalues, std::vector<double>{1.0}),
+  EXPECT_THROW(
+      support::coupled_ring_down(coupled(held), random_ring_down(random_held(4, 1, 1, 1), 1)),
+      core::InputError);
+  EXPECT_THROW(support::diagonal_error(coupled(held), held.eigenvalues, std::vector<double>{1.0}),
                core::InputError);
   HeldModes rigid = held;
   rigid.eigenvalues[0] = 0;
-  EXPECT_THROW(couple(rigid.eigenvalues, rigid.decay_rates, rigid.dashpots), core::InputError);
+  EXPECT_THROW(support::couple(rigid.eigenvalues, rigid.decay_rates, rigid.dashpots),
+               core::InputError);
   held.dashpots(0, 0) = std::nan("");
-  EXPECT_THROW(couple(held.eigenvalues, held.decay_rates, held.dashpots), core::InputError);
+  EXPECT_THROW(support::couple(held.eigenvalues, held.decay_rates, held.dashpots),
+               core::InputError);
 }
 
 }  // namespace

@@ -6,16 +6,16 @@
 #include <map>
 #include <numbers>
 
-#include "solvers/lagrange.hpp"
-#include "solvers/modes.hpp"
+#include "solvers/elements/lagrange.hpp"
+#include "solvers/modes/modes.hpp"
 
 namespace carillon::synth {
 
 /// Sphere of curved faces of an order: an octahedron whose faces are cut into n^2, all nodes moved
 /// onto the sphere. Inward faces when `inward`.
-inline solvers::ModeSurface curved_sphere(double radius, const Vec3& centre, int n, int order,
-                                          bool inward = false) {
-  solvers::ModeSurface surface;
+inline solvers::modes::ModeSurface curved_sphere(double radius, const Vec3& centre, int n,
+                                                 int order, bool inward = false) {
+  solvers::modes::ModeSurface surface;
   surface.order = order;
   const int fine = n * order;
   // Nodes by their place on the octahedron |x| + |y| + |z| = fine.
@@ -36,7 +36,7 @@ inline solvers::ModeSurface curved_sphere(double radius, const Vec3& centre, int
     const bool mirrored = (sx * sy * sz < 0) != inward;
     const auto add = [&](std::array<int, 2> a, std::array<int, 2> b, std::array<int, 2> c) {
       if (mirrored) std::swap(b, c);
-      for (const auto& lattice : solvers::triangle_lattice(order)) {
+      for (const auto& lattice : solvers::elements::triangle_lattice(order)) {
         const int x = a[0] * lattice[0] + b[0] * lattice[1] + c[0] * lattice[2];
         const int y = a[1] * lattice[0] + b[1] * lattice[1] + c[1] * lattice[2];
         surface.faces.push_back(node({sx * x, sy * y, sz * (fine - x - y)}));
@@ -53,7 +53,7 @@ inline solvers::ModeSurface curved_sphere(double radius, const Vec3& centre, int
 }
 
 /// Appends another surface's faces, as for a body with a cavity.
-inline void append(solvers::ModeSurface& surface, const solvers::ModeSurface& more) {
+inline void append(solvers::modes::ModeSurface& surface, const solvers::modes::ModeSurface& more) {
   const auto shift = static_cast<std::int32_t>(surface.nodes.size());
   surface.nodes.insert(surface.nodes.end(), more.nodes.begin(), more.nodes.end());
   for (const std::int32_t node : more.faces) surface.faces.push_back(node + shift);
@@ -61,9 +61,9 @@ inline void append(solvers::ModeSurface& surface, const solvers::ModeSurface& mo
 
 /// Modes of a one-region body with shapes given by `shape(mode, position)` [kg^-1/2].
 template <class Shape>
-solvers::Modes modes_with(const solvers::ModeSurface& surface, std::vector<double> eigenvalues,
-                          const Shape& shape) {
-  solvers::Modes modes;
+solvers::modes::Modes modes_with(const solvers::modes::ModeSurface& surface,
+                                 std::vector<double> eigenvalues, const Shape& shape) {
+  solvers::modes::Modes modes;
   const auto count = static_cast<Eigen::Index>(eigenvalues.size());
   modes.eigenvalues = std::move(eigenvalues);
   modes.surface = surface;

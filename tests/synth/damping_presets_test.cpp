@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "synth/material.hpp"
+#include "synth/material/material.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -21,9 +21,9 @@ std::vector<double> column(const std::vector<std::vector<double>>& rows, std::si
   return values;
 }
 
-void expect_row(const std::string& name, DampingKind kind, const std::vector<double>& alphas,
-                const std::string& source) {
-  const Material material = parse_material(name);
+void expect_row(const std::string& name, damping::DampingKind kind,
+                const std::vector<double>& alphas, const std::string& source) {
+  const material::Material material = material::parse_material(name);
   EXPECT_EQ(material.damping.kind, kind) << name;
   EXPECT_EQ(material.damping.parameters, alphas) << name;
   EXPECT_NE(material.source.find(source), std::string::npos) << name << ": " << material.source;
@@ -39,13 +39,15 @@ TEST(DampingPresets, AreTheRowsOfTheDissertationsTable41) {
                                                    {1.027, 1.001, 0.978, 1.011, 0.95, 0.974}};
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string name = "sterling_" + names[i];
-    expect_row(name, DampingKind::rayleigh, column(rayleigh, i), "Table 4.1, rayleigh row");
-    expect_row(name + "_hybrid", DampingKind::hybrid, column(hybrid, i), "Table 4.1, hybrid row");
+    expect_row(name, damping::DampingKind::rayleigh, column(rayleigh, i),
+               "Table 4.1, rayleigh row");
+    expect_row(name + "_hybrid", damping::DampingKind::hybrid, column(hybrid, i),
+               "Table 4.1, hybrid row");
   }
 }
 
 TEST(DampingPresets, NameBothTablesThatPrintTheirDamping) {
-  for (const Material& material : preset_materials()) {
+  for (const material::Material& material : material::preset_materials()) {
     const bool sterling = material.name.starts_with("sterling_");
     const bool gpd = material.name.starts_with("gpd_");
     if (!sterling && !gpd) continue;
@@ -72,11 +74,15 @@ TEST(DampingPresets, AreTheRowsOfTheDissertationsTable31) {
                                                   {.3, .37, .01, .18, .445}};
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string name = "gpd_" + names[i];
-    expect_row(name, DampingKind::rayleigh, column(rayleigh, i), "Table 3.1, rayleigh row");
-    expect_row(name + "_caughey", DampingKind::caughey, column(caughey, i), "Table 3.1, caughey");
-    expect_row(name + "_power", DampingKind::power, column(power, i), "Table 3.1, power row");
+    expect_row(name, damping::DampingKind::rayleigh, column(rayleigh, i),
+               "Table 3.1, rayleigh row");
+    expect_row(name + "_caughey", damping::DampingKind::caughey, column(caughey, i),
+               "Table 3.1, caughey");
+    expect_row(name + "_power", damping::DampingKind::power, column(power, i),
+               "Table 3.1, power row");
     for (const char* suffix : {"", "_caughey", "_power"}) {
-      EXPECT_NEAR(parse_material(name + suffix).elastic.youngs_modulus, gigapascal[i] * 1e9, 1);
+      EXPECT_NEAR(material::parse_material(name + suffix).elastic.youngs_modulus,
+                  gigapascal[i] * 1e9, 1);
     }
   }
 }
@@ -88,8 +94,8 @@ TEST(DampingPresets, AreTheRowsOfHinersTable1) {
       {"iron", {8000, 2.1e11, 0.28, 5, 1e-7}},    {"polycarbonate", {1190, 2.4e9, 0.37, 0.5, 4e-7}},
       {"steel", {7850, 2.0e11, 0.29, 5, 3e-8}}};
   for (const auto& [name, row] : rows) {
-    expect_row(name, DampingKind::rayleigh, {row[3], row[4]}, "Hiner 2024, Table 1");
-    const solvers::Elastic elastic = parse_material(name).elastic;
+    expect_row(name, damping::DampingKind::rayleigh, {row[3], row[4]}, "Hiner 2024, Table 1");
+    const solvers::elements::Elastic elastic = material::parse_material(name).elastic;
     EXPECT_EQ(elastic.density, row[0]);
     EXPECT_EQ(elastic.youngs_modulus, row[1]);
     EXPECT_EQ(elastic.poisson_ratio, row[2]);
@@ -97,10 +103,10 @@ TEST(DampingPresets, AreTheRowsOfHinersTable1) {
 }
 
 TEST(DampingPresets, NeverTurnNegative) {
-  for (const Material& material : preset_materials()) {
-    EXPECT_TRUE(negative_ranges(material.damping, 1, 1e5).empty()) << material.name;
+  for (const material::Material& material : material::preset_materials()) {
+    EXPECT_TRUE(damping::negative_ranges(material.damping, 1, 1e5).empty()) << material.name;
     const auto& a = material.damping.parameters;
-    if (material.damping.kind == DampingKind::caughey) {
+    if (material.damping.kind == damping::DampingKind::caughey) {
       // No real root that is positive.
       EXPECT_TRUE(a[1] * a[1] < 4 * a[0] * a[2] || a[1] > 0) << material.name;
       EXPECT_GT(a[0], 0) << material.name;
@@ -117,8 +123,8 @@ TEST(DampingPresets, OverCriticalOnesAreKnown) {
                                                            {"gpd_porcelain_caughey", {33, 13255}},
                                                            {"gpd_wood_caughey", {22, 12177}},
                                                            {"gpd_aluminum_caughey", {0, 2425}}};
-  for (const Material& material : preset_materials()) {
-    const auto c = damping_function(material.damping);
+  for (const material::Material& material : material::preset_materials()) {
+    const auto c = damping::damping_function(material.damping);
     const auto over = [&](int f) { return c(std::pow(2 * kPi * f, 2)) / 2 >= 2 * kPi * f; };
     const auto found = known.find(material.name);
     if (found == known.end()) {

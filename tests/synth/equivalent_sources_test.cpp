@@ -1,4 +1,4 @@
-#include "synth/equivalent_sources.hpp"
+#include "synth/radiation/equivalent_sources.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,11 +10,11 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "synth/fit_cache.hpp"
-#include "synth/outer_triangles.hpp"
-#include "synth/point_flux.hpp"
-#include "synth/ring_down.hpp"
-#include "synth/surface_patches.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/radiation/fit_cache.hpp"
+#include "synth/surface/outer_triangles.hpp"
+#include "synth/surface/point_flux.hpp"
+#include "synth/surface/surface_patches.hpp"
 #include "tests/synth/radiators.hpp"
 
 namespace carillon::synth {
@@ -23,7 +23,7 @@ namespace {
 constexpr double kRadius = 0.05;
 const Vec3 kOrigin = Vec3::Zero();
 
-solvers::ModeSurface sphere() {
+solvers::modes::ModeSurface sphere() {
   return curved_sphere(kRadius, kOrigin, 4, 3);
 }
 
@@ -37,10 +37,10 @@ TEST(PointFlux, GradientOfTheSolidAngle) {
   const auto vector = [&] { return Vec3(normal(random), normal(random), normal(random)); };
   for (int trial = 0; trial < 50; ++trial) {
     const Vec3 a = vector(), b = vector(), c = vector(), observer = vector();
-    const auto angle = [&](const Vec3& y) { return solid_angle(a - y, b - y, c - y); };
-    const Vec3 found = solid_angle_gradient(a - observer, b - observer, 0) +
-                       solid_angle_gradient(b - observer, c - observer, 0) +
-                       solid_angle_gradient(c - observer, a - observer, 0);
+    const auto angle = [&](const Vec3& y) { return surface::solid_angle(a - y, b - y, c - y); };
+    const Vec3 found = surface::solid_angle_gradient(a - observer, b - observer, 0) +
+                       surface::solid_angle_gradient(b - observer, c - observer, 0) +
+                       surface::solid_angle_gradient(c - observer, a - observer, 0);
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3 step = 1e-5 * Vec3::Unit(axis);
       double difference = angle(observer + step) - angle(observer - step);
@@ -51,9 +51,9 @@ TEST(PointFlux, GradientOfTheSolidAngle) {
 }
 
 TEST(OuterTriangles, AreClosedAndLeaveCavitiesOut) {
-  solvers::ModeSurface surface = sphere();
+  solvers::modes::ModeSurface surface = sphere();
   append(surface, curved_sphere(0.03, kOrigin, 2, 3, true));
-  const OuterTriangles cut = outer_triangles(surface, 3000);
+  const surface::OuterTriangles cut = surface::outer_triangles(surface, 3000);
   EXPECT_GE(cut.size(), 3000u);
   Vec3 sum = kOrigin;
   for (const Vec3& area : cut.area_vectors) sum += area;
@@ -62,17 +62,17 @@ TEST(OuterTriangles, AreClosedAndLeaveCavitiesOut) {
     for (const int neighbour : sides) EXPECT_GE(neighbour, 0);
   }
   EXPECT_NEAR(cut.area, 4 * std::numbers::pi * kRadius * kRadius, 2e-3 * cut.area);
-  EXPECT_NEAR(winding_number(cut, {0, 0, 0.04}), 1, 1e-9);
-  EXPECT_NEAR(winding_number(cut, {0, 0, 0.06}), 0, 1e-9);
-  EXPECT_NEAR(distance_from(cut, {0, 0, 0.08}), 0.03, 1e-4);
+  EXPECT_NEAR(surface::winding_number(cut, {0, 0, 0.04}), 1, 1e-9);
+  EXPECT_NEAR(surface::winding_number(cut, {0, 0, 0.06}), 0, 1e-9);
+  EXPECT_NEAR(surface::distance_from(cut, {0, 0, 0.08}), 0.03, 1e-4);
 }
 
 // Pulsating and oscillating sphere and the next two multipoles, near and far, amplitude and phase.
 TEST(EquivalentSources, AreTheSphereOfEveryOrder) {
   const std::vector<double> ka = {0.1, 0.5, 1, 2, 3, 4, 5};
-  const std::vector<Listener> listeners = {{{0.02, 0.03, 0.06}}, {{0.3, -0.2, 0.9}}};
+  const std::vector<modal::Listener> listeners = {{{0.02, 0.03, 0.06}}, {{0.3, -0.2, 0.9}}};
   for (int order = 0; order < 4; ++order) {
-    const auto fit = radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
+    const auto fit = heard_radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       EXPECT_LT(fit.residuals[mode], 0.02) << order << " " << ka[mode];
       RecordProperty(fmt::format("residual_order_{}_ka_{}", order, ka[mode]),
@@ -98,9 +98,9 @@ TEST(EquivalentSources, AreTheSphereOfEveryOrder) {
 // Where the air inside would resonate (zeros of j0 and j1) the outside does not notice.
 TEST(EquivalentSources, PassInnerResonances) {
   const std::vector<double> ka = {3.1, std::numbers::pi, 3.2, 4.45, 4.493409458, 4.53};
-  const std::vector<Listener> listeners = {{{0.1, -0.2, 0.4}}};
+  const std::vector<modal::Listener> listeners = {{{0.1, -0.2, 0.4}}};
   for (const int order : {0, 1}) {
-    const auto fit = radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
+    const auto fit = heard_radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       const double k = ka[mode] / kRadius;
       const Complex expected = sphere_pressure(order, k, kRadius, listeners[0].position);
@@ -114,12 +114,12 @@ TEST(EquivalentSources, PassInnerResonances) {
 TEST(EquivalentSources, AreTheDipoleOfAThinDisc) {
   for (const double thickness : {1e-3, 1e-4}) {
     const double ka = 0.1, k = ka / kRadius;
-    const auto modes = modes_with(disc(kRadius, thickness), {std::pow(k * kSoundSpeed, 2)},
+    const auto modes = modes_with(disc(kRadius, thickness), {std::pow(k * modal::kSoundSpeed, 2)},
                                   [](int, const Vec3&) { return Vec3(0, 0, 1); });
-    const std::vector<Listener> listeners = {{{0, 0, 1}}, {{1, 0, 1}}, {{0, 0, -1}}};
-    const auto fit = radiation(modes, listeners);
-    const double moment = kAirDensity * (8.0 / 3 * std::pow(kRadius, 3) +
-                                         std::numbers::pi * kRadius * kRadius * thickness);
+    const std::vector<modal::Listener> listeners = {{{0, 0, 1}}, {{1, 0, 1}}, {{0, 0, -1}}};
+    const auto fit = heard_radiation(modes, listeners);
+    const double moment = modal::kAirDensity * (8.0 / 3 * std::pow(kRadius, 3) +
+                                                std::numbers::pi * kRadius * kRadius * thickness);
     for (std::size_t row = 0; row < listeners.size(); ++row) {
       const Vec3& x = listeners[row].position;
       const double r = x.norm();
@@ -136,15 +136,15 @@ TEST(EquivalentSources, AreTheDipoleOfAThinDisc) {
 // The same sound from a breathing ball far smaller than the wavelength as from its volume velocity.
 TEST(EquivalentSources, AreTheMonopoleOfASmallBall) {
   const auto modes = sphere_modes(sphere(), kRadius, 0, {0.01, 0.02, 0.02});
-  const std::vector<Listener> listeners = {{{0.3, 0.4, 0}}};
+  const std::vector<modal::Listener> listeners = {{{0.3, 0.4, 0}}};
   const std::vector<double> decay = {3, 20, 500};  // the last dies within a few periods
-  const auto fit = radiation(modes, listeners);
-  const Readout near = pressure_readout(fit.radiated, modes, decay);
-  const Strike blow{{0, {0.3, 0.3, 0.4}}, Vec3(-1, -1, -1).normalized(), 0.01, {1e-3}};
-  const auto sound = [&](const Readout& readout) {
-    return synthesize(ring_down(modes, decay, blow, readout), blow.force, 8000, 2000);
+  const auto fit = heard_radiation(modes, listeners);
+  const modal::Readout near = radiation::pressure_readout(fit.radiated, modes, decay);
+  const modal::Strike blow{{0, {0.3, 0.3, 0.4}}, Vec3(-1, -1, -1).normalized(), 0.01, {1e-3}};
+  const auto sound = [&](const modal::Readout& readout) {
+    return modal::synthesize(modal::ring_down(modes, decay, blow, readout), blow.force, 8000, 2000);
   };
-  const auto found = sound(near), expected = sound(monopole(modes, listeners));
+  const auto found = sound(near), expected = sound(modal::monopole(modes, listeners));
   double worst = 0, peak = 0;
   for (std::size_t n = 0; n < expected.size(); ++n) {
     worst = std::max(worst, std::abs(double(found[n]) - expected[n]));
@@ -152,7 +152,7 @@ TEST(EquivalentSources, AreTheMonopoleOfASmallBall) {
   }
   EXPECT_GT(peak, 0);
   EXPECT_LT(worst, 0.03 * peak);
-  EXPECT_NEAR(near.delays[0], 0.5 / kSoundSpeed, 1e-9);
+  EXPECT_NEAR(near.delays[0], 0.5 / modal::kSoundSpeed, 1e-9);
 }
 
 // Power over twice the energy: of spheres that breathe and that move to and fro (Pierce, Acoustics,
@@ -160,14 +160,14 @@ TEST(EquivalentSources, AreTheMonopoleOfASmallBall) {
 // x^4).
 TEST(EquivalentSources, DampTheModesOfASphereAsTheyRadiate) {
   const std::vector<double> ka = {0.1, 0.5, 1, 2, 4};
-  const std::vector<Listener> listeners = {{{0, 0, 1}}};
+  const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
   for (const int order : {0, 1}) {
     const auto modes = sphere_modes(sphere(), kRadius, order, ka);
-    const auto fit = radiation(modes, listeners);
+    const auto fit = heard_radiation(modes, listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       const double x = ka[mode];
       const double resistance =
-          kAirDensity * kSoundSpeed *
+          modal::kAirDensity * modal::kSoundSpeed *
           (order == 0 ? x * x / (1 + x * x) : std::pow(x, 4) / (4 + std::pow(x, 4)));
       const double area = 4 * std::numbers::pi * kRadius * kRadius / (order == 0 ? 1 : 3);
       EXPECT_NEAR(fit.decay_rates[mode] / (resistance * area / 2), 1, 0.05) << order << " " << x;
@@ -179,8 +179,8 @@ TEST(EquivalentSources, TurnWithTheBody) {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
   auto modes = sphere_modes(sphere(), kRadius, 2, {0.7, 2.5});
-  std::vector<Listener> listeners = {{{0.02, 0.05, 0.12}}};
-  const auto before = radiation(modes, listeners);
+  std::vector<modal::Listener> listeners = {{{0.02, 0.05, 0.12}}};
+  const auto before = heard_radiation(modes, listeners);
   for (Vec3& node : modes.surface.nodes) node = turn * node;
   for (Eigen::Index i = 0; i < modes.shapes.rows(); ++i) {
     for (Eigen::Index node = 0; node < modes.shapes.cols() / 3; ++node) {
@@ -189,7 +189,7 @@ TEST(EquivalentSources, TurnWithTheBody) {
     }
   }
   listeners[0].position = turn * listeners[0].position;
-  const auto after = radiation(modes, listeners);
+  const auto after = heard_radiation(modes, listeners);
   for (Eigen::Index mode = 0; mode < 2; ++mode) {
     const Complex ratio = after.radiated.pressure(0, mode) / before.radiated.pressure(0, mode);
     EXPECT_LT(std::abs(ratio - 1.0), 0.02);
@@ -198,12 +198,12 @@ TEST(EquivalentSources, TurnWithTheBody) {
 
 // What a disc of sharp edges sends out is the same through a near sphere and through a far one.
 TEST(EquivalentSources, KeepPower) {
-  const double k = 1.5 / kRadius, omega = k * kSoundSpeed;
+  const double k = 1.5 / kRadius, omega = k * modal::kSoundSpeed;
   const auto modes = modes_with(disc(kRadius, 0.02), {omega * omega},
                                 [](int, const Vec3& x) { return Vec3(x[0], 0, 0.05 + x[1]); });
   constexpr int kRings = 16, kTurns = 32;
   const double near = 0.09, far = 2, step = 1e-4;
-  std::vector<Listener> listeners;
+  std::vector<modal::Listener> listeners;
   for (int i = 0; i < kRings; ++i) {
     const double z = -1 + (2 * i + 1.0) / kRings;
     for (int j = 0; j < kTurns; ++j) {
@@ -213,7 +213,7 @@ TEST(EquivalentSources, KeepPower) {
       for (const double r : {near - step, near + step, far}) listeners.push_back({r * direction});
     }
   }
-  const auto fit = radiation(modes, listeners);
+  const auto fit = heard_radiation(modes, listeners);
   double near_power = 0, far_power = 0;
   for (Eigen::Index i = 0; i < kRings * kTurns; ++i) {
     const auto at = [&](Eigen::Index row) {
@@ -221,9 +221,10 @@ TEST(EquivalentSources, KeepPower) {
              std::polar(1.0, -omega * fit.radiated.delays[std::size_t(row)]);
     };
     const Complex inner = at(3 * i), outer = at(3 * i + 1);
-    const Complex velocity = (outer - inner) / (2 * step) / (-Complex(0, 1) * omega * kAirDensity);
+    const Complex velocity =
+        (outer - inner) / (2 * step) / (-Complex(0, 1) * omega * modal::kAirDensity);
     near_power += std::real(0.5 * (inner + outer) * std::conj(velocity)) * near * near;
-    far_power += std::norm(at(3 * i + 2)) / (kAirDensity * kSoundSpeed) * far * far;
+    far_power += std::norm(at(3 * i + 2)) / (modal::kAirDensity * modal::kSoundSpeed) * far * far;
   }
   EXPECT_NEAR(near_power / far_power, 1, 0.02);
   // Means over the sphere times its area and a half; what is left decays at half of it per energy.
@@ -232,16 +233,16 @@ TEST(EquivalentSources, KeepPower) {
 }
 
 TEST(EquivalentSources, ALinearMapWithinRepeatedModes) {
-  const double lambda = std::pow(1.3 / kRadius * kSoundSpeed, 2), turn = 0.7;
+  const double lambda = std::pow(1.3 / kRadius * modal::kSoundSpeed, 2), turn = 0.7;
   const auto shapes = [&](double angle) {
     return modes_with(sphere(), {lambda, lambda}, [=](int mode, const Vec3& x) -> Vec3 {
       const double phase = angle + mode * std::numbers::pi / 2;
       return (x[0] * std::cos(phase) + x[1] * std::sin(phase)) * x;
     });
   };
-  const std::vector<Listener> listeners = {{{0.1, 0.2, 0.05}}};
-  const auto p = radiation(shapes(0), listeners).radiated.pressure;
-  const auto q = radiation(shapes(turn), listeners).radiated.pressure;
+  const std::vector<modal::Listener> listeners = {{{0.1, 0.2, 0.05}}};
+  const auto p = heard_radiation(shapes(0), listeners).radiated.pressure;
+  const auto q = heard_radiation(shapes(turn), listeners).radiated.pressure;
   EXPECT_LT(std::abs(std::cos(turn) * p(0, 0) + std::sin(turn) * p(0, 1) - q(0, 0)),
             1e-5 * std::abs(q(0, 0)));
 }
@@ -250,9 +251,9 @@ TEST(EquivalentSources, ListenersMustBeInTheOpenAir) {
   const auto modes = sphere_modes(sphere(), kRadius, 0, {1});
   for (const Vec3& place :
        {Vec3(0, 0, 0.02), Vec3(0, 0, kRadius), Vec3(0, 0, 0.0501), Vec3(0, 0, std::nan(""))}) {
-    const std::vector<Listener> listeners = {{{0, 0, 1}}, {place}};
+    const std::vector<modal::Listener> listeners = {{{0, 0, 1}}, {place}};
     try {
-      radiation(modes, listeners);
+      heard_radiation(modes, listeners);
       FAIL() << place.transpose();
     } catch (const core::InputError& error) {
       EXPECT_NE(error.message().find("listener 1"), std::string::npos) << error.message();
@@ -264,23 +265,25 @@ TEST(EquivalentSources, AreKeptInAFile) {
   const auto folder = std::filesystem::temp_directory_path() / "carillon_fit_cache_test";
   std::filesystem::remove_all(folder);
   const auto modes = sphere_modes(sphere(), kRadius, 1, {1, 2});
-  const std::vector<Listener> listeners = {{{0, 0.1, 1}}, {{0.07, 0.02, 0}}};
-  EquivalentSourcesOptions options;
+  const std::vector<modal::Listener> listeners = {{{0, 0.1, 1}}, {{0.07, 0.02, 0}}};
+  radiation::EquivalentSourcesOptions options;
   options.least = options.most = 60;
   const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
-  const auto fit = [&] { return SourceField(cached_equivalent_sources(modes, options, folder)); };
-  const SourceField computed = fit();
+  const auto fit = [&] {
+    return radiation::SourceField(radiation::cached_equivalent_sources(modes, options, folder));
+  };
+  const radiation::SourceField computed = fit();
   ASSERT_EQ(files(), 1);
   const auto file = std::filesystem::directory_iterator(folder)->path();
-  const SourceField kept = fit();
-  const ModalPressure pressure = computed.pressure_at(listeners);
+  const radiation::SourceField kept = fit();
+  const radiation::ModalPressure pressure = computed.pressure_at(listeners);
   EXPECT_EQ(kept.pressure_at(listeners).pressure, pressure.pressure);
   EXPECT_EQ(kept.pressure_at(listeners).delays, pressure.delays);
   EXPECT_EQ(kept.sources().residuals, computed.sources().residuals);
   EXPECT_EQ(kept.sources().decay_rates, computed.sources().decay_rates);
   EXPECT_EQ(kept.sources().layers, computed.sources().layers);
   EXPECT_EQ(kept.sources().patches, computed.sources().patches);
-  EXPECT_THROW(kept.pressure_at(std::vector<Listener>{{{0, 0, 0.051}}}), core::InputError);
+  EXPECT_THROW(kept.pressure_at(std::vector<modal::Listener>{{{0, 0, 0.051}}}), core::InputError);
   // A torn file is not believed.
   const auto size = std::filesystem::file_size(file);
   for (const std::streamoff torn : {60, 100000}) {
@@ -301,21 +304,21 @@ TEST(EquivalentSources, AreKeptInAFile) {
 // Wherever the listener and however many at a time: one fit's field, that of the closed form.
 TEST(EquivalentSources, OneFitServesListenersAnywhere) {
   const auto modes = sphere_modes(sphere(), kRadius, 1, {0.5, 0.5, 2, 4});
-  const SourceField field(fit_equivalent_sources(modes));
-  std::vector<Listener> all;
+  const radiation::SourceField field(radiation::fit_equivalent_sources(modes));
+  std::vector<modal::Listener> all;
   for (const double distance : {0.07, 0.3, 20.0, 3000.0}) {
     for (const Vec3& way : {Vec3(0, 0, 1), Vec3(0.6, 0, 0.8), Vec3(-0.48, 0.6, -0.64)}) {
       all.push_back({distance * way});
     }
   }
-  const ModalPressure together = field.pressure_at(all);
+  const radiation::ModalPressure together = field.pressure_at(all);
   for (std::size_t row = 0; row < all.size(); ++row) {
-    const ModalPressure alone = field.pressure_at(std::span(all).subspan(row, 1));
+    const radiation::ModalPressure alone = field.pressure_at(std::span(all).subspan(row, 1));
     const auto r = static_cast<Eigen::Index>(row);
     EXPECT_EQ(alone.pressure.row(0), together.pressure.row(r));
     EXPECT_EQ(alone.delays[0], together.delays[row]);
     for (std::size_t mode = 0; mode < modes.size(); ++mode) {
-      const double k = std::sqrt(modes.eigenvalues[mode]) / kSoundSpeed;
+      const double k = std::sqrt(modes.eigenvalues[mode]) / modal::kSoundSpeed;
       const Complex expected =
           undelayed(sphere_pressure(1, k, kRadius, all[row].position), k, all[row].position.norm());
       const Complex found = together.pressure(r, static_cast<Eigen::Index>(mode));

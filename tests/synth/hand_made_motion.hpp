@@ -8,13 +8,14 @@
 namespace carillon::synth {
 
 /// A motion in which each body has a given pose at each time.
-inline Motion hand_made_motion(double seconds, double step, std::size_t bodies,
-                               const std::function<Pose(std::size_t body, double time)>& pose) {
-  Motion motion;
+inline motion::Motion hand_made_motion(
+    double seconds, double step, std::size_t bodies,
+    const std::function<motion::Pose(std::size_t body, double time)>& pose) {
+  motion::Motion motion;
   motion.step = step;
   const auto steps = static_cast<std::size_t>(std::lround(seconds / step));
   for (std::size_t k = 0; k <= steps; ++k) {
-    std::vector<BodyState> states(bodies);
+    std::vector<motion::BodyState> states(bodies);
     for (std::size_t body = 0; body < bodies; ++body) {
       states[body].pose = pose(body, static_cast<double>(k) * step);
     }

@@ -1,4 +1,4 @@
-#include "synth/image_sources.hpp"
+#include "synth/room/detail/image_sources.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -8,7 +8,7 @@
 #include <complex>
 
 #include "core/error.hpp"
-#include "synth/readout.hpp"
+#include "synth/modal/readout.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -21,7 +21,7 @@ const Vector3d kHearer(2, 2.5, 1.5);
 
 struct Expected {
   Vector3d position;
-  std::array<int, kWalls> hits;
+  std::array<int, room::kWalls> hits;
 };
 
 // Mirrored by hand in x = 0, x = 5, y = 0, y = 4, z = 0, z = 3.
@@ -40,12 +40,13 @@ const Expected kHandList[] = {
     {{1, 6.75, -1}, {0, 0, 0, 1, 1, 0}},  {{1, 6.75, 5}, {0, 0, 0, 1, 0, 1}}};
 
 TEST(ImageSources, OfOrderTwoAreTheHandList) {
-  const auto images = image_sources(kSize, kSource, kHearer, 2);
+  const auto images = room::image_sources(kSize, kSource, kHearer, 2);
   ASSERT_EQ(images.size(), std::size(kHandList));
   for (const Expected& expected : kHandList) {
-    const auto found = std::find_if(images.begin(), images.end(), [&](const ImageSource& image) {
-      return (image.position - expected.position).norm() < 1e-12;
-    });
+    const auto found =
+        std::find_if(images.begin(), images.end(), [&](const room::ImageSource& image) {
+          return (image.position - expected.position).norm() < 1e-12;
+        });
     ASSERT_NE(found, images.end()) << expected.position.transpose();
     EXPECT_EQ(found->hits, expected.hits) << expected.position.transpose();
     EXPECT_NEAR(found->distance, (expected.position - kHearer).norm(), 1e-12);
@@ -66,7 +67,7 @@ RC_GTEST_PROP(ImageSources, AreAllenAndBerkleys, ()) {
   const double direct = (source - listener).norm();
   RC_PRE(direct > 1e-3);
   const int order = *rc::gen::inRange(0, 6);
-  WallAbsorption walls;
+  room::WallAbsorption walls;
   for (auto& wall : walls) wall.fill(at(0, 1));
 
   std::vector<std::pair<double, double>> expected;  // distance, pressure over the direct one's
@@ -89,8 +90,9 @@ RC_GTEST_PROP(ImageSources, AreAllenAndBerkleys, ()) {
           expected.emplace_back(d, beta / (4 * M_PI * d) * (4 * M_PI * direct));
         }
   std::vector<std::pair<double, double>> found;
-  for (const ImageSource& image : image_sources(size, source, listener, order)) {
-    found.emplace_back(image.distance, image_gains(image, direct, walls, OctaveValues{})[0]);
+  for (const room::ImageSource& image : room::image_sources(size, source, listener, order)) {
+    found.emplace_back(image.distance,
+                       room::image_gains(image, direct, walls, room::OctaveValues{})[0]);
   }
   std::sort(expected.begin(), expected.end());
   std::sort(found.begin(), found.end());
@@ -105,11 +107,11 @@ RC_GTEST_PROP(ImageSources, AreAllenAndBerkleys, ()) {
 }
 
 TEST(ImageGains, AirTakesFromTheLongerWay) {
-  ImageSource image;
+  room::ImageSource image;
   image.distance = 11;
-  OctaveValues m{};
+  room::OctaveValues m{};
   m[5] = 0.02;
-  const auto gains = image_gains(image, 1, same_on_all_walls({}), m);
+  const auto gains = room::image_gains(image, 1, room::same_on_all_walls({}), m);
   EXPECT_NEAR(gains[0], 1.0 / 11, 1e-15);
   EXPECT_NEAR(gains[5] * gains[5], std::exp(-0.02 * 10) / 121, 1e-15);
 }
@@ -130,7 +132,7 @@ std::pair<double, double> level_and_delay(const std::vector<double>& weights, st
 
 TEST(FractionalDelay, IsExactToAHundredthOfASample) {
   for (const double delay : {40.0, 57.25, 100.5, 1234.567, 99999.999}) {
-    const DelayKernel kernel = fractional_delay(delay);
+    const room::DelayKernel kernel = room::fractional_delay(delay);
     EXPECT_LE(kernel.weights.size(), 81U);
     for (const double frequency : {0.001, 0.1, 0.25, 0.4, 0.44}) {
       const auto [level, found] = level_and_delay(kernel.weights, kernel.first, frequency);
@@ -142,7 +144,7 @@ TEST(FractionalDelay, IsExactToAHundredthOfASample) {
 
 TEST(FractionalDelay, NothingIsThereBeforeTheDirectSound) {
   for (double delay = 0; delay < 45; delay += 0.13) {
-    const DelayKernel kernel = fractional_delay(delay);
+    const room::DelayKernel kernel = room::fractional_delay(delay);
     double sum = 0, moment = 0;
     for (std::size_t i = 0; i < kernel.weights.size(); ++i) {
       sum += kernel.weights[i];
@@ -159,15 +161,15 @@ TEST(FractionalDelay, NothingIsThereBeforeTheDirectSound) {
 
 TEST(ImageResponse, ArrivesWithTheLevelAndDelayOfFreeField) {
   // One image, no loss but distance: 1/r against the direct sound, (r - r0) / c later.
-  WallAbsorption walls = same_on_all_walls({});
-  ImageSource image;
+  room::WallAbsorption walls = room::same_on_all_walls({});
+  room::ImageSource image;
   image.distance = 7.3;
   image.hits = {1, 0, 0, 0, 0, 0};
   const double rate = 44100;
-  const Air dry{20, 0.5};
-  const auto response =
-      image_response(std::span(&image, 1), 2.0, walls, dry, rate, 2000, ReflectionFilters(rate));
-  const double delay = (7.3 - 2.0) / kSoundSpeed * rate;
+  const room::Air dry{20, 0.5};
+  const auto response = room::image_response(std::span(&image, 1), 2.0, walls, dry, rate, 2000,
+                                             room::ReflectionFilters(rate));
+  const double delay = (7.3 - 2.0) / modal::kSoundSpeed * rate;
   const auto from = static_cast<std::size_t>(delay) - 60;
   const std::vector<double> part(response.begin() + static_cast<std::ptrdiff_t>(from),
                                  response.begin() + static_cast<std::ptrdiff_t>(from) + 121);
@@ -184,20 +186,20 @@ TEST(ImageResponse, ArrivesWithTheLevelAndDelayOfFreeField) {
 
 TEST(ReflectionFilters, KeepTheEnergyOfEveryOctave) {
   const double rate = 44100;
-  const ReflectionFilters filters(rate);
+  const room::ReflectionFilters filters(rate);
   const std::size_t bins = filters.fft_size() / 2 + 1;
-  const OctaveValues cases[] = {{0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2},
-                                {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5},
-                                {0.3, 0.9, 0.3, 0.9, 0.3, 0.9, 0.3, 0.9},
-                                {1e-3, 2e-3, 2e-3, 2e-3, 1e-3, 5e-4, 5e-4, 1e-3}};
-  for (const OctaveValues& gains : cases) {
+  const room::OctaveValues cases[] = {{0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2},
+                                      {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5},
+                                      {0.3, 0.9, 0.3, 0.9, 0.3, 0.9, 0.3, 0.9},
+                                      {1e-3, 2e-3, 2e-3, 2e-3, 1e-3, 5e-4, 5e-4, 1e-3}};
+  for (const room::OctaveValues& gains : cases) {
     std::vector<std::complex<double>> spectrum(bins, 1.0);
     filters.apply(gains, spectrum);
-    for (std::size_t b = 0; b < kOctaves; ++b) {
+    for (std::size_t b = 0; b < room::kOctaves; ++b) {
       double energy = 0, count = 0;
       for (std::size_t k = 0; k < bins; ++k) {
         const double f = static_cast<double>(k) * rate / static_cast<double>(filters.fft_size());
-        if (f < lower_edge(b) || f > upper_edge(b)) continue;
+        if (f < room::lower_edge(b) || f > room::upper_edge(b)) continue;
         energy += std::norm(spectrum[k]);
         ++count;
       }
@@ -209,21 +211,21 @@ TEST(ReflectionFilters, KeepTheEnergyOfEveryOctave) {
 }
 
 TEST(ReflectionFilters, AreFlatForEqualGainsAndSilentForNone) {
-  const ReflectionFilters filters(16000);
+  const room::ReflectionFilters filters(16000);
   EXPECT_EQ(filters.octaves(), 7U);  // the octave of 16 kHz begins at 11.3 kHz
   std::vector<std::complex<double>> spectrum(filters.fft_size() / 2 + 1, {2, 1});
-  OctaveValues gains;
+  room::OctaveValues gains;
   gains.fill(0.25);
   filters.apply(gains, spectrum);
   for (const auto& h : spectrum) EXPECT_NEAR(std::abs(h - std::complex(0.5, 0.25)), 0, 1e-9);
-  filters.apply(OctaveValues{}, spectrum);
+  filters.apply(room::OctaveValues{}, spectrum);
   for (const auto& h : spectrum) EXPECT_EQ(h, 0.0);
 }
 
 TEST(CheckRoom, NamesWhatIsOutside) {
   const auto message = [](const Vector3d& source, const Vector3d& listener) -> std::string {
     try {
-      check_room(kSize, source, listener, 3);
+      room::check_room(kSize, source, listener, 3);
     } catch (const core::InputError& e) {
       EXPECT_FALSE(e.hint().empty());
       return e.message();
@@ -240,8 +242,8 @@ TEST(CheckRoom, NamesWhatIsOutside) {
   EXPECT_EQ(message(kSource, {1, 1, std::nan("")}),
             "the listener at (1, 1, nan) m is not inside the room of 5 x 4 x 3 m");
   EXPECT_EQ(message(kSource, kSource), "source and listener are both at (1, 1.25, 1) m");
-  EXPECT_THROW(check_room(kSize, kSource, kHearer, -1), core::InputError);
-  EXPECT_THROW(check_room(kSize, kSource, kHearer, 21), core::InputError);
+  EXPECT_THROW(room::check_room(kSize, kSource, kHearer, -1), core::InputError);
+  EXPECT_THROW(room::check_room(kSize, kSource, kHearer, 21), core::InputError);
 }
 
 }  // namespace

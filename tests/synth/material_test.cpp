@@ -1,4 +1,4 @@
-#include "synth/material.hpp"
+#include "synth/material/material.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,14 +8,14 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 
 namespace carillon::synth {
 namespace {
 
-std::string message_of(const std::string& text, const std::vector<Material>& own = {}) {
+std::string message_of(const std::string& text, const std::vector<material::Material>& own = {}) {
   try {
-    parse_material(text, own);
+    material::parse_material(text, own);
   } catch (const core::InputError& error) {
     return error.what();
   }
@@ -44,7 +44,7 @@ class MaterialFile {
 std::string file_error(const std::string& text) {
   const MaterialFile file(text);
   try {
-    read_materials(file.path());
+    material::read_materials(file.path());
   } catch (const core::ConfigError& error) {
     return error.what();
   }
@@ -52,23 +52,23 @@ std::string file_error(const std::string& text) {
 }
 
 TEST(PresetMaterials, AreThePublishedRows) {
-  ASSERT_EQ(preset_materials().size(), 34u);
-  const Material steel = parse_material("steel");
+  ASSERT_EQ(material::preset_materials().size(), 34u);
+  const material::Material steel = material::parse_material("steel");
   EXPECT_EQ(steel.elastic.youngs_modulus, 2.0e11);
   EXPECT_EQ(steel.elastic.poisson_ratio, 0.29);
   EXPECT_EQ(steel.elastic.density, 7850);
   EXPECT_EQ(steel.damping.parameters[0], 5);
   EXPECT_EQ(steel.damping.parameters[1], 3e-8);
-  const Material polycarbonate = parse_material("polycarbonate");
+  const material::Material polycarbonate = material::parse_material("polycarbonate");
   EXPECT_EQ(polycarbonate.damping.parameters[0], 0.5);
   EXPECT_EQ(polycarbonate.damping.parameters[1], 4e-7);
-  EXPECT_EQ(parse_material("sterling_travertine").damping.parameters[1], 2.5e-8);
+  EXPECT_EQ(material::parse_material("sterling_travertine").damping.parameters[1], 2.5e-8);
 }
 
 TEST(PresetMaterials, AreSoundAndNamedOnce) {
   std::set<std::string> names;
-  for (const Material& material : preset_materials()) {
-    EXPECT_NO_THROW(check_material(material)) << material.name;
+  for (const material::Material& material : material::preset_materials()) {
+    EXPECT_NO_THROW(material::check_material(material)) << material.name;
     EXPECT_TRUE(names.insert(material.name).second) << material.name;
     EXPECT_FALSE(material.source.empty()) << material.name;
     if (material.name.starts_with("sterling_")) {
@@ -80,15 +80,15 @@ TEST(PresetMaterials, AreSoundAndNamedOnce) {
 // The seeds' check: a 10 kHz mode of the porcelain plate under its Rayleigh row has c = alpha1 +
 // alpha2 omega^2 = 43.4 1/s.
 TEST(PresetMaterials, PorcelainDampsATenKilohertzModeAsPublished) {
-  const Material porcelain = parse_material("sterling_porcelain");
+  const material::Material porcelain = material::parse_material("sterling_porcelain");
   const double omega = 2 * M_PI * 1e4;
   EXPECT_NEAR(porcelain.damping.parameters[0] + porcelain.damping.parameters[1] * omega * omega,
               43.378, 1e-3);
 }
 
 TEST(ParseMaterial, TakesKeysInAnyOrderWithUnits) {
-  const Material material =
-      parse_material(" density=2.7 g/cm^3, youngs_modulus=72 GPa ,poisson_ratio=0.19,alpha2=1e-7");
+  const material::Material material = material::parse_material(
+      " density=2.7 g/cm^3, youngs_modulus=72 GPa ,poisson_ratio=0.19,alpha2=1e-7");
   EXPECT_NEAR(material.elastic.youngs_modulus, 7.2e10, 1);
   EXPECT_NEAR(material.elastic.density, 2700, 1e-9);
   EXPECT_EQ(material.damping.parameters[0], 0);
@@ -122,15 +122,15 @@ TEST(ParseMaterial, RefusesTheUnphysical) {
   EXPECT_TRUE(contains(with("0.3", ",alpha1=-1"), "alpha1"));
   EXPECT_TRUE(contains(message_of("youngs_modulus=0,poisson_ratio=0.3,density=1"), "modulus"));
   EXPECT_TRUE(contains(message_of("youngs_modulus=1,poisson_ratio=0.3,density=-1"), "density"));
-  Material broken = parse_material("steel");
+  material::Material broken = material::parse_material("steel");
   broken.elastic.density = std::nan("");
-  EXPECT_THROW(check_material(broken), core::InputError);
+  EXPECT_THROW(material::check_material(broken), core::InputError);
 }
 
 TEST(ParseMaterial, OwnMaterialsComeFirst) {
-  Material own = parse_material("steel");
+  material::Material own = material::parse_material("steel");
   own.elastic.density = 7900;
-  EXPECT_EQ(parse_material("steel", {own}).elastic.density, 7900);
+  EXPECT_EQ(material::parse_material("steel", {own}).elastic.density, 7900);
   own.name = "tool_steel";
   EXPECT_TRUE(contains(message_of("tool_stel", {own}), "did you mean \"tool_steel\"?"));
 }
@@ -145,14 +145,14 @@ TEST(ReadMaterials, ReadsNamesAndFieldsInOrder) {
       "  alpha2: 1e-8 s\n"
       "  source: foundry's data sheet\n"
       "aerogel: {youngs_modulus: 1e6, poisson_ratio: 0.2, density: 100}\n");
-  const std::vector<Material> materials = read_materials(file.path());
+  const std::vector<material::Material> materials = material::read_materials(file.path());
   ASSERT_EQ(materials.size(), 2u);
   EXPECT_EQ(materials[0].name, "bell_bronze");
   EXPECT_NEAR(materials[0].elastic.youngs_modulus, 1e11, 1);
   EXPECT_EQ(materials[0].damping.parameters[0], 2);
   EXPECT_EQ(materials[0].source, "foundry's data sheet");
   EXPECT_EQ(materials[1].damping.parameters[1], 0);
-  EXPECT_EQ(parse_material("aerogel", materials).elastic.density, 100);
+  EXPECT_EQ(material::parse_material("aerogel", materials).elastic.density, 100);
 }
 
 TEST(ReadMaterials, PointsAtTheLine) {
@@ -184,13 +184,13 @@ TEST(ReadMaterials, RefusesNamesThatLeaveAFolder) {
 TEST(ParseMaterial, TakesAnyDampingModel) {
   const std::string elastic = "youngs_modulus=70 GPa,poisson_ratio=0.2,density=2500,";
   const auto damping = [&](const std::string& text) {
-    return parse_material(elastic + text).damping;
+    return material::parse_material(elastic + text).damping;
   };
   EXPECT_EQ(damping("alpha3=1.027,damping=hybrid,alpha1=3.9,alpha2=5.2e-9"),
-            parse_material("sterling_porcelain_hybrid").damping);
+            material::parse_material("sterling_porcelain_hybrid").damping);
   EXPECT_EQ(damping("damping=caughey,alpha1=420,alpha2=-2.4e-6,alpha3=3.8e-15"),
-            parse_material("gpd_porcelain_caughey").damping);
-  EXPECT_EQ(damping("alpha2=2 s"), rayleigh_damping(0, 2));
+            material::parse_material("gpd_porcelain_caughey").damping);
+  EXPECT_EQ(damping("alpha2=2 s"), damping::rayleigh_damping(0, 2));
   EXPECT_EQ(damping("damping=6 + 1e-7*lambda").expression, "6 + 1e-7*lambda");
   // Commas within parentheses and comparisons belong to the formula.
   EXPECT_EQ(damping("damping=max(6, alpha1*f),alpha1=0.1").expression, "max(6, alpha1*f)");
@@ -223,14 +223,20 @@ TEST(ReadMaterials, TakesAnyDampingModel) {
                           "alpha4: 1e-30}\n" +
                           "own:\n" + elastic +
                           "  damping: {model: \"alpha1*sqrt(f)\", alpha1: 3}\n");
-  const std::vector<Material> materials = read_materials(file.path());
+  const std::vector<material::Material> materials = material::read_materials(file.path());
   ASSERT_EQ(materials.size(), 6u);
-  EXPECT_EQ(materials[0].damping, (DampingModel{DampingKind::hybrid, {1, 2e-7, 0.9}, ""}));
-  EXPECT_EQ(materials[1].damping, (DampingModel{DampingKind::power, {0.2, 0.37}, ""}));
-  EXPECT_EQ(materials[2].damping, (DampingModel{DampingKind::expression, {}, "6 + 1e-7*lambda"}));
-  EXPECT_EQ(materials[3].damping, (DampingModel{DampingKind::expression, {}, "6"}));
-  EXPECT_EQ(materials[4].damping, (DampingModel{DampingKind::caughey, {1, 1e-6, 0, 1e-30}, ""}));
-  EXPECT_EQ(materials[5].damping, (DampingModel{DampingKind::expression, {3}, "alpha1*sqrt(f)"}));
+  EXPECT_EQ(materials[0].damping,
+            (damping::DampingModel{damping::DampingKind::hybrid, {1, 2e-7, 0.9}, ""}));
+  EXPECT_EQ(materials[1].damping,
+            (damping::DampingModel{damping::DampingKind::power, {0.2, 0.37}, ""}));
+  EXPECT_EQ(materials[2].damping,
+            (damping::DampingModel{damping::DampingKind::expression, {}, "6 + 1e-7*lambda"}));
+  EXPECT_EQ(materials[3].damping,
+            (damping::DampingModel{damping::DampingKind::expression, {}, "6"}));
+  EXPECT_EQ(materials[4].damping,
+            (damping::DampingModel{damping::DampingKind::caughey, {1, 1e-6, 0, 1e-30}, ""}));
+  EXPECT_EQ(materials[5].damping,
+            (damping::DampingModel{damping::DampingKind::expression, {3}, "alpha1*sqrt(f)"}));
 }
 
 TEST(ReadMaterials, PointsAtTheDampingThatIsWrong) {
@@ -256,7 +262,7 @@ TEST(ReadMaterials, PointsAtTheDampingThatIsWrong) {
 TEST(T60, FollowsFromDamping) {
   const double omega = 2 * M_PI * 3000;
   const double d = (6 + 1e-7 * omega * omega) / 2;
-  EXPECT_NEAR(t60(d) * d, std::log(1000.0), 1e-12);
+  EXPECT_NEAR(modal::t60(d) * d, std::log(1000.0), 1e-12);
 }
 
 }  // namespace

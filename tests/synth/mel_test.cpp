@@ -1,4 +1,4 @@
-#include "synth/mel.hpp"
+#include "synth/signal/mel.hpp"
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ std::vector<float> two_decays() {
 
 // Reference figures of librosa's definition, computed with NumPy (double STFT, float32 filters).
 TEST(MelFilters, AreLibrosas) {
-  const MelSpectrogram mel{MelOptions{}};
+  const signal::MelSpectrogram mel{signal::MelOptions{}};
   const auto& filters = mel.filters();
   ASSERT_EQ(filters.size(), 64u * 1025u);
   EXPECT_NEAR(sum_of(filters), 2.971802347, 1e-8);
@@ -46,33 +46,33 @@ TEST(MelFilters, AreLibrosas) {
 }
 
 TEST(MelFilters, AreLibrosasAtOtherRatesAndSizes) {
-  MelOptions options;
+  signal::MelOptions options;
   options.sample_rate = 48000;
-  const MelSpectrogram faster(options);
+  const signal::MelSpectrogram faster(options);
   EXPECT_NEAR(sum_of(faster.filters()), 2.730023207, 1e-8);
   EXPECT_EQ(non_zeros(faster.filters()), 1980);
   options = {};
   options.fft_size = 1024;
-  const MelSpectrogram shorter(options);
+  const signal::MelSpectrogram shorter(options);
   EXPECT_NEAR(sum_of(shorter.filters()), 1.484678806, 1e-8);
   EXPECT_EQ(non_zeros(shorter.filters()), 990);
 }
 
 // librosa's own documentation: filters.mel(sr=22050, n_fft=2048) has 0.016 at [0, 1].
 TEST(MelFilters, MatchLibrosasDocumentation) {
-  MelOptions options;
+  signal::MelOptions options;
   options.sample_rate = 22050;
   options.bands = 128;
-  EXPECT_NEAR(MelSpectrogram(options).filters()[1], 0.016, 5e-4);
+  EXPECT_NEAR(signal::MelSpectrogram(options).filters()[1], 0.016, 5e-4);
 }
 
 TEST(MelFilters, HaveUnitAreaInHertz) {
   // Slaney's norm: each triangle's area is 1, up to its sampling at the FFT's bins.
-  MelOptions options;
+  signal::MelOptions options;
   options.fft_size = 1 << 15;
   options.min_frequency = 200;
   options.max_frequency = 12000;
-  const MelSpectrogram mel(options);
+  const signal::MelSpectrogram mel(options);
   const std::size_t bins = mel.filters().size() / 64;
   for (std::size_t band = 0; band < 64; ++band) {
     double area = 0;
@@ -82,7 +82,7 @@ TEST(MelFilters, HaveUnitAreaInHertz) {
 }
 
 TEST(MelSpectrogram, IsLibrosas) {
-  const MelSpectrogram mel{MelOptions{}};
+  const signal::MelSpectrogram mel{signal::MelOptions{}};
   const std::vector<float> power = mel(two_decays());
   ASSERT_EQ(power.size(), 64u * 25u);
   EXPECT_NEAR(sum_of(power), 1044.088879, 1e-5 * 1044);
@@ -106,15 +106,15 @@ TEST(MelSpectrogram, IsLibrosas) {
 
 TEST(MelSpectrogram, SecondCallAndEqualObjectsGiveTheSameBits) {
   const std::vector<float> clip = two_decays();
-  const MelSpectrogram mel{MelOptions{}};
-  const MelSpectrogram other{MelOptions{}};
+  const signal::MelSpectrogram mel{signal::MelOptions{}};
+  const signal::MelSpectrogram other{signal::MelOptions{}};
   const std::vector<float> first = mel(clip);
   EXPECT_EQ(first, mel(clip));
   EXPECT_EQ(first, other(clip));
 }
 
 TEST(MelSpectrogram, ScalesWithPower) {
-  const MelSpectrogram mel{MelOptions{}};
+  const signal::MelSpectrogram mel{signal::MelOptions{}};
   std::vector<float> clip = two_decays();
   const std::vector<float> once = mel(clip);
   for (float& sample : clip) sample *= 4;
@@ -123,11 +123,11 @@ TEST(MelSpectrogram, ScalesWithPower) {
 }
 
 TEST(MelSpectrogram, ShortAndEmptyClips) {
-  const MelSpectrogram mel{MelOptions{}};
-  EXPECT_EQ(mel_frames(0, {}), 1);
-  EXPECT_EQ(mel_frames(1836, {}), 1);
-  EXPECT_EQ(mel_frames(1837, {}), 2);
-  EXPECT_EQ(mel_frames(44100, {}), 25);
+  const signal::MelSpectrogram mel{signal::MelOptions{}};
+  EXPECT_EQ(signal::mel_frames(0, {}), 1);
+  EXPECT_EQ(signal::mel_frames(1836, {}), 1);
+  EXPECT_EQ(signal::mel_frames(1837, {}), 2);
+  EXPECT_EQ(signal::mel_frames(44100, {}), 25);
   EXPECT_EQ(sum_of(mel(std::vector<float>{})), 0);
   // A single sample lies under the window's middle, where it is 1: a flat spectrum.
   const std::vector<float> power = mel(std::vector<float>{0.5f});
@@ -141,9 +141,9 @@ TEST(MelSpectrogram, ShortAndEmptyClips) {
 
 TEST(MelSpectrogram, RefusesImpossibleDefinitions) {
   const auto with = [](auto change) {
-    MelOptions options;
+    signal::MelOptions options;
     change(options);
-    return [options] { MelSpectrogram mel(options); };
+    return [options] { signal::MelSpectrogram mel(options); };
   };
   EXPECT_THROW(with([](auto& o) { o.hop = 0; })(), core::InputError);
   EXPECT_THROW(with([](auto& o) { o.fft_size = 1025; })(), core::InputError);
@@ -151,7 +151,7 @@ TEST(MelSpectrogram, RefusesImpossibleDefinitions) {
   EXPECT_THROW(with([](auto& o) { o.sample_rate = 0; })(), core::InputError);
   EXPECT_THROW(with([](auto& o) { o.max_frequency = 30000; })(), core::InputError);
   EXPECT_THROW(with([](auto& o) { o.min_frequency = 23000; })(), core::InputError);
-  EXPECT_THROW(mel_frames(10, {.hop = 0}), core::InputError);
+  EXPECT_THROW(signal::mel_frames(10, {.hop = 0}), core::InputError);
 }
 
 }  // namespace

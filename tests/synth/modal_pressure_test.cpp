@@ -1,4 +1,4 @@
-#include "synth/modal_pressure.hpp"
+#include "synth/radiation/modal_pressure.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "synth/modal_response.hpp"
-#include "synth/real_fft.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/modal_response.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/signal/real_fft.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -20,23 +20,23 @@ constexpr double kRate = 44100;
 /// A dipole small against the wavelength, heard at r: P(s) = A (1/r + s/c) per acceleration.
 constexpr double kDistance = 0.5;
 Complex dipole(Complex s) {
-  return 1.0 / kDistance + s / kSoundSpeed;
+  return 1.0 / kDistance + s / modal::kSoundSpeed;
 }
 
-solvers::Modes mode_of(double omega) {
-  solvers::Modes modes;
+solvers::modes::Modes mode_of(double omega) {
+  solvers::modes::Modes modes;
   modes.eigenvalues = {omega * omega};
   return modes;
 }
 
-RingDown dipole_rings(double omega, double decay) {
-  ModalPressure pressure;
+modal::RingDown dipole_rings(double omega, double decay) {
+  radiation::ModalPressure pressure;
   pressure.pressure = Eigen::MatrixXcd::Constant(1, 1, dipole({0, omega}));
   pressure.delays = {0.0};
   return {{omega * omega},
           {decay},
           Eigen::VectorXd::Ones(1),
-          pressure_readout(pressure, mode_of(omega), std::vector<double>{decay})};
+          radiation::pressure_readout(pressure, mode_of(omega), std::vector<double>{decay})};
 }
 
 double peak(std::span<const float> sound) {
@@ -47,7 +47,7 @@ double peak(std::span<const float> sound) {
 
 /// Pressure by Fourier transforms alone: force, oscillator and dipole at every frequency.
 std::vector<double> in_frequencies(double omega, double decay, double contact, std::size_t count) {
-  RealFft fft(1 << 18);
+  signal::RealFft fft(1 << 18);
   std::fill(fft.signal().begin(), fft.signal().end(), 0.0);
   for (std::size_t n = 0; double(n) / kRate < contact; ++n) {
     fft.signal()[n] = (1 - std::cos(2 * std::numbers::pi * double(n) / kRate / contact)) / contact;
@@ -67,8 +67,8 @@ TEST(ModalPressure, SlowPushesAreAsFaintAsADipoleMakesThem) {
   const double omega = 2 * std::numbers::pi * 900;
   for (const double decay : {5.0, 60.0}) {
     for (const double contact : {14e-3, 5e-3}) {
-      const RingDown rings = dipole_rings(omega, decay);
-      const auto sound = synthesize(rings, {contact}, kRate, 2000);
+      const modal::RingDown rings = dipole_rings(omega, decay);
+      const auto sound = modal::synthesize(rings, {contact}, kRate, 2000);
       const auto expected = in_frequencies(omega, decay, contact, 2000);
       double worst = 0, most = 0;
       for (std::size_t n = 0; n < expected.size(); ++n) {
@@ -77,9 +77,9 @@ TEST(ModalPressure, SlowPushesAreAsFaintAsADipoleMakesThem) {
       }
       EXPECT_LT(worst, 0.02 * most) << decay << " " << contact;
       // As velocity alone it would be louder by far.
-      RingDown wrong = rings;
+      modal::RingDown wrong = rings;
       wrong.readout.force_rate.setZero();
-      EXPECT_GT(peak(synthesize(wrong, {contact}, kRate, 2000)), 2 * most);
+      EXPECT_GT(peak(modal::synthesize(wrong, {contact}, kRate, 2000)), 2 * most);
     }
   }
 }
@@ -101,7 +101,7 @@ TEST(ModalPressure, IsContinuousThroughCriticalDamping) {
   const double omega = 2 * std::numbers::pi * 900;
   for (const double contact : {0.0, 1e-4, 1e-3, 1e-2}) {
     const auto heard = [&](double ratio) {
-      return synthesize(dipole_rings(omega, ratio * omega), {contact}, kRate, 1000);
+      return modal::synthesize(dipole_rings(omega, ratio * omega), {contact}, kRate, 1000);
     };
     const double before = peak(heard(0.9));
     for (const double ratio : {0.99, 0.9999, 1 - 1e-8, 1.0, 1 + 1e-8, 1.0001, 1.1}) {
@@ -113,20 +113,21 @@ TEST(ModalPressure, IsContinuousThroughCriticalDamping) {
 }
 
 TEST(ModalPressure, OfAModeWithoutStiffnessGoesWithTheAcceleration) {
-  ModalPressure pressure;
+  radiation::ModalPressure pressure;
   pressure.pressure = Eigen::MatrixXcd::Constant(1, 1, {2, 0});
   pressure.delays = {0.0};
-  const Readout readout = pressure_readout(pressure, mode_of(0), std::vector<double>{3.0});
+  const modal::Readout readout =
+      radiation::pressure_readout(pressure, mode_of(0), std::vector<double>{3.0});
   EXPECT_EQ(readout.acceleration(0, 0), 2);
   EXPECT_EQ(readout.velocity(0, 0), 0);
   EXPECT_EQ(readout.force_rate(0, 0), 0);
 }
 
 TEST(ModalPressure, ShareOfSlowForcesRisesFromNoneToAll) {
-  EXPECT_EQ(slow_share(1000, 0), 0);
-  EXPECT_EQ(slow_share(0, 1e-3), 0);
-  EXPECT_NEAR(slow_share(1000, 2e-3 * std::numbers::pi), 0.5, 1e-12);
-  EXPECT_GT(slow_share(1000, 0.1), 1 - 1e-9);
+  EXPECT_EQ(modal::slow_share(1000, 0), 0);
+  EXPECT_EQ(modal::slow_share(0, 1e-3), 0);
+  EXPECT_NEAR(modal::slow_share(1000, 2e-3 * std::numbers::pi), 0.5, 1e-12);
+  EXPECT_GT(modal::slow_share(1000, 0.1), 1 - 1e-9);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "synth/modal_response.hpp"
+#include "synth/modal/modal_response.hpp"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -11,7 +11,7 @@
 #include <numbers>
 #include <vector>
 
-#include "synth/resonators.hpp"
+#include "synth/modal/detail/resonators.hpp"
 #include "tests/synth/partial_sum.hpp"
 #include "tests/synth/random_rings.hpp"
 
@@ -21,12 +21,12 @@ namespace {
 using Real = long double;
 using Cplx = std::complex<long double>;
 constexpr Real kPi = std::numbers::pi_v<long double>;
-constexpr Weights kVelocity{0, 1, 0};
-constexpr Weights kAcceleration{0, 0, 1};
+constexpr modal::Weights kVelocity{0, 1, 0};
+constexpr modal::Weights kAcceleration{0, 0, 1};
 
 /// Motion by classical Runge-Kutta steps of q'' + 2 d q' + lambda q = F(t). Steps end where the
 /// force does, whose second derivative jumps there.
-ModalMotion step_through(double lambda, double d, double contact_time, double t) {
+modal::ModalMotion step_through(double lambda, double d, double contact_time, double t) {
   const auto force = [&](Real s) {
     return s >= contact_time ? Real(0) : (1 - std::cos(2 * kPi * s / contact_time)) / contact_time;
   };
@@ -53,7 +53,7 @@ ModalMotion step_through(double lambda, double d, double contact_time, double t)
   return {double(q), double(v), double(acceleration(t, q, v))};
 }
 
-ModalMotion motion_at(const ModalResponse& response, double contact_time, double t) {
+modal::ModalMotion motion_at(const modal::ModalResponse& response, double contact_time, double t) {
   return t < contact_time ? response.during_contact(t) : response.after_contact(t - contact_time);
 }
 
@@ -68,12 +68,12 @@ class AgainstRungeKutta : public ::testing::TestWithParam<StepCase> {};
 TEST_P(AgainstRungeKutta, ContactAndDecay) {
   const StepCase c = GetParam();
   const double lambda = std::pow(2 * std::numbers::pi * c.frequency, 2);
-  const ModalResponse response(lambda, c.decay_rate, c.contact_time);
+  const modal::ModalResponse response(lambda, c.decay_rate, c.contact_time);
   double scale_v = 0, scale_a = 0;
-  std::vector<std::pair<ModalMotion, ModalMotion>> pairs;
+  std::vector<std::pair<modal::ModalMotion, modal::ModalMotion>> pairs;
   for (const double share : {0.1, 0.35, 0.5, 0.8, 1.0, 1.3, 2.5}) {
     const double t = share * c.contact_time;
-    const ModalMotion expected = step_through(lambda, c.decay_rate, c.contact_time, t);
+    const modal::ModalMotion expected = step_through(lambda, c.decay_rate, c.contact_time, t);
     pairs.emplace_back(expected, motion_at(response, c.contact_time, t));
     scale_v = std::max(scale_v, std::abs(expected.velocity));
     scale_a = std::max(scale_a, std::abs(expected.acceleration));
@@ -107,11 +107,11 @@ TEST(ModalResponse, BoundHolds) {
     const double omega = std::exp(*rc::gen::inRange(0, 1000) * 0.011);
     const double ratio = 0.9951 + 1e-5 * *rc::gen::inRange(0, 900);
     const double contact_time = *rc::gen::element(0.0, 1e-4, 1e-2);
-    const ModalResponse response(omega * omega, ratio * omega, contact_time);
+    const modal::ModalResponse response(omega * omega, ratio * omega, contact_time);
     RC_ASSERT(response.near_critical());
     const double begin = *rc::gen::inRange(0, 100) * 0.05 / omega;
     for (int i = 0; i < 200; ++i) {
-      const ModalMotion motion = response.after_contact(begin + i * 0.05 / omega);
+      const modal::ModalMotion motion = response.after_contact(begin + i * 0.05 / omega);
       RC_ASSERT(std::abs(motion.velocity) <=
                 response.bound_after_contact(begin, kVelocity) * (1 + 1e-9));
       RC_ASSERT(std::abs(motion.acceleration) <=
@@ -126,13 +126,13 @@ TEST(ModalResponse, KeepsEnergyWithoutDamping) {
   EXPECT_TRUE(rc::check("energy", [] {
     const double omega = std::exp(4 + *rc::gen::inRange(0, 700) * 0.01);
     const double contact_time = std::exp(-10 + *rc::gen::inRange(0, 600) * 0.01);
-    const ModalResponse response(omega * omega, 0, contact_time);
+    const modal::ModalResponse response(omega * omega, 0, contact_time);
     // |spectrum| of the unit raised cosine: sinc(x) / (1 - x^2), x = omega T / 2 pi.
     const double x = omega * contact_time / (2 * std::numbers::pi);
     const double y = std::numbers::pi * x;
     const double spectrum = std::abs(x - 1) < 1e-9 ? 0.5 : std::abs(std::sin(y) / y / (1 - x * x));
     for (const double tau : {0.0, 1e-4, 0.3}) {
-      const ModalMotion motion = response.after_contact(tau);
+      const modal::ModalMotion motion = response.after_contact(tau);
       RC_ASSERT(std::abs(std::hypot(motion.velocity, omega * motion.displacement) - spectrum) <
                 1e-11 * (1 + omega * tau));
     }
@@ -147,21 +147,22 @@ TEST(ModalResponse, ContactAsPartialsIsTheClosedForm) {
     for (const double ratio : {0.0, 1e-4, 0.2, 0.9, 1.2, 40.0}) {
       constexpr double kContact = 2e-3;
       const double omega = angle / kContact;
-      const ModalResponse response(omega * omega, ratio * omega, kContact);
+      const modal::ModalResponse response(omega * omega, ratio * omega, kContact);
       if (!response.contact_splits()) continue;
       ++offered;
-      for (const Weights& weights : {Weights{omega, 0, 0}, kVelocity, Weights{0, 0, 1 / omega}}) {
+      for (const modal::Weights& weights :
+           {modal::Weights{omega, 0, 0}, kVelocity, modal::Weights{0, 0, 1 / omega}}) {
         double peak = 0, worst = 0;
         for (int i = 0; i <= 50; ++i) {
           const double t = i * kContact / 50;
           const double expected = weights.of(response.during_contact(t));
           Real sum = 0;
-          for (const Partial& p : response.contact_partials(weights)) {
+          for (const modal::Partial& p : response.contact_partials(weights)) {
             sum +=
                 (Cplx(p.amplitude) * std::exp(Cplx(-p.decay_rate, p.angular_frequency) * Real(t)))
                     .real();
           }
-          const ForcedMotion forced = response.forced_motion(weights);
+          const modal::ForcedMotion forced = response.forced_motion(weights);
           sum += forced.constant +
                  (Cplx(forced.turning) * std::polar(Real(1), 2 * kPi * t / kContact)).real();
           peak = std::max(peak, std::abs(expected));
@@ -183,12 +184,12 @@ TEST(ModalResponse, ContactAsPartialsIsTheClosedForm) {
 // In double precision, before rounding to float, with and without ending tails.
 TEST(Resonators, AreThePlainSumToTwelveDigits) {
   constexpr int kModes = 51;
-  const RingDown rings = random_rings(kModes, 7, false);
-  std::vector<Partial> partials;
+  const modal::RingDown rings = random_rings(kModes, 7, false);
+  std::vector<modal::Partial> partials;
   for (int i = 0; i < kModes; ++i) {
-    const ModalResponse response(rings.eigenvalues[std::size_t(i)],
-                                 rings.decay_rates[std::size_t(i)], 1e-3);
-    for (Partial partial : response.partials(kVelocity)) {
+    const modal::ModalResponse response(rings.eigenvalues[std::size_t(i)],
+                                        rings.decay_rates[std::size_t(i)], 1e-3);
+    for (modal::Partial partial : response.partials(kVelocity)) {
       partial.amplitude *= rings.readout.velocity(0, i);
       if (partial.amplitude != 0.0) partials.push_back(partial);
     }
@@ -196,7 +197,7 @@ TEST(Resonators, AreThePlainSumToTwelveDigits) {
   std::vector<Real> expected(44100, 0);
   double peak = 0;
   for (std::size_t n = 0; n < expected.size(); ++n) {
-    for (const Partial& p : partials) {
+    for (const modal::Partial& p : partials) {
       expected[n] += (Cplx(p.amplitude) *
                       std::exp(Cplx(-p.decay_rate, p.angular_frequency) * (Real(n) / 44100)))
                          .real();
@@ -232,10 +233,10 @@ class OneTarget {
 
 // Every instruction set this machine has, from two samples a vector to eight.
 TEST(Resonators, AgreeOnEveryInstructionSet) {
-  const RingDown rings = random_rings(23, 13, false);
-  std::vector<Partial> partials;
+  const modal::RingDown rings = random_rings(23, 13, false);
+  std::vector<modal::Partial> partials;
   for (std::size_t i = 0; i < 23; ++i) {
-    const ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], 0);
+    const modal::ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], 0);
     partials.push_back(response.partials(kVelocity)[0]);
   }
   constexpr std::size_t kCount = 5003;
@@ -259,7 +260,7 @@ TEST(Resonators, AgreeOnEveryInstructionSet) {
 // An undamped mode over a minute: the last second is still in phase to 1e-11 rad.
 TEST(Resonators, DoNotDriftInAMinute) {
   const Real omega = 2 * kPi * 19876.54321L;
-  const Partial partial{{0, -1}, 0, omega};
+  const modal::Partial partial{{0, -1}, 0, omega};
   std::vector<double> sum(60 * 44100, 0.0);
   add_partials(std::span(&partial, 1), 0, 44100, 1e-8, 0, sum);
   double worst = 0;

@@ -5,9 +5,9 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.hpp"
-#include "synth/hertz_pulse.hpp"
-#include "synth/motion/driven_modes.hpp"
-#include "synth/motion/slow_rates.hpp"
+#include "synth/contact/hertz_pulse.hpp"
+#include "synth/motion/detail/driven_modes.hpp"
+#include "synth/motion/detail/slow_rates.hpp"
 #include "tests/synth/random_rings.hpp"
 
 namespace carillon::synth {
@@ -15,14 +15,14 @@ namespace {
 
 constexpr double kRate = 44100;
 
-DrivenGains still_gains(const Readout& readout) {
+motion::DrivenGains still_gains(const modal::Readout& readout) {
   return {&readout, &readout, 0, 0};
 }
 
 /// Rows of a body struck `delay` after the first sample, in blocks of a size.
-Eigen::MatrixXd struck(const RingDown& rings, const ContactForce& force, double delay,
+Eigen::MatrixXd struck(const modal::RingDown& rings, const modal::ContactForce& force, double delay,
                        Eigen::Index count, Eigen::Index block) {
-  DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
   modes.strike(rings.excitation, force, delay);
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(rings.readout.delays.size()));
@@ -37,7 +37,7 @@ Eigen::MatrixXd struck(const RingDown& rings, const ContactForce& force, double 
 TEST(DrivenModes, ABlowIsThatOfSynthesize) {
   constexpr Eigen::Index kCount = 5000;
   for (const bool pressure : {false, true}) {
-    RingDown rings = random_rings(61, 7, pressure);
+    modal::RingDown rings = random_rings(61, 7, pressure);
     rings.readout.delays.assign(rings.readout.delays.size(), 0.0);
     rings.decay_rates[1] = std::sqrt(rings.eigenvalues[1]) * 0.9999;
     rings.decay_rates[2] = std::sqrt(rings.eigenvalues[2]) * 1.7;
@@ -47,11 +47,12 @@ TEST(DrivenModes, ABlowIsThatOfSynthesize) {
     }
     for (const double duration : {0.0, 2e-6, 1.3e-5, 4e-5, 3e-4, 6e-3}) {
       for (const bool sampled : {false, true}) {
-        const ContactForce force = sampled ? hertz_pulse(duration) : ContactForce{duration};
+        const modal::ContactForce force =
+            sampled ? contact::hertz_pulse(duration) : modal::ContactForce{duration};
         for (const double delay : {0.0, 0.01234567}) {
-          RingDown late = rings;
+          modal::RingDown late = rings;
           for (double& row : late.readout.delays) row = delay;
-          const auto expected = synthesize(late, force, kRate, kCount);
+          const auto expected = modal::synthesize(late, force, kRate, kCount);
           const Eigen::MatrixXd found = struck(rings, force, delay, kCount, 700);
           double peak = 0, worst = 0;
           for (Eigen::Index row = 0; row < found.cols(); ++row) {
@@ -104,7 +105,7 @@ TEST(DrivenModes, AreExactUnderForcesOfStraightLinesAndChangingDamping) {
   for (const double damping : {0.001, 0.2, 1.0, 3.0}) {
     const std::vector<double> eigenvalues = {
         std::pow(2 * M_PI * 80, 2), std::pow(2 * M_PI * 3e3, 2), std::pow(2 * M_PI * 21e3, 2)};
-    Readout readout;
+    modal::Readout readout;
     readout.delays.assign(9, 0.0);
     readout.displacement = readout.velocity = readout.acceleration = Eigen::MatrixXd::Zero(9, 3);
     for (int i = 0; i < 3; ++i) {
@@ -119,12 +120,12 @@ TEST(DrivenModes, AreExactUnderForcesOfStraightLinesAndChangingDamping) {
       d[1] = damping * std::sqrt(eigenvalues[1]);
       return d;
     };
-    DrivenModes modes(eigenvalues, rates(0), kRate);
+    motion::DrivenModes modes(eigenvalues, rates(0), kRate);
     if (modes.modes() < 3) continue;
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kBlock * kBlocks, 9);
     for (Eigen::Index block = 0; block < kBlocks; ++block) {
       modes.set_decay_rates(rates(block));
-      Drive drive;
+      motion::Drive drive;
       drive.begin = drive.end = Eigen::MatrixX3d::Zero(3, 3);
       drive.begin.col(1) = drive.end.col(1) = Eigen::Vector3d(1, -2, 3);
       drive.forces = Eigen::Matrix3Xd::Zero(3, kBlock + 1);
@@ -159,8 +160,8 @@ TEST(DrivenModes, AreExactUnderForcesOfStraightLinesAndChangingDamping) {
 TEST(DrivenModes, PlacesAndGainsThatMoveDoNotKnowOfBlocks) {
   EXPECT_TRUE(rc::check("any cut of the same course", [] {
     const auto count = *rc::gen::inRange<Eigen::Index>(2, 400);
-    const RingDown rings = random_rings(13, 5, true);
-    Readout other = rings.readout;
+    const modal::RingDown rings = random_rings(13, 5, true);
+    modal::Readout other = rings.readout;
     other.acceleration = rings.readout.acceleration.rowwise().reverse();
     other.displacement = 1e4 * rings.readout.acceleration;
     std::mt19937 random(3);
@@ -175,11 +176,12 @@ TEST(DrivenModes, PlacesAndGainsThatMoveDoNotKnowOfBlocks) {
       return from + share * (to - from);
     };
     const auto render = [&](const std::vector<Eigen::Index>& cuts) {
-      DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+      motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
       Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 2);
       for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
         const Eigen::Index begin = cuts[i], size = cuts[i + 1] - begin;
-        const Drive drive = {at(begin), at(begin + size), forces.middleCols(begin, size + 1)};
+        const motion::Drive drive = {at(begin), at(begin + size),
+                                     forces.middleCols(begin, size + 1)};
         const double whole = static_cast<double>(count);
         modes.render({&drive, 1},
                      {&rings.readout, &other, static_cast<double>(begin) / whole,
@@ -202,7 +204,7 @@ TEST(DrivenModes, PressureOfForcesBelowTheModesIsThatOfTheTransferFunction) {
   const std::vector<double> decay_rates = {15, 40};
   const std::complex<double> pressure[2] = {{0.3, 1.1}, {-0.8, 0.4}};
   const double shape[2] = {1.5, -0.7};
-  Readout readout;
+  modal::Readout readout;
   readout.delays = {0.0};
   readout.acceleration = readout.velocity = readout.force_rate = Eigen::MatrixXd::Zero(1, 2);
   for (int i = 0; i < 2; ++i) {
@@ -220,12 +222,12 @@ TEST(DrivenModes, PressureOfForcesBelowTheModesIsThatOfTheTransferFunction) {
       const double edge = std::min<double>(1, double(std::min(n, kCount - n)) / 6000);
       force(2, n) = std::sin(turn * double(n)) * std::pow(std::sin(M_PI / 2 * edge), 2);
     }
-    DrivenModes modes(eigenvalues, decay_rates, kRate);
-    const auto rates = slow_rates(force, kRate, modes.octaves());
+    motion::DrivenModes modes(eigenvalues, decay_rates, kRate);
+    const auto rates = motion::slow_rates(force, kRate, modes.octaves());
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kCount, 1);
     for (Eigen::Index done = 0; done < kCount; done += kBlock) {
       const Eigen::Index size = std::min(kBlock, kCount - done);
-      Drive drive;
+      motion::Drive drive;
       drive.begin = drive.end = Eigen::MatrixX3d::Zero(2, 3);
       drive.begin.col(2) = drive.end.col(2) = Eigen::Vector2d(shape[0], shape[1]);
       drive.forces = force.middleCols(done, size + 1);
@@ -253,9 +255,9 @@ TEST(DrivenModes, PressureOfForcesBelowTheModesIsThatOfTheTransferFunction) {
 }
 
 TEST(DrivenModes, RestWhenTheyHaveDecayedAndCostNothing) {
-  RingDown rings = random_rings(40, 2, false);
+  modal::RingDown rings = random_rings(40, 2, false);
   for (double& rate : rings.decay_rates) rate += 200;
-  DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
   const auto render = [&](Eigen::Index count) {
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 1);
     modes.render({}, still_gains(rings.readout), rows);
@@ -278,8 +280,8 @@ TEST(DrivenModes, RestWhenTheyHaveDecayedAndCostNothing) {
 }
 
 TEST(DrivenModes, RefuseWhatDoesNotFit) {
-  const RingDown rings = random_rings(5, 1, false);
-  DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  const modal::RingDown rings = random_rings(5, 1, false);
+  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
   EXPECT_THROW(modes.set_decay_rates(std::vector<double>(4, 1.0)), core::InputError);
   EXPECT_THROW(modes.set_decay_rates(std::vector<double>(5, std::nan(""))), core::InputError);
   EXPECT_THROW(modes.strike(Eigen::VectorXd::Ones(4), {1e-3}, 0), core::InputError);
@@ -287,8 +289,8 @@ TEST(DrivenModes, RefuseWhatDoesNotFit) {
   EXPECT_THROW(modes.strike(rings.excitation, {60}, 0), core::InputError);
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(10, 2);
   EXPECT_THROW(modes.render({}, still_gains(rings.readout), rows), core::InputError);
-  Drive drive = {Eigen::MatrixX3d::Ones(5, 3), Eigen::MatrixX3d::Ones(5, 3),
-                 Eigen::Matrix3Xd::Ones(3, 10)};
+  motion::Drive drive = {Eigen::MatrixX3d::Ones(5, 3), Eigen::MatrixX3d::Ones(5, 3),
+                         Eigen::Matrix3Xd::Ones(3, 10)};
   EXPECT_THROW(modes.render({&drive, 1}, still_gains(rings.readout), rows.leftCols(1)),
                core::InputError);
   drive.forces = Eigen::Matrix3Xd::Constant(3, 11, std::nan(""));

@@ -15,8 +15,8 @@ namespace {
 constexpr double kRate = 44100;
 
 /// No tracing, no roughness, no patch: the map alone.
-LastingForceOptions bare() {
-  LastingForceOptions options;
+motion::LastingForceOptions bare() {
+  motion::LastingForceOptions options;
   options.edge_radius = 0;
   options.roughness = 0;
   return options;
@@ -48,16 +48,16 @@ double pitch(const Eigen::VectorXd& samples, double guess) {
   return (low + high) / 2;
 }
 
-Eigen::VectorXd normal_force(const Scrape& scrape, const LastingForceOptions& options) {
-  LastingForces forces(scrape.motion, scrape.bodies, options);
-  const LastingForce force = forces.force(0);
+Eigen::VectorXd normal_force(const Scrape& scrape, const motion::LastingForceOptions& options) {
+  motion::LastingForces forces(scrape.motion, scrape.bodies, options);
+  const motion::LastingForce force = forces.force(0);
   // Without the fades.
   return force.force.row(2).segment(400, force.force.cols() - 800).transpose();
 }
 
 TEST(LastingForce, ASineSoundsAtSpeedOverWavelengthAndWithTheSquareOfTheSpeed) {
   constexpr double kLength = 2e-3, kDepth = 1e-6;
-  const solvers::SurfaceMap map = sine_map(kLength, kDepth, 32, 16);
+  const render::maps::SurfaceMap map = sine_map(kLength, kDepth, 32, 16);
   // A B-spline is sinc^4 as deep as its control points.
   const double sinc = std::sin(M_PI / 32) / (M_PI / 32);
   double before = 0;
@@ -79,7 +79,7 @@ TEST(LastingForce, ASineSoundsAtSpeedOverWavelengthAndWithTheSquareOfTheSpeed) {
 }
 
 TEST(LastingForce, OfAFlatFaceIsNothingAtAll) {
-  solvers::SurfaceMap map = sine_map(2e-3, 0, 16, 4);
+  render::maps::SurfaceMap map = sine_map(2e-3, 0, 16, 4);
   for (float& height : map.heights) height = -3e-4F;
   for (const bool textured : {true, false}) {
     Scrape scrape(map, 0.3, 5, 0.2);
@@ -87,13 +87,13 @@ TEST(LastingForce, OfAFlatFaceIsNothingAtAll) {
     // A solver's chatter.
     std::mt19937 random(1);
     std::uniform_real_distribution<double> chatter(0, 2);
-    for (ContactStep& step : scrape.motion.contacts[0].steps) step.force *= chatter(random);
-    LastingForceOptions options = bare();
+    for (motion::ContactStep& step : scrape.motion.contacts[0].steps) step.force *= chatter(random);
+    motion::LastingForceOptions options = bare();
     options.edge_radius = 1e-3;
-    LastingForces forces(scrape.motion, scrape.bodies, options);
+    motion::LastingForces forces(scrape.motion, scrape.bodies, options);
     EXPECT_TRUE(forces.force(0).force.isZero(0));
     options.roughness = 0.1;
-    LastingForces rough(scrape.motion, scrape.bodies, options);
+    motion::LastingForces rough(scrape.motion, scrape.bodies, options);
     EXPECT_GT(rough.force(0).force.cwiseAbs().maxCoeff(), 0.01);
   }
 }
@@ -108,8 +108,8 @@ TEST(LastingForce, IsNothingWhileTheBodiesPart) {
 }
 
 /// A ramp down along u, of a slope, from u = 0 on.
-solvers::SurfaceMap ramp_map(double slope) {
-  solvers::SurfaceMap map;
+render::maps::SurfaceMap ramp_map(double slope) {
+  render::maps::SurfaceMap map;
   map.width = 500;
   map.height = 4;
   map.texel = 1e-3;
@@ -127,17 +127,17 @@ solvers::SurfaceMap ramp_map(double slope) {
 TEST(LastingForce, OnASlopeItLeansAndGrowsWithTheAcceleration) {
   constexpr double kSlope = 0.04, kForce = 5, kMass = 0.1, kGain = 3;
   Scrape even(ramp_map(kSlope), 0.2, kForce, 0.3);
-  LastingForces forces(even.motion, even.bodies, bare());
+  motion::LastingForces forces(even.motion, even.bodies, bare());
   Eigen::Matrix3Xd force = forces.force(0).force;
   EXPECT_NEAR(force(0, 6000), kSlope * kForce, 1e-4);
   EXPECT_NEAR(force(2, 6000), 0, 1e-4);
   for (std::size_t k = 0; k < even.motion.contacts[0].steps.size(); ++k) {
     const double time = 1e-3 * static_cast<double>(k);
-    ContactStep& step = even.motion.contacts[0].steps[k];
+    motion::ContactStep& step = even.motion.contacts[0].steps[k];
     step.points[1].x() = 0.01 + 0.2 * time + kGain * time * time / 2;
     step.slip.x() = 0.2 + kGain * time;
   }
-  LastingForces faster(even.motion, even.bodies, bare());
+  motion::LastingForces faster(even.motion, even.bodies, bare());
   force = faster.force(0).force;
   const double more = -kMass * kSlope * kGain;
   EXPECT_NEAR(force(2, 6000), more, 2e-2 * std::abs(more));
@@ -147,10 +147,10 @@ TEST(LastingForce, OnASlopeItLeansAndGrowsWithTheAcceleration) {
 // speed of the hops.
 TEST(LastingForce, HopsOfACornerAreNoSweeps) {
   constexpr double kSpeed = 0.1;
-  const solvers::SurfaceMap map = sine_map(2e-3, 1e-6, 32, 16);
+  const render::maps::SurfaceMap map = sine_map(2e-3, 1e-6, 32, 16);
   const Scrape even(map, kSpeed, 5, 0.3);
   Scrape hopping = even;
-  for (MovingBody& body : hopping.bodies) body.hulls = {{Vec3(0.05, 0.05, 0.05)}};
+  for (motion::MovingBody& body : hopping.bodies) body.hulls = {{Vec3(0.05, 0.05, 0.05)}};
   for (std::size_t k = 0; k < hopping.motion.contacts[0].steps.size(); ++k) {
     const double way = kSpeed * 1e-3 * static_cast<double>(k);
     hopping.motion.contacts[0].steps[k].points[1].x() = 0.01 + 2e-3 * std::floor(way / 2e-3);
@@ -167,7 +167,7 @@ TEST(LastingForce, ContactsOfAPairShareItsMass) {
   const Eigen::VectorXd alone = normal_force(one, bare());
   Scrape two = one;
   two.motion.contacts.push_back(two.motion.contacts[0]);
-  for (ContactStep& step : two.motion.contacts[1].steps) step.force *= 3;
+  for (motion::ContactStep& step : two.motion.contacts[1].steps) step.force *= 3;
   EXPECT_LT((4 * normal_force(two, bare()) - alone).norm(), 1e-9 * alone.norm());
 }
 
@@ -177,11 +177,11 @@ TEST(LastingForce, ThePapersMomentumStepsTendToTheHeightProfile) {
   constexpr double kLength = 4e-3, kSpeed = 0.4;
   double before = 0;
   for (const int texels : {8, 16, 32, 64}) {
-    const solvers::SurfaceMap relief = sine_map(kLength, 1e-6, texels, 16);
-    const Scrape scrape(solvers::normal_map_of(relief), kSpeed, 5, 1);
-    LastingForceOptions options = bare();
+    const render::maps::SurfaceMap relief = sine_map(kLength, 1e-6, texels, 16);
+    const Scrape scrape(render::maps::normal_map_of(relief), kSpeed, 5, 1);
+    motion::LastingForceOptions options = bare();
     const Eigen::VectorXd profile = normal_force(scrape, options);
-    options.excitation = ContactExcitation::texel_impulses;
+    options.excitation = motion::ContactExcitation::texel_impulses;
     const Eigen::VectorXd steps = normal_force(scrape, options);
     const double frequency = kSpeed / kLength;
     const std::complex<double> expected = line(profile, frequency);
@@ -199,22 +199,22 @@ TEST(LastingForce, TheSolversImpulsesComeAsTheyAre) {
   Scrape scrape(sine_map(2e-3, 1e-5, 32, 16), 0.5, 2, 0.1);
   double sum = 0;
   int turn = 0;
-  for (ContactStep& step : scrape.motion.contacts[0].steps) {
+  for (motion::ContactStep& step : scrape.motion.contacts[0].steps) {
     step.force = Vec3(0.3, 0, 1 + turn++ % 3);
     sum += step.force.z() * scrape.motion.step;
   }
-  LastingForceOptions options = bare();
-  options.excitation = ContactExcitation::solver_impulses;
-  LastingForces forces(scrape.motion, scrape.bodies, options);
-  const LastingForce force = forces.force(0);
+  motion::LastingForceOptions options = bare();
+  options.excitation = motion::ContactExcitation::solver_impulses;
+  motion::LastingForces forces(scrape.motion, scrape.bodies, options);
+  const motion::LastingForce force = forces.force(0);
   EXPECT_NEAR(force.force.row(2).sum() / kRate, sum, 1e-12);
   EXPECT_NEAR(force.force.row(0).sum() / kRate, 0.03, 1e-12);
 }
 
 // Roughness belongs to places: the same way over them, whenever, gives the same force.
 TEST(LastingForce, RoughnessIsThatOfThePlaceAndInProportionToTheForce) {
-  const solvers::SurfaceMap map = sine_map(2e-3, 0, 16, 4);
-  LastingForceOptions options = bare();
+  const render::maps::SurfaceMap map = sine_map(2e-3, 0, 16, 4);
+  motion::LastingForceOptions options = bare();
   options.roughness = 0.1;
   const Scrape one(map, 0.3, 5, 0.2);
   const Eigen::VectorXd force = normal_force(one, options);
@@ -224,7 +224,7 @@ TEST(LastingForce, RoughnessIsThatOfThePlaceAndInProportionToTheForce) {
   const std::size_t wait = 10;  // 441 samples
   late.motion.states.insert(late.motion.states.begin(), wait, one.motion.states.front());
   late.motion.contacts[0].first_step = wait;
-  LastingForces forces(late.motion, late.bodies, options);
+  motion::LastingForces forces(late.motion, late.bodies, options);
   EXPECT_EQ(forces.force(0).first_sample, 441u);
   EXPECT_LT((normal_force(late, options) - force).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT((normal_force(Scrape(map, 0.3, 10, 0.2), options) - 2 * force).cwiseAbs().maxCoeff(),
@@ -237,11 +237,11 @@ TEST(LastingForce, RoughnessIsThatOfThePlaceAndInProportionToTheForce) {
 // Twice as fast over the same way: the same course in half the time, as far as it holds waves that
 // long.
 TEST(LastingForce, RoughnessPlaysAsFastAsTheSlip) {
-  const solvers::SurfaceMap map = sine_map(2e-3, 0, 16, 4);
-  LastingForceOptions options = bare();
+  const render::maps::SurfaceMap map = sine_map(2e-3, 0, 16, 4);
+  motion::LastingForceOptions options = bare();
   options.roughness = 0.1;
   const Scrape slow(map, 0.01, 5, 0.2), fast(map, 0.02, 5, 0.1);
-  LastingForces a(slow.motion, slow.bodies, options), b(fast.motion, fast.bodies, options);
+  motion::LastingForces a(slow.motion, slow.bodies, options), b(fast.motion, fast.bodies, options);
   const Eigen::VectorXd at_leisure = a.force(0).force.row(2), quick = b.force(0).force.row(2);
   double sum = 0, both = 0;
   for (Eigen::Index n = 500; n + 500 < quick.size(); ++n) {
@@ -255,7 +255,7 @@ TEST(FractalNoise, HasUnitVarianceAndItsExponent) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> place(-1, 1);
   for (const double exponent : {1.5, 2.5}) {
-    const FractalNoise noise(3, 1e-3, exponent);
+    const motion::FractalNoise noise(3, 1e-3, exponent);
     double sum = 0, squares = 0, both = 0;
     constexpr int kPlaces = 100000;
     for (int i = 0; i < kPlaces; ++i) {
@@ -281,15 +281,17 @@ TEST(FractalNoise, HasUnitVarianceAndItsExponent) {
     const double slope = std::log(structure(64e-6) / structure(1e-6)) / std::log(64.0);
     EXPECT_NEAR(slope, exponent - 1, 0.1) << exponent;
   }
-  EXPECT_THROW(FractalNoise(0, 0, 1.5), core::InputError);
-  EXPECT_THROW(FractalNoise(0, 1, 1), core::InputError);
+  EXPECT_THROW(motion::FractalNoise(0, 0, 1.5), core::InputError);
+  EXPECT_THROW(motion::FractalNoise(0, 1, 1), core::InputError);
 }
 
 TEST(TracedFace, WavesAreShallowerByTheBlur) {
   constexpr int kTexels = 32;
-  const auto map = std::make_shared<const solvers::SurfaceMap>(sine_map(2e-3, 1e-5, kTexels, 4));
-  TracedMaps maps;
-  const TracedFace face({map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), {1, 1}}, maps.of(map, 0));
+  const auto map =
+      std::make_shared<const render::maps::SurfaceMap>(sine_map(2e-3, 1e-5, kTexels, 4));
+  motion::TracedMaps maps;
+  const motion::TracedFace face({map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), {1, 1}},
+                                maps.of(map, 0));
   EXPECT_EQ(maps.of(map, 0), maps.of(map, 0));  // made once
   const auto amplitude = [&](double texels) {
     double high = -1, low = 1;
@@ -314,15 +316,15 @@ TEST(TracedFace, WavesAreShallowerByTheBlur) {
 TEST(ContactPath, FollowsWhatMovesEvenlyAndBendsSmoothly) {
   std::vector<Vec3> points;
   for (int k = 0; k < 10; ++k) points.emplace_back(0.1 + 0.02 * k, -0.3 * k, 1);
-  const ContactPath path(points, 1e-3);
+  const motion::ContactPath path(points, 1e-3);
   for (const double time : {0.0, 0.0004, 0.005, 0.00931, 0.01}) {
-    const ContactPath::Place at = path.at(time);
+    const motion::ContactPath::Place at = path.at(time);
     EXPECT_NEAR((at.point - Vec3(0.1 + 20 * time, -300 * time, 1)).norm(), 0, 1e-12);
     EXPECT_NEAR((at.velocity - Vec3(20, -300, 0)).norm(), 0, 1e-9);
     EXPECT_NEAR(at.acceleration.norm(), 0, 1e-6);
   }
   for (Vec3& point : points) point.y() = std::sin(point.x() * 20);
-  const ContactPath bent(points, 1e-3);
+  const motion::ContactPath bent(points, 1e-3);
   for (const double time : {0.0013, 0.0035, 0.006, 0.0072}) {
     const auto at = bent.at(time);
     const Vec3 rate = (bent.at(time + 1e-7).point - bent.at(time - 1e-7).point) / 2e-7;
@@ -330,8 +332,8 @@ TEST(ContactPath, FollowsWhatMovesEvenlyAndBendsSmoothly) {
     EXPECT_NEAR((at.velocity - rate).norm(), 0, 1e-5 * rate.norm());
     EXPECT_NEAR((at.acceleration - bend).norm(), 0, 1e-4 * bend.norm());
   }
-  EXPECT_THROW(ContactPath({}, 1e-3), core::InputError);
-  EXPECT_THROW(ContactPath({Vec3(NAN, 0, 0)}, 1e-3), core::InputError);
+  EXPECT_THROW(motion::ContactPath({}, 1e-3), core::InputError);
+  EXPECT_THROW(motion::ContactPath({Vec3(NAN, 0, 0)}, 1e-3), core::InputError);
 }
 
 }  // namespace

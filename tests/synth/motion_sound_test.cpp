@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "synth/hertz_pulse.hpp"
-#include "synth/motion/contact_places.hpp"
-#include "synth/motion/moving_gains.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/contact/hertz_pulse.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/motion/detail/contact_places.hpp"
+#include "synth/motion/detail/moving_gains.hpp"
 #include "tests/synth/scraped_face.hpp"
 #include "tests/synth/sounding_ball.hpp"
 
@@ -25,38 +25,41 @@ double difference(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 /// What synthesize() makes of a blow on a ball.
-std::vector<float> struck(const Ball& ball, const Impact& impact, const ContactForce& force,
-                          Readout readout, std::size_t count) {
-  const SurfaceSampler sampler(ball.modes.surface);
-  const Strike strike = {sampler.nearest(impact.points[0]), impact.impulse.normalized(),
-                         impact.impulse.norm(), force};
+std::vector<float> struck(const Ball& ball, const motion::Impact& impact,
+                          const modal::ContactForce& force, modal::Readout readout,
+                          std::size_t count) {
+  const modal::SurfaceSampler sampler(ball.modes.surface);
+  const modal::Strike strike = {sampler.nearest(impact.points[0]), impact.impulse.normalized(),
+                                impact.impulse.norm(), force};
   for (double& delay : readout.delays) delay += impact.time;
-  return synthesize(ring_down(ball.modes, ball.body.decay_rates, strike, readout), force, kRate,
-                    count);
+  return modal::synthesize(modal::ring_down(ball.modes, ball.body.decay_rates, strike, readout),
+                           force, kRate, count);
 }
 
 TEST(MotionSound, ABlowOnABodyAtRestIsThatOfSynthesize) {
   const Ball ball(2, {900, 2500, 7000}, 30);
-  Motion motion =
+  motion::Motion motion =
       hand_made_motion(0.2, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
   motion.impacts = {blow(0.0123, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
-  const std::vector<SoundingBody> bodies = {ball.body, {}};
-  MotionSoundOptions options;
+  const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
+  motion::MotionSoundOptions options;
   const auto count = static_cast<std::size_t>(0.2 * kRate);
   for (const bool hertz : {false, true}) {
     options.hertz_pulses = hertz;
-    const ContactForce force = hertz ? hertz_pulse(3e-4) : ContactForce{3e-4};
-    const MotionSound dry = motion_sound(motion, kStill, bodies, {}, options);
+    const modal::ContactForce force =
+        hertz ? contact::hertz_pulse(3e-4) : modal::ContactForce{3e-4};
+    const motion::MotionSound dry = motion::motion_sound(motion, kStill, bodies, {}, options);
     EXPECT_EQ(dry.unit, "m/s");
     EXPECT_LT(difference(dry.samples, struck(ball, motion.impacts[0], force,
-                                             mean_square_velocity(ball.modes), count)),
+                                             motion::mean_square_velocity(ball.modes), count)),
               1e-6);
-    const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}, {{-0.2, 0, 2}}};
-    const MotionSound wet = motion_sound(motion, kStill, bodies, listeners, options);
+    const std::vector<modal::Listener> listeners = {{{0.4, 0.1, 0.5}}, {{-0.2, 0, 2}}};
+    const motion::MotionSound wet =
+        motion::motion_sound(motion, kStill, bodies, listeners, options);
     EXPECT_EQ(wet.unit, "Pa");
     EXPECT_EQ(wet.rows, 2u);
-    const Readout readout =
-        pressure_readout(ball.field.pressure_at(listeners), ball.modes, ball.body.decay_rates);
+    const modal::Readout readout = radiation::pressure_readout(ball.field.pressure_at(listeners),
+                                                               ball.modes, ball.body.decay_rates);
     // The force's corners have no band limit, which interpolation between samples shows.
     std::vector<float> expected = struck(ball, motion.impacts[0], force, readout, count);
     std::vector<float> found = wet.samples;
@@ -79,14 +82,14 @@ TEST(MotionSound, ABlowOnABodyAtRestIsThatOfSynthesize) {
 // Equal bodies at one place, struck against each other: opposite forces, so that nothing remains.
 TEST(MotionSound, ImpactsStrikeBothBodiesOppositely) {
   const Ball ball(1, {900, 2500}, 30);
-  Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double) {
+  motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double) {
     return at({0.1, 0, 0});
   });
   motion.impacts = {blow(0.01, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
-  const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}};
-  const std::vector<SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
-  const MotionSound alone = motion_sound(motion, kStill, one, listeners, {});
-  const MotionSound together = motion_sound(motion, kStill, both, listeners, {});
+  const std::vector<modal::Listener> listeners = {{{0.4, 0.1, 0.5}}};
+  const std::vector<motion::SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
+  const motion::MotionSound alone = motion::motion_sound(motion, kStill, one, listeners, {});
+  const motion::MotionSound together = motion::motion_sound(motion, kStill, both, listeners, {});
   EXPECT_EQ(together.impacts.calls, 2u);
   double peak = 0, left = 0;
   for (std::size_t n = 0; n < alone.samples.size(); ++n) {
@@ -97,13 +100,13 @@ TEST(MotionSound, ImpactsStrikeBothBodiesOppositely) {
   EXPECT_LT(left, 1e-9 * peak);
 }
 
-LastingContact resting(const Vec3& point, const Vec3& normal, double force, std::size_t first,
-                       std::size_t steps) {
-  LastingContact contact;
+motion::LastingContact resting(const Vec3& point, const Vec3& normal, double force,
+                               std::size_t first, std::size_t steps) {
+  motion::LastingContact contact;
   contact.bodies = {0, 1};
   contact.first_step = first;
   for (std::size_t k = 0; k < steps; ++k) {
-    ContactStep step;
+    motion::ContactStep step;
     step.points = {point, point};
     step.normal = normal;
     step.sweep = {Vec3::Zero(), Vec3::Zero()};
@@ -115,7 +118,7 @@ LastingContact resting(const Vec3& point, const Vec3& normal, double force, std:
 }
 
 /// Decay rate between two times [1/s].
-double decay(const MotionSound& sound, double from, double to) {
+double decay(const motion::MotionSound& sound, double from, double to) {
   const auto level = [&](double time) {
     const auto begin = static_cast<std::size_t>(time * kRate);
     double sum = 0;
@@ -126,33 +129,34 @@ double decay(const MotionSound& sound, double from, double to) {
 }
 
 /// A mode that decays at 2 1/s does so faster by `added` [1/s] from step 200 to 400.
-void expect_damped_from_200_to_400(const Motion& motion, const std::vector<SoundingBody>& bodies,
-                                   double added) {
-  const MotionSound sound = motion_sound(motion, kStill, bodies, {}, {});
+void expect_damped_from_200_to_400(const motion::Motion& motion,
+                                   const std::vector<motion::SoundingBody>& bodies, double added) {
+  const motion::MotionSound sound = motion::motion_sound(motion, kStill, bodies, {}, {});
   EXPECT_EQ(sound.contact_damping.calls, 200u);
   EXPECT_GT(added, 0.5);
   EXPECT_NEAR(decay(sound, 0.05, 0.15), 2, 0.01);
   EXPECT_NEAR(decay(sound, 0.25, 0.35), 2 + added, 0.02 * added);
   EXPECT_NEAR(decay(sound, 0.45, 0.55), 2, 0.01);
-  MotionSoundOptions off;
+  motion::MotionSoundOptions off;
   off.contact_damping = false;
-  EXPECT_EQ(motion_sound(motion, kStill, bodies, {}, off).contact_damping.calls, 0u);
+  EXPECT_EQ(motion::motion_sound(motion, kStill, bodies, {}, off).contact_damping.calls, 0u);
 }
 
 TEST(MotionSound, ContactsDampWhileTheyLast) {
   Ball ball(1, {1500}, 2);
   ball.body.rests = {"felt", 0.5, 0.3, ""};
-  Motion motion =
+  motion::Motion motion =
       hand_made_motion(0.6, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
   motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
   const Vec3 normal = Vec3(0.6, 0, 0.8);
   motion.contacts = {resting({0, 0, -kRadius}, normal, 10, 200, 200)};
-  const std::vector<SoundingBody> bodies = {ball.body, {}};
-  const SurfaceSampler sampler(ball.modes.surface);
-  const SurfacePoint point = sampler.nearest({0, 0, -kRadius});
-  const std::vector<Contact> contact = {{point, normal}};
-  const double unit = unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
-  EXPECT_NEAR(unit_damping(shapes_at(ball.modes, point), normal, 0.3)[0], unit, 1e-6 * unit);
+  const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
+  const modal::SurfaceSampler sampler(ball.modes.surface);
+  const modal::SurfacePoint point = sampler.nearest({0, 0, -kRadius});
+  const std::vector<support::Contact> contact = {{point, normal}};
+  const double unit = support::unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
+  EXPECT_NEAR(motion::unit_damping(modal::shapes_at(ball.modes, point), normal, 0.3)[0], unit,
+              1e-6 * unit);
   expect_damped_from_200_to_400(motion, bodies, 0.5 * 10 * unit / 2);
 }
 
@@ -161,48 +165,49 @@ TEST(MotionSound, StringsDampByTheirTension) {
   Ball ball(1, {1500}, 2);
   const Vec3 anchor(0.3, 0, 0.4), point(0, 0, kRadius);
   ball.body.strings = {{1, point, anchor, {"felt", 0.5, 0.3, ""}}};
-  Motion motion =
+  motion::Motion motion =
       hand_made_motion(0.6, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
   motion.impacts = {blow(0.001, point, {0, 0, -0.3}, 3e-4)};
   for (std::size_t k = 0; k < 600; ++k) {
     motion.tensions.push_back({7, k >= 200 && k < 400 ? 10.0 : 0.0});
   }
-  const std::vector<SoundingBody> bodies = {ball.body, {}};
-  const SurfaceSampler sampler(ball.modes.surface);
+  const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
+  const modal::SurfaceSampler sampler(ball.modes.surface);
   const Vec3 along = (anchor - point).normalized();
-  const std::vector<Contact> contact = {{sampler.nearest(point), along}};
-  const double unit = unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
+  const std::vector<support::Contact> contact = {{sampler.nearest(point), along}};
+  const double unit = support::unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
   expect_damped_from_200_to_400(motion, bodies, 0.5 * 10 * unit / 2);
   motion.tensions.clear();
-  EXPECT_THROW(motion_sound(motion, kStill, bodies, {}, {}), core::InputError);
+  EXPECT_THROW(motion::motion_sound(motion, kStill, bodies, {}, {}), core::InputError);
 }
 
 TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
   Ball ball(1, {1500}, 2);
-  ball.body.click = rigid_source(ball.modes.surface, 0.3);
-  Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t body, double) {
+  ball.body.click = contact::rigid_source(ball.modes.surface, 0.3);
+  motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t body, double) {
     return at({0, 0, body == 0 ? 0.0 : 2 * kRadius});
   });
   motion.impacts = {blow(0.01, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
-  const std::vector<SoundingBody> bodies = {ball.body, {}};
-  const std::vector<Listener> listeners = {{{0.3, 0.1, 0.5}}};
-  MotionSoundOptions clicks_alone;
+  const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
+  const std::vector<modal::Listener> listeners = {{{0.3, 0.1, 0.5}}};
+  motion::MotionSoundOptions clicks_alone;
   clicks_alone.impacts = false;
-  const MotionSound click = motion_sound(motion, kStill, bodies, listeners, clicks_alone);
+  const motion::MotionSound click =
+      motion::motion_sound(motion, kStill, bodies, listeners, clicks_alone);
   EXPECT_EQ(click.clicks.calls, 1u);
   EXPECT_EQ(click.impacts.calls, 0u);
   EXPECT_EQ(click.mode_samples, 0u);
   const auto expected =
-      acceleration_click(*ball.body.click, {0, 0, -0.3}, {1e-4}, listeners[0].position, kRate,
-                         click.samples.size(), 0.01);
+      contact::acceleration_click(*ball.body.click, {0, 0, -0.3}, {1e-4}, listeners[0].position,
+                                  kRate, click.samples.size(), 0.01);
   EXPECT_LT(difference(click.samples, expected), 1e-5);
-  MotionSoundOptions none = clicks_alone;
+  motion::MotionSoundOptions none = clicks_alone;
   none.clicks = false;
-  for (const float sample : motion_sound(motion, kStill, bodies, listeners, none).samples) {
+  for (const float sample : motion::motion_sound(motion, kStill, bodies, listeners, none).samples) {
     EXPECT_EQ(sample, 0.0F);
   }
-  const MotionSound once = motion_sound(motion, kStill, bodies, listeners, {});
-  EXPECT_EQ(once.samples, motion_sound(motion, kStill, bodies, listeners, {}).samples);
+  const motion::MotionSound once = motion::motion_sound(motion, kStill, bodies, listeners, {});
+  EXPECT_EQ(once.samples, motion::motion_sound(motion, kStill, bodies, listeners, {}).samples);
   EXPECT_GT(once.mode_samples, 0u);
 }
 
@@ -212,12 +217,13 @@ TEST(MotionSound, AScrapedFaceSoundsAtSpeedOverWavelength) {
   Scrape scrape(sine_map(2e-3, 1e-6, 32, 16), 0.5, 5, 0.5);
   // The face hangs off the ball that stands for its body: contacts are at the nearest point.
   scrape.bodies[1].texture->origin.z() = 3;
-  for (ContactStep& step : scrape.motion.contacts[0].steps) step.points[1].z() = 3;
-  const std::vector<SoundingBody> bodies = {{}, ball.body};
-  MotionSoundOptions options;
+  for (motion::ContactStep& step : scrape.motion.contacts[0].steps) step.points[1].z() = 3;
+  const std::vector<motion::SoundingBody> bodies = {{}, ball.body};
+  motion::MotionSoundOptions options;
   options.contacts.edge_radius = 0;
   options.contacts.roughness = 0;
-  const MotionSound sound = motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
+  const motion::MotionSound sound =
+      motion::motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
   EXPECT_EQ(sound.lasting_contacts.calls, 500u);
   const auto level = [&](double frequency) {
     std::complex<double> sum;
@@ -231,16 +237,19 @@ TEST(MotionSound, AScrapedFaceSoundsAtSpeedOverWavelength) {
   EXPECT_GT(level(250), 100 * level(230));
   EXPECT_GT(level(250), 100 * level(270));
   EXPECT_GT(level(250), 30 * level(900));
-  EXPECT_EQ(sound.samples, motion_sound(scrape.motion, scrape.bodies, bodies, {}, options).samples);
+  EXPECT_EQ(sound.samples,
+            motion::motion_sound(scrape.motion, scrape.bodies, bodies, {}, options).samples);
   // Without the map and without roughness: silence, at no cost.
   options.contacts.map = false;
-  const MotionSound flat = motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
+  const motion::MotionSound flat =
+      motion::motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
   EXPECT_EQ(flat.lasting_contacts.calls, 0u);
   EXPECT_EQ(flat.mode_samples, 0u);
   for (const float sample : flat.samples) ASSERT_EQ(sample, 0.0F);
   options.contacts.map = true;
   options.lasting_contacts = false;
-  const MotionSound off = motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
+  const motion::MotionSound off =
+      motion::motion_sound(scrape.motion, scrape.bodies, bodies, {}, options);
   EXPECT_EQ(off.lasting_contacts.calls, 0u);
   for (const float sample : off.samples) ASSERT_EQ(sample, 0.0F);
 }
@@ -257,15 +266,17 @@ TEST(MotionSound, LastingContactsDriveBothBodies) {
     scrape.motion.contacts[0].steps[k].slip = Vec3(0.2, 0, 0);
   }
   for (auto& states : scrape.motion.states) states[0] = states[1];
-  const std::vector<Listener> listeners = {{{0.4, 0.1, 0.5}}};
-  const auto peak = [](const MotionSound& sound) {
+  const std::vector<modal::Listener> listeners = {{{0.4, 0.1, 0.5}}};
+  const auto peak = [](const motion::MotionSound& sound) {
     double largest = 0;
     for (const float sample : sound.samples) largest = std::max(largest, std::abs(double(sample)));
     return largest;
   };
-  const std::vector<SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
-  const MotionSound alone = motion_sound(scrape.motion, scrape.bodies, one, listeners, {});
-  const MotionSound together = motion_sound(scrape.motion, scrape.bodies, both, listeners, {});
+  const std::vector<motion::SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
+  const motion::MotionSound alone =
+      motion::motion_sound(scrape.motion, scrape.bodies, one, listeners, {});
+  const motion::MotionSound together =
+      motion::motion_sound(scrape.motion, scrape.bodies, both, listeners, {});
   EXPECT_EQ(together.lasting_contacts.calls, 2 * alone.lasting_contacts.calls);
   EXPECT_GT(peak(alone), 0);
   EXPECT_LT(peak(together), 1e-9 * peak(alone));
@@ -273,24 +284,26 @@ TEST(MotionSound, LastingContactsDriveBothBodies) {
 
 TEST(MotionSound, RefusesWhatCannotBe) {
   const Ball ball(1, {1500}, 2);
-  Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double time) {
+  motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double time) {
     return at({0, 0, 5 * time});
   });
   motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
-  const std::vector<SoundingBody> bodies = {ball.body, {}};
-  EXPECT_THROW(motion_sound(motion, kStill, std::span(bodies).first(1), {}, {}), core::InputError);
-  EXPECT_THROW(motion_sound({}, kStill, bodies, {}, {}), core::InputError);
-  MotionSoundOptions endless;
+  const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
+  EXPECT_THROW(motion::motion_sound(motion, kStill, std::span(bodies).first(1), {}, {}),
+               core::InputError);
+  EXPECT_THROW(motion::motion_sound({}, kStill, bodies, {}, {}), core::InputError);
+  motion::MotionSoundOptions endless;
   endless.seconds = INFINITY;
-  EXPECT_THROW(motion_sound(motion, kStill, bodies, {}, endless), core::InputError);
-  SoundingBody deaf = ball.body;
+  EXPECT_THROW(motion::motion_sound(motion, kStill, bodies, {}, endless), core::InputError);
+  motion::SoundingBody deaf = ball.body;
   deaf.field = nullptr;
-  const std::vector<Listener> listeners = {{{0, 0, 0.3}}};
-  EXPECT_THROW(motion_sound(motion, kStill, std::vector<SoundingBody>{deaf, {}}, listeners, {}),
+  const std::vector<modal::Listener> listeners = {{{0, 0, 0.3}}};
+  EXPECT_THROW(motion::motion_sound(motion, kStill, std::vector<motion::SoundingBody>{deaf, {}},
+                                    listeners, {}),
                core::InputError);
   // The ball flies through the listener.
   try {
-    motion_sound(motion, kStill, bodies, listeners, {});
+    motion::motion_sound(motion, kStill, bodies, listeners, {});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("body 0 at 0.0"), std::string::npos) << error.message();

@@ -9,8 +9,8 @@
 namespace carillon::synth {
 
 /// A box about the origin of its coordinates, of glass unless it is told otherwise.
-inline MovingBody box_body(const Vec3& sides, double density = 2500) {
-  MovingBody body;
+inline motion::MovingBody box_body(const Vec3& sides, double density = 2500) {
+  motion::MovingBody body;
   body.name = "box";
   body.rigid.mass = density * sides.prod();
   const Vec3 squares = sides.cwiseProduct(sides);
@@ -27,8 +27,8 @@ inline MovingBody box_body(const Vec3& sides, double density = 2500) {
   return body;
 }
 
-inline MovingBody ball_body(double radius, double density = 2500) {
-  MovingBody body;
+inline motion::MovingBody ball_body(double radius, double density = 2500) {
+  motion::MovingBody body;
   body.name = "ball";
   body.ball_radius = radius;
   body.rigid.mass = 4.0 / 3 * std::numbers::pi * density * radius * radius * radius;
@@ -40,8 +40,8 @@ inline MovingBody ball_body(double radius, double density = 2500) {
 }
 
 /// A fixed slab whose upper face is z = 0.
-inline MovingBody floor_body(double side = 4) {
-  MovingBody body = box_body({side, side, 0.1});
+inline motion::MovingBody floor_body(double side = 4) {
+  motion::MovingBody body = box_body({side, side, 0.1});
   body.name = "floor";
   body.fixed = true;
   body.start.pose.origin = {0, 0, -0.05};
@@ -49,8 +49,8 @@ inline MovingBody floor_body(double side = 4) {
 }
 
 /// A relief cut as deep all over [m].
-inline solvers::SurfaceMap flat_relief(double depth) {
-  solvers::SurfaceMap map;
+inline render::maps::SurfaceMap flat_relief(double depth) {
+  render::maps::SurfaceMap map;
   map.name = "flat";
   map.width = map.height = 16;
   map.texel = 1e-3;
@@ -59,23 +59,24 @@ inline solvers::SurfaceMap flat_relief(double depth) {
 }
 
 /// A floor, its upper face textured all over.
-inline MovingBody textured_floor(const solvers::SurfaceMap& map, double side = 4) {
-  MovingBody body = floor_body(side);
-  solvers::TexturedFace face;
-  face.map = std::make_shared<const solvers::SurfaceMap>(map);
+inline motion::MovingBody textured_floor(const render::maps::SurfaceMap& map, double side = 4) {
+  motion::MovingBody body = floor_body(side);
+  render::maps::TexturedFace face;
+  face.map = std::make_shared<const render::maps::SurfaceMap>(map);
   face.origin = {-side / 2, -side / 2, 0.05};
   face.size = {side, side};
   body.texture = face;
   return body;
 }
 
-inline MovingBody at(MovingBody body, const Vec3& place) {
+inline motion::MovingBody at(motion::MovingBody body, const Vec3& place) {
   body.start.pose.origin = place;
   return body;
 }
 
-inline void set_surfaces(std::vector<MovingBody>& bodies, double friction, double restitution) {
-  for (MovingBody& body : bodies) {
+inline void set_surfaces(std::vector<motion::MovingBody>& bodies, double friction,
+                         double restitution) {
+  for (motion::MovingBody& body : bodies) {
     body.friction = friction;
     body.restitution = restitution;
   }
@@ -83,7 +84,7 @@ inline void set_surfaces(std::vector<MovingBody>& bodies, double friction, doubl
 
 /// Largest energy above that of the start, over the largest kinetic energy there could be: that of
 /// the start above the lowest that was met.
-inline double energy_growth(const Motion& motion) {
+inline double energy_growth(const motion::Motion& motion) {
   const double start = motion.energy.front();
   double highest = start, lowest = start;
   for (const double energy : motion.energy) {

@@ -5,8 +5,8 @@
 #include <complex>
 
 #include "core/error.hpp"
-#include "synth/motion/flight_delay.hpp"
-#include "synth/motion/moving_gains.hpp"
+#include "synth/motion/detail/flight_delay.hpp"
+#include "synth/motion/detail/moving_gains.hpp"
 #include "tests/synth/sounding_ball.hpp"
 
 namespace carillon::synth {
@@ -21,7 +21,7 @@ TEST(FlightDelay, IsExactTo96DecibelsInTheBand) {
         emitted[n] = std::sin(2 * kPi * frequency * double(n) / kRate);
       }
       const std::vector<double> flights = {flight};
-      add_arriving(emitted, {1e-3, flights}, kRate, heard);
+      motion::add_arriving(emitted, {1e-3, flights}, kRate, heard);
       for (Eigen::Index n = 600; n < kCount - 40; ++n) {
         EXPECT_NEAR(heard[n], std::sin(2 * kPi * frequency * (double(n) / kRate - flight)), 1.6e-5);
       }
@@ -36,9 +36,9 @@ TEST(FlightDelay, RefusesWhatIsFasterThanSound) {
   const Eigen::VectorXd emitted = Eigen::VectorXd::Ones(10);
   Eigen::VectorXd heard = emitted;
   const std::vector<double> fast = {0.01, 0.008}, negative = {-1.0}, none;
-  EXPECT_THROW(add_arriving(emitted, {1e-3, fast}, kRate, heard), core::InputError);
-  EXPECT_THROW(add_arriving(emitted, {1e-3, negative}, kRate, heard), core::InputError);
-  EXPECT_THROW(add_arriving(emitted, {1e-3, none}, kRate, heard), core::InputError);
+  EXPECT_THROW(motion::add_arriving(emitted, {1e-3, fast}, kRate, heard), core::InputError);
+  EXPECT_THROW(motion::add_arriving(emitted, {1e-3, negative}, kRate, heard), core::InputError);
+  EXPECT_THROW(motion::add_arriving(emitted, {1e-3, none}, kRate, heard), core::InputError);
 }
 
 /// Frequency of a sinusoid from the phase it gains over a stretch, by its product with another.
@@ -58,15 +58,15 @@ double pitch(const float* samples, std::size_t count, double near) {
 TEST(MotionSound, PitchIsThatOfASourceThatMoves) {
   const double frequency = 1500;
   const Ball ball(0, {frequency}, 0.5);
-  const std::vector<Listener> listeners = {{{0, 0, 30}}};
-  const std::vector<SoundingBody> bodies = {ball.body, {}};
+  const std::vector<modal::Listener> listeners = {{{0, 0, 30}}};
+  const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   for (const double speed : {-25.0, 12.0}) {
-    Motion motion = hand_made_motion(0.5, 1e-3, 2, [&](std::size_t, double time) {
+    motion::Motion motion = hand_made_motion(0.5, 1e-3, 2, [&](std::size_t, double time) {
       return at({0, 0, speed * time});
     });
     motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
-    const MotionSound sound = motion_sound(motion, kStill, bodies, listeners, {});
-    const double heard = frequency / (1 - speed / kSoundSpeed);
+    const motion::MotionSound sound = motion::motion_sound(motion, kStill, bodies, listeners, {});
+    const double heard = frequency / (1 - speed / modal::kSoundSpeed);
     EXPECT_NEAR(pitch(sound.samples.data() + 6000, 12000, heard), heard, 0.02);
     EXPECT_GT(sound.moving_radiation.calls, 3u);
     // Nearer is louder: 1 / r of when it left.
@@ -75,13 +75,16 @@ TEST(MotionSound, PitchIsThatOfASourceThatMoves) {
       for (std::size_t n = from; n < from + 2000; ++n) sum += std::pow(sound.samples[n], 2);
       return std::sqrt(sum);
     };
-    const auto distance = [&](double t) { return (30 - speed * t) / (1 - speed / kSoundSpeed); };
+    const auto distance = [&](double t) {
+      return (30 - speed * t) / (1 - speed / modal::kSoundSpeed);
+    };
     const double t0 = 7000 / kRate, t1 = 19000 / kRate;
     EXPECT_NEAR(level(18000) / level(6000),
                 distance(t0) / distance(t1) * std::exp(-0.5 * (t1 - t0)), 0.01);
-    MotionSoundOptions still;
+    motion::MotionSoundOptions still;
     still.moving_radiation = false;
-    const MotionSound unmoved = motion_sound(motion, kStill, bodies, listeners, still);
+    const motion::MotionSound unmoved =
+        motion::motion_sound(motion, kStill, bodies, listeners, still);
     EXPECT_NEAR(pitch(unmoved.samples.data() + 6000, 12000, frequency), frequency, 0.02);
     EXPECT_EQ(unmoved.moving_radiation.calls, 1u);
   }
@@ -91,13 +94,14 @@ TEST(MotionSound, PitchIsThatOfASourceThatMoves) {
 TEST(MotionSound, GainsFollowABodyThatTurns) {
   const Ball ball(1, {1500}, 0.2);
   const double spin = 2 * kPi * 3;
-  Motion motion = hand_made_motion(0.5, 1e-3, 2, [&](std::size_t, double time) {
-    return Pose{Eigen::Quaterniond(Eigen::AngleAxisd(spin * time, Vec3::UnitX())), Vec3::Zero()};
+  motion::Motion motion = hand_made_motion(0.5, 1e-3, 2, [&](std::size_t, double time) {
+    return motion::Pose{Eigen::Quaterniond(Eigen::AngleAxisd(spin * time, Vec3::UnitX())),
+                        Vec3::Zero()};
   });
   motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
-  const std::vector<Listener> listeners = {{{0, 0, 1}}};
-  const std::vector<SoundingBody> bodies = {ball.body, {}};
-  const MotionSound sound = motion_sound(motion, kStill, bodies, listeners, {});
+  const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
+  const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
+  const motion::MotionSound sound = motion::motion_sound(motion, kStill, bodies, listeners, {});
   const auto envelope = [&](double time) {
     const auto from = static_cast<std::size_t>(time * kRate) - 147;
     std::complex<double> sum;
@@ -106,9 +110,9 @@ TEST(MotionSound, GainsFollowABodyThatTurns) {
     }
     return std::abs(sum);
   };
-  const auto left = [&](double time) { return time - 1 / kSoundSpeed; };
+  const auto left = [&](double time) { return time - 1 / modal::kSoundSpeed; };
   // Where it points at the listener, after a whole turn.
-  const double ahead = 1 / 3.0 + 1 / kSoundSpeed;
+  const double ahead = 1 / 3.0 + 1 / modal::kSoundSpeed;
   const double loud = envelope(ahead);
   for (double time = 0.1; time < 0.45; time += 0.013) {
     const double expected = std::abs(std::cos(spin * left(time))) * std::exp(-0.2 * (time - ahead));
@@ -118,19 +122,19 @@ TEST(MotionSound, GainsFollowABodyThatTurns) {
 
 TEST(MovingGains, LieBetweenThoseOfTheKeys) {
   const Ball ball(1, {1500, 4000}, 0.2);
-  const Motion motion = hand_made_motion(0.1, 1e-3, 1, [&](std::size_t, double time) {
-    return Pose{Eigen::Quaterniond(Eigen::AngleAxisd(9 * time, Vec3::UnitX())),
-                Vec3(0, 0.3 * time, time)};
+  const motion::Motion motion = hand_made_motion(0.1, 1e-3, 1, [&](std::size_t, double time) {
+    return motion::Pose{Eigen::Quaterniond(Eigen::AngleAxisd(9 * time, Vec3::UnitX())),
+                        Vec3(0, 0.3 * time, time)};
   });
-  const std::vector<Listener> listeners = {{{0.2, 0.5, 1}}};
-  MovingGains gains(motion, 0, ball.body, listeners, 0.05, true);
+  const std::vector<modal::Listener> listeners = {{{0.2, 0.5, 1}}};
+  motion::MovingGains gains(motion, 0, ball.body, listeners, 0.05, true);
   for (std::size_t step = 0; step < 100; ++step) {
-    const DrivenGains over = gains.over(step);
+    const motion::DrivenGains over = gains.over(step);
     for (const std::size_t end : {0U, 1U}) {
-      const std::vector<Listener> place = {
+      const std::vector<modal::Listener> place = {
           {motion.states[step + end][0].pose.to_body(listeners[0].position)}};
-      const Readout exact =
-          pressure_readout(ball.field.pressure_at(place), ball.modes, ball.body.decay_rates);
+      const modal::Readout exact = radiation::pressure_readout(ball.field.pressure_at(place),
+                                                               ball.modes, ball.body.decay_rates);
       const double share = end == 0 ? over.begin : over.end;
       const Eigen::MatrixXd between =
           (1 - share) * over.before->acceleration + share * over.after->acceleration;

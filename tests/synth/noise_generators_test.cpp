@@ -1,4 +1,4 @@
-#include "synth/noise_generators.hpp"
+#include "synth/recording/noise_generators.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,14 +12,15 @@
 namespace carillon::synth {
 namespace {
 
-std::vector<double> noise(NoiseKind kind, std::size_t count, double rate, std::uint64_t item = 1) {
+std::vector<double> noise(recording::NoiseKind kind, std::size_t count, double rate,
+                          std::uint64_t item = 1) {
   core::RandomStream random(7, item, "test.noise");
-  return generate_noise(kind, count, rate, random);
+  return recording::generate_noise(kind, count, rate, random);
 }
 
 /// Largest deviation [dB] of the levels of half octaves from a straight line of `slope` dB per
 /// octave through 1 kHz.
-double deviation(NoiseKind kind, double slope, double rate, double low, double high) {
+double deviation(recording::NoiseKind kind, double slope, double rate, double low, double high) {
   constexpr std::size_t window = 1 << 15;
   const auto power = welch(noise(kind, 60 * window, rate), window);
   const double bin = rate / window;
@@ -44,19 +45,19 @@ double deviation(NoiseKind kind, double slope, double rate, double low, double h
 // A half octave at f holds 0.35 f / 1.35 Hz bins of 119 windows of which about 100 are independent:
 // at 100 Hz 26 bins, whose mean is right within 0.09 dB (one standard deviation).
 TEST(GeneratedNoise, SlopesAreThoseOfTheNames) {
-  EXPECT_LT(deviation(NoiseKind::white, 0, 44100, 80, 21000), 0.4);
-  EXPECT_LT(deviation(NoiseKind::pink, -10 * std::log10(2.0), 44100, 80, 21000), 0.4);
-  EXPECT_LT(deviation(NoiseKind::brown, -20 * std::log10(2.0), 44100, 80, 21000), 0.5);
+  EXPECT_LT(deviation(recording::NoiseKind::white, 0, 44100, 80, 21000), 0.4);
+  EXPECT_LT(deviation(recording::NoiseKind::pink, -10 * std::log10(2.0), 44100, 80, 21000), 0.4);
+  EXPECT_LT(deviation(recording::NoiseKind::brown, -20 * std::log10(2.0), 44100, 80, 21000), 0.5);
 }
 
 TEST(GeneratedNoise, SlopesHoldAtOtherRates) {
-  EXPECT_LT(deviation(NoiseKind::pink, -10 * std::log10(2.0), 8000, 80, 3800), 0.4);
-  EXPECT_LT(deviation(NoiseKind::brown, -20 * std::log10(2.0), 96000, 200, 45000), 0.5);
+  EXPECT_LT(deviation(recording::NoiseKind::pink, -10 * std::log10(2.0), 8000, 80, 3800), 0.4);
+  EXPECT_LT(deviation(recording::NoiseKind::brown, -20 * std::log10(2.0), 96000, 200, 45000), 0.5);
 }
 
 TEST(GeneratedNoise, BabbleHasTheSpectrumOfSpeech) {
   constexpr std::size_t window = 1 << 14;
-  const auto power = welch(noise(NoiseKind::babble, 200 * window, 44100), window);
+  const auto power = welch(noise(recording::NoiseKind::babble, 200 * window, 44100), window);
   const auto level = [&](double f) {
     return band_level(power, 44100.0 / window, 0.9 * f, 1.1 * f);
   };
@@ -69,8 +70,8 @@ TEST(GeneratedNoise, BabbleHasTheSpectrumOfSpeech) {
 TEST(GeneratedNoise, BabbleRisesAndFallsAsSyllablesDo) {
   constexpr double rate = 1000;
   core::RandomStream random(3, 1, "test.envelope");
-  auto one = babble_envelope(1, 400'000, rate, random);
-  auto many = babble_envelope(16, 400'000, rate, random);
+  auto one = recording::babble_envelope(1, 400'000, rate, random);
+  auto many = recording::babble_envelope(16, 400'000, rate, random);
   const auto spread = [](std::vector<double>& envelope) {
     for (double& value : envelope) value *= value;
     const double mean =
@@ -96,7 +97,7 @@ TEST(GeneratedNoise, BabbleRisesAndFallsAsSyllablesDo) {
 TEST(GeneratedNoise, HumIsLinesAtMultiplesOfTheMains) {
   int fifties = 0;
   for (std::uint64_t item = 0; item < 20; ++item) {
-    const auto samples = noise(NoiseKind::hum, 1 << 17, 44100, item);
+    const auto samples = noise(recording::NoiseKind::hum, 1 << 17, 44100, item);
     const auto power = welch(samples, 1 << 16);
     const double bin = 44100.0 / (1 << 16);
     const bool fifty = band_level(power, bin, 48, 52) > band_level(power, bin, 58, 62);
@@ -116,7 +117,8 @@ TEST(GeneratedNoise, HumIsLinesAtMultiplesOfTheMains) {
 
 /// Correlation of a clip's beginning with its end, where circular noise would have one.
 TEST(GeneratedNoise, NeitherSwellsUpNorBitesItsTail) {
-  for (const NoiseKind kind : {NoiseKind::white, NoiseKind::pink, NoiseKind::brown}) {
+  for (const recording::NoiseKind kind :
+       {recording::NoiseKind::white, recording::NoiseKind::pink, recording::NoiseKind::brown}) {
     double first = 0, last = 0, product = 0;
     for (std::uint64_t item = 0; item < 4000; ++item) {
       const auto samples = noise(kind, 4000, 8000, item);
@@ -124,15 +126,15 @@ TEST(GeneratedNoise, NeitherSwellsUpNorBitesItsTail) {
       last += samples.back() * samples.back();
       product += samples.front() * samples.back();
     }
-    EXPECT_NEAR(first / last, 1, 0.15) << noise_kind_names()[std::size_t(kind)];
+    EXPECT_NEAR(first / last, 1, 0.15) << recording::noise_kind_names()[std::size_t(kind)];
     EXPECT_LT(std::abs(product) / std::sqrt(first * last), 0.07)
-        << noise_kind_names()[std::size_t(kind)];
+        << recording::noise_kind_names()[std::size_t(kind)];
   }
 }
 
 TEST(GeneratedNoise, BelongsToItsStream) {
-  for (const auto& name : noise_kind_names()) {
-    const NoiseKind kind = noise_kind(name);
+  for (const auto& name : recording::noise_kind_names()) {
+    const recording::NoiseKind kind = recording::noise_kind(name);
     EXPECT_EQ(noise(kind, 500, 44100, 1), noise(kind, 500, 44100, 1)) << name;
     EXPECT_NE(noise(kind, 500, 44100, 1), noise(kind, 500, 44100, 2)) << name;
     EXPECT_EQ(noise(kind, 0, 44100).size(), 0u) << name;
@@ -146,7 +148,7 @@ TEST(GeneratedNoise, BelongsToItsStream) {
 
 TEST(GeneratedNoise, UnknownKindsAreNamedWithTheNearest) {
   try {
-    noise_kind("pnik");
+    recording::noise_kind("pnik");
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("did you mean \"pink\"?"), std::string::npos);
@@ -169,7 +171,7 @@ TEST(NoiseRows, OfHumHaveOneMains) {
   int fifty = 0;
   for (std::uint64_t item = 0; item < 20; ++item) {
     core::RandomStream random(3, item, "test");
-    const auto rows = generate_rows(NoiseKind::hum, 8000, 3, 8000, random);
+    const auto rows = recording::generate_rows(recording::NoiseKind::hum, 8000, 3, 8000, random);
     ASSERT_EQ(rows.size(), 24000U);
     int low = 0;
     for (std::size_t row = 0; row < 3; ++row) {

@@ -1,4 +1,4 @@
-#include "synth/noise_recordings.hpp"
+#include "synth/recording/noise_recordings.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -11,8 +11,8 @@
 #include "../core/temporary_folder.hpp"
 #include "core/error.hpp"
 #include "sound_files.hpp"
-#include "synth/cross_fade.hpp"
-#include "synth/recording_file.hpp"
+#include "synth/recording/recording_file.hpp"
+#include "synth/signal/cross_fade.hpp"
 #include "welch.hpp"
 
 namespace carillon::synth {
@@ -24,8 +24,8 @@ core::RandomStream stream(std::uint64_t item) {
   return {5, item, "test.recordings"};
 }
 
-NoiseDraw draw(NoiseFolder& folder, std::size_t count, std::uint64_t item, std::size_t part = 0,
-               std::size_t parts = 1) {
+recording::NoiseDraw draw(recording::NoiseFolder& folder, std::size_t count, std::uint64_t item,
+                          std::size_t part = 0, std::size_t parts = 1) {
   auto random = stream(item);
   return folder.draw(count, part, parts, random);
 }
@@ -42,7 +42,7 @@ TEST(CrossFade, KeepsThePowerOfIndependentNoises) {
   for (unsigned item = 0; item < 400; ++item) {
     auto samples = some_noise(2 * overlap, 2 * item);
     const auto other = some_noise(2 * overlap, 2 * item + 1);
-    append_cross_faded(samples, std::vector<float>(other.begin(), other.end()), overlap);
+    signal::append_cross_faded(samples, std::vector<float>(other.begin(), other.end()), overlap);
     ASSERT_EQ(samples.size(), 3 * overlap);
     for (std::size_t i = 0; i < samples.size(); ++i) sum[i] += samples[i] * samples[i];
   }
@@ -62,7 +62,7 @@ TEST(CrossFade, LeavesNoClick) {
     samples[i] = std::cos(0.01 * (double(i) - 999));
     next[i] = static_cast<float>(-std::cos(0.01 * double(i)));
   }
-  append_cross_faded(samples, next, 400);
+  signal::append_cross_faded(samples, next, 400);
   EXPECT_EQ(samples.size(), 1600u);
   for (std::size_t i = 1; i < samples.size(); ++i) {
     // A tone's own slope 0.01, and twice the fade's pi / 2 / 400.
@@ -72,10 +72,10 @@ TEST(CrossFade, LeavesNoClick) {
 
 TEST(CrossFade, MayBeEmptyButNotTooLong) {
   std::vector<double> samples = {1, 2};
-  append_cross_faded(samples, std::vector<float>{3}, 0);
+  signal::append_cross_faded(samples, std::vector<float>{3}, 0);
   EXPECT_EQ(samples, (std::vector<double>{1, 2, 3}));
-  EXPECT_THROW(append_cross_faded(samples, std::vector<float>{3}, 2), core::InputError);
-  append_cross_faded(samples, {}, 0);
+  EXPECT_THROW(signal::append_cross_faded(samples, std::vector<float>{3}, 2), core::InputError);
+  signal::append_cross_faded(samples, {}, 0);
   EXPECT_EQ(samples.size(), 3u);
 }
 
@@ -84,25 +84,25 @@ TEST(AudibleRuns, LeaveOutSilentStretches) {
   for (std::size_t i = 2000; i < 4000; ++i) samples[i] = 0.1F;
   for (std::size_t i = 4500; i < 5000; ++i) samples[i] = 0.1F;  // after 0.05 s
   for (std::size_t i = 8000; i < 8001; ++i) samples[i] = 0.1F;  // after 0.3 s
-  const auto runs = audible_runs(samples, 10000);
+  const auto runs = recording::audible_runs(samples, 10000);
   ASSERT_EQ(runs.size(), 2u);
   EXPECT_EQ(runs[0].begin, 2000u);
   EXPECT_EQ(runs[0].end, 5000u);
   EXPECT_EQ(runs[1].begin, 8000u);
   EXPECT_EQ(runs[1].end, 8100u);
-  EXPECT_TRUE(audible_runs(std::vector<float>(100, 9e-6F), 10000).empty());
-  EXPECT_TRUE(audible_runs({}, 10000).empty());
+  EXPECT_TRUE(recording::audible_runs(std::vector<float>(100, 9e-6F), 10000).empty());
+  EXPECT_TRUE(recording::audible_runs({}, 10000).empty());
 }
 
 TEST(NoiseFolder, DrawsStretchesOfItsRecordings) {
   const TemporaryFolder folder;
   const auto recording = some_noise(44100, 1);
   write_sound(folder / "a.wav", recording, 44100);
-  NoiseFolder noise(folder.path(), {});
+  recording::NoiseFolder noise(folder.path(), {});
   const double rms = std::sqrt(power(recording));
   std::set<double> starts;
   for (std::uint64_t item = 0; item < 20; ++item) {
-    const NoiseDraw drawn = draw(noise, 5000, item);
+    const recording::NoiseDraw drawn = draw(noise, 5000, item);
     ASSERT_EQ(drawn.segments.size(), 1u);
     const auto start = static_cast<std::size_t>(std::lround(drawn.segments[0].start * 44100));
     starts.insert(drawn.segments[0].start);
@@ -117,12 +117,12 @@ TEST(NoiseFolder, DrawsStretchesOfItsRecordings) {
 TEST(NoiseFolder, JoinsShortRecordingsWithoutALoop) {
   const TemporaryFolder folder;
   write_sound(folder / "short.wav", some_noise(8000, 3), 16000);
-  NoiseFolder noise(folder.path(), {.sample_rate = 16000});
-  const NoiseDraw drawn = draw(noise, 64000, 1);
+  recording::NoiseFolder noise(folder.path(), {.sample_rate = 16000});
+  const recording::NoiseDraw drawn = draw(noise, 64000, 1);
   ASSERT_EQ(drawn.samples.size(), 64000u);
   EXPECT_GE(drawn.segments.size(), 8u);
   std::set<double> durations;
-  for (const NoiseSegment& segment : drawn.segments) {
+  for (const recording::NoiseSegment& segment : drawn.segments) {
     durations.insert(segment.duration);
     EXPECT_GE(segment.start, 0);
     EXPECT_LE(segment.start + segment.duration, 0.5 + 1e-9);
@@ -147,10 +147,10 @@ TEST(NoiseFolder, BringsRecordingsToOneLevel) {
   for (double& sample : quiet) sample *= 0.01;
   write_sound(folder / "loud.wav", loud, 44100);
   write_sound(folder / "quiet.wav", quiet, 44100);
-  NoiseFolder noise(folder.path(), {});
+  recording::NoiseFolder noise(folder.path(), {});
   std::set<std::string> names;
   for (std::uint64_t item = 0; item < 20; ++item) {
-    const NoiseDraw drawn = draw(noise, 10000, item);
+    const recording::NoiseDraw drawn = draw(noise, 10000, item);
     names.insert(drawn.segments[0].name);
     EXPECT_NEAR(10 * std::log10(power(drawn.samples)), 0, 0.2);
   }
@@ -164,12 +164,12 @@ TEST(NoiseFolder, NeitherEarlierDrawsNorMemoryChangeADraw) {
     write_sound(folder / (i % 2 ? "sub/" : "") / (std::to_string(i) + ".wav"),
                 some_noise(3000 + 1000 * i, i), i % 2 ? 22050 : 48000);
   }
-  NoiseFolder ample(folder.path(), {});
+  recording::NoiseFolder ample(folder.path(), {});
   std::vector<std::vector<double>> expected;
   for (std::uint64_t item = 0; item < 10; ++item) {
     expected.push_back(draw(ample, 20000, item, item % 3, 3).samples);
   }
-  NoiseFolder narrow(folder.path(), {.memory = 0});
+  recording::NoiseFolder narrow(folder.path(), {.memory = 0});
   for (std::uint64_t item = 10; item-- > 0;) {
     draw(narrow, 100, item + 100);
     EXPECT_EQ(draw(narrow, 20000, item, item % 3, 3).samples, expected[item]) << item;
@@ -181,7 +181,7 @@ TEST(NoiseFolder, WholeRecordingsBelongToPartsWhereThereAreEnough) {
   for (unsigned i = 0; i < 40; ++i) {
     write_sound(folder / (std::to_string(i) + ".wav"), some_noise(1600, i), 8000);
   }
-  NoiseFolder noise(folder.path(), {.sample_rate = 8000});
+  recording::NoiseFolder noise(folder.path(), {.sample_rate = 8000});
   ASSERT_TRUE(noise.parts_by_file(3));
   std::map<std::string, std::size_t> part_of;
   for (std::size_t part = 0; part < 3; ++part) {
@@ -197,7 +197,7 @@ TEST(NoiseFolder, WholeRecordingsBelongToPartsWhereThereAreEnough) {
   for (unsigned i = 40; i < 50; ++i) {
     write_sound(folder / (std::to_string(i) + ".wav"), some_noise(1600, i), 8000);
   }
-  NoiseFolder larger(folder.path(), {.sample_rate = 8000});
+  recording::NoiseFolder larger(folder.path(), {.sample_rate = 8000});
   for (std::size_t part = 0; part < 3; ++part) {
     for (std::uint64_t item = 0; item < 10; ++item) {
       for (const auto& segment : draw(larger, 8000, item, part, 3).segments) {
@@ -220,11 +220,11 @@ TEST(NoiseFolder, FewRecordingsAreCutInTime) {
     samples.insert(samples.end(), piece.begin(), piece.end());
   }
   write_sound(folder / "one.wav", samples, 16000);
-  NoiseFolder noise(folder.path(), {.sample_rate = 22050});
+  recording::NoiseFolder noise(folder.path(), {.sample_rate = 22050});
   ASSERT_FALSE(noise.parts_by_file(9));
   for (std::size_t part = 0; part < 9; ++part) {
     for (std::uint64_t item = 0; item < 5; ++item) {
-      const NoiseDraw drawn = draw(noise, 22050, item, part, 9);
+      const recording::NoiseDraw drawn = draw(noise, 22050, item, part, 9);
       const double own = tone_level(drawn.samples, tone(part), 22050);
       for (std::size_t other = 0; other < 9; ++other) {
         if (other == part) continue;
@@ -244,7 +244,7 @@ TEST(NoiseFolder, ReadsRecordingsOfOthers) {
   if (!std::filesystem::is_directory(noises)) {
     GTEST_SKIP() << "set CARILLON_TEST_DATA to a folder with noise/";
   }
-  NoiseFolder noise(noises, {.memory = std::size_t{8} << 20});
+  recording::NoiseFolder noise(noises, {.memory = std::size_t{8} << 20});
   EXPECT_GT(noise.recordings().size(), 20u);
   for (const std::string& reason : noise.left_out()) {
     EXPECT_TRUE(reason.starts_with("MANIFEST.csv") || reason.starts_with("digital_silence") ||
@@ -252,7 +252,7 @@ TEST(NoiseFolder, ReadsRecordingsOfOthers) {
         << reason;
   }
   for (std::uint64_t item = 0; item < 20; ++item) {
-    const NoiseDraw drawn = draw(noise, 44100, item, item % 9, 9);
+    const recording::NoiseDraw drawn = draw(noise, 44100, item, item % 9, 9);
     EXPECT_EQ(drawn.samples.size(), 44100u);
     EXPECT_GT(power(drawn.samples), 0);
     for (double sample : drawn.samples) ASSERT_TRUE(std::isfinite(sample));

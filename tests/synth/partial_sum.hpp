@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "synth/resonators.hpp"
+#include "synth/modal/detail/resonators.hpp"
 
 namespace carillon::synth {
 
@@ -15,27 +15,29 @@ namespace carillon::synth {
 /// @param tail        a partial ends once the largest value it can still add is below `tail` times
 ///                    the peak of |samples| so far, divided by the number of partials; 0: never
 /// @param peak        peak before samples[0]
-inline void add_partials(std::span<const Partial> partials, long double first_time,
+inline void add_partials(std::span<const modal::Partial> partials, long double first_time,
                          double sample_rate, double tail, double peak, std::span<double> samples) {
-  std::vector<Rotation> rotations;
-  std::vector<Voice> voices;
+  std::vector<modal::Rotation> rotations;
+  std::vector<modal::Voice> voices;
   rotations.reserve(partials.size());
-  for (const Partial& partial : partials) {
+  for (const modal::Partial& partial : partials) {
     if (partial.amplitude == 0.0) continue;
-    rotations.push_back(make_rotation(partial.decay_rate, partial.angular_frequency, sample_rate));
-    voices.push_back({&rotations.back(),
-                      partial.amplitude *
-                          exponential(partial.decay_rate, partial.angular_frequency, first_time)});
+    rotations.push_back(
+        modal::make_rotation(partial.decay_rate, partial.angular_frequency, sample_rate));
+    voices.push_back(
+        {&rotations.back(),
+         partial.amplitude *
+             modal::exponential(partial.decay_rate, partial.angular_frequency, first_time)});
   }
   const double share = voices.empty() ? 0 : tail / static_cast<double>(voices.size());
-  SampleBlock block{};
-  for (std::size_t begin = 0; begin < samples.size() && !voices.empty(); begin += kBlock) {
-    drop_below(share * peak, voices);
-    const std::size_t count = std::min(kBlock, samples.size() - begin);
+  modal::SampleBlock block{};
+  for (std::size_t begin = 0; begin < samples.size() && !voices.empty(); begin += modal::kBlock) {
+    modal::drop_below(share * peak, voices);
+    const std::size_t count = std::min(modal::kBlock, samples.size() - begin);
     std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(begin), count, block.samples.begin());
-    add_voices(voices, count, block);
-    move_on(voices, count);
-    peak = std::max(peak, peak_of(block, count));
+    modal::add_voices(voices, count, block);
+    modal::move_on(voices, count);
+    peak = std::max(peak, modal::peak_of(block, count));
     std::copy_n(block.samples.begin(), count, samples.begin() + static_cast<std::ptrdiff_t>(begin));
   }
 }

@@ -4,7 +4,7 @@
 #include <complex>
 #include <numbers>
 
-#include "synth/equivalent_sources.hpp"
+#include "synth/radiation/equivalent_sources.hpp"
 #include "tests/synth/curved_bodies.hpp"
 
 namespace carillon::synth {
@@ -35,15 +35,15 @@ inline Complex hankel(int order, double x) {
 inline Complex sphere_pressure(int order, double k, double a, const Vec3& x) {
   const double r = x.norm();
   const Complex slope = order / (k * a) * hankel(order, k * a) - hankel(order + 1, k * a);
-  return -kAirDensity * legendre(order, x[2] / r) * hankel(order, k * r) / (k * slope);
+  return -modal::kAirDensity * legendre(order, x[2] / r) * hankel(order, k * r) / (k * slope);
 }
 
 /// Modes of a sphere about the origin, one of Legendre's polynomials at each k a.
-inline solvers::Modes sphere_modes(const solvers::ModeSurface& sphere, double radius, int order,
-                                   const std::vector<double>& ka) {
+inline solvers::modes::Modes sphere_modes(const solvers::modes::ModeSurface& sphere, double radius,
+                                          int order, const std::vector<double>& ka) {
   std::vector<double> eigenvalues;
   for (const double value : ka) {
-    eigenvalues.push_back(std::pow(value / radius * kSoundSpeed, 2));
+    eigenvalues.push_back(std::pow(value / radius * modal::kSoundSpeed, 2));
   }
   return modes_with(sphere, eigenvalues, [&](int, const Vec3& x) -> Vec3 {
     return legendre(order, x.normalized()[2]) * x.normalized();
@@ -52,8 +52,9 @@ inline solvers::Modes sphere_modes(const solvers::ModeSurface& sphere, double ra
 
 /// Circular disc about the origin, faces at z = +-thickness / 2, first order; the polygon has the
 /// circle's area.
-inline solvers::ModeSurface disc(double radius, double thickness, int rings = 10, int sides = 32) {
-  solvers::ModeSurface surface;
+inline solvers::modes::ModeSurface disc(double radius, double thickness, int rings = 10,
+                                        int sides = 32) {
+  solvers::modes::ModeSurface surface;
   const double turn = 2 * std::numbers::pi / sides;
   const double corner = radius * std::sqrt(turn / std::sin(turn));
   const auto index = [&](int face, int ring, int side) {
@@ -89,13 +90,14 @@ inline solvers::ModeSurface disc(double radius, double thickness, int rings = 10
 
 /// A fit, heard.
 struct Radiation {
-  ModalPressure radiated;
+  radiation::ModalPressure radiated;
   std::vector<double> residuals;
   std::vector<double> decay_rates;
 };
-inline Radiation radiation(const solvers::Modes& modes, std::span<const Listener> listeners,
-                           const EquivalentSourcesOptions& options = {}) {
-  const SourceField field(fit_equivalent_sources(modes, options));
+inline Radiation heard_radiation(const solvers::modes::Modes& modes,
+                                 std::span<const modal::Listener> listeners,
+                                 const radiation::EquivalentSourcesOptions& options = {}) {
+  const radiation::SourceField field(radiation::fit_equivalent_sources(modes, options));
   return {field.pressure_at(listeners), field.sources().residuals, field.sources().decay_rates};
 }
 

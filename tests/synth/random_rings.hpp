@@ -4,16 +4,16 @@
 #include <numbers>
 #include <random>
 
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 
 namespace carillon::synth {
 
 /// Ring-down of modes from 50 Hz to 20 kHz with ceramic's damping and gains of both signs; with
 /// pressure, two listeners of whom one is late.
-inline RingDown random_rings(int modes, unsigned seed, bool pressure) {
+inline modal::RingDown random_rings(int modes, unsigned seed, bool pressure) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
-  RingDown rings;
+  modal::RingDown rings;
   rings.excitation = Eigen::VectorXd::Ones(modes);
   const int rows = pressure ? 2 : 1;
   Eigen::MatrixXd& gains = pressure ? rings.readout.acceleration : rings.readout.velocity;

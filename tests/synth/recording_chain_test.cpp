@@ -1,4 +1,4 @@
-#include "synth/recording_chain.hpp"
+#include "synth/recording/recording_chain.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -21,7 +21,7 @@ TEST(ShiftLater, WholeSamplesOnlyMove) {
     std::vector<float> clip(values.begin(), values.end());
     const auto before = clip;
     const auto by = *rc::gen::inRange<std::size_t>(0, 40);
-    shift_later(clip, static_cast<double>(by));
+    recording::shift_later(clip, static_cast<double>(by));
     RC_ASSERT(clip.size() == before.size());
     for (std::size_t i = 0; i < clip.size(); ++i) {
       RC_ASSERT(clip[i] == (i < by ? 0.0F : before[i - by]));
@@ -41,7 +41,7 @@ TEST(ShiftLater, FractionsAreTheSameSoundBetweenSamples) {
       for (std::size_t i = 0; i < clip.size(); ++i) {
         clip[i] = static_cast<float>(tone(double(i), cycles));
       }
-      shift_later(clip, delay);
+      recording::shift_later(clip, delay);
       double worst = 0;
       for (std::size_t i = 0; i < clip.size(); ++i) {
         worst = std::max(worst, std::abs(clip[i] - tone(double(i) - delay, cycles)));
@@ -54,34 +54,34 @@ TEST(ShiftLater, FractionsAreTheSameSoundBetweenSamples) {
 TEST(ShiftLater, BeyondTheEndLeavesSilence) {
   for (const double delay : {100.0, 100.5, 1e300}) {
     std::vector<float> clip(100, 1.0F);
-    shift_later(clip, delay);
+    recording::shift_later(clip, delay);
     EXPECT_EQ(clip, std::vector<float>(100, 0.0F));
   }
   std::vector<float> clip(100, 1.0F), none;
-  shift_later(none, 3.5);
+  recording::shift_later(none, 3.5);
   for (const double delay : {-1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    EXPECT_THROW(shift_later(clip, delay), core::InputError);
+    EXPECT_THROW(recording::shift_later(clip, delay), core::InputError);
   }
 }
 
 TEST(ApplyGain, IsInDecibels) {
   std::vector<float> clip = {1, -0.5F, 0};
-  apply_gain(clip, 20);
+  recording::apply_gain(clip, 20);
   EXPECT_EQ(clip, (std::vector<float>{10, -5, 0}));
-  apply_gain(clip, 0);
+  recording::apply_gain(clip, 0);
   EXPECT_EQ(clip, (std::vector<float>{10, -5, 0}));
-  EXPECT_THROW(apply_gain(clip, 800), core::InputError);
-  EXPECT_THROW(apply_gain(clip, std::nan("")), core::InputError);
+  EXPECT_THROW(recording::apply_gain(clip, 800), core::InputError);
+  EXPECT_THROW(recording::apply_gain(clip, std::nan("")), core::InputError);
   EXPECT_EQ(clip, (std::vector<float>{10, -5, 0}));
 }
 
 TEST(ClipAt, CountsWhatIsBeyond) {
   std::vector<float> clip = {0.2F, 0.5F, -0.5F, 0.6F, -7, 1e30F};
-  EXPECT_EQ(clip_at(clip, 0.5), 3u);
+  EXPECT_EQ(recording::clip_at(clip, 0.5), 3u);
   EXPECT_EQ(clip, (std::vector<float>{0.2F, 0.5F, -0.5F, 0.5F, -0.5F, 0.5F}));
-  EXPECT_EQ(clip_at(clip, 0.5), 0u);
-  EXPECT_THROW(clip_at(clip, 0), core::InputError);
-  EXPECT_THROW(clip_at(clip, std::nan("")), core::InputError);
+  EXPECT_EQ(recording::clip_at(clip, 0.5), 0u);
+  EXPECT_THROW(recording::clip_at(clip, 0), core::InputError);
+  EXPECT_THROW(recording::clip_at(clip, std::nan("")), core::InputError);
 }
 
 TEST(Quantise, RoundsToTheNearestStep) {
@@ -93,7 +93,7 @@ TEST(Quantise, RoundsToTheNearestStep) {
       sample = static_cast<float>(*rc::gen::inRange(-1'000'000, 1'000'000)) * 1e-6F;
     }
     const auto before = clip;
-    const std::size_t beyond = quantise(clip, bits, nullptr);
+    const std::size_t beyond = recording::quantise(clip, bits, nullptr);
     std::size_t top = 0;
     for (std::size_t i = 0; i < clip.size(); ++i) {
       RC_ASSERT(std::fmod(double(clip[i]), step) == 0.0);
@@ -105,14 +105,14 @@ TEST(Quantise, RoundsToTheNearestStep) {
     }
     RC_ASSERT(beyond <= top + 1);
     auto again = clip;
-    RC_ASSERT(quantise(again, bits, nullptr) == 0u);
+    RC_ASSERT(recording::quantise(again, bits, nullptr) == 0u);
     RC_ASSERT(again == clip);
   }));
 }
 
 TEST(Quantise, LimitsAndCountsWhatIsBeyondFullScale) {
   std::vector<float> clip = {1, -1, 2, -3, 0.9999F, 0};
-  EXPECT_EQ(quantise(clip, 8, nullptr), 4u);
+  EXPECT_EQ(recording::quantise(clip, 8, nullptr), 4u);
   EXPECT_EQ(clip, (std::vector<float>{127.0F / 128, -1, 127.0F / 128, -1, 127.0F / 128, 0}));
 }
 
@@ -124,7 +124,7 @@ TEST(Quantise, DitherMakesTheErrorIndependentOfTheSignal) {
   for (const double level : {0.0, 0.1, 0.25, 0.5, 0.77}) {
     std::vector<float> clip(100'000, static_cast<float>(level * step));
     core::RandomStream random(1, 2, "test.dither");
-    quantise(clip, bits, &random);
+    recording::quantise(clip, bits, &random);
     double mean = 0, square = 0;
     for (const float sample : clip) {
       const double error = sample / step - level;
@@ -140,7 +140,7 @@ TEST(Quantise, DitherBelongsToItsStream) {
   const auto with = [](std::uint64_t id) {
     std::vector<float> clip(100, 0.1F);
     core::RandomStream random(1, id, "test.dither");
-    quantise(clip, 8, &random);
+    recording::quantise(clip, 8, &random);
     return clip;
   };
   EXPECT_EQ(with(1), with(1));
@@ -149,9 +149,10 @@ TEST(Quantise, DitherBelongsToItsStream) {
 
 TEST(Quantise, RefusesImpossibleBitsAndSamples) {
   std::vector<float> clip = {0.1F};
-  for (int bits : {-1, 0, 1, 25, 32}) EXPECT_THROW(quantise(clip, bits, nullptr), core::InputError);
+  for (int bits : {-1, 0, 1, 25, 32})
+    EXPECT_THROW(recording::quantise(clip, bits, nullptr), core::InputError);
   clip[0] = nan_sample;
-  EXPECT_THROW(quantise(clip, 16, nullptr), core::InputError);
+  EXPECT_THROW(recording::quantise(clip, 16, nullptr), core::InputError);
 }
 
 TEST(SilentAfterRounding, IsWhatQuantisationLeaves) {
@@ -160,11 +161,11 @@ TEST(SilentAfterRounding, IsWhatQuantisationLeaves) {
     for (float& sample : clip) {
       sample = static_cast<float>(*rc::gen::inRange(-30, 30)) / 40 / 32768;
     }
-    const bool silent = silent_after_rounding(clip, 16);
-    quantise(clip, 16, nullptr);
+    const bool silent = recording::silent_after_rounding(clip, 16);
+    recording::quantise(clip, 16, nullptr);
     RC_ASSERT(silent == (clip == std::vector<float>(5, 0.0F)));
   }));
-  EXPECT_FALSE(silent_after_rounding(std::vector<float>{nan_sample}, 16));
+  EXPECT_FALSE(recording::silent_after_rounding(std::vector<float>{nan_sample}, 16));
 }
 
 }  // namespace

@@ -5,48 +5,49 @@
 #include <limits>
 
 #include "core/random.hpp"
-#include "solvers/textures/generated_maps.hpp"
+#include "render/maps/generated_maps.hpp"
 #include "synth/motion/convex_hull.hpp"
-#include "synth/motion/relief_contacts.hpp"
+#include "synth/motion/detail/relief_contacts.hpp"
 #include "tests/synth/moving_bodies.hpp"
 
 namespace carillon::synth {
 namespace {
 
-ReliefPeaks peaks_of(const solvers::SurfaceMap& map) {
-  return ReliefPeaks(std::make_shared<const solvers::SurfaceMap>(map));
+motion::ReliefPeaks peaks_of(const render::maps::SurfaceMap& map) {
+  return motion::ReliefPeaks(std::make_shared<const render::maps::SurfaceMap>(map));
 }
 
 TEST(ReliefContacts, ABallOnAFlatReliefTouchesBelowItsCentre) {
-  const ReliefPeaks peaks = peaks_of(flat_relief(0.002));
-  const std::vector<ReliefContact> found =
-      ball_on_relief(peaks, {1, 1}, {0.5003, 0.5001, 0.0079}, 0.01);
+  const motion::ReliefPeaks peaks = peaks_of(flat_relief(0.002));
+  const std::vector<motion::ReliefContact> found =
+      motion::ball_on_relief(peaks, {1, 1}, {0.5003, 0.5001, 0.0079}, 0.01);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].depth, 0.0001, 1e-9);
   EXPECT_NEAR((found[0].point - Vec3(0.5003, 0.5001, -0.0021)).norm(), 0, 1e-7);
   EXPECT_NEAR((found[0].normal - Vec3::UnitZ()).norm(), 0, 1e-6);
-  EXPECT_TRUE(ball_on_relief(peaks, {1, 1}, {0.5, 0.5, 0.0081}, 0.01).empty());
-  EXPECT_TRUE(ball_on_relief(peaks, {1, 1}, {1.5, 0.5, 0.005}, 0.01).empty());
+  EXPECT_TRUE(motion::ball_on_relief(peaks, {1, 1}, {0.5, 0.5, 0.0081}, 0.01).empty());
+  EXPECT_TRUE(motion::ball_on_relief(peaks, {1, 1}, {1.5, 0.5, 0.005}, 0.01).empty());
 }
 
 // Where ball and relief touch their slopes agree, and a ball across a groove touches both sides.
 TEST(ReliefContacts, ABallInAGrooveTouchesBothSides) {
   const double wave = 0.016, depth = 0.004, radius = 0.01;
-  const solvers::SurfaceMap map = solvers::generate_map(
+  const render::maps::SurfaceMap map = render::maps::generate_map(
       "grooves", {{"wavelength", wave}, {"depth", depth}, {"waves", 8}}, 512, 0);
-  const ReliefPeaks peaks = peaks_of(map);
+  const motion::ReliefPeaks peaks = peaks_of(map);
   // Above the bottom of a groove, 0.1 mm deeper than a ball at rest would be.
   double bottom = wave / 2;
   for (double u = wave / 2; u < 1.5 * wave; u += wave / 400) {
-    if (solvers::height_at(map, {u, 0.01}) < solvers::height_at(map, {bottom, 0.01})) bottom = u;
+    if (render::maps::height_at(map, {u, 0.01}) < render::maps::height_at(map, {bottom, 0.01}))
+      bottom = u;
   }
   const Eigen::Vector2d place(bottom, 0.01);
-  const double rest = solvers::traced_height(map, place, radius) + radius;
-  const std::vector<ReliefContact> found =
-      ball_on_relief(peaks, {1, 1}, {place.x(), place.y(), rest - 1e-4}, radius);
+  const double rest = render::maps::traced_height(map, place, radius) + radius;
+  const std::vector<motion::ReliefContact> found =
+      motion::ball_on_relief(peaks, {1, 1}, {place.x(), place.y(), rest - 1e-4}, radius);
   ASSERT_EQ(found.size(), 2u);
   const Vec3 centre(place.x(), place.y(), rest - 1e-4);
-  for (const ReliefContact& contact : found) {
+  for (const motion::ReliefContact& contact : found) {
     const Vec3 of_ball = (centre - contact.point) / radius;
     EXPECT_NEAR((of_ball - contact.normal).norm(), 0, 1e-3);
     EXPECT_NEAR(contact.depth / contact.normal.z(), 1e-4, 2e-6);
@@ -55,15 +56,16 @@ TEST(ReliefContacts, ABallInAGrooveTouchesBothSides) {
 }
 
 TEST(ReliefContacts, AFlatBoxTouchesFarApart) {
-  const ReliefPeaks peaks = peaks_of(flat_relief(0.001));
-  const MovingBody box = box_body({0.04, 0.03, 0.02});
+  const motion::ReliefPeaks peaks = peaks_of(flat_relief(0.001));
+  const motion::MovingBody box = box_body({0.04, 0.03, 0.02});
   std::vector<Vec3> points;
   for (const Vec3& p : box.hulls[0]) points.push_back(p + Vec3(0.5, 0.5, 0.01 - 0.0011));
   const std::vector<std::int32_t> bottom = {0, 2, 1, 1, 2, 3};  // seen from below
-  const std::vector<ReliefContact> found = hull_on_relief(peaks, {1, 1}, points, bottom);
-  ASSERT_EQ(found.size(), kMostReliefContacts);
+  const std::vector<motion::ReliefContact> found =
+      motion::hull_on_relief(peaks, {1, 1}, points, bottom);
+  ASSERT_EQ(found.size(), motion::kMostReliefContacts);
   Eigen::Vector2d low(1, 1), high(0, 0);
-  for (const ReliefContact& contact : found) {
+  for (const motion::ReliefContact& contact : found) {
     EXPECT_NEAR(contact.depth, 1e-4, 1e-9);
     low = low.cwiseMin(contact.point.head<2>());
     high = high.cwiseMax(contact.point.head<2>());
@@ -79,16 +81,16 @@ struct Deepest {
 
 /// Least distance from a relief to a convex body over all texels and the body's corners, whose
 /// lower side is the highest of the planes that look down: no triangle is looked for.
-Deepest deepest_of(const solvers::SurfaceMap& map, const Eigen::Vector2d& size,
-                   const ConvexHull& hull) {
+Deepest deepest_of(const render::maps::SurfaceMap& map, const Eigen::Vector2d& size,
+                   const motion::ConvexHull& hull) {
   const auto at = [&](std::size_t t) {
     return hull.points[static_cast<std::size_t>(hull.triangles[t])];
   };
   Deepest deepest;
   const auto look = [&](const Eigen::Vector2d& uv, double low) {
-    const double distance = low - solvers::height_at(map, uv);
+    const double distance = low - render::maps::height_at(map, uv);
     if (!(distance < deepest.distance)) return;
-    deepest = {distance, -distance * solvers::normal_of(solvers::slope_at(map, uv)).z()};
+    deepest = {distance, -distance * render::maps::normal_of(render::maps::slope_at(map, uv)).z()};
   };
   for (int v = 0; (v + 0.5) * map.texel < size.y(); ++v) {
     for (int u = 0; (u + 0.5) * map.texel < size.x(); ++u) {
@@ -123,10 +125,10 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
     core::RandomStream random(7, seed, "hull");
     const std::vector<std::string> names = {"brick", "grooves", "pebbles", "noise"};
     // 100 texels are no whole number of blocks.
-    auto made = std::make_shared<solvers::SurfaceMap>(
-        solvers::generate_map(names[seed % 4], {}, seed % 3 == 0 ? 100 : 96, seed));
+    auto made = std::make_shared<render::maps::SurfaceMap>(
+        render::maps::generate_map(names[seed % 4], {}, seed % 3 == 0 ? 100 : 96, seed));
     made->repeats = seed % 5 != 0;
-    const solvers::SurfaceMap& map = *made;
+    const render::maps::SurfaceMap& map = *made;
     const double side = map.size().x();
     const Eigen::Vector2d size = Eigen::Vector2d(1.3, 1.7) * side;
     std::vector<Vec3> points;
@@ -150,10 +152,10 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
     const double deepest = *std::min_element(map.heights.begin(), map.heights.end());
     const double sink = random.uniform(0.3, 1.2) * deepest - lowest;
     for (Vec3& p : points) p.z() += sink;
-    const ConvexHull hull = convex_hull(points);
+    const motion::ConvexHull hull = motion::convex_hull(points);
     const Deepest least = deepest_of(map, size, hull);
-    const std::vector<ReliefContact> found =
-        hull_on_relief(ReliefPeaks(made), size, hull.points, hull.triangles);
+    const std::vector<motion::ReliefContact> found =
+        motion::hull_on_relief(motion::ReliefPeaks(made), size, hull.points, hull.triangles);
     if (!(least.distance < 0)) {
       EXPECT_TRUE(found.empty()) << seed;
       ++apart;
@@ -162,9 +164,9 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
     ++touching;
     ASSERT_FALSE(found.empty()) << seed;
     double depth = 0;
-    for (const ReliefContact& contact : found) {
+    for (const motion::ReliefContact& contact : found) {
       const double distance = contact.depth / contact.normal.z();
-      const double height = solvers::height_at(map, contact.point.head<2>());
+      const double height = render::maps::height_at(map, contact.point.head<2>());
       EXPECT_NEAR(distance, height - contact.point.z(), 1e-12);
       EXPECT_LE(distance, -least.distance + 1e-9 * side) << seed;
       depth = std::max(depth, contact.depth);
@@ -178,28 +180,29 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
 // Beyond its edges a map goes on as high as its last texels are, which the spline rounds off
 // inside.
 TEST(ReliefContacts, EdgesThatGoOnAreAsHighAsTheirTexels) {
-  solvers::SurfaceMap map = flat_relief(0.001);
+  render::maps::SurfaceMap map = flat_relief(0.001);
   map.repeats = false;
   for (int v = 0; v < map.height; ++v) {
     map.heights[static_cast<std::size_t>((v + 1) * map.width - 1)] = 0;
   }
-  const ReliefPeaks peaks = peaks_of(map);
+  const motion::ReliefPeaks peaks = peaks_of(map);
   const double side = map.size().x(), depth = 1e-6;
   const Eigen::Vector2d size(3 * side, side);
-  const double top = solvers::height_at(map, {2 * side, side / 2});
+  const double top = render::maps::height_at(map, {2 * side, side / 2});
   ASSERT_NEAR(top, 0, 1e-12);
-  ASSERT_LT(solvers::height_at(map, {side - map.texel / 2, side / 2}), -1e-4);
+  ASSERT_LT(render::maps::height_at(map, {side - map.texel / 2, side / 2}), -1e-4);
   std::vector<Vec3> points;
-  const MovingBody box = box_body(Vec3(0.4, 0.4, 0.4) * side);
+  const motion::MovingBody box = box_body(Vec3(0.4, 0.4, 0.4) * side);
   for (const Vec3& p : box.hulls[0]) {
     points.push_back(p + Vec3(2 * side, side / 2, 0.2 * side - depth));
   }
-  const ConvexHull hull = convex_hull(points);
-  const std::vector<ReliefContact> found = hull_on_relief(peaks, size, hull.points, hull.triangles);
+  const motion::ConvexHull hull = motion::convex_hull(points);
+  const std::vector<motion::ReliefContact> found =
+      motion::hull_on_relief(peaks, size, hull.points, hull.triangles);
   ASSERT_FALSE(found.empty());
   EXPECT_NEAR(found[0].depth, depth, 1e-9);
-  const std::vector<ReliefContact> ball =
-      ball_on_relief(peaks, size, {2 * side, side / 2, side - depth}, side);
+  const std::vector<motion::ReliefContact> ball =
+      motion::ball_on_relief(peaks, size, {2 * side, side / 2, side - depth}, side);
   ASSERT_FALSE(ball.empty());
   EXPECT_NEAR(ball[0].depth, depth, 1e-9);
 }
@@ -210,9 +213,9 @@ TEST(ReliefContacts, TheDeepestOfABallIsNoLessThanThatOfAllTexels) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     core::RandomStream random(8, seed, "ball");
     const std::vector<std::string> names = {"brick", "grooves", "pebbles", "noise"};
-    const auto made = std::make_shared<const solvers::SurfaceMap>(
-        solvers::generate_map(names[seed % 4], {}, 100, seed));
-    const solvers::SurfaceMap& map = *made;
+    const auto made = std::make_shared<const render::maps::SurfaceMap>(
+        render::maps::generate_map(names[seed % 4], {}, 100, seed));
+    const render::maps::SurfaceMap& map = *made;
     const Eigen::Vector2d size = 1.5 * map.size();
     const double radius = random.uniform(0.05, 0.6) * size.x();
     const double deepest = *std::min_element(map.heights.begin(), map.heights.end());
@@ -225,16 +228,16 @@ TEST(ReliefContacts, TheDeepestOfABallIsNoLessThanThatOfAllTexels) {
         const double inside = radius * radius - (uv - centre.head<2>()).squaredNorm();
         if (!(inside > 0)) continue;
         const double low = centre.z() - std::sqrt(inside);
-        least = std::min(least, low - solvers::height_at(map, uv));
+        least = std::min(least, low - render::maps::height_at(map, uv));
       }
     }
-    const std::vector<ReliefContact> found =
-        ball_on_relief(ReliefPeaks(made), size, centre, radius);
+    const std::vector<motion::ReliefContact> found =
+        motion::ball_on_relief(motion::ReliefPeaks(made), size, centre, radius);
     if (!(least < 0)) continue;
     ++touching;
     ASSERT_FALSE(found.empty()) << seed;
     double most = 0;
-    for (const ReliefContact& contact : found) {
+    for (const motion::ReliefContact& contact : found) {
       most = std::max(most, contact.depth / contact.normal.z());
     }
     EXPECT_GE(most, -least - 1e-12) << seed;

@@ -1,4 +1,4 @@
-#include "synth/resample.hpp"
+#include "synth/signal/resample.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ TEST(Resample, KeepsFrequencyAndLevelOfTones) {
       const double top = 0.45 * std::min(from, to);
       for (const double tone : {100.0, 1000.0, top}) {
         const auto count = static_cast<std::size_t>(from / 2);
-        const auto out = resample(sine(count, tone, from), from, to);
+        const auto out = signal::resample(sine(count, tone, from), from, to);
         EXPECT_EQ(out.size(), static_cast<std::size_t>(std::lround(double(count) * to / from)));
         // Without the ends, beyond which there is silence.
         const auto edge = static_cast<std::ptrdiff_t>(0.05 * to);
@@ -40,39 +40,39 @@ TEST(Resample, KeepsFrequencyAndLevelOfTones) {
 
 TEST(Resample, RemovesWhatWouldAlias) {
   for (const double tone : {5000.0, 7000.0, 12000.0, 21000.0}) {
-    const auto out = resample(sine(44100, tone, 44100), 44100, 8000);
+    const auto out = signal::resample(sine(44100, tone, 44100), 44100, 8000);
     double worst = 0;
     for (std::size_t i = 400; i + 400 < out.size(); ++i) worst = std::max(worst, std::abs(out[i]));
     EXPECT_LT(20 * std::log10(worst / 0.5), -90) << tone;
   }
   // Upwards: no image above half the old rate.
-  const auto out = resample(sine(8000, 3000, 8000), 8000, 44100);
+  const auto out = signal::resample(sine(8000, 3000, 8000), 8000, 44100);
   const std::vector<double> middle(out.begin() + 2000, out.end() - 2000);
   EXPECT_LT(tone_level(middle, 5000, 44100) - 20 * std::log10(0.5), -90);
 }
 
 TEST(Resample, EqualRatesChangeNothing) {
   const auto samples = some_noise(1000, 1);
-  EXPECT_EQ(resample(samples, 44100, 44100), samples);
-  EXPECT_EQ(resample(samples, 44100, 48000), resample(samples, 44100, 48000));
+  EXPECT_EQ(signal::resample(samples, 44100, 44100), samples);
+  EXPECT_EQ(signal::resample(samples, 44100, 48000), signal::resample(samples, 44100, 48000));
 }
 
 TEST(Resample, OfNothingAndOfOneSample) {
-  EXPECT_TRUE(resample({}, 44100, 8000).empty());
+  EXPECT_TRUE(signal::resample({}, 44100, 8000).empty());
   const std::vector<double> one = {1.0};
-  EXPECT_EQ(resample(one, 8000, 48000).size(), 6u);
-  for (double value : resample(one, 8000, 48000)) EXPECT_TRUE(std::isfinite(value));
-  EXPECT_TRUE(resample(one, 48000, 8000).empty());
+  EXPECT_EQ(signal::resample(one, 8000, 48000).size(), 6u);
+  for (double value : signal::resample(one, 8000, 48000)) EXPECT_TRUE(std::isfinite(value));
+  EXPECT_TRUE(signal::resample(one, 48000, 8000).empty());
 }
 
 TEST(Resample, RefusesImpossibleRatesAndSamples) {
   const std::vector<double> one = {1.0};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (double rate : {0.0, -8000.0, nan, 1e9, 10.0, std::numeric_limits<double>::infinity()}) {
-    EXPECT_THROW(resample(one, rate, 44100), core::InputError) << rate;
-    EXPECT_THROW(resample(one, 44100, rate), core::InputError) << rate;
+    EXPECT_THROW(signal::resample(one, rate, 44100), core::InputError) << rate;
+    EXPECT_THROW(signal::resample(one, 44100, rate), core::InputError) << rate;
   }
-  EXPECT_THROW(resample(std::vector<double>{0, nan}, 8000, 44100), core::InputError);
+  EXPECT_THROW(signal::resample(std::vector<double>{0, nan}, 8000, 44100), core::InputError);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Mass, centre and inertia of bodies of several densities, against closed forms.
-#include "synth/rigid_body.hpp"
+#include "synth/surface/rigid_body.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,14 +16,15 @@ namespace {
 // A hammer: a head of steel on a handle of wood, both bricks along x.
 TEST(RigidBody, OfTwoDensitiesTurnsAboutItsWeight) {
   const double a = 0.3, b = 0.02, c = 0.03, head = 0.1, heavy = 7800, light = 600;
-  const solvers::TetMesh mesh = test::box_mesh(
+  const solvers::mesh::TetMesh mesh = test::box_mesh(
       {a, b, c}, {6, 2, 2}, 2, [&](const Vec3& middle) { return middle.x() > a - head ? 1 : 0; });
-  const std::vector<RegionMoments> regions = region_moments(mesh);
+  const std::vector<surface::RegionMoments> regions = surface::region_moments(mesh);
   ASSERT_EQ(regions.size(), 2u);
   EXPECT_NEAR(regions[0].volume, (a - head) * b * c, 1e-15);
   EXPECT_NEAR(regions[1].centroid.x(), a - head / 2, 1e-12);
   const double m0 = light * (a - head) * b * c, m1 = heavy * head * b * c, mass = m0 + m1;
-  const RigidBody body = rigid_body(regions, std::vector<double>{light, heavy}, mass);
+  const surface::RigidBody body =
+      surface::rigid_body(regions, std::vector<double>{light, heavy}, mass);
   const double x = (m0 * (a - head) / 2 + m1 * (a - head / 2)) / mass;
   EXPECT_NEAR((body.centre - Vec3(x, b / 2, c / 2)).norm(), 0, 1e-12);
   const auto brick = [&](double m, double length, double middle) {
@@ -40,27 +41,29 @@ TEST(RigidBody, OfTwoDensitiesTurnsAboutItsWeight) {
 // Where it lies and how it is turned changes nothing but where its axes are.
 TEST(RigidBody, IsTheSameFarFromTheOrigin) {
   const auto region = [](const Vec3& middle) { return middle.x() > 0.1 ? 1 : 0; };
-  const solvers::TetMesh mesh = test::box_mesh({0.2, 0.05, 0.02}, {4, 2, 1}, 1, region);
+  const solvers::mesh::TetMesh mesh = test::box_mesh({0.2, 0.05, 0.02}, {4, 2, 1}, 1, region);
   const Eigen::AngleAxisd turn(0.7, Vec3(1, 2, 3).normalized());
   const Vec3 far(1000, -500, 200);
   const auto moved = test::moved(mesh, [&](const Vec3& p) -> Vec3 { return turn * p + far; });
   const std::vector<double> densities = {1000, 2000};
-  const RigidBody here = rigid_body(region_moments(mesh), densities, 2);
-  const RigidBody there = rigid_body(region_moments(moved), densities, 2);
+  const surface::RigidBody here = surface::rigid_body(surface::region_moments(mesh), densities, 2);
+  const surface::RigidBody there =
+      surface::rigid_body(surface::region_moments(moved), densities, 2);
   EXPECT_NEAR((there.centre - (turn * here.centre + far)).norm(), 0, 1e-9);
   EXPECT_NEAR((there.inertia - here.inertia).norm() / here.inertia.norm(), 0, 1e-8);
 }
 
 TEST(RigidBody, RefusesWhatHasNoMassOrNoVolume) {
-  const std::vector<RegionMoments> regions =
-      region_moments(test::box_mesh({1, 1, 1}, {1, 1, 1}, 1));
-  EXPECT_THROW(rigid_body(regions, std::vector<double>{1}, 0), core::InputError);
-  EXPECT_THROW(rigid_body(regions, std::vector<double>{1, 2}, 1), core::InputError);
-  EXPECT_THROW(rigid_body(regions, std::vector<double>{0}, 1), core::InputError);
-  EXPECT_THROW(rigid_body(regions, std::vector<double>{std::nan("")}, 1), core::InputError);
-  solvers::TetMesh empty = test::box_mesh({1, 1, 1}, {1, 1, 1}, 1);
+  const std::vector<surface::RegionMoments> regions =
+      surface::region_moments(test::box_mesh({1, 1, 1}, {1, 1, 1}, 1));
+  EXPECT_THROW(surface::rigid_body(regions, std::vector<double>{1}, 0), core::InputError);
+  EXPECT_THROW(surface::rigid_body(regions, std::vector<double>{1, 2}, 1), core::InputError);
+  EXPECT_THROW(surface::rigid_body(regions, std::vector<double>{0}, 1), core::InputError);
+  EXPECT_THROW(surface::rigid_body(regions, std::vector<double>{std::nan("")}, 1),
+               core::InputError);
+  solvers::mesh::TetMesh empty = test::box_mesh({1, 1, 1}, {1, 1, 1}, 1);
   empty.region_names.push_back("nothing");
-  EXPECT_THROW(region_moments(empty), core::InputError);
+  EXPECT_THROW(surface::region_moments(empty), core::InputError);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -20,17 +20,17 @@ Vec3 wavy(int mode, const Vec3& x) {
           std::sin(x.z() + 0.5 * mode * x.x())};
 }
 
-solvers::Modes wavy_modes(int count) {
+solvers::modes::Modes wavy_modes(int count) {
   std::vector<double> eigenvalues;
   for (int i = 0; i < count; ++i) eigenvalues.push_back(std::pow(2 * kPi * 200 * (i + 1), 2));
   return modes_with(curved_sphere(0.1, Vec3::Zero(), 2, 3), eigenvalues, wavy);
 }
 
-Strike inward_strike(const solvers::Modes& modes, const SurfacePoint& point) {
-  return {point, -frame_at(modes.surface, point).normal, 0.02, 1e-3};
+modal::Strike inward_strike(const solvers::modes::Modes& modes, const modal::SurfacePoint& point) {
+  return {point, -modal::frame_at(modes.surface, point).normal, 0.02, 1e-3};
 }
 
-const SurfacePoint kSomewhere{5, {0.2, 0.3, 0.5}};
+const modal::SurfacePoint kSomewhere{5, {0.2, 0.3, 0.5}};
 
 TEST(ShapesAt, InterpolatesWithTheNodesOfTheFace) {
   // A linear field is met exactly by every order.
@@ -39,64 +39,67 @@ TEST(ShapesAt, InterpolatesWithTheNodesOfTheFace) {
   for (int order = 1; order <= 4; ++order) {
     const auto modes = modes_with(curved_sphere(0.1, Vec3(1, 2, 3), 2, order), {1e6},
                                   [&](int, const Vec3& x) -> Vec3 { return gradient * x; });
-    const Vec3 position = frame_at(modes.surface, kSomewhere).position;
-    const Eigen::MatrixX3d shapes = shapes_at(modes, kSomewhere);
+    const Vec3 position = modal::frame_at(modes.surface, kSomewhere).position;
+    const Eigen::MatrixX3d shapes = modal::shapes_at(modes, kSomewhere);
     ASSERT_EQ(shapes.rows(), 1);
     EXPECT_LT((shapes.row(0).transpose() - gradient * position).norm(), 1e-5) << order;
   }
 }
 
 TEST(DecayRates, WeighsRegionsByTheirShareOfEnergy) {
-  solvers::Modes modes = wavy_modes(2);
+  solvers::modes::Modes modes = wavy_modes(2);
   modes.kinetic_share.resize(2, 2);
   modes.strain_share.resize(2, 2);
   modes.kinetic_share << 0.25, 0.75, 1, 0;
   modes.strain_share << 0.9, 0.1, 0, 1;
-  const std::vector<DampingModel> regions = {rayleigh_damping(4, 1e-7), rayleigh_damping(40, 3e-6)};
-  const auto d = decay_rates(modes, regions);
+  const std::vector<damping::DampingModel> regions = {damping::rayleigh_damping(4, 1e-7),
+                                                      damping::rayleigh_damping(40, 3e-6)};
+  const auto d = damping::decay_rates(modes, regions);
   const double lambda0 = modes.eigenvalues[0], lambda1 = modes.eigenvalues[1];
   EXPECT_NEAR(2 * d[0], 4 * 0.25 + 40 * 0.75 + lambda0 * (0.9e-7 + 0.3e-6), 1e-12 * lambda0);
   EXPECT_NEAR(2 * d[1], 4 + lambda1 * 3e-6, 1e-9);
-  EXPECT_THROW(decay_rates(modes, std::vector{rayleigh_damping(1, 0)}), core::InputError);
-  EXPECT_THROW(decay_rates(modes, std::vector{rayleigh_damping(1, 0), rayleigh_damping(-1, 0)}),
+  EXPECT_THROW(damping::decay_rates(modes, std::vector{damping::rayleigh_damping(1, 0)}),
+               core::InputError);
+  EXPECT_THROW(damping::decay_rates(modes, std::vector{damping::rayleigh_damping(1, 0),
+                                                       damping::rayleigh_damping(-1, 0)}),
                core::InputError);
 }
 
 TEST(DecayRates, OfOneRegionAreRayleighs) {
-  const solvers::Modes modes = wavy_modes(5);
-  const DampingModel steel = rayleigh_damping(5, 3e-8);
-  const auto d = decay_rates(modes, std::span(&steel, 1));
+  const solvers::modes::Modes modes = wavy_modes(5);
+  const damping::DampingModel steel = damping::rayleigh_damping(5, 3e-8);
+  const auto d = damping::decay_rates(modes, std::span(&steel, 1));
   for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_NEAR(t60(d[i]) * (5 + 3e-8 * modes.eigenvalues[i]) / 2, std::log(1000.0), 1e-12);
+    EXPECT_NEAR(modal::t60(d[i]) * (5 + 3e-8 * modes.eigenvalues[i]) / 2, std::log(1000.0), 1e-12);
   }
 }
 
 /// Struck and heard: the dry signal without listeners, else the monopole's pressure.
-RingDown rung(const solvers::Modes& modes, std::span<const double> d, const Strike& strike,
-              std::span<const Listener> listeners) {
-  return ring_down(
-      modes, d, strike,
-      listeners.empty() ? point_velocity(modes, strike.point) : monopole(modes, listeners));
+modal::RingDown rung(const solvers::modes::Modes& modes, std::span<const double> d,
+                     const modal::Strike& strike, std::span<const modal::Listener> listeners) {
+  return modal::ring_down(modes, d, strike,
+                          listeners.empty() ? modal::point_velocity(modes, strike.point)
+                                            : modal::monopole(modes, listeners));
 }
 
 /// What each mode contributes per row; velocities of dry signals, accelerations of monopoles.
-Eigen::MatrixXd gains(const RingDown& rings) {
-  const Readout& readout = rings.readout;
+Eigen::MatrixXd gains(const modal::RingDown& rings) {
+  const modal::Readout& readout = rings.readout;
   return (readout.unit == "Pa" ? readout.acceleration : readout.velocity) *
          rings.excitation.asDiagonal();
 }
 
 TEST(RingDown, DryGainIsForceTimesNormalMotion) {
-  const solvers::Modes modes = wavy_modes(4);
+  const solvers::modes::Modes modes = wavy_modes(4);
   const std::vector<double> d(4, 1.0);
-  Strike strike = inward_strike(modes, kSomewhere);
+  modal::Strike strike = inward_strike(modes, kSomewhere);
   strike.direction = Vec3(1, -2, 2) / 3;
-  const RingDown rings = rung(modes, d, strike, {});
+  const modal::RingDown rings = rung(modes, d, strike, {});
   ASSERT_EQ(gains(rings).rows(), 1);
   EXPECT_EQ(rings.readout.unit, "m/s");
   EXPECT_EQ(rings.readout.delays, std::vector<double>{0.0});
-  const Eigen::MatrixX3d shapes = shapes_at(modes, kSomewhere);
-  const Vec3 normal = frame_at(modes.surface, kSomewhere).normal;
+  const Eigen::MatrixX3d shapes = modal::shapes_at(modes, kSomewhere);
+  const Vec3 normal = modal::frame_at(modes.surface, kSomewhere).normal;
   for (Eigen::Index i = 0; i < 4; ++i) {
     const double expected = 0.02 * shapes.row(i).dot(strike.direction) * shapes.row(i).dot(normal);
     EXPECT_NEAR(gains(rings)(0, i), expected, 1e-15);
@@ -105,41 +108,41 @@ TEST(RingDown, DryGainIsForceTimesNormalMotion) {
 
 // The body gives no energy: pushed inward, no mode answers outward first.
 TEST(RingDown, InwardStrikesMoveThePointInward) {
-  const solvers::Modes modes = wavy_modes(6);
+  const solvers::modes::Modes modes = wavy_modes(6);
   const std::vector<double> d(6, 1.0);
   for (std::int32_t face = 0; face < 32; ++face) {
-    const RingDown rings = rung(modes, d, inward_strike(modes, {face, {0.4, 0.4, 0.2}}), {});
+    const modal::RingDown rings = rung(modes, d, inward_strike(modes, {face, {0.4, 0.4, 0.2}}), {});
     EXPECT_LE(gains(rings).maxCoeff(), 0);
-    EXPECT_LT(synthesize(rings, {0}, 44100, 1)[0], 0);
+    EXPECT_LT(modal::synthesize(rings, {0}, 44100, 1)[0], 0);
   }
 }
 
 // Neither the sign of a mode nor the basis chosen within a pair of equal frequency may matter.
 TEST(RingDown, IgnoresSignsAndBasesOfPairs) {
   EXPECT_TRUE(rc::check("basis", [] {
-    solvers::Modes modes = wavy_modes(4);
+    solvers::modes::Modes modes = wavy_modes(4);
     modes.eigenvalues[2] = modes.eigenvalues[1];
     const double angle = *rc::gen::inRange(0, 6283) * 1e-3;
     const std::int32_t face = *rc::gen::inRange(0, 32);
-    solvers::Modes turned = modes;
+    solvers::modes::Modes turned = modes;
     turned.shapes.row(0) *= -1;
     turned.shapes.row(1) =
         float(std::cos(angle)) * modes.shapes.row(1) + float(std::sin(angle)) * modes.shapes.row(2);
     turned.shapes.row(2) = float(-std::sin(angle)) * modes.shapes.row(1) +
                            float(std::cos(angle)) * modes.shapes.row(2);
     const std::vector<double> d(4, 3.0);
-    const Strike strike = inward_strike(modes, {face, {0.1, 0.6, 0.3}});
-    const std::vector<Listener> far = {{{1, 0.5, 0.2}}};
-    for (const std::span<const Listener> listeners :
-         {std::span<const Listener>{}, std::span<const Listener>(far)}) {
-      const RingDown a = rung(modes, d, strike, listeners);
-      const RingDown b = rung(turned, d, strike, listeners);
+    const modal::Strike strike = inward_strike(modes, {face, {0.1, 0.6, 0.3}});
+    const std::vector<modal::Listener> far = {{{1, 0.5, 0.2}}};
+    for (const std::span<const modal::Listener> listeners :
+         {std::span<const modal::Listener>{}, std::span<const modal::Listener>(far)}) {
+      const modal::RingDown a = rung(modes, d, strike, listeners);
+      const modal::RingDown b = rung(turned, d, strike, listeners);
       const double scale = gains(a).cwiseAbs().maxCoeff();
       RC_ASSERT(std::abs(gains(a)(0, 0) - gains(b)(0, 0)) < 1e-5 * scale);
       RC_ASSERT(std::abs(gains(a)(0, 1) + gains(a)(0, 2) - gains(b)(0, 1) - gains(b)(0, 2)) <
                 1e-5 * scale);
-      const auto sound_a = synthesize(a, {1e-3}, 44100, 400);
-      const auto sound_b = synthesize(b, {1e-3}, 44100, 400);
+      const auto sound_a = modal::synthesize(a, {1e-3}, 44100, 400);
+      const auto sound_b = modal::synthesize(b, {1e-3}, 44100, 400);
       double peak = 0, worst = 0;
       for (std::size_t n = 0; n < 400; ++n) {
         peak = std::max(peak, std::abs(double(sound_a[n])));
@@ -151,11 +154,11 @@ TEST(RingDown, IgnoresSignsAndBasesOfPairs) {
 }
 
 TEST(RingDown, DoesNotDependOnWhereTheBodyLiesAndHowItIsTurned) {
-  const solvers::Modes modes = wavy_modes(3);
+  const solvers::modes::Modes modes = wavy_modes(3);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();
   const Vec3 shift(3, -2, 1);
-  solvers::Modes moved = modes;
+  solvers::modes::Modes moved = modes;
   for (Vec3& node : moved.surface.nodes) node = turn * node + shift;
   for (Eigen::Index i = 0; i < moved.shapes.rows(); ++i) {
     for (Eigen::Index a = 0; a < moved.shapes.cols(); a += 3) {
@@ -164,15 +167,15 @@ TEST(RingDown, DoesNotDependOnWhereTheBodyLiesAndHowItIsTurned) {
     }
   }
   const std::vector<double> d(3, 2.0);
-  const Strike strike = inward_strike(modes, kSomewhere);
-  const Strike moved_strike = inward_strike(moved, kSomewhere);
+  const modal::Strike strike = inward_strike(modes, kSomewhere);
+  const modal::Strike moved_strike = inward_strike(moved, kSomewhere);
   const Vec3 ear(0.7, 0.2, -0.4);
-  const std::vector<Listener> here = {{ear}}, there = {{turn * ear + shift}};
+  const std::vector<modal::Listener> here = {{ear}}, there = {{turn * ear + shift}};
   const double dry = gains(rung(modes, d, strike, {})).norm();
   EXPECT_LT((gains(rung(modes, d, strike, {})) - gains(rung(moved, d, moved_strike, {}))).norm(),
             1e-5 * dry);
-  const RingDown a = rung(modes, d, strike, here);
-  const RingDown b = rung(moved, d, moved_strike, there);
+  const modal::RingDown a = rung(modes, d, strike, here);
+  const modal::RingDown b = rung(moved, d, moved_strike, there);
   EXPECT_LT((gains(a) - gains(b)).norm(), 1e-5 * gains(a).norm());
   EXPECT_NEAR(a.readout.delays[0], b.readout.delays[0], 1e-12);
 }
@@ -187,12 +190,14 @@ TEST(RingDown, BreathingSphereRadiatesAsAMonopole) {
       modes_with(curved_sphere(kRadius, centre, 6, 3), {kOmega * kOmega},
                  [&](int, const Vec3& x) -> Vec3 { return phi * (x - centre).normalized(); });
   const std::vector<double> d = {kDecay};
-  const Strike strike{kSomewhere, -frame_at(modes.surface, kSomewhere).normal, 0.3, {0}};
-  const std::vector<Listener> listeners = {{centre + Vec3(0, 0.8, 0)}, {centre + Vec3(3, 0, 4)}};
-  const RingDown rings = rung(modes, d, strike, listeners);
+  const modal::Strike strike{
+      kSomewhere, -modal::frame_at(modes.surface, kSomewhere).normal, 0.3, {0}};
+  const std::vector<modal::Listener> listeners = {{centre + Vec3(0, 0.8, 0)},
+                                                  {centre + Vec3(3, 0, 4)}};
+  const modal::RingDown rings = rung(modes, d, strike, listeners);
   EXPECT_EQ(rings.readout.unit, "Pa");
   constexpr std::size_t kCount = 2000;
-  const auto sound = synthesize(rings, {0}, 44100, kCount);
+  const auto sound = modal::synthesize(rings, {0}, 44100, kCount);
   const double damped = std::sqrt(kOmega * kOmega - kDecay * kDecay);
   for (std::size_t row = 0; row < 2; ++row) {
     const double r = row == 0 ? 0.8 : 5.0;
@@ -217,45 +222,45 @@ TEST(RingDown, MotionWithoutVolumeVelocityIsSilentInTheMonopole) {
                                   return mode == 0 ? Vec3(1, 2, 3) : Vec3(x.x(), -x.y(), 0) / 0.1;
                                 });
   const std::vector<double> d = {1, 1};
-  const std::vector<Listener> listeners = {{{1, 0, 0}}};
-  const RingDown rings = rung(modes, d, inward_strike(modes, kSomewhere), listeners);
+  const std::vector<modal::Listener> listeners = {{{1, 0, 0}}};
+  const modal::RingDown rings = rung(modes, d, inward_strike(modes, kSomewhere), listeners);
   // Against the volume velocity that the same motion, directed outward, would have.
-  const double breathing = kAirDensity / (4 * kPi) * 0.02 * 4 * kPi * 0.01;
+  const double breathing = modal::kAirDensity / (4 * kPi) * 0.02 * 4 * kPi * 0.01;
   EXPECT_LT(std::abs(gains(rings)(0, 0)), 1e-6 * breathing);
   EXPECT_LT(std::abs(gains(rings)(0, 1)), 1e-6 * breathing);
 }
 
 TEST(RingDown, CavitiesDoNotRadiate) {
   const auto radial = [](int, const Vec3& x) -> Vec3 { return x.normalized(); };
-  solvers::ModeSurface shell = curved_sphere(0.1, Vec3::Zero(), 3, 2);
+  solvers::modes::ModeSurface shell = curved_sphere(0.1, Vec3::Zero(), 3, 2);
   const auto solid = modes_with(shell, {1e6}, radial);
   append(shell, curved_sphere(0.08, Vec3::Zero(), 3, 2, true));
   const auto hollow = modes_with(shell, {1e6}, radial);
   const std::vector<double> d = {1};
-  const std::vector<Listener> listeners = {{{1, 0, 0}}};
-  const Strike strike = inward_strike(solid, kSomewhere);
+  const std::vector<modal::Listener> listeners = {{{1, 0, 0}}};
+  const modal::Strike strike = inward_strike(solid, kSomewhere);
   EXPECT_EQ(gains(rung(solid, d, strike, listeners))(0, 0),
             gains(rung(hollow, d, strike, listeners))(0, 0));
 }
 
 TEST(RingDown, FallsWithDistanceAndRefusesListenersInside) {
-  const solvers::Modes modes = wavy_modes(2);
+  const solvers::modes::Modes modes = wavy_modes(2);
   const std::vector<double> d = {1, 1};
-  const Strike strike = inward_strike(modes, kSomewhere);
-  const std::vector<Listener> two = {{{1, 0, 0}}, {{0, 0, 4}}};
-  const RingDown rings = rung(modes, d, strike, two);
+  const modal::Strike strike = inward_strike(modes, kSomewhere);
+  const std::vector<modal::Listener> two = {{{1, 0, 0}}, {{0, 0, 4}}};
+  const modal::RingDown rings = rung(modes, d, strike, two);
   EXPECT_NEAR(gains(rings)(0, 0) / gains(rings)(1, 0), 4, 1e-9);
   EXPECT_NEAR(rings.readout.delays[1], 4 / 343.0, 1e-9);
   for (const double r : {0.0, 0.05, 0.0999}) {
-    const std::vector<Listener> near = {{{r, 0, 0}}};
+    const std::vector<modal::Listener> near = {{{r, 0, 0}}};
     EXPECT_THROW(rung(modes, d, strike, near), core::InputError) << r;
   }
 }
 
 TEST(RingDown, RefusesWhatCannotBe) {
-  const solvers::Modes modes = wavy_modes(2);
+  const solvers::modes::Modes modes = wavy_modes(2);
   const std::vector<double> d = {1, 1};
-  Strike strike = inward_strike(modes, kSomewhere);
+  modal::Strike strike = inward_strike(modes, kSomewhere);
   EXPECT_THROW(rung(modes, std::vector<double>{1}, strike, {}), core::InputError);
   strike.direction *= 2;
   EXPECT_THROW(rung(modes, d, strike, {}), core::InputError);

@@ -1,4 +1,4 @@
-#include "synth/room_acoustics.hpp"
+#include "synth/room/detail/room_acoustics.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 /// Attenuation [dB/km] of ISO 9613-2:1996, table 2 (computed there by ISO 9613-1), octaves 125 Hz
 /// to 8 kHz; one decimal below 10, no digit beyond three.
 struct TabulatedAir {
-  Air air;
+  room::Air air;
   std::array<double, 7> decibels_per_km;
 };
 
@@ -28,9 +28,10 @@ TEST(AirAbsorption, IsThatOfIso9613) {
     for (std::size_t b = 0; b < 7; ++b) {
       // The table is of exact octave centres, 1000 * 10^(0.3 k).
       const double exact = 1000 * std::pow(10, 0.3 * (static_cast<double>(b) - 3));
-      const double found = air_absorption(exact, row.air) * 10 * std::log10(std::exp(1.0)) * 1000;
+      const double found =
+          room::air_absorption(exact, row.air) * 10 * std::log10(std::exp(1.0)) * 1000;
       EXPECT_NEAR(found, row.decibels_per_km[b], std::max(0.055, 0.006 * found))
-          << row.air.temperature << " C, " << kOctaveCentres[b] << " Hz";
+          << row.air.temperature << " C, " << room::kOctaveCentres[b] << " Hz";
     }
   }
 }
@@ -38,46 +39,48 @@ TEST(AirAbsorption, IsThatOfIso9613) {
 // 6 x 5 x 3 m, absorption 0.1, m = 5.8e-3 /m: 0.94 s. The wrong sign would give 1.30 s.
 TEST(Eyring, AirShortensReverberation) {
   const Eigen::Vector3d size(6, 5, 3);
-  OctaveValues absorption;
+  room::OctaveValues absorption;
   absorption.fill(0.1);
-  const Air air;
-  const OctaveValues times = eyring(size, absorption, air);
+  const room::Air air;
+  const room::OctaveValues times = room::eyring(size, absorption, air);
   const double v = 90;
   const double s = 126;
-  for (std::size_t b = 0; b < kOctaves; ++b) {
-    const double m = air_absorption(kOctaveCentres[b], air);
+  for (std::size_t b = 0; b < room::kOctaves; ++b) {
+    const double m = room::air_absorption(room::kOctaveCentres[b], air);
     EXPECT_NEAR(times[b], 55.262 / 343 * v / (s * 0.105361 + 4 * m * v), 1e-4);
     EXPECT_LT(times[b], 55.262 / 343 * v / (s * 0.105360));
   }
-  EXPECT_NEAR(sabine(size, absorption, air)[0], 1.151, 0.005);  // 125 Hz: hardly any air
+  EXPECT_NEAR(room::sabine(size, absorption, air)[0], 1.151, 0.005);  // 125 Hz: hardly any air
   EXPECT_NEAR(times[0], 1.092, 0.005);
 }
 
 TEST(Eyring, WallsThatAbsorbAllLeaveNoReverberation) {
-  OctaveValues all;
+  room::OctaveValues all;
   all.fill(1);
-  for (const double t : eyring({5, 4, 3}, all, Air{})) EXPECT_EQ(t, 0);
+  for (const double t : room::eyring({5, 4, 3}, all, room::Air{})) EXPECT_EQ(t, 0);
 }
 
 RC_GTEST_PROP(Eyring, IsInvertedExactly, ()) {
   const auto side = [] { return *rc::gen::inRange(1, 10000) / 100.0; };
   const Eigen::Vector3d size(side(), side(), side());
-  OctaveValues absorption;
+  room::OctaveValues absorption;
   for (double& a : absorption) a = *rc::gen::inRange(0, 990) / 1000.0;
-  const Air air{static_cast<double>(*rc::gen::inRange(-20, 51)), *rc::gen::inRange(0, 101) / 100.0};
-  const OctaveValues found = absorption_for(size, eyring(size, absorption, air), air);
-  for (std::size_t b = 0; b < kOctaves; ++b) {
+  const room::Air air{static_cast<double>(*rc::gen::inRange(-20, 51)),
+                      *rc::gen::inRange(0, 101) / 100.0};
+  const room::OctaveValues found =
+      room::absorption_for(size, room::eyring(size, absorption, air), air);
+  for (std::size_t b = 0; b < room::kOctaves; ++b) {
     RC_ASSERT(std::abs(found[b] - absorption[b]) < 1e-7);
   }
 }
 
 TEST(Eyring, ImpossibleTimesNameTheirBandsAndLimits) {
-  OctaveValues times;
+  room::OctaveValues times;
   times.fill(0.3);
   times[7] = 0.9;   // air alone: 0.48 s
   times[2] = 1e-3;  // absorption above 0.99
   try {
-    absorption_for({5, 4, 3}, times, Air{});
+    room::absorption_for({5, 4, 3}, times, room::Air{});
     FAIL();
   } catch (const core::InputError& e) {
     EXPECT_NE(e.message().find("5 x 4 x 3 m"), std::string::npos) << e.what();
@@ -90,27 +93,27 @@ TEST(Eyring, ImpossibleTimesNameTheirBandsAndLimits) {
   }
   // Bands that do not exist at the sample rate are not asked about.
   times[2] = 0.3;
-  EXPECT_NO_THROW(absorption_for({5, 4, 3}, times, Air{}, 7));
+  EXPECT_NO_THROW(room::absorption_for({5, 4, 3}, times, room::Air{}, 7));
 }
 
 TEST(MeanAbsorption, IsWeightedByArea) {
-  WallAbsorption walls = same_on_all_walls({});
+  room::WallAbsorption walls = room::same_on_all_walls({});
   walls[4].fill(0.5);  // floor, 5 x 4 of 94 m^2
-  EXPECT_NEAR(mean_absorption({5, 4, 3}, walls)[3], 0.5 * 20 / 94, 1e-15);
-  walls = same_on_all_walls({});
+  EXPECT_NEAR(room::mean_absorption({5, 4, 3}, walls)[3], 0.5 * 20 / 94, 1e-15);
+  walls = room::same_on_all_walls({});
   walls[0].fill(0.5);  // x = 0, 4 x 3
-  EXPECT_NEAR(mean_absorption({5, 4, 3}, walls)[3], 0.5 * 12 / 94, 1e-15);
+  EXPECT_NEAR(room::mean_absorption({5, 4, 3}, walls)[3], 0.5 * 12 / 94, 1e-15);
 }
 
 TEST(RoomAcoustics, RefusesWhatIsNoRoom) {
-  OctaveValues a{};
-  EXPECT_THROW(eyring({0, 4, 3}, a, Air{}), core::InputError);
-  EXPECT_THROW(eyring({5, std::nan(""), 3}, a, Air{}), core::InputError);
-  EXPECT_THROW(eyring({5, 4, INFINITY}, a, Air{}), core::InputError);
-  EXPECT_THROW(eyring({5, 4, 3}, a, (Air{20, 1.1})), core::InputError);
-  EXPECT_THROW(eyring({5, 4, 3}, a, (Air{300, 0.5})), core::InputError);
+  room::OctaveValues a{};
+  EXPECT_THROW(room::eyring({0, 4, 3}, a, room::Air{}), core::InputError);
+  EXPECT_THROW(room::eyring({5, std::nan(""), 3}, a, room::Air{}), core::InputError);
+  EXPECT_THROW(room::eyring({5, 4, INFINITY}, a, room::Air{}), core::InputError);
+  EXPECT_THROW(room::eyring({5, 4, 3}, a, (room::Air{20, 1.1})), core::InputError);
+  EXPECT_THROW(room::eyring({5, 4, 3}, a, (room::Air{300, 0.5})), core::InputError);
   a[3] = 1.01;
-  EXPECT_THROW(eyring({5, 4, 3}, a, Air{}), core::InputError);
+  EXPECT_THROW(room::eyring({5, 4, 3}, a, room::Air{}), core::InputError);
 }
 
 }  // namespace

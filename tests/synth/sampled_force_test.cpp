@@ -1,4 +1,4 @@
-#include "synth/sampled_force.hpp"
+#include "synth/modal/sampled_force.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 #include "tests/synth/random_rings.hpp"
 
 namespace carillon::synth {
@@ -22,7 +22,7 @@ struct State {
 };
 
 /// Runge-Kutta steps through a force of straight lines; steps end where it bends.
-State step_through(Real lambda, Real d, const ContactForce& force, Real t) {
+State step_through(Real lambda, Real d, const modal::ContactForce& force, Real t) {
   const auto pieces = force.samples.size() - 1;
   const Real h = Real(force.duration) / Real(pieces);
   State s;
@@ -55,16 +55,16 @@ State step_through(Real lambda, Real d, const ContactForce& force, Real t) {
   return s;
 }
 
-ContactForce burst(double duration, std::size_t count, unsigned seed) {
+modal::ContactForce burst(double duration, std::size_t count, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
-  ContactForce force{duration, {}};
+  modal::ContactForce force{duration, {}};
   for (std::size_t i = 0; i < count; ++i) force.samples.push_back(normal(random) / duration);
   return force;
 }
 
-RingDown one_mode(double lambda, double d, const Weights& weights, double delay) {
-  RingDown rings;
+modal::RingDown one_mode(double lambda, double d, const modal::Weights& weights, double delay) {
+  modal::RingDown rings;
   rings.eigenvalues = {lambda};
   rings.decay_rates = {d};
   rings.excitation = Eigen::VectorXd::Ones(1);
@@ -86,11 +86,12 @@ TEST(SampledForce, IsExactForStraightLines) {
       const double d = omega > 0 ? ratio * omega : 300 * ratio;
       for (const auto& [duration, points] :
            {std::pair{20 / kRate, 21}, {3.3e-4, 2}, {5e-4, 11}, {1e-4, 67}}) {
-        const ContactForce force = burst(duration, std::size_t(points), 5);
+        const modal::ContactForce force = burst(duration, std::size_t(points), 5);
         for (const double delay : {0.0, 3.3 / kRate}) {
-          for (const Weights weights : {Weights{1, 0, 0}, Weights{0, 1, 0}, Weights{0, 0, 1}}) {
+          for (const modal::Weights weights :
+               {modal::Weights{1, 0, 0}, modal::Weights{0, 1, 0}, modal::Weights{0, 0, 1}}) {
             const auto sound =
-                synthesize(one_mode(omega * omega, d, weights, delay), force, kRate, kCount);
+                modal::synthesize(one_mode(omega * omega, d, weights, delay), force, kRate, kCount);
             double peak = 0, worst = 0;
             for (std::size_t n = 0; n < kCount; n += 3) {
               const Real t = Real(n) / kRate - delay;
@@ -116,8 +117,8 @@ TEST(SampledForce, AStepIsTwoHalfSteps) {
   for (const double omega : {0.0, 1e-6, 1.0, 4e4, 4.5e4, 1e6}) {
     for (const double d : {0.0, 1e-9, 1.0, 3.9e4, 4e4, 4.00001e4, 4.1e4, 9e5, 1e9}) {
       for (const double length : {1e-9, 1e-5, 2.4e-5, 2.6e-5, 1e-3}) {
-        const LinearForceStep whole = linear_force_step(omega * omega, d, length);
-        const LinearForceStep half = linear_force_step(omega * omega, d, length / 2);
+        const modal::LinearForceStep whole = modal::linear_force_step(omega * omega, d, length);
+        const modal::LinearForceStep half = modal::linear_force_step(omega * omega, d, length / 2);
         const auto twice = [&](double q, double v, double begin, double end) {
           for (const auto& [from, to] :
                {std::pair{begin, (begin + end) / 2}, {(begin + end) / 2, end}}) {
@@ -143,17 +144,17 @@ TEST(SampledForce, AStepIsTwoHalfSteps) {
 
 // A raised cosine cut into straight lines tends to the closed form with the square of the step.
 TEST(SampledForce, TendsToTheRaisedCosine) {
-  const RingDown rings = random_rings(29, 3, false);
-  const auto exact = synthesize(rings, {1.3e-3}, 44100, 3000);
+  const modal::RingDown rings = random_rings(29, 3, false);
+  const auto exact = modal::synthesize(rings, {1.3e-3}, 44100, 3000);
   double peak = 0;
   for (const float s : exact) peak = std::max(peak, std::abs(double(s)));
   double last = 0;
   for (const int points : {401, 801, 1601}) {
-    ContactForce force{1.3e-3, {}};
+    modal::ContactForce force{1.3e-3, {}};
     for (int i = 0; i < points; ++i) {
-      force.samples.push_back(contact_force(1.3e-3, 1.3e-3 * i / (points - 1)));
+      force.samples.push_back(modal::contact_force(1.3e-3, 1.3e-3 * i / (points - 1)));
     }
-    const auto sound = synthesize(rings, force, 44100, 3000);
+    const auto sound = modal::synthesize(rings, force, 44100, 3000);
     double worst = 0;
     for (std::size_t n = 0; n < sound.size(); ++n) {
       worst = std::max(worst, std::abs(double(sound[n]) - double(exact[n])));
@@ -167,9 +168,9 @@ TEST(SampledForce, TendsToTheRaisedCosine) {
 }
 
 TEST(SampledForce, RefusesWhatIsNoForce) {
-  const RingDown rings = random_rings(3, 3, false);
-  const auto refuses = [&](const ContactForce& force) {
-    EXPECT_THROW(synthesize(rings, force, 44100, 10), core::InputError);
+  const modal::RingDown rings = random_rings(3, 3, false);
+  const auto refuses = [&](const modal::ContactForce& force) {
+    EXPECT_THROW(modal::synthesize(rings, force, 44100, 10), core::InputError);
   };
   refuses({0, {1, 1}});
   refuses({1e-3, {1}});
@@ -181,17 +182,17 @@ TEST(SampledResponse, ComesToTheClosedFormOfAFinelySampledPulse) {
   const double T = 1e-3;
   for (const double d : {0.0, 50.0, 4000.0, 60000.0}) {
     const double lambda = 1e8;
-    const ModalResponse exact(lambda, d, T);
+    const modal::ModalResponse exact(lambda, d, T);
     double last = 0;
     for (const int pieces : {100, 200}) {
       std::vector<double> force;
-      for (int k = 0; k <= pieces; ++k) force.push_back(contact_force(T, T * k / pieces));
-      const SampledResponse response(lambda, d, {T, force});
+      for (int k = 0; k <= pieces; ++k) force.push_back(modal::contact_force(T, T * k / pieces));
+      const modal::SampledResponse response(lambda, d, {T, force});
       double worst = 0, size = 0;
       for (int n = 1; n < 400; ++n) {
         const double t = 2.0 * T * n / 400;
-        const ModalMotion a = t <= T ? exact.during_contact(t) : exact.after_contact(t - T);
-        const ModalMotion b = response.at(t);
+        const modal::ModalMotion a = t <= T ? exact.during_contact(t) : exact.after_contact(t - T);
+        const modal::ModalMotion b = response.at(t);
         worst = std::max(worst, std::abs(a.velocity - b.velocity));
         size = std::max(size, std::abs(a.velocity));
       }
@@ -201,7 +202,7 @@ TEST(SampledResponse, ComesToTheClosedFormOfAFinelySampledPulse) {
       EXPECT_LT(worst / size, 2e-3) << d;
       last = worst;
     }
-    EXPECT_NEAR(SampledResponse(lambda, d, {T, {0, 2 / T, 0}}).impulse(T), 1, 1e-12);
+    EXPECT_NEAR(modal::SampledResponse(lambda, d, {T, {0, 2 / T, 0}}).impulse(T), 1, 1e-12);
   }
 }
 
@@ -210,7 +211,7 @@ TEST(SampledResponse, OfOneRampIsTheTextbooks) {
   const double w = 300, T = 0.1;
   std::vector<double> force;
   for (int k = 0; k <= 7; ++k) force.push_back(T * k / 7);
-  const SampledResponse response(w * w, 0, {T, force});
+  const modal::SampledResponse response(w * w, 0, {T, force});
   for (const double t : {0.001, 0.0437, 0.0999}) {
     EXPECT_NEAR(response.at(t).displacement / ((t - std::sin(w * t) / w) / (w * w)), 1, 1e-9) << t;
     EXPECT_NEAR(response.at(t).acceleration, std::sin(w * t) / w, 1e-9 / w);
@@ -220,10 +221,10 @@ TEST(SampledResponse, OfOneRampIsTheTextbooks) {
 
 // At any time and damping, near the critical one too.
 TEST(SampledResponse, IsExactForStraightLines) {
-  const ContactForce force = burst(5e-4, 11, 5);
+  const modal::ContactForce force = burst(5e-4, 11, 5);
   const Real omega = 2e4L;
   for (const double ratio : {0.0, 0.3, 0.9999999, 1.0, 1.0000001, 1.004, 1.1, 10.0}) {
-    const SampledResponse response(double(omega * omega), ratio * double(omega), force);
+    const modal::SampledResponse response(double(omega * omega), ratio * double(omega), force);
     double peak = 0, worst = 0;
     for (const double t : {1e-7, 3.3e-5, 5e-5, 2.71e-4, 4.99e-4, 5e-4, 6.1e-4}) {
       const State s = step_through(omega * omega, Real(ratio) * omega, force, t);
@@ -236,9 +237,9 @@ TEST(SampledResponse, IsExactForStraightLines) {
 }
 
 TEST(SampledResponse, RefusesForcesWithoutExtent) {
-  for (const ContactForce& force :
-       {ContactForce{1, {}}, {1, {1}}, {0, {1, 2}}, {1, {1, std::nan("")}}}) {
-    EXPECT_THROW(SampledResponse(1, 0, force), core::InputError);
+  for (const modal::ContactForce& force :
+       {modal::ContactForce{1, {}}, {1, {1}}, {0, {1, 2}}, {1, {1, std::nan("")}}}) {
+    EXPECT_THROW(modal::SampledResponse(1, 0, force), core::InputError);
   }
 }
 

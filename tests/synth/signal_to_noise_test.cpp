@@ -1,4 +1,4 @@
-#include "synth/signal_to_noise.hpp"
+#include "synth/recording/signal_to_noise.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -24,7 +24,7 @@ std::vector<float> decay(std::size_t count, std::size_t onset, double d, double 
 
 TEST(ActivePart, OfADecayIsItsT60) {
   for (const double d : {20.0, 60.0, 300.0}) {
-    const auto part = active_part(decay(44100, 2000, d, 44100), 1, 44100);
+    const auto part = recording::active_part(decay(44100, 2000, d, 44100), 1, 44100);
     EXPECT_EQ(part.begin, 2000u);
     // ln(1000)/d; the tone's own swing within 10 ms moves the end by less than a millisecond.
     EXPECT_NEAR(static_cast<double>(part.size()) / 44100, std::log(1000.0) / d, 1e-3) << d;
@@ -33,18 +33,18 @@ TEST(ActivePart, OfADecayIsItsT60) {
 
 TEST(ActivePart, ReachesTheEndOfWhatDoesNotDecay) {
   std::vector<float> clip(1000, 0.5F);
-  auto part = active_part(clip, 1, 44100);
+  auto part = recording::active_part(clip, 1, 44100);
   EXPECT_EQ(part.begin, 0u);
   EXPECT_EQ(part.end, 1000u);
   clip.assign(1, -2.0F);
-  part = active_part(clip, 1, 44100);
+  part = recording::active_part(clip, 1, 44100);
   EXPECT_EQ(part.size(), 1u);
 }
 
 TEST(ActivePart, OfAClickIsTheClick) {
   std::vector<float> clip(5000, 0.0F);
   clip[100] = 1e-30F;
-  const auto part = active_part(clip, 1, 44100);
+  const auto part = recording::active_part(clip, 1, 44100);
   EXPECT_EQ(part.begin, 100u);
   EXPECT_EQ(part.end, 101u);
 }
@@ -53,7 +53,7 @@ TEST(ActivePart, OfSeveralRowsIsWhereAnyOfThemSounds) {
   auto clip = decay(1000, 10, 2000, 44100);
   const auto late = decay(1000, 500, 2000, 44100);
   clip.insert(clip.end(), late.begin(), late.end());
-  const auto part = active_part(clip, 2, 44100);
+  const auto part = recording::active_part(clip, 2, 44100);
   EXPECT_EQ(part.begin, 10u);
   EXPECT_GT(part.end, 500u);
 }
@@ -76,24 +76,24 @@ TEST(ActivePart, IsThatOfSumsWrittenOut) {
     }
     std::size_t end = count;
     while (sums[end - 1] < 1e-6 * highest) --end;
-    const auto part = active_part(clip, 1, 100.0 * double(window));
+    const auto part = recording::active_part(clip, 1, 100.0 * double(window));
     RC_ASSERT(part.end == std::max(end, part.begin + 1));
   }));
 }
 
 TEST(ActivePart, OfSilenceIsEmpty) {
-  EXPECT_TRUE(active_part(std::vector<float>(100, 0.0F), 1, 44100).empty());
-  EXPECT_TRUE(active_part({}, 1, 44100).empty());
+  EXPECT_TRUE(recording::active_part(std::vector<float>(100, 0.0F), 1, 44100).empty());
+  EXPECT_TRUE(recording::active_part({}, 1, 44100).empty());
 }
 
 TEST(ActivePart, RefusesWhatIsNotFinite) {
   std::vector<float> clip(10, 0.1F);
   clip[3] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(active_part(clip, 1, 44100), core::InputError);
+  EXPECT_THROW(recording::active_part(clip, 1, 44100), core::InputError);
   clip[3] = 0;
-  EXPECT_THROW(active_part(clip, 3, 44100), core::InputError);
-  EXPECT_THROW(active_part(clip, 0, 44100), core::InputError);
-  EXPECT_THROW(active_part(clip, 1, 0), core::InputError);
+  EXPECT_THROW(recording::active_part(clip, 3, 44100), core::InputError);
+  EXPECT_THROW(recording::active_part(clip, 0, 44100), core::InputError);
+  EXPECT_THROW(recording::active_part(clip, 1, 0), core::InputError);
 }
 
 /// By the smallest means: the sums written out.
@@ -115,9 +115,9 @@ TEST(AddNoise, GivesTheRatioThatWasAskedFor) {
     const auto onset = *rc::gen::inRange<std::size_t>(0, 4000);
     const auto clean = decay(9000, onset, d, 44100);
     auto noisy = clean;
-    const auto part = active_part(clean, 1, 44100);
+    const auto part = recording::active_part(clean, 1, 44100);
     const auto noise = some_noise(clean.size(), *rc::gen::arbitrary<unsigned>());
-    const double factor = add_noise(noisy, noise, 1, part, decibels);
+    const double factor = recording::add_noise(noisy, noise, 1, part, decibels);
     // What single precision leaves of noise 60 dB below.
     RC_ASSERT(std::abs(measured(clean, noisy, part.begin, part.end) - decibels) < 1e-3);
     for (std::size_t i = 0; i < clean.size(); ++i) {
@@ -130,8 +130,8 @@ TEST(AddNoise, IsOverTheActivePartAndNotOverTheWholeClip) {
   // A second of silence after a sound of 0.1 s must not make the noise 10 dB weaker.
   const auto clean = decay(44100, 0, 70, 44100);
   auto noisy = clean;
-  const auto part = active_part(clean, 1, 44100);
-  add_noise(noisy, some_noise(44100, 1), 1, part, 10);
+  const auto part = recording::active_part(clean, 1, 44100);
+  recording::add_noise(noisy, some_noise(44100, 1), 1, part, 10);
   EXPECT_NEAR(measured(clean, noisy, part.begin, part.end), 10, 1e-4);
   EXPECT_LT(measured(clean, noisy, 0, 44100), 1);
 }
@@ -140,8 +140,8 @@ TEST(AddNoise, KeepsTheLevelsOfRows) {
   auto clip = decay(2000, 0, 100, 44100);
   for (std::size_t i = 0; i < 2000; ++i) clip.push_back(0.1F * clip[i]);
   const auto clean = clip;
-  const auto part = active_part(clip, 2, 44100);
-  add_noise(clip, some_noise(4000, 5), 2, part, 20);
+  const auto part = recording::active_part(clip, 2, 44100);
+  recording::add_noise(clip, some_noise(4000, 5), 2, part, 20);
   long double signal = 0, noise = 0;
   for (std::size_t row = 0; row < 2; ++row) {
     for (std::size_t i = part.begin; i < part.end; ++i) {
@@ -155,19 +155,20 @@ TEST(AddNoise, KeepsTheLevelsOfRows) {
 
 TEST(AddNoise, RefusesWhatHasNoRatio) {
   std::vector<float> clip(100, 0.5F);
-  const ActivePart all{0, 100};
+  const recording::ActivePart all{0, 100};
   const std::vector<double> noise = some_noise(100, 1);
   std::vector<double> late(100, 0.0);
   late[99] = 1;
-  EXPECT_THROW(add_noise(clip, std::vector<double>(100, 0.0), 1, all, 10), core::InputError);
-  EXPECT_THROW(add_noise(clip, late, 1, {0, 50}, 10), core::InputError);
-  EXPECT_THROW(add_noise(clip, noise, 1, {}, 10), core::InputError);
-  EXPECT_THROW(add_noise(clip, some_noise(99, 1), 1, all, 10), core::InputError);
-  EXPECT_THROW(add_noise(clip, noise, 1, {0, 101}, 10), core::InputError);
-  EXPECT_THROW(add_noise(clip, noise, 1, all, -800), core::InputError);
+  EXPECT_THROW(recording::add_noise(clip, std::vector<double>(100, 0.0), 1, all, 10),
+               core::InputError);
+  EXPECT_THROW(recording::add_noise(clip, late, 1, {0, 50}, 10), core::InputError);
+  EXPECT_THROW(recording::add_noise(clip, noise, 1, {}, 10), core::InputError);
+  EXPECT_THROW(recording::add_noise(clip, some_noise(99, 1), 1, all, 10), core::InputError);
+  EXPECT_THROW(recording::add_noise(clip, noise, 1, {0, 101}, 10), core::InputError);
+  EXPECT_THROW(recording::add_noise(clip, noise, 1, all, -800), core::InputError);
   EXPECT_EQ(clip, std::vector<float>(100, 0.5F));
   std::vector<float> silent(100, 0.0F);
-  EXPECT_THROW(add_noise(silent, noise, 1, all, 10), core::InputError);
+  EXPECT_THROW(recording::add_noise(silent, noise, 1, all, 10), core::InputError);
 }
 
 }  // namespace

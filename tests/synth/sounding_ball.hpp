@@ -9,14 +9,14 @@
 
 namespace carillon::synth {
 
-inline const std::vector<MovingBody> kStill(2);
+inline const std::vector<motion::MovingBody> kStill(2);
 inline constexpr double kRate = 44100, kRadius = 0.05, kPi = std::numbers::pi;
 
 /// A ball whose surface moves as Legendre's polynomial of an order at some frequencies.
 struct Ball {
-  solvers::Modes modes;
-  SourceField field;
-  SoundingBody body;
+  solvers::modes::Modes modes;
+  radiation::SourceField field;
+  motion::SoundingBody body;
 
   Ball(int order, const std::vector<double>& frequencies, double decay_rate)
       : modes(sphere_modes(curved_sphere(kRadius, Vec3::Zero(), 4, 3), kRadius, order,
@@ -30,22 +30,22 @@ struct Ball {
   Ball& operator=(const Ball&) = delete;
 
   static std::vector<double> ka_of(std::vector<double> frequencies) {
-    for (double& value : frequencies) value *= 2 * kPi * kRadius / kSoundSpeed;
+    for (double& value : frequencies) value *= 2 * kPi * kRadius / modal::kSoundSpeed;
     return frequencies;
   }
-  static EquivalentSources fit(const solvers::Modes& modes) {
-    EquivalentSourcesOptions options;
+  static radiation::EquivalentSources fit(const solvers::modes::Modes& modes) {
+    radiation::EquivalentSourcesOptions options;
     options.least = options.most = 100;
-    return fit_equivalent_sources(modes, options);
+    return radiation::fit_equivalent_sources(modes, options);
   }
 };
 
-inline Pose at(const Vec3& origin) {
+inline motion::Pose at(const Vec3& origin) {
   return {Eigen::Quaterniond::Identity(), origin};
 }
 
-inline Impact blow(double time, const Vec3& point, const Vec3& impulse, double duration) {
-  Impact impact;
+inline motion::Impact blow(double time, const Vec3& point, const Vec3& impulse, double duration) {
+  motion::Impact impact;
   impact.time = time;
   impact.bodies = {0, 1};
   impact.points = {point, point};

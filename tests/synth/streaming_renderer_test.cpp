@@ -1,4 +1,4 @@
-#include "synth/streaming_renderer.hpp"
+#include "synth/modal/streaming_renderer.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -21,12 +21,12 @@ struct PlannedBlow {
   std::size_t body;
   double time;
   double impulse;
-  ContactForce force;
+  modal::ContactForce force;
 };
 
 /// Bodies of every kind: rising numbers of modes, and some near and beyond critical damping.
-std::vector<RingDown> bodies(bool pressure) {
-  std::vector<RingDown> all;
+std::vector<modal::RingDown> bodies(bool pressure) {
+  std::vector<modal::RingDown> all;
   for (unsigned i = 0; i < 3; ++i) {
     all.push_back(random_rings(7 + 20 * int(i), 40 + i, pressure));
     all[i].decay_rates[1] = std::sqrt(all[i].eigenvalues[1]) * (0.999 + 0.001 * i);
@@ -35,11 +35,12 @@ std::vector<RingDown> bodies(bool pressure) {
   return all;
 }
 
-std::vector<float> stream(const std::vector<RingDown>& all, const std::vector<PlannedBlow>& blows,
+std::vector<float> stream(const std::vector<modal::RingDown>& all,
+                          const std::vector<PlannedBlow>& blows,
                           const std::vector<std::size_t>& sizes, std::size_t count) {
   const std::size_t rows = all[0].readout.delays.size();
-  StreamingRenderer renderer(rows, kRate);
-  for (const RingDown& rings : all) {
+  modal::StreamingRenderer renderer(rows, kRate);
+  for (const modal::RingDown& rings : all) {
     renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   }
   std::vector<float> out(rows * count);
@@ -66,14 +67,14 @@ std::vector<float> stream(const std::vector<RingDown>& all, const std::vector<Pl
 }
 
 /// Every blow by synthesize(), its time as a delay, added up.
-std::vector<double> offline(const std::vector<RingDown>& all, const std::vector<PlannedBlow>& blows,
-                            std::size_t count) {
+std::vector<double> offline(const std::vector<modal::RingDown>& all,
+                            const std::vector<PlannedBlow>& blows, std::size_t count) {
   std::vector<double> sum(all[0].readout.delays.size() * count, 0.0);
   for (const PlannedBlow& blow : blows) {
-    RingDown rings = all[blow.body];
+    modal::RingDown rings = all[blow.body];
     rings.excitation *= blow.impulse;
     for (double& delay : rings.readout.delays) delay += blow.time;
-    const auto sound = synthesize(rings, blow.force, kRate, count);
+    const auto sound = modal::synthesize(rings, blow.force, kRate, count);
     for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += double(sound[n]);
   }
   return sum;
@@ -82,7 +83,7 @@ std::vector<double> offline(const std::vector<RingDown>& all, const std::vector<
 // Blocks of any size; blows at any time, on bodies that ring, during contacts of others.
 TEST(StreamingRenderer, IsTheOfflineSumTo120DecibelsWhateverTheBlocks) {
   constexpr std::size_t kCount = 6000;
-  ContactForce burst{4e-3, {}};
+  modal::ContactForce burst{4e-3, {}};
   for (int i = 0; i < 150; ++i) burst.samples.push_back(300 * std::sin(i * i * 0.7));
   for (const bool pressure : {false, true}) {
     const auto all = bodies(pressure);
@@ -135,10 +136,10 @@ TEST(StreamingRenderer, BlowsAddUp) {
 
 // Strikes one after the other are one strike, later and again.
 TEST(StreamingRenderer, RepeatsAStrike) {
-  const RingDown rings = random_rings(20, 8, true);
+  const modal::RingDown rings = random_rings(20, 8, true);
   constexpr double kInterval = 0.0312345;
   const std::vector<double> times = {kInterval, 0, 2 * kInterval};
-  const auto sound = synthesize_blows(rings, {1e-3}, times, kRate, 6000);
+  const auto sound = modal::synthesize_blows(rings, {1e-3}, times, kRate, 6000);
   std::vector<PlannedBlow> blows;
   for (const double time : times) blows.push_back({0, time, 1, {1e-3}});
   const auto expected = offline({rings}, blows, 6000);
@@ -151,16 +152,16 @@ TEST(StreamingRenderer, RepeatsAStrike) {
 
 // What rings points into its body: it may move, also as others join, but not be copied.
 TEST(StreamingRenderer, RingsOnWhereItIsMoved) {
-  static_assert(!std::is_copy_constructible_v<StreamingRenderer>);
-  static_assert(!std::is_copy_assignable_v<StreamingRenderer>);
+  static_assert(!std::is_copy_constructible_v<modal::StreamingRenderer>);
+  static_assert(!std::is_copy_assignable_v<modal::StreamingRenderer>);
   const auto all = bodies(false);
   const auto sound = [&](bool moved) {
-    StreamingRenderer renderer(1, kRate);
-    const auto add = [&](const RingDown& rings) {
+    modal::StreamingRenderer renderer(1, kRate);
+    const auto add = [&](const modal::RingDown& rings) {
       renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
     };
     if (!moved) {
-      for (const RingDown& rings : all) add(rings);
+      for (const modal::RingDown& rings : all) add(rings);
     } else {
       add(all[0]);
     }
@@ -170,9 +171,9 @@ TEST(StreamingRenderer, RingsOnWhereItIsMoved) {
     if (moved) {
       add(all[1]);
       add(all[2]);
-      auto elsewhere = std::make_unique<StreamingRenderer>(std::move(renderer));
+      auto elsewhere = std::make_unique<modal::StreamingRenderer>(std::move(renderer));
       elsewhere->render(std::span(out).subspan(1000, 1000));
-      StreamingRenderer assigned(1, kRate);
+      modal::StreamingRenderer assigned(1, kRate);
       assigned = std::move(*elsewhere);
       elsewhere.reset();
       assigned.render(std::span(out).last(1000));
@@ -186,8 +187,8 @@ TEST(StreamingRenderer, RingsOnWhereItIsMoved) {
 }
 
 TEST(StreamingRenderer, SilenceCostsNothing) {
-  const RingDown rings = random_rings(60, 3, false);
-  StreamingRenderer renderer(1, kRate);
+  const modal::RingDown rings = random_rings(60, 3, false);
+  modal::StreamingRenderer renderer(1, kRate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   EXPECT_EQ(renderer.voices(), 0U);
   renderer.strike(0, rings.excitation, {1e-3});
@@ -203,8 +204,8 @@ TEST(StreamingRenderer, SilenceCostsNothing) {
 // Blows for ever: neither voices nor memory grow, and rendering allocates nothing.
 TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
   const auto all = bodies(true);
-  StreamingRenderer renderer(2, kRate);
-  for (const RingDown& rings : all) {
+  modal::StreamingRenderer renderer(2, kRate);
+  for (const modal::RingDown& rings : all) {
     renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   }
   std::vector<float> block(2 * 256);
@@ -219,16 +220,16 @@ TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
   }
   EXPECT_EQ(test::allocated().times, before);
   std::size_t partials = 0;
-  for (const RingDown& rings : all) partials += 2 * (rings.eigenvalues.size() + 1);
+  for (const modal::RingDown& rings : all) partials += 2 * (rings.eigenvalues.size() + 1);
   EXPECT_LE(most, partials);
 }
 
 TEST(StreamingRenderer, RefusesWhatCannotBe) {
-  EXPECT_THROW(StreamingRenderer(0, kRate), core::InputError);
-  EXPECT_THROW(StreamingRenderer(1, 0), core::InputError);
-  StreamingRenderer renderer(2, kRate);
-  const RingDown mono = random_rings(4, 1, false);
-  const RingDown rings = random_rings(4, 1, true);
+  EXPECT_THROW(modal::StreamingRenderer(0, kRate), core::InputError);
+  EXPECT_THROW(modal::StreamingRenderer(1, 0), core::InputError);
+  modal::StreamingRenderer renderer(2, kRate);
+  const modal::RingDown mono = random_rings(4, 1, false);
+  const modal::RingDown rings = random_rings(4, 1, true);
   EXPECT_THROW(renderer.add_body(mono.eigenvalues, mono.decay_rates, mono.readout),
                core::InputError);
   EXPECT_THROW(renderer.add_body(rings.eigenvalues, {}, rings.readout), core::InputError);

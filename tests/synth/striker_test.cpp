@@ -1,6 +1,6 @@
 // Hertz's contact against the equation of motion and closed forms, the pulse that stands for it,
 // and the noise burst.
-#include "synth/striker.hpp"
+#include "synth/contact/striker.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -14,8 +14,8 @@
 
 #include "core/error.hpp"
 #include "curved_bodies.hpp"
-#include "synth/hertz_pulse.hpp"
-#include "synth/noise_burst.hpp"
+#include "synth/contact/hertz_pulse.hpp"
+#include "synth/contact/noise_burst.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -23,10 +23,10 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-Striker steel_ball() {
+contact::Striker steel_ball() {
   return {"ball", 0.01, 0.006, 2e11, 0.29, 1.0, ""};
 }
-StruckBody glass_block() {
+contact::StruckBody glass_block() {
   return {0.5, 6.2e10, 0.2, 0};
 }
 
@@ -80,13 +80,14 @@ double magnitude(const std::vector<double>& times, const std::vector<double>& fo
 
 TEST(Hertz, ConstantIsThatOfTheTables) {
   // Johnson, Contact Mechanics, eq. 11.24: 2.87, and 2.94 in terms of the deepest approach.
-  EXPECT_NEAR(hertz_constant(), 2.868, 5e-4);
-  EXPECT_NEAR(hertz_constant() / std::pow(15.0 / 16, 0.4), 2.9433, 5e-5);
+  EXPECT_NEAR(contact::hertz_constant(), 2.868, 5e-4);
+  EXPECT_NEAR(contact::hertz_constant() / std::pow(15.0 / 16, 0.4), 2.9433, 5e-5);
 }
 
 TEST(Hertz, AgreesWithTheEquationOfMotion) {
   for (const double speed : {0.01, 1.0, 20.0}) {
-    const HertzContact contact = hertz_contact(steel_ball(), glass_block(), speed);
+    const contact::HertzContact contact =
+        contact::hertz_contact(steel_ball(), glass_block(), speed);
     const Course course = integrate(contact.mass, contact.radius, contact.modulus, speed);
     EXPECT_NEAR(contact.duration / course.duration, 1, 1e-5);
     EXPECT_NEAR(contact.approach / course.approach, 1, 1e-6);
@@ -96,69 +97,73 @@ TEST(Hertz, AgreesWithTheEquationOfMotion) {
 }
 
 TEST(Hertz, CombinesMassesRadiiAndModuli) {
-  const Striker striker = steel_ball();
-  StruckBody body = glass_block();
+  const contact::Striker striker = steel_ball();
+  contact::StruckBody body = glass_block();
   body.curvature = 1 / 0.018;
-  const HertzContact contact = hertz_contact(striker, body, 1);
+  const contact::HertzContact contact = contact::hertz_contact(striker, body, 1);
   EXPECT_NEAR(contact.mass, 0.01 * 0.5 / 0.51, 1e-15);
   EXPECT_NEAR(contact.radius, 0.0045, 1e-15);
   EXPECT_NEAR(1 / contact.modulus, (1 - 0.29 * 0.29) / 2e11 + (1 - 0.04) / 6.2e10, 1e-24);
 }
 
 TEST(Hertz, ARestitutionTakesFromTheReboundOnly) {
-  Striker striker = steel_ball();
-  const double elastic = hertz_contact(striker, glass_block(), 2).impulse;
+  contact::Striker striker = steel_ball();
+  const double elastic = contact::hertz_contact(striker, glass_block(), 2).impulse;
   striker.restitution = 0;
-  EXPECT_DOUBLE_EQ(hertz_contact(striker, glass_block(), 2).impulse, elastic / 2);
+  EXPECT_DOUBLE_EQ(contact::hertz_contact(striker, glass_block(), 2).impulse, elastic / 2);
 }
 
 TEST(Hertz, ABodyHeldFastMovesTheStrikerOnly) {
-  StruckBody body = glass_block();
+  contact::StruckBody body = glass_block();
   body.mass = kInfinite;
-  EXPECT_DOUBLE_EQ(hertz_contact(steel_ball(), body, 1).mass, 0.01);
+  EXPECT_DOUBLE_EQ(contact::hertz_contact(steel_ball(), body, 1).mass, 0.01);
 }
 
 TEST(Hertz, StrikersOrderByHardness) {
   double last = 0;
   for (const char* name : {"metal", "wood", "rubber", "finger"}) {
-    const double duration = hertz_contact(preset_striker(name), glass_block(), 1).duration;
+    const double duration =
+        contact::hertz_contact(contact::preset_striker(name), glass_block(), 1).duration;
     EXPECT_GT(duration, last) << name;
     last = duration;
   }
-  EXPECT_THROW(preset_striker("rubbr"), core::InputError);
+  EXPECT_THROW(contact::preset_striker("rubbr"), core::InputError);
 }
 
 RC_GTEST_PROP(Hertz, TimeFollowsItsPowers, ()) {
   const auto power = [](int from, int to) {
     return std::pow(10.0, *rc::gen::inRange(from * 100, to * 100) / 100.0);
   };
-  Striker striker = steel_ball();
+  contact::Striker striker = steel_ball();
   striker.mass = power(-6, 3);
-  StruckBody body = glass_block();
+  contact::StruckBody body = glass_block();
   body.mass = kInfinite;
   const double speed = power(-3, 2), factor = power(0, 2);
-  const double before = hertz_contact(striker, body, speed).duration;
-  RC_ASSERT(std::abs(hertz_contact(striker, body, speed * factor).duration / before *
+  const double before = contact::hertz_contact(striker, body, speed).duration;
+  RC_ASSERT(std::abs(contact::hertz_contact(striker, body, speed * factor).duration / before *
                          std::pow(factor, 0.2) -
                      1) < 1e-12);
   striker.mass *= factor;
-  RC_ASSERT(std::abs(hertz_contact(striker, body, speed).duration / before / std::pow(factor, 0.4) -
+  RC_ASSERT(std::abs(contact::hertz_contact(striker, body, speed).duration / before /
+                         std::pow(factor, 0.4) -
                      1) < 1e-12);
 }
 
 TEST(Hertz, RefusesWhatIsNotPhysical) {
-  const StruckBody body = glass_block();
-  for (const auto& change : std::vector<void (*)(Striker&)>{
-           [](Striker& s) { s.mass = 0; }, [](Striker& s) { s.radius = -1; },
-           [](Striker& s) { s.youngs_modulus = 0; }, [](Striker& s) { s.poisson_ratio = 0.6; },
-           [](Striker& s) { s.restitution = 1.1; }, [](Striker& s) { s.mass = std::nan(""); }}) {
-    Striker striker = steel_ball();
+  const contact::StruckBody body = glass_block();
+  for (const auto& change : std::vector<void (*)(contact::Striker&)>{
+           [](contact::Striker& s) { s.mass = 0; }, [](contact::Striker& s) { s.radius = -1; },
+           [](contact::Striker& s) { s.youngs_modulus = 0; },
+           [](contact::Striker& s) { s.poisson_ratio = 0.6; },
+           [](contact::Striker& s) { s.restitution = 1.1; },
+           [](contact::Striker& s) { s.mass = std::nan(""); }}) {
+    contact::Striker striker = steel_ball();
     change(striker);
-    EXPECT_THROW(hertz_contact(striker, body, 1), core::InputError);
+    EXPECT_THROW(contact::hertz_contact(striker, body, 1), core::InputError);
   }
-  EXPECT_THROW(hertz_contact(steel_ball(), body, -1), core::InputError);
-  EXPECT_THROW(hertz_contact(steel_ball(), body, kInfinite), core::InputError);
-  EXPECT_THROW(hertz_contact(steel_ball(), {0, 1e9, 0.3, 0}, 1), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(steel_ball(), body, -1), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(steel_ball(), body, kInfinite), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(steel_ball(), {0, 1e9, 0.3, 0}, 1), core::InputError);
 }
 
 TEST(Curvature, OfASphereIsOneOverItsRadius) {
@@ -167,19 +172,21 @@ TEST(Curvature, OfASphereIsOneOverItsRadius) {
     for (const std::int32_t face : {0, 5, 17}) {
       for (const Eigen::Vector3d& at : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0.2, 0.3, 0.5),
                                         Eigen::Vector3d(0, 0.5, 0.5)}) {
-        EXPECT_NEAR(mean_curvature(surface, {face, at}) * 0.05, 1, order == 2 ? 0.15 : 0.02);
+        EXPECT_NEAR(contact::mean_curvature(surface, {face, at}) * 0.05, 1,
+                    order == 2 ? 0.15 : 0.02);
       }
     }
   }
   EXPECT_NEAR(
-      mean_curvature(curved_sphere(0.05, {0, 0, 0}, 3, 3, true), {3, {0.3, 0.3, 0.4}}) * 0.05, -1,
-      0.02);
-  EXPECT_EQ(mean_curvature(curved_sphere(0.05, {0, 0, 0}, 3, 1), {3, {0.3, 0.3, 0.4}}), 0);
+      contact::mean_curvature(curved_sphere(0.05, {0, 0, 0}, 3, 3, true), {3, {0.3, 0.3, 0.4}}) *
+          0.05,
+      -1, 0.02);
+  EXPECT_EQ(contact::mean_curvature(curved_sphere(0.05, {0, 0, 0}, 3, 1), {3, {0.3, 0.3, 0.4}}), 0);
 }
 
 TEST(Pulse, TheRaisedCosineDiffersFromHertzByWhatTheDocsSay) {
   // docs/sound/strikes.md: spectra of unit impulse and equal duration.
-  const HertzContact contact = hertz_contact(steel_ball(), glass_block(), 1);
+  const contact::HertzContact contact = contact::hertz_contact(steel_ball(), glass_block(), 1);
   const Course course = integrate(contact.mass, contact.radius, contact.modulus, 1);
   const double T = course.duration;
   std::vector<double> cosine, power;
@@ -208,9 +215,9 @@ TEST(Pulse, TheRaisedCosineDiffersFromHertzByWhatTheDocsSay) {
 }
 
 TEST(Pulse, OfHertzFollowsTheEquationOfMotion) {
-  const HertzContact contact = hertz_contact(steel_ball(), glass_block(), 1);
+  const contact::HertzContact contact = contact::hertz_contact(steel_ball(), glass_block(), 1);
   const Course course = integrate(contact.mass, contact.radius, contact.modulus, 1);
-  const ContactForce pulse = hertz_pulse(course.duration);
+  const modal::ContactForce pulse = contact::hertz_pulse(course.duration);
   const double pieces = static_cast<double>(pulse.samples.size() - 1);
   for (std::size_t n = 0; n < course.times.size(); n += 97) {
     const double at = course.times[n] / course.duration * pieces;
@@ -219,25 +226,25 @@ TEST(Pulse, OfHertzFollowsTheEquationOfMotion) {
     const double force = (1 - share) * pulse.samples[k] + share * pulse.samples[k + 1];
     EXPECT_NEAR(contact.impulse * force, course.forces[n], 6e-4 * course.peak) << n;
   }
-  EXPECT_NEAR(impulse_of(pulse), 1, 1e-12);
+  EXPECT_NEAR(modal::impulse_of(pulse), 1, 1e-12);
   // F_max T / (2 m v) = 5/8 x 2.9433; straight pieces have a little less area than the curve.
-  EXPECT_NEAR(peak_of(pulse) * course.duration, 0.625 * 2.94327, 2e-4);
-  EXPECT_EQ(hertz_pulse(0).samples.size(), 0u);
-  EXPECT_THROW(hertz_pulse(-1), core::InputError);
-  EXPECT_THROW(hertz_pulse(1e-320), core::InputError);
+  EXPECT_NEAR(modal::peak_of(pulse) * course.duration, 0.625 * 2.94327, 2e-4);
+  EXPECT_EQ(contact::hertz_pulse(0).samples.size(), 0u);
+  EXPECT_THROW(contact::hertz_pulse(-1), core::InputError);
+  EXPECT_THROW(contact::hertz_pulse(1e-320), core::InputError);
 }
 
 TEST(ContactForce, KnowsItsImpulseAndPeak) {
-  EXPECT_EQ(impulse_of({1e-3, {}}), 1);
-  EXPECT_DOUBLE_EQ(peak_of({1e-3, {}}), 2000);
-  EXPECT_EQ(peak_of({}), kInfinite);
-  EXPECT_DOUBLE_EQ(impulse_of({2, {1, -4, 3}}), -2);
-  EXPECT_EQ(peak_of({2, {1, -4, 3}}), 4);
+  EXPECT_EQ(modal::impulse_of({1e-3, {}}), 1);
+  EXPECT_DOUBLE_EQ(modal::peak_of({1e-3, {}}), 2000);
+  EXPECT_EQ(modal::peak_of({}), kInfinite);
+  EXPECT_DOUBLE_EQ(modal::impulse_of({2, {1, -4, 3}}), -2);
+  EXPECT_EQ(modal::peak_of({2, {1, -4, 3}}), 4);
 }
 
 /// |Fourier transform| squared of a force of straight pieces, by the trapezium rule on its samples
 /// and the transform of a hat.
-double spectrum(const ContactForce& force, double f) {
+double spectrum(const modal::ContactForce& force, double f) {
   const double step = force.duration / static_cast<double>(force.samples.size() - 1);
   std::complex<double> sum = 0;
   for (std::size_t n = 0; n < force.samples.size(); ++n) {
@@ -249,30 +256,31 @@ double spectrum(const ContactForce& force, double f) {
 }
 
 TEST(NoiseBurst, HasHinersTimesAndCutoffs) {
-  EXPECT_DOUBLE_EQ(burst_attack({0, 0}), 0.011);
-  EXPECT_NEAR(burst_attack({1, 0}), 0.001, 1e-15);
-  EXPECT_DOUBLE_EQ(burst_cutoff({0, 0}), 10000);
-  EXPECT_DOUBLE_EQ(burst_cutoff({0, 1}), 500);
+  EXPECT_DOUBLE_EQ(contact::burst_attack({0, 0}), 0.011);
+  EXPECT_NEAR(contact::burst_attack({1, 0}), 0.001, 1e-15);
+  EXPECT_DOUBLE_EQ(contact::burst_cutoff({0, 0}), 10000);
+  EXPECT_DOUBLE_EQ(contact::burst_cutoff({0, 1}), 500);
 }
 
 TEST(NoiseBurst, ExcitesLikeAnIdealBlowOnAverageBelowTheCutoff) {
   // Mean over draws against the Butterworth response |H|^2 = 1 / (1 + (f / fc)^6), the bilinear
   // transform's warping and the hat of straight pieces included.
   const double fs = 44100;
-  const NoiseBurst burst{0.9, 0.6};
+  const contact::NoiseBurst burst{0.9, 0.6};
   const std::vector<double> frequencies = {100, 1000, 3000, 4300, 8000};
   std::vector<double> mean(frequencies.size(), 0.0);
   const int draws = 1500;
   for (int k = 0; k < draws; ++k) {
     core::RandomStream random(1, static_cast<std::uint64_t>(k), "burst");
-    const ContactForce force = noise_burst(burst, fs, random);
+    const modal::ContactForce force = contact::noise_burst(burst, fs, random);
     for (std::size_t i = 0; i < mean.size(); ++i) {
       mean[i] += spectrum(force, frequencies[i]) / draws;
     }
   }
   for (std::size_t i = 0; i < mean.size(); ++i) {
     const double f = frequencies[i];
-    const double warped = std::tan(kPi * f / fs) / std::tan(kPi * burst_cutoff(burst) / fs);
+    const double warped =
+        std::tan(kPi * f / fs) / std::tan(kPi * contact::burst_cutoff(burst) / fs);
     const double hat = std::pow(std::sin(kPi * f / fs) / (kPi * f / fs), 4);
     // Each draw's power is exponentially distributed: its mean over 1500 has 2.6 %.
     EXPECT_NEAR(mean[i] / (hat / (1 + std::pow(warped, 6))), 1, 0.13) << f;
@@ -281,7 +289,7 @@ TEST(NoiseBurst, ExcitesLikeAnIdealBlowOnAverageBelowTheCutoff) {
 
 TEST(NoiseBurst, LastsTwiceTheRiseAndTheFiltersRing) {
   core::RandomStream random(0, 0, "burst");
-  const ContactForce force = noise_burst({0.5, 0.0}, 44100, random);
+  const modal::ContactForce force = contact::noise_burst({0.5, 0.0}, 44100, random);
   EXPECT_NEAR(force.duration, 0.012 + std::log(1e6) / (kPi * 10000), 3 / 44100.0);
   EXPECT_EQ(force.samples.front(), 0);
   EXPECT_EQ(force.samples.back(), 0);
@@ -290,16 +298,16 @@ TEST(NoiseBurst, LastsTwiceTheRiseAndTheFiltersRing) {
 
 TEST(NoiseBurst, IsAFunctionOfItsStream) {
   core::RandomStream first(3, 4, "burst"), again(3, 4, "burst"), other(3, 5, "burst");
-  const auto force = noise_burst({}, 44100, first).samples;
-  EXPECT_EQ(force, noise_burst({}, 44100, again).samples);
-  EXPECT_NE(force, noise_burst({}, 44100, other).samples);
+  const auto force = contact::noise_burst({}, 44100, first).samples;
+  EXPECT_EQ(force, contact::noise_burst({}, 44100, again).samples);
+  EXPECT_NE(force, contact::noise_burst({}, 44100, other).samples);
 }
 
 TEST(NoiseBurst, RefusesWhatIsOutsideItsRange) {
   core::RandomStream random(0, 0, "burst");
-  EXPECT_THROW(noise_burst({1.1, 0}, 44100, random), core::InputError);
-  EXPECT_THROW(noise_burst({0, std::nan("")}, 44100, random), core::InputError);
-  EXPECT_THROW(noise_burst({0, 0}, 0, random), core::InputError);
+  EXPECT_THROW(contact::noise_burst({1.1, 0}, 44100, random), core::InputError);
+  EXPECT_THROW(contact::noise_burst({0, std::nan("")}, 44100, random), core::InputError);
+  EXPECT_THROW(contact::noise_burst({0, 0}, 0, random), core::InputError);
 }
 
 }  // namespace

@@ -13,10 +13,10 @@
 #include <unsupported/Eigen/MatrixFunctions>
 #include <vector>
 
-#include "synth/diagonal_error.hpp"
-#include "synth/modal_response.hpp"
-#include "synth/ring_down.hpp"
-#include "synth/supports.hpp"
+#include "synth/modal/modal_response.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/support/diagonal_error.hpp"
+#include "synth/support/supports.hpp"
 
 namespace carillon::synth {
 
@@ -72,7 +72,7 @@ inline HeldModes random_held(int n, int contacts, double strength, unsigned seed
 inline std::vector<double> diagonal_rates(std::span<const double> decay_rates,
                                           const Eigen::MatrixXd& dashpots) {
   std::vector<double> rates(decay_rates.begin(), decay_rates.end());
-  add_support_damping(rates, dashpots.rowwise().squaredNorm(), 1, 1);
+  support::add_support_damping(rates, dashpots.rowwise().squaredNorm(), 1, 1);
   return rates;
 }
 
@@ -105,13 +105,13 @@ inline std::vector<Eigen::VectorXd> exact_states(const HeldModes& held,
 }
 
 /// Rows of a ring-down at a time, in double precision.
-inline Eigen::VectorXd value_at(const RingDown& rings, double contact_time, double t) {
-  const Readout& readout = rings.readout;
+inline Eigen::VectorXd value_at(const modal::RingDown& rings, double contact_time, double t) {
+  const modal::Readout& readout = rings.readout;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(readout.delays.size()));
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
-    const ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], contact_time);
-    const ModalMotion motion =
+    const modal::ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], contact_time);
+    const modal::ModalMotion motion =
         t <= contact_time ? response.during_contact(t) : response.after_contact(t - contact_time);
     const auto add = [&](const Eigen::MatrixXd& gains, double value) {
       if (gains.size() > 0) sum += rings.excitation[column] * value * gains.col(column);
@@ -154,7 +154,7 @@ inline std::vector<std::complex<double>> eigenvalues_of(const Eigen::MatrixXd& m
 }
 
 /// One line for people.
-inline std::string describe(const DiagonalError& error) {
+inline std::string describe(const support::DiagonalError& error) {
   if (error.matched == 0) {
     return fmt::format("diagonal damping: none of {} modes can be compared", error.modes);
   }

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/outer_surface.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
+#include "synth/surface/outer_surface.hpp"
 #include "tests/synth/curved_bodies.hpp"
 
 namespace carillon::synth {
@@ -16,9 +16,9 @@ constexpr double kPi = std::numbers::pi;
 
 TEST(FacePieces, TileTheFaceWithItsOrientation) {
   for (int order = 1; order <= 4; ++order) {
-    const auto pieces = face_pieces(order);
+    const auto pieces = surface::face_pieces(order);
     ASSERT_EQ(pieces.size(), std::size_t(order * order));
-    for (const FacePiece& piece : pieces) {
+    for (const surface::FacePiece& piece : pieces) {
       const auto& [a, b, c] = piece.corners;
       const double area = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1]);
       EXPECT_NEAR(area, 1.0 / (order * order), 1e-14);
@@ -35,7 +35,7 @@ TEST(FrameAt, FollowsTheCurvedSphere) {
     for (std::int32_t face = 0; face < 72; ++face) {
       for (const Eigen::Vector3d& b : {Eigen::Vector3d(0.2, 0.5, 0.3), Eigen::Vector3d(1, 0, 0),
                                        Eigen::Vector3d(0, 0.5, 0.5)}) {
-        const PointFrame frame = frame_at(surface, {face, b});
+        const modal::PointFrame frame = modal::frame_at(surface, {face, b});
         const Vec3 radial = frame.position - centre;
         worst_radius = std::max(worst_radius, std::abs(radial.norm() / 0.05 - 1));
         worst_normal = std::max(worst_normal, (frame.normal - radial.normalized()).norm());
@@ -51,18 +51,18 @@ TEST(FrameAt, FollowsTheCurvedSphere) {
 
 TEST(FrameAt, RefusesPointsThatAreNone) {
   const auto surface = curved_sphere(1, Vec3::Zero(), 1, 2);
-  EXPECT_THROW(frame_at(surface, {8, {1, 0, 0}}), core::InputError);
-  EXPECT_THROW(frame_at(surface, {-1, {1, 0, 0}}), core::InputError);
-  EXPECT_THROW(frame_at(surface, {0, {0.5, 0.6, 0}}), core::InputError);
-  EXPECT_THROW(frame_at(surface, {0, {1.5, -0.5, 0}}), core::InputError);
-  EXPECT_THROW(frame_at(surface, {0, {std::nan(""), 0, 0}}), core::InputError);
+  EXPECT_THROW(modal::frame_at(surface, {8, {1, 0, 0}}), core::InputError);
+  EXPECT_THROW(modal::frame_at(surface, {-1, {1, 0, 0}}), core::InputError);
+  EXPECT_THROW(modal::frame_at(surface, {0, {0.5, 0.6, 0}}), core::InputError);
+  EXPECT_THROW(modal::frame_at(surface, {0, {1.5, -0.5, 0}}), core::InputError);
+  EXPECT_THROW(modal::frame_at(surface, {0, {std::nan(""), 0, 0}}), core::InputError);
 }
 
 TEST(OuterHull, IntegratesExactlyOverCurvedFaces) {
   const Vec3 centre(5, 2, -3);
   for (int order = 1; order <= 4; ++order) {
     const auto surface = curved_sphere(0.1, centre, 3, order);
-    const OuterHull hull = outer_hull(surface);
+    const surface::OuterHull hull = surface::outer_hull(surface);
     // The integral of n over a closed surface is zero; that of x . n is three times the volume.
     Vec3 sum = Vec3::Zero();
     double volume = 0;
@@ -78,7 +78,7 @@ TEST(OuterHull, IntegratesExactlyOverCurvedFaces) {
     for (std::int32_t face = 0; face < 72; ++face) {
       const auto at = [&](int i, int j) -> Vec3 {
         const Eigen::Vector3d b(kCuts - i - j, i, j);
-        return frame_at(surface, {face, b / kCuts}).position - centre;
+        return modal::frame_at(surface, {face, b / kCuts}).position - centre;
       };
       for (int i = 0; i < kCuts; ++i) {
         for (int j = 0; i + j < kCuts; ++j) {
@@ -99,40 +99,40 @@ TEST(OuterHull, IntegratesExactlyOverCurvedFaces) {
 }
 
 TEST(SurfaceSampler, AreaTendsToTheSpheres) {
-  const SurfaceSampler coarse(curved_sphere(0.1, Vec3::Zero(), 4, 2));
-  const SurfaceSampler fine(curved_sphere(0.1, Vec3::Zero(), 8, 2));
+  const modal::SurfaceSampler coarse(curved_sphere(0.1, Vec3::Zero(), 4, 2));
+  const modal::SurfaceSampler fine(curved_sphere(0.1, Vec3::Zero(), 8, 2));
   const double exact = 4 * kPi * 0.01;
   EXPECT_LT(coarse.area(), exact);
   EXPECT_NEAR((exact - coarse.area()) / (exact - fine.area()), 4, 0.3);
 }
 
 TEST(SurfaceSampler, LeavesOutCavities) {
-  solvers::ModeSurface shell = curved_sphere(0.1, Vec3(1, 0, 0), 3, 2);
-  const double outer_area = SurfaceSampler(shell).area();
+  solvers::modes::ModeSurface shell = curved_sphere(0.1, Vec3(1, 0, 0), 3, 2);
+  const double outer_area = modal::SurfaceSampler(shell).area();
   append(shell, curved_sphere(0.09, Vec3(1, 0, 0), 3, 2, true));
   // A second body beside it counts.
   append(shell, curved_sphere(0.02, Vec3(2, 0, 0), 3, 2));
-  const SurfaceSampler sampler(shell);
+  const modal::SurfaceSampler sampler(shell);
   EXPECT_NEAR(sampler.area(), outer_area * (1 + 0.04), 1e-12);
   core::RandomStream random(1, 2, "test");
   for (int i = 0; i < 500; ++i) {
-    const Vec3 position = frame_at(shell, sampler.sample(random)).position;
+    const Vec3 position = modal::frame_at(shell, sampler.sample(random)).position;
     const double big = (position - Vec3(1, 0, 0)).norm();
     EXPECT_TRUE(std::abs(big - 0.1) < 1e-3 || (position - Vec3(2, 0, 0)).norm() < 0.0201);
   }
-  const SurfacePoint from_inside = sampler.nearest({1, 0, 0.08});
-  EXPECT_NEAR(frame_at(shell, from_inside).position.z(), 0.1, 2e-3);
+  const modal::SurfacePoint from_inside = sampler.nearest({1, 0, 0.08});
+  EXPECT_NEAR(modal::frame_at(shell, from_inside).position.z(), 0.1, 2e-3);
 }
 
 TEST(SurfaceSampler, IsUniformByArea) {
   // On a sphere every coordinate is uniform (Archimedes).
   const auto surface = curved_sphere(1, Vec3::Zero(), 3, 3);
-  const SurfaceSampler sampler(surface);
+  const modal::SurfaceSampler sampler(surface);
   core::RandomStream random(7, 0, "uniform");
   constexpr int kBins = 10, kSamples = 20000;
   std::array<std::array<int, kBins>, 3> counts{};
   for (int i = 0; i < kSamples; ++i) {
-    const Vec3 p = frame_at(surface, sampler.sample(random)).position;
+    const Vec3 p = modal::frame_at(surface, sampler.sample(random)).position;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       const int bin = std::clamp(int((p[axis] + 1) / 2 * kBins), 0, kBins - 1);
       ++counts[std::size_t(axis)][std::size_t(bin)];
@@ -146,10 +146,10 @@ TEST(SurfaceSampler, IsUniformByArea) {
 }
 
 TEST(SurfaceSampler, SameStreamSamePoints) {
-  const SurfaceSampler sampler(curved_sphere(1, Vec3::Zero(), 2, 2));
+  const modal::SurfaceSampler sampler(curved_sphere(1, Vec3::Zero(), 2, 2));
   core::RandomStream one(3, 4, "strike"), two(3, 4, "strike");
   for (int i = 0; i < 10; ++i) {
-    const SurfacePoint a = sampler.sample(one), b = sampler.sample(two);
+    const modal::SurfacePoint a = sampler.sample(one), b = sampler.sample(two);
     EXPECT_EQ(a.face, b.face);
     EXPECT_EQ(a.barycentric, b.barycentric);
   }
@@ -157,30 +157,32 @@ TEST(SurfaceSampler, SameStreamSamePoints) {
 
 TEST(SurfaceSampler, NearestIsNearest) {
   const auto surface = curved_sphere(1, Vec3(0.2, 0, 0), 2, 1);
-  const SurfaceSampler sampler(surface);
+  const modal::SurfaceSampler sampler(surface);
   EXPECT_TRUE(rc::check("no sampled point is nearer", [&] {
     const auto coordinate = [] { return *rc::gen::inRange(-2000, 2000) * 1e-3; };
     const double x = coordinate(), y = coordinate(), z = coordinate();
     const Vec3 query(x, y, z);
-    const SurfacePoint nearest = sampler.nearest(query);
-    const double distance = (frame_at(surface, nearest).position - query).norm();
+    const modal::SurfacePoint nearest = sampler.nearest(query);
+    const double distance = (modal::frame_at(surface, nearest).position - query).norm();
     core::RandomStream random(std::uint64_t(1e6 * (x + 5)), 0, "nearest");
     for (int i = 0; i < 300; ++i) {
-      const double other = (frame_at(surface, sampler.sample(random)).position - query).norm();
+      const double other =
+          (modal::frame_at(surface, sampler.sample(random)).position - query).norm();
       RC_ASSERT(other >= distance - 1e-12);
     }
   }));
   // A point of the surface is its own nearest.
   core::RandomStream random(1, 1, "own");
   for (int i = 0; i < 50; ++i) {
-    const Vec3 position = frame_at(surface, sampler.sample(random)).position;
-    EXPECT_LT((frame_at(surface, sampler.nearest(position)).position - position).norm(), 1e-12);
+    const Vec3 position = modal::frame_at(surface, sampler.sample(random)).position;
+    EXPECT_LT((modal::frame_at(surface, sampler.nearest(position)).position - position).norm(),
+              1e-12);
   }
 }
 
 TEST(SurfaceSampler, NeedsAnOuterSurface) {
-  EXPECT_THROW(SurfaceSampler(solvers::ModeSurface{}), core::InputError);
-  EXPECT_THROW(SurfaceSampler(curved_sphere(1, Vec3::Zero(), 2, 2, true)), core::InputError);
+  EXPECT_THROW(modal::SurfaceSampler(solvers::modes::ModeSurface{}), core::InputError);
+  EXPECT_THROW(modal::SurfaceSampler(curved_sphere(1, Vec3::Zero(), 2, 2, true)), core::InputError);
 }
 
 }  // namespace

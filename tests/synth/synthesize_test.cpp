@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/ring_down.hpp"
+#include "synth/modal/ring_down.hpp"
 #include "tests/synth/random_rings.hpp"
 
 namespace carillon::synth {
@@ -16,9 +16,9 @@ using Real = long double;
 using Cplx = std::complex<long double>;
 constexpr Real kPi = std::numbers::pi_v<long double>;
 
-RingDown one_row(std::vector<double> lambda, std::vector<double> d, std::vector<double> gains,
-                 bool pressure = false) {
-  RingDown rings;
+modal::RingDown one_row(std::vector<double> lambda, std::vector<double> d,
+                        std::vector<double> gains, bool pressure = false) {
+  modal::RingDown rings;
   rings.excitation = Eigen::VectorXd::Ones(Eigen::Index(gains.size()));
   (pressure ? rings.readout.acceleration : rings.readout.velocity) =
       Eigen::Map<Eigen::RowVectorXd>(gains.data(), Eigen::Index(gains.size()));
@@ -35,8 +35,8 @@ double peak_of(const std::vector<float>& samples) {
 }
 
 /// The plain sum over modes in extended precision, straight from the two poles.
-std::vector<Real> plain_sum(const RingDown& rings, Eigen::Index row, double contact_time, double fs,
-                            std::size_t count) {
+std::vector<Real> plain_sum(const modal::RingDown& rings, Eigen::Index row, double contact_time,
+                            double fs, std::size_t count) {
   std::vector<Real> out(count, 0);
   const bool pressure = rings.readout.acceleration.size() > 0;
   const Eigen::MatrixXd& gains = pressure ? rings.readout.acceleration : rings.readout.velocity;
@@ -75,9 +75,9 @@ std::vector<Real> plain_sum(const RingDown& rings, Eigen::Index row, double cont
 TEST(Synthesize, IsThePlainSumToFloatPrecision) {
   for (const bool pressure : {false, true}) {
     for (const double contact_time : {0.0, 3e-4, 2.3e-3}) {
-      const RingDown rings = random_rings(29, 5, pressure);
+      const modal::RingDown rings = random_rings(29, 5, pressure);
       constexpr std::size_t kCount = 8000;
-      const std::vector<float> sound = synthesize(rings, {contact_time}, 44100, kCount);
+      const std::vector<float> sound = modal::synthesize(rings, {contact_time}, 44100, kCount);
       ASSERT_EQ(sound.size(), kCount * rings.readout.delays.size());
       for (std::size_t row = 0; row < rings.readout.delays.size(); ++row) {
         const auto expected = plain_sum(rings, Eigen::Index(row), contact_time, 44100, kCount);
@@ -101,12 +101,12 @@ TEST(Synthesize, IsThePlainSumToFloatPrecision) {
 TEST(Synthesize, MatchesThePlainSumTo120Decibels) {
   for (const int modes : {1, 60}) {
     for (const double contact_time : {0.0, 4e-3}) {
-      const RingDown rings = random_rings(modes, 17, false);
+      const modal::RingDown rings = random_rings(modes, 17, false);
       constexpr std::size_t kCount = 30000;
       const auto expected = plain_sum(rings, 0, contact_time, 44100, kCount);
       double peak = 0;
       for (const Real s : expected) peak = std::max(peak, std::abs(double(s)));
-      const auto sound = synthesize(rings, {contact_time}, 44100, kCount);
+      const auto sound = modal::synthesize(rings, {contact_time}, 44100, kCount);
       double worst = 0;
       for (std::size_t n = 0; n < kCount; ++n) {
         worst = std::max(worst, std::abs(double(sound[n]) - double(expected[n])));
@@ -118,11 +118,11 @@ TEST(Synthesize, MatchesThePlainSumTo120Decibels) {
 
 // Modes that have died away end, and what they could still have added stays within the bound.
 TEST(Synthesize, EndsInaudibleModes) {
-  RingDown rings = random_rings(40, 21, false);
+  modal::RingDown rings = random_rings(40, 21, false);
   for (double& d : rings.decay_rates) d *= 20;
   constexpr std::size_t kCount = 40000;
   const auto exact = plain_sum(rings, 0, 1e-3, 44100, kCount);
-  const auto sound = synthesize(rings, {1e-3}, 44100, kCount);
+  const auto sound = modal::synthesize(rings, {1e-3}, 44100, kCount);
   EXPECT_NE(exact.back(), 0);
   EXPECT_EQ(sound[kCount - 1], 0);
   double worst = 0, peak = 0;
@@ -130,7 +130,7 @@ TEST(Synthesize, EndsInaudibleModes) {
     worst = std::max(worst, std::abs(double(sound[n]) - double(exact[n])));
   }
   for (const Real value : exact) peak = std::max(peak, std::abs(double(value)));
-  EXPECT_LE(worst, kInaudible * peak + 1e-7 * peak);
+  EXPECT_LE(worst, modal::kInaudible * peak + 1e-7 * peak);
   EXPECT_GT(worst, 0);
 }
 
@@ -143,10 +143,10 @@ TEST(Synthesize, ContactIsAccurateOnBothSidesOfTheSplit) {
         2 * std::numbers::pi, 2 * std::numbers::pi + 0.00999, 2 * std::numbers::pi + 0.01001}) {
     for (const double d : {0.0, 0.5}) {
       const double omega = angle / kContact;
-      RingDown rings = one_row({omega * omega + d * d}, {d}, {1});
+      modal::RingDown rings = one_row({omega * omega + d * d}, {d}, {1});
       const auto expected = plain_sum(rings, 0, kContact, 44100, 1000);
       double peak = 0, worst = 0;
-      const auto sound = synthesize(rings, {kContact}, 44100, 1000);
+      const auto sound = modal::synthesize(rings, {kContact}, 44100, 1000);
       for (std::size_t n = 0; n < 1000; ++n) {
         peak = std::max(peak, std::abs(double(expected[n])));
         worst = std::max(worst, std::abs(double(sound[n]) - double(expected[n])));
@@ -162,16 +162,16 @@ TEST(Synthesize, ContactIsAccurateOnBothSidesOfTheSplit) {
 
 TEST(Synthesize, StartsWithTheImpulsesVelocity) {
   // v(0+) = sum of gains: J phi^2 / m for every mode.
-  const RingDown rings = random_rings(20, 3, false);
-  EXPECT_NEAR(synthesize(rings, {0}, 44100, 1)[0], rings.readout.velocity.sum(), 1e-6);
+  const modal::RingDown rings = random_rings(20, 3, false);
+  EXPECT_NEAR(modal::synthesize(rings, {0}, 44100, 1)[0], rings.readout.velocity.sum(), 1e-6);
 }
 
 TEST(Synthesize, ShortContactTendsToAnIdealImpulse) {
-  const RingDown rings = random_rings(20, 4, false);
-  const auto ideal = synthesize(rings, {0}, 44100, 4000);
+  const modal::RingDown rings = random_rings(20, 4, false);
+  const auto ideal = modal::synthesize(rings, {0}, 44100, 4000);
   double last = 1;
   for (const double contact_time : {1e-5, 1e-6, 1e-7, 1e-8}) {
-    const auto soft = synthesize(rings, {contact_time}, 44100, 4000);
+    const auto soft = modal::synthesize(rings, {contact_time}, 44100, 4000);
     double worst = 0;
     for (std::size_t n = 1; n < ideal.size(); ++n) {
       worst = std::max(worst, std::abs(double(soft[n]) - ideal[n]));
@@ -184,20 +184,20 @@ TEST(Synthesize, ShortContactTendsToAnIdealImpulse) {
 }
 
 TEST(Synthesize, IsLinearInTheImpulse) {
-  RingDown rings = random_rings(20, 8, true);
-  const auto once = synthesize(rings, {1e-3}, 44100, 5000);
+  modal::RingDown rings = random_rings(20, 8, true);
+  const auto once = modal::synthesize(rings, {1e-3}, 44100, 5000);
   rings.readout.acceleration *= 2;
-  const auto twice = synthesize(rings, {1e-3}, 44100, 5000);
+  const auto twice = modal::synthesize(rings, {1e-3}, 44100, 5000);
   for (std::size_t n = 0; n < once.size(); ++n) ASSERT_EQ(twice[n], 2 * once[n]) << n;
 }
 
 TEST(Synthesize, LeavesOutModesFromNyquistOn) {
   const double nyquist = 2 * std::numbers::pi * 22050;
   const auto with = [&](double omega, double d) {
-    const RingDown rings = one_row({omega * omega, 4e6}, {d, 3.0}, {1, 0.5});
-    const auto sound = synthesize(rings, {1e-4}, 44100, 500);
+    const modal::RingDown rings = one_row({omega * omega, 4e6}, {d, 3.0}, {1, 0.5});
+    const auto sound = modal::synthesize(rings, {1e-4}, 44100, 500);
     EXPECT_GT(peak_of(sound), 0);
-    return 2 - int(sounding_modes(rings, 44100));
+    return 2 - int(modal::sounding_modes(rings, 44100));
   };
   EXPECT_EQ(with(0.999 * nyquist, 5), 0);
   EXPECT_EQ(with(1.001 * nyquist, 5), 1);
@@ -211,7 +211,8 @@ TEST(Synthesize, IsContinuousThroughCriticalDamping) {
   const double omega = 2 * std::numbers::pi * 300;
   for (const double contact_time : {0.0, 1e-3}) {
     const auto sound = [&](double ratio) {
-      return synthesize(one_row({omega * omega}, {ratio * omega}, {1}), {contact_time}, 44100, 600);
+      return modal::synthesize(one_row({omega * omega}, {ratio * omega}, {1}), {contact_time},
+                               44100, 600);
     };
     const auto critical = sound(1);
     const double scale = peak_of(critical);
@@ -232,9 +233,9 @@ TEST(Synthesize, NeverGivesNaNHoweverStrongTheDamping) {
       for (const double contact_time : {0.0, 1e-12, 1e-3, 0.1}) {
         for (const bool pressure : {false, true}) {
           const double omega = 2 * std::numbers::pi * frequency;
-          const RingDown rings =
+          const modal::RingDown rings =
               one_row({omega * omega}, {ratio * std::max(omega, 1.0)}, {1}, pressure);
-          for (const float s : synthesize(rings, {contact_time}, 44100, 200)) {
+          for (const float s : modal::synthesize(rings, {contact_time}, 44100, 200)) {
             ASSERT_TRUE(std::isfinite(s) || (pressure && contact_time == 0))
                 << frequency << " " << ratio << " " << contact_time;
           }
@@ -248,7 +249,7 @@ TEST(Synthesize, OverdampedModesAreTwoRealExponentials) {
   const double omega = 1000, d = 1700;
   const double split = std::sqrt(d * d - omega * omega);
   const double s1 = -d + split, s2 = -d - split;
-  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), {0}, 44100, 3000);
+  const auto sound = modal::synthesize(one_row({omega * omega}, {d}, {1}), {0}, 44100, 3000);
   for (std::size_t n = 0; n < sound.size(); ++n) {
     const double t = double(n) / 44100;
     const double expected = (s1 * std::exp(s1 * t) - s2 * std::exp(s2 * t)) / (s1 - s2);
@@ -260,9 +261,9 @@ TEST(Synthesize, OverdampedModesAreTwoRealExponentials) {
 TEST(Synthesize, DecaysBySixtyDecibelsInT60) {
   // T60 of half a second: a whole number of periods, so that both windows begin at a crest.
   const double omega = 2 * std::numbers::pi * 1000, d = std::log(1000.0) / 0.5;
-  EXPECT_DOUBLE_EQ(t60(d), 0.5);
+  EXPECT_DOUBLE_EQ(modal::t60(d), 0.5);
   constexpr double kRate = 352800;  // fine enough to meet the peaks
-  const auto sound = synthesize(one_row({omega * omega}, {d}, {1}), {0}, kRate, 220000);
+  const auto sound = modal::synthesize(one_row({omega * omega}, {d}, {1}), {0}, kRate, 220000);
   const auto level = [&](double t) {
     double peak = 0;
     const auto begin = std::size_t(t * kRate);
@@ -271,24 +272,24 @@ TEST(Synthesize, DecaysBySixtyDecibelsInT60) {
     }
     return 20 * std::log10(peak);
   };
-  EXPECT_NEAR(level(0) - level(t60(d)), 60, 0.005);
+  EXPECT_NEAR(level(0) - level(modal::t60(d)), 60, 0.005);
 }
 
 TEST(Synthesize, DelaysByFractionsOfASample) {
-  RingDown rings = random_rings(10, 9, false);
+  modal::RingDown rings = random_rings(10, 9, false);
   constexpr double kRate = 8000;
   // 10.25 samples of delay: the same values as at four times the rate, three quarters in between.
   rings.readout.delays = {10.25 / kRate};
-  const auto delayed = synthesize(rings, {1e-3}, kRate, 500);
+  const auto delayed = modal::synthesize(rings, {1e-3}, kRate, 500);
   rings.readout.delays = {0};
-  RingDown fine = rings;
-  const auto reference = synthesize(fine, {1e-3}, 4 * kRate, 2000);
-  const std::size_t sounding = sounding_modes(rings, kRate);
+  modal::RingDown fine = rings;
+  const auto reference = modal::synthesize(fine, {1e-3}, 4 * kRate, 2000);
+  const std::size_t sounding = modal::sounding_modes(rings, kRate);
   for (std::size_t i = fine.eigenvalues.size(); i-- > 0;) {
     if (std::sqrt(fine.eigenvalues[i]) >= std::numbers::pi * kRate)
       fine.readout.velocity(0, Eigen::Index(i)) = 0;
   }
-  const auto audible = sounding < 10 ? synthesize(fine, {1e-3}, 4 * kRate, 2000) : reference;
+  const auto audible = sounding < 10 ? modal::synthesize(fine, {1e-3}, 4 * kRate, 2000) : reference;
   for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(delayed[n], 0) << n;
   for (std::size_t n = 11; n < 500; ++n) {
     ASSERT_NEAR(delayed[n], audible[4 * n - 41], 1e-6 * peak_of(audible)) << n;
@@ -296,54 +297,58 @@ TEST(Synthesize, DelaysByFractionsOfASample) {
 }
 
 TEST(Synthesize, GivesTheSameBitsTwice) {
-  const RingDown rings = random_rings(64, 11, true);
-  EXPECT_EQ(synthesize(rings, {1e-3}, 44100, 20000), synthesize(rings, {1e-3}, 44100, 20000));
+  const modal::RingDown rings = random_rings(64, 11, true);
+  EXPECT_EQ(modal::synthesize(rings, {1e-3}, 44100, 20000),
+            modal::synthesize(rings, {1e-3}, 44100, 20000));
 }
 
 // A longer clip begins with the shorter one, whatever ends early.
 TEST(Synthesize, LongerClipsBeginWithShorterOnes) {
-  const RingDown rings = random_rings(64, 12, false);
-  const auto longer = synthesize(rings, {1e-3}, 44100, 30011);
-  const auto shorter = synthesize(rings, {1e-3}, 44100, 7003);
+  const modal::RingDown rings = random_rings(64, 12, false);
+  const auto longer = modal::synthesize(rings, {1e-3}, 44100, 30011);
+  const auto shorter = modal::synthesize(rings, {1e-3}, 44100, 7003);
   EXPECT_TRUE(std::equal(shorter.begin(), shorter.end(), longer.begin()));
 }
 
 TEST(Synthesize, EmptyAndSilent) {
-  EXPECT_EQ(synthesize(one_row({}, {}, {}), {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
-  EXPECT_EQ(synthesize(one_row({1e6}, {1}, {0}), {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
-  EXPECT_TRUE(synthesize(one_row({1e6}, {1}, {1}), {1e-3}, 44100, 0).empty());
+  EXPECT_EQ(modal::synthesize(one_row({}, {}, {}), {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
+  EXPECT_EQ(modal::synthesize(one_row({1e6}, {1}, {0}), {1e-3}, 44100, 3),
+            std::vector<float>(3, 0.0f));
+  EXPECT_TRUE(modal::synthesize(one_row({1e6}, {1}, {1}), {1e-3}, 44100, 0).empty());
   // A blow that reaches the listener after the clip's end.
-  RingDown late = one_row({1e6}, {1}, {1});
+  modal::RingDown late = one_row({1e6}, {1}, {1});
   late.readout.delays = {1.0};
-  EXPECT_EQ(synthesize(late, {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
+  EXPECT_EQ(modal::synthesize(late, {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));
 }
 
 TEST(Synthesize, RefusesWhatCannotBe) {
   const auto good = one_row({1e6}, {1}, {1});
   const auto broken = [&](auto change) {
-    RingDown rings = good;
+    modal::RingDown rings = good;
     change(rings);
     return rings;
   };
   const double nan = std::nan("");
-  EXPECT_THROW(synthesize(good, {-1e-3}, 44100, 3), core::InputError);
-  EXPECT_THROW(synthesize(good, {1e-3}, 0, 3), core::InputError);
-  EXPECT_THROW(synthesize(good, {nan}, 44100, 3), core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.decay_rates = {-1}; }), {0}, 44100, 3),
+  EXPECT_THROW(modal::synthesize(good, {-1e-3}, 44100, 3), core::InputError);
+  EXPECT_THROW(modal::synthesize(good, {1e-3}, 0, 3), core::InputError);
+  EXPECT_THROW(modal::synthesize(good, {nan}, 44100, 3), core::InputError);
+  EXPECT_THROW(modal::synthesize(broken([](auto& r) { r.decay_rates = {-1}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {nan}; }), {0}, 44100, 3),
+  EXPECT_THROW(modal::synthesize(broken([&](auto& r) { r.decay_rates = {nan}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([&](auto& r) { r.decay_rates = {INFINITY}; }), {0}, 44100, 3),
+  EXPECT_THROW(
+      modal::synthesize(broken([&](auto& r) { r.decay_rates = {INFINITY}; }), {0}, 44100, 3),
+      core::InputError);
+  EXPECT_THROW(modal::synthesize(broken([](auto& r) { r.eigenvalues = {-1}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {-1}; }), {0}, 44100, 3),
+  EXPECT_THROW(
+      modal::synthesize(broken([&](auto& r) { r.readout.velocity(0, 0) = nan; }), {0}, 44100, 3),
+      core::InputError);
+  EXPECT_THROW(modal::synthesize(broken([](auto& r) { r.readout.delays = {-1}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([&](auto& r) { r.readout.velocity(0, 0) = nan; }), {0}, 44100, 3),
+  EXPECT_THROW(modal::synthesize(broken([](auto& r) { r.readout.delays = {}; }), {0}, 44100, 3),
                core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {-1}; }), {0}, 44100, 3),
-               core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.readout.delays = {}; }), {0}, 44100, 3),
-               core::InputError);
-  EXPECT_THROW(synthesize(broken([](auto& r) { r.eigenvalues = {}; }), {0}, 44100, 3),
+  EXPECT_THROW(modal::synthesize(broken([](auto& r) { r.eigenvalues = {}; }), {0}, 44100, 3),
                core::InputError);
 }
 

@@ -1,5 +1,5 @@
 // Modes that cannot be heard: what is left out and that the error stays below its bound.
-#include "synth/thrift.hpp"
+#include "synth/modal/thrift.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -10,8 +10,8 @@
 
 #include "core/error.hpp"
 #include "random_rings.hpp"
-#include "synth/hearing.hpp"
-#include "synth/mode_norms.hpp"
+#include "synth/modal/detail/mode_norms.hpp"
+#include "synth/modal/hearing.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -24,8 +24,8 @@ struct Tone {
 };
 
 /// Modes whose velocity is heard at once after an ideal blow.
-RingDown tones(const std::vector<Tone>& list, const std::string& unit) {
-  RingDown rings;
+modal::RingDown tones(const std::vector<Tone>& list, const std::string& unit) {
+  modal::RingDown rings;
   const auto count = static_cast<Eigen::Index>(list.size());
   rings.excitation.resize(count);
   rings.readout.velocity = Eigen::MatrixXd::Ones(1, count);
@@ -40,8 +40,8 @@ RingDown tones(const std::vector<Tone>& list, const std::string& unit) {
   return rings;
 }
 
-std::vector<double> left(RingDown rings, const ContactForce& force = {}) {
-  leave_out_inaudible(rings, force, kRate, 44100, {});
+std::vector<double> left(modal::RingDown rings, const modal::ContactForce& force = {}) {
+  modal::leave_out_inaudible(rings, force, kRate, 44100, {});
   std::vector<double> frequencies;
   for (const double lambda : rings.eigenvalues) {
     frequencies.push_back(std::round(std::sqrt(lambda) / (2 * kPi)));
@@ -55,16 +55,16 @@ double pascal(double level) {
 
 TEST(Hearing, AgreesWithTheTables) {
   // Zwicker's critical-band rate at 100 Hz, 1 kHz, 10 kHz; Terhardt's threshold at 1 and 4 kHz.
-  EXPECT_NEAR(bark(100), 1.0, 0.05);
-  EXPECT_NEAR(bark(1000), 8.5, 0.05);
-  EXPECT_NEAR(bark(10000), 22.4, 0.1);
-  EXPECT_NEAR(hearing_threshold(1000), 3.37, 0.02);
-  EXPECT_NEAR(hearing_threshold(4000), -3.39, 0.02);
-  EXPECT_TRUE(std::isinf(hearing_threshold(0)));
+  EXPECT_NEAR(modal::bark(100), 1.0, 0.05);
+  EXPECT_NEAR(modal::bark(1000), 8.5, 0.05);
+  EXPECT_NEAR(modal::bark(10000), 22.4, 0.1);
+  EXPECT_NEAR(modal::hearing_threshold(1000), 3.37, 0.02);
+  EXPECT_NEAR(modal::hearing_threshold(4000), -3.39, 0.02);
+  EXPECT_TRUE(std::isinf(modal::hearing_threshold(0)));
   // +25 dB and -10 dB per Bark, nothing lost at the tone itself.
-  EXPECT_NEAR(spreading(0), 0, 0.02);
-  EXPECT_NEAR(spreading(21) - spreading(20), -10, 0.05);
-  EXPECT_NEAR(spreading(-20) - spreading(-21), 25, 0.05);
+  EXPECT_NEAR(modal::spreading(0), 0, 0.02);
+  EXPECT_NEAR(modal::spreading(21) - modal::spreading(20), -10, 0.05);
+  EXPECT_NEAR(modal::spreading(-20) - modal::spreading(-21), 25, 0.05);
 }
 
 TEST(Thrift, LeavesOutWhatIsBelowTheThreshold) {
@@ -113,7 +113,7 @@ TEST(Thrift, CountsWhatIsForcedDuringTheContact) {
 }
 
 TEST(Thrift, AnyRowThatHearsAModeKeepsIt) {
-  RingDown rings = tones({{1000, 5, 1}, {1040, 5, 0.0178}}, "m/s");
+  modal::RingDown rings = tones({{1000, 5, 1}, {1040, 5, 0.0178}}, "m/s");
   rings.readout.velocity.conservativeResize(2, Eigen::NoChange);
   rings.readout.velocity.row(1) << 0.01, 1;
   rings.readout.delays = {0, 0.001};
@@ -121,17 +121,17 @@ TEST(Thrift, AnyRowThatHearsAModeKeepsIt) {
 }
 
 TEST(Thrift, KeepsWhatDoesNotRing) {
-  RingDown rings =
+  modal::RingDown rings =
       tones({{1000, 5, 1}, {30, 400, 1e-6}, {50, 2 * kPi * 50, 1e-6}, {30000, 1, 1}}, "m/s");
-  leave_out_inaudible(rings, {}, kRate, 44100, {});
+  modal::leave_out_inaudible(rings, {}, kRate, 44100, {});
   EXPECT_EQ(rings.eigenvalues.size(), 4u);
 }
 
 TEST(Thrift, IsTheEffectItSaysInEveryArray) {
-  RingDown rings = tones({{9000, 0.5, 1e-6}, {200, 1, 1}, {300, 1, 1}}, "m/s");
+  modal::RingDown rings = tones({{9000, 0.5, 1e-6}, {200, 1, 1}, {300, 1, 1}}, "m/s");
   rings.readout.velocity << 1, 2, 3;
   rings.readout.displacement = Eigen::MatrixXd::Zero(1, 3);
-  const ThriftReport report = leave_out_inaudible(rings, {}, kRate, 44100, {});
+  const modal::ThriftReport report = modal::leave_out_inaudible(rings, {}, kRate, 44100, {});
   EXPECT_EQ(report.left_out, 1u);
   EXPECT_EQ(rings.excitation.size(), 2);
   EXPECT_EQ(rings.decay_rates.size(), 2u);
@@ -141,10 +141,10 @@ TEST(Thrift, IsTheEffectItSaysInEveryArray) {
 
 TEST(ModeNorms, AreThoseOfTheSamples) {
   const std::size_t count = 3000;
-  const std::vector<SampledPartial> partials = {{{1, 0.5}, {-1e-3, 0.3}},
-                                                {{-0.7, 0.2}, {-2e-3, 0.3000001}},
-                                                {{0.2, 0}, {0, 2.9}},
-                                                {{0.1, 1}, {0, 1e-6}}};
+  const std::vector<modal::SampledPartial> partials = {{{1, 0.5}, {-1e-3, 0.3}},
+                                                       {{-0.7, 0.2}, {-2e-3, 0.3000001}},
+                                                       {{0.2, 0}, {0, 2.9}},
+                                                       {{0.1, 1}, {0, 1e-6}}};
   double square = 0;
   for (std::size_t n = 0; n < count; ++n) {
     double sum = 0;
@@ -153,12 +153,12 @@ TEST(ModeNorms, AreThoseOfTheSamples) {
     }
     square += sum * sum;
   }
-  const NormBounds norm = norm_of_sum(partials, count);
+  const modal::NormBounds norm = modal::norm_of_sum(partials, count);
   EXPECT_NEAR(norm.low / std::sqrt(square), 1, 1e-8);
   EXPECT_LE(norm.low, std::sqrt(square));
   EXPECT_NEAR(norm.high / std::sqrt(square), 1, 1e-8);
   EXPECT_GE(norm.high, std::sqrt(square));
-  EXPECT_EQ(norm_of_sum(partials, 0).high, 0);
+  EXPECT_EQ(modal::norm_of_sum(partials, 0).high, 0);
 }
 
 /// Relative L2 difference of two clips' rows, the worst.
@@ -183,7 +183,7 @@ RC_GTEST_PROP(Thrift, ErrorStaysBelowItsBound, ()) {
     return low + (high - low) * *rc::gen::inRange(0, 1001) / 1000;
   };
   const bool pressure = *rc::gen::arbitrary<bool>();
-  RingDown rings =
+  modal::RingDown rings =
       random_rings(*rc::gen::inRange(1, 60), *rc::gen::arbitrary<unsigned>(), pressure);
   // Levels over 120 dB, so that something is left out; now and then a mode that does not ring.
   for (Eigen::Index i = 0; i < rings.excitation.size(); ++i) {
@@ -192,14 +192,14 @@ RC_GTEST_PROP(Thrift, ErrorStaysBelowItsBound, ()) {
   if (*rc::gen::inRange(0, 4) == 0) {
     rings.decay_rates[0] = std::sqrt(rings.eigenvalues[0]) * range(0.99, 2);
   }
-  ContactForce force{.duration = *rc::gen::element(0.0, 1e-4, 2e-3)};
+  modal::ContactForce force{.duration = *rc::gen::element(0.0, 1e-4, 2e-3)};
   const std::size_t count = static_cast<std::size_t>(*rc::gen::inRange(50, 12000));
-  const ThriftOptions options{range(0, 12), range(20, 90)};
-  RingDown kept = rings;
-  const ThriftReport report = leave_out_inaudible(kept, force, kRate, count, options);
+  const modal::ThriftOptions options{range(0, 12), range(20, 90)};
+  modal::RingDown kept = rings;
+  const modal::ThriftReport report = modal::leave_out_inaudible(kept, force, kRate, count, options);
   const std::size_t rows = rings.readout.delays.size();
-  const double actual = difference(synthesize(rings, force, kRate, count),
-                                   synthesize(kept, force, kRate, count), rows);
+  const double actual = difference(modal::synthesize(rings, force, kRate, count),
+                                   modal::synthesize(kept, force, kRate, count), rows);
   RC_TAG(report.left_out == 0 ? "nothing" : report.masked > 0 ? "masked" : "soft");
   RC_ASSERT(rings.eigenvalues.size() == kept.eigenvalues.size() + report.left_out);
   // Single precision of the samples, and what synthesize() leaves of tails.
@@ -212,16 +212,17 @@ TEST(Thrift, BoundIsNotFarOff) {
   double worst = 0;
   int used = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
-    RingDown rings = random_rings(60, seed, false);
+    modal::RingDown rings = random_rings(60, seed, false);
     for (Eigen::Index i = 0; i < 60; ++i) {
       rings.excitation[i] = std::pow(10, -6.0 * static_cast<double>((i * 7) % 60) / 60);
     }
-    RingDown kept = rings;
-    const ThriftReport report = leave_out_inaudible(kept, {.duration = 2e-4}, kRate, 44100, {});
+    modal::RingDown kept = rings;
+    const modal::ThriftReport report =
+        modal::leave_out_inaudible(kept, {.duration = 2e-4}, kRate, 44100, {});
     if (report.left_out == 0) continue;
-    const double actual = difference(synthesize(rings, {.duration = 2e-4}, kRate, 44100),
-                                     synthesize(kept, {.duration = 2e-4}, kRate, 44100), 1);
-    worst = std::max(worst, decibels(report.error_bound) - 20 * std::log10(actual));
+    const double actual = difference(modal::synthesize(rings, {.duration = 2e-4}, kRate, 44100),
+                                     modal::synthesize(kept, {.duration = 2e-4}, kRate, 44100), 1);
+    worst = std::max(worst, modal::decibels(report.error_bound) - 20 * std::log10(actual));
     ++used;
   }
   EXPECT_GE(used, 10);
@@ -229,22 +230,23 @@ TEST(Thrift, BoundIsNotFarOff) {
 }
 
 TEST(Thrift, ABurstOfNoiseIsBoundedToo) {
-  RingDown rings =
+  modal::RingDown rings =
       tones({{500, 3, 1}, {520, 4, 0.01}, {9000, 50, 1e-4}, {14000, 900, 1e-5}}, "m/s");
-  ContactForce force{.duration = 2e-3};
+  modal::ContactForce force{.duration = 2e-3};
   for (int k = 0; k <= 88; ++k) {
     force.samples.push_back(1000 * std::sin(0.7 * k * k) * std::sin(kPi * k / 88));
   }
-  const ThriftReport report = leave_out_inaudible(rings, force, kRate, 44100, {});
+  const modal::ThriftReport report = modal::leave_out_inaudible(rings, force, kRate, 44100, {});
   EXPECT_GE(report.left_out, 1u);
   EXPECT_GT(report.error_bound, 0);
   EXPECT_LT(report.error_bound, 0.05);
 }
 
 TEST(Thrift, RefusesMarginsThatAreNone) {
-  RingDown rings = tones({{500, 3, 1}}, "m/s");
-  EXPECT_THROW(leave_out_inaudible(rings, {}, kRate, 10, {-1, 90}), core::InputError);
-  EXPECT_THROW(leave_out_inaudible(rings, {}, kRate, 10, {1, std::nan("")}), core::InputError);
+  modal::RingDown rings = tones({{500, 3, 1}}, "m/s");
+  EXPECT_THROW(modal::leave_out_inaudible(rings, {}, kRate, 10, {-1, 90}), core::InputError);
+  EXPECT_THROW(modal::leave_out_inaudible(rings, {}, kRate, 10, {1, std::nan("")}),
+               core::InputError);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ RC_GTEST_PROP(RowsOfRanks, AreSharedOutWithoutRestAndEvenly, ()) {
   std::multiset<std::uint32_t> all;
   std::size_t least = count, most = 0;
   for (int rank = 0; rank < size; ++rank) {
-    const auto own = rows_of_rank(rows, rank, size);
+    const auto own = learning::rows_of_rank(rows, rank, size);
     RC_ASSERT(std::is_sorted(own.begin(), own.end()));
     all.insert(own.begin(), own.end());
     least = std::min(least, own.size());
@@ -32,10 +32,11 @@ RC_GTEST_PROP(RowsOfRanks, AreSharedOutWithoutRestAndEvenly, ()) {
   RC_ASSERT(most - least <= 1 + count / (16 * static_cast<std::size_t>(size)));
 }
 
-std::vector<std::uint32_t> one_pass(BatchReader& reader, std::optional<std::uint64_t> order) {
+std::vector<std::uint32_t> one_pass(learning::BatchReader& reader,
+                                    std::optional<std::uint64_t> order) {
   std::vector<std::uint32_t> rows;
   reader.begin(order);
-  for (Batch batch; reader.next(7, batch);) {
+  for (learning::Batch batch; reader.next(7, batch);) {
     rows.insert(rows.end(), batch.rows.begin(), batch.rows.end());
   }
   return rows;
@@ -46,9 +47,10 @@ class Batches : public testing::TestWithParam<double> {};
 
 TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
   MadeSource source(600, 3);
-  const auto samples = label_samples(source, made_task());
-  const auto rows = samples.rows(Part::train);
-  BatchReader reader(source, samples, {Sense::spectrogram, Sense::voxels}, rows, GetParam());
+  const auto samples = learning::label_samples(source, made_task());
+  const auto rows = samples.rows(learning::Part::train);
+  learning::BatchReader reader(
+      source, samples, {learning::Sense::spectrogram, learning::Sense::voxels}, rows, GetParam());
   const auto first = one_pass(reader, 1), again = one_pass(reader, 1), other = one_pass(reader, 2);
   EXPECT_EQ(first, again);
   EXPECT_NE(first, other);
@@ -58,12 +60,12 @@ TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
   EXPECT_EQ(sorted, rows);
   EXPECT_EQ(one_pass(reader, {}), rows);
   reader.begin(3);
-  Batch batch;
+  learning::Batch batch;
   ASSERT_TRUE(reader.next(10, batch));
   for (std::size_t i = 0; i < 10; ++i) {
     std::vector<float> own(96), body(1728);
-    source.read(Sense::spectrogram, std::vector<std::uint32_t>{batch.rows[i]}, own);
-    source.read(Sense::voxels, std::vector<std::uint32_t>{batch.rows[i] % 3}, body);
+    source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{batch.rows[i]}, own);
+    source.read(learning::Sense::voxels, std::vector<std::uint32_t>{batch.rows[i] % 3}, body);
     EXPECT_TRUE(std::equal(own.begin(), own.end(),
                            batch.senses[0].begin() + static_cast<std::ptrdiff_t>(i * 96)));
     EXPECT_TRUE(std::equal(body.begin(), body.end(),
@@ -75,64 +77,67 @@ INSTANTIATE_TEST_SUITE_P(InMemoryAndInWindows, Batches, testing::Values(1e9, 128
 
 TEST(Batches, ThatFitAreReadOnce) {
   MadeSource source(600, 3);
-  const auto samples = label_samples(source, made_task());
-  BatchReader reader(source, samples, {Sense::spectrogram}, samples.rows(Part::train), 1e9);
+  const auto samples = learning::label_samples(source, made_task());
+  learning::BatchReader reader(source, samples, {learning::Sense::spectrogram},
+                               samples.rows(learning::Part::train), 1e9);
   for (std::uint64_t pass = 0; pass < 4; ++pass) one_pass(reader, pass);
-  EXPECT_EQ(source.reads, samples.rows(Part::train).size());
+  EXPECT_EQ(source.reads, samples.rows(learning::Part::train).size());
 }
 
 TEST(Batches, CountSilenceOnceAndNameWhatIsMissing) {
   MadeSource source(600, 3);
   source.silent = 15;
-  const auto samples = label_samples(source, made_task());
-  BatchReader reader(source, samples, {Sense::spectrogram}, samples.rows(Part::train),
-                     128 * 96 * 4);
+  const auto samples = learning::label_samples(source, made_task());
+  learning::BatchReader reader(source, samples, {learning::Sense::spectrogram},
+                               samples.rows(learning::Part::train), 128 * 96 * 4);
   for (std::uint64_t pass = 0; pass < 3; ++pass) one_pass(reader, pass);
   EXPECT_EQ(reader.silent(), 1u);
-  EXPECT_THROW(BatchReader(source, samples, {Sense::touch}, {0, 1}, 1e9), core::InputError);
+  EXPECT_THROW(learning::BatchReader(source, samples, {learning::Sense::touch}, {0, 1}, 1e9),
+               core::InputError);
 }
 
 TEST(Batches, PassOnWhatAnotherThreadMet) {
   MadeSource source(600, 3);
   source.not_finite = 300;
-  const auto samples = label_samples(source, made_task());
-  BatchReader reader(source, samples, {Sense::spectrogram}, samples.rows(Part::train),
-                     128 * 96 * 4);
+  const auto samples = learning::label_samples(source, made_task());
+  learning::BatchReader reader(source, samples, {learning::Sense::spectrogram},
+                               samples.rows(learning::Part::train), 128 * 96 * 4);
   EXPECT_THROW(one_pass(reader, {}), core::InputError);
 }
 
-Epoch epoch_of(std::int64_t number, double validation_loss) {
+learning::Epoch epoch_of(std::int64_t number, double validation_loss) {
   return {.number = number, .validation_loss = validation_loss};
 }
 
 TEST(Epochs, KeepTheBestAndEndAfterThePatience) {
-  const LearningOptions options{.epochs = 20, .patience = 3};
-  std::vector<Epoch> epochs = {epoch_of(1, 2), epoch_of(2, 1), epoch_of(3, 1.5), epoch_of(4, 1)};
-  EXPECT_EQ(best_of(epochs), 2);
-  EXPECT_FALSE(ends_after(epochs, options));
+  const learning::LearningOptions options{.epochs = 20, .patience = 3};
+  std::vector<learning::Epoch> epochs = {epoch_of(1, 2), epoch_of(2, 1), epoch_of(3, 1.5),
+                                         epoch_of(4, 1)};
+  EXPECT_EQ(learning::best_of(epochs), 2);
+  EXPECT_FALSE(learning::ends_after(epochs, options));
   epochs.push_back(epoch_of(5, 3));
-  EXPECT_TRUE(ends_after(epochs, options));
+  EXPECT_TRUE(learning::ends_after(epochs, options));
   epochs[4] = epoch_of(5, 0.5);
-  EXPECT_EQ(best_of(epochs), 5);
-  EXPECT_FALSE(ends_after(epochs, options));
+  EXPECT_EQ(learning::best_of(epochs), 5);
+  EXPECT_FALSE(learning::ends_after(epochs, options));
   // Without samples to validate with, the last.
   const double none = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(best_of({epoch_of(1, none), epoch_of(2, none)}), 2);
-  EXPECT_EQ(best_of({}), 0);
+  EXPECT_EQ(learning::best_of({epoch_of(1, none), epoch_of(2, none)}), 2);
+  EXPECT_EQ(learning::best_of({}), 0);
 }
 
 TEST(Epochs, LowerTheLearningRateWhereNothingGetsBetter) {
-  Method method;
+  learning::Method method;
   method.learning = {.patience = 4, .learning_rate = 0.9};
-  std::vector<Epoch> epochs = {epoch_of(1, 2), epoch_of(2, 1)};
-  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.9);
+  std::vector<learning::Epoch> epochs = {epoch_of(1, 2), epoch_of(2, 1)};
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.9);
   epochs.push_back(epoch_of(3, 1));
-  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.9);
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.9);
   epochs.push_back(epoch_of(4, 1.1));
-  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.3);
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.3);
   epochs.push_back(epoch_of(5, 0.5));
   epochs.push_back(epoch_of(6, 0.6));
-  EXPECT_DOUBLE_EQ(learning_rate_after(epochs, method), 0.3);
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.3);
 }
 
 }  // namespace

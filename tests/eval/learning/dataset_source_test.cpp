@@ -63,30 +63,32 @@ class Dataset : public testing::Test {
 
 TEST_F(Dataset, GivesTheListenersOwnSound) {
   for (std::size_t listener = 0; listener < listeners; ++listener) {
-    const auto source = open_dataset_source(folder_.path(), listener);
-    const SenseLayout layout = require_layout(*source, Sense::waveform);
+    const auto source = learning::open_dataset_source(folder_.path(), listener);
+    const learning::SenseLayout layout =
+        learning::require_layout(*source, learning::Sense::waveform);
     EXPECT_EQ(layout.entries, sounds);
-    ASSERT_EQ(layout.extent, (SenseExtent{1, samples}));
+    ASSERT_EQ(layout.extent, (learning::SenseExtent{1, samples}));
     std::vector<float> values(2 * samples);
-    source->read(Sense::waveform, std::vector<std::uint32_t>{1, 3}, values);
+    source->read(learning::Sense::waveform, std::vector<std::uint32_t>{1, 3}, values);
     // At their own rate, with a peak of 1.
     for (std::uint64_t i = 100; i < samples - 100; i += 37) {
       EXPECT_NEAR(values[i], 2 * tone(1, listener, i), 0.02) << listener;
       EXPECT_NEAR(values[samples + i], 2 * tone(3, listener, i), 0.02) << listener;
     }
   }
-  EXPECT_THROW(open_dataset_source(folder_.path(), listeners), core::InputError);
+  EXPECT_THROW(learning::open_dataset_source(folder_.path(), listeners), core::InputError);
 }
 
 TEST_F(Dataset, MakesSpectrogramsWhereNoneAreStored) {
-  const auto first = open_dataset_source(folder_.path(), 0);
-  const auto second = open_dataset_source(folder_.path(), 1);
-  const SenseLayout layout = require_layout(*first, Sense::spectrogram);
+  const auto first = learning::open_dataset_source(folder_.path(), 0);
+  const auto second = learning::open_dataset_source(folder_.path(), 1);
+  const learning::SenseLayout layout =
+      learning::require_layout(*first, learning::Sense::spectrogram);
   const auto bands = static_cast<std::size_t>(layout.extent[1]);
-  const std::size_t frames = values_in(layout.extent) / bands;
-  const auto loudest_band = [&](SampleSource& source) {
-    std::vector<float> values(values_in(layout.extent));
-    source.read(Sense::spectrogram, std::vector<std::uint32_t>{0}, values);
+  const std::size_t frames = learning::values_in(layout.extent) / bands;
+  const auto loudest_band = [&](learning::SampleSource& source) {
+    std::vector<float> values(learning::values_in(layout.extent));
+    source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{0}, values);
     return std::distance(values.begin(), std::max_element(values.begin(), values.end())) /
            static_cast<std::ptrdiff_t>(frames);
   };
@@ -94,16 +96,16 @@ TEST_F(Dataset, MakesSpectrogramsWhereNoneAreStored) {
 }
 
 TEST_F(Dataset, GivesWhatIsOfBodiesOnceForEach) {
-  const auto source = open_dataset_source(folder_.path(), 0);
-  const SenseLayout voxels = require_layout(*source, Sense::voxels);
+  const auto source = learning::open_dataset_source(folder_.path(), 0);
+  const learning::SenseLayout voxels = learning::require_layout(*source, learning::Sense::voxels);
   EXPECT_TRUE(voxels.of_bodies);
   EXPECT_EQ(voxels.entries, 2U);
   EXPECT_EQ(source->bodies(), (std::vector<std::uint32_t>{0, 0, 1, 1}));
   std::vector<float> values(16);
-  source->read(Sense::voxels, std::vector<std::uint32_t>{0, 1}, values);
+  source->read(learning::Sense::voxels, std::vector<std::uint32_t>{0, 1}, values);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(values[i], i == 3 || i == 13 ? 1 : -1) << i;
-  EXPECT_FALSE(source->layout(Sense::image));
-  EXPECT_THROW(require_layout(*source, Sense::image), core::InputError);
+  EXPECT_FALSE(source->layout(learning::Sense::image));
+  EXPECT_THROW(learning::require_layout(*source, learning::Sense::image), core::InputError);
 }
 
 TEST_F(Dataset, GivesEntriesThatLieFarApartAsItGivesEachAlone) {
@@ -123,21 +125,23 @@ TEST_F(Dataset, GivesEntriesThatLieFarApartAsItGivesEachAlone) {
   file.write<float>("audio", std::vector<float>(rows * 10, 0.5F), {rows, 10});
   file.write<float>("touch", touch, {rows, values_each, 3});
   file.flush();
-  const auto source = open_dataset_source(other, 0);
+  const auto source = learning::open_dataset_source(other, 0);
   const std::vector<std::uint32_t> entries = {0, 1, 3, 50, 97, 99};
   std::vector<float> all(entries.size() * values_each * 3), one(values_each * 3);
-  EXPECT_EQ(source->read(Sense::touch, entries, all), std::vector<bool>(entries.size(), true));
+  EXPECT_EQ(source->read(learning::Sense::touch, entries, all),
+            std::vector<bool>(entries.size(), true));
   for (std::size_t e = 0; e < entries.size(); ++e) {
-    source->read(Sense::touch, std::span(entries).subspan(e, 1), one);
+    source->read(learning::Sense::touch, std::span(entries).subspan(e, 1), one);
     EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin() + e * one.size())) << entries[e];
   }
 }
 
 TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
-  const auto source = open_dataset_source(folder_.path(), 0);
-  ASSERT_EQ(require_layout(*source, Sense::touch).extent, (SenseExtent{3, ticks}));
+  const auto source = learning::open_dataset_source(folder_.path(), 0);
+  ASSERT_EQ(learning::require_layout(*source, learning::Sense::touch).extent,
+            (learning::SenseExtent{3, ticks}));
   std::vector<float> values(3 * ticks);
-  source->read(Sense::touch, std::vector<std::uint32_t>{1}, values);
+  source->read(learning::Sense::touch, std::vector<std::uint32_t>{1}, values);
   double square = 0;
   for (const float value : values) square += static_cast<double>(value) * value;
   EXPECT_NEAR(square / static_cast<double>(values.size()), 1, 1e-5);
@@ -146,7 +150,7 @@ TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
 }
 
 TEST_F(Dataset, CallsBodiesAndStrikesAlikeInOtherDatasets) {
-  const auto source = open_dataset_source(folder_.path(), 0);
+  const auto source = learning::open_dataset_source(folder_.path(), 0);
   const std::vector<std::string> bodies = source->body_names(), names = source->strike_names();
   EXPECT_EQ(bodies[0], bodies[1]);
   EXPECT_NE(bodies[1], bodies[2]);
@@ -155,7 +159,7 @@ TEST_F(Dataset, CallsBodiesAndStrikesAlikeInOtherDatasets) {
   description["seed"] = 8;
   description["shapes"][1]["request"]["shape"]["length"] = "other";
   core::write_text_durably(folder_.path() / "dataset.json", description.dump());
-  const auto other = open_dataset_source(folder_.path(), 0);
+  const auto other = learning::open_dataset_source(folder_.path(), 0);
   EXPECT_EQ(other->body_names()[0], bodies[0]);
   EXPECT_NE(other->body_names()[2], bodies[2]);   // another body of the same name
   EXPECT_NE(other->strike_names()[0], names[0]);  // another seed: struck elsewhere

@@ -12,17 +12,17 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "eval/learning/batches.hpp"
-#include "eval/learning/nearest_neighbour.hpp"
-#include "eval/learning/training.hpp"
+#include "eval/networks/nearest_neighbour.hpp"
+#include "eval/networks/training.hpp"
 #include "tests/core/temporary_folder.hpp"
 #include "tests/eval/learning/made_course.hpp"
 
 namespace carillon::eval {
 namespace {
 
-Method svm(std::vector<Sense> senses) {
-  Method method = made_method({});
-  method.kind = MethodKind::linear_svm;
+learning::Method svm(std::vector<learning::Sense> senses) {
+  learning::Method method = made_method({});
+  method.kind = learning::MethodKind::linear_svm;
   method.senses = std::move(senses);
   method.learning.learning_rate = 1e-2;
   return method;
@@ -30,7 +30,7 @@ Method svm(std::vector<Sense> senses) {
 
 TEST(Training, LearnsWhatTellsClassesApart) {
   MadeSource source(600, 3);
-  const Course run = train(made_method({Branch::isnn}), source);
+  const Course run = train(made_method({learning::Branch::isnn}), source);
   EXPECT_GT(run.test_accuracy, 0.98);
   EXPECT_EQ(run.trained.epochs.size(), 8u);
   EXPECT_LT(run.trained.epochs.back().train_loss, run.trained.epochs.front().train_loss / 2);
@@ -38,12 +38,12 @@ TEST(Training, LearnsWhatTellsClassesApart) {
 
 TEST(Training, OfALinearSupportVectorMachineLearnsToo) {
   MadeSource source(600, 3);
-  EXPECT_GT(train(svm({Sense::spectrogram}), source).test_accuracy, 0.95);
+  EXPECT_GT(train(svm({learning::Sense::spectrogram}), source).test_accuracy, 0.95);
 }
 
 TEST(Training, IsTheSameAgainAndAnotherOfAnotherSeed) {
   MadeSource source(300, 3, 1.5);
-  Method method = made_method({Branch::isnn});
+  learning::Method method = made_method({learning::Branch::isnn});
   const Course first = train(method, source), again = train(method, source);
   EXPECT_EQ(first.scores, again.scores);
   method.learning.seed = 5;
@@ -52,14 +52,15 @@ TEST(Training, IsTheSameAgainAndAnotherOfAnotherSeed) {
 
 TEST(Training, GoesOnAsIfItHadNotStopped) {
   const core::TemporaryFolder folder;
-  const Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
+  const networks::Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
   MadeSource source(300, 3, 1.0);
-  for (const Method& method : {made_method({Branch::soundnet5}), svm({Sense::spectrogram})}) {
-    Method shorter = method;
+  for (const learning::Method& method :
+       {made_method({learning::Branch::soundnet5}), svm({learning::Sense::spectrogram})}) {
+    learning::Method shorter = method;
     shorter.learning.epochs = 4;
     const Course whole = train(shorter, source);
     int steps = 0;
-    LearningWatch watch;
+    networks::LearningWatch watch;
     watch.stop = [&] { return ++steps == 25; };  // in the third epoch of 180 samples
     const Course stopped = train(shorter, source, checkpoint, watch);
     ASSERT_TRUE(stopped.trained.interrupted);
@@ -78,8 +79,8 @@ TEST(Training, GoesOnAsIfItHadNotStopped) {
 /// Two ranks as threads of one process.
 class TwoRanks {
  public:
-  LearningRanks of(int rank) {
-    LearningRanks ranks;
+  networks::LearningRanks of(int rank) {
+    networks::LearningRanks ranks;
     ranks.rank = rank;
     ranks.size = 2;
     ranks.sum = [this, rank](std::span<float> values) {
@@ -102,14 +103,14 @@ TEST(Training, OfTwoRanksMovesByTheMeanGradientOfAllSamples) {
   // Plain gradient descent, which heeds a gradient's scale, without anything random; every step
   // sees all samples, of which one rank has more.
   MadeSource source(520, 3, 1.0);
-  Method method = svm({Sense::spectrogram});
+  learning::Method method = svm({learning::Sense::spectrogram});
   method.learning.epochs = 4;
   method.learning.batch = 2000;
   const Course alone = train(method, source);
-  const LabelledSamples samples = label_samples(source, made_task());
-  const auto rows = samples.rows(Part::test), all = samples.rows(Part::train);
-  EXPECT_NE(rows_of_rank(all, 0, 2).size(), rows_of_rank(all, 1, 2).size());
-  std::vector<Learner> learners;
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  const auto rows = samples.rows(learning::Part::test), all = samples.rows(learning::Part::train);
+  EXPECT_NE(learning::rows_of_rank(all, 0, 2).size(), learning::rows_of_rank(all, 1, 2).size());
+  std::vector<networks::Learner> learners;
   for (int rank = 0; rank < 2; ++rank) {
     learners.emplace_back(method, extents_of(method, source), samples.classes);
   }
@@ -136,17 +137,17 @@ TEST(Training, OfTwoRanksMovesByTheMeanGradientOfAllSamples) {
 
 TEST(Training, RefusesAValidationLossThatIsNoNumber) {
   MadeSource source(300, 3);
-  const LabelledSamples samples = label_samples(source, made_task());
-  Method method = svm({Sense::spectrogram});
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  learning::Method method = svm({learning::Sense::spectrogram});
   method.learning.learning_rate = 1e38;  // the step after which nothing is finite is the last
   method.learning.batch = 1000;
-  Learner learner(method, extents_of(method, source), samples.classes);
+  networks::Learner learner(method, extents_of(method, source), samples.classes);
   EXPECT_THROW(learner.train(source, samples, {}, {}, {}), core::InputError);
 }
 
 TEST(Training, EndsWhereNothingGetsBetterAndKeepsTheBestWeights) {
   MadeSource source(150, 3, 3.0);  // noise: it learns by heart, and validation shows it
-  Method method = made_method({Branch::isnn});
+  learning::Method method = made_method({learning::Branch::isnn});
   method.learning.epochs = 100;
   method.learning.patience = 5;
   method.learning.learning_rate = 5e-3;
@@ -154,10 +155,10 @@ TEST(Training, EndsWhereNothingGetsBetterAndKeepsTheBestWeights) {
   const auto& epochs = run.trained.epochs;
   ASSERT_LT(epochs.size(), 100u);
   EXPECT_EQ(static_cast<std::int64_t>(epochs.size()), run.trained.best + 5);
-  const LabelledSamples samples = label_samples(source, made_task());
-  Learner learner(method, extents_of(method, source), samples.classes);
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  networks::Learner learner(method, extents_of(method, source), samples.classes);
   learner.train(source, samples, {}, {}, {});
-  const auto rows = samples.rows(Part::validation);
+  const auto rows = samples.rows(learning::Part::validation);
   const auto scores = learner.predict(source, samples, rows, {});
   EXPECT_NEAR(accuracy_of(scores, rows, samples),
               epochs[static_cast<std::size_t>(run.trained.best - 1)].validation_accuracy, 1e-6);
@@ -166,36 +167,37 @@ TEST(Training, EndsWhereNothingGetsBetterAndKeepsTheBestWeights) {
 TEST(SavedLearner, AnswersAsItDid) {
   const core::TemporaryFolder folder;
   MadeSource source(300, 3);
-  const LabelledSamples samples = label_samples(source, made_task());
-  Method method = made_method({Branch::isnn, Branch::voxnet}, Fusion::multiply);
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  learning::Method method =
+      made_method({learning::Branch::isnn, learning::Branch::voxnet}, learning::Fusion::multiply);
   method.learning.epochs = 1;
-  Learner learner(method, extents_of(method, source), samples.classes);
+  networks::Learner learner(method, extents_of(method, source), samples.classes);
   learner.train(source, samples, {}, {}, {});
   learner.save(folder.path() / "model", {{"note", 7}});
   nlohmann::json notes;
-  Learner loaded = Learner::load(folder.path() / "model", notes);
+  networks::Learner loaded = networks::Learner::load(folder.path() / "model", notes);
   EXPECT_EQ(notes.at("note"), 7);
   EXPECT_EQ(loaded.classes(), samples.classes);
-  EXPECT_EQ(to_json(loaded.method()), to_json(method));
-  const auto rows = samples.rows(Part::test);
+  EXPECT_EQ(learning::to_json(loaded.method()), learning::to_json(method));
+  const auto rows = samples.rows(learning::Part::test);
   const auto scores = learner.predict(source, samples, rows, {});
   EXPECT_EQ(loaded.predict(source, samples, rows, {}), scores);
   // One at a time, from prepared values.
   std::vector<float> sound(96), body(1728);
-  source.read(Sense::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
-  source.read(Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, body);
+  source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
+  source.read(learning::Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, body);
   const auto alone = loaded.logits_of({sound, body});
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(alone[c], scores[c], 1e-5);
 }
 
 TEST(ExcitingInput, IsTakenForItsClassAndAsStrongAsAsked) {
   MadeSource source(300, 3);
-  const LabelledSamples samples = label_samples(source, made_task());
-  Method method = made_method({Branch::isnn}, Fusion::concatenate);
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  learning::Method method = made_method({learning::Branch::isnn}, learning::Fusion::concatenate);
   method.learning.epochs = 8;
-  Learner learner(method, extents_of(method, source), samples.classes);
+  networks::Learner learner(method, extents_of(method, source), samples.classes);
   learner.train(source, samples, {}, {}, {});
-  const std::vector<float> even(values_in(extents_of(method, source).front()), 0.7F);
+  const std::vector<float> even(learning::values_in(extents_of(method, source).front()), 0.7F);
   for (std::size_t c = 0; c < 3; ++c) {
     const std::vector<float> input = learner.exciting_input(c, even, 0.1);
     double square = 0;
@@ -221,16 +223,18 @@ TEST(ExcitingInput, IsTakenForItsClassAndAsStrongAsAsked) {
 
 TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {
   MadeSource source(300, 3, 2.0);
-  const LabelledSamples samples = label_samples(source, made_task());
-  Method method = svm({Sense::spectrogram, Sense::voxels});
-  method.kind = MethodKind::nearest_neighbour;
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  learning::Method method = svm({learning::Sense::spectrogram, learning::Sense::voxels});
+  method.kind = learning::MethodKind::nearest_neighbour;
   method.neighbours = 5;
-  const auto rows = samples.rows(Part::test), known = samples.rows(Part::train);
-  const auto shares = ask_neighbours(method, source, samples, rows, {});
+  const auto rows = samples.rows(learning::Part::test), known = samples.rows(learning::Part::train);
+  const auto shares = networks::ask_neighbours(method, source, samples, rows, {});
   const auto values_of = [&](std::uint32_t row) {
     std::vector<float> values(96 + 1728);
-    source.read(Sense::spectrogram, std::vector<std::uint32_t>{row}, std::span(values).first(96));
-    source.read(Sense::voxels, std::vector<std::uint32_t>{row % 3}, std::span(values).subspan(96));
+    source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{row},
+                std::span(values).first(96));
+    source.read(learning::Sense::voxels, std::vector<std::uint32_t>{row % 3},
+                std::span(values).subspan(96));
     return values;
   };
   for (std::size_t i = 0; i < rows.size(); i += 7) {

@@ -4,19 +4,21 @@
 #include <string>
 #include <vector>
 
-#include "eval/learning/training.hpp"
+#include "eval/networks/training.hpp"
 #include "tests/eval/learning/made_source.hpp"
 
 namespace carillon::eval {
 
-inline std::vector<SenseExtent> extents_of(const Method& method, const SampleSource& source) {
-  std::vector<SenseExtent> extents;
-  for (const Sense sense : method.senses) extents.push_back(require_layout(source, sense).extent);
+inline std::vector<learning::SenseExtent> extents_of(const learning::Method& method,
+                                                     const learning::SampleSource& source) {
+  std::vector<learning::SenseExtent> extents;
+  for (const learning::Sense sense : method.senses)
+    extents.push_back(learning::require_layout(source, sense).extent);
   return extents;
 }
 
 inline double accuracy_of(const std::vector<float>& scores, const std::vector<std::uint32_t>& rows,
-                          const LabelledSamples& samples) {
+                          const learning::LabelledSamples& samples) {
   const std::size_t classes = samples.classes.size();
   std::size_t right = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -30,18 +32,19 @@ inline double accuracy_of(const std::vector<float>& scores, const std::vector<st
 }
 
 struct Course {
-  Trained trained;
+  networks::Trained trained;
   std::vector<float> scores;
   double test_accuracy = 0;
 };
 
-inline Course train(const Method& method, MadeSource& source, const Checkpoint& checkpoint = {},
-                    const LearningWatch& watch = {}) {
-  const LabelledSamples samples = label_samples(source, made_task());
-  Learner learner(method, extents_of(method, source), samples.classes);
+inline Course train(const learning::Method& method, MadeSource& source,
+                    const networks::Checkpoint& checkpoint = {},
+                    const networks::LearningWatch& watch = {}) {
+  const learning::LabelledSamples samples = learning::label_samples(source, made_task());
+  networks::Learner learner(method, extents_of(method, source), samples.classes);
   Course run;
   run.trained = learner.train(source, samples, {}, checkpoint, watch);
-  const auto rows = samples.rows(Part::test);
+  const auto rows = samples.rows(learning::Part::test);
   run.scores = learner.predict(source, samples, rows, {});
   run.test_accuracy = accuracy_of(run.scores, rows, samples);
   return run;

@@ -15,7 +15,7 @@ namespace carillon::eval {
 
 /// Samples that are made as they are asked for: each class has bands and voxels of its own, under
 /// noise. Every class has as many samples, one after the other in turn; each body is one class.
-class MadeSource final : public SampleSource {
+class MadeSource final : public learning::SampleSource {
  public:
   MadeSource(std::size_t samples, std::size_t classes, double noise = 0.3)
       : samples_(samples), classes_(classes), noise_(noise) {}
@@ -49,35 +49,37 @@ class MadeSource final : public SampleSource {
     }
     return labels;
   }
-  std::optional<ClipFormat> clip_format() const override { return std::nullopt; }
-  std::optional<SenseLayout> layout(Sense sense) const override {
+  std::optional<learning::ClipFormat> clip_format() const override { return std::nullopt; }
+  std::optional<learning::SenseLayout> layout(learning::Sense sense) const override {
     switch (sense) {
-      case Sense::spectrogram:
-        return SenseLayout{{1, 16, 6}, samples_, false};
-      case Sense::voxels:
-        return SenseLayout{{1, 12, 12, 12}, classes_, true};
-      case Sense::waveform:
-        return SenseLayout{{1, 8192}, samples_, false};
+      case learning::Sense::spectrogram:
+        return learning::SenseLayout{{1, 16, 6}, samples_, false};
+      case learning::Sense::voxels:
+        return learning::SenseLayout{{1, 12, 12, 12}, classes_, true};
+      case learning::Sense::waveform:
+        return learning::SenseLayout{{1, 8192}, samples_, false};
       default:
         return std::nullopt;
     }
   }
-  std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+  std::vector<bool> read(learning::Sense sense, std::span<const std::uint32_t> entries,
                          std::span<float> values) override {
     const std::size_t each = values.size() / entries.size();
     std::vector<bool> heard(entries.size(), true);
     for (std::size_t i = 0; i < entries.size(); ++i) {
       const std::uint32_t entry = entries[i];
       if (entry == not_finite) throw core::InputError("sample-" + std::to_string(entry) + " NaN");
-      core::RandomStream random(5, entry, name_of(sense));
+      core::RandomStream random(5, entry, learning::name_of(sense));
       const std::size_t of_class = entry % classes_;
       heard[i] = !all_silent && entry != silent;
       ++reads;
       for (std::size_t v = 0; v < each; ++v) {
         values[i * each + v] = static_cast<float>(noise_ * random.normal());
-        if (sense == Sense::spectrogram && v / 6 % classes_ == of_class) values[i * each + v] += 1;
-        if (sense == Sense::voxels) values[i * each + v] = v / 144 % classes_ == of_class ? 1 : -1;
-        if (sense == Sense::waveform) {
+        if (sense == learning::Sense::spectrogram && v / 6 % classes_ == of_class)
+          values[i * each + v] += 1;
+        if (sense == learning::Sense::voxels)
+          values[i * each + v] = v / 144 % classes_ == of_class ? 1 : -1;
+        if (sense == learning::Sense::waveform) {
           values[i * each + v] +=
               static_cast<float>(std::sin(0.02 * static_cast<double>((of_class + 1) * v)));
         }
@@ -101,16 +103,18 @@ class MadeSource final : public SampleSource {
   double noise_;
 };
 
-inline TaskSpec made_task() {
+inline learning::TaskSpec made_task() {
   return {.name = "made", .column = "label", .split = "split", .classes = {}};
 }
 
-inline Method made_method(std::vector<Branch> branches, Fusion fusion = Fusion::concatenate) {
-  Method method;
+inline learning::Method made_method(std::vector<learning::Branch> branches,
+                                    learning::Fusion fusion = learning::Fusion::concatenate) {
+  learning::Method method;
   method.name = "made";
   method.branches = std::move(branches);
   method.fusion = fusion;
-  for (const Branch branch : method.branches) method.senses.push_back(sense_of(branch));
+  for (const learning::Branch branch : method.branches)
+    method.senses.push_back(learning::sense_of(branch));
   method.sizes = {.width = 16,
                   .filters = 8,
                   .kernel_bands = 6,

@@ -4,51 +4,51 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "eval/learning/networks.hpp"
-#include "eval/learning/weights.hpp"
+#include "eval/networks/detail/networks.hpp"
+#include "eval/networks/detail/weights.hpp"
 #include "tests/eval/learning/made_source.hpp"
 
 namespace carillon::eval {
 namespace {
 
 /// Extents of real data, except of voxels, which are fewer.
-SenseExtent extent_of(Sense sense) {
+learning::SenseExtent extent_of(learning::Sense sense) {
   switch (sense) {
-    case Sense::spectrogram:
+    case learning::Sense::spectrogram:
       return {1, 64, 25};
-    case Sense::waveform:
+    case learning::Sense::waveform:
       return {1, 22050};
-    case Sense::voxels:
+    case learning::Sense::voxels:
       return {1, 12, 12, 12};
-    case Sense::image:
+    case learning::Sense::image:
       return {3, 64, 64};
-    case Sense::touch:
+    case learning::Sense::touch:
       return {3, 400};
   }
   return {};
 }
 
-std::vector<SenseExtent> extents_of(const Method& method) {
-  std::vector<SenseExtent> extents;
-  for (const Sense sense : method.senses) extents.push_back(extent_of(sense));
+std::vector<learning::SenseExtent> extents_of(const learning::Method& method) {
+  std::vector<learning::SenseExtent> extents;
+  for (const learning::Sense sense : method.senses) extents.push_back(extent_of(sense));
   return extents;
 }
 
-std::vector<torch::Tensor> random_senses(const Method& method, std::int64_t samples) {
+std::vector<torch::Tensor> random_senses(const learning::Method& method, std::int64_t samples) {
   std::vector<torch::Tensor> senses;
-  for (SenseExtent extent : extents_of(method)) {
+  for (learning::SenseExtent extent : extents_of(method)) {
     extent.insert(extent.begin(), samples);
     senses.push_back(torch::randn(extent));
   }
   return senses;
 }
 
-class Branches : public testing::TestWithParam<Branch> {};
+class Branches : public testing::TestWithParam<learning::Branch> {};
 
 TEST_P(Branches, GiveFeaturesAndLogitsAndEveryWeightLearns) {
   torch::manual_seed(1);
-  const Method method = made_method({GetParam()});
-  const auto network = make_classifier(method, extents_of(method), 5);
+  const learning::Method method = made_method({GetParam()});
+  const auto network = networks::make_classifier(method, extents_of(method), 5);
   const auto senses = random_senses(method, 4);
   network->train();
   EXPECT_EQ(network->features(senses).sizes(), (std::vector<std::int64_t>{4, 16}));
@@ -60,26 +60,36 @@ TEST_P(Branches, GiveFeaturesAndLogitsAndEveryWeightLearns) {
     EXPECT_TRUE(torch::isfinite(item.value().grad()).all().item<bool>()) << item.key();
   }
 }
-INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(all_branches),
-                         [](const auto& name) { return std::string(name_of(name.param)); });
+INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(learning::all_branches),
+                         [](const auto& name) {
+                           return std::string(learning::name_of(name.param));
+                         });
 
 TEST(Branches, SayWhatTheyNeedWhereASenseIsTooSmall) {
-  EXPECT_THROW(make_classifier(made_method({Branch::isnn}), {{1, 4, 25}}, 3), core::InputError);
-  EXPECT_THROW(make_classifier(made_method({Branch::voxnet}), {{1, 8, 8, 8}}, 3), core::InputError);
-  EXPECT_THROW(make_classifier(made_method({Branch::soundnet5}), {{1, 3549}}, 3), core::InputError);
-  EXPECT_THROW(make_classifier(made_method({Branch::soundnet8}), {{1, 4573}}, 3), core::InputError);
-  EXPECT_THROW(make_classifier(made_method({Branch::touch}), {{3, 20}}, 3), core::InputError);
+  EXPECT_THROW(networks::make_classifier(made_method({learning::Branch::isnn}), {{1, 4, 25}}, 3),
+               core::InputError);
+  EXPECT_THROW(
+      networks::make_classifier(made_method({learning::Branch::voxnet}), {{1, 8, 8, 8}}, 3),
+      core::InputError);
+  EXPECT_THROW(
+      networks::make_classifier(made_method({learning::Branch::soundnet5}), {{1, 3549}}, 3),
+      core::InputError);
+  EXPECT_THROW(
+      networks::make_classifier(made_method({learning::Branch::soundnet8}), {{1, 4573}}, 3),
+      core::InputError);
+  EXPECT_THROW(networks::make_classifier(made_method({learning::Branch::touch}), {{3, 20}}, 3),
+               core::InputError);
 }
 
 TEST(Soundnets, LearnFromOneSampleOfTheShortestClips) {
   for (const auto& [branch, samples] :
-       {std::pair{Branch::soundnet5, 3550}, std::pair{Branch::soundnet8, 4574},
-        std::pair{Branch::soundnet8, 11025}}) {
+       {std::pair{learning::Branch::soundnet5, 3550}, std::pair{learning::Branch::soundnet8, 4574},
+        std::pair{learning::Branch::soundnet8, 11025}}) {
     torch::manual_seed(4);
-    const auto network = make_classifier(made_method({branch}), {{1, samples}}, 3);
+    const auto network = networks::make_classifier(made_method({branch}), {{1, samples}}, 3);
     network->train();
     const torch::Tensor logits = network->forward({torch::randn({1, 1, samples})});
-    EXPECT_TRUE(torch::isfinite(logits).all().item<bool>()) << name_of(branch) << samples;
+    EXPECT_TRUE(torch::isfinite(logits).all().item<bool>()) << learning::name_of(branch) << samples;
     logits.square().sum().backward();
   }
 }
@@ -93,17 +103,19 @@ TEST(Soundnet8, HasThePapersWeights) {
   for (int i = 0; i < 7; ++i)
     expected += channels[i] * channels[i + 1] * kernels[i] + 3 * channels[i + 1];
   expected += 1024 * 16 + 16 + 16 * 5 + 5;  // this network's dense layers
-  const Method method = made_method({Branch::soundnet8});
-  EXPECT_EQ(parameter_count(*make_classifier(method, extents_of(method), 5)), expected);
+  const learning::Method method = made_method({learning::Branch::soundnet8});
+  EXPECT_EQ(networks::parameter_count(*networks::make_classifier(method, extents_of(method), 5)),
+            expected);
 }
 
-class Fusions : public testing::TestWithParam<Fusion> {};
+class Fusions : public testing::TestWithParam<learning::Fusion> {};
 
 TEST_P(Fusions, HaveTheGradientOfFiniteDifferences) {
   torch::manual_seed(2);
-  Method method = made_method({Branch::isnn, Branch::touch, Branch::image}, GetParam());
+  learning::Method method = made_method(
+      {learning::Branch::isnn, learning::Branch::touch, learning::Branch::image}, GetParam());
   method.sizes.dropout = 0;
-  const auto network = make_classifier(method, extents_of(method), 3);
+  const auto network = networks::make_classifier(method, extents_of(method), 3);
   network->to(torch::kFloat64);
   network->eval();  // no dropout
   auto senses = random_senses(method, 2);
@@ -132,21 +144,25 @@ TEST_P(Fusions, HaveTheGradientOfFiniteDifferences) {
 }
 
 TEST_P(Fusions, TakeAnyNumberOfBranches) {
-  const Method method =
-      made_method({Branch::isnn, Branch::voxnet, Branch::touch, Branch::image}, GetParam());
-  const auto network = make_classifier(method, extents_of(method), 3);
+  const learning::Method method = made_method({learning::Branch::isnn, learning::Branch::voxnet,
+                                               learning::Branch::touch, learning::Branch::image},
+                                              GetParam());
+  const auto network = networks::make_classifier(method, extents_of(method), 3);
   EXPECT_EQ(network->forward(random_senses(method, 2)).size(1), 3);
 }
-INSTANTIATE_TEST_SUITE_P(All, Fusions, testing::ValuesIn(all_fusions),
-                         [](const auto& name) { return std::string(name_of(name.param)); });
+INSTANTIATE_TEST_SUITE_P(All, Fusions, testing::ValuesIn(learning::all_fusions),
+                         [](const auto& name) {
+                           return std::string(learning::name_of(name.param));
+                         });
 
 /// Features of the branches of a network alone, by networks of one branch with the same weights.
-std::vector<torch::Tensor> branch_features(const Classifier& fused, const Method& method,
+std::vector<torch::Tensor> branch_features(const networks::Classifier& fused,
+                                           const learning::Method& method,
                                            const std::vector<torch::Tensor>& senses) {
   std::vector<torch::Tensor> features;
   for (std::size_t b = 0; b < method.branches.size(); ++b) {
-    const Method alone = made_method({method.branches[b]});
-    const auto network = make_classifier(alone, extents_of(alone), 3);
+    const learning::Method alone = made_method({method.branches[b]});
+    const auto network = networks::make_classifier(alone, extents_of(alone), 3);
     network->eval();
     const torch::NoGradGuard no_gradient;
     const std::string prefix = "branch" + std::to_string(b) + ".";
@@ -161,12 +177,13 @@ std::vector<torch::Tensor> branch_features(const Classifier& fused, const Method
   return features;
 }
 
-class FusionFormulas : public testing::TestWithParam<Fusion> {};
+class FusionFormulas : public testing::TestWithParam<learning::Fusion> {};
 
 TEST_P(FusionFormulas, AreThoseOfThePapers) {
   torch::manual_seed(3);
-  const Method method = made_method({Branch::isnn, Branch::voxnet}, GetParam());
-  const auto network = make_classifier(method, extents_of(method), 3);
+  const learning::Method method =
+      made_method({learning::Branch::isnn, learning::Branch::voxnet}, GetParam());
+  const auto network = networks::make_classifier(method, extents_of(method), 3);
   network->eval();
   const auto senses = random_senses(method, 4);
   const auto features = branch_features(*network, method, senses);
@@ -177,16 +194,16 @@ TEST_P(FusionFormulas, AreThoseOfThePapers) {
   };
   torch::Tensor expected;
   switch (GetParam()) {
-    case Fusion::concatenate:
+    case learning::Fusion::concatenate:
       expected = torch::cat(features, 1);
       break;
-    case Fusion::add:
+    case learning::Fusion::add:
       expected = features[0] + features[1];
       break;
-    case Fusion::multiply:
+    case learning::Fusion::multiply:
       expected = torch::tanh(project(0)) * torch::tanh(project(1));
       break;
-    case Fusion::bilinear: {
+    case learning::Fusion::bilinear: {
       // Sum over groups of 3, signed root, unit length: written out.
       const torch::Tensor product = (project(0) * project(1)).contiguous();
       expected = torch::zeros({4, 12});
@@ -204,12 +221,15 @@ TEST_P(FusionFormulas, AreThoseOfThePapers) {
   }
   EXPECT_LT((network->features(senses) - expected).abs().max().item<double>(), 1e-5);
 }
-INSTANTIATE_TEST_SUITE_P(All, FusionFormulas, testing::ValuesIn(all_fusions),
-                         [](const auto& name) { return std::string(name_of(name.param)); });
+INSTANTIATE_TEST_SUITE_P(All, FusionFormulas, testing::ValuesIn(learning::all_fusions),
+                         [](const auto& name) {
+                           return std::string(learning::name_of(name.param));
+                         });
 
 TEST(Bilinear, HasAFiniteGradientWhereNothingIsFelt) {
-  Method method = made_method({Branch::isnn, Branch::voxnet}, Fusion::bilinear);
-  const auto network = make_classifier(method, extents_of(method), 3);
+  learning::Method method =
+      made_method({learning::Branch::isnn, learning::Branch::voxnet}, learning::Fusion::bilinear);
+  const auto network = networks::make_classifier(method, extents_of(method), 3);
   {
     const torch::NoGradGuard no_gradient;
     for (torch::Tensor& weight : network->parameters()) weight.zero_();
@@ -222,19 +242,19 @@ TEST(Bilinear, HasAFiniteGradientWhereNothingIsFelt) {
 
 TEST(Weights, ComeBackAndGradientsGoRoundUnchanged) {
   torch::manual_seed(4);
-  const Method method = made_method({Branch::soundnet5});
-  const auto first = make_classifier(method, extents_of(method), 3);
-  const auto second = make_classifier(method, extents_of(method), 3);
+  const learning::Method method = made_method({learning::Branch::soundnet5});
+  const auto first = networks::make_classifier(method, extents_of(method), 3);
+  const auto second = networks::make_classifier(method, extents_of(method), 3);
   const auto senses = random_senses(method, 3);
   first->train();
   first->forward(senses).square().sum().backward();
-  from_bytes(to_bytes(*first), *second);
+  networks::from_bytes(networks::to_bytes(*first), *second);
   first->eval();
   second->eval();
   EXPECT_TRUE(first->forward(senses).equal(second->forward(senses)));
   // Gradients as one row: torch adds to it in place.
-  torch::Tensor flat = torch::zeros({parameter_count(*second)});
-  bind_gradients(*second, flat);
+  torch::Tensor flat = torch::zeros({networks::parameter_count(*second)});
+  networks::bind_gradients(*second, flat);
   second->train();
   second->forward(senses).square().sum().backward();
   std::int64_t at = 0;
@@ -245,10 +265,10 @@ TEST(Weights, ComeBackAndGradientsGoRoundUnchanged) {
     at += parameter.numel();
   }
   EXPECT_GT(flat.abs().max().item<float>(), 0);
-  auto statistics = running_statistics(*first);
+  auto statistics = networks::running_statistics(*first);
   EXPECT_EQ(statistics.size(), 2u * (32 + 64 + 128 + 256));
-  set_running_statistics(statistics, *second);
-  EXPECT_EQ(running_statistics(*second), statistics);
+  networks::set_running_statistics(statistics, *second);
+  EXPECT_EQ(networks::running_statistics(*second), statistics);
 }
 
 }  // namespace

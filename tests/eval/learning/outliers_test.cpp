@@ -1,5 +1,5 @@
 // Sounds of no class that a network meets while it learns.
-#include "eval/learning/outliers.hpp"
+#include "eval/networks/detail/outliers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,13 +12,14 @@ namespace {
 
 constexpr std::int64_t bands = 64, frames = 25;
 
-Outliers made_outliers() {
-  return Outliers(made_method({Branch::isnn}), paper_format(22050, 22050));
+networks::Outliers made_outliers() {
+  return networks::Outliers(made_method({learning::Branch::isnn}),
+                            learning::paper_format(22050, 22050));
 }
 
 TEST(Outliers, AreNoisesAndMixesOfTwoClasses) {
   torch::manual_seed(1);
-  const Outliers outliers = made_outliers();
+  const networks::Outliers outliers = made_outliers();
   // Class 0 is 2 everywhere, class 1 is 3: prepared sounds are below 1.
   const torch::Tensor labels = torch::tensor({0, 1}, torch::kInt64).repeat({16});
   const torch::Tensor batch = (labels + 2).view({32, 1, 1, 1}).expand({32, 1, bands, frames});
@@ -48,8 +49,9 @@ TEST(Outliers, AreNoisesAndMixesOfTwoClasses) {
 
 TEST(Outliers, OfSeveralSensesAreOneSoundInEach) {
   torch::manual_seed(2);
-  const Outliers outliers(made_method({Branch::isnn, Branch::soundnet5}),
-                          paper_format(22050, 22050));
+  const networks::Outliers outliers(
+      made_method({learning::Branch::isnn, learning::Branch::soundnet5}),
+      learning::paper_format(22050, 22050));
   const torch::Tensor labels = torch::tensor({0, 1}, torch::kInt64).repeat({16});
   const torch::Tensor level = (labels + 2).to(torch::kFloat32);
   const auto drawn = outliers.draw({level.view({32, 1, 1, 1}).expand({32, 1, bands, frames}),
@@ -90,8 +92,9 @@ TEST(Outliers, LeaveNoSoundAsItWasWhereItsHighBandsAreEmpty) {
 
 TEST(Outliers, AreNoMixesOfSoundsOfWhichOneEndsBeforeTheOther) {
   torch::manual_seed(4);
-  const Outliers outliers(made_method({Branch::isnn, Branch::soundnet5}),
-                          paper_format(22050, 22050));
+  const networks::Outliers outliers(
+      made_method({learning::Branch::isnn, learning::Branch::soundnet5}),
+      learning::paper_format(22050, 22050));
   const torch::Tensor labels = torch::tensor({0, 1}, torch::kInt64).repeat({16});
   const torch::Tensor level = (labels + 2).to(torch::kFloat32);
   const torch::Tensor even = level.view({32, 1, 1, 1}).expand({32, 1, bands, frames});
@@ -115,9 +118,9 @@ TEST(Outliers, OfABatchOfOneClassAreNoises) {
 
 TEST(Outliers, CostLeastWhereAllClassesAreEquallyLikely) {
   const torch::Tensor even = torch::zeros({2, 5}), sure = torch::tensor({{9.0F, 0.0F, 0.0F}});
-  EXPECT_NEAR(Outliers::loss(even).item<double>(), std::log(5), 1e-6);
+  EXPECT_NEAR(networks::Outliers::loss(even).item<double>(), std::log(5), 1e-6);
   // By hand: log(e^9 + 2) - 3.
-  EXPECT_NEAR(Outliers::loss(sure).item<double>(), std::log(std::exp(9) + 2) - 3, 1e-5);
+  EXPECT_NEAR(networks::Outliers::loss(sure).item<double>(), std::log(std::exp(9) + 2) - 3, 1e-5);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Single sounds: right confidences, and what is unlike the training samples.
-#include "eval/learning/recognition.hpp"
+#include "eval/recognition/recognition.hpp"
 
 #include <gtest/gtest.h>
 
@@ -44,56 +44,58 @@ class Recognising : public testing::Test {
           folder_->path() / ("bar" + std::to_string(i % 3) + "-" + std::to_string(i) + ".wav"),
           bar(i % 3, random), core::SampleFormat::float32);
     }
-    RecordingsSpec spec;
+    learning::RecordingsSpec spec;
     spec.folder = folder_->path();
     spec.names = "{shape}-*";
     spec.seconds = 0.3;
     spec.sample_rate = 22050;
     spec.validation = 0.25;
     spec.test = 0.25;
-    source_ = open_recordings(spec);
-    TaskSpec task;
+    source_ = learning::open_recordings(spec);
+    learning::TaskSpec task;
     task.column = "shape";
     task.split = "split_strike";
-    samples_ = label_samples(*source_, task);
-    Method method;
-    method.branches = {Branch::isnn};
-    method.senses = {Sense::spectrogram};
+    samples_ = learning::label_samples(*source_, task);
+    learning::Method method;
+    method.branches = {learning::Branch::isnn};
+    method.senses = {learning::Sense::spectrogram};
     method.sizes.filters = 8;
     method.sizes.width = 32;
     method.learning.epochs = 15;
     method.learning.batch = 16;  // noises are told apart after some hundred steps
     method.learning.learning_rate = 0.003;
-    learner_ = std::make_unique<Learner>(
-        method, std::vector<SenseExtent>{source_->layout(Sense::spectrogram)->extent},
+    learner_ = std::make_unique<networks::Learner>(
+        method,
+        std::vector<learning::SenseExtent>{source_->layout(learning::Sense::spectrogram)->extent},
         samples_.classes);
     learner_->train(*source_, samples_, {}, {}, {});
-    recognition_ = learn_recognition(
+    recognition_ = recognition::learn_recognition(
         *learner_, *source_, samples_,
-        learner_->predict(*source_, samples_, samples_.rows(Part::validation), {}), {});
+        learner_->predict(*source_, samples_, samples_.rows(learning::Part::validation), {}), {});
   }
   static void TearDownTestSuite() {
     learner_.reset();
     source_.reset();
     folder_.reset();
   }
-  static Recognised ask(const core::AudioClip& clip) {
-    return recognise(*learner_, recognition_, ClipPreparer(recognition_.format),
-                     strike_clip(clip, recognition_.format));
+  static recognition::Recognised ask(const core::AudioClip& clip) {
+    return recognition::recognise(*learner_, recognition_,
+                                  learning::ClipPreparer(recognition_.format),
+                                  learning::strike_clip(clip, recognition_.format));
   }
 
   inline static std::unique_ptr<core::TemporaryFolder> folder_;
-  inline static std::unique_ptr<SampleSource> source_;
-  inline static LabelledSamples samples_;
-  inline static std::unique_ptr<Learner> learner_;
-  inline static Recognition recognition_;
+  inline static std::unique_ptr<learning::SampleSource> source_;
+  inline static learning::LabelledSamples samples_;
+  inline static std::unique_ptr<networks::Learner> learner_;
+  inline static recognition::Recognition recognition_;
 };
 
 TEST_F(Recognising, KnowsNewSoundsOfItsClasses) {
   std::size_t right = 0, known = 0;
   for (std::size_t i = 0; i < 60; ++i) {
     core::RandomStream random(4, i, "other bars");
-    const Recognised answer = ask(bar(i % 3, random));
+    const recognition::Recognised answer = ask(bar(i % 3, random));
     EXPECT_NEAR(std::accumulate(answer.probabilities.begin(), answer.probabilities.end(), 0.0), 1,
                 1e-9);
     const auto best = std::max_element(answer.probabilities.begin(), answer.probabilities.end());
@@ -105,11 +107,11 @@ TEST_F(Recognising, KnowsNewSoundsOfItsClasses) {
 }
 
 TEST_F(Recognising, TellsNoiseFromItsClasses) {
-  const std::vector<std::uint32_t> tested = samples_.rows(Part::test);
-  const RecognitionTrial trial =
-      try_recognition(recognition_, *learner_, *source_, samples_,
-                      learner_->predict(*source_, samples_, tested, {}),
-                      std::vector<std::size_t>(tested.begin(), tested.end()), {});
+  const std::vector<std::uint32_t> tested = samples_.rows(learning::Part::test);
+  const recognition::RecognitionTrial trial =
+      recognition::try_recognition(recognition_, *learner_, *source_, samples_,
+                                   learner_->predict(*source_, samples_, tested, {}),
+                                   std::vector<std::size_t>(tested.begin(), tested.end()), {});
   ASSERT_EQ(trial.novel.size(), 5U);  // nothing is left out: noises alone
   for (const auto& [name, novel] : trial.novel) {
     EXPECT_GT(novel.auroc, 0.9) << name;
@@ -124,12 +126,13 @@ TEST_F(Recognising, TellsNoiseFromItsClasses) {
 TEST_F(Recognising, AnswersAlikeAfterItWasKept) {
   core::RandomStream random(5, 0, "bars");
   const core::AudioClip clip = bar(1, random);
-  const Recognised before = ask(clip);
+  const recognition::Recognised before = ask(clip);
   const auto path = folder_->path() / "recognition";
-  save_recognition(path, recognition_);
-  const Recognition kept = load_recognition(path);
-  const Recognised after =
-      recognise(*learner_, kept, ClipPreparer(kept.format), strike_clip(clip, kept.format));
+  recognition::save_recognition(path, recognition_);
+  const recognition::Recognition kept = recognition::load_recognition(path);
+  const recognition::Recognised after =
+      recognition::recognise(*learner_, kept, learning::ClipPreparer(kept.format),
+                             learning::strike_clip(clip, kept.format));
   EXPECT_EQ(after.probabilities, before.probabilities);
   EXPECT_EQ(after.log_odds, before.log_odds);
   EXPECT_EQ(kept.threshold, recognition_.threshold);
@@ -138,7 +141,7 @@ TEST_F(Recognising, AnswersAlikeAfterItWasKept) {
 TEST_F(Recognising, SilenceIsNoneOfTheClasses) {
   core::AudioClip silence;
   silence.samples.assign(8000, 0.0F);
-  const Recognised answer = ask(silence);
+  const recognition::Recognised answer = ask(silence);
   EXPECT_TRUE(std::isfinite(answer.log_odds));
   EXPECT_FALSE(answer.known);
   for (const double p : answer.probabilities) EXPECT_TRUE(std::isfinite(p));

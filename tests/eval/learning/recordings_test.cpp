@@ -46,16 +46,16 @@ class Recordings : public testing::Test {
       }
     }
   }
-  RecordingsSpec spec(const std::string& names) const {
-    RecordingsSpec spec;
+  learning::RecordingsSpec spec(const std::string& names) const {
+    learning::RecordingsSpec spec;
     spec.folder = folder_.path();
     spec.names = names;
     spec.seconds = 0.4;
     return spec;
   }
-  std::string error_of(const RecordingsSpec& spec, const std::string& column = "") const {
+  std::string error_of(const learning::RecordingsSpec& spec, const std::string& column = "") const {
     try {
-      const auto source = open_recordings(spec);
+      const auto source = learning::open_recordings(spec);
       if (!column.empty()) source->labels(column);
     } catch (const core::Error& error) {
       return error.message();
@@ -69,7 +69,7 @@ class Recordings : public testing::Test {
 
 TEST_F(Recordings, HaveLabelsInTheirNames) {
   put_bodies();
-  const auto source = open_recordings(spec("{material}/{shape}-*.wav"));
+  const auto source = learning::open_recordings(spec("{material}/{shape}-*.wav"));
   ASSERT_EQ(source->size(), 12U);
   EXPECT_EQ(source->keys()[0], "glass/bowl-0.wav");
   EXPECT_EQ(source->labels("material")[0], "glass");
@@ -87,7 +87,8 @@ TEST_F(Recordings, HaveLabelsInTheirNames) {
 
 TEST_F(Recordings, OfNamesThatCanBeReadInTwoWaysAreRefused) {
   put("Steel-bowl-03.WAV", struck(40));
-  EXPECT_EQ(open_recordings(spec("{material}-bowl-*.wav"))->labels("material"), (Texts{"Steel"}));
+  EXPECT_EQ(learning::open_recordings(spec("{material}-bowl-*.wav"))->labels("material"),
+            (Texts{"Steel"}));
   put("sterling_steel_bowl_03.wav", struck(40));
   fs::remove(folder_.path() / "Steel-bowl-03.WAV");
   EXPECT_NE(error_of(spec("{material}_{shape}_*")).find("may be sterling or sterling_steel"),
@@ -96,13 +97,13 @@ TEST_F(Recordings, OfNamesThatCanBeReadInTwoWaysAreRefused) {
 
 TEST_F(Recordings, HaveLabelsInATable) {
   put_bodies();
-  RecordingsSpec own = spec("");
+  learning::RecordingsSpec own = spec("");
   own.table = folder_.path() / "labels.csv";
   own.body = "owner";
   std::ofstream(own.table) << "owner,file,material,split\n"
                               "\"Ann, of old\", wood/spoon-1.wav,wood,test\r\n\n"
                               "Bo,glass/cup-0.wav,glass,train\n";
-  const auto source = open_recordings(own);
+  const auto source = learning::open_recordings(own);
   EXPECT_EQ(source->keys(), (Texts{"glass/cup-0.wav", "wood/spoon-1.wav"}));
   EXPECT_EQ(source->labels("owner"), (Texts{"Bo", "Ann, of old"}));
   EXPECT_EQ(source->labels("split_shape"), (Texts{"train", "test"}));
@@ -127,11 +128,11 @@ TEST_F(Recordings, HaveLabelsInATable) {
 
 TEST_F(Recordings, StayInTheirPartsAsMoreCome) {
   put_bodies();
-  RecordingsSpec half = spec("{material}/{shape}-*");
+  learning::RecordingsSpec half = spec("{material}/{shape}-*");
   half.validation = 0.3;
   half.test = 0.3;
   std::map<std::string, Texts> parts;
-  const auto before = open_recordings(half);
+  const auto before = learning::open_recordings(half);
   for (const char* column : {"split_shape", "split_strike"}) {
     const Texts labels = before->labels(column);
     for (std::size_t i = 0; i < labels.size(); ++i) {
@@ -142,7 +143,7 @@ TEST_F(Recordings, StayInTheirPartsAsMoreCome) {
   for (const auto& [key, both] : parts) seen.insert(both.begin(), both.end());
   EXPECT_EQ(seen.size(), 3U) << "each part has some";
   put("wood/ladle-0.wav", struck(77));
-  const auto after = open_recordings(half);
+  const auto after = learning::open_recordings(half);
   EXPECT_NE(after->content(), before->content());
   for (std::size_t i = 0; i < after->size(); ++i) {
     const std::string key = after->keys()[i];
@@ -156,7 +157,7 @@ TEST_F(Recordings, ThatLeakAreRefused) {
   put("a-0.wav", struck(500));
   put("a-1.wav", struck(600));
   put("b-0.wav", struck(500));
-  RecordingsSpec own = spec("");
+  learning::RecordingsSpec own = spec("");
   own.table = folder_.path() / "labels.csv";
   std::ofstream(own.table) << "file,shape,split\na-0.wav,a,train\na-1.wav,a,test\n";
   EXPECT_EQ(error_of(own, "split_strike"), "");
@@ -173,10 +174,10 @@ TEST_F(Recordings, OfOneStrikeStayInOnePart) {
           struck(500 + 10 * tones_++));
     }
   }
-  RecordingsSpec own = spec("{shape}/{strike}_{microphone}");
+  learning::RecordingsSpec own = spec("{shape}/{strike}_{microphone}");
   own.validation = own.test = 0.3;
   const auto apart = [&] {
-    const auto source = open_recordings(own);
+    const auto source = learning::open_recordings(own);
     const Texts parts = source->labels("split_strike"), strikes = source->labels("strike");
     std::map<std::string, std::set<std::string>> parts_of;
     for (std::size_t i = 0; i < parts.size(); ++i) parts_of[strikes[i]].insert(parts[i]);
@@ -186,7 +187,7 @@ TEST_F(Recordings, OfOneStrikeStayInOnePart) {
   EXPECT_GT(apart(), 0);
   own.strike = "strike";
   EXPECT_EQ(apart(), 0);
-  const Texts names = open_recordings(own)->strike_names();
+  const Texts names = learning::open_recordings(own)->strike_names();
   EXPECT_EQ(std::set(names.begin(), names.end()).size(), 20U);
   own.strike = "take";
   EXPECT_NE(error_of(own).find("take"), std::string::npos);
@@ -204,13 +205,14 @@ TEST_F(Recordings, AreHeardFromTheStrikeOnAtAnyRateAndNumberOfChannels) {
   put("late-0.wav", struck(900, 0.7));
   put("slow-0.wav", struck(900, 0.2, 22050));
   put("both-0.wav", struck(900, 0, 44100, 2));
-  const auto source = open_recordings(spec("{shape}-*"));
-  const auto layout = source->layout(Sense::spectrogram).value();
-  EXPECT_EQ(layout.extent, (SenseExtent{1, 64, 25}));
-  const std::size_t each = values_in(layout.extent);
+  const auto source = learning::open_recordings(spec("{shape}-*"));
+  const auto layout = source->layout(learning::Sense::spectrogram).value();
+  EXPECT_EQ(layout.extent, (learning::SenseExtent{1, 64, 25}));
+  const std::size_t each = learning::values_in(layout.extent);
   std::vector<float> values(4 * each);
   const std::vector<std::uint32_t> all = {0, 1, 2, 3};
-  for (const bool heard : source->read(Sense::spectrogram, all, values)) EXPECT_TRUE(heard);
+  for (const bool heard : source->read(learning::Sense::spectrogram, all, values))
+    EXPECT_TRUE(heard);
   // both, late, plain, slow; the tail of the first cells below -40 dB counts little.
   for (const std::size_t other : {0U, 1U, 3U}) {
     double difference = 0;
@@ -220,7 +222,7 @@ TEST_F(Recordings, AreHeardFromTheStrikeOnAtAnyRateAndNumberOfChannels) {
     }
     EXPECT_LT(difference, 0.05) << source->keys()[other];
   }
-  EXPECT_FALSE(source->layout(Sense::voxels).has_value());
+  EXPECT_FALSE(source->layout(learning::Sense::voxels).has_value());
 }
 
 TEST_F(Recordings, OfSilenceAreEmptyAndOfNaNRefused) {
@@ -235,12 +237,12 @@ TEST_F(Recordings, OfSilenceAreEmptyAndOfNaNRefused) {
     const float nan = std::nanf("");
     file.seekp(end + 4 * 7).write(reinterpret_cast<const char*>(&nan), 4);
   }
-  const auto source = open_recordings(spec("{shape}-*"));
+  const auto source = learning::open_recordings(spec("{shape}-*"));
   std::vector<float> values(64 * 25);
-  EXPECT_EQ(source->read(Sense::spectrogram, std::vector<std::uint32_t>{0}, values),
+  EXPECT_EQ(source->read(learning::Sense::spectrogram, std::vector<std::uint32_t>{0}, values),
             std::vector<bool>{false});
   try {
-    source->read(Sense::spectrogram, std::vector<std::uint32_t>{1}, values);
+    source->read(learning::Sense::spectrogram, std::vector<std::uint32_t>{1}, values);
     FAIL() << "NaN was taken";
   } catch (const core::Error& error) {
     EXPECT_NE(error.message().find("b-0.wav: sample 7"), std::string::npos) << error.message();

@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "cli/command_line.hpp"
+#include "cli/commands.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/trace.hpp"
+#include "dataset/configuration/about.hpp"
+#include "dataset/exporters/export.hpp"
+#include "dataset/exporters/export_folder.hpp"
+#include "dataset/exporters/whole_dataset.hpp"
+#include "dataset/run/croissant.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ExportOptions {
+  std::string dataset, format, output;
+  std::string split = "split_shape";
+  std::vector<std::string> arrays;
+  std::size_t per_shard = 1000;
+};
+
+ordered_json samples_by_part(const dataset::exporters::ExportedRows& rows) {
+  ordered_json counts = ordered_json::object();
+  for (const auto& [part, members] : rows.by_part()) counts[part] = members.size();
+  return counts;
+}
+
+/// What the dataset says of itself, for its description in other formats.
+/// @throws FileError  dataset.json is damaged
+ordered_json head_of(const std::filesystem::path& folder,
+                     const dataset::exporters::ExportedRows& rows) {
+  const std::filesystem::path path = folder / "dataset.json";
+  const ordered_json said = std::filesystem::exists(path)
+                                ? ordered_json::parse(core::read_file(path), nullptr, false)
+                                : ordered_json::object();
+  if (!said.is_object()) {
+    throw core::FileError(fmt::format(
+        "{} is damaged: `carillon build` of the same configuration writes it anew", path.string()));
+  }
+  return dataset::run::croissant_head(
+      said.value("name", folder.filename().string()),
+      dataset::configuration::about_from(said.value("about", ordered_json::object())),
+      dataset::run::samples_sentence(rows.size()));
+}
+
+ordered_json to_json(const std::vector<dataset::exporters::ExportedFile>& files) {
+  ordered_json list = ordered_json::array();
+  for (const dataset::exporters::ExportedFile& file : files) {
+    list.push_back({{"path", file.path}, {"sha256", file.sha256}, {"bytes", file.bytes}});
+  }
+  return list;
+}
+
+/// Every rank's files by their names.
+/// @note Collective.
+std::vector<dataset::exporters::ExportedFile> gather(
+    const std::vector<dataset::exporters::ExportedFile>& own, MPI_Comm world) {
+  std::vector<dataset::exporters::ExportedFile> all;
+  for (const std::string& text : mpi::all_gather(to_json(own).dump(), world)) {
+    for (const ordered_json& file : ordered_json::parse(text)) {
+      all.push_back({file.at("path"), file.at("sha256"), file.at("bytes")});
+    }
+  }
+  std::sort(all.begin(), all.end(),
+            [](const dataset::exporters::ExportedFile& a,
+               const dataset::exporters::ExportedFile& b) { return a.path < b.path; });
+  return all;
+}
+
+void run_export(const ExportOptions& options, const mpi::Context& context) {
+  const double start = core::monotonic_seconds();
+  const std::filesystem::path folder = core::tidy_path(options.dataset);
+  const std::filesystem::path output =
+      options.output.empty() ? folder.filename().string() + "-" + options.format : options.output;
+  std::optional<core::Hdf5Group> index;
+  std::optional<dataset::exporters::ExportedRows> rows;
+  ordered_json head;
+  mpi::agreed(context.world, [&] {
+    if (!std::filesystem::exists(folder / "index.h5")) {
+      throw core::InputError(fmt::format("{} is no dataset", folder.string()),
+                             "a dataset has an index.h5; of a sweep give one variant's folder");
+    }
+    index = core::Hdf5Group::open_file(folder / "index.h5");
+    if (context.speaks()) dataset::exporters::require_whole(folder, *index, options.arrays);
+    rows.emplace(*index, options.split);
+    head = head_of(folder, *rows);
+  });
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) dataset::exporters::ExportFolder::begin(output);
+  });
+  std::vector<dataset::exporters::ExportedFile> files;
+  mpi::agreed(context.world, [&] {
+    const dataset::exporters::Export task{
+        output, *index, *rows, mpi::rank(context.world), mpi::size(context.world), context.quiet};
+    files = options.format == "wav"
+                ? dataset::exporters::write_audio_folder(task)
+                : dataset::exporters::write_web_dataset(task, options.arrays, options.per_shard);
+  });
+  files = gather(files, context.world);
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    if (std::filesystem::exists(folder / "dataset.json")) {
+      core::write_text_durably(output / "dataset.json", core::read_file(folder / "dataset.json"));
+      files.push_back(dataset::exporters::exported_file(output, "dataset.json"));
+    }
+    const ordered_json croissant =
+        dataset::exporters::croissant_of(head, options.format, files, *rows, *index);
+    core::write_text_durably(output / "croissant.json", croissant.dump(2) + "\n");
+    dataset::exporters::ExportFolder::finish(output);
+  });
+  if (!context.speaks()) return;
+  const double seconds = core::monotonic_seconds() - start;
+  if (context.json) {
+    fmt::print("{}\n", ordered_json{{"output", output.string()},
+                                    {"format", options.format},
+                                    {"samples", rows->size()},
+                                    {"parts", samples_by_part(*rows)},
+                                    {"timing", {{"export_s", seconds}}}}
+                           .dump(1));
+  } else {
+    fmt::print("{}: {} samples\n", output.string(), rows->size());
+  }
+}
+
+/// What is wrong with a format that nobody needs to ask for.
+std::string refuse_croissant(const std::string& format) {
+  return format == "croissant"
+             ? "every dataset has a croissant.json already, and so has every export"
+             : "";
+}
+
+}  // namespace
+
+void add_export(Program& program, mpi::Context& context) {
+  Command& command = program.add("export", "a dataset in another format", Needs::ranks);
+  auto options = std::make_shared<ExportOptions>();
+  command.option("dataset", options->dataset, "folder of a dataset").required();
+  command
+      .option("--format", options->format,
+              "wav: files and a metadata.csv for each part (AudioFolder); webdataset: tar "
+              "files of shuffled samples")
+      .required()
+      .check(refuse_croissant)
+      .one_of({"wav", "webdataset"});
+  command.option("-o,--output", options->output,
+                 "new folder (default: DATASET-FORMAT in the current one)");
+  command.option("--split", options->split, "column that says which part a sample is in")
+      .show_default();
+  command.option("--with", options->arrays,
+                 "columns that a webdataset has as .npy too: mel, voxels, frame, touch, ...");
+  command.option("--per-shard", options->per_shard, "samples of a tar file")
+      .show_default()
+      .range(std::size_t{1}, std::size_t{1000000});
+  command.footer(
+      "Examples:\n"
+      "  carillon export carillon-smoke --format wav\n"
+      "  mpirun -n 4 carillon export kitchen --format webdataset --with mel voxels -o shards\n"
+      "Every export has a croissant.json, as every dataset has.\n"
+      "docs/exports.md");
+  command.does([&context, options] {
+    if (options->format != "webdataset" && !options->arrays.empty()) {
+      throw core::InputError("--with goes with --format webdataset",
+                             "the other columns are in metadata.csv");
+    }
+    run_export(*options, context);
+  });
+}
+
+}  // namespace carillon::cli

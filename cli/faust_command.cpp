@@ -1,0 +1,236 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "cli/body_options.hpp"
+#include "cli/command_line.hpp"
+#include "cli/pitch_report.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/revision.hpp"
+#include "core/units.hpp"
+#include "dataset/exporters/faust_program.hpp"
+#include "scene/blow.hpp"
+#include "scene/drawn_strike.hpp"
+#include "synth/modal/heard_modes.hpp"
+#include "synth/modal/row_response.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+struct FaustOptions {
+  scene::BodyOptions body;
+  std::vector<std::string> at;
+  std::size_t points = 0;  ///< spread over the surface, in place of `at`
+  std::uint64_t seed = 1;
+  std::string impulse = scene::default_impulse;
+  std::string contact_time = scene::default_contact_time;
+  double gain = 1;
+  std::size_t loudest = 0;  ///< modes that are kept; 0: all
+  std::string output;
+};
+
+double positive(const std::string& text, core::Dimension dimension, const char* option,
+                const char* hint) {
+  const double value = core::parse_quantity(text, dimension);
+  if (!(value > 0)) throw core::InputError(fmt::format("{} {}: not positive", option, text), hint);
+  return value;
+}
+
+std::vector<synth::modal::SurfacePoint> points_of(const FaustOptions& options,
+                                                  const solvers::modes::ModeSurface& surface) {
+  const synth::modal::SurfaceSampler sampler(surface);
+  core::RandomStream places = scene::strike_places(options.seed);
+  if (options.points > 0) return scene::spread_points(sampler, surface, options.points, places);
+  if (options.at.empty()) return {sampler.sample(places)};
+  std::vector<synth::modal::SurfacePoint> points;
+  for (const std::string& at : options.at) points.push_back(sampler.nearest(parse_position(at)));
+  return points;
+}
+
+/// Modes at the points of a program, as `strike` would sound them.
+struct PointModes {
+  Eigen::MatrixXd gains;         ///< modes x points [m/s per N s]
+  std::vector<double> loudness;  ///< mean square over 200 ms after the blow, loudest point
+};
+
+PointModes modes_at(const scene::Body& body, std::span<const double> rates,
+                    std::span<const synth::modal::SurfacePoint> points, double contact_time) {
+  const auto modes = static_cast<Eigen::Index>(body.modes.size());
+  PointModes result{Eigen::MatrixXd(modes, static_cast<Eigen::Index>(points.size())),
+                    std::vector<double>(body.modes.size(), 0.0)};
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    synth::modal::Strike strike;
+    strike.point = points[p];
+    strike.direction = -synth::modal::frame_at(body.modes.surface, points[p]).normal;
+    strike.impulse = 1;
+    strike.force.duration = contact_time;
+    const synth::modal::RingDown rings = synth::modal::ring_down(
+        body.modes, rates, strike, synth::modal::point_velocity(body.modes, points[p]));
+    result.gains.col(static_cast<Eigen::Index>(p)) =
+        rings.excitation.cwiseProduct(rings.readout.velocity.row(0).transpose());
+    // Above all that is heard, so that no mode is too high for it.
+    constexpr double rate = 1e6;
+    const auto ringing = synth::modal::ringing_modes(rings, strike.force, rate);
+    for (std::size_t i = 0; i < ringing.size(); ++i) {
+      const auto weights = synth::modal::weights_of(rings.readout, 0, static_cast<Eigen::Index>(i),
+                                                    rings.excitation[static_cast<Eigen::Index>(i)]);
+      result.loudness[i] = std::max(
+          result.loudness[i], synth::modal::hear_mode(ringing[i], weights, contact_time).loudness);
+    }
+  }
+  return result;
+}
+
+/// The loudest modes, in the order of their frequencies.
+std::vector<std::size_t> loudest(std::span<const double> loudness, std::size_t most) {
+  std::vector<std::size_t> order(loudness.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (most == 0 || most >= order.size()) return order;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return loudness[a] > loudness[b]; });
+  order.resize(most);
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+/// What the header says of where the program comes from.
+std::vector<std::string> remarks(const scene::Body& body, const FaustOptions& options,
+                                 const dataset::exporters::FaustProgram& program,
+                                 const mpi::Context& context) {
+  const solvers::modes::Certificate& certificate = body.modes.certificate;
+  std::vector<std::string> lines = {fmt::format("Made by Carillon {}:", core::version()),
+                                    context.command, ""};
+  for (const synth::material::Material& material : body.materials) {
+    lines.push_back(fmt::format("Material {}: {:.6g} Pa, Poisson's ratio {:.4g}, {:.6g} kg/m^3; {}",
+                                material.name, material.elastic.youngs_modulus,
+                                material.elastic.poisson_ratio, material.elastic.density,
+                                synth::damping::formula_of(material.damping)));
+  }
+  lines.push_back(fmt::format("Mass {:.6g} kg.", body.modes.mass));
+  lines.push_back(fmt::format("{} modes{}; {} of the {} from {:.6g} to {:.6g} Hz were found{}.",
+                              program.modes.size(), options.loudest == 0 ? "" : ", the loudest",
+                              certificate.modes_found, certificate.modes_in_band,
+                              certificate.min_frequency, certificate.max_frequency,
+                              certificate.count_verified ? ", counted by inertia" : ""));
+  lines.push_back(fmt::format("Complete to {:.6g} Hz; worst residual {:.1e}.",
+                              certificate.complete_to_hz, certificate.max_residual));
+  for (std::size_t p = 0; p < program.points.size(); ++p) {
+    const Vec3& at = program.points[p];
+    lines.push_back(
+        fmt::format("Position {}: {:.6g}, {:.6g}, {:.6g} m.", p, at.x(), at.y(), at.z()));
+  }
+  return lines;
+}
+
+dataset::exporters::FaustProgram program_of(const scene::Body& body, const FaustOptions& options,
+                                            const mpi::Context& context) {
+  if (body.modes.size() == 0) {
+    throw core::InputError(
+        fmt::format("{} has no mode between {:.6g} and {:.6g} Hz", options.body.mesh,
+                    body.modes.certificate.min_frequency, body.modes.certificate.max_frequency),
+        "carillon modes says where its first one is expected; widen the band");
+  }
+  dataset::exporters::FaustProgram program;
+  program.name = fmt::format("{}, {}", options.body.mesh, options.body.material);
+  program.impulse = core::parse_quantity(options.impulse, core::Dimension::impulse);
+  program.contact_time = core::parse_quantity(options.contact_time, core::Dimension::time);
+  program.gain = options.gain;
+  const std::vector<double> rates =
+      synth::damping::decay_rates(body.modes, scene::damping_of(body.materials));
+  const auto points = points_of(options, body.modes.surface);
+  for (const synth::modal::SurfacePoint& point : points) {
+    program.points.push_back(synth::modal::frame_at(body.modes.surface, point).position);
+  }
+  const PointModes at = modes_at(body, rates, points, program.contact_time);
+  const dataset::exporters::FaustDamping damping =
+      dataset::exporters::faust_damping(body.modes, body.materials, rates);
+  program.damping = damping.definitions;
+  for (const std::size_t i : loudest(at.loudness, options.loudest)) {
+    const Eigen::VectorXd gains = at.gains.row(static_cast<Eigen::Index>(i));
+    program.modes.push_back(
+        {body.modes.eigenvalues[i],
+         damping.rates[i],
+         {gains.begin(), gains.end()},
+         fmt::format("{:.2f} Hz, {:.4g} 1/s", body.modes.frequency(i), rates[i])});
+  }
+  program.remarks = remarks(body, options, program, context);
+  return program;
+}
+
+/// Everything that is wrong without knowing the body, before it is solved.
+void check_options(const FaustOptions& options) {
+  if (!options.at.empty() && options.points > 0) {
+    throw core::InputError("--at and --points both say where", "give one of them");
+  }
+  positive(options.impulse, core::Dimension::impulse, "--impulse", "it is the blow's at first");
+  const double contact = positive(
+      options.contact_time, core::Dimension::time, "--contact-time",
+      "an ideal impulse of 1 N s is one sample of the program's input, as high as its rate");
+  if (contact < dataset::exporters::shortest_contact ||
+      contact > dataset::exporters::longest_contact) {
+    throw core::InputError(fmt::format("--contact-time {}: the program's blows last 1 us to 1 s",
+                                       options.contact_time));
+  }
+  if (!(options.gain > 0)) throw core::InputError("--gain is not positive");
+}
+
+void run_export_faust(const FaustOptions& options, mpi::Context& context) {
+  check_options(options);
+  const scene::Body body = scene::solve_body(options.body, context);
+  settle(body.pitch_target, context);
+  if (!context.speaks()) return;
+  const dataset::exporters::FaustProgram program = program_of(body, options, context);
+  core::write_text_durably(options.output, dataset::exporters::faust_text(program));
+  const std::size_t left_out = body.modes.size() - program.modes.size();
+  if (context.json) {
+    nlohmann::json points = nlohmann::json::array();
+    for (const Vec3& at : program.points) points.push_back({at.x(), at.y(), at.z()});
+    fmt::print("{}\n", nlohmann::json{{"file", options.output},
+                                      {"modes", program.modes.size()},
+                                      {"modes_left_out", left_out},
+                                      {"positions_m", points}}
+                           .dump(2));
+    return;
+  }
+  fmt::print("{}: {} modes at {} point{}\n", options.output, program.modes.size(),
+             program.points.size(), program.points.size() == 1 ? "" : "s");
+  if (left_out > 0) fmt::print("{} softer modes left out\n", left_out);
+}
+
+}  // namespace
+
+void add_export_faust(Program& program, mpi::Context& context) {
+  Command& command =
+      program.add("export-faust", "a body as an instrument: a program in Faust", Needs::solver);
+  auto options = std::make_shared<FaustOptions>();
+  add_body_options(command, options->body);
+  command.option("-o,--output", options->output, "Faust program, .dsp").required();
+  command
+      .option("--at", options->at,
+              "point that can be struck, x,y,z [m]; more than one: a position each "
+              "(default: drawn by --seed)")
+      .one_value_each();
+  command.option("--points", options->points, "so many points, far from each other").range(1, 1000);
+  command.option("--seed", options->seed, "of points that are drawn").show_default();
+  command
+      .option("--loudest", options->loudest,
+              "at most so many modes: those with the most energy in the 200 ms after a blow, "
+              "at the point where each is loudest (default: all)")
+      .range(1, 100000);
+  command.option("--impulse", options->impulse, "of a blow, at first").show_default();
+  command.option("--contact-time", options->contact_time, "of a blow, at first").show_default();
+  command.option("--gain", options->gain, "full scale per m/s, at first").show_default();
+  command.footer(
+      "Examples:\n"
+      "  carillon export-faust bowl -m ceramic --points 8 -o bowl.dsp && faust2jaqt bowl.dsp\n"
+      "  carillon export-faust bell -m iron --at 0.05,0,0.02 --at 0,0,0.09 --loudest 40 -o "
+      "bell.dsp\n"
+      "docs/exports.md");
+  command.does([&context, options] { run_export_faust(*options, context); });
+}
+
+}  // namespace carillon::cli

@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "cli/command_line.hpp"
+#include "cli/commands.hpp"
+#include "cli/feature_options.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/trace.hpp"
+#include "eval/damping/fit_inputs.hpp"
+#include "eval/damping/fit_report.hpp"
+#include "eval/damping/law_text.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+using eval::damping::Estimator;
+
+struct FitCommandOptions {
+  std::vector<std::string> recordings;
+  FeatureArguments features;
+  std::vector<std::string> tables;
+  std::string model = "rayleigh";
+  std::string estimator = "emg";
+  std::string history;
+};
+
+const std::vector<Estimator>& all_estimators() {
+  static const std::vector<Estimator> all = {Estimator::emg, Estimator::emg_relative,
+                                             Estimator::least_squares, Estimator::lower_bound};
+  return all;
+}
+
+std::vector<Estimator> estimators_of(const std::string& word) {
+  if (word == "all") return all_estimators();
+  for (const Estimator estimator : all_estimators()) {
+    if (word == eval::damping::name_of(estimator)) return {estimator};
+  }
+  throw core::InputError(fmt::format("there is no estimator \"{}\"", word),
+                         "emg, emg_relative, least_squares, lower_bound or all");
+}
+
+std::vector<eval::damping::FitSource> read_sources(const FitCommandOptions& options) {
+  const eval::features::FeatureOptions wanted = feature_options(options.features);
+  std::vector<eval::damping::FitSource> sources;
+  for (const std::string& path : options.recordings) {
+    sources.push_back(eval::damping::fit_source_of_recording(path, wanted));
+  }
+  for (const std::string& path : options.tables)
+    sources.push_back(eval::damping::fit_source_of_table(path));
+  return sources;
+}
+
+/// Names the files that gave nothing.
+/// @throws InputError  none gave a feature that can be used
+void judge_sources(const std::vector<eval::damping::FitSource>& sources, std::size_t usable,
+                   bool speaks) {
+  if (sources.empty()) {
+    throw core::InputError("nothing to fit", "name recordings, or tables with --features FILE.csv");
+  }
+  std::string reasons;
+  for (const eval::damping::FitSource& source : sources) {
+    const bool room = std::all_of(source.features.begin(), source.features.end(),
+                                  [](const eval::features::Feature& f) { return f.reverberant; });
+    if (room && !source.features.empty()) {
+      reasons += fmt::format("\n  {}: all of its {} modes may be the room's (--rt60)", source.name,
+                             source.features.size());
+    }
+    if (source.nothing.empty()) continue;
+    // Some reasons begin with the file's name themselves.
+    const bool named = source.nothing.starts_with(source.name);
+    reasons +=
+        named ? "\n  " + source.nothing : fmt::format("\n  {}: {}", source.name, source.nothing);
+  }
+  if (usable == 0) throw core::InputError("no usable feature" + reasons);
+  if (!reasons.empty() && speaks) fmt::print(stderr, "carillon: without features:{}\n", reasons);
+}
+
+void run_fit(const FitCommandOptions& options, const mpi::Context& context) {
+  eval::damping::FitReport report;
+  report.law = eval::damping::damping_law(options.model);
+  const std::vector<Estimator> estimators = estimators_of(options.estimator);
+  const double begin = core::monotonic_seconds();
+  report.sources = read_sources(options);
+  const eval::damping::DampingData data =
+      eval::damping::damping_data(eval::damping::joined_features(report.sources));
+  judge_sources(report.sources, data.size(), context.speaks());
+  const double read = core::monotonic_seconds();
+  for (const Estimator estimator : estimators) {
+    const eval::damping::FitOptions fit_options{estimator, true, !options.history.empty()};
+    report.fits.push_back(eval::damping::fit_damping(data, report.law, fit_options));
+  }
+  report.least_squares =
+      eval::damping::fit_damping(data, report.law, {Estimator::least_squares, false, false});
+  report.features_seconds = read - begin;
+  report.fit_seconds = core::monotonic_seconds() - read;
+  if (!context.speaks()) return;
+  if (!options.history.empty()) {
+    core::write_text_durably(options.history, eval::damping::history_table(report.fits));
+  }
+  if (context.json) {
+    fmt::print("{}\n", eval::damping::to_json(report).dump(2));
+  } else {
+    eval::damping::print_report(report);
+  }
+}
+
+}  // namespace
+
+void add_fit(Program& program, mpi::Context& context) {
+  Command& command = program.add(
+      "fit", "a material's damping from its sounds or their features, whatever held the object",
+      Needs::nothing);
+  auto options = std::make_shared<FitCommandOptions>();
+  command.option("recordings", options->recordings,
+                 "audio files, one strike each, of objects of one material");
+  command
+      .option("--features", options->tables,
+              "table of features: columns frequency_hz,decay_rate_per_s and, where known, "
+              "decay_rate_error_per_s")
+      .one_value_each();
+  command
+      .option("--model", options->model,
+              "rayleigh, caughey (three terms), caughey:N, power, hybrid, or a formula of "
+              "lambda, omega, f and alpha1, alpha2, ...")
+      .show_default();
+  command
+      .option("--estimator", options->estimator,
+              "emg (excess damping and errors), emg_relative (errors in proportion to "
+              "damping), least_squares (errors alone), lower_bound (excess alone) or all")
+      .show_default();
+  command.option("--history", options->history, "CSV file for every step of the optimisers");
+  add_feature_arguments(command, options->features);
+  command.footer(
+      "Examples:\n"
+      "  carillon fit mug-*.wav --rt60 0.4\n"
+      "  carillon fit --features mug.csv\n"
+      "  carillon fit --features mug.csv --features bowl.csv --model hybrid --estimator all\n"
+      "  carillon fit --features mug.csv --model \"alpha1 + alpha2*sqrt(f)\" --json\n"
+      "docs/damping-fits.md says when which estimator fits.");
+  command.does([&context, options] { run_fit(*options, context); });
+}
+
+}  // namespace carillon::cli

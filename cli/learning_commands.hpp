@@ -1,0 +1,55 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dataset/run/build.hpp"
+#include "eval/studies/evaluation.hpp"
+
+namespace carillon::cli {
+
+class Program;
+
+/// What `train` takes on the command line.
+struct TrainOptions {
+  dataset::run::BuildOptions build;
+  bool search = false;  ///< try sizes of networks instead
+};
+
+/// What `identify` takes on the command line.
+struct IdentifyOptions {
+  std::vector<std::string> clips;
+  std::string models, method;
+  std::vector<std::string> tasks;
+  std::string scene, at, output;
+};
+
+/// What the commands that need libtorch do. Every program has the commands and their options; one
+/// without libtorch lets carillon-learn take its place when they run, and where there is none says
+/// so.
+struct LearningCommands {
+  /// @return the exit code, the same on every rank
+  int (*train)(const TrainOptions& options, const mpi::Context& context) = nullptr;
+  void (*identify)(const IdentifyOptions& options, const mpi::Context& context) = nullptr;
+  /// Sections of `evaluate`; outlive the program's run.
+  std::span<const eval::studies::EvaluationSection> sections{};
+};
+
+/// Without libtorch.
+LearningCommands plain_commands();
+
+/// In carillon-learn.
+int run_train(const TrainOptions& options, const mpi::Context& context);
+void run_identify(const IdentifyOptions& options, const mpi::Context& context);
+
+/// `evaluate` with all sections that a program has.
+/// @param sections  outlive the program's run
+void add_evaluate(Program& program, mpi::Context& context,
+                  std::span<const eval::studies::EvaluationSection> sections);
+
+/// Adds `train`, `identify` and `evaluate`.
+void add_learning_commands(Program& program, mpi::Context& context,
+                           const LearningCommands& learning);
+
+}  // namespace carillon::cli

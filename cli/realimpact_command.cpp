@@ -1,0 +1,272 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "cli/body_options.hpp"
+#include "cli/command_line.hpp"
+#include "cli/pitch_report.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "eval/damping/law_text.hpp"
+#include "eval/recorded_objects/impact_report.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::cli {
+
+namespace {
+
+/// Further off its vertex, the blow is on another part of the body [share of the longest side].
+constexpr double kOffTheMesh = 0.02;
+
+struct ImpactOptions {
+  scene::BodyOptions body;
+  std::string folder, mesh;
+  std::string listener = "nearest";
+  std::vector<std::int64_t> vertices;
+  std::string radiation = "equivalent_sources";
+  std::string model = "rayleigh", estimator = "emg_relative";
+  std::string sample_rate = "48 kHz", skip = "1 ms", stretch = "30,3000";
+  bool no_fit = false;
+  eval::recorded_objects::StudyOptions study;
+  std::string output;
+};
+
+eval::damping::Estimator estimator_of(const std::string& name) {
+  for (const auto estimator :
+       {eval::damping::Estimator::emg, eval::damping::Estimator::emg_relative,
+        eval::damping::Estimator::least_squares, eval::damping::Estimator::lower_bound}) {
+    if (name == eval::damping::name_of(estimator)) return estimator;
+  }
+  throw core::InputError(fmt::format("there is no estimator \"{}\"", name));
+}
+
+/// "FIRST,END", counted at 48 kHz, in samples of another rate [Hz].
+eval::recorded::Stretch parse_stretch(const std::string& text, double sample_rate) {
+  constexpr double counted_at = 48000;  // Hz, of the dataset and of Hiner's numbers
+  constexpr double longest = 1e8;
+  constexpr std::size_t fewest = 16;  // that a spectrum with peaks is made of
+  const std::size_t comma = std::min(text.find(','), text.size());
+  const auto sample = [&](const std::string& number) {
+    const double value = core::parse_quantity(number, core::Dimension::none);
+    if (!(value >= 0 && value <= longest)) {
+      throw core::InputError(fmt::format("--stretch {}: not samples of a recording", text));
+    }
+    return static_cast<std::size_t>(std::lround(value * sample_rate / counted_at));
+  };
+  if (comma == text.size()) {
+    throw core::InputError(fmt::format("--stretch {}: FIRST,END is expected", text),
+                           "as in 30,3000");
+  }
+  const eval::recorded::Stretch stretch{sample(text.substr(0, comma)),
+                                        sample(text.substr(comma + 1))};
+  if (stretch.end < stretch.first + fewest) {
+    throw core::InputError(fmt::format("--stretch {} is of fewer than {} samples", text, fewest));
+  }
+  return stretch;
+}
+
+eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options) {
+  eval::recorded_objects::StudyOptions study = options.study;
+  study.sample_rate = core::parse_quantity(options.sample_rate, core::Dimension::frequency);
+  study.skip = core::parse_quantity(options.skip, core::Dimension::time);
+  if (!(study.sample_rate >= 1000)) throw core::InputError("--sample-rate must be 1 kHz or more");
+  if (!(study.skip >= 0)) throw core::InputError("--skip must not be negative");
+  study.stretch = parse_stretch(options.stretch, study.sample_rate);
+  study.radiation = options.radiation != "off";
+  study.law = eval::damping::damping_law(options.model);
+  study.estimator = estimator_of(options.estimator);
+  const solvers::modes::Band band = scene::solve_options(options.body).band;
+  study.min_frequency = band.min_frequency;
+  study.max_frequency = std::min(band.max_frequency, 0.475 * study.sample_rate);
+  return study;
+}
+
+/// Blows on the surface that was solved, where the folder has them.
+std::vector<eval::recorded_objects::ModelBlow> model_blows(
+    const eval::recorded_objects::ImpactFolder& folder,
+    const std::vector<eval::recorded_objects::RecordedBlow>& blows,
+    const solvers::modes::ModeSurface& surface, std::vector<std::string>& remarks) {
+  const synth::modal::SurfaceSampler sampler(surface);
+  const double size = solvers::mesh::bounding_box(surface.nodes).longest_side();
+  std::vector<eval::recorded_objects::ModelBlow> model;
+  for (const eval::recorded_objects::RecordedBlow& blow : blows) {
+    eval::recorded_objects::ModelBlow one;
+    one.point = sampler.nearest(folder.struck[blow.row]);
+    const synth::modal::PointFrame frame = synth::modal::frame_at(surface, one.point);
+    one.direction = -frame.normal;
+    one.listener.position = folder.listeners[blow.row];
+    const double off = (frame.position - folder.struck[blow.row]).norm();
+    if (off > kOffTheMesh * size) {
+      remarks.push_back(fmt::format("vertex {} lies {:.2g} mm off the body that was solved",
+                                    blow.vertex, 1000 * off));
+    }
+    model.push_back(one);
+  }
+  return model;
+}
+
+double specific_modulus(const scene::Body& body, const std::string& mesh) {
+  if (body.materials.size() != 1) {
+    throw core::InputError(fmt::format("{} has {} regions", mesh, body.materials.size()),
+                           "an object is compared as one of one material");
+  }
+  if (body.modes.size() == 0) {
+    throw core::InputError(fmt::format("{} has no mode in its band", mesh),
+                           "raise --max-frequency, or check that the mesh is in metres");
+  }
+  const solvers::elements::Elastic& elastic = body.materials.front().elastic;
+  return elastic.youngs_modulus / elastic.density;
+}
+
+void study(const ImpactOptions& options, const eval::recorded_objects::StudyOptions& how,
+           const eval::recorded_objects::ImpactFolder& folder,
+           const std::vector<eval::recorded_objects::RecordedBlow>& rows, const scene::Body& body,
+           const mpi::Context& context) {
+  core::Trace trace = body.trace;
+  std::vector<std::string> remarks;
+  const synth::material::Material& material = body.materials.front();
+  const double modulus = specific_modulus(body, folder.mesh.string());
+  std::vector<eval::recorded_objects::ModelBlow> model =
+      model_blows(folder, rows, body.modes.surface, remarks);
+  eval::recorded_objects::HeardBody given, fitted;
+  {
+    const core::ScopedTimer timer(trace.stages["radiation"]);
+    given = eval::recorded_objects::hear_body(body.modes, modulus, modulus, model, how.radiation,
+                                              context.cache);
+  }
+  std::vector<eval::recorded_objects::StudiedBlow> blows;
+  {
+    const core::ScopedTimer timer(trace.stages["features"]);
+    blows = eval::recorded_objects::study_blows(folder, rows, how, model, given, remarks);
+  }
+  std::optional<eval::recorded_objects::StudyFit> fit;
+  if (!options.no_fit) {
+    const core::ScopedTimer timer(trace.stages["fit"]);
+    fit = eval::recorded_objects::fit_material(blows, model, given, fitted, how, context.cache);
+  }
+  const std::vector<eval::recorded_objects::ModelVariant> variants =
+      eval::recorded_objects::compare_variants(blows, model, given, material.damping,
+                                               fit ? &fitted : nullptr, fit ? &*fit : nullptr, how);
+  const eval::recorded_objects::ImpactReport report{.folder = folder,
+                                                    .options = how,
+                                                    .material = material,
+                                                    .blows = blows,
+                                                    .model = model,
+                                                    .given = given,
+                                                    .fitted = fit ? &fitted : nullptr,
+                                                    .fit = fit ? &*fit : nullptr,
+                                                    .variants = variants,
+                                                    .remarks = remarks,
+                                                    .trace = trace};
+  if (!options.output.empty()) eval::recorded_objects::write_report(options.output, report);
+  if (context.json) {
+    fmt::print("{}\n", eval::recorded_objects::to_json(report).dump(2));
+  } else {
+    eval::recorded_objects::print_report(report);
+  }
+}
+
+void run_realimpact(const ImpactOptions& options, mpi::Context& context) {
+  const eval::recorded_objects::StudyOptions how = study_options(options);
+  const eval::recorded_objects::ListenerChoice choice =
+      eval::recorded_objects::parse_listener_choice(options.listener);
+  std::optional<eval::recorded_objects::ImpactFolder> folder;
+  std::vector<eval::recorded_objects::RecordedBlow> rows;
+  scene::BodyOptions body = options.body;
+  mpi::agreed(context.world, [&] {
+    folder = eval::recorded_objects::read_impact_folder(options.folder, options.mesh);
+    body.mesh = folder->mesh.string();
+    rows = eval::recorded_objects::choose_rows(*folder, choice, options.vertices);
+  });
+  const scene::Body solved = scene::solve_body(body, context);
+  settle(solved.pitch_target, context);
+  if (context.speaks()) study(options, how, *folder, rows, solved, context);
+}
+
+void add_study_options(Command& command, ImpactOptions& options) {
+  command
+      .option("--listener", options.listener,
+              "microphone: nearest to the body; angle=80,distance=333,mic=8 (degrees, mm; the "
+              "nearest of what is left open); or the number of a row among those of a vertex")
+      .show_default();
+  command.option("--vertex", options.vertices, "only blows on this vertex; may be repeated")
+      .one_value_each();
+  command
+      .option("--radiation", options.radiation,
+              "equivalent_sources: pressure at the microphone; off: acceleration of the struck "
+              "point, as a contact microphone takes it")
+      .one_of({"equivalent_sources", "off"})
+      .show_default();
+  command.flag("--no-fit", options.no_fit, "compare the material as given alone");
+  command
+      .option("--modulus-range", options.study.modulus_range,
+              "the fitted specific modulus is at most so many times more or less than the one "
+              "given")
+      .range(1.01, 1000.0)
+      .show_default();
+  command
+      .option("--model", options.model,
+              "damping that is fitted: rayleigh, caughey, power, hybrid, or a formula")
+      .show_default();
+  command
+      .option("--estimator", options.estimator,
+              "of the damping: emg_relative, emg, least_squares or lower_bound")
+      .show_default();
+  command
+      .option("--peaks", options.study.peaks,
+              "lowest modes, compared with as many of the highest peaks")
+      .range(1, 1000)
+      .show_default();
+  command.option("--widest", options.study.widest, "modes further apart are not the same [cents]")
+      .range(0.1, 150.0)
+      .show_default();
+  command
+      .option("--min-level", options.study.min_level,
+              "energy of a mode against the strongest's, at least [dB]")
+      .range(-140.0, 0.0)
+      .show_default();
+  command
+      .option("--skip", options.skip,
+              "left out of modal features after the sound's arrival at the microphone")
+      .show_default();
+  command
+      .option("--stretch", options.stretch,
+              "FIRST,END: samples whose peaks are compared, counted at 48 kHz whatever the "
+              "rate is")
+      .show_default();
+  command.option("--sample-rate", options.sample_rate, "of the recordings; no file says it")
+      .show_default();
+}
+
+}  // namespace
+
+void add_realimpact(Program& program, mpi::Context& context) {
+  Command& command =
+      program.add("realimpact",
+                  "recorded blows on an object, in RealImpact's folder layout, and what the "
+                  "model makes of them",
+                  Needs::solver);
+  auto options = std::make_shared<ImpactOptions>();
+  add_body_options(command, options->body);
+  // The folder has the mesh, and in metres.
+  command.remove("mesh");
+  command.remove("--length");
+  command.option("folder", options->folder, "of one object, as dataset/22_Cup").required();
+  command.option("--mesh", options->mesh,
+                 "solved in place of transformed.obj, in the same coordinates");
+  add_study_options(command, *options);
+  command.option("-o,--output", options->output,
+                 "folder for report.json, modes.csv, spectra.csv and sounds");
+  command.footer(
+      "Examples:\n"
+      "  carillon realimpact dataset/22_Cup -m ceramic\n"
+      "  carillon realimpact dataset/17_IronSkillet -m iron --listener angle=80,distance=333,mic=8 "
+      "-o skillet\n"
+      "  carillon realimpact dataset/27_WoodPlate -m wood --no-fit --radiation off\n"
+      "What is compared, and which levels mean something: docs/realimpact.md");
+  command.does([&context, options] { run_realimpact(*options, context); });
+}
+
+}  // namespace carillon::cli

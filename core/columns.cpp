@@ -1,0 +1,87 @@
+#include "core/columns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+#include "core/error.hpp"
+
+namespace carillon::core {
+
+void Columns::check(const std::string& name, const Column& column, const Extent& inner,
+                    std::size_t values) {
+  const std::uint64_t row =
+      std::accumulate(inner.begin(), inner.end(), std::uint64_t{1}, std::multiplies<>());
+  if (values != row || (column.rows > 0 && column.inner != inner)) {
+    throw std::logic_error(fmt::format("column {}: a sample of another extent", name));
+  }
+}
+
+void Columns::put_before(const Hdf5Group& shard, std::uint64_t rows) {
+  for (auto& [name, column] : columns_) {
+    Extent extent = shard.extent(name);
+    if (extent.empty() || extent.front() < rows ||
+        !std::equal(extent.begin() + 1, extent.end(), column.inner.begin(), column.inner.end())) {
+      throw FileError(fmt::format("column {}: another extent than this build's", name));
+    }
+    std::visit(
+        [&, &name = name](auto& values) {
+          using T = typename std::decay_t<decltype(values)>::value_type;
+          const std::vector<T> before = shard.read_rows<T>(name, 0, rows);
+          values.insert(values.begin(), before.begin(), before.end());
+        },
+        column.values);
+    column.rows += rows;
+  }
+}
+
+void Columns::write(const Hdf5Group& group) const {
+  // Wide columns are chunked so that one sample can be read without its neighbours.
+  constexpr std::uint64_t wide = 1024, values_per_chunk = 1 << 18;
+  for (const std::string& name : order_) {
+    const Column& column = columns_.at(name);
+    if (column.rows != columns_.at(order_.front()).rows) {
+      throw std::logic_error(fmt::format("column {}: {} samples of {}", name, column.rows,
+                                         columns_.at(order_.front()).rows));
+    }
+    Extent extent{column.rows};
+    extent.insert(extent.end(), column.inner.begin(), column.inner.end());
+    const std::uint64_t row = std::accumulate(column.inner.begin(), column.inner.end(),
+                                              std::uint64_t{1}, std::multiplies<>());
+    StorageOptions storage;
+    if (row >= wide) {
+      storage.chunk_rows = std::clamp<std::uint64_t>(values_per_chunk / row, 1, column.rows);
+      storage.deflate = 1;
+    }
+    std::visit(
+        [&](const auto& values) {
+          using T = typename std::decay_t<decltype(values)>::value_type;
+          group.write<T>(name, values, extent, storage);
+        },
+        column.values);
+    group.write_attribute("unit", column.unit, name);
+  }
+}
+
+nlohmann::json Columns::last_row(std::size_t longest) const {
+  nlohmann::json row = nlohmann::json::object();
+  for (const auto& [name, column] : columns_) {
+    std::visit(
+        [&, &name = name, &column = column](const auto& values) {
+          const std::size_t width = values.size() / column.rows;
+          if (width > longest) return;
+          const std::span last = std::span(values).last(width);
+          if (column.inner.empty()) {
+            row[name] = last[0];
+          } else {
+            row[name] = std::vector(last.begin(), last.end());
+          }
+        },
+        column.values);
+  }
+  return row;
+}
+
+}  // namespace carillon::core

@@ -1,0 +1,267 @@
+#include "dataset/configuration/configuration.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "dataset/configuration/detail/negative_damping.hpp"
+#include "dataset/configuration/detail/view_costs.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/pitch/pitch_target.hpp"
+
+namespace carillon::dataset::configuration {
+
+using core::at_key;
+using core::ConfigNode;
+using core::Dimension;
+using core::path_beside;
+using core::Range;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// A limit of memory [byte].
+std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t fallback) {
+  const double bytes = node.quantity(key, Dimension::memory, static_cast<double>(fallback));
+  std::int64_t limit = 0;
+  at_key(node, key, [&] { limit = core::whole_bytes(bytes); });
+  return limit;
+}
+
+void read_modes(ConfigNode node, BuildConfig& config) {
+  config.band.min_frequency = node.quantity("min_frequency", Dimension::frequency, 20);
+  // Modes at or above half the sample rate would not sound.
+  config.band.max_frequency = node.quantity("max_frequency", Dimension::frequency,
+                                            std::min(20000.0, config.scene.audio.sample_rate / 2));
+  if (!(config.band.min_frequency >= 0 && config.band.max_frequency > config.band.min_frequency)) {
+    node.fail("max_frequency", "must be above min_frequency");
+  }
+  config.band.max_modes = static_cast<int>(node.integer("max_modes", 1, 100000, 300));
+  config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 3));
+  config.mesh.element_size = node.not_negative("element_size", Dimension::length, 0);
+  config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
+}
+
+void read_solver(ConfigNode node, BuildConfig& config) {
+  config.pitch_cents = node.not_negative("pitch_cents", Dimension::none, 0);
+  if (config.pitch_cents > 0 && config.pitch_cents < solvers::pitch::least_pitch_target) {
+    node.fail("pitch_cents", fmt::format("must be at least {} cents, or 0 for none",
+                                         solvers::pitch::least_pitch_target));
+  }
+  config.solver.linear_solver = solvers::modes::parse_linear_solver(
+      node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));
+  config.solver.solver = solvers::modes::parse_eigen_solver(
+      node.choice("eigen_solver", {"block_lanczos", "krylov_schur"}, "block_lanczos"));
+  config.solver.memory_limit = memory_limit(node, "memory_limit", config.solver.memory_limit);
+}
+
+synth::signal::MelOptions read_mel(ConfigNode node, const scene::AudioConfig& audio) {
+  synth::signal::MelOptions mel;
+  mel.sample_rate = audio.sample_rate;
+  mel.bands = static_cast<int>(node.integer("bands", 1, 1024, 64));
+  mel.fft_size = static_cast<int>(node.integer("fft_size", 16, 1 << 20, 2048));
+  if (mel.fft_size % 2 != 0) node.fail("fft_size", "must be even");
+  if (node.has("hop")) {
+    mel.hop = static_cast<int>(node.integer("hop", 1, 1 << 24));
+  } else {
+    // The largest hop that gives these frames; 1837 for 25 of 1 s at 44.1 kHz.
+    const std::int64_t frames = node.integer("frames", 2, 100000, 25);
+    const auto samples = static_cast<std::int64_t>(audio.samples());
+    mel.hop = static_cast<int>(std::max<std::int64_t>(1, samples / (frames - 1)));
+    const int made = synth::signal::mel_frames(audio.samples(), mel);
+    if (made != frames) {
+      node.fail("frames", fmt::format("no hop cuts {} samples into {} frames; the nearest is {}",
+                                      samples, frames, made));
+    }
+  }
+  mel.min_frequency = node.quantity("min_frequency", Dimension::frequency, 0);
+  mel.max_frequency = node.quantity("max_frequency", Dimension::frequency, audio.sample_rate / 2);
+  if (!(mel.min_frequency >= 0 && mel.max_frequency > mel.min_frequency &&
+        mel.max_frequency <= audio.sample_rate / 2)) {
+    node.fail("max_frequency", "must be above min_frequency and at most half the sample rate");
+  }
+  return mel;
+}
+
+render::VoxelOptions read_voxels(ConfigNode node) {
+  render::VoxelOptions voxels;
+  voxels.resolution = static_cast<int>(node.integer("resolution", 1, 512, 30));
+  voxels.fill =
+      render::parse_voxel_fill(node.choice("fill", {"surface", "outer", "solid"}, "outer"));
+  voxels.pitch = node.not_negative("pitch", Dimension::length, 0);
+  return voxels;
+}
+
+render::Camera read_camera(ConfigNode node) {
+  render::Camera camera;
+  camera.width = static_cast<int>(node.integer("width", 1, 8192, 256));
+  camera.height = static_cast<int>(node.integer("height", 1, 8192, 256));
+  camera.azimuth = node.quantity("azimuth", Dimension::angle, 0.6);
+  camera.elevation = node.quantity("elevation", Dimension::angle, 0.45);
+  camera.field_of_view = node.quantity("field_of_view", Dimension::angle, 0.6);
+  if (!(camera.field_of_view > 0 && camera.field_of_view < pi)) {
+    node.fail("field_of_view", "must lie between 0 and 180 deg");
+  }
+  camera.distance = node.not_negative("distance", Dimension::length, 0);
+  return camera;
+}
+
+SplitConfig read_split(ConfigNode node) {
+  SplitConfig split;
+  split.validation = node.quantity("validation", Dimension::none, 0.1);
+  split.test = node.quantity("test", Dimension::none, 0.1);
+  if (!(split.validation >= 0 && split.test >= 0 && split.validation + split.test <= 1)) {
+    node.fail("test", "validation and test are shares of the whole and add up to at most 1");
+  }
+  return split;
+}
+
+/// The line that names the materials: those of all objects, or the first object's own.
+std::string materials_place(ConfigNode& root) {
+  if (root.has("materials")) return fmt::format("materials: ({})", root.where("materials"));
+  for (const ConfigNode& object : root.children("objects")) {
+    if (!object.has("materials")) continue;
+    return fmt::format("{}.materials: ({})", object.path(), object.where("materials"));
+  }
+  return "";
+}
+
+/// Told when the configuration is read: the band and the materials are known, no body need be.
+void tell_negative_damping(ConfigNode node, BuildConfig& config) {
+  for (scene::EffectDecision& decision : config.scene.effects) {
+    if (!decision.enabled || decision.effect->name != std::string_view("damping")) continue;
+    const std::string choice = node.choice("negative", {"error", "clamp", "drop"}, "error");
+    const std::string told = negative_damping(config.scene.materials, config.band, choice);
+    if (told.empty()) continue;
+    decision.reason += "; " + told;
+    config.warnings.push_back("damping is " + told);
+  }
+}
+
+std::vector<scene::motion::CastObject> cast_objects(const BuildConfig& config) {
+  std::vector<scene::motion::CastObject> objects;
+  for (const ObjectSource& source : config.objects) {
+    objects.push_back({source.name, source.materials, source.sizes});
+  }
+  return objects;
+}
+
+/// Nothing is solved that no take needs, and bodies that move radiate by equivalent sources.
+void check_cast(ConfigNode& root, const BuildConfig& config) {
+  const std::vector<scene::motion::CastBody>& bodies = config.motion->bodies;
+  for (std::size_t i = 0; i < config.objects.size(); ++i) {
+    const std::string& name = config.objects[i].name;
+    if (std::any_of(bodies.begin(), bodies.end(),
+                    [&](const scene::motion::CastBody& body) { return body.object == name; })) {
+      continue;
+    }
+    root.fail("objects", fmt::format("objects[{}] (\"{}\") plays no part in the motion", i, name),
+              "name it under motion.bodies, or remove it");
+  }
+  for (const ObjectSource& source : config.objects) {
+    if (source.drawn_size) {
+      root.fail("objects",
+                fmt::format("\"{}\" has a drawn size, which bodies in motion lack", source.name),
+                "give it `sizes`, and the body one of them");
+    }
+  }
+  if (root.has("variants")) {
+    root.fail("variants", "does not go with `motion`", "bodies have their material and size there");
+  }
+  ConfigNode radiation = root.child("radiation");
+  const std::string model = radiation.text("model", "equivalent_sources");
+  if (config.scene.runs("radiation") && model != "equivalent_sources") {
+    radiation.fail("model", fmt::format("{} has no answer for bodies that turn", model),
+                   "with `motion` write equivalent_sources, or off");
+  }
+}
+
+}  // namespace
+
+std::vector<synth::material::Material> named_materials(const BuildConfig& config) {
+  std::map<std::string, synth::material::Material> by_name;
+  for (const ObjectSource& source : config.objects) {
+    std::vector<std::string> names = source.materials;
+    for (const auto& [group, name] : source.groups) names.push_back(name);
+    for (const std::string& name : names) {
+      if (by_name.contains(name)) continue;
+      by_name[name] = synth::material::parse_material(name, config.own_materials);
+    }
+  }
+  std::vector<synth::material::Material> materials;
+  for (auto& [name, material] : by_name) materials.push_back(std::move(material));
+  return materials;
+}
+
+std::vector<std::string> SplitConfig::names() const {
+  std::vector<std::string> names = {"train"};
+  if (validation > 0) names.push_back("validation");
+  if (test > 0) names.push_back("test");
+  return names;
+}
+
+BuildConfig read_build_config(const std::string& text, const std::string& file_name,
+                              const std::vector<std::string>& overrides,
+                              std::span<const scene::Effect> registry, bool with_files) {
+  ConfigNode root = ConfigNode::parse(text, file_name, overrides);
+  // They say which builds there are and what is made of them, not what one of them is.
+  root.leave_alone({"sweep", "train", "search", "evaluate"});
+  BuildConfig config;
+  config.name = root.text("name", std::filesystem::path(file_name).stem().string());
+  if (root.has("dataset")) config.about = read_about(root.child("dataset"));
+  config.seed = static_cast<std::uint64_t>(
+      root.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  if (root.has("materials_file")) {
+    config.materials_file = path_beside(file_name, root.text("materials_file"));
+    at_key(root, "materials_file",
+           [&] { config.own_materials = synth::material::read_materials(config.materials_file); });
+  }
+  const std::vector<std::string> materials = root.texts("materials", std::vector<std::string>{});
+  for (ConfigNode& node : root.children("objects")) {
+    config.objects.push_back(read_object(node, materials, config.own_materials, file_name));
+  }
+  if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
+
+  if (!root.has("motion")) config.sounding = read_variant_choice(root.child("variants"));
+  config.split = read_split(root.child("split"));
+  config.scene = scene::read_scene(root, file_name, registry,
+                                   {.materials = named_materials(config),
+                                    .materials_place = materials_place(root),
+                                    .parts = config.split.parts(),
+                                    .with_files = with_files});
+  read_modes(root.child("modes"), config);
+  if (root.has("motion")) {
+    config.motion = scene::motion::read_motion(root.child("motion"), file_name,
+                                               cast_objects(config), config.own_materials);
+    check_cast(root, config);
+    if (!config.scene.runs("motion")) {
+      root.child("effects").fail("motion", "cannot be off where there is `motion:`",
+                                 "remove `motion:`, or the switch");
+    }
+  }
+  tell_negative_damping(root.child("damping"), config);
+  read_solver(root.child("solver"), config);
+  config.limits = read_limits(root.child("limits"));
+  config.ranks = read_ranks(root.child("ranks"));
+  if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);
+  if (root.has("voxels")) config.voxels = read_voxels(root.child("voxels"));
+  if (root.has("camera")) config.camera = read_camera(root.child("camera"));
+  if (!config.scene.runs("mel")) config.mel.reset();
+  if (!config.scene.runs("voxels")) config.voxels.reset();
+  if (!config.scene.runs("frames")) config.camera.reset();
+  price_views(config);
+  ConfigNode files = root.child("files");
+  config.wav = files.flag("wav", false);
+  config.png = files.flag("png", false);
+  root.finish();
+  config.resolved = without_machine(root.resolved());
+  return config;
+}
+
+}  // namespace carillon::dataset::configuration

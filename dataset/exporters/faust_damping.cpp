@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dataset/exporters/faust_program.hpp"
+
+namespace carillon::dataset::exporters {
+
+namespace {
+
+constexpr double kNano = 1e-9;
+
+/// A slider of a Rayleigh parameter: two decades to both sides, or from nothing on.
+std::string parameter_slider(const char* label, double value, double usual) {
+  return value > 0
+             ? faust_slider(fmt::format("{}[scale:log]", label), value, value / 100, value * 100)
+             : faust_slider(label, 0, 0, usual);
+}
+
+std::string factor_slider(const char* label) {
+  return faust_slider(fmt::format("{}[scale:log]", label), 1, 0.01, 100);
+}
+
+FaustDamping rayleigh_of_one(const synth::damping::DampingModel& model, std::size_t modes) {
+  FaustDamping damping;
+  damping.definitions = fmt::format(
+      "alpha1 = {};\n"
+      "alpha2 = {} * {};\n"
+      "rate(lambda) = (alpha1 + alpha2*lambda)/2;\n",
+      parameter_slider("v:body/[3]alpha1[unit:1/s]", model.parameters[0], 1000),
+      parameter_slider("v:body/[4]alpha2[unit:ns]", model.parameters[1] / kNano, 1000),
+      faust_number(kNano));
+  damping.rates.assign(modes, "rate");
+  return damping;
+}
+
+/// c = sum over regions of alpha1 kinetic_share + alpha2 lambda strain_share.
+FaustDamping rayleigh_of_regions(const solvers::modes::Modes& modes,
+                                 std::span<const synth::material::Material> materials) {
+  FaustDamping damping;
+  damping.definitions = fmt::format(
+      "alpha1 = {};\n"
+      "alpha2 = {};\n"
+      "rate(a1, a2, lambda) = (alpha1*a1 + alpha2*a2*lambda)/2;\n",
+      factor_slider("v:body/[3]alpha1 of all materials, times"),
+      factor_slider("v:body/[4]alpha2 of all materials, times"));
+  for (Eigen::Index i = 0; i < modes.kinetic_share.rows(); ++i) {
+    double alpha1 = 0, alpha2 = 0;
+    for (std::size_t r = 0; r < materials.size(); ++r) {
+      const auto region = static_cast<Eigen::Index>(r);
+      alpha1 += materials[r].damping.parameters[0] * modes.kinetic_share(i, region);
+      alpha2 += materials[r].damping.parameters[1] * modes.strain_share(i, region);
+    }
+    damping.rates.push_back(
+        fmt::format("rate({}, {})", faust_number(alpha1), faust_number(alpha2)));
+  }
+  return damping;
+}
+
+/// c(lambda) of a model of one region as Faust writes it; empty for an expression.
+std::string formula(const synth::damping::DampingModel& model) {
+  std::vector<std::string> alpha;
+  for (const double value : model.parameters) alpha.push_back(faust_number(value));
+  switch (model.kind) {
+    case synth::damping::DampingKind::power:
+      return fmt::format("{}*pow(lambda, {})", alpha[0], alpha[1]);
+    case synth::damping::DampingKind::hybrid:
+      return fmt::format("{} + {}*pow(lambda, {})", alpha[0], alpha[1], alpha[2]);
+    case synth::damping::DampingKind::rayleigh:
+    case synth::damping::DampingKind::caughey: {
+      std::string sum = alpha.back();  // Horner's scheme
+      for (std::size_t k = alpha.size() - 1; k-- > 0;) {
+        sum = fmt::format("{} + lambda*({})", alpha[k], sum);
+      }
+      return sum;
+    }
+    case synth::damping::DampingKind::expression:
+      return "";
+  }
+  return "";
+}
+
+}  // namespace
+
+FaustDamping faust_damping(const solvers::modes::Modes& modes,
+                           std::span<const synth::material::Material> materials,
+                           std::span<const double> rates) {
+  const bool rayleigh = std::all_of(materials.begin(), materials.end(), [](const auto& material) {
+    return material.damping.kind == synth::damping::DampingKind::rayleigh;
+  });
+  if (rayleigh && materials.size() == 1) {
+    return rayleigh_of_one(materials.front().damping, modes.size());
+  }
+  if (rayleigh) return rayleigh_of_regions(modes, materials);
+
+  FaustDamping damping;
+  damping.definitions =
+      fmt::format("damping = {};\n", factor_slider("v:body/[3]decay rates, times"));
+  const std::string c = materials.size() == 1 ? formula(materials.front().damping) : "";
+  if (!c.empty()) {
+    damping.definitions += fmt::format("rate(lambda) = damping*max(0, {})/2;\n", c);
+    damping.rates.assign(modes.size(), "rate");
+    return damping;
+  }
+  damping.definitions += "rate(d, lambda) = damping*d;\n";
+  for (const double d : rates) damping.rates.push_back(fmt::format("rate({})", faust_number(d)));
+  return damping;
+}
+
+}  // namespace carillon::dataset::exporters

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solvers/modes/modes.hpp"
+#include "synth/material/material.hpp"
+
+namespace carillon::dataset::exporters {
+
+/// How decay rates follow from a program's sliders.
+struct FaustDamping {
+  std::string definitions;         ///< sliders, and `rate`, whose last argument is lambda
+  std::vector<std::string> rates;  ///< `rate` of each mode, with all arguments but lambda
+};
+
+/// Rayleigh damping gets a slider for each of its parameters: their values, or, of bodies of
+/// several regions, factors of them. The other formulas of one region are written out, behind a
+/// slider that multiplies the decay rates; of what else there is (expressions, other models in
+/// several regions) the rates are stored, and do not follow the size.
+/// @param rates  of the modes [1/s], as they are without any slider
+FaustDamping faust_damping(const solvers::modes::Modes& modes,
+                           std::span<const synth::material::Material> materials,
+                           std::span<const double> rates);
+
+/// One mode of a program.
+struct FaustMode {
+  double eigenvalue = 0;  ///< lambda [rad^2/s^2]
+  std::string rate;       ///< as FaustDamping::rates
+  /// Velocity of the struck point along its normal per impulse on it, one value for each point
+  /// [m/s per N s].
+  std::vector<double> gains;
+  std::string remark;
+};
+
+/// Contacts that a program's blows may last [s].
+constexpr double shortest_contact = 1e-6, longest_contact = 1;
+
+/// What a Faust program of one body is made from.
+struct FaustProgram {
+  std::string name;
+  std::vector<std::string> remarks;  ///< lines of the header
+  std::vector<Vec3> points;          ///< that can be struck [m]
+  double impulse = 0;                ///< of a blow, at first [N s]
+  double contact_time = 0;           ///< likewise [s]
+  double gain = 1;                   ///< likewise, full scale per m/s
+  std::string damping;               ///< FaustDamping::definitions
+  std::vector<FaustMode> modes;
+};
+
+/// The program's text: `process` with a strike button and an input for forces [N], and
+/// `body(position, force)` for other programs. docs/exports.md says what it computes.
+std::string faust_text(const FaustProgram& program);
+
+/// A number as Faust reads it, all digits kept; never an integer, which would overflow.
+std::string faust_number(double value);
+
+/// A slider at a value; its range is widened to hold that.
+/// @param low, high  positive where `scale` is logarithmic
+std::string faust_slider(const std::string& label, double value, double low, double high);
+
+}  // namespace carillon::dataset::exporters

@@ -1,0 +1,103 @@
+#include "dataset/exporters/gltf_document.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/revision.hpp"
+#include "dataset/exporters/detail/glb_file.hpp"
+
+namespace carillon::dataset::exporters {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+/// Straight lines between so many keyframes stay within half a percent of a sine.
+constexpr int kKeysOfSwing = 32;
+
+ordered_json material_json(const GltfMaterial& material) {
+  const auto& color = material.appearance.color;
+  return {{"name", material.name},
+          {"pbrMetallicRoughness",
+           {{"baseColorFactor", {color[0], color[1], color[2], 1.0}},
+            {"metallicFactor", material.appearance.metallic},
+            {"roughnessFactor", material.appearance.roughness}}}};
+}
+
+ordered_json primitives(GlbFile& file, const GltfBody& body) {
+  const GltfSurface& surface = body.surface;
+  const ordered_json attributes = {{"POSITION", file.add_vertices(surface.positions, true)},
+                                   {"NORMAL", file.add_vertices(surface.normals, false)}};
+  ordered_json targets = ordered_json::array();
+  for (const GltfMode& mode : body.modes) {
+    targets.push_back({{"POSITION", file.add_vertices(mode.target.positions, true)},
+                       {"NORMAL", file.add_vertices(mode.target.normals, false)}});
+  }
+  ordered_json list = ordered_json::array();
+  for (std::size_t region = 0; region < surface.regions.size(); ++region) {
+    if (surface.regions[region].empty()) continue;  // within others
+    list.push_back({{"attributes", attributes},
+                    {"indices", file.add_indices(surface.regions[region])},
+                    {"material", region}});
+    if (!targets.empty()) list.back()["targets"] = targets;
+  }
+  return list;
+}
+
+/// One swing of each mode: the sine of its weight, all others at rest.
+ordered_json animations(GlbFile& file, const GltfBody& body) {
+  std::vector<float> times;
+  for (int key = 0; key <= kKeysOfSwing; ++key) {
+    times.push_back(static_cast<float>(body.period * key / kKeysOfSwing));
+  }
+  const std::size_t input = file.add_times(times);
+  ordered_json list = ordered_json::array();
+  for (std::size_t mode = 0; mode < body.modes.size(); ++mode) {
+    std::vector<float> weights(times.size() * body.modes.size(), 0.0F);
+    for (std::size_t key = 0; key < times.size(); ++key) {
+      const double turn = 2 * std::numbers::pi * static_cast<double>(key) / kKeysOfSwing;
+      weights[key * body.modes.size() + mode] = static_cast<float>(std::sin(turn));
+    }
+    list.push_back(
+        {{"name", body.modes[mode].name},
+         {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}}},
+         {"samplers",
+          {{{"input", input}, {"interpolation", "LINEAR"}, {"output", file.add_numbers(weights)}}}},
+         {"extras", {{"slowed_by", body.modes[mode].frequency * body.period}}}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string gltf_bytes(const GltfBody& body) {
+  GlbFile file;
+  ordered_json mesh = {{"name", body.name}, {"primitives", primitives(file, body)}};
+  mesh["extras"] = body.facts;
+  ordered_json names = ordered_json::array(), facts = ordered_json::array();
+  for (const GltfMode& mode : body.modes) {
+    names.push_back(mode.name);
+    facts.push_back(mode.facts);
+  }
+  if (!body.modes.empty()) {
+    mesh["weights"] = std::vector<double>(body.modes.size(), 0.0);
+    mesh["extras"]["targetNames"] = names;
+    mesh["extras"]["modes"] = facts;
+  }
+  file.document = {
+      {"asset", {{"version", "2.0"}, {"generator", fmt::format("Carillon {}", core::version())}}},
+      {"scene", 0},
+      {"scenes", {{{"nodes", {0}}}}},
+      {"nodes", {{{"mesh", 0}, {"name", body.name}}}},
+      {"meshes", ordered_json::array({mesh})},
+      {"materials", ordered_json::array()}};
+  for (const GltfMaterial& material : body.materials) {
+    file.document["materials"].push_back(material_json(material));
+  }
+  if (!body.modes.empty()) file.document["animations"] = animations(file, body);
+  return file.bytes();
+}
+
+}  // namespace carillon::dataset::exporters

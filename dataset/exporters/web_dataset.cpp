@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/progress.hpp"
+#include "dataset/exporters/detail/npy.hpp"
+#include "dataset/exporters/detail/tar_file.hpp"
+#include "dataset/exporters/export.hpp"
+#include "dataset/stored/sample_audio.hpp"
+
+namespace carillon::dataset::exporters {
+
+namespace {
+
+/// A column whose rows are written as arrays: of samples, or of the bodies that they are of.
+struct Array {
+  std::string name;
+  NpyRows rows;
+  bool of_bodies = false;
+};
+
+std::vector<Array> open_arrays(const core::Hdf5Group& index,
+                               const std::optional<core::Hdf5Group>& bodies,
+                               const std::vector<std::string>& names) {
+  std::vector<Array> arrays;
+  for (const std::string& name : names) {
+    if (index.has(name) && !index.is_group(name)) {
+      arrays.push_back({name, NpyRows(index, name), false});
+    } else if (bodies && bodies->has(name)) {
+      arrays.push_back({name, NpyRows(*bodies, name), true});
+    } else {
+      std::vector<std::string> there = index.names();
+      if (bodies) {
+        const std::vector<std::string> more = bodies->names();
+        there.insert(there.end(), more.begin(), more.end());
+      }
+      throw core::InputError(fmt::format("the dataset has no \"{}\"", name),
+                             fmt::format("there are {}", fmt::join(there, ", ")));
+    }
+  }
+  return arrays;
+}
+
+struct Shard {
+  std::string name;
+  std::vector<std::size_t> rows;
+};
+
+/// A part's samples in the order of their ids, so many to a shard.
+std::vector<Shard> make_shards(const ExportedRows& rows, std::size_t per_shard) {
+  std::vector<Shard> shards;
+  for (auto& [part, members] : rows.by_part()) {
+    std::sort(members.begin(), members.end(),
+              [&](std::size_t a, std::size_t b) { return rows.id(a) < rows.id(b); });
+    for (std::size_t first = 0; first < members.size(); first += per_shard) {
+      const auto begin = members.begin() + static_cast<std::ptrdiff_t>(first);
+      const auto end = members.begin() +
+                       static_cast<std::ptrdiff_t>(std::min(members.size(), first + per_shard));
+      shards.push_back({fmt::format("{}-{:06}.tar", part, first / per_shard), {begin, end}});
+    }
+  }
+  return shards;
+}
+
+}  // namespace
+
+std::vector<ExportedFile> write_web_dataset(const Export& task,
+                                            const std::vector<std::string>& arrays,
+                                            std::size_t per_shard) {
+  const stored::SampleAudio audio(task.index);
+  std::optional<core::Hdf5Group> bodies;
+  std::vector<std::int64_t> body_of;
+  if (task.index.has("shape_index")) {
+    bodies = task.index.open_group("shapes");
+    body_of = task.index.read<std::int64_t>("shape_index");
+  }
+  const std::vector<Array> more = open_arrays(task.index, bodies, arrays);
+  const std::vector<Shard> shards = make_shards(task.rows, per_shard);
+  std::vector<std::size_t> own_rows;
+  for (std::size_t s = 0; s < shards.size(); ++s) {
+    if (!task.is_own(s)) continue;
+    own_rows.insert(own_rows.end(), shards[s].rows.begin(), shards[s].rows.end());
+  }
+  LabelStream labels(task.rows, own_rows);
+  core::Progress progress("export", static_cast<double>(shards.size()),
+                          task.quiet || task.rank != 0);
+  std::vector<ExportedFile> files;
+  for (std::size_t s = 0; s < shards.size(); ++s) {
+    if (!task.is_own(s)) continue;
+    core::write_durably(task.output / shards[s].name, [&](const std::filesystem::path& path) {
+      TarFile tar(path);
+      for (const std::size_t row : shards[s].rows) {
+        const std::string& key = task.rows.key(row);
+        tar.add(key + ".wav", core::wav_bytes(key, audio.read(row, 1).front(), audio.format()));
+        tar.add(key + ".json", labels.next().dump());
+        for (const Array& array : more) {
+          const auto entry = array.of_bodies ? static_cast<std::uint64_t>(body_of[row]) : row;
+          tar.add(key + "." + array.name + ".npy", array.rows.row(entry));
+        }
+      }
+      tar.finish();
+    });
+    files.push_back(exported_file(task.output, shards[s].name));
+    progress.update(static_cast<double>(s + 1), shards[s].name);
+  }
+  progress.finish("");
+  return files;
+}
+
+}  // namespace carillon::dataset::exporters

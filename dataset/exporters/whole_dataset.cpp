@@ -1,0 +1,78 @@
+#include "dataset/exporters/whole_dataset.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "dataset/check/folder.hpp"
+
+namespace carillon::dataset::exporters {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A variant of a sweep is built under the sweep's lock.
+bool is_at_work(const fs::path& folder) {
+  const fs::path sweep = core::tidy_path(fs::absolute(folder)).parent_path();
+  return check::is_locked(folder) || (fs::exists(sweep / "sweep.json") && check::is_locked(sweep));
+}
+
+void add_missing(const fs::path& folder, const core::Hdf5Group& group, const std::string& array,
+                 std::set<std::string>& missing) {
+  if (!group.has(array) || group.is_group(array)) return;
+  for (const core::VirtualSource& source : group.virtual_sources(array)) {
+    if (!fs::exists(folder / source.file)) missing.insert(source.file);
+  }
+}
+
+void warn_of_fewer(const fs::path& folder, std::size_t samples) {
+  try {
+    const std::size_t planned = stored::open_dataset(folder, "").build.plan.samples.size();
+    if (samples < planned) {
+      spdlog::warn(
+          "{} has {} of {} planned samples: failures.json says what failed, and the build goes on "
+          "when it is run again",
+          folder.string(), samples, planned);
+    }
+  } catch (const std::exception& error) {  // what is there can be exported all the same
+    spdlog::warn("{}: how many samples were planned is not known: {}", folder.string(),
+                 error.what());
+  }
+}
+
+}  // namespace
+
+void require_whole(const fs::path& folder, const core::Hdf5Group& index,
+                   const std::vector<std::string>& arrays) {
+  if (is_at_work(folder)) {
+    throw core::InputError(
+        fmt::format("a build, a training or an evaluation is at work in {}", folder.string()),
+        "wait for its end");
+  }
+  std::set<std::string> missing;
+  add_missing(folder, index, "audio", missing);
+  for (const std::string& array : arrays) {
+    add_missing(folder, index, array, missing);
+    if (index.has("shapes")) add_missing(folder, index.open_group("shapes"), array, missing);
+  }
+  if (!missing.empty()) {
+    std::vector<std::string> named(missing.begin(), missing.end());
+    constexpr std::size_t most_named = 5;
+    if (named.size() > most_named) {
+      named.resize(most_named);
+      named.push_back(fmt::format("{} more", missing.size() - most_named));
+    }
+    throw core::InputError(
+        fmt::format("{} lacks files: {}", folder.string(), fmt::join(named, ", ")),
+        "put them back, or run the build again into this folder: it makes them anew");
+  }
+  if (index.has("key")) warn_of_fewer(folder, index.extent("key").front());
+}
+
+}  // namespace carillon::dataset::exporters

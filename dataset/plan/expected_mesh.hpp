@@ -1,0 +1,25 @@
+#pragma once
+
+#include "dataset/plan/plan.hpp"
+#include "solvers/pitch/pitch_model.hpp"
+
+namespace carillon::dataset::plan {
+
+/// A body as far as it is known before it is meshed.
+struct ExpectedBody {
+  double volume = 0;              ///< [m^3]
+  double thickness = 0;           ///< 2 volume / area [m]
+  double longest_side = 0;        ///< [m]
+  solvers::pitch::MeshSize mesh;  ///< as the mesher will make it, within a factor of about 1.5
+};
+
+/// Of the box around a generated body [m], from its parameters.
+/// @throws InputError  they do not fit together
+double longest_side(const solvers::mesh::GeneratedShape& shape);
+
+/// From the family's parameters or what the plan found of the file's triangles, and the order and
+/// size of the elements. Depends on these alone, not on a cache. A file that could not be read is
+/// taken for a body of middling size: its task will say what is wrong with it.
+ExpectedBody expected_body(const Shape& shape);
+
+}  // namespace carillon::dataset::plan

@@ -1,0 +1,358 @@
+#include "dataset/plan/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "core/random.hpp"
+#include "core/text.hpp"
+#include "dataset/plan/disk.hpp"
+#include "dataset/plan/expected_mesh.hpp"
+#include "dataset/plan/identities.hpp"
+#include "scene/body.hpp"
+#include "solvers/families/families.hpp"
+
+namespace carillon::dataset::plan {
+
+using core::InputError;
+
+std::string part_of_split(const configuration::BuildConfig& config, const std::string& identity,
+                          std::string_view purpose) {
+  core::RandomStream random(config.seed, core::stable_hash(identity), purpose);
+  const double draw = random.uniform();
+  if (draw < config.split.test) return "test";
+  if (draw < config.split.test + config.split.validation) return "validation";
+  return "train";
+}
+
+namespace {
+
+/// Where its folder says train or test, validation is a share of train.
+std::string part_of_shape(const configuration::BuildConfig& config, const Shape& shape) {
+  if (shape.given_part == "test") return "test";
+  if (shape.given_part.empty()) return part_of_split(config, shape.identity, "split.shape");
+  core::RandomStream random(config.seed, core::stable_hash(shape.identity), "split.shape");
+  return random.uniform() < config.split.validation ? "validation" : "train";
+}
+
+constexpr std::size_t samples_per_task = 256;
+/// A task of takes holds about so many bytes of them at once.
+constexpr double bytes_per_task = 2.5e8;
+/// A take is seconds of work.
+constexpr double takes_per_task = 4;
+
+/// An instance's own size, drawn within three deviations; six digits, for its key. Not one of
+/// those that are given: equal variants would be the same samples twice.
+double draw_size(const configuration::BuildConfig& config,
+                 const configuration::ObjectSource& source, const std::string& id) {
+  core::RandomStream random(config.seed, core::stable_hash(id), "shape.size");
+  const std::vector<double>& given = source.sizes;
+  for (;;) {
+    const double away = random.normal();
+    if (std::abs(away) > 3) continue;
+    const double drawn = source.drawn_size->mean + away * source.drawn_size->deviation;
+    const double size = std::stod(fmt::format("{:.6g}", drawn));
+    if (std::find(given.begin(), given.end(), size) == given.end()) return size;
+  }
+}
+
+std::vector<Variant> make_variants(const configuration::BuildConfig& config,
+                                   const configuration::ObjectSource& source,
+                                   const std::string& id) {
+  std::vector<std::string> materials = source.materials;
+  if (!source.groups.empty()) {
+    std::vector<std::string> parts;
+    for (const auto& [group, name] : source.groups) parts.push_back(group + "=" + name);
+    materials = {fmt::format("{}", fmt::join(parts, ","))};
+  }
+  std::vector<double> sizes = source.sizes;
+  if (source.drawn_size) sizes.push_back(draw_size(config, source, id));
+  const auto chosen = [](configuration::Which which, std::size_t i, std::size_t count) {
+    return which == configuration::Which::all ||
+           i == (which == configuration::Which::first ? 0 : count - 1);
+  };
+  std::vector<Variant> variants;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    for (std::size_t s = 0; s < sizes.size(); ++s) {
+      variants.push_back({materials[m], sizes[s],
+                          chosen(config.sounding.materials, m, materials.size()) &&
+                              chosen(config.sounding.sizes, s, sizes.size())});
+    }
+  }
+  return variants;
+}
+
+void scale(solvers::mesh::GeneratedShape& shape, double factor) {
+  for (auto& [name, value] : shape.parameters) value *= factor;
+  for (auto& point : shape.profile) {
+    for (double& value : point) value *= factor;
+  }
+}
+
+/// Draws an instance's parameters, and scales them to the length that is asked for; combinations
+/// that the family refuses are drawn again.
+solvers::mesh::GeneratedShape draw_shape(const configuration::BuildConfig& config,
+                                         const configuration::ObjectSource& source,
+                                         const std::string& id) {
+  constexpr int tries = 1000;
+  const solvers::families::Family& family = solvers::families::find_family(source.family);
+  core::RandomStream random(config.seed, core::stable_hash(id), "shape.parameters");
+  std::string refusal;
+  for (int i = 0; i < tries; ++i) {
+    solvers::mesh::GeneratedShape shape{source.family, {}, source.profile};
+    for (const auto& [name, range] : source.parameters) {
+      shape.parameters[name] = random.uniform(range.low, range.high);
+    }
+    try {
+      family.check(shape);
+      if (source.file.length > 0) scale(shape, source.file.length / longest_side(shape));
+      return shape;
+    } catch (const InputError& error) {
+      refusal = error.message();
+    }
+  }
+  throw InputError(
+      fmt::format("{}: no parameters in the given ranges fit together: {}", id, refusal),
+      "change the ranges of objects[].parameters");
+}
+
+void add_family(const configuration::BuildConfig& config, std::size_t index, BuildPlan& plan) {
+  const configuration::ObjectSource& source = config.objects[index];
+  for (int i = 0; i < source.count; ++i) {
+    Shape shape;
+    shape.id = core::file_safe(fmt::format("{}-{:03}", source.name, i));
+    shape.family = source.family;
+    shape.source = index;
+    shape.request.shape = draw_shape(config, source, shape.id);
+    plan.shapes.push_back(std::move(shape));
+  }
+}
+
+void add_files(const configuration::BuildConfig& config, std::size_t index, const FindMeshes& find,
+               BuildPlan& plan) {
+  const configuration::ObjectSource& source = config.objects[index];
+  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(source);
+  if (meshes.empty()) {
+    throw InputError(fmt::format("objects[{}].{}: nothing matches {}", index,
+                                 source.modelnet ? "modelnet" : "mesh", source.pattern));
+  }
+  for (const FoundMesh& mesh : meshes) {
+    Shape shape;
+    const std::string stem = std::filesystem::path(mesh.path).stem().string();
+    shape.id =
+        core::file_safe(source.name.empty() ? stem : fmt::format("{}-{}", source.name, stem));
+    shape.family = source.name.empty() ? "mesh" : source.name;
+    if (source.modelnet) {
+      const auto [family, part] = configuration::modelnet_place(mesh.path);
+      shape.family = family;
+      shape.given_part = part;
+    }
+    shape.path = mesh.path;
+    shape.source = index;
+    shape.request.file = source.file;
+    shape.request.file.path = mesh.path;
+    shape.sha256 = mesh.sha256;
+    shape.signature = mesh.signature;
+    shape.surface = mesh.surface;
+    plan.shapes.push_back(std::move(shape));
+  }
+}
+
+/// Every given strike speaks of a shape that there is.
+void check_given_strikes(const configuration::BuildConfig& config,
+                         const std::set<std::string>& ids) {
+  for (const scene::GivenStrike& strike : config.scene.strikes.given) {
+    if (strike.shape.empty() || strike.shape == "*" || ids.contains(strike.shape)) continue;
+    const std::string near =
+        core::nearest_name(strike.shape, std::vector<std::string>(ids.begin(), ids.end()));
+    throw InputError(
+        fmt::format("strikes.csv names a shape \"{}\" that is not built", strike.shape),
+        near.empty() ? fmt::format("shapes are {}", fmt::join(ids, ", "))
+                     : fmt::format("did you mean \"{}\"?", near));
+  }
+}
+
+/// Strike numbers of a shape: drawn ones, or those rows of the CSV that speak of it.
+std::vector<int> strike_numbers(const configuration::BuildConfig& config, const Shape& shape) {
+  std::vector<int> numbers;
+  if (config.scene.strikes.given.empty()) {
+    for (int i = 0; i < config.scene.strikes.per_object; ++i) numbers.push_back(i);
+    return numbers;
+  }
+  for (std::size_t i = 0; i < config.scene.strikes.given.size(); ++i) {
+    const std::string& wanted = config.scene.strikes.given[i].shape;
+    if (wanted.empty() || wanted == "*" || wanted == shape.id)
+      numbers.push_back(static_cast<int>(i));
+  }
+  return numbers;
+}
+
+void add_samples(const configuration::BuildConfig& config, std::size_t shape_index,
+                 BuildPlan& plan) {
+  const Shape& shape = plan.shapes[shape_index];
+  const std::size_t first = plan.samples.size();
+  for (const int strike : strike_numbers(config, shape)) {
+    for (std::size_t v = 0; v < shape.variants.size(); ++v) {
+      if (!shape.variants[v].sounds) continue;
+      Sample sample;
+      sample.key = fmt::format("{}/{}/{}/strike-{:04}", shape.id, shape.variants[v].material,
+                               shape.variants[v].size, strike);
+      sample.id = core::stable_hash(sample.key);
+      sample.shape = shape_index;
+      sample.variant = v;
+      sample.strike = strike;
+      plan.samples.push_back(std::move(sample));
+    }
+  }
+  for (std::size_t from = first; from < plan.samples.size(); from += samples_per_task) {
+    BuildTask task;
+    task.kind = TaskKind::samples;
+    task.key = fmt::format("samples/{}-{:04}", shape.id, (from - first) / samples_per_task);
+    task.shape = shape_index;
+    task.first = from;
+    task.count = std::min(samples_per_task, plan.samples.size() - from);
+    plan.tasks.push_back(std::move(task));
+  }
+}
+
+void add_takes(const configuration::BuildConfig& config, BuildPlan& plan) {
+  std::vector<std::size_t> cast;
+  for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
+    const std::string& object = config.objects[plan.shapes[s].source].name;
+    const auto& bodies = config.motion->bodies;
+    if (std::any_of(bodies.begin(), bodies.end(),
+                    [&](const scene::motion::CastBody& body) { return body.object == object; })) {
+      cast.push_back(s);
+    }
+  }
+  for (int number = 0; number < config.motion->takes; ++number) {
+    Sample sample;
+    sample.key = fmt::format("take-{:04}", number);
+    sample.id = core::stable_hash(sample.key);
+    sample.shape = cast.front();
+    sample.variant = 0;
+    sample.strike = number;
+    plan.samples.push_back(std::move(sample));
+  }
+  const auto each = static_cast<std::size_t>(
+      std::clamp(bytes_per_task / sample_bytes(config), 1.0, takes_per_task));
+  for (std::size_t from = 0; from < plan.samples.size(); from += each) {
+    BuildTask task;
+    task.kind = TaskKind::samples;
+    task.key = fmt::format("samples/takes-{:04}", from / each);
+    task.shape = cast.front();
+    task.first = from;
+    task.count = std::min(each, plan.samples.size() - from);
+    task.cast = cast;
+    plan.tasks.push_back(std::move(task));
+  }
+}
+
+}  // namespace
+
+BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& find) {
+  BuildPlan plan;
+  for (std::size_t i = 0; i < config.objects.size(); ++i) {
+    config.objects[i].family.empty() ? add_files(config, i, find, plan)
+                                     : add_family(config, i, plan);
+  }
+  decide_identities(plan.shapes);
+  std::set<std::string> ids;
+  for (Shape& shape : plan.shapes) {
+    if (!ids.insert(shape.id).second) {
+      throw InputError(fmt::format("two shapes are named \"{}\"", shape.id),
+                       "give one of the entries of objects another `name:`");
+    }
+    shape.request.options = config.mesh;
+    shape.variants = make_variants(config, config.objects[shape.source], shape.id);
+    shape.split_shape = part_of_shape(config, shape);
+  }
+  for (std::size_t i = 0; i < plan.shapes.size(); ++i) {
+    plan.tasks.push_back({TaskKind::modes, "modes/" + plan.shapes[i].id, i, 0, 0});
+  }
+  if (config.motion) {
+    add_takes(config, plan);
+    return plan;
+  }
+  check_given_strikes(config, ids);
+  for (std::size_t i = 0; i < plan.shapes.size(); ++i) add_samples(config, i, plan);
+  if (plan.samples.empty()) {
+    throw InputError("the configuration makes no samples",
+                     "no strike of strikes.csv speaks of any of its shapes");
+  }
+  return plan;
+}
+
+std::vector<std::size_t> shapes_of(const BuildPlan& plan, const Sample& sample) {
+  for (const BuildTask& task : plan.tasks) {
+    if (task.kind == TaskKind::samples && !task.cast.empty()) return task.cast;
+  }
+  return {sample.shape};
+}
+
+namespace {
+
+/// A damping model to the last bit. Rayleigh's parameters stand alone.
+std::string identity_of(const synth::damping::DampingModel& model) {
+  const std::string alphas = fmt::format("{}", fmt::join(model.parameters, " "));
+  if (model.kind == synth::damping::DampingKind::rayleigh) return alphas;
+  return fmt::format("{} {} {}", synth::damping::form_of(model.kind).name, alphas,
+                     model.expression);
+}
+
+}  // namespace
+
+std::string fingerprint(const configuration::BuildConfig& config, const BuildPlan& plan) {
+  core::Sha256 hash;
+  for (const synth::material::Material& m : config.own_materials) {
+    hash.add(fmt::format("{} {} {} {} {}\n", m.name, m.elastic.youngs_modulus,
+                         m.elastic.poisson_ratio, m.elastic.density, identity_of(m.damping)));
+  }
+  for (const scene::GivenStrike& s : config.scene.strikes.given) {
+    const Vec3 direction = s.direction.value_or(Vec3::Zero());
+    hash.add(fmt::format("{} {} {}\n", s.shape, s.impulse, s.contact_time));
+    hash.add(std::span<const double>(s.position.data(), 3));
+    hash.add(std::span<const double>(direction.data(), 3));
+  }
+  for (const scene::EffectDecision& effect : config.scene.effects) {
+    if (effect.enabled && effect.in_scene.content) hash.add(effect.in_scene.content());
+  }
+  for (const Shape& shape : plan.shapes) {
+    hash.add(shape.id)
+        .add(shape.sha256)
+        .add(shape.identity)
+        .add(solvers::mesh::to_json(shape.request).dump());
+  }
+  for (const Sample& sample : plan.samples) hash.add(sample.key).add("\n");
+  return hash.hex();
+}
+
+std::string split_strike(const configuration::BuildConfig& config, const Shape& shape, int strike) {
+  // Given strikes at one point are one strike to the split: that of the first row.
+  const std::vector<scene::GivenStrike>& given = config.scene.strikes.given;
+  const auto first = std::find_if(given.begin(), given.end(), [&](const scene::GivenStrike& other) {
+    return other.position == given[static_cast<std::size_t>(strike)].position;
+  });
+  const auto number = given.empty() ? strike : static_cast<int>(first - given.begin());
+  return part_of_split(config, fmt::format("{}/strike-{:04}", shape.identity, number),
+                       "split.strike");
+}
+
+std::vector<synth::material::Material> variant_materials(const configuration::BuildConfig& config,
+                                                         const Shape& shape, const Variant& variant,
+                                                         const std::vector<std::string>& regions) {
+  const configuration::ObjectSource& source = config.objects[shape.source];
+  if (!source.groups.empty()) {
+    return scene::assign_materials(source.groups, regions, config.own_materials);
+  }
+  return std::vector<synth::material::Material>(
+      regions.size(), synth::material::parse_material(variant.material, config.own_materials));
+}
+
+}  // namespace carillon::dataset::plan

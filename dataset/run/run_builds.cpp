@@ -1,0 +1,198 @@
+#include "dataset/run/run_builds.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "core/progress.hpp"
+#include "core/storage_error.hpp"
+#include "dataset/configuration/limits.hpp"
+#include "dataset/plan/task_times.hpp"
+#include "dataset/run/check_files.hpp"
+#include "dataset/run/detail/attempts.hpp"
+#include "dataset/run/detail/index_keeper.hpp"
+#include "dataset/run/detail/last_words.hpp"
+#include "dataset/run/detail/run_state.hpp"
+#include "dataset/run/trace_json.hpp"
+#include "dataset/samples/samples_task.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/interrupt.hpp"
+#include "mpi/witness.hpp"
+
+namespace carillon::dataset::run {
+
+using nlohmann::json;
+
+namespace {
+
+/// Warnings of all builds, each once.
+void tell_warnings(const std::vector<BuildRun>& builds) {
+  std::set<std::string> told;
+  for (const BuildRun& run : builds) {
+    for (const std::string& warning : run.build.config.warnings) {
+      if (told.insert(warning).second) spdlog::warn("{}", warning);
+    }
+  }
+}
+
+/// All builds of a run while it goes on.
+class Runner {
+ public:
+  Runner(const RunRequest& request, const mpi::Context& context)
+      : request_(request), context_(context), builds_(request.builds), state_(request.builds) {
+    outcome_.builds.resize(builds_.size());
+  }
+
+  int run(const std::function<int(RunOutcome&)>& finish);
+
+ private:
+  std::string run_task(std::int64_t number, MPI_Comm group, mpi::Witness& witness) const;
+  mpi::ServiceHooks hooks(LastWords& last_words, core::Progress& progress, double expected);
+  void keep_index();
+  void write_results();
+
+  const RunRequest& request_;
+  const mpi::Context& context_;
+  const std::vector<BuildRun>& builds_;
+  RunState state_;
+  std::unique_ptr<IndexKeeper> index_;  ///< the host's, where something is left to do
+  RunOutcome outcome_;
+};
+
+/// One task on the ranks of a group; returns its journal record.
+std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::Witness& witness) const {
+  const RunState::Place place = state_.place_of(number);
+  const plan::BuildTask& task = place.task;
+  const BuildRun& run = builds_[place.build];
+  const LoadedBuild& build = run.build;
+  const samples::BuildFolders& folders = run.folders;
+  const double start = core::monotonic_seconds();
+  samples::ModesTaskResult result;
+  core::Trace own;
+  configuration::watch_task(witness, build.config.limits, run.name + task.key, own, group, [&] {
+    if (task.kind == plan::TaskKind::modes) {
+      result =
+          samples::run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
+    } else {
+      result.written = samples::run_samples_task(build.config, build.plan, task, folders, own,
+                                                 state_.kept_samples(number));
+    }
+  });
+  json times = json::array();
+  for (const std::string& file : result.written)
+    times.push_back(modified_ns(folders.output / file));
+  json record = {{"inputs", state_.inputs_of(number)},
+                 {"samples", task.count},
+                 {"files", describe_files(result.written, folders.output)},
+                 {"modified_ns", times},
+                 {"seconds", core::monotonic_seconds() - start},
+                 {"trace", to_json(own)}};
+  if (!result.pitch_target.is_null()) record["pitch_target"] = result.pitch_target;
+  return record.dump();
+}
+
+mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress, double expected) {
+  mpi::ServiceHooks hooks;
+  hooks.completed = [this, &last_words](const mpi::Task& task, const mpi::Outcome& ended) {
+    json entry = json::parse(ended.record);
+    // A full disk is nobody's failure: nothing is recorded, and the run ends.
+    if (entry.value("kind", "") == "StorageError") {
+      throw core::StorageError(entry.at("message"), entry.value("hint", ""));
+    }
+    entry["ok"] = ended.ok;
+    entry["times"] = plan::describe_times(task, ended.times, state_.run());
+    const std::int64_t number = state_.number_of(task.key);
+    const std::size_t build = state_.place_of(number).build;
+    last_words.count([&] { index_->add(build, state_.record(number, std::move(entry))); });
+    ++outcome_.builds[build].tasks_run;
+  };
+  hooks.lost_with = [this](const mpi::Task& task) {
+    return state_.lost_with(state_.number_of(task.key));
+  };
+  hooks.progress = [&progress, expected](const mpi::TaskBoard& now) {
+    // Costs grow and shrink as tasks tell how long they take.
+    progress.update(
+        expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
+        fmt::format("{} of {} tasks", now.count(mpi::TaskState::done), now.tasks().size()));
+  };
+  return hooks;
+}
+
+void Runner::keep_index() {
+  std::vector<KeptIndex> kept;
+  for (std::size_t b = 0; b < builds_.size(); ++b) {
+    kept.push_back({&builds_[b].build, &builds_[b].folders, state_.finished(b)});
+  }
+  index_ = std::make_unique<IndexKeeper>(std::move(kept));
+}
+
+/// What the folders hold now, on the host.
+void Runner::write_results() {
+  mpi::agreed(context_.world, [&] {
+    if (!context_.speaks()) return;
+    std::vector<Results> results;
+    if (index_) results = index_->finish();
+    for (std::size_t b = 0; b < builds_.size(); ++b) {
+      EndedBuild& ended = outcome_.builds[b];
+      ended.finished = std::move(state_.finished(b));
+      ended.results =
+          index_ ? std::move(results[b])
+                 : run::write_results(builds_[b].build, builds_[b].folders, ended.finished);
+    }
+    if (index_) outcome_.index = index_->cost();
+  });
+}
+
+int Runner::run(const std::function<int(RunOutcome&)>& finish) {
+  const bool host = context_.speaks();
+  mpi::TaskBoard board =
+      state_.take_over(request_.output, request_.order, request_.retry_failed, context_.world);
+  const bool idle = board.count(mpi::TaskState::waiting) == 0;
+  if (host && !idle) {
+    tell_warnings(builds_);
+    keep_index();
+  }
+  const double expected = board.total_cost();
+  core::Progress progress("build", expected, context_.quiet || context_.json || !host || idle);
+  LastWords last_words(index_.get(), request_.tell_interrupted);
+  const mpi::InterruptGuard guard(last_words.leaving());
+  std::optional<mpi::Witness> witness;
+  mpi::agreed(context_.world, [&] {
+    witness.emplace(witness_file(request_.output, mpi::rank(context_.world)),
+                    mpi::size(context_.world), mpi::exit_overdue);
+  });
+  mpi::RunReport report = mpi::run_tasks(
+      context_.world, std::move(board), hooks(last_words, progress, expected),
+      [&](std::int64_t number, MPI_Comm group) { return run_task(number, group, *witness); },
+      mpi::describe_machine(context_.world, builds_.front().build.config.ranks.memory_per_node));
+  witness.reset();
+  last_words.keep();
+  progress.finish("");
+
+  outcome_.run = state_.run();
+  outcome_.interrupted = report.interrupted;
+  outcome_.ranks = plan::gather_times(report.times, context_.world);
+  outcome_.calibration = std::move(report.calibration);
+  write_results();
+  const int code = finish(outcome_);
+  return std::stoi(mpi::broadcast(std::to_string(code), 0, context_.world));
+}
+
+}  // namespace
+
+std::int64_t RunOutcome::tasks_run() const {
+  std::int64_t sum = 0;
+  for (const EndedBuild& build : builds) sum += build.tasks_run;
+  return sum;
+}
+
+int run_builds(const RunRequest& request, const mpi::Context& context,
+               const std::function<int(RunOutcome&)>& finish) {
+  return Runner(request, context).run(finish);
+}
+
+}  // namespace carillon::dataset::run

@@ -1,0 +1,180 @@
+#include "dataset/run/schedule.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "dataset/plan/disk.hpp"
+#include "dataset/plan/task_times.hpp"
+#include "dataset/run/costs.hpp"
+#include "dataset/run/detail/measured_times.hpp"
+
+namespace carillon::dataset::run {
+
+using nlohmann::json;
+
+namespace {
+
+/// Tasks as the board takes them, and what each of them is expected to take.
+struct Work {
+  std::vector<mpi::Task> tasks;
+  TaskSeconds times;
+};
+
+Work work_of(std::span<const LoadedBuild> builds, std::vector<mpi::Task> tasks,
+             const MeasuredTimes& measured, const MachineCosts& costs) {
+  Work work{std::move(tasks), {}};
+  work.times = expected_seconds(work.tasks, measured);
+  if (!measured.empty()) return work;  // these hold the files' already
+  std::size_t number = 0;
+  for (const LoadedBuild& build : builds) {
+    for (const plan::BuildTask& task : build.plan.tasks) {
+      double& seconds = work.times.seconds[number++];
+      if (task.kind != plan::TaskKind::samples || !build.config.wav) continue;
+      seconds += costs.file * static_cast<double>(task.count);
+    }
+  }
+  return work;
+}
+
+struct Files {
+  std::size_t modes = 0, shards = 0, wav = 0, png = 0, others = 0;
+  double shard_bytes = 0, largest_shard_bytes = 0;
+  std::size_t largest_folder = 0;
+};
+
+void add_files(const LoadedBuild& build, Files& files) {
+  const plan::BuildPlan& plan = build.plan;
+  std::size_t shards = 0, most = 0;
+  for (const plan::BuildTask& task : plan.tasks) {
+    if (task.kind != plan::TaskKind::samples) continue;
+    ++shards;
+    most = std::max(most, task.count);
+  }
+  const std::size_t wav = build.config.wav ? plan.samples.size() : 0;
+  std::vector<std::size_t> sounds(plan.shapes.size(), 0);  // a folder for each shape
+  for (const plan::Sample& sample : plan.samples) ++sounds[sample.shape];
+  const std::size_t largest_sounds =
+      wav > 0 ? *std::max_element(sounds.begin(), sounds.end()) : std::size_t{0};
+  const double bytes = plan::sample_bytes(build.config);
+  files.modes += plan.shapes.size();
+  files.shards += shards;
+  files.wav += wav;
+  files.png += build.config.png && build.config.camera ? plan.shapes.size() : 0;
+  files.others += 7;  // index, dataset, croissant, failures, configuration, journal, trace
+  files.shard_bytes += bytes * static_cast<double>(plan.samples.size());
+  files.largest_shard_bytes =
+      std::max(files.largest_shard_bytes, bytes * static_cast<double>(most));
+  files.largest_folder =
+      std::max({files.largest_folder, plan.shapes.size(), shards, largest_sounds});
+}
+
+json describe_files(std::span<const LoadedBuild> builds) {
+  Files files;
+  for (const LoadedBuild& build : builds) add_files(build, files);
+  if (builds.size() > 1) files.others += 4;  // a sweep's two tables, sweep.json and trace.json
+  return {{"count", files.modes + files.shards + files.wav + files.png + files.others},
+          {"modes", files.modes},
+          {"shards", files.shards},
+          {"wav", files.wav},
+          {"png", files.png},
+          {"shard_bytes", files.shard_bytes},
+          {"largest_shard_bytes", files.largest_shard_bytes},
+          {"largest_folder", files.largest_folder}};
+}
+
+std::filesystem::path trace_file(const std::filesystem::path& path) {
+  return std::filesystem::is_directory(path) ? path / "trace.json" : path;
+}
+
+/// What keeps the build from being faster on so many ranks.
+std::string limit_of(const mpi::Schedule& schedule) {
+  if (schedule.makespan <= 0) return "nothing";
+  if (schedule.longest_chain > 0.8 * schedule.makespan) return "longest chain";
+  if (schedule.shared_work > 0.8 * schedule.makespan) return "work";
+  if (schedule.host_busy > 0.8 * schedule.makespan) return "task service";
+  if (schedule.memory_wait > 0.5 * schedule.idle) return "memory of nodes";
+  return "order of tasks";
+}
+
+json describe(const mpi::Schedule& schedule, const Work& work, const mpi::SimulatedRanks& on,
+              const MachineCosts& costs, std::size_t shards) {
+  const double span = schedule.makespan;
+  const double index = costs.index_shard * static_cast<double>(shards);
+  const auto per_second = [&](double count) { return span > 0 ? count / span : 0; };
+  const auto last = static_cast<std::size_t>(schedule.last_task);
+  return {{"ranks", on.ranks},
+          {"nodes", (on.ranks - 1) / on.ranks_per_node + 1},
+          {"start_s", costs.start},
+          {"makespan_s", span},
+          {"index_s", index},
+          {"wall_s", costs.start + span + index},
+          {"efficiency", schedule.efficiency},
+          {"all_at_work_until_s", schedule.all_at_work_until},
+          {"half_at_work_until_s", schedule.half_at_work_until},
+          {"straggler_share", span > 0 ? 1 - schedule.all_at_work_until / span : 0},
+          {"shared_work_s", schedule.shared_work},
+          {"longest_chain_s", schedule.longest_chain},
+          {"last_task", schedule.last_task < 0 ? "" : work.tasks[last].key},
+          {"idle_s", schedule.idle},
+          {"memory_wait_s", schedule.memory_wait},
+          {"refused_tasks", schedule.refused},
+          {"node_memory_bytes", schedule.node_memory},
+          {"limited_by", limit_of(schedule)},
+          {"service",
+           {{"requests_per_s", per_second(schedule.requests)},
+            {"capacity_per_s", 2 / (costs.service.claim + costs.service.complete)},
+            {"repeats_per_s", per_second(schedule.repeats)},
+            {"host_busy", per_second(schedule.host_busy)},
+            {"mean_answer_s", schedule.mean_answer},
+            {"longest_answer_s", schedule.longest_answer}}}};
+}
+
+}  // namespace
+
+json simulate_builds(std::span<const LoadedBuild> builds, std::vector<mpi::Task> tasks,
+                     const ScheduleOptions& options, const MachineCosts& costs) {
+  for (const int ranks : options.ranks) {
+    if (ranks < 1 || options.ranks_per_node < 0) {
+      throw core::InputError("--ranks and --ranks-per-node are numbers from 1 up");
+    }
+  }
+  MeasuredTimes measured;
+  if (!options.trace.empty()) measured = read_measured_times(options.trace);
+  const Work work = work_of(builds, std::move(tasks), measured, costs);
+  const auto longest = std::max_element(work.times.seconds.begin(), work.times.seconds.end()) -
+                       work.times.seconds.begin();
+  json out = {{"tasks",
+               {{"count", work.tasks.size()},
+                {"measured", work.times.measured},
+                {"ratio", work.times.ratio},
+                {"longest", work.tasks[static_cast<std::size_t>(longest)].key},
+                {"longest_s", work.times.seconds[static_cast<std::size_t>(longest)]}}},
+              {"files", describe_files(builds)}};
+  if (!options.trace.empty()) {
+    const json runs = plan::earlier_runs(trace_file(options.trace));
+    if (!runs.empty()) out["last_run"] = runs.back();
+  }
+  const auto shards = out.at("files").at("shards").get<std::size_t>();
+  const std::int64_t given = builds.front().config.ranks.memory_per_node;
+  for (const int ranks : options.ranks) {
+    const int on_node = options.ranks_per_node > 0 ? options.ranks_per_node : ranks;
+    const auto idle = static_cast<std::int64_t>(idle_rank_bytes) * std::min(on_node, ranks);
+    const mpi::SimulatedRanks on{
+        .ranks = ranks,
+        .ranks_per_node = on_node,
+        .node_memory = given > 0 ? std::max<std::int64_t>(1, given - idle) : 0};
+    const mpi::Schedule schedule =
+        mpi::simulate(mpi::TaskBoard(work.tasks), work.times.seconds, on, costs.service);
+    out["schedules"].push_back(describe(schedule, work, on, costs, shards));
+  }
+  return out;
+}
+
+json simulate_build(const LoadedBuild& build, const ScheduleOptions& options,
+                    const MachineCosts& costs) {
+  return simulate_builds({&build, 1}, board_tasks(build.plan, build.config), options, costs);
+}
+
+}  // namespace carillon::dataset::run

@@ -1,0 +1,117 @@
+#include "dataset/run/shared_meshes.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "dataset/plan/identities.hpp"
+#include "mpi/comm.hpp"
+
+namespace carillon::dataset::run {
+
+using nlohmann::json;
+
+namespace {
+
+// Between ranks as CBOR, which keeps every number to the last bit, infinite ones too.
+
+std::string to_message(const json& value) {
+  std::string message;
+  json::to_cbor(value, message);
+  return message;
+}
+
+json to_json(const plan::FoundMesh& mesh) {
+  json found = {{"path", mesh.path}, {"sha256", mesh.sha256}, {"signature", mesh.signature}};
+  if (mesh.surface) {
+    const solvers::mesh::Box& box = mesh.surface->bounds;
+    found["surface"] = {box.low.x(),  box.low.y(),  box.low.z(),        box.high.x(),
+                        box.high.y(), box.high.z(), mesh.surface->area, mesh.surface->volume};
+  }
+  return found;
+}
+
+plan::FoundMesh from_json(const json& found) {
+  plan::FoundMesh mesh{found.at("path"),
+                       found.at("sha256"),
+                       found.at("signature").get<solvers::mesh::ShapeSignature>(),
+                       {}};
+  if (found.contains("surface")) {
+    const auto v = found.at("surface").get<std::vector<double>>();
+    mesh.surface = {{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, v[6], v[7]};
+  }
+  return mesh;
+}
+
+/// Paths by files_key(), as rank 0 sees them.
+std::map<std::string, std::vector<std::string>> look_up(std::span<const LoadedBuild> builds,
+                                                        MPI_Comm world) {
+  std::map<std::string, std::vector<std::string>> paths;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
+    for (const LoadedBuild& build : builds) {
+      for (const configuration::ObjectSource& object : build.config.objects) {
+        if (!object.family.empty() || paths.contains(configuration::files_key(object))) continue;
+        paths[configuration::files_key(object)] = configuration::object_files(object);
+      }
+    }
+  });
+  return json::from_cbor(mpi::broadcast(to_message(paths), 0, world));
+}
+
+/// Every rank reads its share of the files; all have what was found.
+std::map<std::string, plan::FoundMesh> read_together(const std::set<std::string>& paths,
+                                                     MPI_Comm world) {
+  json own = json::array();
+  mpi::agreed(world, [&] {
+    int turn = 0;
+    for (const std::string& path : paths) {
+      if (turn++ % mpi::size(world) == mpi::rank(world))
+        own.push_back(to_json(plan::find_mesh(path)));
+    }
+  });
+  std::map<std::string, plan::FoundMesh> meshes;
+  for (const std::string& message : mpi::all_gather(to_message(own), world)) {
+    for (const json& found : json::from_cbor(message)) {
+      plan::FoundMesh mesh = from_json(found);
+      meshes.emplace(mesh.path, std::move(mesh));
+    }
+  }
+  return meshes;
+}
+
+/// The files that a rank did not read are there for it too.
+void check_sizes(const std::set<std::string>& paths, MPI_Comm world) {
+  core::Sha256 seen;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    seen.add(fmt::format("{};", std::filesystem::file_size(path, error)));
+  }
+  check_alike(seen.hex(), world);
+}
+
+}  // namespace
+
+SharedMeshes::SharedMeshes(std::span<const LoadedBuild> builds, MPI_Comm world) {
+  const auto by_key = look_up(builds, world);
+  std::set<std::string> paths;
+  for (const auto& [key, found] : by_key) paths.insert(found.begin(), found.end());
+  const std::map<std::string, plan::FoundMesh> meshes = read_together(paths, world);
+  check_sizes(paths, world);
+  for (const auto& [key, found] : by_key) {
+    std::vector<plan::FoundMesh>& list = by_key_[key];
+    for (const std::string& path : found) list.push_back(meshes.at(path));
+  }
+}
+
+plan::FindMeshes SharedMeshes::of(const configuration::BuildConfig& config) const {
+  return [this, &config](std::size_t object) {
+    return by_key_.at(configuration::files_key(config.objects[object]));
+  };
+}
+
+}  // namespace carillon::dataset::run

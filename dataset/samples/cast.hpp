@@ -1,0 +1,82 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "dataset/samples/shape_modes.hpp"
+#include "scene/chain.hpp"
+#include "scene/motion/textures.hpp"
+#include "synth/motion/sounding_body.hpp"
+
+namespace carillon::dataset::samples {
+
+/// A body at its size and of its material, as a motion needs it.
+struct Actor {
+  solvers::modes::Modes modes;
+  scene::RingingBody ringing;
+  synth::surface::RigidBody rigid;
+  std::vector<std::vector<Vec3>> hulls;              ///< at its size [m]
+  double ball_radius = 0;                            ///< of a ball; 0: none
+  std::optional<synth::contact::RigidSource> click;  ///< where clicks are heard
+  solvers::mesh::SurfaceMesh surface;
+  solvers::mesh::Box box;
+};
+
+/// Bodies that takes are cast with, each made once.
+class Actors {
+ public:
+  Actors(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
+         const BuildFolders& folders, scene::SoundChain& chain)
+      : config_(config), plan_(plan), folders_(folders), chain_(chain) {}
+
+  /// @param shape  its number in the plan
+  /// @throws FileError   its modes file is missing or damaged
+  /// @throws InputError  it has no such variant, or no hull
+  const Actor& of(std::size_t shape, const std::string& material, double size);
+
+ private:
+  const configuration::BuildConfig& config_;
+  const plan::BuildPlan& plan_;
+  BuildFolders folders_;
+  scene::SoundChain& chain_;
+  std::map<std::size_t, ShapeModes> shapes_;
+  std::map<std::tuple<std::size_t, std::string, double>, std::unique_ptr<Actor>> actors_;
+};
+
+/// Who plays in a take: what was drawn for each body of the cast.
+struct Role {
+  std::string name;
+  std::size_t shape = 0;
+  std::string material;
+  double size = 1;
+  double release = 0;  ///< [s]
+  synth::motion::BodyState start;
+};
+
+/// Whether an object's instances are kept to the takes of their own part of split_shape. Where a
+/// part would have none, takes of all parts draw from all of them.
+bool held_out(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
+              const std::string& object);
+
+/// Draws a take: each body's instance (among those of the take's part where they are held out), its
+/// material, place, turn and motion. Streams are keyed by (seed, take's id, body's name).
+/// @param part  of split_shape that the take is in
+std::vector<Role> draw_roles(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
+                             std::uint64_t take_id, const std::string& part);
+
+/// A take ready to move: the ground first, where there is one, then the cast. Numbers of bodies are
+/// the same everywhere.
+struct TakeStage {
+  std::vector<std::string> names;
+  std::vector<const Actor*> actors;  ///< null: the ground
+  std::vector<synth::motion::MovingBody> moving;
+  std::vector<synth::motion::SoundingBody> sounding;
+  std::vector<synth::motion::MotionString> strings;
+};
+TakeStage set_stage(const configuration::BuildConfig& config, const std::vector<Role>& roles,
+                    Actors& actors, scene::motion::Textures& textures);
+
+}  // namespace carillon::dataset::samples

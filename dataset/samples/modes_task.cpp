@@ -1,0 +1,260 @@
+#include "dataset/samples/modes_task.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+
+#include "core/files.hpp"
+#include "core/hdf5.hpp"
+#include "core/image.hpp"
+#include "dataset/samples/shape_modes.hpp"
+#include "mpi/comm.hpp"
+#include "scene/body.hpp"
+#include "scene/pitch.hpp"
+#include "solvers/modes/modes_file.hpp"
+#include "synth/motion/convex_hull.hpp"
+
+namespace carillon::dataset::samples {
+
+using solvers::elements::Elastic;
+
+namespace {
+
+/// Two bodies with these regions have the same dimensionless modes.
+bool same_set(const std::vector<Elastic>& a, const std::vector<Elastic>& b) {
+  const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-12 * std::abs(y); };
+  for (std::size_t r = 0; r < a.size(); ++r) {
+    if (!close(a[r].poisson_ratio, b[r].poisson_ratio) &&
+        a[r].poisson_ratio != b[r].poisson_ratio) {
+      return false;
+    }
+    if (!close(a[r].youngs_modulus * b[0].youngs_modulus,
+               b[r].youngs_modulus * a[0].youngs_modulus) ||
+        !close(a[r].density * b[0].density, b[r].density * a[0].density)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Longest time a wave takes per unit of the body's own length: frequencies scale with its inverse.
+double slowness(const Elastic& elastic, double size) {
+  return size * std::sqrt(elastic.density / elastic.youngs_modulus);
+}
+
+void write_views(const configuration::BuildConfig& config, const plan::Shape& shape,
+                 const solvers::modes::ModeSurface& surface, const BuildFolders& folders,
+                 const core::Hdf5Group& file, core::Trace& trace,
+                 std::vector<std::string>& written) {
+  const solvers::mesh::SurfaceMesh flat = solvers::modes::flatten(surface);
+  if (config.voxels) {
+    const core::ScopedTimer timer(trace.effects["voxels"]);
+    const render::VoxelGrid grid = render::voxelize(flat, *config.voxels);
+    const auto n = static_cast<std::uint64_t>(grid.resolution);
+    file.write<std::uint8_t>("voxels", grid.cells, {1, n, n, n}, {.chunk_rows = 1, .deflate = 4});
+    file.write_attribute("pitch_m", grid.pitch, "voxels");
+    file.write<double>("voxel_pitch", std::vector<double>{grid.pitch}, {1});
+    file.write<double>("voxel_origin",
+                       std::vector<double>{grid.origin.x(), grid.origin.y(), grid.origin.z()},
+                       {1, 3});
+  }
+  if (config.camera) {
+    const core::ScopedTimer timer(trace.effects["frames"]);
+    const core::Image image = render::render_frame(
+        flat, *config.camera, render::appearance_of(shape.variants.front().material));
+    file.write<std::uint8_t>(
+        "frame", image.pixels,
+        {1, static_cast<std::uint64_t>(image.height), static_cast<std::uint64_t>(image.width),
+         static_cast<std::uint64_t>(image.channels)},
+        {.chunk_rows = 1, .deflate = 4});
+    if (config.png) {
+      const std::filesystem::path picture = std::filesystem::path("pictures") / (shape.id + ".png");
+      core::write_durably(folders.output / picture,
+                          [&](const std::filesystem::path& path) { core::write_png(path, image); });
+      written.push_back(picture.string());
+    }
+  }
+}
+
+/// The request that makes the mesh of a result: the first setting of a shape, or the one that a
+/// pitch target ended with.
+solvers::mesh::MeshRequest final_request(const plan::Shape& shape,
+                                         const solvers::pitch::PitchReport& report) {
+  solvers::mesh::MeshRequest request = shape.request;
+  if (report.steps.empty()) return request;
+  const solvers::pitch::PitchStep& step = report.steps[report.chosen];
+  request.options.order = step.order;
+  request.options.element_size = step.automatic_size ? 0 : step.element_size;
+  return request;
+}
+
+void write_shape(const plan::Shape& shape, const solvers::mesh::MeshRequest& request,
+                 const solvers::mesh::MeshResult& mesh, const core::Hdf5Group& file) {
+  file.write_attribute("shape", shape.id);
+  file.write_attribute("family", shape.family);
+  file.write_attribute("request", solvers::mesh::to_json(request).dump());
+  file.write_attribute("quality", solvers::mesh::to_json(mesh.quality).dump());
+  if (!shape.path.empty()) {
+    file.write_attribute("diagnosis", solvers::mesh::to_json(mesh.diagnosis).dump());
+    file.write_attribute("repair", solvers::mesh::to_json(mesh.repair).dump());
+  }
+  file.write<std::string>("regions", mesh.mesh.region_names, {mesh.mesh.region_names.size()});
+}
+
+}  // namespace
+
+std::filesystem::path BuildFolders::modes_file(const plan::Shape& shape) const {
+  return output / "modes" / (shape.id + ".h5");
+}
+
+std::filesystem::path BuildFolders::shard_file(const plan::BuildTask& task) const {
+  return output / (task.key + ".h5");
+}
+
+ModeSets group_variants(const std::vector<std::vector<synth::material::Material>>& materials,
+                        const std::vector<plan::Variant>& variants,
+                        const solvers::modes::Band& band) {
+  ModeSets sets;
+  std::vector<double> slowest, fastest;
+  sets.variants.resize(variants.size());
+  for (std::size_t v = 0; v < variants.size(); ++v) {
+    const std::vector<Elastic> regions = scene::elastic_of(materials[v]);
+    const double slow = slowness(regions[0], variants[v].size);
+    std::size_t s = 0;
+    while (s < sets.requests.size() && !same_set(regions, sets.requests[s].regions)) ++s;
+    if (s == sets.requests.size()) {
+      sets.requests.push_back({regions, band});
+      slowest.push_back(slow);
+      fastest.push_back(slow);
+    }
+    // The slowest variant has the most modes in the band: its set serves the others.
+    if (slow > slowest[s]) sets.requests[s].regions = regions;
+    slowest[s] = std::max(slowest[s], slow);
+    fastest[s] = std::min(fastest[s], slow);
+    sets.variants[v].set = s;
+  }
+  for (std::size_t s = 0; s < sets.requests.size(); ++s) {
+    const double own = slowness(sets.requests[s].regions[0], 1);
+    sets.requests[s].band = {band.min_frequency * fastest[s] / own,
+                             band.max_frequency * slowest[s] / own, band.max_modes,
+                             band.min_frequency * slowest[s] / own};
+  }
+  for (std::size_t v = 0; v < variants.size(); ++v) {
+    VariantModes& variant = sets.variants[v];
+    const Elastic& solved = sets.requests[variant.set].regions[0];
+    const Elastic& wanted = materials[v][0].elastic;
+    variant.length = variants[v].size;
+    variant.modulus = wanted.youngs_modulus / solved.youngs_modulus;
+    variant.density = wanted.density / solved.density;
+  }
+  return sets;
+}
+
+namespace {
+
+/// Mode sets of a mesh that serve every variant of its shape.
+std::vector<solvers::modes::Modes> solve_sets(const configuration::BuildConfig& config,
+                                              const plan::Shape& shape,
+                                              const solvers::mesh::MeshResult& mesh,
+                                              const BuildFolders& folders, MPI_Comm comm,
+                                              core::Trace& trace) {
+  const double longest = solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side();
+  std::vector<std::vector<synth::material::Material>> materials;
+  for (const plan::Variant& variant : shape.variants) {
+    scene::check_size(longest * variant.size, config.objects[shape.source].file.any_size);
+    materials.push_back(plan::variant_materials(config, shape, variant, mesh.mesh.region_names));
+  }
+  ModeSets sets = group_variants(materials, shape.variants, config.band);
+  solvers::eigen::SolveOptions options = config.solver;
+  if (config.pitch_cents > 0) {
+    for (auto& request : sets.requests) request.band = solvers::pitch::judged_band(request.band);
+  }
+  options.time = configuration::solve_clock(config.limits);
+  std::vector<solvers::modes::Modes> solved;
+  configuration::within_memory(config.limits.solve_memory, [&] {
+    solved = solvers::basis::solve_materials(mesh.mesh, sets.requests, options, comm, folders.cache,
+                                             trace);
+  });
+  return solved;
+}
+
+/// Mesh and mode sets as the configuration asks: as they come, or refined to a pitch target.
+solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
+                                      const plan::Shape& shape, const BuildFolders& folders,
+                                      MPI_Comm comm, core::Trace& trace) {
+  trace.enter("mesh");
+  const auto solve = [&](const solvers::mesh::MeshResult& mesh) {
+    trace.enter("solve");
+    std::vector<solvers::modes::Modes> sets = solve_sets(config, shape, mesh, folders, comm, trace);
+    trace.enter("mesh");  // a finer one, unless this was the last
+    return sets;
+  };
+  if (config.pitch_cents > 0) {
+    scene::PitchSearch search;
+    search.request = shape.request;
+    search.cents = config.pitch_cents;
+    search.linear_solver = config.solver.linear_solver;
+    search.memory_limit = config.solver.memory_limit;
+    search.limits = config.limits.mesh;
+    search.cache = folders.cache;
+    solvers::pitch::PitchResult result = scene::refine_to_pitch(search, solve, comm, trace);
+    if (!result.report.met() && mpi::rank(comm) == 0) {
+      spdlog::warn("{}: {:.3g} cents instead of {:.3g}: {}", shape.id, result.report.reached_cents,
+                   config.pitch_cents, result.report.reason);
+    }
+    return result;
+  }
+  solvers::pitch::PitchResult result;
+  {
+    const core::ScopedTimer timer(scene::mesh_entry(trace, shape.request, folders.cache));
+    result.mesh = scene::shared_mesh(shape.request, config.limits.mesh, folders.cache, comm);
+  }
+  result.sets = solve(result.mesh);
+  return result;
+}
+
+}  // namespace
+
+ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const plan::Shape& shape,
+                               const BuildFolders& folders, MPI_Comm comm, core::Trace& trace) {
+  const solvers::pitch::PitchResult made = make_sets(config, shape, folders, comm, trace);
+  const std::vector<solvers::modes::Modes>& modes = made.sets;
+  const solvers::mesh::MeshRequest request = final_request(shape, made.report);
+  ModesTaskResult result;
+  if (config.pitch_cents > 0) {
+    result.pitch_target = {{"asked_cents", made.report.asked_cents},
+                           {"reached_cents", made.report.reached_cents},
+                           {"met", made.report.met()},
+                           {"order", request.options.order},
+                           {"element_size_m", request.options.element_size}};
+  }
+  trace.enter("write");
+  mpi::agreed(comm, [&] {
+    if (mpi::rank(comm) != 0) return;
+    core::write_durably(folders.modes_file(shape), [&](const std::filesystem::path& path) {
+      const core::Hdf5Group file = core::Hdf5Group::create_file(path);
+      write_shape(shape, request, made.mesh, file);
+      if (config.pitch_cents > 0) {
+        file.write_attribute("pitch_target", solvers::pitch::to_json(made.report, false).dump());
+      }
+      for (std::size_t s = 0; s < modes.size(); ++s) {
+        solvers::modes::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
+      }
+      if (config.motion) {
+        const core::ScopedTimer timer(trace.stages["convex pieces"]);
+        write_hulls(file, synth::motion::convex_pieces(made.mesh.mesh));
+        if (made.mesh.mesh.region_names.size() > 1) {
+          write_moments(file, synth::surface::region_moments(made.mesh.mesh));
+        }
+      }
+      write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
+      file.flush();
+    });
+    result.written.push_back(
+        std::filesystem::relative(folders.modes_file(shape), folders.output).string());
+  });
+  return result;
+}
+
+}  // namespace carillon::dataset::samples

@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "core/random.hpp"
+#include "dataset/samples/samples_task.hpp"
+#include "dataset/samples/shape_modes.hpp"
+#include "scene/body.hpp"
+#include "scene/chain.hpp"
+
+namespace carillon::dataset::samples {
+
+struct SampleMaker::Impl {
+  const configuration::BuildConfig& config;
+  const plan::Shape& shape;
+  ShapeModes modes;
+  synth::modal::SurfaceSampler sampler;  ///< on the body at size 1
+
+  scene::SoundChain chain;
+
+  /// A body at its size: what points into the variant stays where it is.
+  struct Ready {
+    solvers::modes::Modes modes;
+    scene::RingingBody body;
+  };
+  std::vector<std::unique_ptr<Ready>> ready;  ///< per variant
+
+  Impl(const configuration::BuildConfig& build, const plan::Shape& body,
+       const BuildFolders& folders, core::Trace& trace)
+      : config(build),
+        shape(body),
+        modes(build, body, folders),
+        sampler(modes.surface()),
+        chain(build.scene, folders.cache, trace),
+        ready(body.variants.size()) {}
+
+  const Ready& variant(std::size_t v) {
+    if (!ready[v]) {
+      auto made = std::make_unique<Ready>();
+      made->modes = modes.of(v);
+      made->body = chain.prepare(
+          shape.id,
+          fmt::format("{}/{}/{}", shape.id, shape.variants[v].material, shape.variants[v].size),
+          made->modes, modes.materials(v));
+      ready[v] = std::move(made);
+    }
+    return *ready[v];
+  }
+
+  /// The point belongs to the strike's number, so that a strike held out is held out in every
+  /// material and size; force and duration belong to the sample.
+  void draw_strike(const plan::Sample& sample, scene::Sound& sound) const {
+    const solvers::modes::ModeSurface& surface = modes.surface();
+    const scene::StrikeConfig& strikes = config.scene.strikes;
+    synth::modal::Strike& strike = sound.strike;
+    if (!strikes.given.empty()) {
+      const scene::GivenStrike& given = strikes.given[static_cast<std::size_t>(sample.strike)];
+      strike.point = sampler.nearest(given.position);
+      strike.direction =
+          given.direction.value_or(-synth::modal::frame_at(surface, strike.point).normal);
+      strike.impulse = given.impulse;
+      sound.contact_time = given.contact_time;
+      return;
+    }
+    core::RandomStream place(config.seed,
+                             core::stable_hash(fmt::format("{}/{}", shape.id, sample.strike)),
+                             "strike.position");
+    strike.point = sampler.sample(place);
+    const Vec3 inward = -synth::modal::frame_at(surface, strike.point).normal;
+    strike.direction = synth::modal::spread_direction(inward, strikes.spread, place);
+    core::RandomStream force(config.seed, sample.id, "strike.force");
+    strike.impulse = force.log_uniform(strikes.impulse.low, strikes.impulse.high);
+    sound.contact_time = force.log_uniform(strikes.contact_time.low, strikes.contact_time.high);
+  }
+
+  /// Rooms and noises of different parts of either split have nothing in common.
+  void set_part(const plan::Sample& sample, scene::Sound& sound) const {
+    const std::vector<std::string> parts = config.split.names();
+    const auto index = [&](const std::string& part) {
+      return static_cast<std::size_t>(std::find(parts.begin(), parts.end(), part) - parts.begin());
+    };
+    sound.parts = config.scene.parts;
+    sound.part = index(shape.split_shape) * parts.size() +
+                 index(plan::split_strike(config, shape, sample.strike));
+  }
+
+  /// A sample's sound before the effects.
+  scene::Sound struck(const plan::Sample& sample) {
+    scene::Sound sound;
+    sound.body = &variant(sample.variant).body;
+    sound.seed = config.seed;
+    sound.id = sample.id;
+    set_part(sample, sound);
+    draw_strike(sample, sound);
+    return sound;
+  }
+};
+
+SampleMaker::SampleMaker(const configuration::BuildConfig& config, const plan::Shape& shape,
+                         const BuildFolders& folders, core::Trace& trace)
+    : impl_(std::make_unique<Impl>(config, shape, folders, trace)) {}
+
+SampleMaker::~SampleMaker() = default;
+
+const std::vector<synth::material::Material>& SampleMaker::materials(std::size_t variant) const {
+  return impl_->modes.materials(variant);
+}
+
+synth::modal::RingDown SampleMaker::ring(const plan::Sample& sample) {
+  scene::Sound sound = impl_->struck(sample);
+  impl_->chain.ring(sound);
+  return std::move(sound.rings);
+}
+
+SampleResult SampleMaker::make(const plan::Sample& sample, core::Columns* record) {
+  const core::TimeLimit clock = configuration::sample_clock(impl_->config.limits);
+  const Impl::Ready& variant = impl_->variant(sample.variant);
+  SampleResult result;
+  result.sound = impl_->struck(sample);
+  scene::Sound& sound = result.sound;
+  sound.record = record;
+  impl_->chain.make(sound);
+  if (clock.passed()) clock.refuse();
+  result.frame = synth::modal::frame_at(variant.modes.surface, sound.strike.point);
+  result.complete_to_hz = variant.modes.certificate.complete_to_hz;
+  for (const double cents : variant.modes.pitch_errors) {
+    result.pitch_error = std::max(result.pitch_error, cents);
+  }
+  for (const float value : sound.audio) {
+    result.peak = std::max(result.peak, std::abs(static_cast<double>(value)));
+  }
+  return result;
+}
+
+}  // namespace carillon::dataset::samples

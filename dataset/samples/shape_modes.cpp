@@ -1,0 +1,95 @@
+#include "dataset/samples/shape_modes.hpp"
+
+#include <fmt/format.h>
+
+#include "core/hdf5.hpp"
+#include "solvers/modes/modes_file.hpp"
+
+namespace carillon::dataset::samples {
+
+namespace {
+
+std::vector<std::vector<Vec3>> read_hulls(const core::Hdf5Group& file) {
+  std::vector<std::vector<Vec3>> hulls;
+  if (!file.has("hulls")) return hulls;
+  const auto values = file.read<double>("hulls/points");
+  const auto first = file.read<std::int64_t>("hulls/first");
+  for (std::size_t h = 0; h + 1 < first.size(); ++h) {
+    hulls.emplace_back();
+    for (auto p = static_cast<std::size_t>(first[h]); p < static_cast<std::size_t>(first[h + 1]);
+         ++p) {
+      hulls.back().emplace_back(values[3 * p], values[3 * p + 1], values[3 * p + 2]);
+    }
+  }
+  return hulls;
+}
+
+std::vector<synth::surface::RegionMoments> read_moments(const core::Hdf5Group& file) {
+  if (!file.has("moments")) return {};
+  const auto volumes = file.read<double>("moments/volume");
+  const auto centroids = file.read<double>("moments/centroid");
+  const auto spreads = file.read<double>("moments/spread");
+  std::vector<synth::surface::RegionMoments> moments;
+  for (std::size_t r = 0; r < volumes.size(); ++r) {
+    moments.push_back({volumes[r], Eigen::Map<const Vec3>(centroids.data() + 3 * r),
+                       Eigen::Map<const Eigen::Matrix3d>(spreads.data() + 9 * r)});
+  }
+  return moments;
+}
+
+}  // namespace
+
+void write_moments(const core::Hdf5Group& file,
+                   const std::vector<synth::surface::RegionMoments>& moments) {
+  std::vector<double> volumes, centroids, spreads;
+  for (const synth::surface::RegionMoments& region : moments) {
+    volumes.push_back(region.volume);
+    centroids.insert(centroids.end(), region.centroid.begin(), region.centroid.end());
+    const auto spread = region.spread.reshaped();  // symmetric
+    spreads.insert(spreads.end(), spread.begin(), spread.end());
+  }
+  const std::uint64_t count = moments.size();
+  file.write<double>("moments/volume", volumes, {count});
+  file.write<double>("moments/centroid", centroids, {count, 3});
+  file.write<double>("moments/spread", spreads, {count, 3, 3});
+  file.write_attribute("unit", "m^3", "moments/volume");
+  file.write_attribute("unit", "m", "moments/centroid");
+  file.write_attribute("unit", "m^2", "moments/spread");
+}
+
+void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls) {
+  std::vector<double> values;
+  std::vector<std::int64_t> first = {0};
+  for (const auto& hull : hulls) {
+    for (const Vec3& p : hull) values.insert(values.end(), p.begin(), p.end());
+    first.push_back(static_cast<std::int64_t>(values.size() / 3));
+  }
+  file.write<double>("hulls/points", values, {values.size() / 3, 3});
+  file.write<std::int64_t>("hulls/first", first, {first.size()});
+  file.write_attribute("unit", "m", "hulls/points");
+}
+
+ShapeModes::ShapeModes(const configuration::BuildConfig& config, const plan::Shape& shape,
+                       const BuildFolders& folders)
+    : band_(config.band) {
+  const core::Hdf5Group file = core::Hdf5Group::open_file(folders.modes_file(shape));
+  const auto regions = file.read<std::string>("regions");
+  for (const plan::Variant& variant : shape.variants) {
+    materials_.push_back(plan::variant_materials(config, shape, variant, regions));
+  }
+  sets_ = group_variants(materials_, shape.variants, config.band);
+  for (std::size_t s = 0; s < sets_.requests.size(); ++s) {
+    solved_.push_back(solvers::modes::read_modes(file.open_group(fmt::format("set-{:03}", s))));
+  }
+  hulls_ = read_hulls(file);
+  moments_ = read_moments(file);
+}
+
+solvers::modes::Modes ShapeModes::of(std::size_t variant) const {
+  const VariantModes& scale = sets_.variants[variant];
+  return solvers::modes::restrict_to(
+      solvers::modes::rescale(solved_[scale.set], scale.length, scale.modulus, scale.density),
+      band_);
+}
+
+}  // namespace carillon::dataset::samples

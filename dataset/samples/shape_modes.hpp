@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "dataset/samples/modes_task.hpp"
+#include "synth/surface/rigid_body.hpp"
+
+namespace carillon::dataset::samples {
+
+/// Modes of a shape in its materials and sizes, from its modes file.
+class ShapeModes {
+ public:
+  /// @throws FileError  the modes file is missing or damaged
+  ShapeModes(const configuration::BuildConfig& config, const plan::Shape& shape,
+             const BuildFolders& folders);
+
+  /// Materials of a variant, one per region.
+  const std::vector<synth::material::Material>& materials(std::size_t variant) const {
+    return materials_[variant];
+  }
+  /// Modes of a variant in the configuration's band.
+  solvers::modes::Modes of(std::size_t variant) const;
+  /// At size 1.
+  const solvers::modes::ModeSurface& surface() const { return solved_.front().surface; }
+  /// Corners of the body's convex pieces at size 1 [m]; empty where the build has no motion.
+  const std::vector<std::vector<Vec3>>& hulls() const { return hulls_; }
+  /// Of its regions at size 1; empty where it has one only.
+  const std::vector<synth::surface::RegionMoments>& moments() const { return moments_; }
+
+ private:
+  solvers::modes::Band band_;
+  std::vector<std::vector<synth::material::Material>> materials_;
+  ModeSets sets_;
+  std::vector<solvers::modes::Modes> solved_;
+  std::vector<std::vector<Vec3>> hulls_;
+  std::vector<synth::surface::RegionMoments> moments_;
+};
+
+/// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
+void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls);
+
+/// Writes `moments/volume` [regions], `moments/centroid` [regions, 3] and `moments/spread`
+/// [regions, 3, 3].
+void write_moments(const core::Hdf5Group& file,
+                   const std::vector<synth::surface::RegionMoments>& moments);
+
+}  // namespace carillon::dataset::samples

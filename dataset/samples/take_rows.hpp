@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+
+#include "dataset/samples/detail/take_maker.hpp"
+#include "dataset/samples/samples_task.hpp"
+
+namespace carillon::dataset::samples {
+
+/// Makes takes with every column that their shard stores.
+class TakeRows {
+ public:
+  /// @param trace  must outlive the rows, as config and plan must
+  TakeRows(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
+           const BuildFolders& folders, core::Trace& trace);
+  /// Adds one take's row.
+  SampleResult add(const plan::Sample& sample, core::Columns& columns);
+
+ private:
+  const configuration::BuildConfig& config_;
+  const plan::BuildPlan& plan_;
+  core::Trace& trace_;
+  TakeMaker maker_;
+  std::unique_ptr<synth::signal::MelSpectrogram> mel_;
+};
+
+/// Files of a take's movie that an earlier run wrote, relative to the output folder.
+std::vector<std::string> movie_files(const plan::Sample& sample, const BuildFolders& folders);
+
+/// Writes the frames of a take, and joins them with its sound to a movie where ffmpeg is there.
+/// @return paths of the files, relative to the output folder
+std::vector<std::string> write_movie(const configuration::BuildConfig& config,
+                                     const plan::Sample& sample, const SampleResult& result,
+                                     const BuildFolders& folders);
+
+}  // namespace carillon::dataset::samples

@@ -1,0 +1,225 @@
+#include "dataset/stored/stored_dataset.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/config_text.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "dataset/configuration/inputs.hpp"
+#include "dataset/run/dataset.hpp"
+
+namespace carillon::dataset::stored {
+
+using core::InputError;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A file with a JSON object; null where it is not there or is none.
+json read_json(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return nullptr;
+  json document = json::parse(core::read_file(path), nullptr, false);
+  return document.is_object() ? document : json(nullptr);
+}
+
+std::vector<std::string> folders_to_try(const fs::path& folder, const std::string& inputs) {
+  if (!inputs.empty()) return {inputs};
+  std::vector<std::string> folders;
+  const json trace = read_json(folder / "trace.json");
+  if (trace.is_object() && trace.contains("configuration_folder")) {
+    folders.push_back(trace.at("configuration_folder").get<std::string>());
+  }
+  const fs::path here = fs::absolute(folder).lexically_normal();
+  for (const fs::path& path : {here, here.parent_path(), fs::current_path()}) {
+    folders.push_back(path.string());
+  }
+  return folders;
+}
+
+std::string assignment(const std::string& key, const fs::path& path) {
+  return key + "=" + core::yaml_text(path.string());
+}
+
+/// Files of the configuration by their keys, where they are found.
+std::vector<std::string> find_inputs(const StoredDataset& dataset) {
+  std::vector<std::string> overrides;
+  const auto add_if = [&](const std::string& key, const std::string& path, bool pattern) {
+    for (const std::string& folder : dataset.tried) {
+      const fs::path candidate = fs::absolute(fs::path(folder) / path).lexically_normal();
+      const bool found =
+          pattern ? !core::glob_files(candidate.string()).empty() : fs::exists(candidate);
+      if (!found) continue;
+      overrides.push_back(assignment(key, candidate));
+      return;
+    }
+  };
+  const std::string file = (dataset.folder / "configuration.yaml").string();
+  core::ConfigNode root = core::ConfigNode::parse(dataset.configuration, file);
+  const auto kept = [&](const std::string& key) {
+    const fs::path copy = fs::absolute(dataset.folder) / "inputs" / key;
+    if (fs::exists(copy)) overrides.push_back(assignment(key, copy));
+    return fs::exists(copy);
+  };
+  if (root.has("materials_file") && !kept("materials_file")) {
+    add_if("materials_file", root.text("materials_file"), false);
+  }
+  core::ConfigNode strikes = root.child("strikes");
+  if (strikes.has("csv") && !kept("strikes.csv")) add_if("strikes.csv", strikes.text("csv"), false);
+  std::vector<core::ConfigNode> objects = root.children("objects");
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::string key = fmt::format("objects[{}].", i);
+    if (objects[i].has("svg") && !kept(key + "svg"))
+      add_if(key + "svg", objects[i].text("svg"), false);
+    if (objects[i].has("mesh")) add_if(key + "mesh", objects[i].text("mesh"), true);
+    if (objects[i].has("modelnet")) add_if(key + "modelnet", objects[i].text("modelnet"), false);
+  }
+  if (root.has("motion")) {
+    core::ConfigNode motion = root.child("motion");
+    const auto image_of = [&](core::ConfigNode node, const std::string& key) {
+      if (!node.has("texture")) return;
+      core::ConfigNode texture = node.child("texture");
+      const std::string image = key + ".texture.image";
+      if (texture.has("image") && !kept(image)) add_if(image, texture.text("image"), false);
+    };
+    if (motion.has("ground")) image_of(motion.child("ground"), "motion.ground");
+    std::vector<core::ConfigNode> bodies = motion.children("bodies");
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      image_of(bodies[i], fmt::format("motion.bodies[{}]", i));
+    }
+  }
+  core::ConfigNode noise = root.child("noise");
+  if (noise.has("folder")) add_if("noise.folder", noise.text("folder"), false);
+  return overrides;
+}
+
+/// Mesh files as dataset.json has them, so that the files themselves need not be there.
+plan::FindMeshes meshes_of(const json& description) {
+  if (!description.is_object() || !description.contains("shapes")) return {};
+  return [shapes = description.at("shapes")](std::size_t object) {
+    std::vector<plan::FoundMesh> found;
+    for (const json& shape : shapes) {
+      if (!shape.contains("sha256") || shape.at("object").get<std::size_t>() != object) continue;
+      found.push_back({shape.at("request").at("file").at("path").get<std::string>(),
+                       shape.at("sha256").get<std::string>(),
+                       shape.at("signature").get<solvers::mesh::ShapeSignature>(),
+                       {}});
+    }
+    return found;
+  };
+}
+
+run::LoadedBuild load(const StoredDataset& dataset, const std::vector<std::string>& overrides) {
+  run::LoadedBuild build;
+  build.path = (dataset.folder / "configuration.yaml").string();
+  build.overrides = dataset.overrides;
+  build.overrides.insert(build.overrides.end(), overrides.begin(), overrides.end());
+  build.config = configuration::read_build_config(dataset.configuration, build.path,
+                                                  build.overrides, scene::effects(), false);
+  try {
+    build.plan = plan::make_plan(build.config, meshes_of(dataset.description));
+  } catch (const json::exception&) {
+    // A dataset.json of other fields: the meshes themselves must do.
+    build.plan = plan::make_plan(build.config);
+  }
+  return build;
+}
+
+std::string stored_fingerprint(const std::string& configuration) {
+  constexpr std::string_view mark = "# inputs: ";
+  const std::size_t at = configuration.rfind(mark);
+  if (at == std::string::npos) return "";
+  const std::size_t begin = at + mark.size();
+  return configuration.substr(begin, configuration.find('\n', begin) - begin);
+}
+
+void verify_inputs(StoredDataset& dataset) {
+  for (const plan::Shape& shape : dataset.build.plan.shapes) {
+    std::error_code error;
+    if (shape.path.empty() || !fs::is_regular_file(shape.path, error)) continue;
+    if (core::sha256_file(shape.path) != shape.sha256) {
+      dataset.doubts.push_back(
+          fmt::format("{} is not the mesh any more that {} was made of", shape.path, shape.id));
+    }
+  }
+  const std::string stored = stored_fingerprint(dataset.configuration);
+  if (stored.empty()) {
+    dataset.doubts.push_back(
+        "configuration.yaml has no line \"# inputs:\": what it was read with "
+        "cannot be verified");
+    return;
+  }
+  try {
+    require_inputs(dataset, dataset.build.config);
+    if (plan::fingerprint(dataset.build.config, dataset.build.plan) != stored) {
+      dataset.doubts.push_back(
+          "materials, strikes, profiles, recordings or meshes are not those that the dataset was "
+          "built from (\"# inputs:\" of configuration.yaml)");
+    }
+  } catch (const core::Error& error) {
+    dataset.doubts.push_back("inputs cannot be verified: " + error.message());
+  }
+}
+
+}  // namespace
+
+StoredDataset open_dataset(const fs::path& folder, const std::string& inputs,
+                           const std::optional<std::string>& configuration) {
+  StoredDataset dataset;
+  dataset.folder = folder;
+  if (configuration) {
+    dataset.configuration = *configuration;
+  } else {
+    if (!fs::is_regular_file(folder / "configuration.yaml")) {
+      throw InputError(
+          fmt::format("{} is no dataset: it has no configuration.yaml", folder.string()),
+          fs::exists(folder / "sweep.json") ? "it holds a sweep: name the folder of a variant in it"
+                                            : "name the folder that `carillon build` made");
+    }
+    dataset.configuration = core::read_file(folder / "configuration.yaml");
+  }
+  dataset.description = read_json(folder / "dataset.json");
+  dataset.tried = folders_to_try(folder, inputs);
+  dataset.overrides = find_inputs(dataset);
+  dataset.build = load(dataset, {});
+  verify_inputs(dataset);
+  return dataset;
+}
+
+run::LoadedBuild changed_build(const StoredDataset& dataset,
+                               const std::vector<std::string>& overrides) {
+  return load(dataset, overrides);
+}
+
+void require_inputs(const StoredDataset& dataset, const configuration::BuildConfig& config) {
+  for (const scene::EffectDecision& effect : config.scene.effects) {
+    if (!effect.enabled || !effect.in_scene.check) continue;
+    try {
+      effect.in_scene.check();
+    } catch (const core::Error& error) {
+      throw InputError(
+          fmt::format("effect {}: {}", effect.effect->name, error.message()),
+          fmt::format("looked for in {}; --inputs FOLDER names the folder that paths of the "
+                      "configuration are meant from",
+                      fmt::join(dataset.tried, ", ")));
+    }
+  }
+}
+
+json other_versions(const StoredDataset& dataset) {
+  json others = json::object();
+  if (!dataset.description.is_object()) return others;
+  const json stored = dataset.description.value("versions", json::object()),
+             here = run::library_versions();
+  for (const auto& [name, version] : stored.items()) {
+    if (!here.contains(name) || here.at(name) != version) {
+      others[name] = {{"stored", version}, {"here", here.value(name, json())}};
+    }
+  }
+  return others;
+}
+
+}  // namespace carillon::dataset::stored

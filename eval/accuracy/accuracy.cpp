@@ -1,0 +1,175 @@
+#include "eval/accuracy/accuracy.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <thread>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/progress.hpp"
+#include "dataset/run/dataset.hpp"
+#include "eval/accuracy/detail/modes_line.hpp"
+#include "eval/accuracy/detail/stand_in.hpp"
+#include "eval/accuracy/findings.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/made_by.hpp"
+
+namespace carillon::eval::accuracy {
+
+using nlohmann::json;
+
+namespace {
+
+/// Load of the machine over the last minute: what else ran spoils wall times.
+double load_average() {
+  double load = 0;
+  return getloadavg(&load, 1) == 1 ? load : 0;
+}
+
+/// A body whose file is missing gets its stand-in, or is passed over.
+/// @return whether there is a body to measure
+bool find_body(LadderObject& object, Findings& findings, const std::filesystem::path& output,
+               const mpi::Context& context, MPI_Comm comm) {
+  const std::string& path = object.request.file.path;
+  if (path.empty() || std::filesystem::exists(path)) return true;
+  if (object.stand_in) {
+    findings.note =
+        fmt::format("{} is missing: a noisy {} in its place", path, object.stand_in->shape.family);
+    const auto file = output / (object.name + "-stand-in.off");
+    mpi::agreed(comm, [&] {
+      if (mpi::rank(comm) == 0) write_stand_in(*object.stand_in, file, context.cache);
+    });
+    object.request.file = {};
+    object.request.file.path = file.string();
+    return true;
+  }
+  // It may have gone since the configuration was read.
+  if (!object.optional) throw core::FileError(fmt::format("{}: no such file", path));
+  findings.failure = fmt::format("passed over, {} is missing", path);
+  findings.passed_over = true;
+  return false;
+}
+
+/// Fills in the findings as they come: what stands when something throws stays.
+void climb(const LadderConfig& config, const LadderObject& object, RungRunner& runner,
+           Findings& findings, const std::function<void(const std::string&)>& tell) {
+  tell("reference of " + object.name);
+  findings.reference = runner.reference();
+  for (const int order : object.orders)
+    for (const double size : object.sizes) {
+      tell(fmt::format("{}, order {}, size x {:.3g}", object.name, order, size));
+      runner.at_factor(order, size, config.tolerances.front());
+    }
+  const int usual_order = solvers::mesh::MeshOptions().order;
+  for (std::size_t i = 1; i < config.tolerances.size(); ++i) {
+    tell(fmt::format("{}, tolerance {:.0e}", object.name, config.tolerances[i]));
+    runner.at_factor(usual_order, 1, config.tolerances[i]);
+  }
+  for (const double cents : config.pitch_cents) {
+    tell(fmt::format("{}, {:.3g} cents", object.name, cents));
+    Choice& choice = findings.choices.emplace_back();
+    choice.cents = cents;
+    choice.command = modes_line(object, runner.target_band(), config.max_elements, cents);
+    try {
+      choice.report = runner.choose(cents);
+      for (const auto& step : choice.report.steps) choice.steps.push_back(&runner.rung_of(step));
+    } catch (const core::Error& error) {
+      choice.failure = error.message();
+    }
+  }
+}
+
+json measure_object(const LadderConfig& config, LadderObject object,
+                    const std::filesystem::path& output, const mpi::Context& context, MPI_Comm comm,
+                    const std::function<void(const std::string&)>& tell) {
+  Findings findings;
+  findings.name = object.name;
+  RungRunner runner(config, object, context, comm);
+  try {
+    if (find_body(object, findings, output, context, comm)) {
+      climb(config, object, runner, findings, tell);
+    }
+  } catch (const core::Error& error) {
+    findings.failure = error.message();
+  }
+  for (const auto& rung : runner.rungs()) findings.rungs.push_back(rung.get());
+  return to_json(config, findings);
+}
+
+/// What a part found, or why it found nothing.
+json found_or_failure(const std::function<nlohmann::ordered_json()>& climb) {
+  try {
+    return climb();
+  } catch (const core::Error& error) {
+    return {{"failure", error.message()}};
+  }
+}
+
+json measure(const LadderConfig& config, const std::filesystem::path& output,
+             const mpi::Context& context, MPI_Comm comm) {
+  const double start = core::monotonic_seconds();
+  core::Progress progress("accuracy", static_cast<double>(config.objects.size()),
+                          context.quiet || context.json || !context.speaks());
+  json document = {{"name", config.name},
+                   {"carillon", dataset::run::library_versions()},
+                   {"made", mpi::made_by(context)},
+                   {"machine",
+                    {{"processor", mpi::processor_name()},
+                     {"cores", std::thread::hardware_concurrency()},
+                     {"ranks", mpi::size(comm)},
+                     {"load_before", load_average()}}},
+                   {"clock", config.cpu_time ? "processor" : "wall"},
+                   {"modes", config.modes},
+                   {"tolerance", config.tolerances.front()},
+                   {"finished", false},
+                   {"configuration", config.resolved},
+                   {"objects", json::array()}};
+  const auto keep = [&] {
+    document["seconds"] = core::monotonic_seconds() - start;
+    mpi::agreed(comm, [&] {
+      if (mpi::rank(comm) == 0) {
+        core::write_text_durably(output / "accuracy.json", document.dump(1) + "\n");
+      }
+    });
+  };
+  if (config.sound) {
+    mpi::Context here = context;
+    here.world = comm;
+    document["sound"] = found_or_failure([&] { return climb_sounds(*config.sound, here); });
+    keep();
+  }
+  if (config.features) {
+    document["features"] = found_or_failure([&] { return climb_features(*config.features); });
+    keep();
+  }
+  for (std::size_t i = 0; i < config.objects.size(); ++i) {
+    const auto tell = [&](const std::string& note) {
+      progress.update(static_cast<double>(i), note);
+    };
+    document["objects"].push_back(
+        measure_object(config, config.objects[i], output, context, comm, tell));
+    document["finished"] = i + 1 == config.objects.size();
+    keep();
+  }
+  if (config.objects.empty()) {
+    document["finished"] = true;
+    keep();
+  }
+  progress.finish("");
+  return document;
+}
+
+}  // namespace
+
+json measure_ladder(const LadderConfig& config, const std::filesystem::path& output,
+                    const mpi::Context& context) {
+  if (config.all_ranks) return measure(config, output, context, context.world);
+  json document;
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) document = measure(config, output, context, MPI_COMM_SELF);
+  });
+  return document;
+}
+
+}  // namespace carillon::eval::accuracy

@@ -1,0 +1,48 @@
+#include "eval/accuracy/detail/modes_line.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+namespace carillon::eval::accuracy {
+
+namespace {
+
+/// A word as a shell takes it literally.
+std::string shell_word(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-+./:=,").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+}  // namespace
+
+std::string modes_line(const LadderObject& object, const solvers::modes::Band& band,
+                       std::int64_t max_elements, double cents) {
+  const auto& shape = object.request.shape;
+  const auto& file = object.request.file;
+  if (!shape.profile.empty()) return "";
+  std::string body = file.path;
+  if (!shape.family.empty()) {
+    body = shape.family;
+    for (const auto& [name, value] : shape.parameters) {
+      body += fmt::format("{}{}={}m", body == shape.family ? ':' : ',', name, value);
+    }
+  }
+  std::string line = "carillon modes " + shell_word(body);
+  if (file.length > 0) line += fmt::format(" --length {}m", file.length);
+  return line + fmt::format(
+                    " --material {} --min-frequency {}Hz --max-frequency {}Hz --max-modes {} "
+                    "--max-elements {} --pitch-cents {}",
+                    shell_word(object.material_text), band.min_frequency, band.max_frequency,
+                    band.max_modes, max_elements, cents);
+}
+
+}  // namespace carillon::eval::accuracy

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "eval/accuracy/detail/ladder_config.hpp"
+#include "solvers/modes/modes.hpp"
+
+namespace carillon::eval::accuracy {
+
+/// The command that refines a body to a target as the ladder does: the same band, number of modes
+/// and bound on elements. For a shell.
+/// @return "" for a turned profile, which has no form on the command line
+std::string modes_line(const LadderObject& object, const solvers::modes::Band& band,
+                       std::int64_t max_elements, double cents);
+
+}  // namespace carillon::eval::accuracy

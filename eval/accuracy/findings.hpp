@@ -1,0 +1,66 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "eval/accuracy/detail/rungs.hpp"
+
+namespace carillon::eval::accuracy {
+
+/// Distances of a set's pitches to a reference's [cent], the k-th to the k-th: by the min-max
+/// principle the k-th eigenvalue of conforming elements bounds the k-th of the body that they fill
+/// from above, and of all ways to pair two sets that of equal ranks has the least total distance.
+/// Modes that cross therefore count with the distance of their ranks.
+/// @param most  so many at most are compared
+std::vector<double> errors_in_cents(std::span<const double> frequencies,
+                                    std::span<const double> reference, std::size_t most);
+
+/// A rung as the front sees it.
+struct CostPoint {
+  double seconds = 0;
+  double cents = 0;  ///< worst true error
+};
+
+/// Points that no other beats in time and error both, by rising seconds. Errors within 0.1 % are
+/// the same.
+/// @return indices into `points`
+std::vector<std::size_t> pareto_front(std::span<const CostPoint> points);
+
+/// By how much half the error multiplies the time, from the slope of the front in logarithms, by
+/// least squares. Nothing when there are fewer than three points.
+std::optional<double> cost_of_half_the_error(std::span<const CostPoint> front);
+
+/// One setting that --pitch-cents chose.
+struct Choice {
+  double cents = 0;
+  std::string command;  ///< that chooses the same; "": there is none
+  std::string failure;  ///< why nothing was chosen, else ""
+  solvers::pitch::PitchReport report;
+  std::vector<const Rung*> steps;  ///< rungs of the report's steps
+};
+
+/// What was found for one body.
+struct Findings {
+  std::string name;
+  std::string note;          ///< a stand-in was used, for instance
+  std::string failure;       ///< what ended the measurements, else ""
+  bool passed_over = false;  ///< an optional file is missing: nothing failed
+  Reference reference;
+  std::vector<const Rung*> rungs;
+  std::vector<Choice> choices;
+};
+
+/// The schema is in docs/accuracy.md.
+nlohmann::json to_json(const LadderConfig& config, const Findings& findings);
+
+/// Whether a body, or one of its targets, could not be had. A target that is not met, a rung that
+/// fails and an optional file that is missing are findings like any other.
+bool has_failed(const nlohmann::json& object);
+
+/// Tables for a person, from the JSON of an object.
+void print_findings(const nlohmann::json& object);
+
+}  // namespace carillon::eval::accuracy

@@ -1,0 +1,41 @@
+#include "eval/damping/fit_inputs.hpp"
+
+#include "core/error.hpp"
+#include "eval/features/feature_table.hpp"
+#include "eval/features/read_clip.hpp"
+
+namespace carillon::eval::damping {
+
+FitSource fit_source_of_recording(const std::string& path,
+                                  const features::FeatureOptions& options) {
+  FitSource source{path, {}, "", {}};
+  try {
+    features::FeatureSet found = features::read_features(path, options);
+    source.features = std::move(found.features);
+    source.remarks = std::move(found.remarks);
+    if (source.features.empty()) {
+      source.nothing = found.nothing.empty() ? "no decaying tone" : found.nothing;
+    }
+  } catch (const core::FileError& error) {
+    source.nothing = error.message();
+  } catch (const core::InputError& error) {
+    source.nothing = error.message();
+  }
+  return source;
+}
+
+FitSource fit_source_of_table(const std::string& path) {
+  FitSource source{path, features::read_feature_table(path), "", {}};
+  if (source.features.empty()) source.nothing = "the table has no lines";
+  return source;
+}
+
+std::vector<features::Feature> joined_features(const std::vector<FitSource>& sources) {
+  std::vector<features::Feature> features;
+  for (const FitSource& source : sources) {
+    features.insert(features.end(), source.features.begin(), source.features.end());
+  }
+  return features;
+}
+
+}  // namespace carillon::eval::damping

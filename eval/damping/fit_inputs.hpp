@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "eval/features/extract_features.hpp"
+
+namespace carillon::eval::damping {
+
+/// What a fit is made of: files in the order given.
+struct FitSource {
+  std::string name;
+  std::vector<features::Feature> features;
+  std::string nothing;               ///< why there are no features; "" where there are
+  std::vector<std::string> remarks;  ///< of what was left out
+};
+
+/// One recording. What cannot be read or analysed has no features and says why.
+FitSource fit_source_of_recording(const std::string& path, const features::FeatureOptions& options);
+
+/// One table of features; one without lines says so.
+/// @throws FileError, InputError  as read_feature_table()
+FitSource fit_source_of_table(const std::string& path);
+
+/// Features of all sources together; their errors only where all are known.
+std::vector<features::Feature> joined_features(const std::vector<FitSource>& sources);
+
+}  // namespace carillon::eval::damping

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "eval/learning/batches.hpp"
+#include "eval/networks/detail/networks.hpp"
+#include "eval/networks/detail/outliers.hpp"
+#include "eval/networks/training.hpp"
+
+namespace carillon::eval::networks {
+
+/// Samples that are answered at a time.
+inline constexpr std::size_t answer_batch = 256;
+
+/// Sums of a step or a pass over samples, as ranks add them up.
+struct Tally {
+  float loss = 0, right = 0, samples = 0, failed = 0, stop = 0;
+  static constexpr std::size_t numbers = 5;
+  void put(std::span<float> to) const {
+    const float values[numbers] = {loss, right, samples, failed, stop};
+    std::copy_n(values, numbers, to.begin());
+  }
+  static Tally of(std::span<const float> from) {
+    return {from[0], from[1], from[2], from[3], from[4]};
+  }
+};
+
+/// A batch's senses; its memory stays the batch's.
+std::vector<torch::Tensor> tensors_of(learning::Batch& batch,
+                                      const std::vector<learning::SenseLayout>& layouts);
+
+struct Learner::State {
+  learning::Method method;
+  std::vector<learning::SenseExtent> extents;
+  std::vector<std::string> classes;
+  std::shared_ptr<Classifier> classifier;
+  std::optional<Outliers> outliers;  ///< while it learns, where it is to meet some
+
+  /// Sum of the samples' losses.
+  torch::Tensor loss(const torch::Tensor& logits, const torch::Tensor& labels) const;
+  /// Loss and right answers of a batch; with `learn` the gradient too.
+  Tally look_at(learning::Batch& batch, const std::vector<learning::SenseLayout>& layouts,
+                bool learn);
+};
+
+}  // namespace carillon::eval::networks

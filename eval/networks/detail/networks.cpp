@@ -1,0 +1,300 @@
+#include "eval/networks/detail/networks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
+
+namespace carillon::eval::networks {
+
+namespace nn = torch::nn;
+
+namespace {
+
+/// Features of a chain of layers for one sample of zeros, which tells how many there are.
+std::int64_t features_after(nn::Sequential& layers, const learning::SenseExtent& extent) {
+  std::vector<std::int64_t> one = {1};
+  one.insert(one.end(), extent.begin(), extent.end());
+  const torch::NoGradGuard no_gradient;
+  layers->eval();
+  const std::int64_t features = layers->forward(torch::zeros(one)).size(1);
+  layers->train();
+  return features;
+}
+
+/// A chain of layers, flattened, and a dense layer of `width` features behind it.
+nn::Sequential with_dense_layer(nn::Sequential layers, const learning::SenseExtent& extent,
+                                std::int64_t width, double dropout_before, double dropout_after) {
+  layers->push_back(nn::Flatten());
+  const std::int64_t features = features_after(layers, extent);
+  if (dropout_before > 0) layers->push_back(nn::Dropout(dropout_before));
+  layers->push_back(nn::Linear(features, width));
+  layers->push_back(nn::ReLU());
+  if (dropout_after > 0) layers->push_back(nn::Dropout(dropout_after));
+  return layers;
+}
+
+[[noreturn]] void too_small(const char* branch, const std::string& needs,
+                            const learning::SenseExtent& extent) {
+  std::string text;
+  for (const std::int64_t side : extent)
+    text += fmt::format("{}{}", text.empty() ? "" : " x ", side);
+  throw core::InputError(fmt::format("{} needs {}, and gets {}", branch, needs, text));
+}
+
+nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+  if (extent[1] < sizes.kernel_bands + sizes.pool_bands - 1 ||
+      extent[2] < sizes.kernel_frames + sizes.pool_frames - 1) {
+    too_small(
+        "isnn",
+        fmt::format("at least {} bands and {} frames", sizes.kernel_bands + sizes.pool_bands - 1,
+                    sizes.kernel_frames + sizes.pool_frames - 1),
+        extent);
+  }
+  nn::Sequential layers;
+  layers->push_back(
+      nn::Conv2d(nn::Conv2dOptions(1, sizes.filters, {sizes.kernel_bands, sizes.kernel_frames})));
+  layers->push_back(nn::ReLU());
+  layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions({sizes.pool_bands, sizes.pool_frames})));
+  return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
+}
+
+/// Maturana and Scherer 2015, with the drop-out of the authors' program.
+nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+  if (*std::min_element(extent.begin() + 1, extent.end()) < 11) {
+    too_small("voxnet", "at least 11 voxels on each side", extent);
+  }
+  const auto leaky = nn::LeakyReLUOptions().negative_slope(0.1);
+  nn::Sequential layers;
+  layers->push_back(nn::Conv3d(nn::Conv3dOptions(1, 32, 5).stride(2)));
+  layers->push_back(nn::LeakyReLU(leaky));
+  layers->push_back(nn::Dropout(0.2));
+  layers->push_back(nn::Conv3d(nn::Conv3dOptions(32, 32, 3)));
+  layers->push_back(nn::LeakyReLU(leaky));
+  layers->push_back(nn::MaxPool3d(nn::MaxPool3dOptions(2)));
+  return with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
+}
+
+/// Normalised over the batch and time; by what was met before where there is but one value, which
+/// has no variance: the last sample of an epoch, of a short clip.
+class BatchNormImpl : public nn::Module {
+ public:
+  explicit BatchNormImpl(std::int64_t channels)
+      : norm_(register_module("norm", nn::BatchNorm1d(channels))) {}
+  torch::Tensor forward(const torch::Tensor& input) {
+    if (input.size(0) * input.size(2) > 1) return norm_(input);
+    return nn::functional::batch_norm(input, norm_->running_mean, norm_->running_var,
+                                      nn::functional::BatchNormFuncOptions()
+                                          .weight(norm_->weight)
+                                          .bias(norm_->bias)
+                                          .eps(norm_->options.eps()));
+  }
+
+ private:
+  nn::BatchNorm1d norm_;
+};
+TORCH_MODULE(BatchNorm);
+
+/// One layer of SoundNet: convolution, normalised over the batch, rectified.
+void push_sound_layer(nn::Sequential& layers, std::int64_t from, std::int64_t to,
+                      std::int64_t kernel, std::int64_t pool) {
+  layers->push_back(nn::Conv1d(nn::Conv1dOptions(from, to, kernel).stride(2).padding(kernel / 2)));
+  layers->push_back(BatchNorm(to));
+  layers->push_back(nn::ReLU());
+  if (pool > 1) layers->push_back(nn::MaxPool1d(nn::MaxPool1dOptions(pool)));
+}
+
+/// Means over what is left of time, so that clips of any length fit.
+nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::SenseExtent& extent,
+                        bool deep) {
+  // Less leaves the window of a maximum without its four or eight values.
+  const std::int64_t shortest = deep ? 4574 : 3550;
+  if (extent[1] < shortest) {
+    too_small(deep ? "soundnet8" : "soundnet5",
+              fmt::format("clips of at least {} samples at 22,050 Hz", shortest), extent);
+  }
+  nn::Sequential layers;
+  if (deep) {
+    push_sound_layer(layers, 1, 16, 64, 8);
+    push_sound_layer(layers, 16, 32, 32, 8);
+    push_sound_layer(layers, 32, 64, 16, 1);
+    push_sound_layer(layers, 64, 128, 8, 1);
+    push_sound_layer(layers, 128, 256, 4, 4);
+    push_sound_layer(layers, 256, 512, 4, 1);
+    push_sound_layer(layers, 512, 1024, 4, 1);
+  } else {
+    push_sound_layer(layers, 1, 32, 64, 8);
+    push_sound_layer(layers, 32, 64, 32, 8);
+    push_sound_layer(layers, 64, 128, 16, 8);
+    push_sound_layer(layers, 128, 256, 8, 1);
+  }
+  layers->push_back(nn::AdaptiveAvgPool1d(nn::AdaptiveAvgPool1dOptions(1)));
+  return with_dense_layer(layers, extent, sizes.width, 0, sizes.dropout);
+}
+
+nn::Sequential image(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+  nn::Sequential layers;
+  std::int64_t channels = extent[0];
+  for (const std::int64_t filters : {16, 32, 64}) {
+    layers->push_back(nn::Conv2d(nn::Conv2dOptions(channels, filters, 3).padding(1)));
+    layers->push_back(nn::ReLU());
+    layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions(2)));
+    channels = filters;
+  }
+  return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
+}
+
+nn::Sequential touch(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+  if (extent[1] < 64) too_small("touch", "at least 64 ticks", extent);
+  nn::Sequential layers;
+  std::int64_t channels = extent[0];
+  for (const std::int64_t filters : {16, 32, 64}) {
+    layers->push_back(nn::Conv1d(nn::Conv1dOptions(channels, filters, 16).stride(2).padding(8)));
+    layers->push_back(nn::ReLU());
+    layers->push_back(nn::MaxPool1d(nn::MaxPool1dOptions(2)));
+    channels = filters;
+  }
+  layers->push_back(nn::AdaptiveMaxPool1d(nn::AdaptiveMaxPool1dOptions(8)));
+  return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
+}
+
+nn::Sequential make_branch(learning::Branch branch, const learning::LayerSizes& sizes,
+                           const learning::SenseExtent& extent) {
+  switch (branch) {
+    case learning::Branch::isnn:
+      return isnn(sizes, extent);
+    case learning::Branch::soundnet5:
+      return soundnet(sizes, extent, false);
+    case learning::Branch::soundnet8:
+      return soundnet(sizes, extent, true);
+    case learning::Branch::voxnet:
+      return voxnet(sizes, extent);
+    case learning::Branch::image:
+      return image(sizes, extent);
+    case learning::Branch::touch:
+      return touch(sizes, extent);
+  }
+  return {};
+}
+
+/// Projections of each branch and their element-wise product. Multiplicative fusion stops there,
+/// with projections that tanh keeps within 1 (Kim et al. 2017); bilinear pooling goes on with
+/// drop-out, sums over `factors` neighbours, signed square root and unit length (Yu et al. 2017,
+/// eq. 5 and section 3.2).
+class ProductImpl : public nn::Module {
+ public:
+  ProductImpl(std::size_t branches, std::int64_t width, std::int64_t outputs, std::int64_t factors,
+              bool pool)
+      : outputs_(outputs), factors_(factors), pool_(pool) {
+    for (std::size_t i = 0; i < branches; ++i) {
+      projections_.push_back(register_module(
+          fmt::format("projection{}", i), nn::Linear(width, pool ? outputs * factors : outputs)));
+    }
+    drop_ = register_module("drop", nn::Dropout(0.1));
+  }
+
+  torch::Tensor forward(const std::vector<torch::Tensor>& features) {
+    torch::Tensor product = projections_[0](features[0]);
+    if (!pool_) product = torch::tanh(product);
+    for (std::size_t i = 1; i < features.size(); ++i) {
+      const torch::Tensor other = projections_[i](features[i]);
+      product = product * (pool_ ? other : torch::tanh(other));
+    }
+    if (!pool_) return product;
+    const torch::Tensor pooled = drop_(product).view({-1, outputs_, factors_}).sum(2);
+    // The root's slope at 0 is kept finite.
+    constexpr double least = 1e-12;
+    const torch::Tensor root = torch::sign(pooled) * torch::sqrt(torch::abs(pooled) + least);
+    return nn::functional::normalize(root, nn::functional::NormalizeFuncOptions().p(2).dim(1));
+  }
+
+ private:
+  std::vector<nn::Linear> projections_;
+  nn::Dropout drop_{nullptr};
+  std::int64_t outputs_, factors_;
+  bool pool_;
+};
+TORCH_MODULE(Product);
+
+class Network final : public Classifier {
+ public:
+  Network(const learning::Method& method, const std::vector<learning::SenseExtent>& extents,
+          std::int64_t classes)
+      : fusion_(method.fusion) {
+    const learning::LayerSizes& sizes = method.sizes;
+    for (std::size_t i = 0; i < method.branches.size(); ++i) {
+      branches_.push_back(register_module(fmt::format("branch{}", i),
+                                          make_branch(method.branches[i], sizes, extents[i])));
+    }
+    const std::size_t count = branches_.size();
+    std::int64_t features = sizes.width;
+    if (count > 1 && fusion_ == learning::Fusion::concatenate) {
+      features *= static_cast<std::int64_t>(count);
+    } else if (count > 1 && fusion_ != learning::Fusion::add) {
+      const bool pool = fusion_ == learning::Fusion::bilinear;
+      if (pool) features = sizes.fused;
+      product_ =
+          register_module("product", Product(count, sizes.width, features, sizes.factors, pool));
+    }
+    classify_ = register_module("classify", nn::Linear(features, classes));
+  }
+
+  torch::Tensor features(const std::vector<torch::Tensor>& senses) override {
+    std::vector<torch::Tensor> features;
+    for (std::size_t i = 0; i < branches_.size(); ++i) {
+      features.push_back(branches_[i]->forward(senses[i]));
+    }
+    if (features.size() == 1) return features[0];
+    if (product_) return product_->forward(features);
+    if (fusion_ == learning::Fusion::concatenate) return torch::cat(features, 1);
+    return torch::stack(features).sum(0);
+  }
+
+  torch::Tensor forward(const std::vector<torch::Tensor>& senses) override {
+    return classify_(features(senses));
+  }
+
+ private:
+  learning::Fusion fusion_;
+  std::vector<nn::Sequential> branches_;
+  Product product_{nullptr};
+  nn::Linear classify_{nullptr};
+};
+
+class LinearClassifier final : public Classifier {
+ public:
+  LinearClassifier(const std::vector<learning::SenseExtent>& extents, std::int64_t classes) {
+    std::size_t values = 0;
+    for (const learning::SenseExtent& extent : extents) values += learning::values_in(extent);
+    classify_ = register_module("classify", nn::Linear(static_cast<std::int64_t>(values), classes));
+  }
+  torch::Tensor features(const std::vector<torch::Tensor>& senses) override {
+    return joined(senses);
+  }
+  torch::Tensor forward(const std::vector<torch::Tensor>& senses) override {
+    return classify_(joined(senses));
+  }
+
+ private:
+  nn::Linear classify_{nullptr};
+};
+
+}  // namespace
+
+std::shared_ptr<Classifier> make_classifier(const learning::Method& method,
+                                            const std::vector<learning::SenseExtent>& extents,
+                                            std::int64_t classes) {
+  if (method.kind == learning::MethodKind::linear_svm) {
+    return std::make_shared<LinearClassifier>(extents, classes);
+  }
+  return std::make_shared<Network>(method, extents, classes);
+}
+
+torch::Tensor joined(const std::vector<torch::Tensor>& senses) {
+  std::vector<torch::Tensor> flat;
+  for (const torch::Tensor& sense : senses) flat.push_back(sense.flatten(1));
+  return torch::cat(flat, 1);
+}
+
+}  // namespace carillon::eval::networks

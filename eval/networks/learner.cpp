@@ -1,0 +1,187 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/random.hpp"
+#include "eval/learning/sealed_file.hpp"
+#include "eval/networks/detail/learner_state.hpp"
+#include "eval/networks/detail/weights.hpp"
+
+namespace carillon::eval::networks {
+
+std::vector<torch::Tensor> tensors_of(learning::Batch& batch,
+                                      const std::vector<learning::SenseLayout>& layouts) {
+  std::vector<torch::Tensor> senses;
+  for (std::size_t s = 0; s < layouts.size(); ++s) {
+    std::vector<std::int64_t> extent = {static_cast<std::int64_t>(batch.rows.size())};
+    extent.insert(extent.end(), layouts[s].extent.begin(), layouts[s].extent.end());
+    senses.push_back(torch::from_blob(batch.senses[s].data(), extent));
+  }
+  return senses;
+}
+
+torch::Tensor Learner::State::loss(const torch::Tensor& logits, const torch::Tensor& labels) const {
+  namespace functional = torch::nn::functional;
+  if (method.kind != learning::MethodKind::linear_svm) {
+    return functional::cross_entropy(logits, labels,
+                                     functional::CrossEntropyFuncOptions().reduction(torch::kSum));
+  }
+  const torch::Tensor sides =
+      functional::one_hot(labels, static_cast<std::int64_t>(classes.size())) * 2 - 1;
+  return torch::relu(1 - sides * logits).sum();
+}
+
+Tally Learner::State::look_at(learning::Batch& batch,
+                              const std::vector<learning::SenseLayout>& layouts, bool learn) {
+  const torch::Tensor labels = torch::from_blob(
+      batch.labels.data(), {static_cast<std::int64_t>(batch.labels.size())}, torch::kInt64);
+  std::vector<torch::Tensor> senses = tensors_of(batch, layouts);
+  const bool unsure = learn && outliers;
+  if (unsure) {
+    // In one pass: what a layer normalises is the same mixture that its running statistics are of.
+    const std::vector<torch::Tensor> drawn = outliers->draw(senses, labels);
+    for (std::size_t s = 0; s < senses.size(); ++s) senses[s] = torch::cat({senses[s], drawn[s]});
+  }
+  const torch::Tensor all = classifier->forward(senses);
+  const std::int64_t samples = labels.size(0);
+  const torch::Tensor logits = all.slice(0, 0, samples);
+  const torch::Tensor lost = loss(logits, labels);
+  if (unsure) {
+    const double weight = method.learning.outliers * static_cast<double>(samples);
+    (lost + weight * Outliers::loss(all.slice(0, samples))).backward();
+  } else if (learn) {
+    lost.backward();
+  }
+  return {.loss = lost.item<float>(),
+          .right = logits.argmax(1).eq(labels).sum().item<float>(),
+          .samples = static_cast<float>(batch.rows.size())};
+}
+
+Learner::Learner(const learning::Method& method, const std::vector<learning::SenseExtent>& extents,
+                 const std::vector<std::string>& classes)
+    : state_(std::make_unique<State>()) {
+  torch::manual_seed(core::stable_hash(fmt::format("weights {}", method.learning.seed)));
+  state_->method = method;
+  state_->extents = extents;
+  state_->classes = classes;
+  state_->classifier = make_classifier(method, extents, static_cast<std::int64_t>(classes.size()));
+  state_->classifier->eval();
+}
+
+Learner::~Learner() = default;
+Learner::Learner(Learner&&) noexcept = default;
+
+std::vector<float> Learner::predict(learning::SampleSource& source,
+                                    const learning::LabelledSamples& samples,
+                                    const std::vector<std::uint32_t>& rows,
+                                    const LearningRanks& ranks) {
+  const std::size_t classes = state_->classes.size();
+  std::vector<float> values(rows.size() * classes, 0.0F);
+  std::exception_ptr error;
+  try {
+    const torch::NoGradGuard no_gradient;
+    const learning::Method& method = state_->method;
+    learning::BatchReader reader(source, samples, method.senses,
+                                 learning::rows_of_rank(rows, ranks.rank, ranks.size),
+                                 method.learning.memory);
+    reader.begin({});
+    for (learning::Batch batch; reader.next(answer_batch, batch);) {
+      const torch::Tensor logits =
+          state_->classifier->forward(tensors_of(batch, reader.layouts())).contiguous();
+      for (std::size_t i = 0; i < batch.rows.size(); ++i) {
+        const auto at = static_cast<std::size_t>(
+            std::lower_bound(rows.begin(), rows.end(), batch.rows[i]) - rows.begin());
+        std::copy_n(logits.data_ptr<float>() + i * classes, classes,
+                    values.begin() + static_cast<std::ptrdiff_t>(at * classes));
+      }
+    }
+  } catch (...) {
+    error = std::current_exception();
+  }
+  ranks.agree(error);
+  ranks.sum(values);
+  return values;
+}
+
+std::vector<float> Learner::logits_of(const std::vector<std::vector<float>>& senses) const {
+  const torch::NoGradGuard no_gradient;
+  std::vector<torch::Tensor> tensors;
+  for (std::size_t s = 0; s < senses.size(); ++s) {
+    std::vector<std::int64_t> extent = {1};
+    extent.insert(extent.end(), state_->extents[s].begin(), state_->extents[s].end());
+    tensors.push_back(torch::tensor(senses[s]).view(extent));
+  }
+  const torch::Tensor logits = state_->classifier->forward(tensors).contiguous();
+  return {logits.data_ptr<float>(), logits.data_ptr<float>() + logits.numel()};
+}
+
+std::vector<float> Learner::exciting_input(std::size_t class_number, std::span<const float> start,
+                                           double mean_square) const {
+  constexpr int steps = 150;
+  constexpr double step_length = 0.05;
+  if (state_->extents.size() != 1) {
+    throw core::InputError(fmt::format(
+        "{} perceives several senses: none of them alone excites a class", state_->method.name));
+  }
+  if (!(mean_square > 0 && mean_square <= 1)) {
+    throw core::InputError(
+        fmt::format("a mean square of {} is none of values from 0 to 1", mean_square));
+  }
+  std::vector<std::int64_t> extent = {1};
+  extent.insert(extent.end(), state_->extents[0].begin(), state_->extents[0].end());
+  if (start.size() != learning::values_in(state_->extents[0])) {
+    throw core::InputError(fmt::format("a start of {} values for an input of {}", start.size(),
+                                       learning::values_in(state_->extents[0])));
+  }
+  torch::Tensor input = torch::tensor(std::vector<float>(start.begin(), start.end())).view(extent);
+  const double length = std::sqrt(mean_square * static_cast<double>(start.size()));
+  const double own = input.norm().item<double>();
+  if (!(own > 0)) throw core::InputError("a start of zeros has no direction to be scaled in");
+  input = input * (length / own);
+  for (int step = 0; step < steps; ++step) {
+    input = input.detach().requires_grad_();
+    state_->classifier->forward({input})[0][static_cast<std::int64_t>(class_number)].backward();
+    const torch::NoGradGuard no_gradient;
+    const double slope = input.grad().norm().item<double>();
+    if (!(slope > 0)) break;
+    // Clamping shortens what rescaling lengthens: the last of the two keeps the range.
+    input = (input + input.grad() * (step_length * length / slope)).clamp(0, 1);
+    input = (input * (length / input.norm().item<double>())).clamp(0, 1);
+  }
+  const torch::Tensor found = input.detach().contiguous();
+  return {found.data_ptr<float>(), found.data_ptr<float>() + found.numel()};
+}
+
+void Learner::save(const std::filesystem::path& path, const nlohmann::json& notes) const {
+  learning::write_sealed(path, {{{"method", learning::to_json(state_->method)},
+                                 {"extents", state_->extents},
+                                 {"classes", state_->classes},
+                                 {"notes", notes}},
+                                {to_bytes(*state_->classifier)}});
+}
+
+Learner Learner::load(const std::filesystem::path& path, nlohmann::json& notes) {
+  const learning::SealedFile file = learning::read_sealed(path);
+  Learner learner(learning::method_from(file.header.at("method")),
+                  file.header.at("extents").get<std::vector<learning::SenseExtent>>(),
+                  file.header.at("classes").get<std::vector<std::string>>());
+  from_bytes(file.blocks.at(0), *learner.state_->classifier);
+  notes = file.header.at("notes");
+  return learner;
+}
+
+const learning::Method& Learner::method() const {
+  return state_->method;
+}
+
+const std::vector<std::string>& Learner::classes() const {
+  return state_->classes;
+}
+
+void use_learning_threads(int threads) {
+  torch::set_num_threads(threads);
+}
+
+}  // namespace carillon::eval::networks

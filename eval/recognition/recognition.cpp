@@ -1,0 +1,174 @@
+#include "eval/recognition/recognition.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/random.hpp"
+#include "eval/classification/calibration.hpp"
+#include "eval/classification/novelty.hpp"
+#include "eval/learning/sealed_file.hpp"
+#include "synth/recording/noise_generators.hpp"
+
+namespace carillon::eval::recognition {
+
+namespace {
+
+/// Noises of each kind that are tried.
+constexpr std::size_t noises = 100;
+
+using Rows = std::vector<std::uint32_t>;
+
+std::vector<std::size_t> labels_of(const learning::LabelledSamples& samples, const Rows& rows) {
+  std::vector<std::size_t> labels;
+  for (const std::uint32_t row : rows) {
+    labels.push_back(static_cast<std::size_t>(samples.label[row]));
+  }
+  return labels;
+}
+
+std::vector<double> doubles(std::span<const float> values) {
+  return {values.begin(), values.end()};
+}
+
+/// Of logits, rows x classes.
+std::vector<double> log_odds(std::span<const float> logits, std::size_t classes,
+                             double temperature) {
+  if (logits.empty()) return {};
+  const std::vector<double> values = doubles(logits);
+  return classification::log_odds_scores({values, classes}, temperature);
+}
+
+/// Scores, and which of them stand and fall together.
+struct Scored {
+  std::vector<double> scores;
+  std::vector<std::size_t> groups;
+};
+
+RecognitionTrial::Novel against(const Scored& known, const Scored& novel, double threshold) {
+  return {novel.scores.size(), classification::auroc(known.scores, novel.scores),
+          classification::auroc_interval(known.scores, known.groups, novel.scores, novel.groups),
+          classification::share_reaching(novel.scores, threshold)};
+}
+
+std::vector<double> noise_log_odds(const Recognition& recognition, const networks::Learner& learner,
+                                   synth::recording::NoiseKind kind, const std::string& name) {
+  const learning::ClipPreparer preparer(recognition.format);
+  std::vector<double> scores;
+  for (std::size_t i = 0; i < noises; ++i) {
+    core::RandomStream random(0, i, "recognition." + name);
+    // As a recording would be: longer than the clip, cut where something begins.
+    const auto samples = synth::recording::generate_noise(kind, 2 * recognition.format.samples,
+                                                          recognition.format.sample_rate(), random);
+    core::AudioClip recording;
+    recording.sample_rate = static_cast<int>(std::lround(recognition.format.sample_rate()));
+    recording.samples.assign(samples.begin(), samples.end());
+    const std::vector<float> clip = learning::strike_clip(recording, recognition.format);
+    scores.push_back(recognise(learner, recognition, preparer, clip).log_odds);
+  }
+  return scores;
+}
+
+}  // namespace
+
+Recognition learn_recognition(networks::Learner& learner, learning::SampleSource& source,
+                              const learning::LabelledSamples& samples,
+                              std::span<const float> validation,
+                              const networks::LearningRanks& ranks) {
+  Recognition recognition;
+  recognition.format = source.clip_format().value();
+  const std::size_t classes = samples.classes.size();
+  std::vector<float> known(validation.begin(), validation.end());
+  if (known.empty()) {
+    known = learner.predict(source, samples, samples.rows(learning::Part::train), ranks);
+  } else {
+    const std::vector<double> logits = doubles(known);
+    recognition.temperature = classification::fit_temperature(
+        {logits, classes}, labels_of(samples, samples.rows(learning::Part::validation)));
+  }
+  recognition.threshold = classification::threshold_at(
+      log_odds(known, classes, recognition.temperature), accepted_share);
+  return recognition;
+}
+
+Recognised recognise(const networks::Learner& learner, const Recognition& recognition,
+                     const learning::ClipPreparer& preparer, std::span<const float> clip) {
+  std::vector<std::vector<float>> senses;
+  bool sounds = false;
+  for (const learning::Sense sense : learner.method().senses) {
+    senses.emplace_back(learning::values_in(preparer.extent(sense)));
+    sounds = preparer.prepare(sense, clip, senses.back()) || sounds;
+  }
+  const std::vector<double> logits = doubles(learner.logits_of(senses));
+  Recognised recognised;
+  recognised.probabilities =
+      classification::softmax({logits, logits.size()}, recognition.temperature);
+  recognised.log_odds =
+      classification::log_odds_scores({logits, logits.size()}, recognition.temperature).front();
+  recognised.known = sounds && recognised.log_odds >= recognition.threshold;
+  return recognised;
+}
+
+RecognitionTrial try_recognition(const Recognition& recognition, networks::Learner& learner,
+                                 learning::SampleSource& source,
+                                 const learning::LabelledSamples& samples,
+                                 std::span<const float> test,
+                                 std::span<const std::size_t> test_groups,
+                                 const networks::LearningRanks& ranks) {
+  RecognitionTrial trial;
+  const Rows tested = samples.rows(learning::Part::test);
+  const std::vector<double> logits = doubles(test);
+  const std::vector<std::size_t> truth = labels_of(samples, tested);
+  const std::size_t classes = samples.classes.size();
+  trial.calibration_error = trial.uncalibrated_error = trial.calibration_by_chance =
+      std::numeric_limits<double>::quiet_NaN();
+  if (!tested.empty()) {
+    const std::vector<double> calibrated =
+        classification::softmax({logits, classes}, recognition.temperature);
+    const std::vector<double> uncalibrated = classification::softmax({logits, classes});
+    core::RandomStream random(0, 0, "recognition.calibration");
+    trial.calibration_error = classification::expected_calibration_error(
+        classification::reliability({calibrated, classes}, truth));
+    trial.uncalibrated_error = classification::expected_calibration_error(
+        classification::reliability({uncalibrated, classes}, truth));
+    trial.calibration_by_chance =
+        classification::calibration_error_by_chance({calibrated, classes}, test_groups, random);
+  }
+  const Scored known{log_odds(test, classes, recognition.temperature),
+                     {test_groups.begin(), test_groups.end()}};
+  trial.accepted = classification::share_reaching(known.scores, recognition.threshold);
+  Rows others;
+  for (std::size_t i = 0; i < samples.label.size(); ++i) {
+    if (samples.label[i] == learning::left_out) others.push_back(static_cast<std::uint32_t>(i));
+  }
+  if (!others.empty()) {
+    const std::vector<float> theirs = learner.predict(source, samples, others, ranks);
+    Scored novel{log_odds(theirs, classes, recognition.temperature), {}};
+    for (const std::uint32_t row : others) novel.groups.push_back(samples.body_groups[row]);
+    trial.novel["left_out"] = against(known, novel, recognition.threshold);
+  }
+  for (const std::string& name : synth::recording::noise_kind_names()) {
+    Scored novel{noise_log_odds(recognition, learner, synth::recording::noise_kind(name), name),
+                 {}};
+    novel.groups.resize(novel.scores.size());
+    std::iota(novel.groups.begin(), novel.groups.end(), std::size_t{0});
+    trial.novel[name] = against(known, novel, recognition.threshold);
+  }
+  return trial;
+}
+
+void save_recognition(const std::filesystem::path& path, const Recognition& recognition) {
+  learning::write_sealed(path, {{{"format", learning::to_json(recognition.format)},
+                                 {"temperature", recognition.temperature},
+                                 {"threshold", recognition.threshold}},
+                                {}});
+}
+
+Recognition load_recognition(const std::filesystem::path& path) {
+  const learning::SealedFile file = learning::read_sealed(path);
+  return {learning::clip_format_from(file.header.at("format")), file.header.at("temperature"),
+          file.header.at("threshold")};
+}
+
+}  // namespace carillon::eval::recognition

@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "eval/damping/fitted_alphas.hpp"
+#include "eval/recorded_objects/impact_report.hpp"
+
+namespace carillon::eval::recorded_objects {
+
+namespace {
+
+/// A number, or a dash where there is none.
+std::string figure(double value, int width, int digits) {
+  return std::isnan(value) ? fmt::format("{:>{}}", "-", width)
+                           : fmt::format("{:{}.{}f}", value, width, digits);
+}
+
+void print_peaks(const ImpactReport& report) {
+  fmt::print("\nmodes and as many of the highest peaks, samples {} to {}, of all vertices:\n",
+             report.options.stretch.first, report.options.stretch.end);
+  fmt::print("  {:<28} {:>7} {:>11} {:>10} {:>20} {:>12}\n", "", "scale", "matched", "by chance",
+             "cents: median, 90 %", "rms by rank");
+  for (const ModelVariant& variant : report.variants) {
+    const recorded::PeakMatch all = recorded::joined(variant.peaks);
+    std::vector<double> distances;
+    for (const double cents : all.cents) distances.push_back(std::abs(cents));
+    const recorded::Spread spread = recorded::spread_of(distances);
+    fmt::print("  {:<28} {:7.4f} {:>11} {:>10.1f} {} {} {} Hz\n", variant.name,
+               recorded::spread_of(variant.scales).median,
+               fmt::format("{} of {}", all.matched, all.modes), all.matched_by_chance,
+               figure(spread.median, 11, 1), figure(spread.high, 8, 1),
+               figure(all.rank_rms_hz, 9, 0));
+  }
+}
+
+/// The middle and where most lie, or a dash.
+std::string decay_text(const recorded::Spread& ratio) {
+  if (std::isnan(ratio.median)) return fmt::format("{:>22}", "-");
+  return fmt::format("{} ({} -{})", figure(ratio.median, 7, 3), figure(ratio.low, 5, 2),
+                     figure(ratio.high, 5, 2));
+}
+
+void print_modes(const ImpactReport& report) {
+  fmt::print("\nmodes of the whole recordings, of all vertices:\n");
+  fmt::print("  {:<28} {:>13} {:>10} {:>8} {:>16} {:>22} {:>17}\n", "", "matched", "by chance",
+             "energy", "cents: med, 90 %", "decay ratio (10-90 %)", "dB: med, 90 %");
+  bool without = false;
+  for (const ModelVariant& variant : report.variants) {
+    const recorded::RecordedSummary& all = variant.modes.all;
+    fmt::print("  {:<28} {:>13} {:>10.1f} {} % {} {} {} {} {}\n", variant.name,
+               fmt::format("{} of {}, {}", all.matched, all.recorded, all.synthetic),
+               all.matched_by_chance, figure(100 * all.recorded_share, 6, 1),
+               figure(all.distance.median, 8, 1), figure(all.distance.high, 7, 1),
+               decay_text(all.decay_ratio), figure(all.level_error.median, 8, 1),
+               figure(all.level_error.high, 8, 1));
+    without = without || variant.frequencies_alone;
+  }
+  fmt::print("  matched: of recorded and synthetic modes; energy: of what is recorded; dB: {}\n",
+             report.options.radiation
+                 ? "beside one gain of all recordings"
+                 : "not physical, as the struck point is heard and not the sound");
+  if (without) {
+    fmt::print("  -: pressure goes with the frequencies, and is not known for scaled ones\n");
+  }
+}
+
+void print_vertices(const ImpactReport& report) {
+  const ModelVariant& variant = report.variants.back();
+  fmt::print("\n{}, vertex by vertex:\n", variant.name);
+  fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8} {:>16} {:>9} {:>9}\n", "vertex", "row",
+             "microphone at [m]", "peaks", "chance", "modes matched", "cents", "level dB");
+  for (std::size_t i = 0; i < report.blows.size(); ++i) {
+    const RecordedBlow& blow = report.blows[i].recorded;
+    const Vec3& ear = report.folder.listeners[blow.row];
+    const perception::ModeComparison& modes = variant.modes.blows[i];
+    std::vector<double> distances;
+    for (const perception::MatchedMode& pair : modes.matched) {
+      distances.push_back(std::abs(pair.cents));
+    }
+    fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8.1f} {:>16} {} {}\n", blow.vertex, blow.row,
+               fmt::format("{:.3f},{:.3f},{:.3f}", ear.x(), ear.y(), ear.z()),
+               fmt::format("{} of {}", variant.peaks[i].matched, variant.peaks[i].modes),
+               variant.peaks[i].matched_by_chance,
+               fmt::format("{} of {}, {}", modes.matched.size(),
+                           report.blows[i].set.features.size(), variant.modes.synthetic[i].size()),
+               figure(recorded::spread_of(distances).median, 9, 1),
+               figure(recorded::spread_of(levels_of(modes)).median, 9, 1));
+  }
+}
+
+/// What single vertices would have in place of the modulus of all.
+void print_moduli_alone(const StudyFit& fit, double modulus) {
+  std::vector<double> ratios;
+  for (const auto& alone : fit.joint.alone) {
+    if (alone) ratios.push_back(alone->candidate.specific_modulus / modulus);
+  }
+  if (ratios.size() < 2) return;
+  const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
+  fmt::print("  {:<20} {:.4f} to {:.4f} of that, {} of {}\n", "each vertex alone", *least, *most,
+             ratios.size(), fit.joint.alone.size());
+}
+
+void print_fit(const ImpactReport& report) {
+  const double modulus = report.fitted->specific_modulus;
+  fmt::print("\n{:<22} {:.5g} m^2/s^2, {:.4f} of the one given\n", "specific modulus", modulus,
+             modulus / report.given.specific_modulus);
+  print_moduli_alone(*report.fit, modulus);
+  fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
+             1e-9 * modulus * report.material.elastic.density, report.material.elastic.density);
+  const synth::damping::DampingModel& damping = report.fit->damping;
+  fmt::print("{:<22} {}{}, from {} matched modes\n", "damping",
+             damping.kind == synth::damping::DampingKind::expression
+                 ? "c = " + damping.expression
+                 : synth::damping::form_of(damping.kind).formula,
+             report.options.radiation ? " and what is radiated" : "", report.fit->points);
+  for (std::size_t k = 0; k < damping.parameters.size(); ++k) {
+    fmt::print("  {:<20} {:.5g} {:<16} {}\n", synth::damping::parameter_name(k),
+               damping.parameters[k], synth::damping::parameter_unit(damping.kind, k),
+               report.fit->confidence95.empty()
+                   ? ""
+                   : damping::interval_text(report.fit->confidence95[k]));
+  }
+}
+
+}  // namespace
+
+void print_report(const ImpactReport& report) {
+  fmt::print("{}: {} recordings of {} samples at {} Hz\n", report.folder.mesh.string(),
+             report.folder.rows(), report.folder.samples(), report.options.sample_rate);
+  fmt::print("{} modes, none missing below {:.0f} Hz; {}\n", report.given.modes.size(),
+             report.given.modes.certificate.complete_to_hz,
+             report.options.radiation ? "heard at the microphones by equivalent sources"
+                                      : "heard at the struck point (acceleration)");
+  print_peaks(report);
+  print_modes(report);
+  print_vertices(report);
+  if (report.fit != nullptr) print_fit(report);
+  for (const std::string& remark : report.remarks) fmt::print("- {}\n", remark);
+  if (report.fit != nullptr) {
+    for (const std::string& remark : report.fit->remarks) fmt::print("- {}\n", remark);
+  }
+  for (const auto& [stage, entry] : report.trace.stages) {
+    fmt::print("{:<22} {:8.3f} s\n", stage, entry.seconds);
+  }
+}
+
+}  // namespace carillon::eval::recorded_objects

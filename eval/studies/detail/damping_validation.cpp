@@ -1,0 +1,229 @@
+#include "eval/studies/detail/damping_validation.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "core/files.hpp"
+#include "core/progress.hpp"
+#include "core/trace.hpp"
+#include "eval/studies/detail/damping_fits.hpp"
+#include "eval/studies/detail/damping_tables.hpp"
+#include "eval/studies/detail/sound_features.hpp"
+#include "eval/studies/detail/stage.hpp"
+#include "eval/studies/evaluation.hpp"
+#include "eval/studies/picture.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/journal.hpp"
+
+namespace carillon::eval::studies {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Estimated before anything is measured; they decide the order of tasks and nothing else.
+constexpr double seconds_per_sound = 0.1;
+constexpr double seconds_per_truth = 0.005;
+constexpr double seconds_per_fit = 2e-3;
+constexpr double seconds_per_sound_of_a_fit = 1e-3;
+
+/// One validation on its way.
+class Run {
+ public:
+  Run(const DampingValidation& validation, const EvaluatedDatasets& datasets, fs::path folder,
+      const mpi::Context& context)
+      : validation_(validation),
+        datasets_(datasets),
+        folder_(std::move(folder)),
+        context_(context),
+        store_(datasets, sounds_, validation.keep_reverberant) {}
+
+  EvaluationEnd run();
+
+ private:
+  StageEnd find_features();
+  StageEnd fit();
+  ordered_json finish(double seconds);
+  bool keep_stage(const char* name, const StageEnd& end);
+
+  const DampingValidation& validation_;
+  const EvaluatedDatasets& datasets_;
+  fs::path folder_;
+  const mpi::Context& context_;
+  std::vector<SoundBlock> sounds_;
+  FeatureStore store_;
+  std::vector<FitBlock> fits_;
+  FitResults results_;
+  std::vector<json> failures_;
+  ordered_json timing_ = ordered_json::object();
+  ordered_json ran_ = ordered_json::object();
+};
+
+/// @return whether the run goes on
+bool Run::keep_stage(const char* name, const StageEnd& end) {
+  failures_.insert(failures_.end(), end.failures.begin(), end.failures.end());
+  timing_[fmt::format("{}_s", name)] = end.seconds;
+  timing_[fmt::format("{}_rank_s", name)] = end.rank_seconds;
+  ran_[name] = end.tasks_run;
+  return !end.interrupted;
+}
+
+/// Features of all sounds; what is in a file is not computed again.
+StageEnd Run::find_features() {
+  mpi::agreed(context_.world, [&] {
+    if (context_.speaks()) core::remove_leftovers(folder_ / "features", true);
+  });
+  mpi::agreed(context_.world, [&] {
+    sounds_ = sound_blocks(datasets_, validation_.sources, folder_ / "features");
+  });
+  // Equal shards of several datasets have one file.
+  std::map<fs::path, std::size_t> first_of;
+  std::vector<std::size_t> blocks;
+  for (std::size_t b = 0; b < sounds_.size(); ++b) {
+    if (first_of.emplace(sounds_[b].file, b).second) blocks.push_back(b);
+  }
+  Stage stage;
+  stage.name = "features";
+  for (const std::size_t b : blocks) {
+    const bool truth = validation_.sources[sounds_[b].source].truth;
+    stage.tasks.push_back({.key = sounds_[b].key,
+                           .cost = static_cast<double>(sounds_[b].count) *
+                                   (truth ? seconds_per_truth : seconds_per_sound)});
+    stage.done.push_back(context_.speaks() && fs::exists(sounds_[b].file));
+  }
+  stage.work = [&](std::int64_t task) {
+    const SoundBlock& block = sounds_[blocks[static_cast<std::size_t>(task)]];
+    compute_features(block, datasets_.conditions()[block.condition],
+                     validation_.sources[block.source], datasets_.cache(context_));
+    return std::string("{}");
+  };
+  StageEnd end = run_stage(stage, context_);
+  std::map<std::string, fs::path> files;
+  for (const SoundBlock& block : sounds_) files[block.key] = block.file;
+  for (const json& failure : end.failures) {
+    const fs::path lost = files.at(failure.at("task"));
+    std::erase_if(sounds_, [&](const SoundBlock& block) { return block.file == lost; });
+  }
+  return end;
+}
+
+/// Fits to all sets of sounds; a journal keeps those of earlier runs.
+StageEnd Run::fit() {
+  mpi::agreed(context_.world, [&] { fits_ = fit_blocks(validation_, datasets_, store_); });
+  // Where features are the same, so are the fits.
+  std::map<std::string, std::size_t> first_of;
+  std::vector<std::size_t> blocks;
+  for (std::size_t b = 0; b < fits_.size(); ++b) {
+    if (first_of.emplace(fits_[b].inputs, b).second) blocks.push_back(b);
+  }
+  std::map<std::string, json> by_inputs;
+  std::unique_ptr<mpi::Journal> journal;
+  mpi::agreed(context_.world, [&] {
+    if (!context_.speaks()) return;
+    journal = std::make_unique<mpi::Journal>(folder_ / "damping-fits.jsonl");
+    for (const json& entry : journal->entries()) by_inputs[entry.value("inputs", "")] = entry;
+  });
+  Stage stage;
+  stage.name = "fits";
+  for (const std::size_t b : blocks) {
+    const double fits =
+        static_cast<double>(validation_.draws) * static_cast<double>(validation_.estimators.size());
+    stage.tasks.push_back(
+        {.key = fits_[b].key,
+         .cost = fits * (seconds_per_fit +
+                         seconds_per_sound_of_a_fit * static_cast<double>(fits_[b].sounds))});
+    stage.done.push_back(by_inputs.contains(fits_[b].inputs));
+  }
+  stage.work = [&](std::int64_t task) {
+    return compute_fits(fits_[blocks[static_cast<std::size_t>(task)]], validation_, datasets_,
+                        store_)
+        .dump();
+  };
+  stage.completed = [&](std::int64_t task, const json& record) {
+    journal->append(record);
+    by_inputs[fits_[blocks[static_cast<std::size_t>(task)]].inputs] = record;
+  };
+  StageEnd end = run_stage(stage, context_);
+  json results = json::array();
+  for (const FitBlock& block : fits_) {
+    const auto found = by_inputs.find(block.inputs);
+    results.push_back(found == by_inputs.end() ? json() : found->second);
+  }
+  const json shared = json::parse(mpi::broadcast(results.dump(), 0, context_.world));
+  results_.assign(shared.begin(), shared.end());
+  return end;
+}
+
+/// Tables, files and the picture.
+/// @return what --json prints, on rank 0
+ordered_json Run::finish(double seconds) {
+  const double start = core::monotonic_seconds();
+  ordered_json document = damping_document(validation_, datasets_, fits_, results_, context_.world);
+  document["failures"] = failures_;
+  mpi::agreed(context_.world, [&] {
+    if (!context_.speaks()) return;
+    document["found_features"] = found_features(validation_, datasets_, store_);
+    const fs::path path = folder_ / "damping.json";
+    core::write_text_durably(path, document.dump(1) + "\n");
+    core::write_text_durably(folder_ / "damping-errors.csv", csv_of(document["errors"]));
+    core::write_text_durably(folder_ / "damping-tests.csv", csv_of(document["tests"]));
+    core::write_text_durably(folder_ / "damping-fits.csv",
+                             fits_csv(validation_, datasets_, fits_, results_));
+    timing_["tables_s"] = core::monotonic_seconds() - start;
+    const std::string no_picture = draw_picture("plot_damping_validation", path);
+    timing_["picture_s"] = core::monotonic_seconds() - start - timing_["tables_s"].get<double>();
+    timing_["damping_s"] = seconds + core::monotonic_seconds() - start;
+    bool worked = false;
+    for (const ordered_json& tasks : ran_) worked = worked || tasks > 0;
+    keep_evaluation_trace(folder_ / "damping-trace.json", worked,
+                          {{"timing", timing_}, {"tasks_run", ran_}}, context_);
+    document["output"] = folder_.string();
+    document["tasks_run"] = ran_;
+    document["timing"] = timing_;
+    document["interrupted"] = false;
+    if (!context_.json) {
+      fmt::print("{}", damping_text(validation_, document));
+      for (const auto& [name, value] : timing_.items()) {
+        if (name.ends_with("_rank_s")) continue;
+        fmt::print("{}{} {}", name == "features_s" ? "\n" : ", ", name.substr(0, name.size() - 2),
+                   core::human_duration(value));
+      }
+      fmt::print("\n{}: damping.json, damping-errors.csv, damping-tests.csv, damping-fits.csv{}\n",
+                 folder_.string(), no_picture.empty() ? ", damping.svg, damping.png" : "");
+      for (const json& failure : failures_) {
+        fmt::print("failed: {}: {}\n", failure.at("task").get<std::string>(),
+                   failure.at("message").get<std::string>());
+      }
+    }
+    if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
+  });
+  return document;
+}
+
+EvaluationEnd Run::run() {
+  const double start = core::monotonic_seconds();
+  if (!keep_stage("features", find_features())) return {mpi::exit_interrupted};
+  if (!keep_stage("fits", fit())) return {mpi::exit_interrupted};
+  ordered_json document = finish(core::monotonic_seconds() - start);
+  return {failures_.empty() ? mpi::exit_done : mpi::exit_failures, std::move(document)};
+}
+
+}  // namespace
+
+RunEvaluation read_damping_validation(core::ConfigNode& node, core::ConfigNode&,
+                                      const EvaluatedDatasets& datasets) {
+  for (const Condition& condition : datasets.conditions()) {
+    if (condition.build != nullptr) continue;
+    node.fail("", fmt::format("the damping of {} is not known", condition.folder.string()),
+              "damping validation builds its own datasets: give objects and materials, not `data`");
+  }
+  return [validation = read_damping_config(node, datasets), &datasets](
+             const fs::path& folder, const mpi::Context& context) {
+    return Run(validation, datasets, folder, context).run();
+  };
+}
+
+}  // namespace carillon::eval::studies

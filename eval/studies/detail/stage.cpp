@@ -1,0 +1,102 @@
+#include "eval/studies/detail/stage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+
+#include "core/progress.hpp"
+#include "core/storage_error.hpp"
+#include "core/trace.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/interrupt.hpp"
+#include "mpi/task_service.hpp"
+
+namespace carillon::eval::studies {
+
+using nlohmann::json;
+
+namespace {
+
+/// Says once that the run was cut short, whether it ended by itself or was given up.
+class LastLine {
+ public:
+  explicit LastLine(const mpi::Context& context) : context_(context) {}
+  void tell() {
+    if (!context_.speaks()) return;
+    std::call_once(told_, [this] {
+      if (context_.json) {
+        fmt::print("{}\n", json{{"interrupted", true}}.dump(2));
+      } else {
+        fmt::print("interrupted: run the same command to go on\n");
+      }
+      std::fflush(stdout);
+    });
+  }
+
+ private:
+  const mpi::Context& context_;
+  std::once_flag told_;
+};
+
+}  // namespace
+
+StageEnd run_stage(const Stage& stage, const mpi::Context& context) {
+  const double start = core::monotonic_seconds();
+  mpi::TaskBoard board(context.speaks() ? stage.tasks : std::vector<mpi::Task>{});
+  std::map<std::string, std::int64_t> numbers;
+  for (std::size_t t = 0; t < board.tasks().size(); ++t) {
+    numbers[board.tasks()[t].key] = static_cast<std::int64_t>(t);
+    if (stage.done[t]) board.mark_done(static_cast<std::int64_t>(t));
+  }
+  const bool idle = board.count(mpi::TaskState::waiting) == 0;
+  const double expected = board.total_cost();
+  core::Progress progress(stage.name, expected,
+                          context.quiet || context.json || !context.speaks() || idle);
+  StageEnd end;
+  std::map<std::int64_t, json> failures;
+  mpi::ServiceHooks hooks;
+  hooks.completed = [&](const mpi::Task& task, const mpi::Outcome& ended) {
+    json record = json::parse(ended.record);
+    // A full disk is nobody's failure: nothing is recorded, and the run ends.
+    if (!ended.ok && record.value("kind", "") == "StorageError") {
+      throw core::StorageError(record.at("message"), record.value("hint", ""));
+    }
+    ++end.tasks_run;
+    end.rank_seconds += ended.times.seconds;
+    const std::int64_t number = numbers.at(task.key);
+    if (ended.ok) {
+      if (stage.completed) stage.completed(number, record);
+    } else {
+      record["task"] = task.key;
+      failures[number] = std::move(record);
+    }
+  };
+  hooks.progress = [&](const mpi::TaskBoard& now) {
+    // Costs grow and shrink as tasks tell how long they take.
+    progress.update(expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
+                    fmt::format("{} of {}", now.count(mpi::TaskState::done), now.tasks().size()));
+  };
+  LastLine last_line(context);
+  {
+    const mpi::InterruptGuard guard({.last_words = [&] { last_line.tell(); }});
+    const mpi::RunReport report =
+        mpi::run_tasks(context.world, std::move(board), hooks,
+                       [&](std::int64_t task, MPI_Comm) { return stage.work(task); });
+    end.interrupted = report.interrupted;
+  }
+  progress.finish("");
+  if (end.interrupted) last_line.tell();
+  for (auto& [number, failure] : failures) end.failures.push_back(std::move(failure));
+  end.seconds = core::monotonic_seconds() - start;
+  const json shared = json::parse(mpi::broadcast(
+      json{end.tasks_run, end.seconds, end.rank_seconds, end.failures}.dump(), 0, context.world));
+  end.tasks_run = shared[0];
+  end.seconds = shared[1];
+  end.rank_seconds = shared[2];
+  end.failures = shared[3].get<std::vector<json>>();
+  return end;
+}
+
+}  // namespace carillon::eval::studies

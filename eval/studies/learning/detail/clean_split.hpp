@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace carillon::eval::studies {
+
+/// Holds a dataset's splits against what is stored: no body in two parts, no strike, no room, no
+/// stretch of noise (`carillon check`).
+/// @param split  column that is learnt by
+/// @throws InputError  a leak; says which
+void require_clean_split(const std::filesystem::path& folder, const std::string& split);
+
+}  // namespace carillon::eval::studies

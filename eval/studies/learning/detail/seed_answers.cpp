@@ -1,0 +1,79 @@
+#include "eval/studies/learning/detail/seed_answers.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/json_number.hpp"
+#include "core/random.hpp"
+
+namespace carillon::eval::studies {
+
+using nlohmann::ordered_json;
+
+void SeedAnswers::add(const PartAnswers& part, const std::vector<std::string>& names) {
+  const std::size_t classes = names.size();
+  if (predicted_.empty()) {
+    keys_ = part.keys;
+    classes_ = names;
+    truth_ = true_classes(part);
+    groups_ = groups_of(part, split_);
+    confusion_ = confusion_of(part, classes);
+  } else {
+    if (part.keys != keys_ || names != classes_) {
+      throw core::InputError("seeds of one method answered for different samples",
+                             "a folder of models was changed; delete it, and it is trained again");
+    }
+    classification::add(confusion_, confusion_of(part, classes));
+  }
+  predicted_.push_back(likely_classes(part, classes));
+}
+
+std::size_t SeedAnswers::groups() const {
+  return std::set(groups_.begin(), groups_.end()).size();
+}
+
+ordered_json SeedAnswers::summary(classification::AccuracyKind kind,
+                                  const std::string& inputs) const {
+  if (empty()) return nullptr;
+  const classification::SeedsSummary seeds =
+      classification::interval_over_seeds(tested(), predicted_, kind);
+  statistics::Bounds bounds = seeds.seeds_and_groups;
+  if (predicted_.size() == 1) {
+    core::RandomStream random(0, core::stable_hash(inputs), "evaluate.classification");
+    bounds = classification::grouped_interval(tested(), predicted_.front(), kind, random);
+  }
+  return {{"mean", core::number_or_null(seeds.mean)},
+          {"interval95", {core::number_or_null(bounds.low), core::number_or_null(bounds.high)}},
+          {"deviation", core::number_or_null(seeds.deviation)}};
+}
+
+ordered_json SeedAnswers::less(const SeedAnswers& others) const {
+  if (empty() || others.keys_ != keys_) return nullptr;
+  // What others alone know is one class more, and wrong here.
+  std::vector<std::size_t> own_number;
+  for (const std::string& name : others.classes_) {
+    own_number.push_back(static_cast<std::size_t>(
+        std::find(classes_.begin(), classes_.end(), name) - classes_.begin()));
+  }
+  std::vector<std::vector<std::size_t>> theirs = others.predicted_;
+  for (std::vector<std::size_t>& predicted : theirs) {
+    for (std::size_t& answer : predicted) answer = own_number[answer];
+  }
+  classification::TestedSamples all = tested();
+  all.classes += 1;
+  const classification::AccuracyDifference difference =
+      classification::accuracy_difference(all, predicted_, theirs);
+  return {{"mean", core::number_or_null(difference.mean)},
+          {"interval95",
+           {core::number_or_null(difference.bounds.low),
+            core::number_or_null(difference.bounds.high)}}};
+}
+
+classification::NormByChance SeedAnswers::norm_by_chance(const SeedAnswers& others) const {
+  core::RandomStream random(0, 0, "evaluate.confusions");
+  return classification::confusion_norm_by_chance({tested(), predicted_},
+                                                  {others.tested(), others.predicted_}, random);
+}
+
+}  // namespace carillon::eval::studies

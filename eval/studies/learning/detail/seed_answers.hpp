@@ -1,0 +1,51 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "eval/classification/confusion_chance.hpp"
+#include "eval/classification/intervals.hpp"
+#include "eval/studies/learning/detail/answers.hpp"
+
+namespace carillon::eval::studies {
+
+/// What classifiers that differ by their seed alone answered for the same samples.
+class SeedAnswers {
+ public:
+  /// @param split  column that held the samples out: what their groups are
+  explicit SeedAnswers(std::string split) : split_(std::move(split)) {}
+
+  /// Of one seed.
+  /// @throws InputError  for other samples than those of the seeds before
+  void add(const PartAnswers& part, const std::vector<std::string>& classes);
+
+  bool empty() const { return truth_.empty(); }
+  std::size_t samples() const { return truth_.size(); }
+  /// Different groups of samples whose answers stand and fall together.
+  std::size_t groups() const;
+  /// Of all seeds together.
+  const classification::Confusion& confusion() const { return confusion_; }
+  /// `mean` over seeds, `interval95` (over groups; of several seeds over these, too) and the
+  /// standard `deviation` between seeds; null for no samples.
+  /// @param inputs  hash of what decides the classifiers: seeds the bootstrap
+  nlohmann::ordered_json summary(classification::AccuracyKind kind,
+                                 const std::string& inputs) const;
+  /// `mean` and `interval95` of how much more is right than of others' answers for the same
+  /// samples, who may know other classes; null for no samples, or where they answered for others.
+  nlohmann::ordered_json less(const SeedAnswers& others) const;
+  /// Norms of the difference of confusions with others, for other samples of the same classes, that
+  /// chance alone makes.
+  classification::NormByChance norm_by_chance(const SeedAnswers& others) const;
+
+ private:
+  classification::TestedSamples tested() const { return {truth_, groups_, confusion_.classes}; }
+
+  std::string split_;
+  std::vector<std::string> keys_, classes_;
+  std::vector<std::size_t> truth_, groups_;
+  classification::Confusion confusion_;
+  std::vector<std::vector<std::size_t>> predicted_;
+};
+
+}  // namespace carillon::eval::studies

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "eval/networks/training.hpp"
+#include "mpi/context.hpp"
+
+namespace carillon::eval::studies {
+
+/// One classifier that learns one task from one source.
+struct TrainingJob {
+  std::string key;  ///< for people: geometry/isnn-a/seed-1
+  learning::TaskSpec task;
+  learning::Method method;
+  std::filesystem::path folder;  ///< ends with a hash of all that decides the result
+  std::string inputs;            ///< that hash
+  bool is_for_use = true;        ///< it may be asked for single sounds: `recognition` is kept
+};
+
+/// @param models  folder of all trainings
+TrainingJob make_job(const learning::SampleSource& source, const learning::TaskSpec& task,
+                     const learning::Method& method, const std::filesystem::path& models);
+
+/// What is kept of a training that ended.
+/// @throws FileError, InputError  no `training.json`, or not one that can be read
+nlohmann::ordered_json read_record(const std::filesystem::path& folder);
+
+/// How a job ended; the same on every rank.
+struct JobEnd {
+  bool interrupted = false;
+  bool was_there = false;        ///< an earlier run had finished it
+  nlohmann::ordered_json found;  ///< training.json
+};
+
+/// Trains, answers for the parts that were held out and keeps in the job's folder: `model`,
+/// `checkpoint` while it goes on, `curves.csv`, `answers.h5`, `recognition` of a network that only
+/// hears, and `training.json`, which is written last. What is there is not made again.
+/// @throws InputError, FileError  on every rank alike
+/// @note Collective on the context's world.
+JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, const mpi::Context& context);
+
+}  // namespace carillon::eval::studies

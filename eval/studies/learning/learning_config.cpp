@@ -1,0 +1,272 @@
+#include "eval/studies/learning/learning_config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "eval/learning/known_methods.hpp"
+
+namespace carillon::eval::studies {
+
+using core::ConfigNode;
+using core::Dimension;
+
+namespace {
+
+constexpr std::int64_t many = 1000000;
+
+template <class T, std::size_t n>
+std::vector<std::string> names_of(const T (&all)[n]) {
+  std::vector<std::string> names;
+  for (const T value : all) names.emplace_back(name_of(value));
+  return names;
+}
+
+/// The value of a list that a text names; the text is known to be among them.
+template <class T, std::size_t n>
+T named(const T (&all)[n], const std::string& name) {
+  return *std::find_if(all, all + n, [&](T value) { return name_of(value) == name; });
+}
+
+/// Some of a list, each at most once.
+template <class T, std::size_t n>
+std::vector<T> read_some(ConfigNode& node, const std::string& key, const T (&all)[n],
+                         const std::vector<T>& fallback) {
+  std::vector<std::string> texts;
+  for (const T value : fallback) texts.emplace_back(name_of(value));
+  texts = node.texts(key, texts);
+  const std::vector<std::string> allowed = names_of(all);
+  std::vector<T> some;
+  for (const std::string& text : texts) {
+    if (std::find(allowed.begin(), allowed.end(), text) == allowed.end()) {
+      node.fail(key, fmt::format("unknown value \"{}\"", text),
+                fmt::format("one or more of {}", fmt::join(allowed, ", ")));
+    }
+    const T value = named(all, text);
+    if (std::find(some.begin(), some.end(), value) != some.end()) {
+      node.fail(key, fmt::format("\"{}\" stands here twice", text));
+    }
+    some.push_back(value);
+  }
+  if (some.empty()) {
+    node.fail(key, "names nothing", fmt::format("one or more of {}", fmt::join(allowed, ", ")));
+  }
+  return some;
+}
+
+void read_steps(ConfigNode& node, learning::LearningOptions& learning) {
+  learning.epochs = node.integer("epochs", 1, many, learning.epochs);
+  learning.patience = node.integer("patience", 1, many, learning.patience);
+  learning.batch = node.integer("batch", 1, many, learning.batch);
+}
+
+/// Those that the method has; others are no keys of it.
+void read_sizes(ConfigNode& node, learning::Method& method) {
+  learning::LayerSizes& sizes = method.sizes;
+  const auto has = [&](learning::Branch branch) {
+    return std::find(method.branches.begin(), method.branches.end(), branch) !=
+           method.branches.end();
+  };
+  const auto pair = [&](const char* key, std::int64_t& bands, std::int64_t& frames) {
+    const auto sides = node.quantities(
+        key, Dimension::none, 2,
+        std::vector<double>{static_cast<double>(bands), static_cast<double>(frames)});
+    for (const double side : sides) {
+      if (!(side >= 1 && side <= 1024 && side == std::floor(side))) {
+        node.fail(key, "takes two whole numbers, bands and frames");
+      }
+    }
+    bands = static_cast<std::int64_t>(sides[0]);
+    frames = static_cast<std::int64_t>(sides[1]);
+  };
+  sizes.width = node.integer("width", 1, many, sizes.width);
+  if (has(learning::Branch::isnn)) {
+    sizes.filters = node.integer("filters", 1, many, sizes.filters);
+    pair("kernel", sizes.kernel_bands, sizes.kernel_frames);
+    pair("pool", sizes.pool_bands, sizes.pool_frames);
+  }
+  if (!std::all_of(method.branches.begin(), method.branches.end(),
+                   [](learning::Branch branch) { return branch == learning::Branch::voxnet; })) {
+    sizes.dropout = node.quantity("dropout", Dimension::none, sizes.dropout);
+    if (!(sizes.dropout >= 0 && sizes.dropout < 1)) node.fail("dropout", "must lie within 0 and 1");
+  }
+  if (method.branches.size() > 1 && method.fusion == learning::Fusion::bilinear) {
+    sizes.fused = node.integer("fused", 1, many, sizes.fused);
+    sizes.factors = node.integer("factors", 1, many, sizes.factors);
+  }
+}
+
+learning::Method read_method(ConfigNode& node, const std::string& name,
+                             const learning::LearningOptions& common) {
+  if (name.find_first_of(".|\"") != std::string::npos) {
+    node.fail("", fmt::format("\"{}\" is no name of a method: dots, bars and quotes are kept for "
+                              "keys and tables",
+                              name));
+  }
+  const auto known =
+      std::find_if(learning::known_methods().begin(), learning::known_methods().end(),
+                   [&](const learning::Method& method) { return method.name == name; });
+  learning::Method method = known == learning::known_methods().end() ? learning::Method{} : *known;
+  const bool is_known = known != learning::known_methods().end();
+  method.name = name;
+  if (node.has("branches") && node.has("baseline")) {
+    node.fail("baseline", "a network with `branches` is no baseline");
+  }
+  const bool asks = node.has("branches") || node.has("baseline");
+  if (!is_known && !asks) {
+    node.fail("", fmt::format("no classifier is known by the name \"{}\"", name),
+              "say what it is: branches: [isnn, voxnet], or baseline: linear_svm and senses; "
+              "names that are known: carillon list classifiers");
+  }
+  if (node.has("baseline")) {
+    method.kind = named(learning::all_method_kinds,
+                        node.choice("baseline", {"nearest_neighbour", "linear_svm"}));
+    method.branches.clear();
+    method.senses.clear();
+  }
+  if (method.kind == learning::MethodKind::network) {
+    method.branches = read_some(node, "branches", learning::all_branches, method.branches);
+    method.senses.clear();
+    for (const learning::Branch branch : method.branches) {
+      method.senses.push_back(learning::sense_of(branch));
+    }
+    method.fusion =
+        named(learning::all_fusions, node.choice("fusion", names_of(learning::all_fusions),
+                                                 std::string(learning::name_of(method.fusion))));
+    read_sizes(node, method);
+  } else {
+    method.senses = read_some(node, "senses", learning::all_senses, method.senses);
+  }
+  if (method.kind == learning::MethodKind::nearest_neighbour) {
+    method.neighbours = node.integer("neighbours", 1, many, method.neighbours);
+    method.learning = common;
+    return method;
+  }
+  // Rates are of the kind of method, the rest is the section's.
+  const learning::LearningOptions rates = learning::usual_learning(method.kind);
+  method.learning = common;
+  method.learning.learning_rate = rates.learning_rate;
+  method.learning.weight_decay = rates.weight_decay;
+  read_steps(node, method.learning);
+  method.learning.learning_rate =
+      node.positive("learning_rate", Dimension::none, method.learning.learning_rate);
+  method.learning.weight_decay =
+      node.not_negative("weight_decay", Dimension::none, method.learning.weight_decay);
+  if (learning::only_hears(method)) {
+    method.learning.outliers =
+        node.not_negative("outliers", Dimension::none, method.learning.outliers);
+  }
+  return method;
+}
+
+/// Labels to leave out: of the task's column, or of others.
+std::map<std::string, std::vector<std::string>> read_except(ConfigNode& node,
+                                                            const std::string& column) {
+  if (!node.has("except")) return {};
+  if (!node.is_mapping("except")) return {{column, node.texts("except")}};
+  ConfigNode except = node.child("except");
+  std::map<std::string, std::vector<std::string>> labels;
+  for (const std::string& other : except.keys()) labels[other] = except.texts(other);
+  return labels;
+}
+
+learning::TaskSpec read_task(ConfigNode& node, const std::string& name) {
+  learning::TaskSpec task;
+  task.name = name;
+  task.column = node.text("column");
+  task.split = node.choice("split", {"split_shape", "split_strike"},
+                           task.column == "shape" ? "split_strike" : "split_shape");
+  if (task.column == "shape" && task.split == "split_shape") {
+    node.fail("split", "whole shapes are held out: none that is tested could have been learnt",
+              "split_strike holds out strikes of each shape");
+  }
+  task.except = read_except(node, task.column);
+  if (node.has("classes")) {
+    if (task.except.count(task.column) > 0) {
+      node.fail("except", "labels that stand in no class of `classes` are left out already");
+    }
+    ConfigNode classes = node.child("classes");
+    for (const std::string& label : classes.keys()) task.classes[label] = classes.texts(label);
+  }
+  return task;
+}
+
+LearningConfig read_learning(ConfigNode& node, const std::string& file) {
+  LearningConfig config;
+  learning::LearningOptions common;
+  common.seed = static_cast<std::uint64_t>(
+      node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  read_steps(node, common);
+  common.memory = node.positive("memory", Dimension::memory, common.memory);
+  config.listener = static_cast<std::size_t>(node.integer("listener", 0, many, 0));
+  config.join = node.flag("join", false);
+  if (node.has("with")) {
+    ConfigNode with = node.child("with");
+    config.with = read_given(with, with.text("name", "with"), file);
+    if (!config.with) with.fail("", "names neither `data` nor `recordings`");
+  }
+  ConfigNode tasks = node.child("tasks");
+  for (const std::string& name : tasks.keys()) {
+    ConfigNode task = tasks.child(name);
+    config.tasks.push_back(read_task(task, name));
+  }
+  if (config.tasks.empty()) {
+    node.fail("tasks", "names nothing that could be learnt",
+              "for example tasks: {geometry: {column: shape}, material: {column: material}}");
+  }
+  ConfigNode methods = node.child("methods");
+  for (const std::string& name : methods.keys()) {
+    ConfigNode method = methods.child(name);
+    config.methods.push_back(read_method(method, name, common));
+  }
+  if (config.methods.empty()) {
+    node.fail("methods", "names no classifier", "for example methods: {isnn-a: {}}");
+  }
+  return config;
+}
+
+}  // namespace
+
+LearningConfig read_train_section(ConfigNode& root, const std::string& file) {
+  if (!root.has("train")) {
+    root.fail("train", "says what is learnt by what, and is missing",
+              "for example train: {tasks: {material: {column: material}}, methods: {isnn-a: {}}}; "
+              "docs/learning.md");
+  }
+  ConfigNode node = root.child("train");
+  LearningConfig config = read_learning(node, file);
+  node.finish();
+  return config;
+}
+
+std::vector<std::uint64_t> read_seeds(ConfigNode& node, const LearningConfig& learning) {
+  const auto own = static_cast<double>(learning.methods.front().learning.seed);
+  std::vector<std::uint64_t> seeds;
+  for (const double value :
+       node.quantities("seeds", Dimension::none, 0, std::vector<double>{own})) {
+    const auto seed = static_cast<std::uint64_t>(value);
+    if (!(value >= 0 && value <= 1e15 && value == static_cast<double>(seed))) {
+      node.fail("seeds", fmt::format("{} is no whole number from 0 on", value));
+    }
+    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) {
+      node.fail("seeds", fmt::format("{} stands here twice", seed));
+    }
+    seeds.push_back(seed);
+  }
+  if (seeds.empty()) node.fail("seeds", "names no seed", "for example seeds: [1, 2, 3]");
+  return seeds;
+}
+
+std::vector<learning::Method> with_seeds(const learning::Method& method,
+                                         std::span<const std::uint64_t> seeds) {
+  std::vector<learning::Method> seeded;
+  for (const std::uint64_t seed : seeds) {
+    seeded.push_back(method);
+    seeded.back().learning.seed = seed;
+    if (method.kind == learning::MethodKind::nearest_neighbour) break;
+  }
+  return seeded;
+}
+
+}  // namespace carillon::eval::studies

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "eval/studies/learning/detail/learning_sources.hpp"
+#include "eval/studies/learning/detail/trainings.hpp"
+#include "eval/studies/learning/learning_config.hpp"
+
+namespace carillon::eval::studies {
+
+/// A classifier that was trained, now or by an earlier run.
+struct TrainedClassifier {
+  std::size_t source = 0;  ///< which it learnt from
+  TrainingJob job;
+  bool was_there = false;
+  nlohmann::ordered_json found;  ///< training.json
+};
+
+/// The same on every rank.
+struct TrainingsEnd {
+  std::vector<TrainedClassifier> trained;  ///< by source, task, method, seed
+  bool interrupted = false;
+};
+
+/// Folder of all models of a configuration.
+std::filesystem::path models_folder(const EvaluatedDatasets& datasets);
+
+/// Every method on every task of every source, once for each seed (with_seeds()).
+/// @throws InputError, FileError  a sense that a source lacks; on every rank
+/// @note Collective on the context's world.
+TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::uint64_t> seeds,
+                           std::span<const LearningSource> sources,
+                           const std::filesystem::path& models, const mpi::Context& context);
+
+}  // namespace carillon::eval::studies

@@ -1,0 +1,67 @@
+#include "eval/studies/picture.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <vector>
+
+#include "core/near_program.hpp"
+#include "solvers/mesher/child_process.hpp"
+
+namespace carillon::eval::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The scripts exit with this where matplotlib is missing.
+constexpr int no_matplotlib = 4;
+
+fs::path find_script(const std::string& name) {
+  // Installed (carillon-learn in ../libexec/carillon), or in a build's folder or its tests'.
+  return core::find_near_program({"../share/carillon/scripts/" + name,
+                                  "../../share/carillon/scripts/" + name, "../scripts/" + name,
+                                  "../../scripts/" + name});
+}
+
+/// Pythons to try: the one that is named, else the first of the path and the system's.
+std::vector<fs::path> pythons() {
+  if (const char* named = std::getenv("CARILLON_PYTHON"); named != nullptr && *named != '\0') {
+    return {named};
+  }
+  std::vector<fs::path> found;
+  std::string path = std::getenv("PATH") != nullptr ? std::getenv("PATH") : "";
+  for (std::size_t from = 0; from <= path.size();) {
+    const std::size_t end = std::min(path.find(':', from), path.size());
+    const fs::path candidate = fs::path(path.substr(from, end - from)) / "python3";
+    if (end > from && fs::exists(candidate)) {
+      found.push_back(candidate);
+      break;
+    }
+    from = end + 1;
+  }
+  if (const fs::path system = "/usr/bin/python3"; fs::exists(system)) found.push_back(system);
+  return found;
+}
+
+}  // namespace
+
+std::string draw_picture(const std::string& name, const fs::path& document) {
+  const fs::path script = find_script(name);
+  if (script.empty()) return fmt::format("no picture: scripts/{} was not found", name);
+  std::string reason = "no picture: there is no python3";
+  for (const fs::path& python : pythons()) {
+    const auto exit =
+        solvers::mesher::run_child(python, {script.string(), document.string()}, /*seconds=*/300);
+    if (exit.code == 0 && exit.signal == 0) return "";
+    // Where matplotlib is there and something else is wrong, the next Python would hide it.
+    if (exit.code != no_matplotlib) {
+      return fmt::format("no picture: {} failed: {}", script.string(), exit.output);
+    }
+    reason = fmt::format("no picture: {} has no matplotlib; with one that has, run {} {}",
+                         python.string(), script.string(), document.string());
+  }
+  return reason;
+}
+
+}  // namespace carillon::eval::studies

@@ -1,0 +1,192 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hdf5.hpp"
+#include "dataset/samples/modes_task.hpp"
+#include "report/report.hpp"
+#include "scene/scene.hpp"
+
+namespace carillon::report {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+namespace {
+
+/// A document that may not be there, or not whole: a build may be running.
+json read_json(const std::filesystem::path& path, const json& otherwise) {
+  if (!std::filesystem::is_regular_file(path)) return otherwise;
+  json document = json::parse(core::read_file(path), nullptr, false);
+  return document.is_discarded() ? otherwise : document;
+}
+
+/// Seconds of every body's modes task.
+std::map<std::string, double> modes_seconds(const json& trace) {
+  const std::string prefix = "modes/";
+  std::map<std::string, double> seconds;
+  for (const json& task : trace.value("tasks", json::array())) {
+    const std::string name = task.at("task");
+    if (name.starts_with(prefix)) seconds[name.substr(prefix.size())] = task.at("seconds");
+  }
+  return seconds;
+}
+
+/// What the body's modes files say: of several sets, the worst.
+void add_modes(const std::filesystem::path& path, ordered_json& shape) {
+  double complete_to = std::numeric_limits<double>::infinity(), worst = -1, unknowns = 0;
+  std::uint64_t modes = 0;
+  const core::Hdf5Group file = core::Hdf5Group::open_file(path);
+  for (const std::string& name : file.names()) {
+    if (!name.starts_with("set-")) continue;
+    const core::Hdf5Group set = file.open_group(name);
+    const core::Hdf5Group certificate = set.open_group("certificate");
+    complete_to = std::min(complete_to, certificate.number_attribute("complete_to_hz"));
+    unknowns = std::max(unknowns, certificate.number_attribute("unknowns"));
+    modes = std::max(modes, set.extent("eigenvalues").front());
+    shape["order"] = static_cast<int>(set.open_group("surface").number_attribute("order"));
+    if (!set.has("pitch_errors")) continue;
+    for (const double error : set.read<double>("pitch_errors")) worst = std::max(worst, error);
+  }
+  shape["modes"] = modes;
+  shape["complete_to_hz"] = complete_to;
+  shape["unknowns"] = unknowns;
+  if (worst >= 0) shape["pitch_error_cents"] = worst;
+}
+
+/// Those of which `seconds` is largest, in the order that they have.
+template <class Row>
+std::vector<const Row*> longest(const std::vector<Row>& all, std::size_t rows,
+                                const std::function<double(const Row&)>& seconds) {
+  std::vector<const Row*> chosen;
+  for (const Row& row : all) chosen.push_back(&row);
+  if (all.size() <= rows) return chosen;
+  const auto end = chosen.begin() + static_cast<std::ptrdiff_t>(rows);
+  std::nth_element(chosen.begin(), end, chosen.end(),
+                   [&](const Row* a, const Row* b) { return seconds(*a) > seconds(*b); });
+  chosen.erase(end, chosen.end());
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+ordered_json describe_shapes(const dataset::stored::StoredDataset& dataset, const json& trace,
+                             std::size_t rows) {
+  const std::map<std::string, double> seconds = modes_seconds(trace);
+  const dataset::samples::BuildFolders folders{dataset.folder, {}};
+  ordered_json shapes = ordered_json::array();
+  const auto seconds_of = [&](const dataset::plan::Shape& shape) {
+    const auto found = seconds.find(shape.id);
+    return found == seconds.end() ? 0.0 : found->second;
+  };
+  for (const dataset::plan::Shape* one :
+       longest<dataset::plan::Shape>(dataset.build.plan.shapes, rows, seconds_of)) {
+    const dataset::plan::Shape& shape = *one;
+    ordered_json entry = {{"id", shape.id},
+                          {"family", shape.family},
+                          {"split", shape.split_shape},
+                          {"variants", shape.variants.size()},
+                          {"modes", nullptr},
+                          {"complete_to_hz", nullptr},
+                          {"pitch_error_cents", nullptr},
+                          {"order", nullptr},
+                          {"unknowns", nullptr},
+                          {"seconds", nullptr}};
+    if (const auto found = seconds.find(shape.id); found != seconds.end()) {
+      entry["seconds"] = found->second;
+    }
+    const std::filesystem::path path = folders.modes_file(shape);
+    try {
+      if (std::filesystem::is_regular_file(path)) add_modes(path, entry);
+    } catch (const core::Error& error) {
+      entry["failure"] = error.message();
+    }
+    shapes.push_back(std::move(entry));
+  }
+  return shapes;
+}
+
+/// Every effect as the build decided it, with what the trace counted.
+ordered_json describe_effects_run(const dataset::stored::StoredDataset& dataset,
+                                  const json& trace) {
+  const json counted = trace.value("effects", json::object());
+  ordered_json effects = ordered_json::array();
+  for (const json& effect : scene::describe_effects(dataset.build.config.scene)) {
+    const json entry = counted.value(effect.at("name").get<std::string>(), json::object());
+    effects.push_back({{"name", effect.at("name")},
+                       {"enabled", effect.at("enabled")},
+                       {"reason", effect.at("reason")},
+                       {"calls", entry.value("calls", 0)},
+                       {"seconds", entry.value("seconds", 0.0)}});
+  }
+  return effects;
+}
+
+void add_tasks(const json& trace, std::size_t rows, ordered_json& report) {
+  const auto tasks = trace.value("tasks", std::vector<json>{});
+  double seconds = 0;
+  for (const json& task : tasks) {
+    seconds += task.at("seconds").get<double>() * task.at("width").get<double>();
+  }
+  report["task_seconds"] = seconds;
+  report["tasks_run"] = tasks.size();
+  json chosen = json::array();
+  for (const json* task : longest<json>(
+           tasks, rows, [](const json& row) { return row.at("seconds").get<double>(); })) {
+    chosen.push_back(*task);
+  }
+  report["tasks"] = std::move(chosen);
+}
+
+/// What made it: the last run of its own, or of the sweep whose variant it is; null of older
+/// builds.
+json last_made(const std::filesystem::path& folder, const json& trace) {
+  json runs = trace.value("runs", json::array());
+  const std::filesystem::path above = core::tidy_path(folder / "..");
+  if (runs.empty() && std::filesystem::is_regular_file(above / "sweep.json")) {
+    runs = read_json(above / "trace.json", json::object()).value("runs", json::array());
+  }
+  return runs.empty() ? json() : runs.back().value("made", json());
+}
+
+void add_failures(const std::filesystem::path& folder, std::size_t rows, ordered_json& report) {
+  json failures = read_json(folder / "failures.json", json::array());
+  report["failed"] = failures.size();
+  if (failures.size() > rows) {
+    failures.erase(failures.begin() + static_cast<std::ptrdiff_t>(rows), failures.end());
+  }
+  report["failures"] = std::move(failures);
+}
+
+}  // namespace
+
+ordered_json dataset_report(const dataset::stored::StoredDataset& dataset, std::size_t rows) {
+  const json& said = dataset.description;
+  const json trace = read_json(dataset.folder / "trace.json", json::object());
+  double bytes = 0;
+  for (const json& file : said.at("files")) bytes += file.at("bytes").get<double>();
+  ordered_json report = {{"name", said.at("name")},
+                         {"folder", dataset.folder.string()},
+                         {"about", said.value("about", json::object())},
+                         {"samples", said.at("samples")},
+                         {"materials", said.at("materials")},
+                         {"bytes", bytes},
+                         {"configuration", dataset.configuration},
+                         {"versions", said.at("versions")},
+                         {"bodies", dataset.build.plan.shapes.size()},
+                         {"shapes", describe_shapes(dataset, trace, rows)},
+                         {"stages", trace.value("stages", json::object())},
+                         {"effects", describe_effects_run(dataset, trace)},
+                         {"ranks", trace.value("ranks", json::array())},
+                         {"runs", trace.value("runs", json::array())},
+                         {"made", last_made(dataset.folder, trace)}};
+  add_tasks(trace, rows, report);
+  add_failures(dataset.folder, rows, report);
+  return report;
+}
+
+}  // namespace carillon::report

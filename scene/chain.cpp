@@ -1,0 +1,102 @@
+#include "scene/chain.hpp"
+
+#include <cmath>
+#include "synth/modal/streaming_renderer.hpp"
+
+namespace carillon::scene {
+
+core::AudioClip clip_of(const Sound& sound) {
+  core::AudioClip clip;
+  clip.sample_rate = static_cast<int>(std::lround(sound.sample_rate));
+  clip.channels = static_cast<int>(sound.rows);
+  clip.samples.resize(sound.audio.size());
+  const std::size_t count = sound.audio.size() / sound.rows;
+  for (std::size_t i = 0; i < sound.audio.size(); ++i) {
+    clip.samples[i % count * sound.rows + i / count] = sound.audio[i];
+  }
+  return clip;
+}
+
+SoundChain::SoundChain(const Scene& scene, const std::filesystem::path& cache, core::Trace& trace)
+    : scene_(scene), trace_(trace) {
+  for (const EffectDecision& decision : scene.effects) {
+    if (!decision.enabled || !decision.in_scene.start) continue;
+    running_.push_back({decision.effect->name, decision.in_scene.start(cache)});
+  }
+}
+
+template <class Subject>
+void SoundChain::run(std::function<void(Subject&)> EffectParts::*stage, Subject& subject) {
+  for (const Running& effect : running_) {
+    const auto& part = effect.parts.*stage;
+    if (!part) continue;
+    const core::ScopedTimer timer(trace_.effects[effect.name]);
+    part(subject);
+  }
+}
+
+RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
+                                const solvers::modes::Modes& modes,
+                                const std::vector<synth::material::Material>& materials) {
+  return prepare(shape, id, modes, materials, scene_.listeners);
+}
+
+RingingBody SoundChain::prepare_moving(const std::string& shape, const std::string& id,
+                                       const solvers::modes::Modes& modes,
+                                       const std::vector<synth::material::Material>& materials) {
+  return prepare(shape, id, modes, materials, {});
+}
+
+RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
+                                const solvers::modes::Modes& modes,
+                                const std::vector<synth::material::Material>& materials,
+                                std::span<const synth::modal::Listener> listeners) {
+  RingingBody body;
+  body.id = id;
+  body.shape = shape;
+  body.modes = &modes;
+  body.materials = &materials;
+  body.decay_rates.assign(modes.size(), 0.0);
+  const solvers::mesh::Box box = solvers::mesh::bounding_box(modes.surface.nodes);
+  body.centre = 0.5 * (box.low + box.high);
+  for (const synth::modal::Listener& listener : listeners) {
+    body.listeners.push_back({body.centre + listener.position});
+  }
+  run(&EffectParts::body, body);
+  return body;
+}
+
+void SoundChain::ring(Sound& sound) {
+  const RingingBody& body = *sound.body;
+  sound.sample_rate = scene_.audio.sample_rate;
+  run(&EffectParts::strike, sound);
+  const bool heard = !body.pressure.delays.empty();
+  sound.rings = synth::modal::ring_down(
+      *body.modes, body.decay_rates, sound.strike,
+      heard ? body.pressure : synth::modal::point_velocity(*body.modes, sound.strike.point));
+  run(&EffectParts::rings, sound);
+}
+
+void SoundChain::make(Sound& sound) {
+  ring(sound);
+  sound.rows = sound.rings.readout.delays.size();
+  {
+    const core::ScopedTimer timer(trace_.stages["ring"]);
+    sound.modes = synth::modal::sounding_modes(sound.rings, sound.sample_rate);
+    sound.modes_above_nyquist = synth::modal::modes_above_nyquist(sound.rings, sound.sample_rate);
+    sound.audio = sound.blows == std::vector<double>{0}
+                      ? synth::modal::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
+                                                 scene_.audio.samples())
+                      : synth::modal::synthesize_blows(sound.rings, sound.strike.force, sound.blows,
+                                                       sound.sample_rate, scene_.audio.samples());
+  }
+  finish(sound);
+}
+
+void SoundChain::finish(Sound& sound) {
+  run(&EffectParts::audio, sound);
+  for (float& value : sound.audio) value = static_cast<float>(value * scene_.audio.gain);
+  run(&EffectParts::full_scale, sound);
+}
+
+}  // namespace carillon::scene

@@ -1,0 +1,60 @@
+#include "scene/detail/turned_body.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/axisymmetric/fourier_modes.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/modes/modes_broadcast.hpp"
+
+namespace carillon::scene {
+
+namespace {
+
+const solvers::families::Family& turned_family(const solvers::mesh::MeshRequest& request) {
+  std::vector<std::string> names;
+  for (const auto& family : solvers::families::families()) {
+    // A profile cannot be given on the command line.
+    if (family.meridian && !family.parameters.empty()) names.push_back(family.name);
+  }
+  const auto hint = fmt::format("bodies of revolution: {}", fmt::join(names, ", "));
+  if (request.shape.family.empty()) {
+    throw core::InputError("the fourier solver needs a generated shape, not a file", hint);
+  }
+  const auto& family = solvers::families::find_family(request.shape.family);
+  if (!family.meridian) {
+    throw core::InputError(
+        fmt::format("{} is not a body of revolution, which the fourier solver needs", family.name),
+        hint);
+  }
+  return family;
+}
+
+}  // namespace
+
+Body solve_turned(const BodyOptions& options, const mpi::Context& context) {
+  Body body;
+  mpi::agreed(context.world, [&] {
+    refuse_tetrahedral_options(options);
+    const auto request = mesh_request(options);
+    const auto meridian = turned_family(request).meridian(request.shape);
+    check_size(solvers::mesh::measure(meridian).longest_side(), options.any_size);
+    body.mesh.mesh.region_names = {"body"};
+    body.materials = region_materials(options.material, body.mesh.mesh.region_names);
+    const auto solve = solve_options(options);
+    if (mpi::rank(context.world) != 0) return;
+    solvers::axisymmetric::FourierOptions fourier;
+    fourier.cell = request.options.element_size;
+    body.modes = solvers::axisymmetric::solve_fourier(meridian, body.materials.front().elastic,
+                                                      solve, fourier, body.trace);
+  });
+  solvers::modes::broadcast(body.modes, context.world);
+  return body;
+}
+
+}  // namespace carillon::scene

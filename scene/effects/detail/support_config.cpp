@@ -1,0 +1,155 @@
+#include "scene/effects/detail/support_config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+namespace carillon::scene {
+
+namespace {
+
+using core::Dimension;
+
+std::vector<Vec3> read_points(core::ConfigNode& node, const std::string& key) {
+  const auto values = node.quantities(key, Dimension::length);
+  if (values.empty() || values.size() % 3 != 0) {
+    node.fail(key, fmt::format("{} numbers are no list of points", values.size()),
+              "three for each point, one after the other: [x1, y1, z1, x2, y2, z2]");
+  }
+  std::vector<Vec3> points;
+  for (std::size_t k = 0; k < values.size(); k += 3) {
+    points.emplace_back(values[k], values[k + 1], values[k + 2]);
+  }
+  return points;
+}
+
+void read_place(core::ConfigNode& node, SupportConfig& support) {
+  using Place = SupportConfig::Place;
+  const std::vector<std::pair<std::string, Place>> places = {{"at", Place::at},
+                                                             {"count", Place::random},
+                                                             {"lowest", Place::lowest},
+                                                             {"along", Place::along}};
+  std::string chosen;
+  for (const auto& [key, place] : places) {
+    if (!node.has(key)) continue;
+    if (!chosen.empty()) {
+      node.fail(key, fmt::format("a contact lies at one kind of place, and {} is given", chosen),
+                "make it two contacts");
+    }
+    chosen = key;
+    support.place = place;
+  }
+  if (chosen.empty()) {
+    node.fail("", "where does it touch the body?",
+              "give one of at: [x, y, z], count: N (random places), lowest: true, or "
+              "along: [x1, y1, z1, x2, y2, z2]");
+  }
+  switch (support.place) {
+    case Place::at:
+      support.points = read_points(node, "at");
+      support.radius = node.not_negative("radius", Dimension::length, 0);
+      break;
+    case Place::random:
+      support.count = static_cast<int>(node.integer("count", 1, 1000));
+      if (node.has("pool")) {
+        support.pool = static_cast<int>(node.integer("pool", 1, 10000));
+        if (support.pool < support.count) {
+          node.fail("pool", fmt::format("{} places cannot give each sound {} different ones",
+                                        support.pool, support.count));
+        }
+      }
+      support.radius = node.not_negative("radius", Dimension::length, 0);
+      break;
+    case Place::lowest: {
+      if (!node.flag("lowest", true)) node.fail("lowest", "must be true, or left out");
+      support.height = node.not_negative("height", Dimension::length, 5e-4);
+      const auto down = node.quantities("down", Dimension::none, 3, std::vector<double>{0, 0, -1});
+      support.down = {down[0], down[1], down[2]};
+      if (!(support.down.norm() > 0)) node.fail("down", "must be a direction");
+      support.down.normalize();
+      break;
+    }
+    case Place::along:
+      support.points = read_points(node, "along");
+      support.count = static_cast<int>(node.integer("points", 1, 1000, 16));
+      break;
+  }
+}
+
+SupportConfig read_support(core::ConfigNode& node) {
+  SupportConfig support;
+  const bool own = !node.has("kind");
+  if (own) {
+    support.kind.name = "own";
+    support.kind.coefficient = node.quantity("coefficient", Dimension::none);
+    support.kind.friction = node.quantity("friction", Dimension::none);
+  } else {
+    const std::string name = node.text("kind");
+    support.kind = core::at_key(node, "kind", [&] { return synth::support::parse_support(name); });
+    support.kind.coefficient =
+        node.quantity("coefficient", Dimension::none, support.kind.coefficient);
+    support.kind.friction = node.quantity("friction", Dimension::none, support.kind.friction);
+  }
+  core::at_key(node, "coefficient", [&] { synth::support::check_support(support.kind); });
+  read_place(node, support);
+  const bool grips = support.kind.name == "finger";
+  if (node.flag("weight", !node.has("force") && !grips)) {
+    if (node.has("force")) {
+      node.fail("force", "the body's weight presses here already", "leave out weight or force");
+    }
+    return support;
+  }
+  std::optional<core::Range> usual;
+  if (grips) usual = core::Range{0.3, 3};
+  support.force = node.range("force", Dimension::force, usual);
+  if (!(support.force->low > 0)) {
+    node.fail("force", "must be positive: it is drawn uniformly in its logarithm");
+  }
+  return support;
+}
+
+}  // namespace
+
+int SupportConfig::holds() const {
+  switch (place) {
+    case Place::at:
+      return static_cast<int>(points.size());
+    case Place::random:
+      return count;
+    default:
+      return 1;
+  }
+}
+
+int SupportsConfig::holds() const {
+  return std::accumulate(contacts.begin(), contacts.end(), 0,
+                         [](int sum, const SupportConfig& c) { return sum + c.holds(); });
+}
+
+bool SupportsConfig::fixed() const {
+  return std::all_of(contacts.begin(), contacts.end(), [](const SupportConfig& c) {
+    return c.place != SupportConfig::Place::random && (!c.force || c.force->low == c.force->high);
+  });
+}
+
+bool SupportsConfig::pooled() const {
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [](const SupportConfig& c) { return c.pool > 0; });
+}
+
+SupportsConfig read_supports(core::ConfigNode& node) {
+  SupportsConfig config;
+  config.full = node.choice("coupling", {"diagonal", "full"}, "diagonal") == "full";
+  for (core::ConfigNode& entry : node.children("contacts")) {
+    config.contacts.push_back(read_support(entry));
+  }
+  if (config.contacts.empty()) {
+    node.fail("contacts", "supports need at least one contact",
+              "leave supports out for a body in free flight");
+  }
+  return config;
+}
+
+}  // namespace carillon::scene

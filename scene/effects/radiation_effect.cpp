@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include "scene/effects/detail/list.hpp"
+#include "scene/effects/detail/radiation_model.hpp"
+#include "scene/scene.hpp"
+#include "synth/radiation/fit_cache.hpp"
+#include "synth/radiation/rayleigh_integral.hpp"
+
+namespace carillon::scene {
+
+namespace {
+
+struct RadiationConfig {
+  std::string model;
+  std::string doubtful;
+  bool damping = true;  ///< what is radiated is lost to the body
+  synth::radiation::EquivalentSourcesOptions sources;
+};
+
+/// What a body's fit came to, recorded with each of its sounds.
+struct FitFindings {
+  double largest_residual = 0;
+  double largest_decay_rate = 0;  ///< by radiation, of a mode [1/s]
+  std::int64_t doubtful_modes = 0;
+};
+
+/// Estimated seconds for the fit of one body (docs/sound/radiation.md).
+constexpr double kSecondsPerFit = 2;
+
+FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& cache,
+                    RingingBody& body) {
+  FitFindings findings;
+  synth::radiation::EquivalentSources fit =
+      synth::radiation::cached_equivalent_sources(*body.modes, config.sources, cache);
+  for (std::size_t mode = 0; mode < fit.residuals.size(); ++mode) {
+    findings.largest_residual = std::max(findings.largest_residual, fit.residuals[mode]);
+    if (fit.residuals[mode] <= synth::radiation::kResidualLimit) continue;
+    ++findings.doubtful_modes;
+    if (config.doubtful == "drop") {
+      fit.amplitudes.col(static_cast<Eigen::Index>(mode)).setZero();
+    }
+  }
+  if (findings.doubtful_modes > 0) {
+    const std::string message = fmt::format(
+        "{}: equivalent sources leave more than {:.0f} % of the normal velocity of {} of {} modes "
+        "(worst {:.0f} %)",
+        body.id, 100 * synth::radiation::kResidualLimit, findings.doubtful_modes,
+        fit.residuals.size(), 100 * findings.largest_residual);
+    if (config.doubtful == "stop") {
+      throw core::InputError(message, "raise radiation.most_sources or lower modes.max_frequency");
+    }
+    spdlog::warn("{}: {}", message, config.doubtful == "drop" ? "silenced" : "used as they are");
+  }
+  for (std::size_t mode = 0; config.damping && mode < fit.decay_rates.size(); ++mode) {
+    findings.largest_decay_rate = std::max(findings.largest_decay_rate, fit.decay_rates[mode]);
+    body.decay_rates[mode] += fit.decay_rates[mode];
+  }
+  body.field = std::make_shared<const synth::radiation::SourceField>(std::move(fit));
+  body.pressure = synth::radiation::pressure_readout(body.field->pressure_at(body.listeners),
+                                                     *body.modes, body.decay_rates);
+  return findings;
+}
+
+EffectParts start(const RadiationConfig& config, const std::filesystem::path& cache) {
+  EffectParts parts;
+  if (config.model == "monopole") {
+    parts.body = [](RingingBody& body) {
+      body.pressure = synth::modal::monopole(*body.modes, body.listeners);
+    };
+  } else if (config.model == "rayleigh_integral") {
+    parts.body = [](RingingBody& body) {
+      body.pressure = synth::radiation::pressure_readout(
+          synth::radiation::rayleigh_pressure(*body.modes, body.listeners), *body.modes,
+          body.decay_rates);
+    };
+  } else {
+    const auto found = std::make_shared<std::map<std::string, FitFindings>>();
+    const std::filesystem::path folder = cache.empty() ? cache : cache / "radiation";
+    parts.body = [=](RingingBody& body) { (*found)[body.id] = radiate(config, folder, body); };
+    parts.rings = [=](Sound& sound) {
+      if (sound.record == nullptr) return;
+      const FitFindings& findings = found->at(sound.body->id);
+      sound.record->add("radiation_residual", findings.largest_residual, "1");
+      sound.record->add("radiation_doubtful_modes", findings.doubtful_modes, "1");
+      sound.record->add("radiation_decay_rate", findings.largest_decay_rate, "1/s");
+    };
+  }
+  return parts;
+}
+
+SceneEffect read(core::ConfigNode& root, const Scene& scene) {
+  core::ConfigNode node = root.child("radiation");
+  RadiationConfig config;
+  config.model = read_radiation_model(node);
+  if (config.model == "equivalent_sources") {
+    config.damping = node.flag("damping", true);
+    config.doubtful = node.choice("doubtful", {"keep", "drop", "stop"}, "keep");
+    config.sources.per_wavelength = static_cast<double>(node.integer("per_wavelength", 1, 100, 4));
+    config.sources.least = static_cast<int>(node.integer("least_sources", 10, 5000, 200));
+    config.sources.most = static_cast<int>(node.integer("most_sources", config.sources.least, 5000,
+                                                        std::max(400, config.sources.least)));
+  }
+  SceneEffect effect;
+  if (scene.listeners.empty()) {
+    effect.reason_off = "no listener: the dry signal is the velocity of the struck point";
+  } else if (config.model == "off") {
+    effect.reason_off = "radiation.model: off (" + node.where("model") + ")";
+  } else {
+    effect.asked_by = "listeners: (" + root.where("listeners") + ")";
+  }
+  // A fit serves all sounds and listeners of its body.
+  if (config.model == "equivalent_sources") effect.seconds_per_body = kSecondsPerFit;
+  effect.start = [config](const std::filesystem::path& cache) { return start(config, cache); };
+  return effect;
+}
+
+}  // namespace
+
+const Effect radiation_effect = {.name = "radiation",
+                                 .description = "sound pressure at listeners",
+                                 .key = "radiation",
+                                 .stage = "body",
+                                 .read = read};
+
+}  // namespace carillon::scene

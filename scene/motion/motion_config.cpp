@@ -1,0 +1,305 @@
+#include "scene/motion/motion_config.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "scene/motion/detail/texture_config.hpp"
+#include "synth/support/supports.hpp"
+
+namespace carillon::scene::motion {
+
+using core::at_key;
+using core::ConfigNode;
+using core::Dimension;
+using core::Range;
+
+namespace {
+
+constexpr std::size_t kMostInMasks = 255;  ///< bodies of a picture (render::Scene)
+
+Ranges3 three(ConfigNode& node, const std::string& key, Dimension dimension) {
+  Ranges3 values{};
+  if (!node.has(key)) return values;
+  const std::vector<Range> read = node.ranges(key, dimension, 3);
+  std::copy(read.begin(), read.end(), values.begin());
+  return values;
+}
+
+std::array<double, 3> point(ConfigNode& node, const std::string& key) {
+  const std::vector<double> p =
+      node.quantities(key, Dimension::length, 3, std::vector<double>{0, 0, 0});
+  return {p[0], p[1], p[2]};
+}
+
+SurfaceConfig read_surface(ConfigNode& node) {
+  SurfaceConfig surface;
+  surface.friction = node.not_negative("friction", Dimension::none, surface.friction);
+  surface.rolling_friction = node.not_negative("rolling_friction", Dimension::length, 0);
+  surface.restitution = node.quantity("restitution", Dimension::none, surface.restitution);
+  if (!(surface.restitution >= 0 && surface.restitution <= 1)) {
+    node.fail("restitution", "lies between 0 (no rebound) and 1 (nothing lost)");
+  }
+  return surface;
+}
+
+const CastObject& find_object(const ConfigNode& node, const std::string& name,
+                              const std::vector<CastObject>& objects) {
+  std::vector<std::string> names;
+  for (const CastObject& object : objects) {
+    if (object.name == name) return object;
+    names.push_back(object.name);
+  }
+  const std::string near = core::nearest_name(name, names);
+  node.fail("object", fmt::format("no entry of objects is named \"{}\"", name),
+            near.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
+                         : fmt::format("did you mean \"{}\"?", near));
+}
+
+/// Of one entry of `bodies`; `repeat` gives the further ones.
+CastBody read_body(ConfigNode& node, const std::string& file_name,
+                   const std::vector<CastObject>& objects) {
+  CastBody body;
+  body.object = node.text("object");
+  const CastObject& object = find_object(node, body.object, objects);
+  body.name = node.text("name", body.object);
+  body.materials = node.texts("material", object.materials);
+  for (const std::string& material : body.materials) {
+    if (std::find(object.materials.begin(), object.materials.end(), material) ==
+        object.materials.end()) {
+      node.fail("material",
+                fmt::format("the object \"{}\" is not made of {}", object.name, material),
+                object.materials.empty()
+                    ? std::string("its physical groups have their materials: leave this out")
+                    : fmt::format("its materials are {}", fmt::join(object.materials, ", ")));
+    }
+  }
+  body.size = node.quantity("size", Dimension::none, object.sizes.front());
+  if (std::find(object.sizes.begin(), object.sizes.end(), body.size) == object.sizes.end()) {
+    node.fail("size", fmt::format("the object \"{}\" has no size {}", object.name, body.size),
+              fmt::format("its sizes are {}", fmt::join(object.sizes, ", ")));
+  }
+  body.fixed = node.flag("fixed", false);
+  body.release = node.range("release", Dimension::time, Range{0, 0});
+  if (!(body.release.low >= 0)) node.fail("release", "must not be negative");
+  body.one_hull = node.choice("collides_as", {"pieces", "hull"}, "pieces") == "hull";
+  body.at = three(node, "at", Dimension::length);
+  body.turn = three(node, "turn", Dimension::angle);
+  body.velocity = three(node, "velocity", Dimension::speed);
+  body.spin = three(node, "spin", Dimension::none);
+  const auto still = [](const Ranges3& ranges) { return ranges == Ranges3{}; };
+  if (body.fixed && !(still(body.velocity) && still(body.spin) && body.release == Range{})) {
+    node.fail(body.release == Range{} ? still(body.spin) ? "velocity" : "spin" : "release",
+              "has no meaning for a body that is fixed");
+  }
+  body.surface = read_surface(node);
+  body.edge_radius = node.positive("edge_radius", Dimension::length, body.edge_radius);
+  body.rests = node.text("rests", body.rests);
+  at_key(node, "rests", [&] { return synth::support::parse_support(body.rests); });
+  body.texture = read_texture(node, file_name, true);
+  return body;
+}
+
+void shift(Ranges3& ranges, const std::vector<double>& step, int times) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    ranges[k].low += times * step[k];
+    ranges[k].high += times * step[k];
+  }
+}
+
+void read_bodies(ConfigNode& node, const std::string& file_name,
+                 const std::vector<CastObject>& objects, MotionConfig& motion) {
+  std::size_t number = 0;
+  for (ConfigNode& entry : node.children("bodies")) {
+    CastBody first = read_body(entry, file_name, objects);
+    first.entry = number++;
+    int count = 1;
+    std::vector<double> step = {0, 0, 0}, turn = {0, 0, 0};
+    double later = 0;
+    if (entry.has("repeat")) {
+      ConfigNode repeat = entry.child("repeat");
+      count = static_cast<int>(repeat.integer("count", 1, 10000));
+      step = repeat.quantities("step", Dimension::length, 3, step);
+      turn = repeat.quantities("turn", Dimension::angle, 3, turn);
+      later = repeat.quantity("release", Dimension::time, 0);
+    }
+    for (int k = 0; k < count; ++k) {
+      CastBody body = first;
+      if (count > 1) body.name = fmt::format("{}-{:02}", first.name, k);
+      shift(body.at, step, k);
+      shift(body.turn, turn, k);
+      body.release.low += k * later;
+      body.release.high += k * later;
+      motion.bodies.push_back(std::move(body));
+    }
+  }
+  std::set<std::string> names;
+  for (const CastBody& body : motion.bodies) {
+    if (!names.insert(body.name).second) {
+      node.fail("bodies", fmt::format("two bodies are named \"{}\"", body.name),
+                "give one of them another `name:`");
+    }
+  }
+  if (motion.bodies.empty()) node.fail("bodies", "nothing moves", "name a body at the least");
+}
+
+void read_strings(ConfigNode& node, MotionConfig& motion) {
+  for (ConfigNode& entry : node.children("strings")) {
+    CastString string;
+    string.body = entry.text("body");
+    std::vector<std::string> names;
+    for (const CastBody& body : motion.bodies) names.push_back(body.name);
+    if (std::find(names.begin(), names.end(), string.body) == names.end()) {
+      const std::string near = core::nearest_name(string.body, names);
+      entry.fail("body", fmt::format("no body is named \"{}\"", string.body),
+                 near.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
+                              : fmt::format("did you mean \"{}\"?", near));
+    }
+    if (std::any_of(motion.bodies.begin(), motion.bodies.end(),
+                    [&](const CastBody& body) { return body.name == string.body && body.fixed; })) {
+      entry.fail("body", fmt::format("\"{}\" is fixed: nothing needs to hold it", string.body));
+    }
+    string.at = point(entry, "at");
+    const std::vector<double> anchor = entry.quantities("anchor", Dimension::length, 3);
+    std::copy(anchor.begin(), anchor.end(), string.anchor.begin());
+    string.length = entry.not_negative("length", Dimension::length, 0);
+    string.rests = entry.text("rests", string.rests);
+    at_key(entry, "rests", [&] { return synth::support::parse_support(string.rests); });
+    motion.strings.push_back(string);
+  }
+}
+
+synth::motion::LastingForceOptions read_contacts(ConfigNode node) {
+  using synth::motion::ContactExcitation;
+  synth::motion::LastingForceOptions contacts;
+  const std::string word = node.choice(
+      "excitation", {"height_profile", "texel_impulses", "solver_impulses"}, "height_profile");
+  contacts.excitation = word == "texel_impulses"    ? ContactExcitation::texel_impulses
+                        : word == "solver_impulses" ? ContactExcitation::solver_impulses
+                                                    : ContactExcitation::height_profile;
+  contacts.smoothing = node.not_negative("smoothing", Dimension::time, contacts.smoothing);
+  contacts.map = node.flag("map", contacts.map);
+  contacts.roughness = node.not_negative("roughness", Dimension::none, contacts.roughness);
+  contacts.exponent = node.quantity("exponent", Dimension::none, contacts.exponent);
+  contacts.longest = node.positive("longest", Dimension::length, contacts.longest);
+  if (!(contacts.exponent > 1 && contacts.exponent <= 5)) {
+    node.fail("exponent", "must lie above 1 and at most at 5");
+  }
+  return contacts;
+}
+
+MotionCamera read_camera(ConfigNode node) {
+  MotionCamera camera;
+  render::SceneCamera& view = camera.view;
+  view.width = static_cast<int>(node.integer("width", 1, 4096, 128));
+  view.height = static_cast<int>(node.integer("height", 1, 4096, 128));
+  const auto place = [&](const char* key, const Vec3& fallback) {
+    const std::vector<double> p = node.quantities(
+        key, Dimension::length, 3, std::vector<double>{fallback.x(), fallback.y(), fallback.z()});
+    return Vec3(p[0], p[1], p[2]);
+  };
+  view.eye = place("eye", view.eye);
+  view.target = place("target", view.target);
+  view.field_of_view = node.quantity("field_of_view", Dimension::angle, view.field_of_view);
+  const Vec3 way = view.target - view.eye;
+  if (!(way.norm() > 0)) node.fail("eye", "is where the target is");
+  if (!(way.head<2>().norm() > 1e-6 * way.norm())) {
+    node.fail("eye", "is straight above or below the target: the picture has no upper side",
+              "move it by a little");
+  }
+  if (!(view.field_of_view > 0 && view.field_of_view < 3.14)) {
+    node.fail("field_of_view", "must lie between 0 and 180 deg");
+  }
+  camera.rate = node.positive("rate", Dimension::frequency, camera.rate);
+  camera.depth = node.flag("depth", camera.depth);
+  camera.masks = node.flag("masks", camera.masks);
+  camera.movie = node.flag("movie", camera.movie);
+  return camera;
+}
+
+StylusConfig read_stylus(ConfigNode node, const MotionConfig& motion) {
+  StylusConfig stylus;
+  stylus.body = node.text("body");
+  const auto found = std::find_if(motion.bodies.begin(), motion.bodies.end(),
+                                  [&](const CastBody& body) { return body.name == stylus.body; });
+  if (found == motion.bodies.end() || !found->texture || !found->fixed) {
+    node.fail("body",
+              found == motion.bodies.end()
+                  ? fmt::format("no body is named \"{}\"", stylus.body)
+                  : fmt::format("\"{}\" is not fixed, or has no texture", stylus.body),
+              "name a body with `fixed: true` and a `texture:`");
+  }
+  for (ConfigNode& corner : node.children("path")) {
+    stylus.path.emplace_back(corner.range("u", Dimension::length),
+                             corner.range("v", Dimension::length));
+  }
+  if (stylus.path.size() < 2) node.fail("path", "has fewer than two corners");
+  stylus.speed = node.range("speed", Dimension::speed, stylus.speed);
+  if (!(stylus.speed.low > 0)) node.fail("speed", "must be positive");
+  synth::touch::Stylus& pen = stylus.stylus;
+  pen.mass = node.positive("mass", Dimension::mass, pen.mass);
+  pen.hold = node.positive("hold", Dimension::stiffness, pen.hold);
+  pen.hold_damping = node.not_negative("hold_damping", Dimension::resistance, pen.hold_damping);
+  pen.stiffness = node.positive("stiffness", Dimension::stiffness, pen.stiffness);
+  pen.damping = node.not_negative("damping", Dimension::resistance, pen.damping);
+  pen.largest_force = node.positive("largest_force", Dimension::force, pen.largest_force);
+  pen.radius = node.not_negative("radius", Dimension::length, pen.radius);
+  pen.press = node.not_negative("press", Dimension::force, pen.press);
+  pen.friction = node.not_negative("friction", Dimension::none, pen.friction);
+  return stylus;
+}
+
+GroundConfig read_ground(ConfigNode node, const std::string& file_name,
+                         const std::vector<synth::material::Material>& own_materials) {
+  GroundConfig ground;
+  ground.material = node.text("material", "wood");
+  at_key(node, "material",
+         [&] { return synth::material::parse_material(ground.material, own_materials); });
+  ground.size = node.positive("size", Dimension::length, ground.size);
+  ground.surface = read_surface(node);
+  ground.texture = read_texture(node, file_name, false);
+  return ground;
+}
+
+}  // namespace
+
+MotionConfig read_motion(ConfigNode node, const std::string& file_name,
+                         const std::vector<CastObject>& objects,
+                         const std::vector<synth::material::Material>& own_materials) {
+  MotionConfig motion;
+  motion.takes = static_cast<int>(node.integer("takes", 1, 1000000, 1));
+  motion.options.step = node.quantity("step", Dimension::time, 0.001);
+  if (!(motion.options.step >= 1e-5 && motion.options.step <= 0.02)) {
+    node.fail("step", "must lie between 10 us and 20 ms");
+  }
+  const std::vector<double> gravity =
+      node.quantities("gravity", Dimension::none, 3, std::vector<double>{0, 0, -9.80665});
+  motion.options.gravity = {gravity[0], gravity[1], gravity[2]};
+  motion.options.least_speed = node.not_negative("least_speed", Dimension::speed, 0.01);
+  motion.options.world_radius = node.positive("world_radius", Dimension::length, 50);
+  motion.state_rate = node.quantity("state_rate", Dimension::frequency, 100);
+  if (!(motion.state_rate > 0 && motion.state_rate * motion.options.step <= 1 + 1e-9)) {
+    node.fail("state_rate", "must be positive and at most one state a step");
+  }
+  motion.kept_strikes = static_cast<int>(node.integer("kept_strikes", 1, 100000, 256));
+  motion.hertz_pulses = node.choice("pulse", {"cosine", "hertz"}, "cosine") == "hertz";
+  motion.contacts = read_contacts(node.child("contacts"));
+  if (node.has("camera")) motion.camera = read_camera(node.child("camera"));
+  if (node.has("ground"))
+    motion.ground = read_ground(node.child("ground"), file_name, own_materials);
+  read_bodies(node, file_name, objects, motion);
+  read_strings(node, motion);
+  if (node.has("stylus")) motion.stylus = read_stylus(node.child("stylus"), motion);
+  const std::size_t pictured = motion.bodies.size() + (motion.stylus ? 1 : 0);
+  if (motion.camera && pictured > kMostInMasks) {
+    node.fail("camera",
+              fmt::format("{} bodies{}: pictures can tell {} apart", pictured,
+                          motion.stylus ? " with the stylus" : "", kMostInMasks),
+              "leave out the camera, or some bodies");
+  }
+  return motion;
+}
+
+}  // namespace carillon::scene::motion

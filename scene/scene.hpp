@@ -1,0 +1,95 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/audio.hpp"
+#include "core/config.hpp"
+#include "scene/effect.hpp"
+#include "synth/modal/ring_down.hpp"
+
+namespace carillon::scene {
+
+/// One strike that was given rather than drawn, in the body's coordinates at size 1.
+struct GivenStrike {
+  std::string shape;  ///< shape id; "" or "*": every shape
+  Vec3 position;
+  std::optional<Vec3> direction;
+  double impulse;       ///< [N s]
+  double contact_time;  ///< [s]
+};
+
+struct StrikeConfig {
+  int per_object = 8;              ///< strikes of each shape, the same points for all its variants
+  core::Range impulse;             ///< [N s], drawn uniformly in the logarithm
+  core::Range contact_time;        ///< [s], likewise
+  double spread = 0;               ///< [rad] largest angle between force and inward normal
+  std::vector<GivenStrike> given;  ///< from a CSV file; then nothing is drawn
+  std::string csv;                 ///< path of that file; "" for none
+};
+
+struct AudioConfig {
+  double sample_rate = 44100;  ///< [Hz]
+  double seconds = 1;
+  core::SampleFormat dtype = core::SampleFormat::float32;
+  double gain = 1;  ///< full scale per m/s (dry) or per Pa (listeners); recorded, never adapted
+  std::size_t samples() const;
+};
+
+/// What is struck how, where it is heard, and what happens to the sound on its way.
+struct Scene {
+  std::string file_name;  ///< of the configuration: paths in it are meant from where it lies
+  AudioConfig audio;
+  StrikeConfig strikes;
+  std::vector<synth::material::Material>
+      materials;                ///< every one that a body is made of; may be empty
+  std::string materials_place;  ///< as SceneSurroundings::materials_place
+  std::size_t parts = 1;        ///< as Sound::parts
+  std::vector<synth::modal::Listener> listeners;  ///< from the centre of the body's box
+  std::vector<EffectDecision> effects;            ///< every effect there is, on or off, in order
+
+  /// Of a sound: one per listener, or one of the dry signal.
+  std::size_t rows() const;
+  bool runs(std::string_view effect) const;
+  /// Why nothing hears pressure in air: no listener, or radiation is off; "" where something does.
+  /// For effects after radiation.
+  std::string unheard() const;
+  /// Of each body: drawn, or given ones.
+  std::size_t strikes_per_body() const;
+  /// Estimated seconds of one sound: modes ringing, the effects that are on, and the sound's share
+  /// of what they do once for its body.
+  double seconds_per_sound(int modes) const;
+  /// Estimated seconds of what effects do once for a shape, beside its sounds.
+  double seconds_per_shape() const;
+};
+
+/// What a scene needs to know of the rest of a configuration.
+struct SceneSurroundings {
+  std::vector<synth::material::Material> materials =
+      {};                            ///< of all bodies, where that is known already
+  std::string materials_place = {};  ///< what names them, "materials: (kitchen.yaml:6)"; may be ""
+  std::size_t parts = 1;             ///< as Sound::parts
+  bool with_files = true;  ///< faults of large files that effects read are looked for, too
+};
+
+/// Reads `audio`, `strikes`, `listeners`, `effects` and the keys of every effect.
+/// @param registry   the effects that there are
+/// @param around     what stands elsewhere in the configuration
+/// @throws ConfigError
+Scene read_scene(core::ConfigNode& root, const std::string& file_name,
+                 std::span<const Effect> registry = effects(),
+                 const SceneSurroundings& around = {});
+
+/// The word for an effect under `effects:`, `auto`, `on` or `off`; `true` and `false` are on and
+/// off.
+/// @throws ConfigError  another word
+std::string effect_switch(core::ConfigNode& switches, const std::string& name);
+
+/// `[].name, .enabled, .reason, .seconds_per_sound, .seconds_per_shape` of a scene's effects.
+/// @param modes  of a body, where the cost depends on them
+nlohmann::json describe_effects(const Scene& scene, int modes = 60);
+
+}  // namespace carillon::scene

@@ -1,0 +1,324 @@
+#include "solvers/eigen/pitch_error.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "solvers/eigen/detail/finer_correction.hpp"
+#include "solvers/eigen/detail/finer_space.hpp"
+#include "solvers/eigen/detail/rigid.hpp"
+
+namespace carillon::solvers::eigen {
+namespace {
+
+/// The next order misses an error of its own, a part of that of the solved order 1, 2, ...: 3 to 20
+/// % of it at most sizes, a third where a mode has hardly one element to a half wave; next to
+/// nothing where elements are of order 1.
+constexpr std::array<double, 4> saturation = {1.03, 1.15, 1.15, 1.15};
+/// Elements wider than a wall is thick resolve nothing of what happens along its edges, at whatever
+/// order: higher orders gain little of it, and miss so much more than they tell. That is a matter
+/// of the first cents of a change; what exceeds them comes from elsewhere.
+constexpr std::array<double, 4> missed_along_edges = {0, 0, 0.35, 1.45};
+constexpr double edge_cents = 3;
+/// Faceted or flattened surfaces raise or lower a pitch, elements too stiff raise it. Where the two
+/// cancel, this part of either is left of what their measurement misses.
+constexpr double uncancelled = 0.04;
+/// [cents] Below this the solvers' tolerances count.
+constexpr double smallest_error = 0.01;
+/// Modes treated at once: as many as memory allows, and enough for neighbours to be told apart.
+constexpr std::int64_t least_block = 8, largest_block = 128;
+/// Arrays as large as the fields that live at the same time.
+constexpr std::int64_t field_arrays = 9;
+
+/// Of a ratio of eigenvalues.
+double cents(double ratio) {
+  return 600 * std::log2(ratio);
+}
+
+/// What a mesh's solved order misses, by what the next order changes.
+class Saturation {
+ public:
+  explicit Saturation(const mesh::TetMesh& mesh)
+      : power_(saturation.at(static_cast<std::size_t>(mesh.order - 1))),
+        along_edges_(is_flat(mesh) ? missed_along_edges.at(static_cast<std::size_t>(mesh.order - 1))
+                                   : 0) {}
+
+  /// @param change  [cent], and so is the result
+  double missed(double change) const {
+    return power_ * change + along_edges_ * std::clamp(change, -edge_cents, edge_cents);
+  }
+
+ private:
+  double power_, along_edges_;
+};
+
+/// Takes rigid motions out of fields: shapes that are orthogonal to them on the solved order's
+/// curved elements are not quite so on the next order's.
+class RigidPart {
+ public:
+  RigidPart(const FinerSpace& space, const assembly::Scales& scales)
+      : component_(mesh::node_components(space.mesh())) {
+    const auto& nodes = space.mesh().nodes;
+    motions_.resize(6, 3 * static_cast<Eigen::Index>(nodes.size()));
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      const Vec3 arm = (nodes[n] - scales.origin) / scales.length;
+      motions_.middleCols<3>(column(n)) = rigid_motions_at(arm).transpose();
+    }
+    space.apply_mass(motions_, inert_);
+    const auto count = *std::max_element(component_.begin(), component_.end()) + 1;
+    gram_.assign(static_cast<std::size_t>(count), Eigen::MatrixXd::Zero(6, 6));
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      gram_[component(n)] +=
+          motions_.middleCols<3>(column(n)) * inert_.middleCols<3>(column(n)).transpose();
+    }
+  }
+
+  void remove_from(Fields& x) const {
+    std::vector<Eigen::MatrixXd> share(gram_.size(), Eigen::MatrixXd::Zero(6, x.rows()));
+    for (std::size_t n = 0; n < component_.size(); ++n) {
+      share[component(n)] +=
+          inert_.middleCols<3>(column(n)) * x.middleCols<3>(column(n)).transpose();
+    }
+    for (std::size_t c = 0; c < gram_.size(); ++c)
+      share[c] = gram_[c].ldlt().solve(share[c]).eval();
+    for (std::size_t n = 0; n < component_.size(); ++n) {
+      x.middleCols<3>(column(n)) -=
+          share[component(n)].transpose() * motions_.middleCols<3>(column(n));
+    }
+  }
+
+ private:
+  static Eigen::Index column(std::size_t node) { return 3 * static_cast<Eigen::Index>(node); }
+  std::size_t component(std::size_t node) const {
+    return static_cast<std::size_t>(component_[node]);
+  }
+
+  std::vector<std::int32_t> component_;
+  Fields motions_, inert_;
+  std::vector<Eigen::MatrixXd> gram_;  ///< of each component's motions
+};
+
+/// The quadratic forms of A and M on the fields x and their corrections d, and what they gain when
+/// the gaps of the next order's nodes close.
+struct Projected {
+  Eigen::MatrixXd a, m;
+  Eigen::Index fields = 0;
+  Eigen::MatrixXd a_gain, m_gain;  ///< empty where there is no gap
+};
+
+Projected project(const Fields& x, const Fields& ax, const Fields& mx, const Fields& d,
+                  const Fields& ad, const Fields& md) {
+  const auto n = x.rows();
+  Projected out{Eigen::MatrixXd(2 * n, 2 * n), Eigen::MatrixXd(2 * n, 2 * n), n, {}, {}};
+  const auto fill = [n, &x, &d](const Fields& px, const Fields& pd, Eigen::MatrixXd& form) {
+    form.topLeftCorner(n, n) = x * px.transpose();
+    form.bottomLeftCorner(n, n) = d * px.transpose();
+    form.topRightCorner(n, n) = form.bottomLeftCorner(n, n).transpose();
+    form.bottomRightCorner(n, n) = d * pd.transpose();
+    form = ((form + form.transpose()) / 2).eval();
+  };
+  fill(ax, ad, out.a);
+  fill(mx, md, out.m);
+  return out;
+}
+
+/// What the modes should be, by Rayleigh and Ritz's procedure.
+/// @param values  eigenvalues of the solved order, dimensionless
+/// @param shift   sigma
+TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
+                     const Saturation& saturated) {
+  const auto fields = form.fields;
+  const Eigen::VectorXd scale =
+      form.m.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+  form.a = scale.asDiagonal() * form.a * scale.asDiagonal();
+  form.m = scale.asDiagonal() * form.m * scale.asDiagonal();
+  const bool has_gaps = form.a_gain.size() > 0;
+  if (has_gaps) {
+    form.a_gain = scale.asDiagonal() * form.a_gain * scale.asDiagonal();
+    form.m_gain = scale.asDiagonal() * form.m_gain * scale.asDiagonal();
+  }
+  // Corrections that depend on the others but for rounding are left out.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> basis(form.m);
+  const auto kept = (basis.eigenvalues().array() > 1e-10).count();
+  const Eigen::MatrixXd whitened =
+      basis.eigenvectors().rightCols(kept) *
+      basis.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(whitened.transpose() * form.a *
+                                                            whitened);
+  // The given modes' successors lie nearest to their span; the others are remnants of corrections.
+  const Eigen::MatrixXd products = form.m.topRows(fields) * whitened * ritz.eigenvectors();
+  const Eigen::MatrixXd shares = form.m.topLeftCorner(fields, fields).ldlt().solve(products);
+  const Eigen::ArrayXd overlap = products.cwiseProduct(shares).colwise().sum().transpose();
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(kept));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&overlap](Eigen::Index i, Eigen::Index j) { return overlap[i] > overlap[j]; });
+  TrueModes out{{}, shares(Eigen::all, std::vector(order.begin(), order.begin() + fields))};
+  for (Eigen::Index k = 0; k < fields; ++k) {
+    const auto j = order[static_cast<std::size_t>(k)];
+    // Where this shape lay at the solved order, whatever mixture of modes it was there.
+    const Eigen::ArrayXd weight = shares.col(j).array().square().square();
+    const double before = (weight * values).sum() / weight.sum();
+    const double after = std::max(ritz.eigenvalues()[j] + shift, 0.0);
+    // The same field, not yet corrected, on the next order's geometry.
+    const Eigen::VectorXd corrected = whitened * ritz.eigenvectors().col(j);
+    const auto field = corrected.head(fields);
+    const double moved = field.dot(form.a.topLeftCorner(fields, fields) * field) /
+                             field.dot(form.m.topLeftCorner(fields, fields) * field) +
+                         shift;
+    // Not all that may be missed is missed: half of it tells best in which order modes come.
+    const double measured = cents(after / before);
+    double change = saturated.missed(measured), likely = (measured + change) / 2;
+    if (has_gaps) {
+      const double gain = corrected.dot(form.a_gain * corrected) -
+                          ritz.eigenvalues()[j] * corrected.dot(form.m_gain * corrected);
+      const double closed = cents(std::exp(std::clamp(gain / after, -1.0, 1.0)));
+      change += closed;
+      likely += closed;
+    }
+    out.modes.push_back({before, before * std::exp2(change / 600),
+                         uncancelled * std::abs(cents(moved / before)),
+                         before * std::exp2(likely / 600)});
+  }
+  return out;
+}
+
+class Estimator {
+ public:
+  Estimator(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
+            const assembly::System& system, const ShiftedSystem& shifted, const FinerSpace& space,
+            std::int64_t memory, MPI_Comm comm)
+      : shift_(shifted.shift),
+        saturation_(mesh),
+        space_(space),
+        comm_(comm),
+        correction_(mesh, regions, system, shifted, space, memory, comm),
+        rigid_(space, system.scales) {}
+
+  /// @param owned   modes, owned unknowns x modes
+  /// @param values  their eigenvalues, dimensionless, ascending
+  TrueModes true_modes_of(const Eigen::Ref<const Eigen::MatrixXd>& owned,
+                          const Eigen::ArrayXd& values) const {
+    Fields x = correction_.prolong(owned), ax, mx;
+    rigid_.remove_from(x);
+    space_.forces(x, ax, mx);
+    const Eigen::ArrayXd norm = dots(x, mx, comm_).sqrt();
+    for (auto* fields : {&x, &ax, &mx}) {
+      for (Eigen::Index j = 0; j < x.cols(); ++j) fields->col(j).array() /= norm;
+    }
+    // A (x + d) = theta M x, theta the Rayleigh quotient.
+    const Eigen::ArrayXd theta = dots(x, ax, comm_);
+    Fields right(x.rows(), x.cols());
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      right.col(j).array() = theta * mx.col(j).array() - ax.col(j).array();
+    }
+    Fields ad = right, md;
+    CorrectionGoal goal;
+    goal.negligible = (smallest_error * std::numbers::ln2 / 600) * values;
+    const Fields d = correction_.solve(right, goal);
+    ad -= right;
+    right.resize(0, 0);
+    space_.apply_mass(d, md);
+    auto form = project(x, ax, mx, d, ad, md);
+    if (space_.has_gaps()) {
+      Fields both(2 * x.rows(), x.cols());
+      both << x, d;
+      space_.close_gaps(both, form.a_gain, form.m_gain);
+    }
+    return true_modes(std::move(form), values, shift_, saturation_);
+  }
+
+ private:
+  double shift_;
+  Saturation saturation_;
+  const FinerSpace& space_;
+  MPI_Comm comm_;
+  FinerCorrection correction_;
+  RigidPart rigid_;
+};
+
+/// How many modes to treat at once: blocks of equal size within the bounds.
+Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memory) {
+  const auto by_mode = field_arrays * 24 * static_cast<std::int64_t>(nodes);
+  const auto most = std::clamp(memory / by_mode, least_block, largest_block);
+  const auto blocks = (modes + most - 1) / most;
+  return (modes + blocks - 1) / blocks;
+}
+
+}  // namespace
+
+std::int64_t least_estimate_bytes(const mesh::TetMesh& mesh, MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  const int next = mesh.order + 1;
+  const auto blocks = LocalSolves::bytes(mesh.element_count(), next);
+  const double nodes = static_cast<double>(mesh.nodes.size()) * std::pow(next / (next - 1.0), 3);
+  return blocks + ranks * least_block * field_arrays * static_cast<std::int64_t>(24 * nodes);
+}
+
+std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth) {
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  for (auto& mode : truth) {
+    if (!(mode.eigenvalue > 0)) mode.eigenvalue = unknown;
+    if (!(mode.likely > 0)) mode.likely = mode.eigenvalue;
+    if (!(mode.uncertainty >= 0)) mode.uncertainty = unknown;
+  }
+  std::sort(truth.begin(), truth.end(),
+            [](const TrueMode& a, const TrueMode& b) { return a.likely < b.likely; });
+  std::vector<double> out;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const double error = std::abs(cents(found[k] / truth[k].eigenvalue));
+    out.push_back(std::max({smallest_error, truth[k].uncertainty, error}));
+  }
+  return out;
+}
+
+TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
+                              const assembly::System& system, const SearchResult& found,
+                              std::span<const std::size_t> chosen,
+                              std::span<const double> eigenvalues, std::int64_t memory,
+                              MPI_Comm comm) {
+  const auto count = static_cast<Eigen::Index>(chosen.size());
+  TrueModes out{{}, Eigen::MatrixXd::Identity(count, count)};
+  for (const double value : eigenvalues) {
+    out.modes.push_back({value, std::numeric_limits<double>::infinity(), 0, 0});
+  }
+  if (chosen.empty()) return out;
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  // Half for a factor of the next order, a quarter for element matrices, a quarter for fields.
+  const auto for_factor = memory / 2, for_each = memory / ranks / 4;
+  const FinerSpace space(mesh, regions, system, found.shifted.shift, for_each, comm);
+  if (!space.is_sound()) return out;
+  const Estimator estimator(mesh, regions, system, found.shifted, space, for_factor, comm);
+  const double unit = system.scales.eigenvalue();
+  const auto block = block_size(count, space.mesh().nodes.size(), for_each);
+  for (Eigen::Index first = 0; first < count; first += block) {
+    const auto size = std::min(block, count - first);
+    Eigen::MatrixXd owned(found.pairs.vectors.rows(), size);
+    Eigen::ArrayXd values(size);
+    for (Eigen::Index k = 0; k < size; ++k) {
+      const auto mode = static_cast<std::size_t>(first + k);
+      owned.col(k) = found.pairs.vectors.col(static_cast<Eigen::Index>(chosen[mode]));
+      values[k] = eigenvalues[mode] / unit;
+    }
+    const auto truth = estimator.true_modes_of(owned, values);
+    out.shares.block(first, first, size, size) = truth.shares;
+    for (Eigen::Index k = 0; k < size; ++k) {
+      const auto& mode = truth.modes[static_cast<std::size_t>(k)];
+      out.modes[static_cast<std::size_t>(first + k)] = {unit * mode.found, unit * mode.eigenvalue,
+                                                        mode.uncertainty, unit * mode.likely};
+    }
+  }
+  MPI_Bcast(out.modes.data(), static_cast<int>(sizeof(TrueMode) * out.modes.size()), MPI_BYTE, 0,
+            comm);
+  MPI_Bcast(out.shares.data(), static_cast<int>(out.shares.size()), MPI_DOUBLE, 0, comm);
+  return out;
+}
+
+}  // namespace carillon::solvers::eigen

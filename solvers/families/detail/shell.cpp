@@ -1,0 +1,118 @@
+#include "solvers/families/detail/shell.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/families/extrude.hpp"
+#include "solvers/mesh/sizing.hpp"
+
+namespace carillon::solvers::families {
+namespace {
+
+/// Ends u of the cells that a segment is cut into: no longer than `cell`, shorter where it bends.
+std::vector<double> divide(const ProfileSegment& segment, double cell, double wall) {
+  constexpr int steps = 256;
+  std::vector<double> cumulated{0};
+  ProfilePoint before = segment.point(0);
+  for (int i = 1; i <= steps; ++i) {
+    const ProfilePoint now = segment.point(static_cast<double>(i) / steps);
+    const double chord = (now.at - before.at).norm();
+    const double cosine = std::clamp(now.tangent.dot(before.tangent), -1.0, 1.0);
+    const double angle = std::acos(cosine);
+    const double longest =
+        angle > 1e-7 ? std::min(cell, mesh::max_chord(chord / angle, wall)) : cell;
+    cumulated.push_back(cumulated.back() + chord / longest);
+    before = now;
+  }
+  const int count = std::max(1, static_cast<int>(std::ceil(cumulated.back() * (1 - 1e-9))));
+  std::vector<double> ends;
+  std::size_t at = 0;
+  for (int k = 1; k < count; ++k) {
+    const double goal = cumulated.back() * k / count;
+    while (cumulated[at + 1] < goal) ++at;
+    const double within = (goal - cumulated[at]) / (cumulated[at + 1] - cumulated[at]);
+    ends.push_back((static_cast<double>(at) + within) / steps);
+  }
+  ends.push_back(1);
+  return ends;
+}
+
+/// The disc whose radius is the profile's coordinate s, its circles at the profile's joints.
+DiscGrid plan(const Shell& shell, double cell) {
+  const auto& segments = shell.profile.segments();
+  const double radius = shell.profile.largest_radius();
+  const double around =
+      2 * std::numbers::pi * radius / std::min(cell, mesh::max_chord(radius, shell.thinnest));
+  const int around_by_four = std::max(3, static_cast<int>(std::ceil(around / 4 * (1 - 1e-9))));
+  const double flat = segments.front().length;
+  DiscGrid disc = flat_disc(4 * around_by_four, flat, cell);
+  double start = flat;
+  for (std::size_t i = 1; i < segments.size(); ++i) {
+    for (double u : divide(segments[i], cell, shell.thinnest))
+      disc.circles.push_back(start + u * segments[i].length);
+    start += segments[i].length;
+  }
+  return disc;
+}
+
+/// Point of the wall, t from one side to the other.
+Vec2 wall_point(const Shell& shell, double s, double t) {
+  const ProfilePoint middle = shell.profile.point(s);
+  const Vec2 normal(middle.tangent.y(), -middle.tangent.x());
+  return middle.at + (t - 0.5) * shell.wall(s) * normal;
+}
+
+}  // namespace
+
+void check_shell(const mesh::GeneratedShape& shape, const Shell& shell) {
+  require(shell.thickest <= 1.6 * shell.profile.tightest(), shape,
+          fmt::format("a wall of {:.4g} m is too thick for a profile that bends with a radius of "
+                      "{:.4g} m; it may be {:.4g} m",
+                      shell.thickest, shell.profile.tightest(), 1.6 * shell.profile.tightest()));
+}
+
+mesh::MeshResult mesh_shell(const Shell& shell, const mesh::MeshOptions& options) {
+  const auto count = [&](double cell) {
+    return 6 * plan(shell, cell).cells() * mesh::layers_through(shell.thickest, cell, options);
+  };
+  const double cell =
+      mesh::cell_size(options, shell.thickest,
+                      std::max(shell.profile.length(), 2 * shell.profile.largest_radius()), count);
+  const int layers = mesh::layers_through(shell.thickest, cell, options);
+  return finish(extrude(disc_grid(plan(shell, cell)), layers, options.order,
+                        [&shell](const Vec2& p, double t) {
+                          const double s = p.norm();
+                          const Vec2 at = wall_point(shell, s, t);
+                          const Vec2 spoke = s > 0 ? Vec2(p / s) : Vec2(Vec2::Zero());
+                          return Vec3(at.x() * spoke.x(), at.x() * spoke.y(), at.y());
+                        }));
+}
+
+mesh::Meridian shell_meridian(const Shell& shell) {
+  std::vector<double> joints = shell.wall_joints;
+  double length = 0;
+  for (const auto& segment : shell.profile.segments()) joints.push_back(length += segment.length);
+  joints.insert(joints.end(), {0, mesh::with_edge_layers(length, shell.wall(length)).rbegin()[1]});
+  std::sort(joints.begin(), joints.end());
+  // Joints that nearly coincide would make slivers of blocks.
+  const double least = 0.2 * shell.thinnest;
+  joints.erase(std::unique(joints.begin(), joints.end(),
+                           [least](double a, double b) { return b - a < least; }),
+               joints.end());
+  joints.back() = length;
+  mesh::Meridian out;
+  for (std::size_t i = 0; i + 1 < joints.size(); ++i) {
+    const int corner = 2 * static_cast<int>(i);
+    const double from = joints[i], to = joints[i + 1];
+    out.blocks.push_back(
+        {{corner, corner + 2, corner + 3, corner + 1}, [shell, from, to](double u, double v) {
+           return wall_point(shell, (1 - u) * from + u * to, v);
+         }});
+  }
+  return out;
+}
+
+}  // namespace carillon::solvers::families

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solvers/mesh/meridian.hpp"
+#include "solvers/mesh/shape_source.hpp"
+
+namespace carillon::solvers::families {
+
+/// One parameter of a family: name, default range and what it means.
+struct FamilyParameter {
+  std::string name;
+  double low;  ///< default range of a household object, SI
+  double high;
+  std::string meaning;
+};
+
+/// A family of generated bodies with true wall thickness.
+struct Family {
+  std::string name;
+  std::string description;
+  std::vector<FamilyParameter> parameters;
+  /// Throws InputError when parameters contradict each other (wall thicker than the radius ...).
+  void (*check)(const mesh::GeneratedShape& shape);
+  /// Tetrahedra of the body at an order, boundary nodes on the true surface. Null: Gmsh makes them,
+  /// see mesh_family().
+  mesh::MeshResult (*mesh)(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
+  /// Section of a body of revolution about z (checks the shape first); null for other bodies.
+  mesh::Meridian (*meridian)(const mesh::GeneratedShape& shape) = nullptr;
+};
+
+/// All families: bar, block, tile, disc, cylinder, tube, ring, plate (dinner plate), bowl, cup,
+/// vase, bell, box, can, bauble, sphere, pebble, wrench, turned.
+std::span<const Family> families();
+/// @throws InputError  unknown; names the nearest
+const Family& find_family(const std::string& name);
+
+/// Tetrahedra of a shape of any family; in carillon_mesher.
+mesh::MeshResult mesh_family(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
+
+/// Profile of the first path of an SVG file as a closed polygon (radius, height): x is the radius,
+/// y (which points down in SVG) becomes height; scaled so that the tallest side is `height` [m].
+/// @throws InputError  no path, points left of the axis, or the outline crosses itself
+std::vector<std::array<double, 2>> profile_from_svg(const std::string& path, double height);
+
+}  // namespace carillon::solvers::families

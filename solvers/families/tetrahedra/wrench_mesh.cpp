@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+#include <gmsh.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+
+#include "solvers/families/extrude.hpp"
+#include "solvers/families/family.hpp"
+#include "solvers/mesh/sizing.hpp"
+#include "solvers/mesh/tetrahedra/delaunay.hpp"
+
+namespace carillon::solvers::families {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// A piece of an outline: a line, or an arc about a centre (turning left when angle > 0).
+struct OutlinePiece {
+  Vec2 from, to;
+  std::optional<Vec2> centre;
+  double angle = 0;  ///< [rad], signed
+
+  double length() const {
+    return centre ? std::abs(angle) * (from - *centre).norm() : (to - from).norm();
+  }
+  Vec2 point(double u) const {
+    if (!centre) return (1 - u) * from + u * to;
+    return *centre + Eigen::Rotation2Dd(u * angle) * (from - *centre);
+  }
+  /// The u of a point of the piece.
+  double coordinate(const Vec2& p) const {
+    if (!centre) return (p - from).dot(to - from) / (to - from).squaredNorm();
+    const Vec2 a = from - *centre, b = p - *centre;
+    return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)) / angle;
+  }
+};
+
+void add_line(std::vector<OutlinePiece>& outline, const Vec2& to) {
+  const Vec2 from = outline.back().to;
+  outline.push_back({from, to, {}, 0});
+}
+
+/// Arc on from the last piece; cut into parts of less than half a turn, as Gmsh wants them.
+void add_arc(std::vector<OutlinePiece>& outline, const Vec2& centre, double angle) {
+  const Vec2 first = outline.back().to;
+  const int parts = std::max(1, static_cast<int>(std::ceil(std::abs(angle) / (0.6 * pi))));
+  for (int k = 0; k < parts; ++k) {
+    const auto at = [&](int i) -> Vec2 {
+      return centre + Eigen::Rotation2Dd(angle * i / parts) * (first - centre);
+    };
+    outline.push_back({at(k), at(k + 1), centre, angle / parts});
+  }
+}
+
+/// Outline, counter-clockwise: a round head about the origin with a jaw slot that opens to +x and
+/// ends in a half circle, fillets where the handle meets the head, a handle along -x with a
+/// round end.
+std::vector<OutlinePiece> wrench_outline(const mesh::GeneratedShape& shape) {
+  const double head = parameter(shape, "head_radius");
+  const double jaw = parameter(shape, "jaw_width") / 2;
+  const double handle = parameter(shape, "handle_width") / 2;
+  const double end = parameter(shape, "length") - head - handle;  // centre of the round end
+  const double fillet = 0.5 * head;
+  const Vec2 fillet_centre(-std::sqrt(std::pow(head + fillet, 2) - std::pow(handle + fillet, 2)),
+                           handle + fillet);
+  const Vec2 touch = fillet_centre * head / (head + fillet);  // where fillet and head meet
+  const Vec2 tip(std::sqrt(head * head - jaw * jaw), jaw);
+  const auto angle_of = [](const Vec2& p) { return std::atan2(p.y(), p.x()); };
+  const double head_angle = angle_of(touch) - angle_of(tip);
+  const double fillet_angle = -(angle_of(-touch) + pi / 2);
+
+  std::vector<OutlinePiece> outline;
+  outline.push_back({Vec2(0, jaw), tip, {}, 0});
+  add_arc(outline, Vec2::Zero(), head_angle);
+  add_arc(outline, fillet_centre, -std::abs(fillet_angle));
+  add_line(outline, {-end, handle});
+  add_arc(outline, Vec2(-end, 0), pi);
+  const Vec2 lower_centre(fillet_centre.x(), -fillet_centre.y());
+  add_line(outline, {fillet_centre.x(), -handle});
+  add_arc(outline, lower_centre, -std::abs(fillet_angle));
+  add_arc(outline, Vec2::Zero(), head_angle);
+  add_line(outline, {0, -jaw});
+  add_arc(outline, Vec2::Zero(), -pi);
+  outline.back().to = outline.front().from;
+  return outline;
+}
+
+/// Signed area inside the outline.
+double enclosed_area(const std::vector<OutlinePiece>& outline) {
+  double twice = 0;
+  for (const auto& piece : outline) {
+    twice += piece.from.x() * piece.to.y() - piece.from.y() * piece.to.x();
+    if (piece.centre)
+      twice += (piece.from - *piece.centre).squaredNorm() * (piece.angle - std::sin(piece.angle));
+  }
+  return twice / 2;
+}
+
+/// Triangles of the region with edges of about `cell`, curved edges by the pieces' formulas.
+PlanarGrid triangulate(const std::vector<OutlinePiece>& outline, double cell) {
+  PlanarGrid grid;
+  std::vector<Vec2> points;
+  std::map<std::pair<std::int32_t, std::int32_t>, std::size_t> piece_of_edge;
+  mesh::tetrahedra::with_gmsh("triangles of an outline", [&] {
+    mesh::tetrahedra::GmshModel model;
+    std::vector<int> corners, curves;
+    for (const auto& piece : outline)
+      corners.push_back(gmsh::model::geo::addPoint(piece.from.x(), piece.from.y(), 0, cell));
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const auto& piece = outline[i];
+      const int a = corners[i], b = corners[(i + 1) % corners.size()];
+      if (piece.centre)
+        curves.push_back(gmsh::model::geo::addCircleArc(
+            a, gmsh::model::geo::addPoint(piece.centre->x(), piece.centre->y(), 0, cell), b));
+      else
+        curves.push_back(gmsh::model::geo::addLine(a, b));
+    }
+    const int surface = gmsh::model::geo::addPlaneSurface({gmsh::model::geo::addCurveLoop(curves)});
+    gmsh::model::geo::synchronize();
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const int bends = static_cast<int>(
+          std::ceil(std::abs(outline[i].angle) / mesh::max_element_angle * (1 - 1e-9)));
+      gmsh::model::mesh::setTransfiniteCurve(
+          curves[i], 1 + std::max(bends, mesh::cells_along(outline[i].length(), cell)));
+    }
+    gmsh::option::setNumber("Mesh.Algorithm", 6);  // frontal Delaunay
+    gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 1);
+    gmsh::option::setNumber("Mesh.MeshSizeFromPoints", 1);
+    gmsh::model::mesh::generate(2);
+
+    std::map<std::size_t, std::int32_t> number;
+    const auto vertex = [&](std::size_t tag) {
+      const auto [entry, is_new] =
+          number.try_emplace(tag, static_cast<std::int32_t>(points.size()));
+      if (is_new) {
+        std::vector<double> at, parametric;
+        gmsh::model::mesh::getNode(tag, at, parametric);
+        points.emplace_back(at[0], at[1]);
+      }
+      return entry->second;
+    };
+    // Fresh vectors for each call: Gmsh leaves those that are not empty as they are.
+    const auto nodes_of = [](int type, int entity) {
+      std::vector<std::size_t> elements, nodes;
+      gmsh::model::mesh::getElementsByType(type, elements, nodes, entity);
+      return nodes;
+    };
+    const auto corner_nodes = nodes_of(2, surface);
+    for (std::size_t n = 0; n < corner_nodes.size(); n += 3)
+      grid.triangles.push_back(
+          {vertex(corner_nodes[n]), vertex(corner_nodes[n + 1]), vertex(corner_nodes[n + 2])});
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const auto edge_nodes = nodes_of(1, curves[i]);
+      for (std::size_t n = 0; n < edge_nodes.size(); n += 2)
+        piece_of_edge[std::minmax(vertex(edge_nodes[n]), vertex(edge_nodes[n + 1]))] = i;
+    }
+  });
+  grid.vertices = static_cast<std::int32_t>(points.size());
+
+  // Gmsh's arcs are right to its tolerance; ours to rounding.
+  for (const auto& [edge, piece] : piece_of_edge)
+    for (std::int32_t v : {edge.first, edge.second}) {
+      auto& p = points[static_cast<std::size_t>(v)];
+      p = outline[piece].point(std::clamp(outline[piece].coordinate(p), 0.0, 1.0));
+    }
+  const auto triangles = grid.triangles;
+  grid.point = [=](std::size_t t, const Eigen::Vector3d& b) -> Vec2 {
+    const auto& corner = triangles[t];
+    const auto at = [&](std::size_t i) { return points[static_cast<std::size_t>(corner[i])]; };
+    Vec2 p = b[0] * at(0) + b[1] * at(1) + b[2] * at(2);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t j = (i + 1) % 3;
+      const auto found = piece_of_edge.find(std::minmax(corner[i], corner[j]));
+      if (found == piece_of_edge.end() || !outline[found->second].centre) continue;
+      const double bi = b[static_cast<Eigen::Index>(i)], bj = b[static_cast<Eigen::Index>(j)];
+      if (bi <= 0 || bj <= 0) continue;
+      // Arc minus chord along the edge, faded out towards the opposite corner (Szabo, Babuska).
+      const auto& piece = outline[found->second];
+      const double t_edge = 0.5 * (1 + bj - bi);
+      const double u = (1 - t_edge) * piece.coordinate(at(i)) + t_edge * piece.coordinate(at(j));
+      const Vec2 bow = piece.point(u) - ((1 - t_edge) * at(i) + t_edge * at(j));
+      p += bi * bj / (t_edge * (1 - t_edge)) * bow;
+    }
+    return p;
+  };
+  return grid;
+}
+
+}  // namespace
+
+mesh::MeshResult mesh_wrench(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
+  find_family("wrench").check(shape);
+  const auto outline = wrench_outline(shape);
+  const double thickness = parameter(shape, "thickness");
+  double perimeter = 0;
+  for (const auto& piece : outline) perimeter += piece.length();
+  // Equilateral triangles of the area, and those the outline adds.
+  const auto count = [&](double cell) {
+    const double triangles = 2.31 * enclosed_area(outline) / (cell * cell) + perimeter / cell + 40;
+    return static_cast<std::int64_t>(3 * triangles) *
+           mesh::layers_through(thickness, cell, options);
+  };
+  const double cell = mesh::cell_size(options, thickness, parameter(shape, "length"), count);
+  return finish(extrude(
+      triangulate(outline, cell), mesh::layers_through(thickness, cell, options), options.order,
+      [thickness](const Vec2& p, double t) { return Vec3(p.x(), p.y(), t * thickness); }));
+}
+
+}  // namespace carillon::solvers::families

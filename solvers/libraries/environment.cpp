@@ -1,0 +1,88 @@
+#include "solvers/libraries/environment.hpp"
+
+#include <fmt/core.h>
+#include <mpi.h>
+#include <slepcsys.h>
+#include <spdlog/spdlog.h>
+
+#include <sstream>
+
+#include "core/error.hpp"
+#include "solvers/libraries/detail/blas_library.hpp"
+
+// Of the run-time library that SuiteSparse runs on, whose header need not be this compiler's.
+extern "C" void omp_set_max_active_levels(int levels);
+
+namespace carillon::solvers::libraries {
+namespace {
+
+/// What PETSc said about the error that is on its way up. PETSc itself is one per process and
+/// used from one thread, so this is too.
+std::string& pending_message() {
+  static std::string message;
+  return message;
+}
+
+PetscErrorCode collect(MPI_Comm, int, const char* function, const char*, PetscErrorCode code,
+                       PetscErrorType type, const char* message, void*) {
+  if (type == PETSC_ERROR_INITIAL) {
+    pending_message() = fmt::format("{} (in {})", message ? message : "", function ? function : "");
+  }
+  return code;
+}
+
+}  // namespace
+
+SolverEnvironment::SolverEnvironment() {
+  // Its supernodal code asks for four threads whatever OMP_NUM_THREADS says; with no active level
+  // allowed every parallel region of this thread runs alone.
+  omp_set_max_active_levels(0);
+  int count = 3;
+  static char program[] = "carillon", no_file[] = "-skip_petscrc",
+              no_signals[] = "-no_signal_handler";
+  static char* arguments[] = {program, no_file, no_signals, nullptr};
+  char** pointer = arguments;
+  check(SlepcInitialize(&count, &pointer, nullptr, nullptr));
+  check(PetscPushErrorHandler(collect, nullptr));
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (const auto complaint = blas_complaint(); rank == 0 && !complaint.empty()) {
+    spdlog::warn("{}", complaint);
+  }
+}
+
+SolverEnvironment::~SolverEnvironment() {
+  PetscPopErrorHandler();
+  SlepcFinalize();
+}
+
+void check(int code) {
+  if (code == 0) return;
+  std::string text = std::move(pending_message());
+  pending_message().clear();
+  if (text.empty()) {
+    const char* general = nullptr;
+    PetscErrorMessage(static_cast<PetscErrorCode>(code), &general, nullptr);
+    text = fmt::format("error {}{}{}", code, general ? ": " : "", general ? general : "");
+  }
+  if (code == PETSC_ERR_MEM) throw core::MemoryError("out of memory: PETSc: " + text);
+  throw core::SolverError("PETSc: " + text);
+}
+
+ScopedOptions::ScopedOptions() {
+  static long made = 0;
+  prefix_ = fmt::format("carillon_{}_", ++made);
+}
+
+ScopedOptions::~ScopedOptions() {
+  std::istringstream names(names_);
+  for (std::string name; names >> name;) PetscOptionsClearValue(nullptr, name.c_str());
+}
+
+void ScopedOptions::set(const std::string& name, const std::string& value) {
+  const std::string full = "-" + prefix_ + name;
+  check(PetscOptionsSetValue(nullptr, full.c_str(), value.c_str()));
+  names_ += full + " ";
+}
+
+}  // namespace carillon::solvers::libraries

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+
+namespace carillon::solvers::libraries {
+
+/// Starts PETSc and SLEPc after MPI and ends them before it; one object of a program, made on every
+/// rank. No command line and no option file is read; signal handlers stay as they are; PETSc's
+/// errors print nothing and are collected for check(). CHOLMOD's own threads are switched off. A
+/// BLAS that is slow or has threads of its own is warned of once, by rank 0.
+/// @note Collective on MPI_COMM_WORLD.
+class SolverEnvironment {
+ public:
+  SolverEnvironment();
+  ~SolverEnvironment();
+  SolverEnvironment(const SolverEnvironment&) = delete;
+  SolverEnvironment& operator=(const SolverEnvironment&) = delete;
+};
+
+/// Turns a PETSc or SLEPc return code into an exception.
+/// @throws core::SolverError  with the library's message when `code` is not 0
+void check(int code);
+
+/// Options of the PETSc data base under one prefix that no other object has; removed at the end.
+class ScopedOptions {
+ public:
+  ScopedOptions();
+  ~ScopedOptions();
+  ScopedOptions(const ScopedOptions&) = delete;
+  ScopedOptions& operator=(const ScopedOptions&) = delete;
+
+  /// "carillon_17_"; the same on every rank that has made as many.
+  const std::string& prefix() const { return prefix_; }
+  /// @param name  without dash and prefix, e.g. "mat_mumps_icntl_13"
+  void set(const std::string& name, const std::string& value);
+
+ private:
+  std::string prefix_;
+  std::string names_;
+};
+
+}  // namespace carillon::solvers::libraries

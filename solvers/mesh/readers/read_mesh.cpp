@@ -1,0 +1,98 @@
+#include "solvers/mesh/readers/read_mesh.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "solvers/mesh/readers/detail/read_formats.hpp"
+
+namespace carillon::solvers::mesh::readers {
+namespace {
+
+/// Sizes that objects are allowed to have, and those that household objects usually have [m].
+constexpr double kSmallest = 1e-3;
+constexpr double kLargest = 10;
+constexpr double kUsualSmallest = 0.01;
+constexpr double kUsualLargest = 2;
+
+struct Unit {
+  const char* name;
+  double metres;
+};
+constexpr Unit kUnits[] = {{"millimetres", 1e-3},
+                           {"centimetres", 1e-2},
+                           {"inches", 0.0254},
+                           {"micrometres", 1e-6},
+                           {"kilometres", 1e3}};
+
+/// The first unit that makes the object a usual size, else an allowed one, else null.
+const Unit* likely_unit(double longest) {
+  for (const auto& [low, high] :
+       {std::pair(kUsualSmallest, kUsualLargest), std::pair(kSmallest, kLargest)}) {
+    for (const Unit& unit : kUnits) {
+      if (longest * unit.metres >= low && longest * unit.metres <= high) return &unit;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::string mesh_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+SurfaceMesh read_surface(const std::string& path) {
+  const std::string extension = mesh_extension(path);
+  PolygonMesh (*read)(const std::string&, std::string_view) = nullptr;
+  if (extension == ".obj") read = read_obj;
+  if (extension == ".off") read = read_off;
+  if (extension == ".ply") read = read_ply;
+  if (extension == ".stl") read = read_stl;
+  if (read == nullptr) {
+    throw core::InputError(
+        fmt::format("{}: unknown kind of mesh file \"{}\"", path, extension),
+        "surfaces are read from .obj, .off, .ply and .stl, tetrahedra from .msh");
+  }
+  const std::string bytes = core::read_file(path);
+  SurfaceMesh mesh = triangulate(read(path, bytes));
+  if (mesh.triangles.empty())
+    throw core::InputError(fmt::format("{}: the file has no faces", path));
+  return mesh;
+}
+
+double scale_to_metres(const Box& box, const MeshFile& file) {
+  const double longest = box.longest_side();
+  if (!std::isfinite(longest)) {
+    throw core::InputError(fmt::format("{}: the coordinates are too large to measure", file.path));
+  }
+  if (!(longest > 0)) {
+    throw core::InputError(fmt::format("{}: all vertices lie at one point", file.path));
+  }
+  const double length = file.length > 0 ? file.length : longest;
+  if (!file.any_size && (length < kSmallest || length > kLargest)) {
+    std::string hint = "any_size: true lets it pass";
+    const Unit* unit = file.length > 0 ? nullptr : likely_unit(longest);
+    if (unit != nullptr) {
+      hint = fmt::format("if the file is in {} say length: {:.6g} m; {}", unit->name,
+                         longest * unit->metres, hint);
+    } else if (!(file.length > 0)) {
+      hint = "length: 0.12 m sets the longest side; " + hint;
+    }
+    throw core::InputError(
+        fmt::format("{}: the longest side is {:.6g} m, outside 1 mm to 10 m", file.path, length),
+        hint);
+  }
+  return length / longest;
+}
+
+}  // namespace carillon::solvers::mesh::readers

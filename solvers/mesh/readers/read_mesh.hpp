@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "solvers/mesh/shape_source.hpp"
+
+namespace carillon::solvers::mesh::readers {
+
+/// Triangles of an OBJ, OFF, PLY or STL file (polygons are cut into triangles), as they stand in
+/// the file: no welding except for STL, whose format has no shared vertices.
+/// @throws InputError  malformed; names file and line (or byte), and what was expected
+/// @throws FileError   cannot be read
+SurfaceMesh read_surface(const std::string& path);
+
+/// Tetrahedra of a Gmsh MSH file, versions 2.2 and 4.1, ASCII or binary, order 1 to 4; physical
+/// groups become regions.
+/// @throws InputError  malformed, an element folded or without volume, or elements that meet but do
+///                     not share whole faces (a hanging node)
+/// @throws FileError   cannot be read
+TetMesh read_msh(const std::string& path);
+
+/// Ending of a file name in small letters, e.g. ".obj"; decides which reader is used.
+std::string mesh_extension(const std::string& path);
+
+/// Factor from file units to metres: `length` / longest side when given, else 1.
+/// @throws InputError  the body is outside 1 mm to 10 m and any_size is off; suggests the unit
+double scale_to_metres(const Box& box, const MeshFile& file);
+
+}  // namespace carillon::solvers::mesh::readers

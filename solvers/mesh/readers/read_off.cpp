@@ -1,0 +1,91 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "solvers/mesh/readers/detail/read_formats.hpp"
+#include "solvers/mesh/readers/detail/text_scanner.hpp"
+
+namespace carillon::solvers::mesh::readers {
+namespace {
+
+struct Counts {
+  std::int64_t vertices = 0;
+  std::int64_t faces = 0;
+};
+
+/// The header's keyword and counts: "OFF", a line feed, "8 6 12"; but also "OFF 8 6 12",
+/// ModelNet's "OFF8 6 12", a missing number of edges, and the variants with normals, colours or
+/// texture coordinates (ST, C, N before OFF), whose extra columns follow the coordinates.
+Counts read_header(TextScanner& scanner) {
+  if (!scanner.next_line()) scanner.fail("empty file; \"OFF\" expected");
+  std::string_view keyword = scanner.words()[0];
+  const std::size_t off = keyword.find("OFF");
+  const std::string_view prefix = keyword.substr(0, std::min(off, keyword.size()));
+  if (off == std::string_view::npos || prefix.find_first_not_of("STCN4n") != prefix.npos) {
+    scanner.fail("\"OFF\" expected at the beginning");
+  }
+  if (prefix.find('4') != prefix.npos || prefix.find('n') != prefix.npos) {
+    scanner.fail("OFF with four or n coordinates is not a surface in space");
+  }
+  std::vector<std::string_view> numbers;
+  if (off + 3 < keyword.size()) numbers.push_back(keyword.substr(off + 3));
+  numbers.insert(numbers.end(), scanner.words().begin() + 1, scanner.words().end());
+  if (!numbers.empty() && same_word(numbers[0], "BINARY")) {
+    scanner.fail("binary OFF is not read; save as text");
+  }
+  if (numbers.empty()) {
+    if (!scanner.next_line()) scanner.fail("numbers of vertices and faces expected");
+    numbers = scanner.words();
+  }
+  if (numbers.size() < 2) scanner.fail("numbers of vertices and faces expected");
+  const Counts counts{scanner.integer(numbers[0], "number of vertices"),
+                      scanner.integer(numbers[1], "number of faces")};
+  if (counts.vertices < 0 || counts.faces < 0) scanner.fail("negative number of vertices or faces");
+  if (counts.vertices > std::numeric_limits<std::int32_t>::max()) scanner.fail("too many vertices");
+  return counts;
+}
+
+}  // namespace
+
+PolygonMesh read_off(const std::string& path, std::string_view bytes) {
+  TextScanner scanner(path, bytes);
+  const Counts counts = read_header(scanner);
+  PolygonMesh mesh;
+  // A vertex takes six characters or more: what a wrong header claims is not reserved.
+  mesh.vertices.reserve(std::min(static_cast<std::size_t>(counts.vertices), bytes.size() / 6 + 1));
+  for (std::int64_t i = 0; i < counts.vertices; ++i) {
+    if (!scanner.next_line()) {
+      scanner.fail(fmt::format("the file ends after {} of {} vertices", i, counts.vertices));
+    }
+    const auto& words = scanner.words();
+    if (words.size() < 3) scanner.fail("a vertex needs three coordinates");
+    mesh.vertices.emplace_back(scanner.number(words[0], "x coordinate"),
+                               scanner.number(words[1], "y coordinate"),
+                               scanner.number(words[2], "z coordinate"));
+  }
+  for (std::int64_t i = 0; i < counts.faces; ++i) {
+    if (!scanner.next_line()) {
+      scanner.fail(fmt::format("the file ends after {} of {} faces", i, counts.faces));
+    }
+    const auto& words = scanner.words();
+    const std::int64_t corners = scanner.integer(words[0], "number of corners");
+    if (corners < 1 || corners > static_cast<std::int64_t>(words.size()) - 1) {
+      scanner.fail(
+          fmt::format("a face of {} corners, but {} numbers follow", corners, words.size() - 1));
+    }
+    for (std::int64_t k = 1; k <= corners; ++k) {
+      const std::int64_t index =
+          scanner.integer(words[static_cast<std::size_t>(k)], "vertex number of a face");
+      if (index < 0 || index >= counts.vertices) {
+        scanner.fail(fmt::format("a face refers to vertex {}, but they run from 0 to {}", index,
+                                 counts.vertices - 1));
+      }
+      mesh.corners.push_back(static_cast<std::int32_t>(index));
+    }
+    mesh.end_polygon();
+  }
+  return mesh;
+}
+
+}  // namespace carillon::solvers::mesh::readers

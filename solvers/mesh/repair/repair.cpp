@@ -1,0 +1,320 @@
+#include "solvers/mesh/repair/repair.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "core/error.hpp"
+#include "solvers/mesh/repair/detail/intersections.hpp"
+#include "solvers/mesh/repair/detail/pieces.hpp"
+#include "solvers/mesh/repair/detail/repair_steps.hpp"
+#include "solvers/mesh/repair/detail/surface_topology.hpp"
+
+namespace carillon::solvers::mesh::repair {
+namespace {
+
+/// Gaps of this share of the box diagonal are cracks between vertices meant to be one.
+constexpr double kCrack = 1e-6;
+/// More intersections than this inside one piece are no local fault.
+constexpr std::size_t kLocalPairs = 500;
+/// Change of volume that mending local intersections may cost.
+constexpr double kLocalVolumeChange = 0.02;
+/// Change of volume beyond which a wrap is another body.
+constexpr double kWrapVolumeChange = 0.2;
+/// Share of open edges from which triangles are a loose heap rather than a surface.
+constexpr double kLooseEdges = 0.25;
+/// A wrap with so much more area than the triangles has wrapped both of their sides.
+constexpr double kCoatArea = 1.5;
+/// Alpha of the wraps that are tried, in offsets: fine ones keep hollows, coarse ones close gaps.
+constexpr double kAlphas[] = {5, 10, 20};
+
+/// The state of one repair.
+struct Patient {
+  const MeshFile& file;
+  const Diagnosis& diagnosis;
+  RepairReport& report;
+  double diagonal = 0;
+  bool trusted = true;                       ///< most triangles agreed on their orientation
+  std::optional<double> volume_before = {};  ///< the input's, when it was closed
+  std::optional<double> volume = {};         ///< meant by the surface, once it is closed
+  bool overlapping = false;                  ///< pieces meet, so `volume` counts some space twice
+
+  void say(std::string action) const { report.actions.push_back(std::move(action)); }
+  void say(std::int64_t count, const char* format) const {
+    if (count > 0) say(fmt::format(fmt::runtime(format), count));
+  }
+};
+
+/// What is wrong, in words.
+std::string symptoms(const Diagnosis& d) {
+  std::vector<std::string> words;
+  const auto add = [&words](std::int64_t count, const char* what) {
+    if (count > 0) words.push_back(fmt::format("{} {}", count, what));
+  };
+  add(d.boundary_edges, "open edges");
+  add(d.nonmanifold_edges, "edges of more than two triangles");
+  add(d.nonmanifold_vertices, "vertices where surfaces only touch");
+  add(d.misoriented_edges, "edges whose triangles disagree on the outside");
+  add(d.degenerate_triangles, "triangles without area");
+  add(d.self_intersections, "intersecting pairs of triangles");
+  return words.empty() ? "nothing else is wrong with it"
+                       : fmt::format("{}", fmt::join(words, ", "));
+}
+
+[[noreturn]] void refuse(const Patient& patient, const std::string& reason,
+                         const std::string& hint) {
+  throw core::InputError(
+      fmt::format("{}: {} ({})", patient.file.path, reason, symptoms(patient.diagnosis)), hint);
+}
+
+const char* const kSheetHint =
+    "if it is meant as a sheet, say thickness: 0.003 m; otherwise close it in a modeller";
+
+struct OpenEdges {
+  std::int64_t open = 0, all = 0;
+};
+
+OpenEdges count_open(const SurfaceMesh& mesh) {
+  OpenEdges count;
+  for_each_edge(edge_uses(mesh.triangles), [&count](std::span<const EdgeUse> edge) {
+    ++count.all;
+    count.open += edge.size() == 1;
+  });
+  return count;
+}
+
+/// Every edge is walked as often forward as backward: closed bodies that share edges.
+bool bounds_a_sum(const std::vector<Triangle>& triangles) {
+  bool balanced = true;
+  for_each_edge(edge_uses(triangles), [&balanced](std::span<const EdgeUse> edge) {
+    const auto forward =
+        std::count_if(edge.begin(), edge.end(), [](const EdgeUse& use) { return use.forward; });
+    balanced = balanced && 2 * forward == static_cast<std::ptrdiff_t>(edge.size());
+  });
+  return balanced;
+}
+
+/// Steps that only drop or merge what is there twice or is nothing.
+void tidy(SurfaceMesh& mesh, Patient& patient) {
+  patient.say(weld(mesh), "merged {} vertices at the same place");
+  patient.say(drop_collapsed(mesh), "dropped {} triangles that name a vertex twice");
+  patient.say(drop_twins(mesh), "dropped {} double triangles");
+  if (count_open(mesh).open > 0) {
+    const std::int64_t merged = weld_borders(mesh, kCrack * patient.diagonal);
+    patient.say(merged, "closed cracks by merging {} vertices");
+    drop_collapsed(mesh);
+    drop_twins(mesh);
+  }
+  patient.say(drop_unreferenced(mesh), "dropped {} vertices without triangles");
+  const std::int64_t turned = orient_neighbours(mesh);
+  patient.say(turned, "turned {} triangles over");
+  patient.trusted = turned * 10 <= static_cast<std::int64_t>(mesh.triangles.size());
+}
+
+/// A result counts only when it is what was promised.
+std::optional<SurfaceMesh> verified(SurfaceMesh mesh) {
+  drop_unreferenced(mesh);
+  if (!diagnose(mesh).clean) return {};
+  return mesh;
+}
+
+/// Cuts, stitches, and fills what the cutting has opened.
+std::optional<SurfaceMesh> closed_manifold(const SurfaceMesh& mesh, Patient& patient) {
+  ManifoldChanges changes;
+  SurfaceMesh apart = mesh;
+  const bool cut = cut_apart(apart) > 0;
+  auto manifold = make_manifold(apart, changes);
+  if (!manifold) return {};
+  if (cut || changes.cut) patient.say("cut edges and vertices apart where surfaces only touch");
+  patient.say(changes.degenerate, "removed {} triangles without area");
+  const HoleLimits limits{patient.diagonal, area(*manifold), false};
+  const HoleCount holes = fill_holes(*manifold, limits);
+  patient.say(holes.filled, "filled {} holes left by cutting");
+  patient.say(drop_debris(*manifold), "dropped {} loose scraps");
+  if (manifold->triangles.empty() || !is_closed_and_oriented(manifold->triangles)) return {};
+  return manifold;
+}
+
+/// Mends intersections inside pieces; those between pieces are left to resolve_pieces().
+std::optional<SurfaceMesh> without_local_intersections(SurfaceMesh mesh, Patient& patient) {
+  const auto component = edge_components(mesh.triangles);
+  const auto pairs = intersecting_pairs(mesh, 100 * kLocalPairs);
+  std::vector<std::size_t> own_pairs(
+      1 + static_cast<std::size_t>(*std::max_element(component.begin(), component.end())));
+  for (const auto& [s, t] : pairs) {
+    if (component[s] == component[t]) ++own_pairs[static_cast<std::size_t>(component[s])];
+  }
+  if (std::none_of(own_pairs.begin(), own_pairs.end(), [](auto n) { return n > 0; })) return mesh;
+  auto pieces = split(mesh, component);
+  std::size_t mended = 0;
+  for (std::size_t c = 0; c < pieces.size(); ++c) {
+    if (own_pairs[c] == 0) continue;
+    if (own_pairs[c] > kLocalPairs) return {};
+    auto clean = remove_self_intersections(pieces[c]);
+    if (!clean || !is_closed_and_oriented(clean->triangles)) return {};
+    const double before = signed_volume(pieces[c]);
+    if (std::abs(signed_volume(*clean) - before) > kLocalVolumeChange * std::abs(before)) return {};
+    mended += own_pairs[c];
+    pieces[c] = std::move(*clean);
+  }
+  patient.say(fmt::format("mended {} intersecting pairs of triangles", mended));
+  return join(pieces);
+}
+
+/// The way without a wrap: closed pieces in, a body out.
+std::optional<SurfaceMesh> mend(const SurfaceMesh& mesh, Patient& patient) {
+  auto closed = closed_manifold(mesh, patient);
+  if (!closed) return {};
+  patient.overlapping = diagnose(*closed).touching_components > 0;
+  patient.volume = nested_volume(*closed);
+  auto local = without_local_intersections(std::move(*closed), patient);
+  if (!local) return {};
+  auto body = resolve_pieces(*local, patient.trusted, patient.report.actions);
+  if (!body) return {};
+  return verified(std::move(*body));
+}
+
+/// A sheet with the thickness that was asked for: offset if that works, else wrapped.
+SurfaceMesh thickened(const SurfaceMesh& sheet, Patient& patient) {
+  const double thickness = patient.file.thickness;
+  ManifoldChanges changes;
+  const auto said = patient.report.actions.size();
+  if (auto manifold = make_manifold(sheet, changes)) {
+    std::vector<SurfaceMesh> pieces = split(*manifold, edge_components(manifold->triangles));
+    for (SurfaceMesh& piece : pieces) {
+      if (!is_closed_and_oriented(piece.triangles)) piece = thicken(piece, thickness);
+    }
+    patient.say(fmt::format("gave open sheets a thickness of {:.6g} m", thickness));
+    if (auto body = resolve_pieces(join(pieces), patient.trusted, patient.report.actions)) {
+      if (auto good = verified(std::move(*body))) return std::move(*good);
+    }
+  }
+  patient.report.actions.resize(said);
+  const double alpha = std::max(thickness, 0.01 * patient.diagonal);
+  SurfaceMesh wrap = alpha_wrap(sheet, alpha, thickness / 2);
+  const double expected = area(sheet) * thickness;
+  const double volume = signed_volume(wrap);
+  auto good = verified(std::move(wrap));
+  if (!good || volume > 2 * expected) {
+    refuse(patient, fmt::format("the sheet cannot be given a thickness of {:.6g} m", thickness),
+           "a thickness that fits the sheet's folds and gaps helps, or a model with both sides");
+  }
+  patient.say(fmt::format("wrapped open sheets at half of the thickness of {:.6g} m", thickness));
+  return std::move(*good);
+}
+
+/// The last way: wrap the triangles and pull the wrap back onto them.
+SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
+  const OpenEdges edges = count_open(mesh);
+  if (static_cast<double>(edges.open) > kLooseEdges * static_cast<double>(edges.all)) {
+    refuse(patient,
+           fmt::format("the triangles are loose and bound no body: {} of {} edges are open",
+                       edges.open, edges.all),
+           "export the object as one connected surface");
+  }
+  const double offset = patient.file.wrap_tolerance * patient.diagonal;
+  const double given_area = area(mesh);
+  double change = 0;
+  for (const double multiple : kAlphas) {
+    const SurfaceMesh coarse = alpha_wrap(mesh, multiple * offset, offset);
+    if (edges.open > 0 && area(coarse) > kCoatArea * given_area) continue;
+    auto body = verified(shrink_onto(coarse, mesh));
+    if (!body) continue;
+    if (patient.volume) {
+      change = signed_volume(*body) / *patient.volume - 1;
+      const bool too_small = change < -kWrapVolumeChange && !patient.overlapping;
+      if (too_small || change > kWrapVolumeChange) continue;
+    }
+    patient.say(
+        fmt::format("wrapped (alpha {:.3g} m, offset {:.3g} m) and drew the wrap onto the "
+                    "triangles",
+                    multiple * offset, offset));
+    return std::move(*body);
+  }
+  if (std::abs(change) > kWrapVolumeChange) {
+    refuse(patient, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),
+           "a smaller wrap tolerance may keep thin walls and hollows");
+  }
+  if (edges.open > 0) refuse(patient, "the surface is open and bounds no body", kSheetHint);
+  refuse(patient, "the surface cannot be repaired, nor wrapped by a body like it",
+         "mend it in a modeller, or try another wrap tolerance");
+}
+
+void refuse_flat(const SurfaceMesh& mesh, const Patient& patient) {
+  const Vec3 extent = bounding_box(mesh.vertices).extent();
+  if (!std::isfinite(patient.diagonal) || !(area(mesh) > 0)) {
+    refuse(patient, "the triangles have no area", "");
+  }
+  if (extent.minCoeff() < 1e-9 * patient.diagonal && !(patient.file.thickness > 0)) {
+    refuse(patient, "the surface is flat and bounds no body", kSheetHint);
+  }
+}
+
+SurfaceMesh treat(SurfaceMesh work, Patient& patient) {
+  refuse_flat(work, patient);
+  tidy(work, patient);
+  if (work.triangles.empty()) refuse(patient, "the triangles have no area", "");
+  if (is_closed_and_oriented(work.triangles)) {
+    patient.overlapping = patient.diagnosis.touching_components > 0;
+    patient.volume = nested_volume(work);
+    if (!patient.volume_before) patient.volume_before = patient.volume;
+  } else if (bounds_a_sum(work.triangles) && !patient.volume_before) {
+    patient.volume_before = std::abs(signed_volume(work));
+  }
+
+  const bool sheet_wanted = patient.file.thickness > 0;
+  const HoleCount holes = fill_holes(work, {patient.diagonal, area(work), sheet_wanted});
+  patient.say(holes.filled, "filled {} holes");
+  patient.say(drop_debris(work), "dropped {} loose scraps");
+  if (count_open(work).open > 0) {
+    if (sheet_wanted) return thickened(work, patient);
+    return wrapped(work, patient);
+  }
+  const auto said = patient.report.actions.size();
+  if (auto body = mend(work, patient)) return std::move(*body);
+  patient.report.actions.resize(said);
+  return wrapped(work, patient);
+}
+
+}  // namespace
+
+SurfaceMesh repair(const SurfaceMesh& mesh, const MeshFile& file, Diagnosis& diagnosis,
+                   RepairReport& report) {
+  diagnosis = diagnose(mesh);
+  report = {};
+  if (diagnosis.clean) return mesh;
+
+  if (!(file.wrap_tolerance >= 1e-4 && file.wrap_tolerance <= 0.05)) {
+    throw core::InputError(
+        fmt::format("{}: wrap tolerance {:.6g}; a share of the box diagonal from "
+                    "0.0001 to 0.05 expected",
+                    file.path, file.wrap_tolerance));
+  }
+  if (!(file.thickness >= 0) || !std::isfinite(file.thickness)) {
+    throw core::InputError(fmt::format("{}: thickness {:.6g} m; a positive number expected",
+                                       file.path, file.thickness));
+  }
+  report.used_as_is = false;
+  Patient patient{file, diagnosis, report, bounding_box(mesh.vertices).extent().norm()};
+  if (diagnosis.closed && diagnosis.misoriented_edges == 0) {
+    patient.volume_before = std::abs(diagnosis.volume);
+  }
+  SurfaceMesh body = treat(mesh, patient);
+  const auto pieces = split(body, edge_components(body.triangles));
+  if (pieces.size() > 1) {
+    patient.say(fmt::format("the body consists of {} closed surfaces", pieces.size()));
+  }
+  const double before = patient.volume_before.value_or(0);
+  report.volume_change =
+      before > 0 ? signed_volume(body) / before - 1 : std::numeric_limits<double>::quiet_NaN();
+  report.area_change = diagnosis.area > 0 ? area(body) / diagnosis.area - 1
+                                          : std::numeric_limits<double>::quiet_NaN();
+  return body;
+}
+
+}  // namespace carillon::solvers::mesh::repair

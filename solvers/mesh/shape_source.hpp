@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "solvers/mesh/tet_mesh.hpp"
+
+namespace carillon::solvers::mesh {
+
+/// A body that a formula describes: a family of solvers/families and its parameters [m].
+struct GeneratedShape {
+  std::string family;                        ///< "bar", "bowl", ... (see families.hpp)
+  std::map<std::string, double> parameters;  ///< every parameter of the family
+  /// Closed polygon of a turned profile, (radius, height) [m]; only for the family "turned".
+  std::vector<std::array<double, 2>> profile;
+};
+
+/// A body that a file describes.
+struct MeshFile {
+  std::string path;       ///< .obj .off .ply .stl surface, .msh tetrahedra
+  double length = 0;      ///< longest side [m] the body is scaled to; 0: the file is in metres
+  bool any_size = false;  ///< lets a body outside 1 mm to 10 m pass
+  double thickness = 0;   ///< [m] given to open sheets; 0: an open sheet is not a body
+  double wrap_tolerance = 0.002;  ///< alpha-wrap offset as a share of the box diagonal
+};
+
+/// How fine the tetrahedra are.
+struct MeshOptions {
+  int order = 3;            ///< Lagrange order of the nodes, 1 to 4
+  double element_size = 0;  ///< largest edge [m]; 0: chosen from thickness and curvature
+  std::int64_t max_elements = 200000;
+};
+
+/// A request to the mesher; exactly one of the two sources is used (`family` empty: the file).
+struct MeshRequest {
+  GeneratedShape shape;
+  MeshFile file;
+  MeshOptions options;
+};
+
+/// What was wrong with a surface and what was done about it.
+struct Diagnosis {
+  std::int64_t vertices = 0, triangles = 0;
+  std::int64_t duplicate_vertices = 0, unreferenced_vertices = 0;
+  std::int64_t degenerate_triangles = 0, duplicate_triangles = 0;
+  std::int64_t boundary_edges = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0;
+  std::int64_t misoriented_edges = 0;   ///< edges whose two faces disagree
+  std::int64_t self_intersections = 0;  ///< intersecting triangle pairs, counted up to a limit
+  std::int64_t components = 0;          ///< pieces joined by edges
+  std::int64_t nested_components = 0, touching_components = 0;
+  bool closed = false;             ///< every edge has two faces
+  bool clean = false;              ///< watertight, manifold, outward, free of intersections
+  double volume = 0, area = 0;     ///< as read [m^3, m^2]
+  std::array<double, 3> extent{};  ///< [m]
+};
+
+struct RepairReport {
+  bool used_as_is = true;
+  std::vector<std::string> actions;  ///< in words, in order
+  double volume_change = 0;          ///< relative; NaN when the input had no volume
+  double area_change = 0;            ///< relative
+};
+
+struct MeshResult {
+  TetMesh mesh;
+  MeshQuality quality;
+  Diagnosis diagnosis;  ///< files only
+  RepairReport repair;  ///< files only
+};
+
+nlohmann::json to_json(const MeshRequest& request);
+nlohmann::json to_json(const Diagnosis& diagnosis);
+nlohmann::json to_json(const RepairReport& report);
+nlohmann::json to_json(const MeshQuality& quality);
+/// With the mesh's arrays as binary values: meant for CBOR.
+nlohmann::json to_json(const MeshResult& result);
+/// The way back. Numbers that are not finite are null in JSON and NaN again here.
+/// @throws FileError  fields are missing or of another type, indices point outside
+MeshRequest mesh_request_from_json(const nlohmann::json& json);
+Diagnosis diagnosis_from_json(const nlohmann::json& json);
+MeshResult mesh_result_from_json(const nlohmann::json& json);
+
+}  // namespace carillon::solvers::mesh

@@ -1,0 +1,100 @@
+#include "solvers/mesh/surface_mesh.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace carillon::solvers::mesh {
+namespace {
+
+const Vec3& corner(const SurfaceMesh& mesh, const Triangle& t, std::size_t i) {
+  return mesh.vertices[static_cast<std::size_t>(t[i])];
+}
+
+/// Union-find: representative of a set, with path halving.
+std::int32_t root_of(std::vector<std::int32_t>& parent, std::int32_t i) {
+  while (parent[static_cast<std::size_t>(i)] != i) {
+    auto& p = parent[static_cast<std::size_t>(i)];
+    p = parent[static_cast<std::size_t>(p)];
+    i = p;
+  }
+  return i;
+}
+
+}  // namespace
+
+double signed_volume(const SurfaceMesh& mesh) {
+  if (mesh.vertices.empty()) return 0;
+  // Taken about a point of the mesh: far from the origin the sum would lose its digits.
+  const Vec3 origin = mesh.vertices.front();
+  double six_volumes = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = corner(mesh, t, 0) - origin;
+    const Vec3 b = corner(mesh, t, 1) - origin;
+    const Vec3 c = corner(mesh, t, 2) - origin;
+    six_volumes += a.dot(b.cross(c));
+  }
+  return six_volumes / 6;
+}
+
+double area(const SurfaceMesh& mesh) {
+  double twice = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3& a = corner(mesh, t, 0);
+    twice += (corner(mesh, t, 1) - a).cross(corner(mesh, t, 2) - a).norm();
+  }
+  return twice / 2;
+}
+
+Box bounding_box(const std::vector<Vec3>& points) {
+  Box box;
+  if (points.empty()) return box;
+  box.low = box.high = points.front();
+  for (const Vec3& p : points) {
+    box.low = box.low.cwiseMin(p);
+    box.high = box.high.cwiseMax(p);
+  }
+  return box;
+}
+
+std::vector<std::int32_t> edge_components(const std::vector<Triangle>& triangles) {
+  struct EdgeUse {
+    std::int32_t low, high, triangle;
+    bool operator<(const EdgeUse& o) const {
+      return std::tie(low, high, triangle) < std::tie(o.low, o.high, o.triangle);
+    }
+  };
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(triangles[t][i], triangles[t][(i + 1) % 3]);
+      uses.push_back({low, high, static_cast<std::int32_t>(t)});
+    }
+  }
+  std::sort(uses.begin(), uses.end());
+
+  std::vector<std::int32_t> parent(triangles.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (std::size_t k = 1; k < uses.size(); ++k) {
+    if (uses[k].low != uses[k - 1].low || uses[k].high != uses[k - 1].high) continue;
+    const std::int32_t a = root_of(parent, uses[k - 1].triangle);
+    const std::int32_t b = root_of(parent, uses[k].triangle);
+    parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  }
+
+  // A root is the first triangle of its component, so numbers come out in the promised order.
+  std::vector<std::int32_t> component(triangles.size());
+  std::int32_t count = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const std::int32_t root = root_of(parent, static_cast<std::int32_t>(t));
+    component[t] =
+        root == static_cast<std::int32_t>(t) ? count++ : component[static_cast<std::size_t>(root)];
+  }
+  return component;
+}
+
+}  // namespace carillon::solvers::mesh

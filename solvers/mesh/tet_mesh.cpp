@@ -1,0 +1,218 @@
+#include "solvers/mesh/tet_mesh.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+#include "solvers/elements/quadrature.hpp"
+
+namespace carillon::solvers::mesh {
+namespace {
+
+/// Corners of a tetrahedron's faces, counter-clockwise from outside when det(v1-v0, v2-v0, v3-v0)
+/// is positive.
+constexpr std::array<std::array<std::size_t, 3>, 4> outward_faces = {
+    {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+
+/// Local nodes of the four outward faces in triangle_lattice order.
+std::array<std::vector<std::size_t>, 4> face_nodes(int order) {
+  const auto& tetrahedron = elements::tetrahedron_lattice(order);
+  std::map<std::array<int, 4>, std::size_t> local;
+  for (std::size_t n = 0; n < tetrahedron.size(); ++n) local[tetrahedron[n]] = n;
+  std::array<std::vector<std::size_t>, 4> nodes;
+  for (std::size_t f = 0; f < 4; ++f) {
+    for (const auto& tuple : elements::triangle_lattice(order)) {
+      std::array<int, 4> at{};
+      for (std::size_t k = 0; k < 3; ++k) at[outward_faces[f][k]] = tuple[k];
+      nodes[f].push_back(local.at(at));
+    }
+  }
+  return nodes;
+}
+
+std::array<Vec3, 4> corners(const TetMesh& mesh, std::size_t e) {
+  const auto element = mesh.element(e);
+  std::array<Vec3, 4> out;
+  for (std::size_t v = 0; v < 4; ++v) out[v] = mesh.nodes[static_cast<std::size_t>(element[v])];
+  return out;
+}
+
+double six_volumes(const std::array<Vec3, 4>& v) {
+  return (v[1] - v[0]).cross(v[2] - v[0]).dot(v[3] - v[0]);
+}
+
+/// The six interior dihedral angles [rad], one for each edge.
+void widen_by_dihedrals(const std::array<Vec3, 4>& v, double& smallest, double& largest) {
+  std::array<Vec3, 4> normals;
+  for (std::size_t f = 0; f < 4; ++f) {
+    const auto& c = outward_faces[f];
+    normals[f] = (v[c[1]] - v[c[0]]).cross(v[c[2]] - v[c[0]]);
+  }
+  for (std::size_t f = 0; f < 4; ++f) {
+    for (std::size_t g = f + 1; g < 4; ++g) {
+      // atan2 keeps its accuracy at flat and at sharp angles, where acos loses half the digits.
+      const double sine = normals[f].cross(normals[g]).norm();
+      const double angle = std::atan2(sine, -normals[f].dot(normals[g]));
+      smallest = std::min(smallest, angle);
+      largest = std::max(largest, angle);
+    }
+  }
+}
+
+/// 3 inradius / circumradius; 0 for a flat element.
+double radius_ratio(const std::array<Vec3, 4>& v) {
+  const double six = std::abs(six_volumes(v));
+  double surface = 0;
+  for (const auto& c : outward_faces) {
+    surface += (v[c[1]] - v[c[0]]).cross(v[c[2]] - v[c[0]]).norm() / 2;
+  }
+  if (six == 0 || surface == 0) return 0;
+  const double inradius = six / (2 * surface);
+  const Vec3 a = v[1] - v[0], b = v[2] - v[0], c = v[3] - v[0];
+  const Vec3 numerator =
+      a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b);
+  const double circumradius = numerator.norm() / (2 * six);
+  return 3 * inradius / circumradius;
+}
+
+/// Integrates det J of the curved elements; exact, since det J has degree 3 (order - 1).
+double curved_volume(const TetMesh& mesh) {
+  const int order = mesh.order;
+  const auto& rule = elements::tetrahedron_rule((3 * (order - 1) + 2) / 2);
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> gradients;
+  for (const auto& point : rule.barycentric) {
+    Eigen::Matrix<double, Eigen::Dynamic, 4> by_barycentric;
+    elements::tetrahedron_shape_functions(order, point, &by_barycentric);
+    gradients.emplace_back(by_barycentric.rightCols<3>().colwise() - by_barycentric.col(0));
+  }
+  Eigen::Matrix<double, 3, Eigen::Dynamic> x(3, elements::nodes_per_tetrahedron(order));
+  double volume = 0;
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto element = mesh.element(e);
+    for (std::size_t n = 0; n < element.size(); ++n) {
+      x.col(static_cast<Eigen::Index>(n)) = mesh.nodes[static_cast<std::size_t>(element[n])];
+    }
+    for (std::size_t q = 0; q < rule.size(); ++q) {
+      const Eigen::Matrix3d jacobian = x * gradients[q];
+      volume += rule.weights[q] * jacobian.determinant();
+    }
+  }
+  return volume;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> boundary_faces(const TetMesh& mesh) {
+  struct Face {
+    std::array<std::int32_t, 3> key;
+    std::size_t owner;  // 4 element + local face
+  };
+  std::vector<Face> all;
+  all.reserve(4 * mesh.element_count());
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto element = mesh.element(e);
+    for (std::size_t f = 0; f < 4; ++f) {
+      const auto& c = outward_faces[f];
+      std::array<std::int32_t, 3> key = {element[c[0]], element[c[1]], element[c[2]]};
+      std::sort(key.begin(), key.end());
+      all.push_back({key, 4 * e + f});
+    }
+  }
+  std::sort(all.begin(), all.end(), [](const Face& a, const Face& b) {
+    return a.key != b.key ? a.key < b.key : a.owner < b.owner;
+  });
+  std::vector<std::size_t> owners;
+  for (std::size_t i = 0; i < all.size();) {
+    std::size_t end = i + 1;
+    while (end < all.size() && all[end].key == all[i].key) ++end;
+    if (end == i + 1) owners.push_back(all[i].owner);
+    i = end;
+  }
+  std::sort(owners.begin(), owners.end());
+
+  const auto local = face_nodes(mesh.order);
+  std::vector<std::int32_t> faces;
+  faces.reserve(owners.size() * static_cast<std::size_t>(elements::nodes_per_face(mesh.order)));
+  for (const auto owner : owners) {
+    const auto element = mesh.element(owner / 4);
+    for (const auto n : local[owner % 4]) faces.push_back(element[n]);
+  }
+  return faces;
+}
+
+MeshQuality measure_quality(const TetMesh& mesh) {
+  MeshQuality quality;
+  quality.elements = static_cast<std::int64_t>(mesh.element_count());
+  quality.nodes = static_cast<std::int64_t>(mesh.nodes.size());
+  if (mesh.element_count() == 0) return quality;
+  double smallest = std::numbers::pi, largest = 0;
+  std::vector<double> ratios;
+  ratios.reserve(mesh.element_count());
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto v = corners(mesh, e);
+    widen_by_dihedrals(v, smallest, largest);
+    ratios.push_back(radius_ratio(v));
+  }
+  quality.min_dihedral_deg = smallest * 180 / std::numbers::pi;
+  quality.max_dihedral_deg = largest * 180 / std::numbers::pi;
+  quality.min_radius_ratio = *std::min_element(ratios.begin(), ratios.end());
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  quality.median_radius_ratio = *middle;
+  quality.volume = curved_volume(mesh);
+  return quality;
+}
+
+double mean_thickness(const TetMesh& mesh) {
+  SurfaceMesh surface{mesh.nodes, {}};
+  const auto per_face = static_cast<std::size_t>(elements::nodes_per_face(mesh.order));
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto* corner = &mesh.faces[f * per_face];
+    surface.triangles.push_back({corner[0], corner[1], corner[2]});
+  }
+  return 2 * measure_quality(mesh).volume / area(surface);
+}
+
+std::vector<std::int32_t> node_components(const TetMesh& mesh) {
+  std::vector<std::int32_t> parent(mesh.nodes.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&parent](std::int32_t n) {
+    while (parent[static_cast<std::size_t>(n)] != n) {
+      auto& up = parent[static_cast<std::size_t>(n)];
+      up = parent[static_cast<std::size_t>(up)];
+      n = up;
+    }
+    return n;
+  };
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto element = mesh.element(e);
+    for (const auto n : element.subspan(1)) {
+      // The smaller index stays the root, so a component's root is its first node.
+      auto a = root(element[0]), b = root(n);
+      if (a > b) std::swap(a, b);
+      parent[static_cast<std::size_t>(b)] = a;
+    }
+  }
+  std::vector<bool> used(mesh.nodes.size(), false);
+  for (const auto n : mesh.elements) used[static_cast<std::size_t>(n)] = true;
+  std::vector<std::int32_t> component(mesh.nodes.size(), -1);
+  std::int32_t count = 0;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    if (!used[n]) continue;
+    const auto r = static_cast<std::size_t>(root(static_cast<std::int32_t>(n)));
+    component[n] = r == n ? count++ : component[r];
+  }
+  return component;
+}
+
+int count_components(const TetMesh& mesh) {
+  const auto component = node_components(mesh);
+  return component.empty() ? 0 : *std::max_element(component.begin(), component.end()) + 1;
+}
+
+}  // namespace carillon::solvers::mesh

@@ -1,0 +1,242 @@
+#include "solvers/mesh/tetrahedra/delaunay.hpp"
+
+#include <fmt/format.h>
+#include <gmsh.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <unordered_map>
+
+#include "core/error.hpp"
+#include "solvers/mesh/flat_elements.hpp"
+
+namespace carillon::solvers::mesh::tetrahedra {
+namespace {
+
+/// One closed component of a surface.
+struct ClosedPart {
+  SurfaceMesh mesh;
+  double volume = 0;
+};
+
+std::vector<ClosedPart> split_components(const SurfaceMesh& surface) {
+  const auto component = edge_components(surface.triangles);
+  const auto count =
+      component.empty() ? 0 : *std::max_element(component.begin(), component.end()) + 1;
+  std::vector<ClosedPart> parts(static_cast<std::size_t>(count));
+  std::vector<std::unordered_map<std::int32_t, std::int32_t>> renumbered(parts.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto c = static_cast<std::size_t>(component[t]);
+    Triangle triangle = surface.triangles[t];
+    for (auto& v : triangle) {
+      const auto [entry, is_new] =
+          renumbered[c].try_emplace(v, static_cast<std::int32_t>(parts[c].mesh.vertices.size()));
+      if (is_new) parts[c].mesh.vertices.push_back(surface.vertices[static_cast<std::size_t>(v)]);
+      v = entry->second;
+    }
+    parts[c].mesh.triangles.push_back(triangle);
+  }
+  for (auto& part : parts) part.volume = signed_volume(part.mesh);
+  return parts;
+}
+
+/// How often a closed surface winds around a point (van Oosterom and Strackee 1983).
+double winding_number(const SurfaceMesh& surface, const Vec3& point) {
+  double solid_angle = 0;
+  for (const Triangle& t : surface.triangles) {
+    std::array<Vec3, 3> r;
+    for (std::size_t i = 0; i < 3; ++i)
+      r[i] = surface.vertices[static_cast<std::size_t>(t[i])] - point;
+    const double a = r[0].norm(), b = r[1].norm(), c = r[2].norm();
+    solid_angle +=
+        2 * std::atan2(r[0].dot(r[1].cross(r[2])),
+                       a * b * c + r[0].dot(r[1]) * c + r[1].dot(r[2]) * a + r[2].dot(r[0]) * b);
+  }
+  return solid_angle / (4 * std::numbers::pi);
+}
+
+/// A body: its outer component first, then its cavities.
+using Body = std::vector<const SurfaceMesh*>;
+
+std::vector<Body> group_bodies(const std::vector<ClosedPart>& parts) {
+  std::vector<Body> bodies;
+  std::vector<double> volumes;
+  for (const auto& part : parts)
+    if (part.volume > 0) {
+      bodies.push_back({&part.mesh});
+      volumes.push_back(part.volume);
+    }
+  for (const auto& part : parts) {
+    if (part.volume > 0) continue;
+    // The tightest body around a cavity owns it.
+    std::size_t owner = bodies.size();
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      if (volumes[b] > -part.volume && (owner == bodies.size() || volumes[b] < volumes[owner]) &&
+          winding_number(*bodies[b].front(), part.mesh.vertices.front()) > 0.5)
+        owner = b;
+    if (owner == bodies.size())
+      throw core::InputError("a component of the surface looks inward and lies in no other",
+                             "turn its faces around");
+    bodies[owner].push_back(&part.mesh);
+  }
+  if (bodies.empty()) throw core::InputError("the surface has no component that looks outward");
+  return bodies;
+}
+
+/// Adds a component to Gmsh's model as a discrete surface; node numbers go on from `first`.
+int add_surface(const SurfaceMesh& mesh, std::size_t first) {
+  const int tag = gmsh::model::addDiscreteEntity(2);
+  std::vector<std::size_t> nodes, corners;
+  std::vector<double> coordinates;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    nodes.push_back(first + v);
+    for (Eigen::Index k = 0; k < 3; ++k) coordinates.push_back(mesh.vertices[v][k]);
+  }
+  for (const Triangle& t : mesh.triangles)
+    for (std::int32_t v : t) corners.push_back(first + static_cast<std::size_t>(v));
+  gmsh::model::mesh::addNodes(2, tag, nodes, coordinates);
+  gmsh::model::mesh::addElementsByType(tag, 2, {}, corners);
+  return tag;
+}
+
+void generate_volume(int algorithm) {
+  gmsh::option::setNumber("Mesh.Algorithm3D", algorithm);
+  gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 1);
+  gmsh::option::setNumber("Mesh.MeshSizeFromPoints", 0);
+  gmsh::option::setNumber("Mesh.MeshOnlyEmpty", 1);  // the surface stays as it is
+  gmsh::option::setNumber("Mesh.Optimize", 1);
+  gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.3);
+  gmsh::model::mesh::generate(3);
+}
+
+/// Appends the model's tetrahedra to `mesh`, surface nodes first in their order.
+void collect(TetMesh& mesh, std::size_t surface_nodes) {
+  std::vector<std::size_t> tags, elements, corners;
+  std::vector<double> coordinates, parametric;
+  gmsh::model::mesh::getElementsByType(4, elements, corners);
+  gmsh::model::mesh::getNodes(tags, coordinates, parametric);
+  if (corners.empty()) throw core::SolverError("Gmsh made no tetrahedra");
+
+  std::map<std::size_t, Vec3> position;  // walked in the order of node numbers
+  for (std::size_t i = 0; i < tags.size(); ++i)
+    position[tags[i]] = Vec3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+  std::vector<bool> used(tags.empty() ? 0 : position.rbegin()->first + 1, false);
+  for (std::size_t c : corners) used[c] = true;
+  std::vector<std::int32_t> number(used.size(), -1);
+  for (const auto& [tag, at] : position) {
+    if (!used[tag]) {
+      if (tag <= surface_nodes) throw core::SolverError("Gmsh lost a vertex of the surface");
+      continue;
+    }
+    number[tag] = static_cast<std::int32_t>(mesh.nodes.size());
+    mesh.nodes.push_back(at);
+  }
+  for (std::size_t c = 0; c < corners.size(); c += 4) {
+    std::array<std::int32_t, 4> e;
+    for (std::size_t i = 0; i < 4; ++i) e[i] = number[corners[c + i]];
+    const auto at = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(e[i])]; };
+    if ((at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) < 0) std::swap(e[2], e[3]);
+    mesh.elements.insert(mesh.elements.end(), e.begin(), e.end());
+    mesh.regions.push_back(0);
+  }
+}
+
+void fill_body(TetMesh& mesh, const Body& body, int algorithm) {
+  with_gmsh("tetrahedra", [&] {
+    GmshModel model;
+    std::vector<int> surfaces;
+    std::size_t nodes = 0;
+    for (const SurfaceMesh* part : body) {
+      surfaces.push_back(add_surface(*part, nodes + 1));
+      nodes += part->vertices.size();
+    }
+    gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop(surfaces)});
+    gmsh::model::geo::synchronize();
+    generate_volume(algorithm);
+    collect(mesh, nodes);
+  });
+}
+
+/// A filled body has the volume of its surface, whatever Gmsh says of its success.
+void check_volume(const TetMesh& mesh, std::size_t first_element, const Body& body) {
+  double wanted = 0, filled = 0;
+  for (const SurfaceMesh* part : body) wanted += signed_volume(*part);
+  for (std::size_t e = first_element; e < mesh.element_count(); ++e) {
+    const auto c = mesh.element(e);
+    const auto at = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(c[i])]; };
+    filled += (at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) / 6;
+  }
+  if (!(std::abs(filled - wanted) <= 1e-6 * wanted))
+    throw core::SolverError(fmt::format(
+        "Gmsh's tetrahedra fill {:.6g} m^3 of a surface that encloses {:.6g} m^3", filled, wanted));
+}
+
+}  // namespace
+
+GmshModel::GmshModel() {
+  gmsh::initialize(0, nullptr, false);
+  gmsh::option::setNumber("General.Terminal", 0);
+  gmsh::option::setNumber("General.NumThreads", 1);
+  gmsh::option::setNumber("General.AbortOnError", 2);
+  // Gmsh perturbs points by the C library's random numbers: every model begins with the same ones.
+  std::srand(1);
+  gmsh::model::add("body");
+}
+
+GmshModel::~GmshModel() {
+  try {
+    gmsh::finalize();
+  } catch (...) {  // nothing to do: the next model is a new one
+  }
+}
+
+void with_gmsh(const std::string& what, const std::function<void()>& calls) {
+  const auto reason = [] {
+    std::string text;
+    gmsh::logger::getLastError(text);
+    return text.empty() ? std::string("no reason given") : text;
+  };
+  try {
+    calls();
+  } catch (const core::Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw core::SolverError(fmt::format("Gmsh failed ({}): {}", what, error.what()));
+  } catch (const std::string& text) {
+    throw core::SolverError(fmt::format("Gmsh failed ({}): {}", what, text));
+  } catch (...) {
+    throw core::SolverError(fmt::format("Gmsh failed ({}): {}", what, reason()));
+  }
+}
+
+TetMesh fill_with_tetrahedra(const SurfaceMesh& surface) {
+  const auto parts = split_components(surface);
+  TetMesh mesh;
+  mesh.region_names = {"body"};
+  for (const Body& body : group_bodies(parts)) {
+    const auto nodes = mesh.nodes.size(), elements = mesh.elements.size();
+    const auto count = mesh.element_count();
+    // Delaunay first, then HXT, whose boundary recovery is another program.
+    constexpr int delaunay = 1, hxt = 10;
+    try {
+      fill_body(mesh, body, delaunay);
+      check_volume(mesh, count, body);
+    } catch (const core::SolverError&) {
+      mesh.nodes.resize(nodes);
+      mesh.elements.resize(elements);
+      mesh.regions.resize(count);
+      fill_body(mesh, body, hxt);
+      check_volume(mesh, count, body);
+    }
+  }
+  mesh.faces = boundary_faces(mesh);
+  peel_flat_elements(mesh);
+  return mesh;
+}
+
+}  // namespace carillon::solvers::mesh::tetrahedra

@@ -1,0 +1,144 @@
+#include "solvers/mesh/tetrahedra/mesher.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/error.hpp"
+#include "solvers/mesh/sizing.hpp"
+#include "solvers/mesh/tetrahedra/delaunay.hpp"
+#include "solvers/mesh/tetrahedra/detail/remesh.hpp"
+#include "solvers/mesh/tetrahedra/detail/size_field.hpp"
+
+namespace carillon::solvers::mesh::tetrahedra {
+namespace {
+
+/// A relaxation under which bending limits nothing.
+constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+/// How a surface is to be remeshed.
+struct RemeshPlan {
+  double coarsest = 0;  ///< [m]
+  double relax = 1;     ///< by how much less than measured the surface is taken to bend
+};
+
+/// Tetrahedra behind a surface remeshed by a plan.
+double expected_count(const SurfaceMesh& surface, const SizeField& field, const RemeshPlan& plan) {
+  const auto sizes = vertex_sizes(surface, field, plan.coarsest, plan.relax);
+  double triangles = 0;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    double mean = 0;
+    for (std::int32_t v : surface.triangles[t]) mean += sizes[static_cast<std::size_t>(v)] / 3;
+    // Edges end a tenth below the size on average.
+    triangles += field.area[t] / (0.433 * 0.8 * mean * mean);
+  }
+  return 1.6 * triangles + 5 * field.volume / std::pow(plan.coarsest, 3);
+}
+
+RemeshPlan make_plan(const SizeField& field, const SurfaceMesh& surface,
+                     const MeshOptions& options) {
+  RemeshPlan plan;
+  const double longest = bounding_box(surface.vertices).longest_side();
+  const double wall = 2 * field.volume / field.total_area;
+  const auto count = [&](double edge) {
+    return static_cast<std::int64_t>(std::min(1e15, field.tetrahedra(edge, no_limit)));
+  };
+  MeshOptions edges = options;
+  edges.element_size *= 1.06;  // remeshing leaves edges up to 4/3 of its target
+  // A shape read from a file has more detail than a generated one: high orders may not save as
+  // much on the size, and some elements go across every body.
+  edges.order = std::min(options.order, 2);
+  plan.coarsest = cell_size(edges, wall, longest, count);
+  if (options.element_size <= 0)
+    plan.coarsest = std::min((options.order > 2 ? 1.35 : 1.0) * plan.coarsest, longest / 8);
+
+  // A surface full of detail, or noisy, is followed less closely before it takes far more elements
+  // than a plain one would.
+  const double plain = field.tetrahedra(plan.coarsest, no_limit);
+  const double most = std::min(0.8 * static_cast<double>(options.max_elements), 1.5 * plain + 1500);
+  constexpr double most_relaxed = 100;
+  while (plan.relax < most_relaxed && expected_count(surface, field, plan) > most)
+    plan.relax *= 1.25;
+  return plan;
+}
+
+/// One surface remeshed and filled.
+/// @throws SolverError  the remeshed surface crosses itself or lost volume, or Gmsh's reason
+TetMesh fill_remeshed(const SurfaceMesh& surface, const RemeshPlan& plan, const SizeField& field,
+                      const SurfaceSearch& search) {
+  const SurfaceMesh fitted =
+      remesh(surface, vertex_sizes(surface, field, plan.coarsest, plan.relax), search);
+  // Remeshing must not lose a piece or close a hole in a handle.
+  if (fitted.triangles.empty() || intersects_itself(fitted))
+    throw core::SolverError(
+        fmt::format("remeshed to edges of {:.3g} m the surface crosses itself", plan.coarsest));
+  const double volume = signed_volume(fitted);
+  if (std::abs(volume - field.volume) > 0.05 * field.volume)
+    throw core::SolverError(
+        fmt::format("remeshed to edges of {:.3g} m the surface encloses {:.3g} of its volume",
+                    plan.coarsest, volume / field.volume));
+  return fill_with_tetrahedra(fitted);
+}
+
+void check_bound(const TetMesh& mesh, double edge, const MeshOptions& options) {
+  const auto count = static_cast<std::int64_t>(mesh.element_count());
+  if (count <= options.max_elements) return;
+  const double excess = static_cast<double>(count) / static_cast<double>(options.max_elements);
+  fail_element_bound(count, options, 1.3 * edge * std::cbrt(excess * excess));
+}
+
+}  // namespace
+
+TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
+  const SurfaceSearch search(surface);
+  const SizeField field = measure_sizes(surface, search);
+  if (!(field.volume > 0))
+    throw core::InputError("the surface encloses no volume",
+                           "a clean closed surface that looks outward is needed");
+  RemeshPlan plan = make_plan(field, surface, options);
+
+  // Chords of a thin wall's two sides may cross; smaller triangles keep them apart. The last
+  // resort is the surface as it came.
+  constexpr int tries = 4;
+  std::string reason;
+  for (int attempt = 0; attempt < tries; ++attempt) {
+    if (field.tetrahedra(plan.coarsest, no_limit) > static_cast<double>(options.max_elements))
+      break;
+    TetMesh mesh;
+    try {
+      mesh = fill_remeshed(surface, plan, field, search);
+    } catch (const core::SolverError& error) {
+      if (reason.empty()) reason = error.message();
+      plan.coarsest *= 0.7;
+      plan.relax = std::max(1.0, 0.6 * plan.relax);
+      continue;
+    }
+    check_bound(mesh, plan.coarsest, options);
+    return mesh;
+  }
+  // Its triangles alone may be too many.
+  if (1.2 * static_cast<double>(surface.triangles.size()) >
+      static_cast<double>(options.max_elements))
+    throw core::LimitError(
+        fmt::format("{}, and filling its {} triangles as they are takes more than {} elements",
+                    reason, surface.triangles.size(), options.max_elements),
+        "raise max_elements, or give another element_size");
+  TetMesh mesh;
+  try {
+    mesh = fill_with_tetrahedra(surface);
+  } catch (const core::SolverError& error) {
+    throw core::SolverError(fmt::format("{}; as it is: {}", reason, error.message()),
+                            "another element_size may help");
+  }
+  if (static_cast<std::int64_t>(mesh.element_count()) > options.max_elements)
+    throw core::LimitError(fmt::format("{}; as it is the surface takes {} elements and "
+                                       "max_elements is {}",
+                                       reason, mesh.element_count(), options.max_elements),
+                           "raise max_elements, or give another element_size");
+  return mesh;
+}
+
+}  // namespace carillon::solvers::mesh::tetrahedra

@@ -1,0 +1,162 @@
+#include "solvers/mesher/child_process.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/storage_error.hpp"
+#include "core/trace.hpp"
+
+extern char** environ;
+
+namespace carillon::solvers::mesher {
+namespace {
+
+constexpr std::size_t kKeptOutput = 4096;
+/// How long a poll sleeps at most [s].
+constexpr double kStep = 0.02;
+/// How often a child is looked after that has closed its streams [s]: as a rule it is about to end,
+/// and whoever waits for it has nothing else to do.
+constexpr double kLastStep = 0.001;
+
+/// A pipe whose ends close with it.
+struct Pipe {
+  std::array<int, 2> ends{-1, -1};
+  Pipe() {
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+      throw core::StorageError(fmt::format("no pipe to a child process: {}", std::strerror(errno)),
+                               "more files are open than the system lets be: see ulimit -n");
+    }
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  ~Pipe() {
+    close_end(0);
+    close_end(1);
+  }
+  void close_end(std::size_t end) {
+    if (ends[end] >= 0) close(ends[end]);
+    ends[end] = -1;
+  }
+};
+
+struct SpawnActions {
+  posix_spawn_file_actions_t raw;
+  SpawnActions() { posix_spawn_file_actions_init(&raw); }
+  SpawnActions(const SpawnActions&) = delete;
+  SpawnActions& operator=(const SpawnActions&) = delete;
+  ~SpawnActions() { posix_spawn_file_actions_destroy(&raw); }
+};
+
+struct SpawnAttributes {
+  posix_spawnattr_t raw;
+  SpawnAttributes() { posix_spawnattr_init(&raw); }
+  SpawnAttributes(const SpawnAttributes&) = delete;
+  SpawnAttributes& operator=(const SpawnAttributes&) = delete;
+  ~SpawnAttributes() { posix_spawnattr_destroy(&raw); }
+};
+
+pid_t spawn(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+            int output) {
+  SpawnActions actions;
+  posix_spawn_file_actions_addopen(&actions.raw, 0, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions.raw, output, 1);
+  posix_spawn_file_actions_adddup2(&actions.raw, output, 2);
+  posix_spawn_file_actions_addclosefrom_np(&actions.raw, 3);
+
+  SpawnAttributes attributes;
+  // Batch systems send their requests to stop to every process of a job. They are the caller's to
+  // answer: a child that ended by one would look like a crash.
+  sigset_t ignored;
+  sigset_t all;
+  sigemptyset(&ignored);
+  for (const int request : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&ignored, request);
+  sigfillset(&all);
+  posix_spawnattr_setsigmask(&attributes.raw, &ignored);
+  posix_spawnattr_setsigdefault(&attributes.raw, &all);
+  posix_spawnattr_setpgroup(&attributes.raw, 0);
+  posix_spawnattr_setflags(&attributes.raw,
+                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+
+  std::vector<std::string> words{program.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> raw_words;
+  for (std::string& word : words) raw_words.push_back(word.data());
+  raw_words.push_back(nullptr);
+  pid_t pid = 0;
+  const int error =
+      posix_spawn(&pid, program.c_str(), &actions.raw, &attributes.raw, raw_words.data(), environ);
+  if (error != 0) {
+    throw core::StorageError(
+        fmt::format("{}: cannot be started: {}", program.string(), std::strerror(error)),
+        "see to it that the machine can, then run the same command again");
+  }
+  return pid;
+}
+
+/// Takes what there is to read; false at the end of the stream.
+bool take_output(int fd, std::string& output) {
+  std::array<char, 4096> block;
+  const ssize_t got = read(fd, block.data(), block.size());
+  if (got < 0) return errno == EINTR || errno == EAGAIN;
+  output.append(block.data(), static_cast<std::size_t>(got));
+  if (output.size() > kKeptOutput) output.erase(0, output.size() - kKeptOutput);
+  return got > 0;
+}
+
+}  // namespace
+
+ChildExit run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                    double seconds) {
+  Pipe pipe;
+  const double start = core::monotonic_seconds();
+  const double deadline = seconds > 0 ? start + seconds : std::numeric_limits<double>::infinity();
+  const pid_t pid = spawn(program, arguments, pipe.ends[1]);
+  pipe.close_end(1);
+
+  ChildExit exit;
+  bool streaming = true;
+  int status = 0;
+  for (;;) {
+    const pid_t ended = waitpid(pid, &status, WNOHANG);
+    if (ended == pid) break;
+    if (ended < 0 && errno != EINTR) {
+      // Someone else has waited for it (SIGCHLD ignored); its reply alone tells how it went.
+      status = 0;
+      break;
+    }
+    const double left = deadline - core::monotonic_seconds();
+    if (left <= 0 && !exit.timed_out) {
+      exit.timed_out = true;
+      kill(pid, SIGKILL);
+    }
+    pollfd waiting{pipe.ends[0], POLLIN, 0};
+    const int milliseconds =
+        static_cast<int>(std::ceil(1000 * std::clamp(left, 0.001, streaming ? kStep : kLastStep)));
+    if (poll(&waiting, streaming ? 1 : 0, milliseconds) > 0) {
+      streaming = take_output(pipe.ends[0], exit.output);
+    }
+  }
+  // What was printed last is still in the pipe; nobody else holds its other end.
+  while (streaming) {
+    pollfd rest{pipe.ends[0], POLLIN, 0};
+    streaming = poll(&rest, 1, 0) > 0 && take_output(pipe.ends[0], exit.output);
+  }
+  exit.seconds = core::monotonic_seconds() - start;
+  if (WIFSIGNALED(status)) exit.signal = WTERMSIG(status);
+  if (WIFEXITED(status)) exit.code = WEXITSTATUS(status);
+  return exit;
+}
+
+}  // namespace carillon::solvers::mesher

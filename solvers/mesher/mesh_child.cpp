@@ -1,0 +1,262 @@
+#include "solvers/mesher/mesh_child.hpp"
+
+#include <fmt/core.h>
+#include <signal.h>
+#include <spdlog/spdlog.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/hash.hpp"
+#include "core/near_program.hpp"
+#include "core/progress.hpp"
+#include "core/storage_error.hpp"
+#include "solvers/mesher/child_process.hpp"
+
+namespace carillon::solvers::mesher {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Raised whenever the mesher or the repair would give another mesh for the same request.
+constexpr int kMesherVersion = 4;
+
+constexpr std::string_view work_prefix = "carillon-mesh-";
+
+constexpr const char* folder_hint =
+    "make room, or set TMPDIR to a folder that may be written to, on every node; then run the same "
+    "command again";
+
+/// Removes the work folders of processes that were killed more than a day ago: nobody else will.
+void remove_dead_work() {
+  constexpr std::chrono::hours patience(24);
+  std::error_code error;
+  std::vector<fs::path> dead;
+  for (fs::directory_iterator at(fs::temp_directory_path(error), error), end; !error && at != end;
+       at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (!name.starts_with(work_prefix)) continue;
+    const pid_t process = std::atoi(name.c_str() + work_prefix.size());
+    const bool ended = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+    std::error_code ignored;
+    if (ended &&
+        fs::last_write_time(at->path(), ignored) < fs::file_time_type::clock::now() - patience &&
+        !ignored) {
+      dead.push_back(at->path());
+    }
+  }
+  for (const fs::path& folder : dead) fs::remove_all(folder, error);
+}
+
+/// A folder for one request; gone with its object.
+class WorkFolder {
+ public:
+  WorkFolder() {
+    static const bool cleaned = (remove_dead_work(), true);
+    static_cast<void>(cleaned);
+    std::error_code error;
+    const fs::path folder = fs::temp_directory_path(error);
+    if (error) {
+      const char* named = std::getenv("TMPDIR");
+      throw core::StorageError(
+          fmt::format("{} is no folder for temporary files", named ? named : "/tmp"), folder_hint);
+    }
+    std::string name = (folder / fmt::format("{}{}-XXXXXX", work_prefix, getpid())).string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw core::StorageError(
+          fmt::format("{}: no folder can be made there for temporary files: {}", folder.string(),
+                      std::strerror(errno)),
+          folder_hint);
+    }
+    path_ = name;
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+fs::path worker_program() {
+  if (const char* named = std::getenv("CARILLON_MESH"); named != nullptr && *named != '\0') {
+    if (fs::exists(named)) return named;
+    throw core::StorageError(fmt::format("CARILLON_MESH names {}, which does not exist", named),
+                             "name carillon-mesh, or nothing where it lies beside carillon");
+  }
+  if (const fs::path found = core::find_helper("carillon-mesh"); !found.empty()) return found;
+  throw core::StorageError("carillon-mesh is missing",
+                           "install it beside carillon, or name it in CARILLON_MESH");
+}
+
+std::string subject(const mesh::MeshRequest& request) {
+  return request.shape.family.empty() ? request.file.path
+                                      : "generated shape \"" + request.shape.family + "\"";
+}
+
+/// The last lines of the child's output, set off for a message.
+std::string quoted_tail(const std::string& output) {
+  std::size_t begin = output.size();
+  for (int lines = 0; lines < 6 && begin != std::string::npos && begin > 0; ++lines) {
+    begin = output.rfind('\n', begin - 1);
+  }
+  const std::string tail = output.substr(begin == std::string::npos ? 0 : begin);
+  if (tail.find_first_not_of(" \r\n\t") == std::string::npos) return "";
+  return "\n  its last words: " + tail.substr(tail.find_first_not_of("\r\n"));
+}
+
+[[noreturn]] void throw_reported(const json& error, const std::string& what,
+                                 const ChildLimits& limits) {
+  const std::string kind = error.at("kind");
+  const std::string message = error.at("message");
+  const std::string hint = error.at("hint");
+  if (kind == "input") throw core::InputError(message, hint);
+  if (kind == "file") throw core::FileError(message, hint);
+  if (kind == "limit") throw core::LimitError(message, hint);
+  if (kind == "memory") {
+    throw core::MemoryError(
+        fmt::format("{}: meshing needs more than the limit of {}", what,
+                    core::human_bytes(static_cast<double>(limits.memory))),
+        "a larger element size or a simpler surface needs less; or raise limits.mesh_memory");
+  }
+  throw core::SolverError(message, hint);
+}
+
+/// Throws what a child without a reply died of.
+[[noreturn]] void throw_death(const ChildExit& exit, const std::string& what,
+                              const ChildLimits& limits) {
+  const std::string tail = quoted_tail(exit.output);
+  if (exit.timed_out) {
+    throw core::TimeError(fmt::format("{}: meshing was stopped at the time limit of {}{}", what,
+                                      core::human_duration(limits.seconds), tail),
+                          "a larger element size is faster; or raise limits.mesh_time");
+  }
+  if (exit.signal != 0) {
+    const char* name = sigabbrev_np(exit.signal);
+    throw core::SolverError(
+        fmt::format("{}: the mesher crashed after {} (signal {}, SIG{}){}", what,
+                    core::human_duration(exit.seconds), exit.signal, name ? name : "?", tail),
+        exit.signal == SIGKILL ? "the system may have run out of memory" : "");
+  }
+  if (exit.code == mesher_without_storage) {
+    throw core::StorageError(
+        fmt::format("{}: the mesher cannot read or write its files{}", what, tail), folder_hint);
+  }
+  throw core::SolverError(
+      fmt::format("{}: the mesher ended with code {} and no answer{}", what, exit.code, tail));
+}
+
+/// Has one task done in a child process. @return its result
+json ask_child(const char* task, const mesh::MeshRequest& request, const ChildLimits& limits) {
+  const WorkFolder folder;
+  const fs::path question = folder.path() / "request.cbor";
+  const fs::path reply = folder.path() / "reply.cbor";
+  const auto bytes = json::to_cbor(json{{"task", task},
+                                        {"request", mesh::to_json(request)},
+                                        {"memory", limits.memory},
+                                        {"parent", getpid()}});
+  std::ofstream out(question, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()),
+            static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) {
+    throw core::StorageError(fmt::format("{}: cannot be written", question.string()), folder_hint);
+  }
+
+  const ChildExit exit =
+      run_child(worker_program(), {question.string(), reply.string()}, limits.seconds);
+  const std::string what = subject(request);
+  if (exit.timed_out || exit.signal != 0 || exit.code != 0 || !fs::exists(reply)) {
+    throw_death(exit, what, limits);
+  }
+  json answer = json::from_cbor(core::read_file(reply), true, false);
+  if (answer.is_discarded()) throw_death(exit, what, limits);
+  if (answer.contains("error")) throw_reported(answer.at("error"), what, limits);
+  return std::move(answer.at("result"));
+}
+
+fs::path cached_file(const fs::path& cache, const mesh::MeshRequest& request) {
+  return cache / (mesh_key(request) + ".mesh.cbor");
+}
+
+/// A cached mesh; nothing when there is none or it is damaged.
+std::optional<mesh::MeshResult> from_cache(const fs::path& file) {
+  try {
+    if (!fs::exists(file)) return {};
+    return mesh::mesh_result_from_json(json::from_cbor(core::read_file(file)));
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+/// The mesh itself is good; without its file only the next run is slower.
+void to_cache(const fs::path& file, const json& result) {
+  try {
+    const auto bytes = json::to_cbor(result);
+    core::write_text_durably(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  } catch (const std::exception& error) {
+    spdlog::warn("a mesh could not be cached: {}", error.what());
+  }
+}
+
+}  // namespace
+
+std::string mesh_key(const mesh::MeshRequest& request) {
+  json described = mesh::to_json(request);
+  core::Sha256 hash;
+  hash.add(fmt::format("carillon mesh {}; " CARILLON_MESH_LIBRARIES "; ", kMesherVersion));
+  if (request.shape.family.empty()) {
+    // The file counts by its contents and by its ending, which decides how it is read.
+    described.erase("shape");
+    described["file"].erase("path");
+    hash.add(fs::path(request.file.path).extension().string() + ";");
+    hash.add(core::sha256_file(request.file.path));
+  } else {
+    described.erase("file");
+  }
+  return hash.add(described.dump()).hex();
+}
+
+mesh::MeshResult mesh_in_child(const mesh::MeshRequest& request, const ChildLimits& limits,
+                               const fs::path& cache) {
+  if (cache.empty()) return mesh::mesh_result_from_json(ask_child("mesh", request, limits));
+  const fs::path file = cached_file(cache, request);
+  if (auto cached = from_cache(file)) return std::move(*cached);
+  const json result = ask_child("mesh", request, limits);
+  mesh::MeshResult mesh = mesh::mesh_result_from_json(result);
+  to_cache(file, result);
+  return mesh;
+}
+
+bool mesh_is_cached(const mesh::MeshRequest& request, const fs::path& cache) {
+  try {
+    return !cache.empty() && fs::exists(cached_file(cache, request));
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+mesh::Diagnosis diagnose_in_child(const mesh::MeshFile& file, const ChildLimits& limits) {
+  mesh::MeshRequest request;
+  request.file = file;
+  return mesh::diagnosis_from_json(ask_child("diagnose", request, limits));
+}
+
+}  // namespace carillon::solvers::mesher

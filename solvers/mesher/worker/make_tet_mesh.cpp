@@ -1,0 +1,113 @@
+#include "solvers/mesher/worker/make_tet_mesh.hpp"
+
+#include <fmt/core.h>
+
+#include <string>
+#include <utility>
+
+#include "core/error.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/mesh/raise_order.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
+#include "solvers/mesh/repair/repair.hpp"
+#include "solvers/mesh/tetrahedra/mesher.hpp"
+
+namespace carillon::solvers::mesher {
+namespace {
+
+void scale(std::vector<Vec3>& points, double factor) {
+  if (factor == 1) return;
+  for (Vec3& p : points) p *= factor;
+}
+
+/// Corners of the boundary faces as a surface of its own.
+mesh::SurfaceMesh boundary_surface(const mesh::TetMesh& mesh) {
+  mesh::SurfaceMesh surface;
+  std::vector<std::int32_t> number(mesh.nodes.size(), -1);
+  const auto per_face = static_cast<std::size_t>(elements::nodes_per_face(mesh.order));
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    mesh::Triangle t;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto node = static_cast<std::size_t>(mesh.faces[f * per_face + i]);
+      if (number[node] < 0) {
+        number[node] = static_cast<std::int32_t>(surface.vertices.size());
+        surface.vertices.push_back(mesh.nodes[node]);
+      }
+      t[i] = number[node];
+    }
+    surface.triangles.push_back(t);
+  }
+  return surface;
+}
+
+mesh::TetMesh scaled_msh(const mesh::MeshFile& file) {
+  mesh::TetMesh mesh = mesh::readers::read_msh(file.path);
+  scale(mesh.nodes, mesh::readers::scale_to_metres(mesh::bounding_box(mesh.nodes), file));
+  return mesh;
+}
+
+mesh::SurfaceMesh scaled_surface(const mesh::MeshFile& file) {
+  mesh::SurfaceMesh surface = mesh::readers::read_surface(file.path);
+  // Vertices that no triangle uses say nothing about the size.
+  std::vector<Vec3> used;
+  for (const mesh::Triangle& t : surface.triangles) {
+    for (const std::int32_t v : t) used.push_back(surface.vertices[static_cast<std::size_t>(v)]);
+  }
+  scale(surface.vertices, mesh::readers::scale_to_metres(mesh::bounding_box(used), file));
+  return surface;
+}
+
+mesh::MeshResult mesh_of_tetrahedra(const mesh::MeshRequest& request) {
+  mesh::MeshResult result;
+  result.mesh = scaled_msh(request.file);
+  const auto count = static_cast<std::int64_t>(result.mesh.element_count());
+  if (count > request.options.max_elements) {
+    throw core::LimitError(fmt::format("{}: {} tetrahedra are more than the {} allowed",
+                                       request.file.path, count, request.options.max_elements),
+                           "raise max_elements, or mesh the body coarser");
+  }
+  if (result.mesh.order < request.options.order) {
+    result.mesh = mesh::raise_order(result.mesh, request.options.order);
+  }
+  result.diagnosis = mesh::repair::diagnose(boundary_surface(result.mesh));
+  result.quality = mesh::measure_quality(result.mesh);
+  return result;
+}
+
+mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request) {
+  mesh::MeshResult result;
+  const mesh::SurfaceMesh surface = mesh::repair::repair(scaled_surface(request.file), request.file,
+                                                         result.diagnosis, result.repair);
+  std::int64_t straightened = 0;
+  result.mesh =
+      mesh::elevate(mesh::tetrahedra::tetrahedralise(surface, request.options),
+                    request.options.order, mesh::tetrahedra::project_to(surface), straightened);
+  result.quality = mesh::measure_quality(result.mesh);
+  result.quality.straightened = straightened;
+  return result;
+}
+
+}  // namespace
+
+mesh::MeshResult make_tet_mesh(const mesh::MeshRequest& request) {
+  if (request.options.order < 1 || request.options.order > 4) {
+    throw core::InputError(
+        fmt::format("order {}: elements have order 1 to 4", request.options.order));
+  }
+  if (!request.shape.family.empty()) {
+    families::find_family(request.shape.family).check(request.shape);
+    return families::mesh_family(request.shape, request.options);
+  }
+  return mesh::readers::mesh_extension(request.file.path) == ".msh" ? mesh_of_tetrahedra(request)
+                                                                    : mesh_of_surface(request);
+}
+
+mesh::Diagnosis diagnose_file(const mesh::MeshFile& file) {
+  mesh::MeshFile any = file;
+  any.any_size = true;  // a wrong unit shows in the extent
+  return mesh::repair::diagnose(mesh::readers::mesh_extension(file.path) == ".msh"
+                                    ? boundary_surface(scaled_msh(any))
+                                    : scaled_surface(any));
+}
+
+}  // namespace carillon::solvers::mesher

@@ -1,0 +1,157 @@
+#include "solvers/modes/modes_file.hpp"
+
+#include <fmt/core.h>
+
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace carillon::solvers::modes {
+namespace {
+
+/// Of the layout in a file.
+constexpr std::int64_t format_version = 4;
+
+constexpr int deflate_level = 4;
+
+using core::Hdf5Group;
+
+/// Rows of shapes are read one mode at a time, so a chunk is one row.
+core::StorageOptions compressed_rows(std::uint64_t rows) {
+  return rows == 0 ? core::StorageOptions{} : core::StorageOptions{1, deflate_level};
+}
+
+void write_matrix(const Hdf5Group& group, const std::string& name, const Eigen::MatrixXd& matrix) {
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows = matrix;
+  group.write<double>(
+      name, {rows.data(), static_cast<std::size_t>(rows.size())},
+      {static_cast<std::uint64_t>(rows.rows()), static_cast<std::uint64_t>(rows.cols())});
+  group.write_attribute("unit", std::string("1"), name);
+}
+
+Eigen::MatrixXd read_matrix(const Hdf5Group& group, const std::string& name) {
+  const auto extent = group.extent(name);
+  const auto values = group.read<double>(name);
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const Rows>(values.data(), static_cast<Eigen::Index>(extent.at(0)),
+                                static_cast<Eigen::Index>(extent.at(1)));
+}
+
+void write_certificate(const Hdf5Group& group, const Certificate& c) {
+  const auto integer = [&group](const char* name, std::int64_t value) {
+    group.write_attribute(name, value);
+  };
+  group.write_attribute("min_frequency_hz", c.min_frequency);
+  group.write_attribute("max_frequency_hz", c.max_frequency);
+  integer("modes_in_band", c.modes_in_band);
+  integer("modes_found", c.modes_found);
+  integer("complete", c.complete ? 1 : 0);
+  group.write_attribute("complete_to_hz", c.complete_to_hz);
+  integer("rigid_modes", c.rigid_modes);
+  integer("components", c.components);
+  group.write_attribute("max_residual", c.max_residual);
+  group.write_attribute("orthonormality", c.orthonormality);
+  integer("unknowns", c.unknowns);
+  integer("count_verified", c.count_verified ? 1 : 0);
+  group.write_attribute("eigen_solver", std::string(name_of(c.eigen_solver)));
+  group.write_attribute("linear_solver", std::string(name_of(c.linear_solver)));
+  integer("snapshots", c.snapshots);
+  group.write_attribute("basis_error_cents", c.basis_error);
+}
+
+Certificate read_certificate(const Hdf5Group& group) {
+  const auto number = [&group](const char* name) { return group.number_attribute(name); };
+  const auto integer = [&number](const char* name) {
+    return static_cast<std::int64_t>(number(name));
+  };
+  Certificate c;
+  c.min_frequency = number("min_frequency_hz");
+  c.max_frequency = number("max_frequency_hz");
+  c.modes_in_band = integer("modes_in_band");
+  c.modes_found = integer("modes_found");
+  c.complete = integer("complete") != 0;
+  c.complete_to_hz = number("complete_to_hz");
+  c.rigid_modes = static_cast<int>(integer("rigid_modes"));
+  c.components = static_cast<int>(integer("components"));
+  c.max_residual = number("max_residual");
+  c.orthonormality = number("orthonormality");
+  c.unknowns = integer("unknowns");
+  c.count_verified = integer("count_verified") != 0;
+  c.eigen_solver = parse_eigen_solver(group.text_attribute("eigen_solver"));
+  c.linear_solver = group.text_attribute("linear_solver") == name_of(LinearSolver::iterative)
+                        ? LinearSolver::iterative
+                        : LinearSolver::direct;
+  c.snapshots = static_cast<int>(integer("snapshots"));
+  c.basis_error = number("basis_error_cents");
+  return c;
+}
+
+void write_surface(const Hdf5Group& group, const ModeSurface& surface) {
+  std::vector<double> nodes;
+  for (const auto& x : surface.nodes) nodes.insert(nodes.end(), x.begin(), x.end());
+  group.write<double>("nodes", nodes, {surface.nodes.size(), 3});
+  group.write_attribute("unit", std::string("m"), "nodes");
+  const auto per_face = static_cast<std::uint64_t>(elements::nodes_per_face(surface.order));
+  group.write<std::int32_t>("faces", surface.faces, {surface.faces.size() / per_face, per_face});
+  group.write_attribute("order", static_cast<std::int64_t>(surface.order));
+}
+
+}  // namespace
+
+void write_modes(const Hdf5Group& group, const Modes& modes) {
+  const std::uint64_t count = modes.size();
+  group.write_attribute("format_version", format_version);
+  group.write<double>("eigenvalues", modes.eigenvalues, {count});
+  group.write_attribute("unit", std::string("rad^2/s^2"), "eigenvalues");
+  group.write<double>("residuals", modes.residuals, {count});
+  group.write_attribute("unit", std::string("1"), "residuals");
+  if (!modes.pitch_errors.empty()) {
+    group.write<double>("pitch_errors", modes.pitch_errors, {count});
+    group.write_attribute("unit", std::string("cent"), "pitch_errors");
+  }
+  if (!modes.harmonics.empty()) group.write<std::int32_t>("harmonics", modes.harmonics, {count});
+  const core::Extent shape = {count, modes.surface.nodes.size(), 3};
+  group.write<float>("shapes", {modes.shapes.data(), static_cast<std::size_t>(modes.shapes.size())},
+                     shape, compressed_rows(count));
+  group.write_attribute("unit", std::string("kg^-1/2"), "shapes");
+  write_matrix(group, "kinetic_share", modes.kinetic_share);
+  write_matrix(group, "strain_share", modes.strain_share);
+  write_surface(group.create_group("surface"), modes.surface);
+  group.write_attribute("mass_kg", modes.mass);
+  write_certificate(group.create_group("certificate"), modes.certificate);
+}
+
+ModeSurface read_mode_surface(const Hdf5Group& set) {
+  const Hdf5Group group = set.open_group("surface");
+  ModeSurface surface;
+  surface.order = static_cast<int>(group.number_attribute("order"));
+  const auto nodes = group.read<double>("nodes");
+  for (std::size_t n = 0; n + 2 < nodes.size(); n += 3) {
+    surface.nodes.emplace_back(nodes[n], nodes[n + 1], nodes[n + 2]);
+  }
+  surface.faces = group.read<std::int32_t>("faces");
+  return surface;
+}
+
+Modes read_modes(const Hdf5Group& group) {
+  if (group.number_attribute("format_version") != static_cast<double>(format_version)) {
+    throw core::FileError("the modes were written by another version of the format");
+  }
+  Modes modes;
+  modes.eigenvalues = group.read<double>("eigenvalues");
+  modes.residuals = group.read<double>("residuals");
+  if (group.has("pitch_errors")) modes.pitch_errors = group.read<double>("pitch_errors");
+  if (group.has("harmonics")) modes.harmonics = group.read<std::int32_t>("harmonics");
+  modes.surface = read_mode_surface(group);
+  const auto shapes = group.read<float>("shapes");
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  modes.shapes = Eigen::Map<const Rows>(shapes.data(), static_cast<Eigen::Index>(modes.size()),
+                                        3 * static_cast<Eigen::Index>(modes.surface.nodes.size()));
+  modes.kinetic_share = read_matrix(group, "kinetic_share");
+  modes.strain_share = read_matrix(group, "strain_share");
+  modes.mass = group.number_attribute("mass_kg");
+  modes.certificate = read_certificate(group.open_group("certificate"));
+  return modes;
+}
+
+}  // namespace carillon::solvers::modes

@@ -1,0 +1,327 @@
+#include "solvers/pitch/pitch_target.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/trace.hpp"
+#include "solvers/pitch/pitch_model.hpp"
+
+namespace carillon::solvers::pitch {
+namespace {
+
+/// [semitones] Modes are seldom more than this too sharp where a target is nearly met.
+constexpr double judged_above = 2;
+constexpr std::size_t most_steps = 8;
+/// A prediction aims below the target by this: it is right within a factor of two, and another
+/// step would cost more than the margin.
+constexpr double aim = 0.6;
+/// Work of a step may be so much more than that of the best one so far: predictions far away are
+/// not to be trusted with hours.
+constexpr double most_growth = 40;
+/// What stands, times the target, for the error of modes that were not found.
+constexpr double unknown = 30;
+/// An error that falls by less than this factor has not moved.
+constexpr double least_gain = 0.9;
+
+/// A setting that could come next.
+struct Candidate {
+  mesh::MeshOptions options;
+  MeshSize size;
+  double error;  ///< predicted [cent]
+  double cost;
+};
+
+/// What bounds a choice; each can be lifted to see which one stands in the way.
+struct Bounds {
+  double elements;
+  double memory;
+  double cost;
+};
+
+class Search {
+ public:
+  Search(const PitchTarget& target, const MeshMaker& make_mesh, const ModeSolver& solve)
+      : target_(target), make_mesh_(make_mesh), solve_(solve) {
+    result_.report.asked_cents = target.cents;
+  }
+
+  PitchResult run() {
+    mesh::MeshOptions options = target_.start;
+    while (true) {
+      attempt(options);
+      if (met() || failed()) return std::move(result_);
+      const auto next = choose();
+      if (!next) return std::move(result_);
+      predicted_ = next->error;
+      options = next->options;
+    }
+  }
+
+ private:
+  PitchReport& report() { return result_.report; }
+  bool met() { return report().reached_cents <= target_.cents && report().stopped_by.empty(); }
+  bool failed() { return !report().stopped_by.empty(); }
+
+  void stop(const std::string& by, const std::string& reason) {
+    report().stopped_by = by;
+    report().reason = reason;
+  }
+
+  /// Tries a setting, or notes why it cannot be had.
+  void attempt(const mesh::MeshOptions& options) {
+    const bool first = report().steps.empty();
+    const double start = core::monotonic_seconds();
+    mesh::MeshResult mesh;
+    try {
+      mesh = make_mesh_(options);
+    } catch (const core::ResourceError&) {
+      throw;  // another machine might go on: what comes out must not hang on that
+    } catch (const core::LimitError& error) {
+      if (first) throw;
+      // This costs little, and fewer elements will do.
+      if (++refused_ == 4) stop("max_elements", error.message());
+      return;
+    } catch (const core::SolverError& error) {
+      if (first) throw;
+      stop("mesher", error.message());
+      return;
+    }
+    std::vector<modes::Modes> sets;
+    try {
+      sets = solve_(mesh);
+    } catch (const core::ResourceError&) {
+      throw;
+    } catch (const core::SolverError& error) {
+      if (first) throw;
+      stop("solver", error.message());
+      return;
+    }
+    const double seconds = core::monotonic_seconds() - start;
+    judge(options, std::move(mesh), std::move(sets), seconds);
+  }
+
+  /// Notes a step that was solved, and keeps it when it is the best.
+  void judge(const mesh::MeshOptions& options, mesh::MeshResult mesh,
+             std::vector<modes::Modes> sets, double seconds) {
+    PitchStep step;
+    std::vector<double> errors;
+    for (const modes::Modes& modes : sets) {
+      if (modes.pitch_errors.size() != modes.size()) {
+        throw core::InputError("a pitch target needs estimated pitch errors",
+                               "solve with estimate_errors");
+      }
+      errors.insert(errors.end(), modes.pitch_errors.begin(), modes.pitch_errors.end());
+      step.unknowns = std::max(step.unknowns, modes.certificate.unknowns);
+    }
+    // A band may be empty because its modes are far too sharp: a second setting has to agree.
+    const bool unsure = errors.empty() && !was_empty_;
+    was_empty_ = errors.empty();
+    if (unsure) step.worst_cents = unknown * target_.cents;
+    if (!errors.empty()) step.worst_cents = *std::max_element(errors.begin(), errors.end());
+    step.median_cents = median(errors);
+    const MeshSize size = size_of(mesh.mesh);
+    step.order = mesh.mesh.order;
+    step.automatic_size = options.element_size <= 0;
+    step.element_size = step.automatic_size ? size.element_size : options.element_size;
+    step.elements = static_cast<std::int64_t>(mesh.mesh.element_count());
+    step.seconds = seconds;
+
+    auto& steps = report().steps;
+    const bool first = steps.empty();
+    const double before = report().reached_cents;
+    if (!first) learn(before, step.worst_cents);
+    if (first || step.worst_cents < before) {
+      report().reached_cents = step.worst_cents;
+      report().chosen = steps.size();
+      best_ = size;
+      asked_size_ = step.element_size;
+      result_.mesh = std::move(mesh);
+      result_.sets = std::move(sets);
+    }
+    steps.push_back(step);
+    if (!met() && stuck_ > 1) {
+      stop("no_progress",
+           fmt::format("two refinements did not bring the worst mode below {:.3g} cents",
+                       report().reached_cents));
+    } else if (!met() && steps.size() == most_steps) {
+      stop("steps", fmt::format("{} settings were tried", most_steps));
+    }
+  }
+
+  /// Compares a step with its prediction: where corners or a rough surface slow convergence down,
+  /// later predictions promise less.
+  void learn(double before, double now) {
+    stuck_ = now > least_gain * before ? stuck_ + 1 : 0;
+    const double promised = std::log(before / predicted_);
+    if (promised < 0.2) return;
+    const double gained = now > 0 ? std::log(before / now) : promised;
+    trust_ = std::clamp(trust_ * gained / promised, 0.15, 1.0);
+  }
+
+  std::vector<Candidate> candidates() const {
+    std::vector<Candidate> all;
+    const double reached = result_.report.reached_cents;
+    for (int order = target_.fixed_mesh ? best_.order + 1 : 2; order <= 4; ++order)
+      for (int k = -24; k <= 6; ++k) {
+        if (target_.fixed_mesh && k != 0) continue;
+        const double factor = std::pow(2, k / 6.0);
+        Candidate c;
+        c.options = target_.start;
+        c.options.order = order;
+        if (!target_.fixed_mesh) c.options.element_size = asked_size_ * factor;
+        c.size = resized(best_, order, factor);
+        const double model = predicted_error(reached, best_.order, order, factor);
+        c.error = reached * std::pow(model / reached, trust_);
+        c.cost = relative_cost(c.size);
+        if (!was_tried(c.options)) all.push_back(c);
+      }
+    return all;
+  }
+
+  bool was_tried(const mesh::MeshOptions& options) const {
+    const auto& steps = result_.report.steps;
+    return std::any_of(steps.begin(), steps.end(), [&](const PitchStep& step) {
+      return step.order == options.order &&
+             (target_.fixed_mesh || std::abs(step.element_size / options.element_size - 1) < 0.02);
+    });
+  }
+
+  /// The cheapest within bounds that should do; else the most accurate within them.
+  static const Candidate* best_of(const std::vector<Candidate>& all, const Bounds& bounds,
+                                  double goal) {
+    const Candidate* best = nullptr;
+    for (const Candidate& c : all) {
+      if (c.size.elements > bounds.elements || factor_memory(c.size) > bounds.memory ||
+          c.cost > bounds.cost)
+        continue;
+      if (best == nullptr) {
+        best = &c;
+      } else if (c.error <= goal || best->error <= goal) {
+        if (c.error <= goal && (best->error > goal || c.cost < best->cost)) best = &c;
+      } else if (c.error < best->error) {
+        best = &c;
+      }
+    }
+    return best;
+  }
+
+  std::optional<Candidate> choose() {
+    const double reached = report().reached_cents;
+    const double goal = aim * target_.cents;
+    const auto all = candidates();
+    constexpr double none = 1e300;
+    // Meshers end up to a tenth above what is asked for, and more where a wall takes a second
+    // layer.
+    Bounds bounds{0.9 * std::pow(0.5, refused_) * static_cast<double>(target_.start.max_elements),
+                  target_.linear_solver == modes::LinearSolver::iterative
+                      ? none
+                      : static_cast<double>(target_.memory_limit),
+                  most_growth * relative_cost(best_)};
+    const Candidate* next = best_of(all, bounds, goal);
+    if (next != nullptr && (next->error <= goal || next->error < 0.8 * reached)) return *next;
+
+    const auto helps = [&](Bounds lifted) {
+      const Candidate* other = best_of(all, lifted, goal);
+      return other != nullptr && other->error < 0.8 * reached;
+    };
+    if (target_.fixed_mesh && all.empty()) {
+      stop("order", "the given elements are of order 4, the highest, and cannot be refined");
+    } else if (helps({none, bounds.memory, bounds.cost})) {
+      stop("max_elements",
+           fmt::format("the next refinement needs more than the {} elements allowed",
+                       target_.start.max_elements));
+    } else if (helps({bounds.elements, none, bounds.cost})) {
+      stop("memory_limit",
+           fmt::format("the factor of the next refinement needs more than the {:.3g} GiB allowed",
+                       static_cast<double>(target_.memory_limit) / (1ll << 30)));
+    } else if (helps({none, none, bounds.cost})) {
+      stop("max_elements", fmt::format("the next refinement needs more than the {} elements, and "
+                                       "the {:.3g} GiB of factor, allowed",
+                                       target_.start.max_elements,
+                                       static_cast<double>(target_.memory_limit) / (1ll << 30)));
+    } else {
+      stop("no_progress", fmt::format("refining by a factor of {} in work would gain nothing that "
+                                      "counts",
+                                      most_growth));
+    }
+    return std::nullopt;
+  }
+
+  const PitchTarget& target_;
+  const MeshMaker& make_mesh_;
+  const ModeSolver& solve_;
+  PitchResult result_;
+  MeshSize best_;           ///< mesh of the best step
+  double asked_size_ = 0;   ///< and the size it was asked with
+  double predicted_ = 0;    ///< error of the step under way
+  double trust_ = 1;        ///< share of a predicted gain (in logarithms) that comes true
+  bool was_empty_ = false;  ///< the last step found no mode
+  int stuck_ = 0;           ///< steps in a row that gained nothing
+  int refused_ = 0;         ///< settings that took more elements than predicted and allowed
+};
+
+}  // namespace
+
+modes::Band judged_band(const modes::Band& band) {
+  modes::Band out = band;
+  out.max_frequency *= std::exp2(judged_above / 12);
+  return out;
+}
+
+modes::Modes without_margin(const modes::Modes& modes) {
+  const auto& certificate = modes.certificate;
+  return modes::restrict_to(
+      modes, {certificate.min_frequency, certificate.max_frequency / std::exp2(judged_above / 12),
+              std::numeric_limits<int>::max()});
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
+                        const ModeSolver& solve) {
+  if (!(target.cents >= least_pitch_target) || !std::isfinite(target.cents)) {
+    throw core::InputError(
+        fmt::format("a pitch target of {} cents cannot be met", target.cents),
+        fmt::format("{} is the least that estimates can tell", least_pitch_target));
+  }
+  return Search(target, make_mesh, solve).run();
+}
+
+nlohmann::json to_json(const PitchReport& report, bool with_seconds) {
+  nlohmann::json steps = nlohmann::json::array();
+  for (const PitchStep& step : report.steps) {
+    steps.push_back({{"order", step.order},
+                     {"element_size_m", step.element_size},
+                     {"automatic_size", step.automatic_size},
+                     {"elements", step.elements},
+                     {"unknowns", step.unknowns},
+                     {"worst_cents", step.worst_cents},
+                     {"median_cents", step.median_cents}});
+    if (with_seconds) steps.back()["seconds"] = step.seconds;
+  }
+  nlohmann::json out = {{"asked_cents", report.asked_cents},
+                        {"reached_cents", report.reached_cents},
+                        {"met", report.met()},
+                        {"chosen", report.chosen},
+                        {"steps", steps},
+                        {"stopped_by", nullptr},
+                        {"reason", nullptr}};
+  if (!report.met()) {
+    out["stopped_by"] = report.stopped_by;
+    out["reason"] = report.reason;
+  }
+  return out;
+}
+
+}  // namespace carillon::solvers::pitch

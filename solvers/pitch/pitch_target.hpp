@@ -1,0 +1,99 @@
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "solvers/mesh/shape_source.hpp"
+#include "solvers/modes/modes.hpp"
+
+namespace carillon::solvers::pitch {
+
+/// Estimates say nothing below this [cent]: the least that can be asked for. What the eigensolver's
+/// usual tolerance leaves is ten times less, so there is nothing to refine about it.
+constexpr double least_pitch_target = 0.01;
+
+/// How accurate pitches are to be, and where to begin.
+struct PitchTarget {
+  double cents = 5;              ///< the worst mode's pitch error may be so much [cent]
+  mesh::MeshOptions start = {};  ///< first setting; max_elements bounds all of them
+  bool fixed_mesh = false;       ///< elements are given (an MSH file): only their order can rise
+  modes::LinearSolver linear_solver = modes::LinearSolver::automatic;
+  std::int64_t memory_limit = 16ll << 30;  ///< of a direct factor [byte]
+};
+
+/// One setting that was tried.
+struct PitchStep {
+  int order = 0;
+  double element_size = 0;  ///< as asked for [m]; the longest edge where it was automatic
+  bool automatic_size = false;
+  std::int64_t elements = 0;
+  std::int64_t unknowns = 0;
+  double seconds = 0;  ///< mesh and solve; short when they came from a cache
+  /// Estimated error of the worst mode. 0 when there is no mode, which two settings have to show;
+  /// the first one counts as far off.
+  double worst_cents = 0;
+  double median_cents = 0;
+};
+
+struct PitchReport {
+  double asked_cents = 0;
+  double reached_cents = 0;      ///< worst mode of the best step
+  std::size_t chosen = 0;        ///< that step
+  std::vector<PitchStep> steps;  ///< in the order in which they were tried
+  /// Empty when the target is met. Else what ended the search: max_elements, memory_limit, order (4
+  /// is the highest, and the mesh cannot be refined), mesher (it failed),
+  /// solver, no_progress or steps.
+  std::string stopped_by;
+  std::string reason;  ///< the same for a person
+
+  bool met() const { return stopped_by.empty(); }
+};
+
+struct PitchResult {
+  mesh::MeshResult mesh;
+  std::vector<modes::Modes> sets;  ///< of the chosen step, as `solve` gave them
+  PitchReport report;
+};
+
+/// Makes the mesh of a setting.
+using MeshMaker = std::function<mesh::MeshResult(const mesh::MeshOptions&)>;
+/// Mode sets of a mesh that must all meet the target, with their pitch_errors.
+using ModeSolver = std::function<std::vector<modes::Modes>(const mesh::MeshResult&)>;
+
+/// The band that a target's modes are sought in. Coarse elements make modes sharp: some that belong
+/// into the band are found above it, and are judged as well. A whole tone more.
+modes::Band judged_band(const modes::Band& band);
+/// A set of such a band without what lies above the band that was asked for.
+modes::Modes without_margin(const modes::Modes& modes);
+
+/// Solves, reads the estimated pitch errors, and refines until the worst mode meets the target or
+/// something stops it: each step takes the order from 2 to 4 and the size that should meet it at
+/// the least cost (pitch_model.hpp, corrected by the rates that were measured). A first setting
+/// better than asked is kept: a coarser one would come on top of it. When the target is out of
+/// reach, the best that the bounds allow is tried before it gives up.
+///
+/// The choice follows from counts and estimates alone, never from the clock or from what a machine
+/// has free, so it is the same everywhere: a step that runs out of time or memory ends the search
+/// with its error.
+///
+/// @throws InputError   the target is below least_pitch_target or no number, or modes come without
+/// pitch_errors; and
+///                      what make_mesh and solve throw
+/// @throws SolverError  the first setting failed
+/// @throws ResourceError  any setting ran out of time or memory
+/// @note Collective where make_mesh and solve are.
+PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
+                        const ModeSolver& solve);
+
+/// {asked_cents, reached_cents, met, stopped_by, reason, chosen, steps: [{order, element_size_m,
+/// automatic_size, elements, unknowns, seconds, worst_cents, median_cents}]}; stopped_by and reason
+/// are null when the target is met.
+/// @param with_seconds  false leaves out what differs from run to run
+nlohmann::json to_json(const PitchReport& report, bool with_seconds);
+
+/// Middle of values (the lower of two); 0 for none.
+double median(std::vector<double> values);
+
+}  // namespace carillon::solvers::pitch

@@ -1,0 +1,88 @@
+#include "synth/material/material.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "synth/material/detail/material_fields.hpp"
+
+namespace carillon::synth::material {
+
+std::optional<damping::DampingFault> material_fault(const Material& material) {
+  const auto& [modulus, poisson, density] = material.elastic;
+  if (!(modulus > 0) || !std::isfinite(modulus)) {
+    return damping::DampingFault{
+        "youngs_modulus", fmt::format("Young's modulus must be positive, not {} Pa", modulus), ""};
+  }
+  if (!(poisson > -1 && poisson < 0.5)) {
+    return damping::DampingFault{
+        "poisson_ratio",
+        fmt::format("Poisson's ratio must lie between -1 and 0.5, both excluded, not {}", poisson),
+        poisson == 0.5 ? "an incompressible solid has no finite bulk modulus; 0.49 is rubber" : ""};
+  }
+  if (!(density > 0) || !std::isfinite(density)) {
+    return damping::DampingFault{
+        "density", fmt::format("density must be positive, not {} kg/m^3", density), ""};
+  }
+  return damping::damping_fault(material.damping);
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& names) {
+  std::string nearest = core::nearest_name(word, names);
+  // "porcelain" is no slip of "sterling_porcelain", yet it is what was meant.
+  for (const std::string& name : names) {
+    if (!nearest.empty()) break;
+    if (!word.empty() && name.ends_with(fmt::format("_{}", word))) nearest = name;
+  }
+  return nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
+}
+
+void check_material(const Material& material) {
+  if (const auto broken = material_fault(material)) {
+    throw core::InputError(material.name.empty()
+                               ? fmt::format("material: {}", broken->message)
+                               : fmt::format("material \"{}\": {}", material.name, broken->message),
+                           broken->hint);
+  }
+}
+
+Material parse_material(const std::string& text) {
+  return parse_material(text, {});
+}
+
+Material parse_material(const std::string& text, const std::vector<Material>& own) {
+  const std::string name(trimmed(text));
+  if (name.find('=') != std::string::npos) {
+    Material material = parse_fields(name);
+    check_material(material);
+    return material;
+  }
+  std::vector<std::string> names;
+  for (const auto* list : {&own, &preset_materials()}) {
+    for (const Material& material : *list) {
+      if (material.name == name) {
+        check_material(material);
+        return material;
+      }
+      if (std::find(names.begin(), names.end(), material.name) == names.end()) {
+        names.push_back(material.name);
+      }
+    }
+  }
+  throw core::InputError(
+      name.empty() ? "material: no name given"
+                   : fmt::format("unknown material \"{}\"{}", name, did_you_mean(name, names)),
+      fmt::format("known: {}; or key=value pairs such as "
+                  "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700",
+                  fmt::join(names, ", ")));
+}
+
+}  // namespace carillon::synth::material

@@ -1,0 +1,81 @@
+#include <map>
+#include <optional>
+
+#include "core/config.hpp"
+#include "synth/damping/damping_text.hpp"
+#include "synth/material/detail/material_fields.hpp"
+
+namespace carillon::synth::material {
+
+namespace {
+
+std::map<int, double> read_alphas(core::ConfigNode& node, const std::string& word) {
+  std::map<int, double> alphas;
+  for (const std::string& key : node.keys()) {
+    if (const auto number = damping::alpha_number(key)) {
+      alphas[*number] = node.quantity(key, damping::alpha_dimension(word, *number));
+    }
+  }
+  // Asked for in any case, so that a slip of the name is told.
+  for (const int number : {1, 2}) {
+    const std::string key = damping::parameter_name(static_cast<std::size_t>(number) - 1);
+    if (!node.has(key)) node.quantity(key, core::Dimension::none, 0.0);
+  }
+  return alphas;
+}
+
+/// @param node  the mapping that holds the alphas
+/// @param key   of the model's name or formula in it
+damping::DampingModel read_damping(core::ConfigNode& node, const std::string& key) {
+  const std::string word = node.text(key, "");
+  const std::map<int, double> alphas = read_alphas(node, word);
+  const damping::DampingModel model = core::at_key(
+      node, node.has(key) ? key : "", [&] { return damping::make_damping(word, alphas); });
+  if (const auto fault = damping::damping_fault(model)) {
+    node.fail(node.has(fault->key) ? fault->key : key, fault->message, fault->hint);
+  }
+  return model;
+}
+
+Material read_material(core::ConfigNode node, const std::string& name, const std::string& path) {
+  Material material;
+  material.name = name;
+  for (const ElasticField& field : kElasticFields) {
+    field.value(material) = node.quantity(field.name, field.dimension);
+  }
+  if (node.is_mapping("damping")) {
+    core::ConfigNode damping = node.child("damping");
+    material.damping = read_damping(damping, "model");
+  } else {
+    material.damping = read_damping(node, "damping");
+  }
+  material.source = node.text("source", path);
+  node.finish();
+  if (const auto fault = material_fault(material)) {
+    node.fail(fault->key, fault->message, fault->hint);
+  }
+  return material;
+}
+
+}  // namespace
+
+std::vector<Material> read_materials(const std::string& path) {
+  core::ConfigNode root = core::ConfigNode::parse(core::read_text_file(path), path);
+  std::vector<Material> materials;
+  for (const std::string& name : root.keys()) {
+    // Such a name could never be told from a list of numbers.
+    if (name.empty() || name.find_first_of("=,") != std::string::npos) {
+      root.fail(name, "a material's name must not be empty nor contain \"=\" or \",\"");
+    }
+    // It is a folder's name in keys, which files of sounds are named by.
+    if (name == "." || name == ".." || name.find('/') != std::string::npos) {
+      root.fail(name, "a material's name must not contain \"/\" nor be \".\" or \"..\"",
+                "it names folders of sound files");
+    }
+    materials.push_back(read_material(root.child(name), name, path));
+  }
+  root.finish();
+  return materials;
+}
+
+}  // namespace carillon::synth::material

@@ -1,0 +1,29 @@
+#include "synth/modal/hearing.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace carillon::synth::modal {
+
+double bark(double frequency) {
+  const double ratio = frequency / 7500;
+  return 13 * std::atan(0.00076 * frequency) + 3.5 * std::atan(ratio * ratio);
+}
+
+double hearing_threshold(double frequency) {
+  const double f = frequency / 1000;
+  if (!(f > 0)) return std::numeric_limits<double>::infinity();
+  return 3.64 * std::pow(f, -0.8) - 6.5 * std::exp(-0.6 * (f - 3.3) * (f - 3.3)) +
+         1e-3 * f * f * f * f;
+}
+
+double spreading(double distance) {
+  const double z = distance + 0.474;
+  return 15.81 + 7.5 * z - 17.5 * std::sqrt(1 + z * z);
+}
+
+double masking_offset(double bark) {
+  return 14.5 + bark;
+}
+
+}  // namespace carillon::synth::modal

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace carillon::synth::signal {
+
+/// librosa's mel power spectrogram: Slaney scale and area norm, power 2, periodic Hann, centred
+/// frames with zero padding; linear, not normalised.
+struct MelOptions {
+  double sample_rate = 44100;  ///< [Hz]
+  int fft_size = 2048;
+  int hop = 1837;  ///< 25 frames of 1 s at 44.1 kHz
+  int bands = 64;
+  double min_frequency = 0;  ///< [Hz]
+  double max_frequency = 0;  ///< [Hz]; 0: half the sample rate
+};
+
+/// Frames of a clip: 1 + count / hop.
+/// @throws InputError  impossible options, as MelSpectrogram
+int mel_frames(std::size_t count, const MelOptions& options);
+
+/// Computes many spectrograms of one definition (the FFT's plan and filters are made once). Uses
+/// buffers of its own: one object for each thread.
+class MelSpectrogram {
+ public:
+  /// @throws InputError  no positive sample rate, hop or bands, an odd FFT size, or band limits
+  /// that
+  ///                     do not rise within 0 to Nyquist
+  explicit MelSpectrogram(const MelOptions& options);
+  ~MelSpectrogram();
+  MelSpectrogram(const MelSpectrogram&) = delete;
+  MelSpectrogram& operator=(const MelSpectrogram&) = delete;
+  /// @return bands x frames, row by row
+  std::vector<float> operator()(std::span<const float> clip) const;
+  /// Filter weights, bands x (fft_size / 2 + 1).
+  const std::vector<float>& filters() const { return filters_; }
+  const MelOptions& options() const { return options_; }
+
+ private:
+  MelOptions options_;
+  std::vector<float> filters_;
+  std::vector<double> window_;
+  double* input_ = nullptr;
+  void* output_ = nullptr;
+  void* plan_ = nullptr;
+};
+
+}  // namespace carillon::synth::signal

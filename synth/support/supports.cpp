@@ -1,0 +1,134 @@
+#include "synth/support/supports.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace carillon::synth::support {
+
+namespace {
+
+constexpr double kStandardGravity = 9.80665;  ///< [m/s^2]
+/// Squares of anything faster could overflow later.
+constexpr double kFastestDamping = 1e50;  ///< [1/s]
+
+bool finite_and_not_negative(double value) {
+  return value >= 0 && std::isfinite(value);
+}
+
+/// @param unit_trace  of the damping for 1 N s/m
+void check_press(double coefficient, double force, double unit_trace) {
+  check_support({"", coefficient, 0, ""});
+  if (!finite_and_not_negative(force)) {
+    throw core::InputError(
+        fmt::format("support: the force must be finite and not negative, not {} N", force));
+  }
+  if (!(coefficient * force * unit_trace < kFastestDamping)) {
+    throw core::InputError(
+        fmt::format("support: a coefficient of {} s/m and a force of {} N damp faster than {} 1/s",
+                    coefficient, force, kFastestDamping),
+        "lower the coefficient or the force");
+  }
+}
+
+}  // namespace
+
+const std::vector<SupportKind>& preset_supports() {
+  static const std::vector<SupportKind> presets = {
+      {"finger", 1.0, 0.8, "chosen: 1 N s/m for a touch of 1 N; skin grips"},
+      {"string", 0.05, 0.3, "chosen: a thread gives way and takes little"},
+      {"foam", 0.5, 0.6, "chosen: soft cells, half of what a finger takes at the same force"},
+      {"table", 3.0, 0.4, "chosen: wood that takes vibration and radiates it"},
+  };
+  return presets;
+}
+
+SupportKind parse_support(const std::string& name) {
+  std::vector<std::string> names;
+  for (const SupportKind& kind : preset_supports()) {
+    if (kind.name == name) return kind;
+    names.push_back(kind.name);
+  }
+  const std::string nearest = core::nearest_name(name, names);
+  throw core::InputError(
+      fmt::format("support: unknown kind \"{}\"{}", name,
+                  nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)),
+      "kinds are finger, string, foam and table; or give coefficient and friction");
+}
+
+void check_support(const SupportKind& kind) {
+  if (!finite_and_not_negative(kind.coefficient)) {
+    throw core::InputError(
+        fmt::format("support: the coefficient must be finite and not negative, not {} s/m",
+                    kind.coefficient),
+        "a negative one would feed energy into the body");
+  }
+  if (!finite_and_not_negative(kind.friction)) {
+    throw core::InputError(
+        fmt::format("support: friction must be finite and not negative, not {}", kind.friction));
+  }
+}
+
+Eigen::MatrixXd unit_dashpots(const solvers::modes::Modes& modes, std::span<const Contact> contacts,
+                              double friction, const surface::RigidBody* rigid) {
+  check_support({"", 0, friction, ""});
+  const Eigen::Index directions = friction > 0 ? 3 : 1;
+  const auto n = static_cast<Eigen::Index>(modes.size());
+  const Eigen::Index rows = n + (rigid != nullptr ? 6 : 0);
+  Eigen::MatrixXd columns(rows, directions * static_cast<Eigen::Index>(contacts.size()));
+  Eigen::Index column = 0;
+  for (const Contact& contact : contacts) {
+    if (!(std::abs(contact.normal.norm() - 1) <= 1e-6)) {
+      throw core::InputError(fmt::format(
+          "support: the normal must be a unit vector, its length is {}", contact.normal.norm()));
+    }
+    if (!finite_and_not_negative(contact.share)) {
+      throw core::InputError(fmt::format(
+          "support: a contact's share of the force must not be negative, not {}", contact.share));
+    }
+    Eigen::MatrixX3d shapes(rows, 3);
+    shapes.topRows(n) = modal::shapes_at(modes, contact.point);
+    if (rigid != nullptr) {
+      shapes.bottomRows<6>() =
+          surface::rigid_shapes_at(*rigid, modal::frame_at(modes.surface, contact.point).position);
+    }
+    shapes *= std::sqrt(contact.share);
+    columns.col(column++) = shapes * contact.normal;
+    if (directions == 1) continue;
+    const Vec3 side = contact.normal.unitOrthogonal();
+    columns.col(column++) = std::sqrt(friction) * (shapes * side);
+    columns.col(column++) = std::sqrt(friction) * (shapes * contact.normal.cross(side));
+  }
+  if (columns.cols() <= rows || rows == 0) return columns;
+  // With L^T = Q R, L L^T = R^T R: as many columns as rows say the same.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns.transpose());
+  return Eigen::MatrixXd(qr.matrixQR().topRows(rows).triangularView<Eigen::Upper>()).transpose();
+}
+
+Eigen::MatrixXd dashpots(const Eigen::MatrixXd& unit, double coefficient, double force) {
+  check_press(coefficient, force, unit.squaredNorm());
+  return (std::sqrt(coefficient) * std::sqrt(force)) * unit;
+}
+
+void add_support_damping(std::vector<double>& decay_rates, const Eigen::VectorXd& unit_diagonal,
+                         double coefficient, double force) {
+  if (unit_diagonal.size() != static_cast<Eigen::Index>(decay_rates.size())) {
+    throw core::InputError(fmt::format("support: damping of {} modes for {} decay rates",
+                                       unit_diagonal.size(), decay_rates.size()));
+  }
+  check_press(coefficient, force, unit_diagonal.sum());
+  for (std::size_t i = 0; i < decay_rates.size(); ++i) {
+    decay_rates[i] += coefficient * force * unit_diagonal[static_cast<Eigen::Index>(i)] / 2;
+  }
+}
+
+double weight(const solvers::modes::Modes& modes) {
+  return modes.mass * kStandardGravity;
+}
+
+}  // namespace carillon::synth::support
