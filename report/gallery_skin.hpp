@@ -13,7 +13,7 @@ namespace carillon::report {
 inline constexpr std::size_t damping_factors = 65;
 
 /// A surface as the page draws it: vertices, and faces over them whose nodes are those of
-/// solvers::triangle_lattice(order).
+/// solvers::elements::triangle_lattice(order).
 struct GallerySkin {
   render::ShadingMesh mesh;
   int order = 1;

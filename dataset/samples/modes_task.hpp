@@ -23,7 +23,7 @@ struct BuildFolders {
 /// Which solved mode set a variant uses, and the exact rescaling from it.
 struct VariantModes {
   std::size_t set = 0;
-  double length = 1, modulus = 1, density = 1;  ///< factors for solvers::rescale
+  double length = 1, modulus = 1, density = 1;  ///< factors for solvers::modes::rescale
 };
 
 /// Variants that one mode set serves: equal Poisson's ratios, and equal ratios of moduli and

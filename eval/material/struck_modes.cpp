@@ -14,7 +14,7 @@ namespace carillon::eval::material {
 
 namespace {
 
-/// Of eigenvalues, for modes to count as equal: as solvers::whole_clusters() has it.
+/// Of eigenvalues, for modes to count as equal: as solvers::modes::whole_clusters() has it.
 constexpr double kSame = 1e-4;
 
 synth::modal::Weights weights_of(HeardMotion motion) {

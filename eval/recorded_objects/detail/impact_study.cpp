@@ -169,7 +169,7 @@ void remark_on_chance(const std::vector<StudiedBlow>& blows,
                   near, kNear * widest, chance));
 }
 
-/// @throws InputError  nothing to compare; as eval::extract_features()
+/// @throws InputError  nothing to compare; as features::extract_features()
 StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
                        const StudyOptions& options) {
   StudiedBlow studied;

@@ -1,0 +1,131 @@
+#include "dataset/configuration/configuration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace carillon::dataset {
+namespace {
+
+constexpr const char* minimal = R"(
+objects:
+  - shape: bar
+    materials: [steel]
+)";
+
+configuration::BuildConfig read(const std::string& text,
+                                const std::vector<std::string>& overrides = {}) {
+  return configuration::read_build_config(text, "test.yaml", overrides);
+}
+
+/// Message of the ConfigError that a text gives.
+std::string refusal(const std::string& text) {
+  try {
+    read(text);
+  } catch (const core::ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Configuration, DefaultsAreThoseOfTheGuide) {
+  const configuration::BuildConfig config = read(minimal);
+  EXPECT_EQ(config.name, "test");
+  EXPECT_EQ(config.seed, 0u);
+  EXPECT_EQ(config.band.min_frequency, 20);
+  EXPECT_EQ(config.band.max_frequency, 20000);
+  EXPECT_EQ(config.band.max_modes, 300);
+  EXPECT_EQ(config.scene.audio.samples(), 44100u);
+  EXPECT_FALSE(config.mel || config.voxels || config.camera || config.wav || config.png);
+  EXPECT_TRUE(config.scene.listeners.empty());
+}
+
+TEST(Configuration, ResolvedTextReadsBackAsItself) {
+  const std::string text = std::string(minimal) +
+                           "mel: {}\nvoxels: {}\ncamera: {}\nlisteners:\n"
+                           "  - position: [0, 0, 1 m]\nstrikes: {impulse: 20 mN s}\n";
+  const configuration::BuildConfig once = read(text);
+  const configuration::BuildConfig twice = read(once.resolved);
+  EXPECT_EQ(once.resolved, twice.resolved);
+  EXPECT_EQ(twice.mel->hop, 1837);
+  EXPECT_EQ(twice.scene.strikes.impulse.low, 0.02);
+}
+
+TEST(Configuration, UnitsAreUnderstood) {
+  const configuration::BuildConfig config = read(
+      "objects:\n  - shape: bar\n    materials: steel\n    parameters: {length: [12 cm, 200 mm]}\n"
+      "modes: {max_frequency: 12 kHz}\naudio: {seconds: 500 ms}\n");
+  EXPECT_DOUBLE_EQ(config.objects[0].parameters.at("length").low, 0.12);
+  EXPECT_DOUBLE_EQ(config.objects[0].parameters.at("length").high, 0.2);
+  EXPECT_DOUBLE_EQ(config.band.max_frequency, 12000);
+  EXPECT_EQ(config.scene.audio.samples(), 22050u);
+}
+
+TEST(Configuration, MistakesNamePlaceAndRemedy) {
+  EXPECT_NE(refusal("objects:\n  - shape: bar\n    lenght: 3\n    materials: [steel]\n")
+                .find("test.yaml:3:5: objects[0].lenght"),
+            std::string::npos);
+  EXPECT_NE(refusal("objects:\n  - shape: bra\n    materials: [steel]\n").find("\"bar\""),
+            std::string::npos);
+  EXPECT_NE(refusal("objects:\n  - shape: bar\n    materials: [stele]\n").find("steel"),
+            std::string::npos);
+  EXPECT_NE(refusal(std::string(minimal) + "audio: {seconds: 3 kg}\n").find("audio.seconds"),
+            std::string::npos);
+  EXPECT_NE(refusal("objects:\n  - shape: bar\n    mesh: a.obj\n    materials: [steel]\n")
+                .find("objects[0]"),
+            std::string::npos);
+  EXPECT_NE(refusal("objects: []\n").find("no objects"), std::string::npos);
+  EXPECT_NE(refusal("objects:\n  - shape: bar\n").find("no material"), std::string::npos);
+}
+
+TEST(Configuration, ImpossibleValuesAreRefused) {
+  const std::string text(minimal);
+  for (const char* wrong :
+       {"modes: {min_frequency: 30 kHz}\n", "audio: {gain: 0}\n", "audio: {sample_rate: 10 Hz}\n",
+        "strikes: {spread: 90 deg}\n", "strikes: {impulse: 0}\n",
+        "split: {test: 0.7, validation: 0.4}\n", "mel: {max_frequency: 30 kHz}\n",
+        "camera: {field_of_view: 180 deg}\n", "audio: {seconds: 0}\n",
+        "strikes: {csv: not-there.csv}\n", "solver: {memory_limit: 1e12 GiB}\n",
+        "solver: {memory_limit: -1 GiB}\n", "solver: {memory_limit: 0}\n",
+        "limits: {mesh_memory: 1e300}\n"}) {
+    EXPECT_NE(refusal(text + wrong), "accepted") << wrong;
+  }
+}
+
+TEST(Configuration, LimitsOfMemoryNeverOverflow) {
+  const std::string text = refusal(std::string(minimal) + "solver: {memory_limit: 1e12 GiB}\n");
+  EXPECT_NE(text.find("solver.memory_limit"), std::string::npos) << text;
+  EXPECT_NE(text.find("16 GiB"), std::string::npos) << text;
+  EXPECT_EQ(read(std::string(minimal) + "solver: {memory_limit: 1 MiB}\n").solver.memory_limit,
+            1 << 20);
+  EXPECT_EQ(core::whole_bytes(1152921504606846976.0), 1ll << 60);
+  EXPECT_THROW(core::whole_bytes(1e21), core::InputError);
+  EXPECT_THROW(core::whole_bytes(std::nan("")), core::InputError);
+}
+
+TEST(Configuration, MaterialsOfGroups) {
+  const configuration::BuildConfig config =
+      read("objects:\n  - mesh: a.msh\n    materials: {shell: steel, core: wood}\n");
+  EXPECT_EQ(config.objects[0].groups.at("core"), "wood");
+  EXPECT_TRUE(config.objects[0].materials.empty());
+}
+
+TEST(Configuration, OverridesWin) {
+  EXPECT_EQ(read(minimal, {"strikes.per_object=3"}).scene.strikes.per_object, 3);
+  EXPECT_EQ(read(minimal, {"objects[0].count=7"}).objects[0].count, 7);
+}
+
+TEST(Configuration, TurnedProfilesFromPoints) {
+  const configuration::BuildConfig config = read(
+      "objects:\n  - shape: turned\n    materials: [glass]\n    profile:\n"
+      "      - {radius: 0, height: 0}\n      - {radius: 3 cm, height: 0}\n"
+      "      - {radius: 3 cm, height: 2 cm}\n      - {radius: 0, height: 2 cm}\n");
+  ASSERT_EQ(config.objects[0].profile.size(), 4u);
+  EXPECT_DOUBLE_EQ(config.objects[0].profile[2][0], 0.03);
+}
+
+}  // namespace
+}  // namespace carillon::dataset

@@ -1,0 +1,257 @@
+#include "dataset/plan/plan.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "core/error.hpp"
+#include "dataset/plan/solver_plan.hpp"
+#include "dataset/run/costs.hpp"
+#include "scene/scene.hpp"
+
+namespace carillon::dataset {
+namespace {
+
+configuration::BuildConfig config_of(const std::string& text) {
+  return configuration::read_build_config(text, "test.yaml", {});
+}
+
+configuration::BuildConfig bars(int count, int strikes, const std::string& more = "") {
+  return config_of(
+      "objects:\n  - shape: bar\n    materials: [steel, glass]\n    sizes: [1, 2]\n"
+      "    count: " +
+      std::to_string(count) + "\nstrikes: {per_object: " + std::to_string(strikes) + "}\n" + more);
+}
+
+TEST(Plan, CountsShapesVariantsAndStrikes) {
+  const plan::BuildPlan plan = plan::make_plan(bars(3, 5));
+  EXPECT_EQ(plan.shapes.size(), 3u);
+  EXPECT_EQ(plan.samples.size(), 3u * 2 * 2 * 5);
+  EXPECT_EQ(plan.tasks.size(), 6u);
+  std::set<std::string> keys;
+  for (const plan::Sample& sample : plan.samples) keys.insert(sample.key);
+  EXPECT_EQ(keys.size(), plan.samples.size());
+}
+
+TEST(Plan, TasksHoldAtMost256SamplesOfOneShape) {
+  const plan::BuildPlan plan = plan::make_plan(bars(2, 150));
+  std::size_t samples = 0;
+  for (const plan::BuildTask& task : plan.tasks) {
+    if (task.kind != plan::TaskKind::samples) continue;
+    EXPECT_LE(task.count, 256u);
+    for (std::size_t i = task.first; i < task.first + task.count; ++i) {
+      EXPECT_EQ(plan.samples[i].shape, task.shape);
+    }
+    samples += task.count;
+  }
+  EXPECT_EQ(samples, plan.samples.size());
+  const auto board = run::board_tasks(plan, bars(2, 150));
+  for (std::size_t t = 0; t < board.size(); ++t) {
+    EXPECT_EQ(board[t].after.size(), plan.tasks[t].kind == plan::TaskKind::samples ? 1u : 0u);
+  }
+}
+
+TEST(Plan, GrowingChangesNothingThatExists) {
+  const plan::BuildPlan small = plan::make_plan(bars(2, 3));
+  const plan::BuildPlan large = plan::make_plan(bars(5, 9));
+  std::map<std::string, std::uint64_t> ids;
+  for (const plan::Sample& sample : large.samples) ids[sample.key] = sample.id;
+  for (const plan::Sample& sample : small.samples) EXPECT_EQ(ids.at(sample.key), sample.id);
+  for (std::size_t i = 0; i < small.shapes.size(); ++i) {
+    EXPECT_EQ(small.shapes[i].id, large.shapes[i].id);
+    EXPECT_EQ(small.shapes[i].split_shape, large.shapes[i].split_shape);
+    EXPECT_EQ(small.shapes[i].request.shape.parameters, large.shapes[i].request.shape.parameters);
+  }
+}
+
+TEST(Plan, SeedsDrawOtherShapesAndZeroIsASeed) {
+  const auto parameters = [](const std::string& seed) {
+    return plan::make_plan(bars(1, 1, "seed: " + seed + "\n")).shapes[0].request.shape.parameters;
+  };
+  EXPECT_EQ(parameters("0"), parameters("0"));
+  EXPECT_NE(parameters("0"), parameters("1"));
+}
+
+TEST(Plan, SplitsHaveTheirShares) {
+  const configuration::BuildConfig config = bars(2000, 1, "split: {validation: 0.2, test: 0.3}\n");
+  std::map<std::string, int> shares;
+  for (const plan::Shape& shape : plan::make_plan(config).shapes) ++shares[shape.split_shape];
+  EXPECT_NEAR(shares["test"] / 2000.0, 0.3, 0.04);
+  EXPECT_NEAR(shares["validation"] / 2000.0, 0.2, 0.04);
+  EXPECT_NEAR(shares["train"] / 2000.0, 0.5, 0.04);
+}
+
+TEST(Plan, EqualFilesFallIntoOnePart) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "plan-meshes";
+  std::filesystem::create_directories(folder);
+  for (int i = 0; i < 20; ++i) {
+    std::ofstream(folder / ("copy" + std::to_string(i) + ".off")) << "OFF\n0 0 0\n";
+  }
+  const configuration::BuildConfig config =
+      config_of("objects:\n  - mesh: " + (folder / "*.off").string() +
+                "\n    materials: [steel]\nsplit: {test: 0.5}\n");
+  std::set<std::string> parts;
+  for (const plan::Shape& shape : plan::make_plan(config).shapes) parts.insert(shape.split_shape);
+  EXPECT_EQ(parts.size(), 1u);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Plan, NothingMatchedAndDoubleNamesAreErrors) {
+  EXPECT_THROW(
+      plan::make_plan(config_of("objects:\n  - mesh: none-*.off\n    materials: [steel]\n")),
+      core::InputError);
+  EXPECT_THROW(plan::make_plan(config_of("objects:\n  - shape: bar\n    materials: [steel]\n"
+                                         "  - shape: bar\n    materials: [glass]\n")),
+               core::InputError);
+}
+
+TEST(Plan, FingerprintsTellPlansApart) {
+  const auto print = [](const configuration::BuildConfig& config) {
+    return plan::fingerprint(config, plan::make_plan(config));
+  };
+  EXPECT_EQ(print(bars(2, 2)), print(bars(2, 2)));
+  EXPECT_NE(print(bars(2, 2)), print(bars(2, 3)));
+  configuration::BuildConfig struck = bars(2, 2);
+  struck.scene.strikes.given = {{"*", {0, 0, 0}, {}, 0.01, 0.001}};
+  const std::string before = print(struck);
+  struck.scene.strikes.given[0].impulse = 0.02;
+  EXPECT_NE(print(struck), before);
+}
+
+TEST(Plan, EffectsAreOffUnlessAskedFor) {
+  const auto running = [](const std::string& more) {
+    std::set<std::string> names;
+    for (const nlohmann::json& effect : scene::describe_effects(bars(1, 1, more).scene, 60)) {
+      EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
+      if (effect.at("enabled").get<bool>()) names.insert(effect.at("name"));
+    }
+    return names;
+  };
+  using Names = std::set<std::string>;
+  EXPECT_EQ(running(""), (Names{"damping", "contact"}));
+  EXPECT_EQ(running("mel: {}\nvoxels: {}\ncamera: {}\n"),
+            (Names{"damping", "contact", "mel", "voxels", "frames"}));
+  EXPECT_EQ(running("listeners:\n  - position: [0, 0, 1]\n"),
+            (Names{"damping", "contact", "radiation", "click"}));
+  EXPECT_EQ(running("striker: {kind: metal, speed: 1 m/s}\n"), (Names{"damping", "striker"}));
+  // Nobody hears the room.
+  EXPECT_EQ(running("room: {size: [5, 4, 3], absorption: 0.2}\n"), (Names{"damping", "contact"}));
+}
+
+nlohmann::json effect_of(const configuration::BuildConfig& config, const std::string& name) {
+  for (nlohmann::json& effect : scene::describe_effects(config.scene, 60)) {
+    if (effect.at("name") == name) return effect;
+  }
+  throw std::runtime_error("no such effect");
+}
+
+TEST(Plan, ViewsHaveTheirCost) {
+  const configuration::BuildConfig config =
+      bars(1, 4, "mel: {bands: 64}\nvoxels: {}\ncamera: {}\n");
+  EXPECT_GT(effect_of(config, "mel").at("seconds_per_sound"), 0.0);
+  EXPECT_GT(effect_of(config, "voxels").at("seconds_per_shape"), 0.0);
+  EXPECT_GT(effect_of(config, "frames").at("seconds_per_shape"), 0.0);
+  EXPECT_GT(config.scene.seconds_per_shape(), 0.0);
+  EXPECT_EQ(bars(1, 4).scene.seconds_per_shape(), 0.0);
+  // Twice the bands are less than twice the cost: the transform is the same.
+  const auto mel = [](const std::string& bands) {
+    return effect_of(bars(1, 4, "mel: {bands: " + bands + "}\n"), "mel")
+        .at("seconds_per_sound")
+        .get<double>();
+  };
+  EXPECT_GT(mel("128"), 1.2 * mel("64"));
+  EXPECT_LT(mel("128"), 2 * mel("64"));
+  const configuration::BuildConfig off =
+      bars(1, 4, "mel: {}\nvoxels: {}\neffects: {mel: off, voxels: off}\n");
+  EXPECT_EQ(effect_of(off, "mel").at("seconds_per_sound"), 0.0);
+  EXPECT_EQ(effect_of(off, "voxels").at("seconds_per_shape"), 0.0);
+}
+
+// A fit serves all sounds and listeners of its body.
+TEST(Plan, AFitCostsTheSameForAnyListeners) {
+  const auto fit = [](int strikes, const std::string& more) {
+    const std::string ear = "  - position: [0, 0, 1]\n";
+    return effect_of(bars(1, strikes, "listeners:\n" + ear + more), "radiation")
+        .at("seconds_per_sound")
+        .get<double>();
+  };
+  const double one = fit(10, "");
+  EXPECT_GT(one, 0);
+  EXPECT_DOUBLE_EQ(fit(10, "  - position: [0, 1, 1]\n  - position: [1, 0, 1]\n"), one);
+  EXPECT_DOUBLE_EQ(fit(20, ""), one / 2);
+}
+
+TEST(Plan, DampingNamesTheLineOfItsMaterials) {
+  EXPECT_NE(effect_of(bars(1, 1), "damping")
+                .at("reason")
+                .get<std::string>()
+                .find("objects[0].materials: (test.yaml:3), "),
+            std::string::npos)
+      << effect_of(bars(1, 1), "damping");
+  const configuration::BuildConfig shared =
+      config_of("seed: 1\nmaterials: [steel]\nobjects:\n  - shape: bar\n");
+  EXPECT_EQ(effect_of(shared, "damping").at("reason"),
+            "materials: (test.yaml:2), every material has damping");
+}
+
+// A program that never registered a view, and one that has it off, read the same build.
+TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
+  const std::map<std::string, std::string> keys = {
+      {"mel", "mel: {bands: 20}\n"}, {"voxels", "voxels: {}\n"}, {"frames", "camera: {}\n"}};
+  for (const auto& [name, key] : keys) {
+    std::vector<scene::Effect> others;
+    for (const scene::Effect& effect : scene::effects()) {
+      if (effect.name != name) others.push_back(effect);
+    }
+    const std::string bar = "objects:\n  - shape: bar\n    materials: [steel]\n";
+    const configuration::BuildConfig never =
+        configuration::read_build_config(bar, "test.yaml", {}, others);
+    const std::string off = key + "effects: {" + name + ": off}\n";
+    for (const std::string& more : {std::string(), off}) {
+      const configuration::BuildConfig config = config_of(bar + more);
+      EXPECT_FALSE(config.mel || config.voxels || config.camera) << more;
+      EXPECT_EQ(plan::fingerprint(config, plan::make_plan(config)),
+                plan::fingerprint(never, plan::make_plan(never)));
+      EXPECT_EQ(config.scene.seconds_per_shape(), never.scene.seconds_per_shape());
+      EXPECT_EQ(config.scene.seconds_per_sound(60), never.scene.seconds_per_sound(60));
+    }
+    const configuration::BuildConfig on = config_of(bar + key);
+    EXPECT_TRUE(on.mel || on.voxels || on.camera) << key;
+  }
+}
+
+TEST(Plan, SolverIsShownWithItsReasons) {
+  const auto solver = [](const std::string& more) {
+    std::map<std::string, nlohmann::json> by_name;
+    for (const auto& entry : plan::plan_solver(bars(1, 1, more))) {
+      EXPECT_FALSE(entry.at("reason").get<std::string>().empty()) << entry;
+      EXPECT_FALSE(entry.at("text").get<std::string>().empty()) << entry;
+      by_name[entry.at("name")] = entry;
+    }
+    return by_name;
+  };
+  auto usual = solver("");
+  EXPECT_EQ(usual["order"]["value"], 3);
+  EXPECT_EQ(usual["pitch_target"]["value"], nullptr);
+  EXPECT_EQ(usual["element_size"]["value"], nullptr);
+  EXPECT_EQ(usual["linear_solver"]["value"], "automatic");
+  EXPECT_EQ(usual["memory_limit"]["text"], "16.0 GiB");
+  auto chosen = solver(
+      "solver: {pitch_cents: 5, eigen_solver: krylov_schur, linear_solver: iterative, "
+      "memory_limit: 4 GiB}\nmodes: {order: 2, element_size: 8 mm, max_modes: 7}\n");
+  EXPECT_EQ(chosen["order"]["value"], 2);
+  EXPECT_NE(chosen["order"]["reason"], usual["order"]["reason"]);
+  EXPECT_EQ(chosen["element_size"]["value"], 0.008);
+  EXPECT_EQ(chosen["pitch_target"]["value"], 5);
+  EXPECT_EQ(chosen["eigen_solver"]["value"], "krylov_schur");
+  EXPECT_EQ(chosen["linear_solver"]["value"], "iterative");
+  EXPECT_EQ(chosen["memory_limit"]["value"], 4ll << 30);
+  EXPECT_EQ(chosen["max_modes"]["value"], 7);
+  EXPECT_EQ(chosen["band"]["value"], nlohmann::json({20, 20000}));
+}
+
+}  // namespace
+}  // namespace carillon::dataset

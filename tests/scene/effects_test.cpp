@@ -1,0 +1,265 @@
+// What a scene does not call for is not called, takes no memory and changes no bit.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <stdexcept>
+
+#include "core/error.hpp"
+#include "scene/chain.hpp"
+#include "tests/scene/heard_scene.hpp"
+
+namespace carillon::scene {
+namespace {
+
+/// What calls for each effect that is not in every scene. All of it together is a scene in which
+/// everything runs.
+const std::map<std::string, std::string>& calls() {
+  static const std::map<std::string, std::string> text = {
+      {"radiation",
+       "listeners:\n  - position: [0.5, 0.3, 0.4]\n"
+       "radiation: {least_sources: 40, most_sources: 40}\n"},
+      {"supports", "supports: {contacts: [{kind: finger, count: 2}]}\n"},
+      {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
+      {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
+      {"striker", "striker: {kind: [metal, wood], speed: [0.5 m/s, 2 m/s]}\n"},
+      {"click", "click: {held: false}\n"},
+      // Of its reflections and of its tail.
+      {"room", "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.2}\n"},
+  };
+  return text;
+}
+
+/// A scene with everything but one effect.
+/// @param about  the effect that the scene is for: what would stand in its place is left out
+std::string scene_without(const std::string& name, const std::string& about) {
+  std::string text = "audio: {seconds: 0.2, sample_rate: 16000}\n";
+  for (const auto& [effect, keys] : calls()) {
+    // A striker gives the force that the contact pulse would.
+    if (effect != name && !(about == "contact" && effect == "striker")) text += keys;
+  }
+  std::string switches;
+  for (const Effect& effect : effects()) {
+    const bool on = effect.only_on_demand && effect.name != name;
+    const bool off = !effect.only_on_demand && effect.name == name;
+    if (on || off) switches += std::string("  ") + effect.name + (on ? ": on\n" : ": off\n");
+  }
+  return text + (switches.empty() ? "" : "effects:\n" + switches);
+}
+
+class EveryEffect : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryEffect, IsNeitherCalledNorKeptNorHeardWhereItIsOff) {
+  const std::string name = GetParam();
+  const std::string text = scene_without(name, name);
+  std::vector<Effect> others;
+  for (const Effect& effect : effects()) {
+    if (effect.name != name) others.push_back(effect);
+  }
+  // A program that never heard of the effect cannot read a switch for it.
+  std::string unswitched = text;
+  const std::string off = "  " + name + ": off\n";
+  if (const auto at = unswitched.find(off); at != std::string::npos)
+    unswitched.erase(at, off.size());
+  if (unswitched.ends_with("effects:\n")) unswitched.resize(unswitched.size() - 9);
+
+  hear(text);  // what libraries allocate once
+  const Heard with = hear(text);
+  const Heard without = hear(unswitched, others);
+  EXPECT_FALSE(with.trace.effects.contains(name));
+  EXPECT_EQ(with.audio, without.audio);
+  EXPECT_EQ(with.record, without.record);
+  EXPECT_EQ(with.allocated, without.allocated);
+  for (const auto& [other, entry] : without.trace.effects) {
+    EXPECT_EQ(with.trace.effects.at(other).calls, entry.calls) << other;
+  }
+}
+
+TEST_P(EveryEffect, RunsAndIsRecordedInTheTraceWhereItIsOn) {
+  const std::string name = GetParam();
+  const Heard all = hear(scene_without("", name));
+  ASSERT_TRUE(all.trace.effects.contains(name));
+  EXPECT_GT(all.trace.effects.at(name).calls, 0);
+  const Heard without = hear(scene_without(name, name));
+  // Thrift may find every mode worth hearing, and says so.
+  EXPECT_TRUE(all.audio != without.audio || all.record != without.record);
+  for (const float value : all.audio) ASSERT_TRUE(std::isfinite(value));
+}
+
+// A key that stands there, switched off, is as good as none.
+TEST(Effects, SwitchedOffAreAsIfTheirKeyWereNotThere) {
+  const std::string ear = "listeners:\n  - position: [0.5, 0.3, 0.4]\n";
+  const std::string base = "audio: {seconds: 0.2, sample_rate: 16000}\n" + ear +
+                           "radiation: {least_sources: 40, most_sources: 40}\n";
+  hear(base);  // what libraries allocate once
+  const Heard without = hear(base);
+  for (const auto& [name, key] : calls()) {
+    if (name == "radiation" || name == "click") continue;  // these run with a listener alone
+    const std::string off =
+        "effects: {" + name + ": off" + (name == "room" ? ", tail: off" : "") + "}\n";
+    const Heard with = hear(base + key + off);
+    EXPECT_EQ(with.audio, without.audio) << name;
+    EXPECT_EQ(with.record, without.record) << name;
+    EXPECT_EQ(with.allocated, without.allocated) << name;
+    EXPECT_EQ(with.trace.effects.size(), without.trace.effects.size()) << name;
+    EXPECT_NE(hear(base + key).audio, without.audio) << name;
+  }
+  const std::string dry = "audio: {seconds: 0.2, sample_rate: 16000}\n";
+  EXPECT_EQ(hear(base + "effects: {radiation: off}\n").audio, hear(dry).audio);
+}
+
+/// Effects with working parts; views, and what scenes that move are made of
+/// (tests/end_to_end/scenes.py), are made elsewhere.
+std::vector<const char*> working_effects() {
+  std::vector<const char*> names;
+  for (const Effect& effect : effects()) {
+    const std::string stage = effect.stage;
+    if (stage != "view" && stage != "motion") names.push_back(effect.name);
+  }
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Effects, EveryEffect, testing::ValuesIn(working_effects()),
+                         [](const auto& name) { return std::string(name.param); });
+
+TEST(Effects, SayWhyTheyAreOnOrOff) {
+  core::ConfigNode root = core::ConfigNode::parse(
+      "\nlisteners:\n  - position: [0, 0, 1]\neffects: {contact: off, radiation: on}\n", "s.yaml");
+  const Scene scene = read_scene(root, "s.yaml");
+  std::map<std::string, nlohmann::json> found;
+  for (const nlohmann::json& effect : describe_effects(scene, 60)) {
+    found[effect.at("name")] = effect;
+    EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
+  }
+  EXPECT_EQ(found["contact"].at("reason"), "effects.contact: off (s.yaml:4)");
+  EXPECT_EQ(found["radiation"].at("reason"), "effects.radiation: on (s.yaml:4)");
+  EXPECT_FALSE(found["contact"].at("enabled").get<bool>());
+  EXPECT_TRUE(found["radiation"].at("enabled").get<bool>());
+}
+
+TEST(Effects, CannotBeForcedWithoutWhatTheyNeed) {
+  core::ConfigNode root = core::ConfigNode::parse("effects: {radiation: on}\n", "s.yaml");
+  try {
+    read_scene(root, "s.yaml");
+    FAIL();
+  } catch (const core::ConfigError& error) {
+    EXPECT_NE(error.message().find("s.yaml:1"), std::string::npos) << error.message();
+    EXPECT_NE(error.message().find("no listener"), std::string::npos) << error.message();
+  }
+}
+
+// A room answers pressure in air, not the velocity of a surface.
+TEST(Effects, OfAirAreOffWhereRadiationIs) {
+  for (const char* off : {"effects: {radiation: off}\n", "radiation: {model: \"off\"}\n"}) {
+    core::ConfigNode root =
+        core::ConfigNode::parse(std::string("listeners:\n  - position: [0, 0, 1]\n"
+                                            "room: {size: [5, 4, 3], rt60: 0.5}\n") +
+                                    off,
+                                "s.yaml");
+    const Scene scene = read_scene(root, "s.yaml");
+    root.finish();
+    EXPECT_EQ(scene.rows(), 1u);
+    for (const char* name : {"radiation", "click", "room", "tail"}) {
+      EXPECT_FALSE(scene.runs(name)) << name;
+    }
+    for (const nlohmann::json& effect : describe_effects(scene)) {
+      if (effect.at("name") == "room") {
+        EXPECT_EQ(effect.at("reason"), "radiation is off: the dry signal is no pressure");
+      }
+    }
+  }
+}
+
+TEST(Effects, SwitchesMayBeTrueOrFalse) {
+  core::ConfigNode root = core::ConfigNode::parse(
+      "striker: {kind: metal}\neffects: {striker: false, thrift: true}\n", "s.yaml");
+  const Scene scene = read_scene(root, "s.yaml");
+  EXPECT_FALSE(scene.runs("striker"));
+  EXPECT_TRUE(scene.runs("contact"));  // which a striker would do in its place
+  EXPECT_TRUE(scene.runs("thrift"));
+  core::ConfigNode wrong = core::ConfigNode::parse("effects: {thrift: maybe}\n", "s.yaml");
+  EXPECT_THROW(read_scene(wrong, "s.yaml"), core::ConfigError);
+}
+
+TEST(Effects, ActAtTheStageThatTheyName) {
+  for (const char* name : working_effects()) {
+    core::ConfigNode root = core::ConfigNode::parse(scene_without("", name), "s.yaml");
+    for (const EffectDecision& decision : read_scene(root, "s.yaml").effects) {
+      if (decision.effect->name != std::string_view(name)) continue;
+      ASSERT_TRUE(decision.enabled) << name;
+      const EffectParts parts = decision.in_scene.start("");
+      const std::map<std::string, bool> does = {
+          {"body", static_cast<bool>(parts.body)},
+          {"strike", static_cast<bool>(parts.strike)},
+          {"rings", static_cast<bool>(parts.rings)},
+          {"audio", static_cast<bool>(parts.audio)},
+          {"full scale", static_cast<bool>(parts.full_scale)}};
+      EXPECT_TRUE(does.at(decision.effect->stage)) << name << ": " << decision.effect->stage;
+    }
+  }
+}
+
+TEST(Columns, RefuseSamplesThatDiffer) {
+  core::Columns columns;
+  const std::vector<double> two = {1, 2};
+  columns.add<double>("pair", two, {2});
+  columns.add("one", 1.0);
+  EXPECT_THROW(columns.add<double>("pair", std::span(two).first(1), {1}), std::logic_error);
+  EXPECT_THROW(columns.add<double>("pair", std::span(two).first(1), {2}), std::logic_error);
+  columns.add<double>("pair", two, {2});
+  const auto path = std::filesystem::path(testing::TempDir()) / "columns.h5";
+  EXPECT_THROW(columns.write(core::Hdf5Group::create_file(path)), std::logic_error);
+  std::filesystem::remove(path);
+}
+
+/// Names in the first cells of the table of effects' columns.
+std::set<std::string> documented_columns() {
+  std::ifstream file(CARILLON_FORMAT_DOC);
+  std::set<std::string> names;
+  bool inside = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#")) inside = line == "### Columns of effects";
+    if (!inside || !line.starts_with("| `")) continue;
+    const std::string cell = line.substr(0, line.find('|', 1));
+    const std::regex name("`([a-z0-9_]+)`");
+    for (std::sregex_iterator at(cell.begin(), cell.end(), name), end; at != end; ++at) {
+      names.insert((*at)[1]);
+    }
+  }
+  return names;
+}
+
+TEST(Effects, RecordTheColumnsThatTheFormatDocuments) {
+  std::string text =
+      "audio: {seconds: 0.2, sample_rate: 16000}\n"
+      "damping: {negative: clamp}\neffects: {thrift: on}\n";
+  for (const auto& [effect, keys] : calls()) {
+    if (effect != "supports") text += keys;
+  }
+  const std::set<std::string> documented = documented_columns();
+  std::set<std::string> recorded;
+  for (const std::string coupling : {"full", "diagonal"}) {
+    const Heard heard = hear(text + "supports: {coupling: " + coupling +
+                             ", contacts: [{kind: finger, count: 2, pool: 3}]}\n");
+    for (const auto& [name, value] : heard.record.items()) {
+      recorded.insert(name);
+      EXPECT_TRUE(documented.contains(name)) << name << " is not in docs/format.md";
+    }
+  }
+  for (const std::string& name : documented) {
+    EXPECT_TRUE(recorded.contains(name)) << name << " of docs/format.md is recorded by no effect";
+  }
+}
+
+TEST(Effects, UnknownNamesAreErrors) {
+  core::ConfigNode root = core::ConfigNode::parse("effects: {radation: on}\n", "s.yaml");
+  read_scene(root, "s.yaml");
+  EXPECT_THROW(root.finish(), core::ConfigError);
+}
+
+}  // namespace
+}  // namespace carillon::scene
