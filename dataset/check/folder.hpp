@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "dataset/check/detail/report.hpp"
+#include "dataset/check/report.hpp"
 #include "dataset/stored/stored_dataset.hpp"
 
 namespace carillon::dataset::check {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "dataset/check/detail/rows.hpp"
+#include "dataset/check/rows.hpp"
 
 namespace carillon::dataset::check {
 

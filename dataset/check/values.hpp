@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "dataset/check/detail/report.hpp"
+#include "dataset/check/report.hpp"
 
 namespace carillon::dataset::check {
 

@@ -7,9 +7,9 @@
 
 #include "core/config.hpp"
 #include "dataset/configuration/about.hpp"
-#include "dataset/configuration/detail/objects.hpp"
-#include "dataset/configuration/detail/ranks.hpp"
 #include "dataset/configuration/limits.hpp"
+#include "dataset/configuration/objects.hpp"
+#include "dataset/configuration/ranks.hpp"
 #include "render/frame.hpp"
 #include "render/voxels.hpp"
 #include "scene/motion/motion_config.hpp"

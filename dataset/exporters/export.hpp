@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/hdf5.hpp"
-#include "dataset/exporters/detail/exported_rows.hpp"
+#include "dataset/exporters/exported_rows.hpp"
 
 namespace carillon::dataset::exporters {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dataset/exporters/detail/gltf_surface.hpp"
+#include "dataset/exporters/gltf_surface.hpp"
 #include "render/frame.hpp"
 
 namespace carillon::dataset::exporters {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "dataset/run/detail/joined_files.hpp"
+#include "dataset/run/joined_files.hpp"
 #include "dataset/samples/modes_task.hpp"
 
 namespace carillon::dataset::run {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dataset/run/build.hpp"
-#include "dataset/run/detail/joined_files.hpp"
+#include "dataset/run/joined_files.hpp"
 #include "dataset/samples/modes_task.hpp"
 
 namespace carillon::dataset::run {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dataset/run/build.hpp"
-#include "dataset/run/detail/machine_costs.hpp"
+#include "dataset/run/machine_costs.hpp"
 
 namespace carillon::dataset::run {
 

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "dataset/samples/detail/take_maker.hpp"
 #include "dataset/samples/samples_task.hpp"
+#include "dataset/samples/take_maker.hpp"
 
 namespace carillon::dataset::samples {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/accuracy/detail/ladder_config.hpp"
+#include "eval/accuracy/ladder_config.hpp"
 #include "mpi/context.hpp"
 
 namespace carillon::eval::accuracy {

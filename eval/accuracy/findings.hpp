@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/accuracy/detail/rungs.hpp"
+#include "eval/accuracy/rungs.hpp"
 
 namespace carillon::eval::accuracy {
 

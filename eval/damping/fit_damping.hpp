@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/damping/detail/damping_data.hpp"
+#include "eval/damping/damping_data.hpp"
 #include "synth/damping/damping.hpp"
 
 namespace carillon::eval::damping {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/audio.hpp"
-#include "eval/learning/detail/sense.hpp"
+#include "eval/learning/sense.hpp"
 #include "synth/signal/mel.hpp"
 
 namespace carillon::eval::learning {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/learning/detail/sense.hpp"
+#include "eval/learning/sense.hpp"
 
 namespace carillon::eval::learning {
 

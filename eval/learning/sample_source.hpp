@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "eval/learning/clip.hpp"
-#include "eval/learning/detail/sense.hpp"
+#include "eval/learning/sense.hpp"
 
 namespace carillon::eval::learning {
 

@@ -7,8 +7,8 @@
 
 #include "eval/damping/fit_damping.hpp"
 #include "eval/features/extract_features.hpp"
-#include "eval/material/detail/hybrid_metric.hpp"
-#include "eval/material/detail/start_points.hpp"
+#include "eval/material/hybrid_metric.hpp"
+#include "eval/material/start_points.hpp"
 #include "eval/material/struck_modes.hpp"
 
 namespace carillon::eval::material {

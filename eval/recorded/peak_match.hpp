@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "eval/recorded/detail/window_spectrum.hpp"
+#include "eval/recorded/window_spectrum.hpp"
 
 namespace carillon::eval::recorded {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/trace.hpp"
-#include "eval/recorded_objects/detail/impact_study.hpp"
+#include "eval/recorded_objects/impact_study.hpp"
 #include "synth/material/material.hpp"
 
 namespace carillon::eval::recorded_objects {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <set>
 
-#include "scene/motion/detail/texture_config.hpp"
+#include "scene/motion/texture_config.hpp"
 #include "synth/support/supports.hpp"
 
 namespace carillon::scene::motion {

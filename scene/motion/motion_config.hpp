@@ -7,7 +7,7 @@
 
 #include "core/config.hpp"
 #include "render/scene_frame.hpp"
-#include "scene/motion/detail/texture_config.hpp"
+#include "scene/motion/texture_config.hpp"
 #include "synth/material/material.hpp"
 #include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 #include "solvers/elements/elastic.hpp"
 #include "solvers/modes/modes.hpp"
 

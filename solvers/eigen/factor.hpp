@@ -11,7 +11,7 @@
 
 #include "core/handle.hpp"
 #include "solvers/assembly/assemble.hpp"
-#include "solvers/eigen/detail/cholesky.hpp"
+#include "solvers/eigen/cholesky.hpp"
 #include "solvers/libraries/environment.hpp"
 
 namespace carillon::solvers::eigen {

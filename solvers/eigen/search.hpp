@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/trace.hpp"
-#include "solvers/eigen/detail/eigen_solve.hpp"
-#include "solvers/eigen/detail/slicing.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
+#include "solvers/eigen/slicing.hpp"
 #include "solvers/eigen/solve_modes.hpp"
 
 namespace carillon::solvers::eigen {

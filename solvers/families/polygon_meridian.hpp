@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/families/detail/outline.hpp"
+#include "solvers/families/outline.hpp"
 #include "solvers/mesh/meridian.hpp"
 
 namespace carillon::solvers::families {

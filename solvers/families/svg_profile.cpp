@@ -7,9 +7,9 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "solvers/families/detail/outline.hpp"
 #include "solvers/families/detail/svg_path.hpp"
 #include "solvers/families/families.hpp"
+#include "solvers/families/outline.hpp"
 
 namespace carillon::solvers::families {
 namespace {

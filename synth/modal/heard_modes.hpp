@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "synth/modal/detail/mode_norms.hpp"
 #include "synth/modal/modal_response.hpp"
+#include "synth/modal/mode_norms.hpp"
 #include "synth/modal/ring_down.hpp"
 #include "synth/modal/sampled_force.hpp"
 

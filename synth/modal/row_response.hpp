@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "synth/modal/contact_force.hpp"
-#include "synth/modal/detail/resonators.hpp"
 #include "synth/modal/modal_response.hpp"
 #include "synth/modal/readout.hpp"
+#include "synth/modal/resonators.hpp"
 
 namespace carillon::synth::modal {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "synth/modal/detail/near_critical.hpp"
+#include "synth/modal/near_critical.hpp"
 #include "synth/modal/ring_down.hpp"
 #include "synth/modal/row_response.hpp"
 

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/modal/detail/near_critical.hpp"
-#include "synth/modal/detail/resonators.hpp"
 #include "synth/modal/modal_response.hpp"
+#include "synth/modal/near_critical.hpp"
+#include "synth/modal/resonators.hpp"
 #include "synth/modal/ring_down.hpp"
 #include "synth/modal/row_response.hpp"
 

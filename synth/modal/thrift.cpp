@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "synth/modal/detail/mode_norms.hpp"
 #include "synth/modal/heard_modes.hpp"
 #include "synth/modal/hearing.hpp"
+#include "synth/modal/mode_norms.hpp"
 #include "synth/modal/row_response.hpp"
 
 namespace carillon::synth::modal {

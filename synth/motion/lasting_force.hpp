@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "synth/motion/detail/contact_path.hpp"
-#include "synth/motion/detail/fractal_noise.hpp"
+#include "synth/motion/contact_path.hpp"
+#include "synth/motion/fractal_noise.hpp"
 #include "synth/motion/motion.hpp"
 #include "synth/motion/traced_face.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "synth/motion/detail/effect_use.hpp"
+#include "synth/motion/effect_use.hpp"
 #include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
 #include "synth/motion/sounding_body.hpp"

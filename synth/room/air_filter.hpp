@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "synth/room/detail/room_acoustics.hpp"
+#include "synth/room/room_acoustics.hpp"
 
 namespace carillon::synth::room {
 

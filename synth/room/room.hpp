@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "synth/room/detail/image_sources.hpp"
-#include "synth/room/detail/reverberant_tail.hpp"
-#include "synth/room/detail/room_acoustics.hpp"
+#include "synth/room/image_sources.hpp"
+#include "synth/room/reverberant_tail.hpp"
+#include "synth/room/room_acoustics.hpp"
 
 namespace carillon::synth::room {
 

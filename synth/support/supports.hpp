@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "solvers/modes/modes.hpp"
-#include "synth/support/detail/support_contacts.hpp"
+#include "synth/support/support_contacts.hpp"
 #include "synth/surface/rigid_body.hpp"
 
 namespace carillon::synth::support {

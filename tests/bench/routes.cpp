@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 #include "solvers/eigen/detail/block_lanczos.hpp"
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::bench {
 

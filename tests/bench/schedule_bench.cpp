@@ -1,5 +1,5 @@
 // What the machinery around tasks costs: the constants of mpi::ServiceCosts and of
-// dataset/run/detail/machine_costs.hpp, and the figures of docs/scaling.md. Runs under mpirun.
+// dataset/run/machine_costs.hpp, and the figures of docs/scaling.md. Runs under mpirun.
 #include <fmt/core.h>
 
 #include <algorithm>

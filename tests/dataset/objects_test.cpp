@@ -1,6 +1,6 @@
 // Objects of a configuration: common lengths, sizes that are drawn, which variants sound, and
 // ModelNet's folders.
-#include "dataset/configuration/detail/objects.hpp"
+#include "dataset/configuration/objects.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -39,9 +39,9 @@ class Revision(FolderTest):
     def setUp(self):
         self.source = self.folder / self.id().rsplit(".", 1)[1]
         self.output = self.source.with_suffix(".cpp")
-        self.template = self.source / "cli" / "revision.cpp.in"
+        self.template = self.source / "core" / "revision.cpp.in"
         self.template.parent.mkdir(parents=True)
-        shutil.copy(ROOT / "cli" / "revision.cpp.in", self.template)
+        shutil.copy(ROOT / "core" / "revision.cpp.in", self.template)
 
     def git(self, *words):
         named = ("-c", "user.name=nobody", "-c", "user.email=nobody@localhost")
@@ -58,14 +58,14 @@ class Revision(FolderTest):
         subprocess.run(["cmake", "-D", f"SOURCE={self.source}", "-D", "VERSION=1.2.3", "-D",
                         f"OUTPUT={self.output}", "-P", ROOT / "cmake" / "CarillonRevision.cmake"],
                        check=True)
-        return re.search(r'return "(.*)"', self.output.read_text())[1]
+        return re.search(r'revision\(\) { return "(.*)"', self.output.read_text())[1]
 
     def test_commits_are_counted_from_the_tag_of_the_version(self):
         self.git("init", "-q")
         commit = self.commit("before any tag")
-        self.assertEqual(self.revision(), f"1.2.3+g{commit}")
+        self.assertEqual(self.revision(), f"1.2.3+1.g{commit}")
         self.git("tag", "v1.2.2")
-        self.assertEqual(self.revision(), f"1.2.3+g{commit}")
+        self.assertEqual(self.revision(), f"1.2.3+1.g{commit}")
         self.git("tag", "v1.2.3")
         self.assertEqual(self.revision(), "1.2.3")
         self.commit("one")

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "core/random.hpp"
-#include "eval/damping/detail/damping_data.hpp"
+#include "eval/damping/damping_data.hpp"
 
 namespace carillon::eval {
 

@@ -1,4 +1,4 @@
-#include "eval/material/detail/hybrid_metric.hpp"
+#include "eval/material/hybrid_metric.hpp"
 
 #include <gtest/gtest.h>
 

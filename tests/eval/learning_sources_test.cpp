@@ -1,5 +1,5 @@
 // Several sources of sounds: what one is learnt from must not be tested in another.
-#include "eval/studies/learning/detail/learning_sources.hpp"
+#include "eval/studies/learning/learning_sources.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "eval/material/detail/start_points.hpp"
+#include "eval/material/start_points.hpp"
 
 #include <gtest/gtest.h>
 

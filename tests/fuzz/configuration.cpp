@@ -1,6 +1,6 @@
 #include "dataset/configuration/configuration.hpp"
 #include "dataset/sweep/sweep.hpp"
-#include "eval/accuracy/detail/ladder_config.hpp"
+#include "eval/accuracy/ladder_config.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

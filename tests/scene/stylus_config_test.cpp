@@ -3,7 +3,7 @@
 #include "../synth/scraped_face.hpp"
 #include "core/error.hpp"
 #include "dataset/configuration/configuration.hpp"
-#include "dataset/samples/detail/drawn_stylus.hpp"
+#include "dataset/samples/drawn_stylus.hpp"
 
 namespace carillon::scene {
 namespace {

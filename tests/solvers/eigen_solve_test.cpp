@@ -1,5 +1,5 @@
 // Eigenpairs of bodies by both solvers, at 1 and 2 ranks.
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 #include <gtest/gtest.h>
 #include <mpi.h>

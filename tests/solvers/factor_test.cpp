@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "solve.hpp"
 #include "solvers/assembly/products.hpp"
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {

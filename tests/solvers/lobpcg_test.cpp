@@ -9,12 +9,12 @@
 
 #include "core/error.hpp"
 #include "solve.hpp"
-#include "solvers/eigen/detail/eigen_solve.hpp"
 #include "solvers/eigen/detail/iterative_inverse.hpp"
 #include "solvers/eigen/detail/near_modes.hpp"
 #include "solvers/eigen/detail/reduced.hpp"
 #include "solvers/eigen/detail/rigid.hpp"
 #include "solvers/eigen/detail/start_vectors.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {

@@ -5,9 +5,9 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "solvers/families/detail/outline.hpp"
 #include "solvers/families/detail/svg_path.hpp"
 #include "solvers/families/families.hpp"
+#include "solvers/families/outline.hpp"
 #include "temporary_folder.hpp"
 
 namespace carillon::test {

@@ -1,4 +1,4 @@
-#include "synth/room/detail/image_sources.hpp"
+#include "synth/room/image_sources.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

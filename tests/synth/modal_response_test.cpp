@@ -11,7 +11,7 @@
 #include <numbers>
 #include <vector>
 
-#include "synth/modal/detail/resonators.hpp"
+#include "synth/modal/resonators.hpp"
 #include "tests/synth/partial_sum.hpp"
 #include "tests/synth/random_rings.hpp"
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "synth/modal/detail/resonators.hpp"
+#include "synth/modal/resonators.hpp"
 
 namespace carillon::synth {
 

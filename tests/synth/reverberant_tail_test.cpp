@@ -1,4 +1,4 @@
-#include "synth/room/detail/reverberant_tail.hpp"
+#include "synth/room/reverberant_tail.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "synth/room/detail/room_acoustics.hpp"
+#include "synth/room/room_acoustics.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

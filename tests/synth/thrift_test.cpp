@@ -10,8 +10,8 @@
 
 #include "core/error.hpp"
 #include "random_rings.hpp"
-#include "synth/modal/detail/mode_norms.hpp"
 #include "synth/modal/hearing.hpp"
+#include "synth/modal/mode_norms.hpp"
 
 namespace carillon::synth {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/columns.hpp"
-#include "dataset/samples/detail/take_maker.hpp"
+#include "dataset/samples/take_maker.hpp"
 
 namespace carillon::dataset::samples {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "dataset/samples/cast.hpp"
-#include "dataset/samples/detail/drawn_stylus.hpp"
+#include "dataset/samples/drawn_stylus.hpp"
 #include "render/scene_frame.hpp"
 
 namespace carillon::dataset::samples {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "eval/accuracy/detail/ladder_config.hpp"
+#include "eval/accuracy/ladder_config.hpp"
 #include "solvers/modes/modes.hpp"
 
 namespace carillon::eval::accuracy {

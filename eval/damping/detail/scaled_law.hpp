@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "eval/damping/damping_data.hpp"
 #include "eval/damping/detail/bounded_newton.hpp"
-#include "eval/damping/detail/damping_data.hpp"
 #include "eval/damping/fit_damping.hpp"
 
 namespace carillon::eval::damping {

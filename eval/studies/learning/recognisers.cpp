@@ -7,7 +7,7 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "eval/studies/learning/detail/trainings.hpp"
+#include "eval/studies/learning/trainings.hpp"
 
 namespace carillon::eval::studies {
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "eval/studies/learning/detail/learning_sources.hpp"
-#include "eval/studies/learning/detail/trainings.hpp"
 #include "eval/studies/learning/learning_config.hpp"
+#include "eval/studies/learning/learning_sources.hpp"
+#include "eval/studies/learning/trainings.hpp"
 
 namespace carillon::eval::studies {
 

@@ -2,8 +2,8 @@
 
 #include <mpi.h>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
 #include "solvers/eigen/detail/rigid.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::solvers::eigen {
 

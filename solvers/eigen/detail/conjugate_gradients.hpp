@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::solvers::eigen {
 

@@ -4,11 +4,11 @@
 
 #include <Eigen/Core>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
 #include "solvers/eigen/detail/finer_factor.hpp"
 #include "solvers/eigen/detail/finer_space.hpp"
 #include "solvers/eigen/detail/local_solves.hpp"
 #include "solvers/eigen/detail/order_transfer.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::solvers::eigen {
 

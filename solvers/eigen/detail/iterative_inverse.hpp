@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::solvers::eigen {
 

@@ -2,7 +2,7 @@
 
 #include <mpi.h>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::solvers::eigen {
 

@@ -7,8 +7,8 @@
 
 #include "core/error.hpp"
 #include "core/progress.hpp"
-#include "solvers/eigen/detail/eigen_solve.hpp"
 #include "solvers/eigen/detail/lobpcg.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 #include "solvers/eigen/pitch_error.hpp"
 
 namespace carillon::solvers::eigen {

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "solvers/assembly/assemble.hpp"
-#include "solvers/eigen/detail/cholesky.hpp"
+#include "solvers/eigen/cholesky.hpp"
 
 namespace carillon::solvers::eigen {
 

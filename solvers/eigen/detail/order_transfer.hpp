@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
 #include "solvers/eigen/detail/finer_space.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::solvers::eigen {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "solvers/eigen/detail/eigen_solve.hpp"
+#include "solvers/eigen/eigen_solve.hpp"
 
 namespace carillon::solvers::eigen {
 

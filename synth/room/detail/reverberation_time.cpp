@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "synth/room/detail/octave_filters.hpp"
+#include "synth/room/octave_filters.hpp"
 #include "synth/signal/real_fft.hpp"
 
 namespace carillon::synth::room {

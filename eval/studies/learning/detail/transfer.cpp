@@ -8,12 +8,12 @@
 
 #include "core/error.hpp"
 #include "eval/studies/learning/detail/answers.hpp"
-#include "eval/studies/learning/detail/learning_sources.hpp"
 #include "eval/studies/learning/detail/mpi_learning.hpp"
 #include "eval/studies/learning/detail/open_condition.hpp"
 #include "eval/studies/learning/detail/sample_costs.hpp"
 #include "eval/studies/learning/detail/seed_answers.hpp"
-#include "eval/studies/learning/detail/trainings.hpp"
+#include "eval/studies/learning/learning_sources.hpp"
+#include "eval/studies/learning/trainings.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::eval::studies {

@@ -1,0 +1,142 @@
+#include "dataset/exporters/exported_rows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <string_view>
+
+#include "core/columns.hpp"
+#include "core/error.hpp"
+#include "dataset/check/column_rules.hpp"
+
+namespace carillon::dataset::exporters {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+/// Whether a row ends in the axes of space; three contacts, listeners or bodies are none.
+bool is_vector(const std::string& column) {
+  const check::ColumnRule* rule = check::find_rule(column);
+  return rule != nullptr && std::string_view(rule->inner).ends_with('3');
+}
+
+std::vector<std::string> label_names(const std::string& column, const core::Extent& extent) {
+  std::vector<std::string> names = {column};
+  for (std::size_t axis = 1; axis < extent.size(); ++axis) {
+    if (extent[axis] == 1) continue;
+    const bool of_space = axis + 1 == extent.size() && is_vector(column);
+    std::vector<std::string> longer;
+    for (const std::string& start : names) {
+      for (std::uint64_t i = 0; i < extent[axis]; ++i) {
+        longer.push_back(of_space ? fmt::format("{}_{}", start, "xyz"[i])
+                                  : fmt::format("{}_{}", start, i));
+      }
+    }
+    names = std::move(longer);
+  }
+  return names;
+}
+
+template <class T>
+ordered_json label_value(const T& value) {
+  if constexpr (std::is_floating_point_v<T>) {
+    if (!std::isfinite(value)) return nullptr;
+  }
+  // The shortest number that is the same in single precision: 0.1, not 0.10000000149.
+  if constexpr (std::is_same_v<T, float>) return std::stod(fmt::format("{}", value));
+  return value;
+}
+
+/// Puts a column's values of some rows into their labels.
+/// @param order  places in `rows`, by ascending row
+template <class T>
+void read_labels(const core::Hdf5Group& index, const ExportedRows::Column& column,
+                 std::span<const std::size_t> rows, std::span<const std::size_t> order,
+                 std::vector<ordered_json>& labels) {
+  // What lies so close together is read at once, as opening costs more than the rows between.
+  constexpr std::size_t most_rows = 65536;
+  const std::size_t width = column.labels.size();
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    const std::size_t first = rows[order[begin]];
+    while (end < order.size() && rows[order[end]] - first < most_rows) ++end;
+    const std::size_t count = rows[order[end - 1]] - first + 1;
+    const std::vector<T> values = index.read_rows<T>(column.name, first, count);
+    for (const std::size_t place : order.subspan(begin, end - begin)) {
+      const T* row = values.data() + (rows[place] - first) * width;
+      for (std::size_t k = 0; k < width; ++k) {
+        labels[place][column.labels[k]] = label_value(row[k]);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+ExportedRows::ExportedRows(const core::Hdf5Group& index, const std::string& split) : index_(index) {
+  if (!index.has("key")) throw core::InputError("the dataset has no samples");
+  if (!index.has(split) || index.is_group(split) || !index.is_text(split)) {
+    throw core::InputError(fmt::format("there is no split \"{}\"", split),
+                           "split_shape holds out whole bodies, split_strike strikes of each body");
+  }
+  keys_ = index.read<std::string>("key");
+  parts_ = index.read<std::string>(split);
+  ids_ = index.read<std::uint64_t>("id");
+  for (const std::string& name : index.names()) {
+    if (!index.is_group(name)) add(name);
+  }
+}
+
+void ExportedRows::add(const std::string& name) {
+  const core::Extent extent = index_.extent(name);
+  const std::uint64_t width =
+      std::accumulate(extent.begin() + 1, extent.end(), std::uint64_t{1}, std::multiplies<>());
+  if (width > core::kLongestShown || width == 0) return;
+  const std::string type = index_.element_type(name);
+  const std::string unit = type == "text" ? "1" : index_.text_attribute("unit", name);
+  columns_.push_back({name, type, unit, label_names(name, extent)});
+}
+
+std::map<std::string, std::vector<std::size_t>> ExportedRows::by_part() const {
+  std::map<std::string, std::vector<std::size_t>> parts;
+  for (std::size_t row = 0; row < size(); ++row) parts[part(row)].push_back(row);
+  return parts;
+}
+
+std::vector<ordered_json> ExportedRows::labels(std::span<const std::size_t> rows) const {
+  std::vector<ordered_json> labels(rows.size(), ordered_json::object());
+  std::vector<std::size_t> order(rows.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return rows[a] < rows[b]; });
+  for (const Column& column : columns_) {
+    if (column.type == "text") {
+      read_labels<std::string>(index_, column, rows, order, labels);
+    } else if (column.type == "float32") {
+      read_labels<float>(index_, column, rows, order, labels);
+    } else if (column.type == "float64") {
+      read_labels<double>(index_, column, rows, order, labels);
+    } else if (column.type == "uint64") {
+      read_labels<std::uint64_t>(index_, column, rows, order, labels);
+    } else {
+      read_labels<std::int64_t>(index_, column, rows, order, labels);
+    }
+  }
+  return labels;
+}
+
+const ordered_json& LabelStream::next() {
+  constexpr std::size_t at_once = 16384;  // some 100 MB
+  if (place_ == read_.size()) {
+    const std::size_t count = std::min(at_once, ahead_.size());
+    read_ = rows_.labels(ahead_.first(count));
+    ahead_ = ahead_.subspan(count);
+    place_ = 0;
+  }
+  return read_[place_++];
+}
+
+}  // namespace carillon::dataset::exporters

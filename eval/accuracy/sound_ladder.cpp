@@ -1,0 +1,189 @@
+#include "eval/accuracy/sound_ladder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "eval/perception/spectral_distance.hpp"
+#include "eval/statistics/median.hpp"
+#include "scene/chain.hpp"
+#include "scene/drawn_strike.hpp"
+
+namespace carillon::eval::accuracy {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& key, int least) {
+  const std::vector<double> values =
+      node.quantities(key, core::Dimension::none, 0, std::vector<double>{});
+  std::vector<int> numbers;
+  for (const double value : values) {
+    const bool grows = numbers.empty() || value > numbers.back();
+    if (value != std::floor(value) || value < least || value > 1e6 || !grows) {
+      node.fail(key, fmt::format("must be whole numbers from {} up, each above the last", least));
+    }
+    numbers.push_back(static_cast<int>(value));
+  }
+  return numbers;
+}
+
+scene::Scene read_ladder_scene(core::ConfigNode sound, const std::string& file_name,
+                               const scene::BodyOptions& body) {
+  core::ConfigNode node = sound.child("scene");
+  return scene::read_scene(
+      node, file_name, scene::effects(),
+      {.materials = scene::named_materials(body.material), .materials_place = "material"});
+}
+
+/// One rung's sounds, and what each took [s].
+struct Sounds {
+  std::vector<std::vector<double>> clips;  ///< of the first listener
+  std::vector<double> seconds;
+};
+
+/// Strikes are those of the same numbers whatever the scene. Each is made twice and timed the
+/// second time, as in a build of many: the first fills caches and tables.
+Sounds make_sounds(const scene::Scene& scene, int strikes, const scene::RingingBody& body) {
+  Sounds made;
+  core::Trace trace;
+  scene::SoundChain chain(scene, {}, trace);
+  for (int k = 0; k < 2 * strikes; ++k) {
+    scene::Sound sound;
+    sound.body = &body;
+    sound.id = static_cast<std::uint64_t>(k % strikes);
+    scene::draw_strike(scene, 0, sound.id, {}, sound);
+    const double start = core::thread_cpu_seconds();
+    chain.make(sound);
+    if (k < strikes) continue;
+    made.seconds.push_back(core::thread_cpu_seconds() - start);
+    const auto row = sound.row(0);
+    made.clips.emplace_back(row.begin(), row.end());
+  }
+  return made;
+}
+
+/// The lowest modes of a body that rings: `count` of them, or fewer where that would part modes of
+/// one pitch.
+struct FewerModes {
+  FewerModes(const scene::RingingBody& all, int count) : body(all) {
+    const solvers::modes::Certificate& solved = all.modes->certificate;
+    modes = solvers::modes::restrict_to(*all.modes, {.min_frequency = solved.min_frequency,
+                                                     .max_frequency = solved.max_frequency,
+                                                     .max_modes = count});
+    body.modes = &modes;
+    body.decay_rates.resize(modes.size());
+    for (Eigen::MatrixXd* gains : synth::modal::gains_of(body.pressure)) {
+      if (gains->size() > 0)
+        *gains = gains->leftCols(static_cast<Eigen::Index>(modes.size())).eval();
+    }
+  }
+  FewerModes(const FewerModes&) = delete;
+  FewerModes& operator=(const FewerModes&) = delete;
+
+  solvers::modes::Modes modes;
+  scene::RingingBody body;
+};
+
+ordered_json rung(const std::string& key, int value, const Sounds& made, const Sounds& full) {
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < full.clips.size(); ++i) {
+    double peak = 0;
+    for (const double sample : full.clips[i]) peak = std::max(peak, std::abs(sample));
+    if (!(peak > 0)) continue;  // a strike on a node of every mode
+    std::vector<double> one = full.clips[i], other = made.clips[i];
+    for (double& sample : one) sample /= peak;
+    for (double& sample : other) sample /= peak;
+    errors.push_back(20 / std::numbers::ln10 *
+                     perception::spectral_distance(one, other).log_magnitude);
+  }
+  return {{"key", key},
+          {"value", value},
+          {"sounds", errors.size()},
+          {"seconds", statistics::median(made.seconds)},
+          {"error_db",
+           errors.empty() ? ordered_json(nullptr) : ordered_json(statistics::median(errors))}};
+}
+
+}  // namespace
+
+SoundLadder read_sound_ladder(
+    core::ConfigNode node, const std::string& file_name,
+    const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread) {
+  SoundLadder ladder;
+  ladder.body.mesh = node.text("body");
+  ladder.body.material = node.text("material", "steel");
+  core::at_key(node, "body", [&] { return scene::mesh_request(ladder.body); });
+  core::at_key(node, "material", [&] { return scene::named_materials(ladder.body.material); });
+  ladder.strikes = static_cast<int>(node.integer("strikes", 1, 10000, 5));
+  ladder.modes = ascending_numbers(node, "modes", 1);
+  ladder.image_orders = ascending_numbers(node, "image_orders", 0);
+  const auto changed_scene = [&](const std::vector<std::string>& changes) {
+    return read_ladder_scene(reread(changes).child("sound"), file_name, ladder.body);
+  };
+  // Read once as it stands, so that mistakes in it are named where they are.
+  const scene::Scene scene = read_ladder_scene(node, file_name, ladder.body);
+  // One body serves all rungs; these effects know only bodies that they have prepared themselves.
+  for (const char* effect : {"click", "supports"}) {
+    if (scene.runs(effect)) {
+      node.fail("scene", fmt::format("rungs are heard without the effect \"{}\"", effect),
+                fmt::format("add `effects: {{{}: \"off\"}}`", effect));
+    }
+  }
+  ladder.without_room =
+      node.child("scene").has("room")
+          ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
+          : scene;
+  if (ladder.image_orders.size() == 1) {
+    node.fail("image_orders",
+              "the last one is what the others are compared with: give two or more");
+  }
+  if (!ladder.image_orders.empty() && !scene.runs("room")) {
+    node.fail("image_orders", "there are no reflections: `scene:` has no room that is heard");
+  }
+  for (const int order : ladder.image_orders) {
+    ladder.of_order.push_back(changed_scene({fmt::format("sound.scene.room.order={}", order)}));
+  }
+  return ladder;
+}
+
+ordered_json climb_sounds(const SoundLadder& ladder, const mpi::Context& context) {
+  scene::BodyOptions options = ladder.body;
+  options.max_frequency =
+      fmt::format("{} Hz", std::min(20000.0, ladder.without_room.audio.sample_rate / 2));
+  const scene::Body solved = scene::solve_body(options, context);
+  core::Trace trace;
+  scene::SoundChain chain(ladder.without_room, context.cache, trace);
+  const double before = core::thread_cpu_seconds();
+  const scene::RingingBody body =
+      chain.prepare(ladder.body.mesh, ladder.body.mesh, solved.modes, solved.materials);
+  const double prepared = core::thread_cpu_seconds() - before;
+  ordered_json rungs = ordered_json::array();
+  const Sounds all_modes = make_sounds(ladder.without_room, ladder.strikes, body);
+  for (const int count : ladder.modes) {
+    if (static_cast<std::size_t>(count) >= solved.modes.size()) break;
+    const FewerModes fewer(body, count);
+    rungs.push_back(rung("modes", count,
+                         make_sounds(ladder.without_room, ladder.strikes, fewer.body), all_modes));
+  }
+  rungs.push_back(rung("modes", static_cast<int>(solved.modes.size()), all_modes, all_modes));
+  if (!ladder.of_order.empty()) {
+    const Sounds full = make_sounds(ladder.of_order.back(), ladder.strikes, body);
+    for (std::size_t i = 0; i + 1 < ladder.of_order.size(); ++i) {
+      rungs.push_back(rung("image order", ladder.image_orders[i],
+                           make_sounds(ladder.of_order[i], ladder.strikes, body), full));
+    }
+    rungs.push_back(rung("image order", ladder.image_orders.back(), full, full));
+  }
+  return {{"body", ladder.body.mesh},
+          {"material", ladder.body.material},
+          {"modes", solved.modes.size()},
+          {"prepare_s", prepared},
+          {"rungs", rungs}};
+}
+
+}  // namespace carillon::eval::accuracy

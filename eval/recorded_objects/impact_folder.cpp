@@ -1,0 +1,161 @@
+#include "eval/recorded_objects/impact_folder.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
+
+namespace carillon::eval::recorded_objects {
+
+namespace {
+
+using core::InputError;
+namespace fs = std::filesystem;
+
+constexpr const char* kRecordings = "deconvolved_0db.npy";
+constexpr const char* kMesh = "transformed.obj";
+/// How far a vertex of the mesh may lie from where the folder says it is, as a share of the
+/// body's longest side.
+constexpr double kElsewhere = 0.02;
+
+/// The folder that holds the arrays.
+fs::path folder_of_arrays(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    throw core::FileError(fmt::format("{}: no such folder", folder.string()),
+                          "give the folder of one object, such as dataset/22_Cup");
+  }
+  for (const fs::path& place : {folder, folder / "preprocessed"}) {
+    if (fs::exists(place / kRecordings)) return place;
+  }
+  throw core::FileError(
+      fmt::format("{}: there is no {}, here or in preprocessed/", folder.string(), kRecordings),
+      "give the folder of one object as the dataset's download.sh unpacks it");
+}
+
+core::NpyFile open_array(const fs::path& path) {
+  if (!fs::exists(path)) {
+    throw core::FileError(fmt::format("{}: no such file", path.string()),
+                          "docs/realimpact.md lists the files of an object");
+  }
+  return core::NpyFile(path);
+}
+
+/// Numbers of an array with so many columns for each recording.
+std::vector<double> read_columns(const fs::path& path, std::uint64_t rows, std::uint64_t columns) {
+  const core::NpyFile file = open_array(path);
+  const std::uint64_t axes = columns == 1 ? 1 : 2;
+  if (file.extent().empty() || file.row_size() != columns ||
+      (file.extent().size() != axes && columns != 1)) {
+    throw InputError(fmt::format("{}: an array of {}, where recordings x {} is expected",
+                                 path.string(), fmt::join(file.extent(), " x "), columns));
+  }
+  if (file.rows() != rows) {
+    throw InputError(
+        fmt::format("{}: {} rows, but {} has {}", path.string(), file.rows(), kRecordings, rows),
+        "all arrays of an object have one row for each recording");
+  }
+  return file.read_rows(0, rows);
+}
+
+std::vector<Vec3> read_positions(const fs::path& path, std::uint64_t rows) {
+  const std::vector<double> values = read_columns(path, rows, 3);
+  std::vector<Vec3> positions;
+  for (std::size_t row = 0; row < rows; ++row) {
+    positions.emplace_back(values[3 * row], values[3 * row + 1], values[3 * row + 2]);
+    if (!positions.back().allFinite()) {
+      throw InputError(fmt::format("{}: row {} is not finite", path.string(), row));
+    }
+  }
+  return positions;
+}
+
+std::optional<std::vector<double>> read_labels(const fs::path& path, std::uint64_t rows) {
+  if (!fs::exists(path)) return std::nullopt;
+  return read_columns(path, rows, 1);
+}
+
+std::vector<std::int64_t> read_vertices(const fs::path& path, std::uint64_t rows, std::size_t count,
+                                        const fs::path& mesh) {
+  std::vector<std::int64_t> vertices;
+  for (const double value : read_columns(path, rows, 1)) {
+    if (!(value >= 0 && value < static_cast<double>(count)) || value != std::floor(value)) {
+      throw InputError(
+          fmt::format("{}: row {} names vertex {}, but {} has vertices 0 to {}", path.string(),
+                      vertices.size(), value, mesh.string(), static_cast<double>(count) - 1),
+          "the mesh is another one than the recordings were labelled with");
+    }
+    vertices.push_back(static_cast<std::int64_t>(value));
+  }
+  return vertices;
+}
+
+/// A vertex lies where the mesh has it, in all rows.
+void check_struck(const ImpactFolder& folder, const solvers::mesh::SurfaceMesh& mesh) {
+  const double size = solvers::mesh::bounding_box(mesh.vertices).longest_side();
+  for (std::size_t row = 0; row < folder.rows(); ++row) {
+    const Vec3& there = mesh.vertices[static_cast<std::size_t>(folder.vertices[row])];
+    const double distance = (there - folder.struck[row]).norm();
+    if (distance <= kElsewhere * size) continue;
+    throw InputError(
+        fmt::format("row {}: vertexXYZ.npy has vertex {} at ({:.4g}), but {} at ({:.4g})", row,
+                    folder.vertices[row], fmt::join(folder.struck[row], ", "), folder.mesh.string(),
+                    fmt::join(there, ", ")),
+        "mesh and positions must be in the same coordinates, in metres");
+  }
+}
+
+}  // namespace
+
+ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh) {
+  const fs::path place = folder_of_arrays(folder);
+  ImpactFolder read{.mesh = mesh.empty() ? place / kMesh : fs::path(mesh),
+                    .centre = Vec3::Zero(),
+                    .recordings = open_array(place / kRecordings),
+                    .vertices = {},
+                    .struck = {},
+                    .listeners = {},
+                    .angles = {},
+                    .distances = {},
+                    .microphones = {}};
+  if (read.recordings.extent().size() != 2 || read.recordings.rows() == 0 ||
+      read.recordings.row_size() == 0) {
+    throw InputError(fmt::format("{}: an array of {}, where recordings x samples is expected",
+                                 (place / kRecordings).string(),
+                                 fmt::join(read.recordings.extent(), " x ")));
+  }
+  if (!fs::exists(place / kMesh)) {
+    throw core::FileError(fmt::format("{}: no such file", (place / kMesh).string()),
+                          "vertexID.npy counts its vertices; --mesh gives another one to solve");
+  }
+  const solvers::mesh::SurfaceMesh labelled =
+      solvers::mesh::readers::read_surface((place / kMesh).string());
+  const solvers::mesh::Box box = solvers::mesh::bounding_box(labelled.vertices);
+  read.centre = 0.5 * (box.low + box.high);
+  const std::uint64_t rows = read.recordings.rows();
+  read.vertices =
+      read_vertices(place / "vertexID.npy", rows, labelled.vertices.size(), place / kMesh);
+  read.struck = read_positions(place / "vertexXYZ.npy", rows);
+  read.listeners = read_positions(place / "listenerXYZ.npy", rows);
+  read.angles = read_labels(place / "angle.npy", rows);
+  read.distances = read_labels(place / "distance.npy", rows);
+  read.microphones = read_labels(place / "micID.npy", rows);
+  check_struck(read, labelled);
+  return read;
+}
+
+std::vector<double> read_recording(const ImpactFolder& folder, std::size_t row) {
+  std::vector<double> samples = folder.recordings.read_rows(row, 1);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (std::isfinite(samples[i])) continue;
+    throw InputError(fmt::format("{}: sample {} of row {} is not finite",
+                                 folder.recordings.path().string(), i, row));
+  }
+  return samples;
+}
+
+}  // namespace carillon::eval::recorded_objects

@@ -1,0 +1,301 @@
+#include "eval/recorded_objects/impact_study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+
+namespace carillon::eval::recorded_objects {
+
+namespace {
+
+/// Between moduli of one blow and of all: ten times what a good recording scatters.
+constexpr double kDisagrees = 0.02;
+/// Twice and six times what a single recording of a known level is fitted with (hybrid_metric.hpp).
+constexpr double kLevelScale = 20, kLeastDifference = 0.3;
+/// A fit has so many times the pairs of chance within a quarter of the widest distance.
+constexpr double kBeyondChance = 1.5, kNear = 0.25;
+
+/// What of a candidate of a body is heard in the band of one blow.
+material::HeardCandidate heard(const material::StruckModes& modes, double specific_modulus,
+                               const synth::damping::DampingModel& damping,
+                               const StudyOptions& options) {
+  const material::Candidate candidate{
+      .specific_modulus = specific_modulus, .scale = 1, .contact_time = 0, .damping = damping};
+  return material::heard_candidate(modes, candidate, material::HeardMotion::acceleration,
+                                   options.min_frequency, options.max_frequency);
+}
+
+/// Frequencies of the lowest modes, times a factor [Hz].
+std::vector<double> lowest_modes(const solvers::modes::Modes& modes, std::size_t count,
+                                 double factor) {
+  std::vector<double> frequencies;
+  for (std::size_t i = 0; i < std::min(count, modes.size()); ++i) {
+    frequencies.push_back(factor * modes.frequency(i));
+  }
+  return frequencies;
+}
+
+/// Takes out of a comparison what was reckoned with the pressure at other frequencies.
+void leave_frequencies(recorded::RecordedComparison& modes) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  for (perception::ModeComparison& blow : modes.blows) {
+    for (perception::MatchedMode& pair : blow.matched) pair.decay_ratio = pair.level = none;
+  }
+  for (std::vector<features::Feature>& tones : modes.synthetic) {
+    for (features::Feature& tone : tones) tone.decay_rate = tone.amplitude = none;
+  }
+  modes.gain = modes.all.synthetic_share = none;
+  modes.all.decay_ratio = modes.all.level_error = {none, none, none};
+}
+
+/// A body with one damping model, whose frequencies are scaled blow by blow.
+ModelVariant make_variant(const std::string& name, const std::vector<StudiedBlow>& blows,
+                          const std::vector<ModelBlow>& model, const HeardBody& body,
+                          const synth::damping::DampingModel& damping,
+                          const std::vector<double>& factors, const StudyOptions& options) {
+  ModelVariant variant{
+      .name = name, .frequencies_alone = false, .scales = factors, .peaks = {}, .modes = {}};
+  std::vector<recorded::RecordedTones> tones;
+  for (std::size_t i = 0; i < blows.size(); ++i) {
+    const auto frequencies = lowest_modes(body.modes, options.peaks, factors[i]);
+    std::vector<recorded::SpectralPeak> peaks =
+        recorded::highest_peaks(blows[i].spectrum, frequencies.size(), options.min_frequency);
+    variant.peaks.push_back(recorded::match_peaks(frequencies, peaks, options.widest));
+    tones.push_back({blows[i].set.features,
+                     heard(struck_by(body, model, i),
+                           body.specific_modulus * factors[i] * factors[i], damping, options)
+                         .tones});
+  }
+  recorded::RecordedOptions how;
+  how.modes.widest = options.widest;
+  how.modes.from = options.skip;
+  how.min_level = options.min_level;
+  variant.modes = recorded::compare_recorded(tones, how);
+  const auto scaled = [](double factor) { return factor != 1; };
+  if (body.pressure && std::any_of(factors.begin(), factors.end(), scaled)) {
+    variant.frequencies_alone = true;
+    leave_frequencies(variant.modes);
+  }
+  return variant;
+}
+
+/// Decay rate by radiation of the mode nearest to a frequency [1/s].
+double radiated_near(const HeardBody& body, double frequency) {
+  if (body.radiated.empty()) return 0;
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < body.modes.size(); ++i) {
+    if (std::abs(body.modes.frequency(i) - frequency) <
+        std::abs(body.modes.frequency(nearest) - frequency)) {
+      nearest = i;
+    }
+  }
+  return body.radiated[nearest];
+}
+
+/// Damping of the material at the recorded modes that have a partner.
+damping::DampingData matched_damping(const std::vector<StudiedBlow>& blows, const HeardBody& body,
+                                     const recorded::RecordedComparison& comparison,
+                                     std::size_t& radiating) {
+  damping::DampingData data;
+  for (std::size_t i = 0; i < blows.size(); ++i) {
+    for (const perception::MatchedMode& pair : comparison.blows[i].matched) {
+      const features::Feature& mode = blows[i].set.features[pair.reference];
+      const features::Feature& partner = comparison.synthetic[i][pair.other];
+      const double rate = mode.decay_rate - radiated_near(body, partner.frequency);
+      if (mode.reverberant || !(rate > 0)) {
+        ++radiating;
+        continue;
+      }
+      data.eigenvalues.push_back(features::eigenvalue(mode));
+      data.coefficients.push_back(2 * rate);
+    }
+  }
+  return data;
+}
+
+/// What a user should know of the modulus that was found.
+void remark_on_modulus(const std::vector<StudiedBlow>& blows, const HeardBody& fitted,
+                       StudyFit& fit) {
+  const double modulus = fitted.specific_modulus;
+  for (std::size_t i = 0; i < blows.size(); ++i) {
+    const auto& alone = fit.joint.alone[i];
+    if (!alone) continue;
+    const double ratio = alone->candidate.specific_modulus / modulus;
+    if (std::abs(std::log(ratio)) < kDisagrees) continue;
+    fit.remarks.push_back(
+        fmt::format("vertex {} alone would have a specific modulus {:.3f} times that of all",
+                    blows[i].recorded.vertex, ratio));
+  }
+  const double known = fitted.modes.certificate.complete_to_hz;
+  std::size_t above = 0;
+  for (const StudiedBlow& blow : blows) {
+    for (const features::Feature& mode : blow.set.features)
+      above += mode.frequency > known ? 1U : 0U;
+  }
+  if (above > 0) {
+    fit.remarks.push_back(
+        fmt::format("modes of the fitted material are known up to {:.0f} Hz, and {} recorded "
+                    "mode{} above: raise --max-frequency",
+                    known, above, above == 1 ? " lies" : "s lie"));
+  }
+}
+
+/// Whether chance would have matched as many modes as closely.
+void remark_on_chance(const std::vector<StudiedBlow>& blows,
+                      const recorded::RecordedComparison& comparison, double widest,
+                      StudyFit& fit) {
+  const auto frequencies = [](const std::vector<features::Feature>& tones) {
+    std::vector<double> all;
+    for (const features::Feature& tone : tones) all.push_back(tone.frequency);
+    return all;
+  };
+  std::size_t near = 0;
+  double chance = 0;
+  for (std::size_t i = 0; i < blows.size(); ++i) {
+    for (const perception::MatchedMode& pair : comparison.blows[i].matched) {
+      near += std::abs(pair.cents) <= kNear * widest ? 1U : 0U;
+    }
+    chance += recorded::pairs_by_chance(frequencies(comparison.synthetic[i]),
+                                        frequencies(blows[i].set.features), kNear * widest);
+  }
+  if (static_cast<double>(near) >= kBeyondChance * chance) return;
+  fit.remarks.push_back(
+      fmt::format("the fit is not to be trusted: {} modes match within {:.3g} cents, and chance "
+                  "makes {:.1f} such pairs",
+                  near, kNear * widest, chance));
+}
+
+/// @throws InputError  nothing to compare; as features::extract_features()
+StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
+                       const StudyOptions& options) {
+  StudiedBlow studied;
+  studied.recorded = blow;
+  studied.samples = read_recording(folder, blow.row);
+  features::FeatureOptions features;
+  features.onset = onset;
+  features.contact_time = options.skip;
+  features.min_frequency = options.min_frequency;
+  features.max_frequency = options.max_frequency;
+  features.min_level = options.min_level;
+  studied.set = features::extract_features(studied.samples, options.sample_rate, features);
+  studied.spectrum =
+      recorded::window_spectrum(studied.samples, options.sample_rate, options.stretch);
+  studied.peaks = recorded::highest_peaks(studied.spectrum, options.peaks, options.min_frequency);
+  if (studied.peaks.empty()) {
+    throw core::InputError(
+        fmt::format("row {} of {} is silent", blow.row, folder.recordings.path().string()));
+  }
+  return studied;
+}
+
+}  // namespace
+
+std::vector<StudiedBlow> study_blows(const ImpactFolder& folder,
+                                     const std::vector<RecordedBlow>& rows,
+                                     const StudyOptions& options, std::vector<ModelBlow>& model,
+                                     HeardBody& given, std::vector<std::string>& remarks) {
+  std::vector<StudiedBlow> blows;
+  std::vector<std::size_t> kept;
+  std::string why = "there are none";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    try {
+      blows.push_back(study_blow(folder, rows[i], arrival(given, model, i), options));
+      kept.push_back(i);
+    } catch (const core::InputError& error) {
+      why = error.message();
+      remarks.push_back(fmt::format("vertex {} is left out: {}", rows[i].vertex, why));
+    }
+  }
+  if (blows.empty()) {
+    throw core::InputError("no recording can be compared: " + why,
+                           "name other vertices with --vertex, or another microphone with "
+                           "--listener");
+  }
+  keep_blows(kept, model, given);
+  return blows;
+}
+
+StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<ModelBlow>& model,
+                      const HeardBody& given, HeardBody& fitted, const StudyOptions& options,
+                      const std::filesystem::path& cache) {
+  material::MaterialOptions material;
+  material.law = options.law;
+  material.motion = material::HeardMotion::acceleration;
+  material.contact_time = 0;  // the hammer's force is deconvolved
+  material.starts.least_modulus = given.specific_modulus / options.modulus_range;
+  material.starts.most_modulus = given.specific_modulus * options.modulus_range;
+  // Microphones, the mesh and a blow that is not quite straight change levels: they count for less.
+  material.metric.match.level = kLevelScale;
+  material.metric.least_difference = kLeastDifference;
+  StudyFit fit;
+  fitted = given;
+  // What is radiated depends on the modulus that is sought: the second round knows it.
+  for (int round = 0; round < 2; ++round) {
+    std::vector<material::StruckRecording> recordings;
+    for (std::size_t i = 0; i < blows.size(); ++i) {
+      recordings.push_back({blows[i].samples, &blows[i].set, struck_by(fitted, model, i)});
+    }
+    fit.joint = material::estimate_jointly(recordings, material);
+    const double found = fit.joint.candidate.specific_modulus;
+    const bool settled = std::abs(std::log(found / fitted.specific_modulus)) < 0.01;
+    fitted = hear_body(given.modes, given.specific_modulus, found, model, options.radiation, cache);
+    if (settled || !options.radiation) break;
+  }
+  fit.remarks = fit.joint.remarks;
+  remark_on_modulus(blows, fitted, fit);
+
+  fit.damping = fit.joint.candidate.damping;
+  const std::vector<double> ones(blows.size(), 1.0);
+  const ModelVariant matched = make_variant("", blows, model, fitted, fit.damping, ones, options);
+  remark_on_chance(blows, matched.modes, options.widest, fit);
+  std::size_t radiating = 0;
+  const damping::DampingData data = matched_damping(blows, fitted, matched.modes, radiating);
+  if (radiating > 0) {
+    fit.remarks.push_back(fmt::format(
+        "{} matched mode{} no faster than the model radiates: left out of the damping's fit",
+        radiating, radiating == 1 ? " decays" : "s decay"));
+  }
+  try {
+    const damping::DampingFit law =
+        damping::fit_damping(data, options.law, {.estimator = options.estimator});
+    fit.damping = law.model;
+    fit.confidence95 = law.confidence95;
+    fit.points = data.size();
+    fit.remarks.insert(fit.remarks.end(), law.remarks.begin(), law.remarks.end());
+  } catch (const core::InputError& error) {
+    fit.remarks.push_back("damping as the joint estimate has it: " + error.message());
+  }
+  return fit;
+}
+
+std::vector<ModelVariant> compare_variants(const std::vector<StudiedBlow>& blows,
+                                           const std::vector<ModelBlow>& model,
+                                           const HeardBody& given,
+                                           const synth::damping::DampingModel& damping,
+                                           const HeardBody* fitted, const StudyFit* fit,
+                                           const StudyOptions& options) {
+  const std::vector<double> ones(blows.size(), 1.0);
+  std::vector<ModelVariant> variants = {
+      make_variant("as given", blows, model, given, damping, ones, options)};
+  for (const auto& [name, choice] :
+       {std::pair("scaled to the highest peak", recorded::ScalePeak::highest),
+        std::pair("scaled to the lowest of ten", recorded::ScalePeak::lowest_of_ten)}) {
+    std::vector<double> factors;
+    for (const StudiedBlow& blow : blows) {
+      factors.push_back(recorded::scale_frequency(blow.peaks, choice) / given.modes.frequency(0));
+    }
+    variants.push_back(make_variant(name, blows, model, given, damping, factors, options));
+  }
+  if (fit != nullptr) {
+    variants.push_back(make_variant("fitted", blows, model, *fitted, fit->damping, ones, options));
+    const double factor = std::sqrt(fitted->specific_modulus / given.specific_modulus);
+    variants.back().scales.assign(blows.size(), factor);
+  }
+  return variants;
+}
+
+}  // namespace carillon::eval::recorded_objects

@@ -1,0 +1,306 @@
+#include "solvers/eigen/eigen_solve.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.hpp"
+#include "solvers/assembly/products.hpp"
+#include "solvers/eigen/detail/block_lanczos.hpp"
+#include "solvers/eigen/detail/krylov_schur.hpp"
+#include "solvers/eigen/detail/lobpcg.hpp"
+#include "solvers/eigen/detail/mumps.hpp"
+#include "solvers/eigen/detail/reduced.hpp"
+#include "solvers/eigen/detail/start_vectors.hpp"
+
+namespace carillon::solvers::eigen {
+namespace {
+
+int size_of(MPI_Comm comm) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  return size;
+}
+
+/// Residuals above this are judged in the energy norm too.
+constexpr double target_residual = 1e-8;
+/// Vectors on their way through a solver.
+constexpr Eigen::Index at_a_time = 8;
+
+/// Rigid motions have no relative residual.
+bool is_rigid(double value, const ShiftedSystem& shifted) {
+  return value < -1e-6 * shifted.shift;
+}
+
+/// Fills energy_residuals.
+void measure_in_energy(const ShiftedSystem& shifted, MPI_Comm comm,
+                       const assembly::Products& products, EigenPairs& pairs) {
+  const auto rows = pairs.vectors.rows();
+  pairs.energy_residuals.assign(pairs.residuals.size(), 0.0);
+  constexpr auto step = static_cast<std::size_t>(at_a_time);
+  std::vector<Eigen::Index> doubtful;
+  for (std::size_t k = 0; k < pairs.residuals.size(); ++k) {
+    if (pairs.residuals[k] <= target_residual || is_rigid(pairs.values[k], shifted)) continue;
+    doubtful.push_back(static_cast<Eigen::Index>(k));
+  }
+  for (std::size_t first = 0; first < doubtful.size(); first += step) {
+    const auto columns = std::min(step, doubtful.size() - first);
+    const std::span<const Eigen::Index> block(&doubtful[first], columns);
+    const auto width = static_cast<Eigen::Index>(columns);
+    Eigen::MatrixXd residual(rows, width), solved(rows, width);
+    products.shifted(shifted.shift, pairs.vectors(Eigen::all, block), residual);
+    for (std::size_t i = 0; i < columns; ++i) {
+      const auto k = static_cast<std::size_t>(block[i]);
+      residual.col(static_cast<Eigen::Index>(i)) -=
+          (pairs.values[k] - shifted.shift) * pairs.mass_vectors.col(block[i]);
+    }
+    shifted.preconditioner(residual, solved);
+    Eigen::ArrayXd square = residual.cwiseProduct(solved).colwise().sum().transpose();
+    MPI_Allreduce(MPI_IN_PLACE, square.data(), static_cast<int>(columns), MPI_DOUBLE, MPI_SUM,
+                  comm);
+    for (std::size_t i = 0; i < columns; ++i) {
+      const auto k = static_cast<std::size_t>(block[i]);
+      const double energy = std::max(0.0, square[static_cast<Eigen::Index>(i)]);
+      pairs.energy_residuals[k] = std::sqrt(energy / (pairs.values[k] - shifted.shift));
+    }
+  }
+}
+
+/// Fills residuals, mass_vectors and orthonormality from values and vectors.
+void measure_residuals(double shift, MPI_Comm comm, const assembly::Products& products,
+                       EigenPairs& pairs) {
+  const auto rows = pairs.vectors.rows();
+  pairs.mass_vectors.resize(rows, pairs.size());
+  products.mass(pairs.vectors, pairs.mass_vectors);
+  Eigen::ArrayXXd squares(2, pairs.size());
+  Eigen::MatrixXd product(rows, at_a_time);
+  for (Eigen::Index first = 0; first < pairs.size(); first += at_a_time) {
+    const auto columns = std::min(at_a_time, pairs.size() - first);
+    products.shifted(shift, pairs.vectors.middleCols(first, columns), product.leftCols(columns));
+    for (Eigen::Index i = 0; i < columns; ++i) {
+      const auto mass_vector = pairs.mass_vectors.col(first + i);
+      const double value = pairs.values[static_cast<std::size_t>(first + i)];
+      squares(0, first + i) = (product.col(i) - (value - shift) * mass_vector).squaredNorm();
+      squares(1, first + i) = mass_vector.squaredNorm();
+    }
+  }
+  Eigen::MatrixXd gram = pairs.vectors.transpose() * pairs.mass_vectors;
+  MPI_Allreduce(MPI_IN_PLACE, squares.data(), static_cast<int>(squares.size()), MPI_DOUBLE, MPI_SUM,
+                comm);
+  MPI_Allreduce(MPI_IN_PLACE, gram.data(), static_cast<int>(gram.size()), MPI_DOUBLE, MPI_SUM,
+                comm);
+  pairs.residuals.clear();
+  for (Eigen::Index k = 0; k < pairs.size(); ++k) {
+    const double value = std::abs(pairs.values[static_cast<std::size_t>(k)]);
+    pairs.residuals.push_back(std::sqrt(squares(0, k) / squares(1, k)) / value);
+  }
+  gram.diagonal().array() -= 1;
+  pairs.orthonormality = gram.size() == 0 ? 0 : gram.cwiseAbs().maxCoeff();
+}
+
+EigenPairs lanczos(const assembly::System& system, const EigenRequest& request,
+                   const ShiftedSystem& shifted, MPI_Comm comm) {
+  const assembly::Products products(system, comm);
+  LanczosProblem problem;
+  problem.owned = system.owned_unknowns();
+  problem.total = system.unknowns();
+  problem.comm = comm;
+  problem.apply = shifted.inverse;
+  problem.mass = [&products](const auto& x, auto out) { products.mass(x, out); };
+  problem.start = [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
+    fill_start(system, request.seed, number, out);
+  };
+  LanczosOptions options;
+  options.pairs = static_cast<int>(std::min<std::int64_t>(request.pairs, system.unknowns()));
+  options.tolerance = request.tolerance;
+  options.basis = request.basis;
+  auto found = block_lanczos(problem, options);
+  if (found.values.size() < options.pairs) {
+    throw core::SolverError(
+        fmt::format("only {} of {} modes converged", found.values.size(), options.pairs),
+        "the mesh may have nearly flat elements; another element size often helps");
+  }
+  EigenPairs pairs;
+  for (const double theta : found.values) pairs.values.push_back(1 / theta + shifted.shift);
+  pairs.vectors = std::move(found.vectors);
+  return pairs;
+}
+
+/// With a preconditioner alone; rigid motions are known beforehand.
+EigenPairs preconditioned(const assembly::System& system, const EigenRequest& request,
+                          const ShiftedSystem& shifted, MPI_Comm comm) {
+  const assembly::Products products(system, comm);
+  const auto& rigid = shifted.rigid;
+  Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());
+  products.mass(rigid, mass_rigid);
+  const auto room = static_cast<int>(system.unknowns() - rigid.cols());
+  const int wanted = std::clamp(request.pairs - static_cast<int>(rigid.cols()), 0, room);
+  const int guarded = std::min(wanted + guard_vectors, room);
+  const LobpcgProblem problem = {&products,
+                                 system.owned_unknowns(),
+                                 system.unknowns(),
+                                 shifted.shift,
+                                 shifted.preconditioner,
+                                 rigid,
+                                 mass_rigid,
+                                 comm};
+  LobpcgOptions options;
+  options.pairs = wanted;
+  options.tolerance = request.tolerance;
+  auto start = shifted.near_modes(guarded, request.seed);
+  const auto known = std::min(request.start.cols(), start.cols());
+  start.leftCols(known) = request.start.leftCols(known);
+  const auto found = lobpcg(problem, options, start);
+  if (found.converged < wanted) {
+    throw core::SolverError(
+        fmt::format("only {} of {} modes converged in {} iterations with multigrid",
+                    found.converged, wanted, found.iterations),
+        "a direct solver (with a larger memory limit) or a mesh of better shaped elements is "
+        "needed");
+  }
+  EigenPairs pairs;
+  pairs.solver = modes::EigenSolver::lobpcg;
+  Eigen::MatrixXd stiffness_rigid(rigid.rows(), rigid.cols());
+  products.shifted(0, rigid, stiffness_rigid);
+  Eigen::MatrixXd turned = rigid.transpose() * stiffness_rigid;
+  sum_alike(turned, comm);
+  const Eigen::VectorXd zeros = eigenpairs_alike(turned, comm);
+  pairs.values.assign(zeros.data(), zeros.data() + zeros.size());
+  pairs.values.insert(pairs.values.end(), found.values.data(), found.values.data() + wanted);
+  pairs.vectors.resize(system.owned_unknowns(), rigid.cols() + wanted);
+  pairs.vectors << rigid * turned, found.vectors.leftCols(wanted);
+  return pairs;
+}
+
+/// Takes what the preconditioner makes of their residuals out of all vectors. The many sums that a
+/// vector is made of leave rounding in directions of the stiffest motions, where it weighs most in
+/// a residual and where this all but wipes it out.
+void purify(const assembly::System& system, const ShiftedSystem& shifted, MPI_Comm comm,
+            EigenPairs& pairs) {
+  const assembly::Products products(system, comm);
+  const auto rows = pairs.vectors.rows();
+  for (Eigen::Index first = 0; first < pairs.size(); first += at_a_time) {
+    const auto columns = std::min(at_a_time, pairs.size() - first);
+    auto x = pairs.vectors.middleCols(first, columns);
+    Eigen::MatrixXd residual(rows, columns), step(rows, columns);
+    products.shifted(shifted.shift, x, residual);
+    for (Eigen::Index k = 0; k < columns; ++k) {
+      const double value = pairs.values[static_cast<std::size_t>(first + k)] - shifted.shift;
+      residual.col(k) -= value * pairs.mass_vectors.col(first + k);
+    }
+    shifted.preconditioner(residual, step);
+    x -= step;
+  }
+  // What an inexact inverse adds lies along the lowest vectors, so those are kept as they are.
+  products.mass(pairs.vectors, pairs.mass_vectors);
+  Eigen::MatrixXd gram = pairs.vectors.transpose() * pairs.mass_vectors;
+  sum_alike(gram, comm);
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(gram);
+  cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(pairs.vectors);
+}
+
+/// All eigenpairs of a small problem on one rank, by Eigen.
+void dense(const assembly::System& system, const EigenRequest& request, double shift,
+           EigenPairs& pairs) {
+  const auto n = static_cast<Eigen::Index>(system.unknowns());
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n), m = a;
+  const auto& graph = system.graph;
+  for (Eigen::Index row = 0; row < graph.rows(); ++row) {
+    const auto begin = graph.first[static_cast<std::size_t>(row)];
+    const auto width = graph.first[static_cast<std::size_t>(row) + 1] - begin;
+    for (Eigen::Index k = 0; k < width; ++k) {
+      const Eigen::Index column = graph.column[static_cast<std::size_t>(begin + k)];
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Eigen::Index j = 0; j < 3; ++j) {
+          const auto at = 9 * begin + i * 3 * width + 3 * k + j;
+          a(3 * row + i, 3 * column + j) = system.stiffness[static_cast<std::size_t>(at)];
+        }
+        m(3 * row + i, 3 * column + i) = system.mass[static_cast<std::size_t>(begin + k)];
+      }
+    }
+  }
+  a -= shift * m;
+  // Roles exchanged: the largest eigenvalues of M x = nu (K - sigma M) x are the wanted ones, and
+  // come out with the better accuracy.
+  Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(m, a);
+  if (solver.info() != Eigen::Success) {
+    throw core::SolverError("the dense eigenproblem could not be solved",
+                            "the mesh may have elements that are nearly flat");
+  }
+  const auto wanted = std::min<Eigen::Index>(request.pairs, n);
+  pairs.vectors.resize(n, wanted);
+  for (Eigen::Index k = 0; k < wanted; ++k) {
+    const double inverse = solver.eigenvalues()[n - 1 - k];
+    pairs.values.push_back(1 / inverse + shift);
+    pairs.vectors.col(k) = solver.eigenvectors().col(n - 1 - k) / std::sqrt(inverse);
+  }
+}
+
+/// Krylov methods want a space much larger than what is asked for.
+bool wants_dense(std::int64_t unknowns, int pairs) {
+  return unknowns <= 400 || (unknowns <= 2000 && 3 * static_cast<std::int64_t>(pairs) > unknowns);
+}
+
+}  // namespace
+
+std::int64_t count_below(const assembly::System& system, double value, const FactorPlan& plan,
+                         MPI_Comm comm) {
+  for (int tries = 0; tries < 4; ++tries) {
+    Mumps factor(system, Mumps::Purpose::inertia, plan.node_order, comm);
+    factor.factor(value);
+    const auto inertia = factor.inertia();
+    if (inertia.zero == 0) return inertia.negative;
+    value *= 1 + 1e-6;
+  }
+  throw core::SolverError(fmt::format("an eigenvalue lies at every frequency tried near {:.6g} Hz",
+                                      system.scales.to_frequency(value)),
+                          "the matrices may be singular: check for parts of no mass or stiffness");
+}
+
+ShiftedSystem factor_shifted(const assembly::System& system, double shift, const FactorPlan& plan,
+                             MPI_Comm comm) {
+  ShiftedSystem shifted;
+  shifted.shift = shift;
+  shifted.matrix = shifted_product(system, shift, comm);
+  shifted.mass = mass_matrix(system, comm);
+  shifted.inverse = factored_inverse(system, shift, plan, comm);
+  shifted.preconditioner = shifted.inverse;
+  return shifted;
+}
+
+EigenPairs lowest_pairs(const assembly::System& system, const EigenRequest& request,
+                        const ShiftedSystem& shifted, MPI_Comm comm) {
+  EigenPairs pairs;
+  if (size_of(comm) == 1 && wants_dense(system.unknowns(), request.pairs)) {
+    dense(system, request, shifted.shift, pairs);
+    pairs.solver = modes::EigenSolver::dense;
+  } else if (request.solver == modes::EigenSolver::krylov_schur) {
+    pairs = krylov_schur(system, request, shifted, comm);
+    pairs.solver = modes::EigenSolver::krylov_schur;
+  } else if (shifted.near_modes) {
+    pairs = preconditioned(system, request, shifted, comm);
+  } else {
+    pairs = lanczos(system, request, shifted, comm);
+  }
+  measure(system, shifted, comm, pairs);
+  for (std::size_t k = 0; k < pairs.values.size(); ++k) {
+    if (pairs.residuals[k] <= target_residual || is_rigid(pairs.values[k], shifted)) continue;
+    purify(system, shifted, comm, pairs);
+    measure(system, shifted, comm, pairs);
+    break;
+  }
+  return pairs;
+}
+
+void measure(const assembly::System& system, const ShiftedSystem& shifted, MPI_Comm comm,
+             EigenPairs& pairs) {
+  const assembly::Products products(system, comm);
+  measure_residuals(shifted.shift, comm, products, pairs);
+  measure_in_energy(shifted, comm, products, pairs);
+}
+
+}  // namespace carillon::solvers::eigen
