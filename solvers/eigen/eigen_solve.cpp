@@ -26,8 +26,6 @@ int size_of(MPI_Comm comm) {
   return size;
 }
 
-/// Residuals above this are judged in the energy norm too.
-constexpr double target_residual = 1e-8;
 /// Vectors on their way through a solver.
 constexpr Eigen::Index at_a_time = 8;
 

@@ -13,6 +13,9 @@
 
 namespace carillon::solvers::eigen {
 
+/// Residuals above this are judged in the energy norm too.
+inline constexpr double target_residual = 1e-8;
+
 /// Vectors that LOBPCG works on beside those wanted: the last of the wanted converge as fast as
 /// these are far above.
 constexpr int guard_vectors = 4;

@@ -19,7 +19,6 @@
 namespace carillon::solvers::eigen {
 namespace {
 
-constexpr double target_residual = 1e-8;
 /// Modes asked for beyond those wanted: they show that the wanted ones are the lowest, and give a
 /// gap in which to count.
 constexpr std::int64_t spare_modes = 4;

@@ -9,8 +9,6 @@
 namespace carillon::eval {
 namespace {
 
-using MadeSource;
-
 void require(const MadeSource& one, const MadeSource& other, const std::string& split) {
   studies::require_one_part({&one, &other}, split);
 }
