@@ -59,8 +59,9 @@ constexpr double group_patience = 60;  // [s]
 
 /// Ends a task of a group, as `agree` ends a stage of it, for errors that came between the stages
 /// too: a rank that is here early, with an error, takes part in the stages (`agree`, and
-/// solvers::assembly::agreed) where the others are until they have failed as well and come here. Where they
-/// are stuck in a call that it will never make, it ends the process by SIGABRT, with a message.
+/// solvers::assembly::agreed) where the others are until they have failed as well and come here.
+/// Where they are stuck in a call that it will never make, it ends the process by SIGABRT, with a
+/// message.
 /// @param patience  [s] until then
 /// @note Collective.
 void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience = group_patience);

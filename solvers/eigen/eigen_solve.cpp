@@ -109,6 +109,7 @@ EigenPairs lanczos(const assembly::System& system, const EigenRequest& request,
   problem.comm = comm;
   problem.apply = shifted.inverse;
   problem.mass = [&products](const auto& x, auto out) { products.mass(x, out); };
+  // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
   problem.start = [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
     fill_start(system, request.seed, number, out);
   };
