@@ -22,7 +22,7 @@ const solvers::elements::Elastic steel{2.0e11, 0.29, 7850};
 
 struct Body {
   std::string name;
-  GeneratedShape shape;
+  solvers::mesh::GeneratedShape shape;
 };
 
 std::vector<Body> bodies() {
@@ -34,12 +34,12 @@ std::vector<Body> bodies() {
 }
 
 /// A mesh of nearly so many unknowns; the last making is timed.
-TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
-  MeshOptions options;
+solvers::mesh::TetMesh mesh_of(const Body& body, double unknowns, std::vector<Stage>& stages) {
+  solvers::mesh::MeshOptions options;
   options.order = 3;
   options.max_elements = 10000000;
   options.element_size = 0.03;
-  TetMesh mesh;
+  solvers::mesh::TetMesh mesh;
   // Element counts come in steps, so the nearest of a few tries has to do.
   double best = 0, best_size = options.element_size;
   for (int tries = 0; tries < 8; ++tries) {

@@ -13,7 +13,6 @@
 namespace {
 
 using namespace carillon;
-using namespace carillon::cli;
 
 /// Writes index, description and failures of a finished dataset anew, as they are.
 void time_index(const std::filesystem::path& folder) {

@@ -23,7 +23,7 @@ using namespace solvers;
 
 struct Body {
   std::string name;
-  GeneratedShape shape;
+  solvers::mesh::GeneratedShape shape;
   double element_size;  ///< [m]
 };
 
@@ -72,7 +72,8 @@ std::vector<solvers::basis::ModeRequest> merged(
   return out;
 }
 
-Outcome compare(const TetMesh& mesh, const std::vector<solvers::basis::ModeRequest>& all) {
+Outcome compare(const solvers::mesh::TetMesh& mesh,
+                const std::vector<solvers::basis::ModeRequest>& all) {
   Outcome out;
   solvers::eigen::SolveOptions options;
   options.estimate_errors = false;
@@ -136,7 +137,7 @@ void run(const std::vector<std::string>& names, double finer, int modes) {
       "error cents | bound cents |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& body : bodies()) {
     if (!names.empty() && std::find(names.begin(), names.end(), body.name) == names.end()) continue;
-    MeshOptions options;
+    solvers::mesh::MeshOptions options;
     options.order = 3;
     options.element_size = body.element_size / finer;
     const auto mesh = solvers::families::mesh_family(body.shape, options).mesh;

@@ -24,7 +24,7 @@ double milliseconds(int times, const Work& work) {
   return least;
 }
 
-void room(double rt60) {
+void measure(double rt60) {
   room::RoomOptions options;
   room::OctaveValues times;
   times.fill(rt60);
@@ -58,5 +58,5 @@ void room(double rt60) {
 }  // namespace carillon::synth
 
 int main() {
-  for (const double rt60 : {0.5, 1.0}) carillon::synth::room(rt60);
+  for (const double rt60 : {0.5, 1.0}) carillon::synth::measure(rt60);
 }

@@ -72,12 +72,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         }
       }
     }
-    const cli::Answers answers = cli::read_answers(file.path());
-    for (const cli::PartAnswers* part : {&answers.validation, &answers.test}) {
-      cli::true_classes(*part);
-      cli::likely_classes(*part, answers.classes.size());
-      cli::groups_of(*part, "split_shape");
-      cli::confusion_of(*part, answers.classes.size());
+    const eval::studies::Answers answers = eval::studies::read_answers(file.path());
+    for (const eval::studies::PartAnswers* part : {&answers.validation, &answers.test}) {
+      eval::studies::true_classes(*part);
+      eval::studies::likely_classes(*part, answers.classes.size());
+      eval::studies::groups_of(*part, "split_shape");
+      eval::studies::confusion_of(*part, answers.classes.size());
     }
   });
   return 0;

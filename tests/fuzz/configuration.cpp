@@ -15,9 +15,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   }
   // Files that a configuration names are looked for in a folder that there is not.
   const std::string file = "/nowhere/input.yaml";
-  fuzz::expect_value_or_error(
-      [&] { cli::read_build_config(text, file, overrides, cli::effects(), false); });
-  fuzz::expect_value_or_error([&] { cli::read_ladder_config(text, file, overrides); });
-  fuzz::expect_value_or_error([&] { cli::read_sweep(text, file, overrides); });
+  fuzz::expect_value_or_error([&] {
+    dataset::configuration::read_build_config(text, file, overrides, scene::effects(), false);
+  });
+  fuzz::expect_value_or_error([&] { eval::accuracy::read_ladder_config(text, file, overrides); });
+  fuzz::expect_value_or_error([&] { dataset::sweep::read_sweep(text, file, overrides); });
   return 0;
 }

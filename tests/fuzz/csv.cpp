@@ -5,7 +5,7 @@
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace carillon;
   const fuzz::InputFile file(fuzz::text_of(data, size));
-  fuzz::expect_value_or_error([&] { cli::read_given_strikes(file.path()); });
-  fuzz::expect_value_or_error([&] { eval::read_feature_table(file.path()); });
+  fuzz::expect_value_or_error([&] { scene::read_given_strikes(file.path()); });
+  fuzz::expect_value_or_error([&] { eval::features::read_feature_table(file.path()); });
   return 0;
 }

@@ -4,7 +4,9 @@
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace carillon;
-  fuzz::expect_value_or_error(
-      [&] { solvers::triangulate(solvers::read_off("input.off", fuzz::text_of(data, size))); });
+  fuzz::expect_value_or_error([&] {
+    solvers::mesh::readers::triangulate(
+        solvers::mesh::readers::read_off("input.off", fuzz::text_of(data, size)));
+  });
   return 0;
 }

@@ -4,7 +4,9 @@
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace carillon;
-  fuzz::expect_value_or_error(
-      [&] { solvers::triangulate(solvers::read_stl("input.stl", fuzz::text_of(data, size))); });
+  fuzz::expect_value_or_error([&] {
+    solvers::mesh::readers::triangulate(
+        solvers::mesh::readers::read_stl("input.stl", fuzz::text_of(data, size)));
+  });
   return 0;
 }
