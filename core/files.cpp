@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "core/handle.hpp"
+#include "core/host_name.hpp"
 #include "core/storage_error.hpp"
 
 namespace carillon::core {
@@ -66,12 +67,6 @@ void make_folder(const fs::path& folder) {
     fail(folder, "the folder cannot be made", fs::exists(folder) ? ENOTDIR : error.value());
   }
   sync(above, O_DIRECTORY);
-}
-
-std::string host_name() {
-  char host[65] = "";
-  ::gethostname(host, sizeof host - 1);
-  return host;
 }
 
 /// A name beside `path` that no other process, thread or host writes to. The ending stays, as

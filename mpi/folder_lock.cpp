@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/host_name.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::mpi {
@@ -37,12 +38,6 @@ int open_lock_file(const std::filesystem::path& path) {
                           "the output folder must be writable");
   }
   return file;
-}
-
-std::string host_name() {
-  std::array<char, 256> host{};
-  if (gethostname(host.data(), host.size() - 1) != 0) return "";
-  return host.data();
 }
 
 /// Processes of this host that hold a lock on the file, as Linux lists them; empty elsewhere, and
@@ -69,7 +64,7 @@ std::vector<pid_t> holders_here(int file) {
 std::string read_holder(int file) {
   if (const auto here = holders_here(file); !here.empty()) {
     return fmt::format("process{} {} on {}", here.size() > 1 ? "es" : "", fmt::join(here, ", "),
-                       host_name());
+                       core::host_name());
   }
   std::array<char, 512> text{};
   const ssize_t length = pread(file, text.data(), text.size(), 0);
@@ -78,7 +73,7 @@ std::string read_holder(int file) {
 }
 
 void write_holder(int file) {
-  const std::string text = fmt::format("process {} on {}\n", getpid(), host_name());
+  const std::string text = fmt::format("process {} on {}\n", getpid(), core::host_name());
   // For the message of a build that is refused; the lock itself does not need it.
   if (ftruncate(file, 0) != 0 || pwrite(file, text.data(), text.size(), 0) < 0) return;
 }

@@ -9,14 +9,14 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/host_name.hpp"
 #include "mpi/control_group.hpp"
 
 namespace carillon::mpi {
 
 Host this_host() {
   Host host;
-  std::array<char, 256> name{};
-  if (gethostname(name.data(), name.size() - 1) == 0) host.name = name.data();
+  host.name = core::host_name();
   std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), host.boot);
   host.oom_kills = -1;
   std::ifstream counters("/proc/vmstat");

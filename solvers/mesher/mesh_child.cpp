@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -14,7 +13,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "core/error.hpp"
@@ -23,6 +21,7 @@
 #include "core/near_program.hpp"
 #include "core/progress.hpp"
 #include "core/storage_error.hpp"
+#include "core/temporary_folder.hpp"
 #include "solvers/mesher/child_process.hpp"
 
 namespace carillon::solvers::mesher {
@@ -34,66 +33,9 @@ using nlohmann::json;
 /// Raised whenever the mesher or the repair would give another mesh for the same request.
 constexpr int kMesherVersion = 4;
 
-constexpr std::string_view work_prefix = "carillon-mesh-";
-
 constexpr const char* folder_hint =
     "make room, or set TMPDIR to a folder that may be written to, on every node; then run the same "
     "command again";
-
-/// Removes the work folders of processes that were killed more than a day ago: nobody else will.
-void remove_dead_work() {
-  constexpr std::chrono::hours patience(24);
-  std::error_code error;
-  std::vector<fs::path> dead;
-  for (fs::directory_iterator at(fs::temp_directory_path(error), error), end; !error && at != end;
-       at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    if (!name.starts_with(work_prefix)) continue;
-    const pid_t process = std::atoi(name.c_str() + work_prefix.size());
-    const bool ended = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
-    std::error_code ignored;
-    if (ended &&
-        fs::last_write_time(at->path(), ignored) < fs::file_time_type::clock::now() - patience &&
-        !ignored) {
-      dead.push_back(at->path());
-    }
-  }
-  for (const fs::path& folder : dead) fs::remove_all(folder, error);
-}
-
-/// A folder for one request; gone with its object.
-class WorkFolder {
- public:
-  WorkFolder() {
-    static const bool cleaned = (remove_dead_work(), true);
-    static_cast<void>(cleaned);
-    std::error_code error;
-    const fs::path folder = fs::temp_directory_path(error);
-    if (error) {
-      const char* named = std::getenv("TMPDIR");
-      throw core::StorageError(
-          fmt::format("{} is no folder for temporary files", named ? named : "/tmp"), folder_hint);
-    }
-    std::string name = (folder / fmt::format("{}{}-XXXXXX", work_prefix, getpid())).string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw core::StorageError(
-          fmt::format("{}: no folder can be made there for temporary files: {}", folder.string(),
-                      std::strerror(errno)),
-          folder_hint);
-    }
-    path_ = name;
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 fs::path worker_program() {
   if (const char* named = std::getenv("CARILLON_MESH"); named != nullptr && *named != '\0') {
@@ -165,9 +107,9 @@ std::string quoted_tail(const std::string& output) {
 
 /// Has one task done in a child process. @return its result
 json ask_child(const char* task, const mesh::MeshRequest& request, const ChildLimits& limits) {
-  const WorkFolder folder;
-  const fs::path question = folder.path() / "request.cbor";
-  const fs::path reply = folder.path() / "reply.cbor";
+  const core::TemporaryFolder folder;
+  const fs::path question = folder / "request.cbor";
+  const fs::path reply = folder / "reply.cbor";
   const auto bytes = json::to_cbor(json{{"task", task},
                                         {"request", mesh::to_json(request)},
                                         {"memory", limits.memory},

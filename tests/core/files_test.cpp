@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
-#include "temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::core {
 namespace {

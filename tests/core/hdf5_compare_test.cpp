@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
-#include "temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::core {
 namespace {

@@ -4,7 +4,7 @@
 #include <png.h>
 
 #include "core/error.hpp"
-#include "temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::core {
 namespace {

@@ -7,8 +7,8 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
+#include "core/temporary_folder.hpp"
 #include "dataset/run/dataset.hpp"
-#include "tests/core/temporary_folder.hpp"
 
 namespace carillon::dataset {
 namespace {

@@ -6,7 +6,8 @@
 
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
-#include "tests/solvers/temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::eval {
 namespace {
@@ -17,8 +18,8 @@ studies::Answers two_samples() {
 }
 
 TEST(AnswersFile, ComesBack) {
-  const test::TemporaryFolder folder;
-  const std::string path = folder.file("answers.h5", "");
+  const core::TemporaryFolder folder;
+  const std::string path = test::written(folder, "answers.h5", "");
   studies::write_answers(path, two_samples());
   const studies::Answers read = studies::read_answers(path);
   EXPECT_EQ(read.classes, two_samples().classes);
@@ -27,8 +28,8 @@ TEST(AnswersFile, ComesBack) {
 }
 
 TEST(AnswersFile, IsRefusedWhereLabelsAreNoClasses) {
-  const test::TemporaryFolder folder;
-  const std::string path = folder.file("answers.h5", "");
+  const core::TemporaryFolder folder;
+  const std::string path = test::written(folder, "answers.h5", "");
   for (const std::int32_t label : {-1, 2}) {
     studies::Answers answers = two_samples();
     answers.test.labels[1] = label;
@@ -38,8 +39,8 @@ TEST(AnswersFile, IsRefusedWhereLabelsAreNoClasses) {
 }
 
 TEST(AnswersFile, IsRefusedWhereArraysDiffer) {
-  const test::TemporaryFolder folder;
-  const std::string path = folder.file("answers.h5", "");
+  const core::TemporaryFolder folder;
+  const std::string path = test::written(folder, "answers.h5", "");
   studies::Answers fewer = two_samples();
   fewer.classes.pop_back();  // two scores of each sample, one class
   fewer.test.labels = fewer.validation.labels = {0, 0};

@@ -7,8 +7,8 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/temporary_folder.hpp"
 #include "eval/classification/novelty.hpp"
-#include "tests/core/temporary_folder.hpp"
 #include "tests/eval/learning/made_course.hpp"
 
 namespace carillon::eval {

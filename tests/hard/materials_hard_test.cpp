@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "../solvers/closed_forms.hpp"
-#include "../solvers/temporary_folder.hpp"
 #include "../solvers/test_meshes.hpp"
+#include "core/temporary_folder.hpp"
 #include "hard_case.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon {
 namespace {
@@ -138,9 +139,9 @@ TetMesh bar_of_groups() {
   auto bar =
       box_mesh({0.03, 0.04, 0.1}, {1, 1, 6}, 2, [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
   bar.region_names = {"lower half", "upper half"};
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   return solvers::mesh::raise_order(
-      solvers::mesh::readers::read_msh(folder.file("bar.msh", msh_text(bar))), 4);
+      solvers::mesh::readers::read_msh(written(folder, "bar.msh", msh_text(bar))), 4);
 }
 
 /// Two materials in groups of an MSH file, one a million times softer: the axial modes are those of

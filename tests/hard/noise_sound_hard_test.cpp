@@ -5,10 +5,10 @@
 #include <fstream>
 #include <limits>
 
-#include "../core/temporary_folder.hpp"
 #include "../synth/sound_files.hpp"
 #include "../synth/welch.hpp"
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "synth/recording/noise_generators.hpp"
 #include "synth/recording/noise_recordings.hpp"
 #include "synth/recording/recording_chain.hpp"
@@ -17,11 +17,10 @@
 namespace carillon::synth {
 namespace {
 
-using core::TemporaryFolder;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A good recording beside the bad one, and what is said of that.
-std::string reason_for(const TemporaryFolder& folder, const std::string& name) {
+std::string reason_for(const core::TemporaryFolder& folder, const std::string& name) {
   write_sound(folder / "good.wav", some_noise(22050, 99), 44100);
   recording::NoiseFolder noise(folder.path(), {});
   EXPECT_EQ(noise.recordings().size(), 1u);
@@ -51,14 +50,14 @@ void expect_tone(const std::filesystem::path& folder, double noise_floor, int ch
 }
 
 TEST(HardNoise, ASilentFileIsLeftOut) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "silent.wav", std::vector<double>(44100, 0.0), 44100);
   EXPECT_EQ(reason_for(folder, "silent.wav"),
             "silent (nothing above -100 dB of full scale in the mean of its channels)");
 }
 
 TEST(HardNoise, AnAlmostSilentFileIsLeftOut) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   auto samples = some_noise(44100, 1);
   for (double& sample : samples) sample *= 1e-6;
   write_sound(folder / "faint.wav", samples, 44100);
@@ -66,7 +65,7 @@ TEST(HardNoise, AnAlmostSilentFileIsLeftOut) {
 }
 
 TEST(HardNoise, ChannelsThatCancelAreSilentInTheMeanButNotAlone) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   std::vector<double> samples;
   for (const double sample : sine(44100, 1000, 44100)) {
     samples.push_back(sample);
@@ -78,20 +77,20 @@ TEST(HardNoise, ChannelsThatCancelAreSilentInTheMeanButNotAlone) {
 }
 
 TEST(HardNoise, AFileShorterThanAMillisecondIsLeftOut) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "short.wav", some_noise(44, 1), 44100);
   EXPECT_EQ(reason_for(folder, "short.wav"), "44 samples, shorter than 1 ms");
 }
 
 TEST(HardNoise, AFileWithoutSamplesIsLeftOut) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "none.wav", {}, 44100);
   EXPECT_EQ(reason_for(folder, "none.wav"), "0 samples, shorter than 1 ms");
 }
 
 TEST(HardNoise, NaNAndInfinityAreLeftOut) {
   for (const double bad : {std::nan(""), infinity, -infinity}) {
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     auto samples = some_noise(44100, 1);
     samples[30000] = bad;
     write_sound(folder / "bad.wav", samples, 44100);
@@ -100,13 +99,13 @@ TEST(HardNoise, NaNAndInfinityAreLeftOut) {
 }
 
 TEST(HardNoise, UnreadableFilesAreLeftOut) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   std::ofstream(folder / "text.wav") << "no sound at all";
   EXPECT_NE(reason_for(folder, "text.wav").find("cannot be read: "), std::string::npos);
 }
 
 TEST(HardNoise, AFileCutShortGivesWhatIsThere) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "cut.wav", some_noise(44100, 1), 44100);
   std::filesystem::resize_file(folder / "cut.wav", 44 + 4 * 22050);
   recording::NoiseFolder noise(folder.path(), {});
@@ -114,7 +113,7 @@ TEST(HardNoise, AFileCutShortGivesWhatIsThere) {
 }
 
 TEST(HardNoise, TheSameSoundTwiceCountsOnce) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "copy.flac", sine(44100, 440, 44100), 44100, 1,
               SF_FORMAT_FLAC | SF_FORMAT_PCM_16);
   write_sound(folder / "good.wav", some_noise(44100, 99), 44100);
@@ -147,7 +146,7 @@ TEST(HardNoise, EveryFormatGivesItsTone) {
   };
   for (const Case& one : cases) {
     SCOPED_TRACE(one.name);
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     write_sound(folder / one.name, sine(44100, 1000, 44100), 44100, 1, one.format);
     expect_tone(folder.path(), one.floor);
   }
@@ -156,7 +155,7 @@ TEST(HardNoise, EveryFormatGivesItsTone) {
 TEST(HardNoise, EveryRateGivesItsTone) {
   for (const int rate : {8000, 11025, 16000, 22050, 32000, 44100, 48000, 88200, 96000, 192000}) {
     SCOPED_TRACE(rate);
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     write_sound(folder / "tone.wav", sine(std::size_t(rate), 1000, rate), rate);
     // The cut at the ends rings a little; the window of the measurement takes most of it away.
     expect_tone(folder.path(), -80);
@@ -165,14 +164,14 @@ TEST(HardNoise, EveryRateGivesItsTone) {
 
 TEST(HardNoise, RatesThatAreNoSoundAreLeftOut) {
   for (const int rate : {1, 999, 1'000'001}) {
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     write_sound(folder / "odd.wav", some_noise(44100, 1), rate);
     EXPECT_NE(reason_for(folder, "odd.wav").find("not between 1 kHz and 1 MHz"), std::string::npos);
   }
 }
 
 TEST(HardNoise, StereoIsTheMeanOrAChannel) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   std::vector<double> samples;
   const auto left = sine(44100, 1000, 44100), right = some_noise(44100, 1);
   for (std::size_t i = 0; i < left.size(); ++i) {
@@ -193,7 +192,7 @@ TEST(HardNoise, StereoIsTheMeanOrAChannel) {
 TEST(HardNoise, LevelsOfAnySizeGiveTheSameNoise) {
   std::vector<double> first;
   for (const double level : {1e-3, 1.0, 1e30}) {
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     auto samples = some_noise(22050, 1);
     for (double& sample : samples) sample *= level;
     write_sound(folder / "a.wav", samples, 22050);
@@ -207,7 +206,7 @@ TEST(HardNoise, LevelsOfAnySizeGiveTheSameNoise) {
 
 TEST(HardNoise, SilentStretchesAreNeverDrawn) {
   // 93 % of the file is digital silence around three short sounds.
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   std::vector<double> samples(5 * 44100, 0.0);
   const auto sound = some_noise(5000, 1);
   for (const std::size_t at : {1000U, 100'000U, 190'000U}) {
@@ -228,7 +227,7 @@ TEST(HardNoise, SilentStretchesAreNeverDrawn) {
 }
 
 TEST(HardNoise, AFolderWithoutUsableFilesSaysWhatIsWrongWithEach) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "silent.wav", std::vector<double>(44100, 0.0), 44100);
   write_sound(folder / "short.wav", some_noise(10, 1), 44100);
   std::ofstream(folder / "notes.txt") << "recorded on Sunday";
@@ -246,7 +245,7 @@ TEST(HardNoise, AFolderWithoutUsableFilesSaysWhatIsWrongWithEach) {
 }
 
 TEST(HardNoise, AnEmptyOrAbsentFolderIsAnError) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   try {
     recording::NoiseFolder(folder.path(), {});
     FAIL();
@@ -263,7 +262,7 @@ TEST(HardNoise, AnEmptyOrAbsentFolderIsAnError) {
 }
 
 TEST(HardNoise, TooLittleSoundForAllPartsIsAnError) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "a.wav", some_noise(22050, 1), 44100);
   recording::NoiseFolder noise(folder.path(), {});
   core::RandomStream random(1, 2, "hard.noise");
@@ -282,7 +281,7 @@ TEST(HardNoise, TooLittleSoundForAllPartsIsAnError) {
 }
 
 TEST(HardNoise, AFileThatChangesDuringABuildIsAnError) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "a.wav", some_noise(22050, 1), 44100);
   recording::NoiseFolder noise(folder.path(), {});
   write_sound(folder / "a.wav", some_noise(22050, 2), 44100);

@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "../solvers/closed_forms.hpp"
-#include "../solvers/temporary_folder.hpp"
 #include "../solvers/test_meshes.hpp"
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "hard_case.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon {
 namespace {
@@ -176,8 +177,9 @@ TEST(Hard, TangledMeshFromAFile) {
   });
   ASSERT_NE(inner, tangled.nodes.end());
   *inner += Vec3(0.013, 0, 0);
-  const TemporaryFolder folder;
-  const auto mesh = solvers::mesh::readers::read_msh(folder.file("tangled.msh", msh_text(tangled)));
+  const core::TemporaryFolder folder;
+  const auto mesh =
+      solvers::mesh::readers::read_msh(written(folder, "tangled.msh", msh_text(tangled)));
   EXPECT_GT(solvers::mesh::measure_quality(mesh).volume, 1.01 * block_sides.prod());
   for (int order = 1; order <= 3; ++order) {
     const auto refusal = message_of<core::SolverError>(
@@ -204,8 +206,8 @@ TEST(Hard, DuplicateElementInAFile) {
   auto mesh = box_mesh(block_sides, {2, 3, 5}, 1);
   for (std::size_t i = 0; i < 4; ++i) mesh.elements.push_back(mesh.elements[4 * 101 + i]);
   mesh.regions.push_back(0);
-  const TemporaryFolder folder;
-  const auto read = solvers::mesh::readers::read_msh(folder.file("twice.msh", msh_text(mesh)));
+  const core::TemporaryFolder folder;
+  const auto read = solvers::mesh::readers::read_msh(written(folder, "twice.msh", msh_text(mesh)));
   EXPECT_EQ(read.element_count(), 180u);
   const auto modes = lowest_modes(read, {steel}, 5);
   const auto truth = lowest_modes(box_mesh(block_sides, {2, 3, 5}, 1), {steel}, 5);
@@ -241,17 +243,17 @@ TEST(Hard, HangingNodesInAFile) {
   const auto whole = lowest_modes(box_mesh(block_sides, {2, 3, 4}, 2), {steel}, 1);
   // Half an octave too low, were it solved.
   EXPECT_LT(cents(torn.frequency(0), whole.frequency(0)), -400);
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   for (int order = 1; order <= 2; ++order) {
     const auto refusal = message_of<core::InputError>([&] {
       solvers::mesh::readers::read_msh(
-          folder.file("torn.msh", msh_text(with_order(halves, order))));
+          written(folder, "torn.msh", msh_text(with_order(halves, order))));
     });
     EXPECT_NE(refusal.find("0.025) lies inside a face of tetrahedron"), std::string::npos)
         << refusal;
   }
-  const auto parted =
-      solvers::mesh::readers::read_msh(folder.file("parted.msh", msh_text(unmatched_halves(1e-3))));
+  const auto parted = solvers::mesh::readers::read_msh(
+      written(folder, "parted.msh", msh_text(unmatched_halves(1e-3))));
   EXPECT_EQ(solvers::mesh::count_components(parted), 2);
 }
 

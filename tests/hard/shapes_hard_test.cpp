@@ -8,11 +8,11 @@
 
 #include "../solvers/closed_forms.hpp"
 #include "../solvers/family_shapes.hpp"
-#include "../solvers/temporary_folder.hpp"
 #include "../solvers/test_meshes.hpp"
 #include "core/error.hpp"
 #include "hard_case.hpp"
 #include "solvers/axisymmetric/fourier_modes.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon {
 namespace {

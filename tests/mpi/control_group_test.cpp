@@ -6,7 +6,7 @@
 #include <fstream>
 #include <limits>
 
-#include "tests/mpi/temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -23,7 +23,7 @@ class ControlGroup : public ::testing::Test {
   std::int64_t left() const { return memory_left_in_groups(folder_.path()); }
   GroupKills kills() const { return kills_in_group(folder_.path()); }
 
-  TemporaryFolder folder_;
+  core::TemporaryFolder folder_;
 };
 
 TEST_F(ControlGroup, NoneHasNoBounds) {

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "mpi/comm.hpp"
 #include "tests/mpi/busy.hpp"
-#include "tests/mpi/temporary_folder.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -48,7 +48,7 @@ class FolderLockTest : public testing::Test {
   std::filesystem::path folder;
 
  private:
-  std::optional<TemporaryFolder> made_;
+  std::optional<core::TemporaryFolder> made_;
 };
 
 pid_t start(std::vector<std::string> words) {

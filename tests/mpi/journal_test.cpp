@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "tests/mpi/temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -38,7 +38,7 @@ std::string message_of_opening(const std::filesystem::path& path) {
 }
 
 TEST(Journal, WhatWasAppendedIsThereNextTime) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "new" / "journal.jsonl";
   const json first{{"key", "modes/cup"}, {"text", "two\nlines, \"quotes\" and \u00fc"}};
   const json second{{"key", "samples/cup/0"}, {"seconds", 1.25}};
@@ -54,7 +54,7 @@ TEST(Journal, WhatWasAppendedIsThereNextTime) {
 }
 
 TEST(Journal, IsOnTheFileSystemBeforeAppendReturns) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   Journal journal(folder.path() / "journal.jsonl");
   journal.append({{"key", "a"}});
   EXPECT_EQ(read(folder.path() / "journal.jsonl"), "{\"key\":\"a\"}\n");
@@ -62,7 +62,7 @@ TEST(Journal, IsOnTheFileSystemBeforeAppendReturns) {
 
 TEST(Journal, AfterACrashAnywhereWholeLinesRemain) {
   const bool holds = rc::check([] {
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     const std::filesystem::path path = folder.path() / "journal.jsonl";
     const auto keys = *rc::gen::container<std::vector<std::string>>(
         rc::gen::container<std::string>(rc::gen::inRange<char>(' ', '~')));
@@ -91,7 +91,7 @@ TEST(Journal, AfterACrashAnywhereWholeLinesRemain) {
 
 // Some file systems leave zeros where a crash came between a file's growth and its contents.
 TEST(Journal, ATailOfZerosIsACutLine) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "journal.jsonl";
   write(path, "{\"key\":\"a\"}\n" + std::string(100, '\0'));
   EXPECT_EQ(Journal(path).entries().size(), 1U);
@@ -99,7 +99,7 @@ TEST(Journal, ATailOfZerosIsACutLine) {
 }
 
 TEST(Journal, ADamagedLineIsNamedAndTakenOut) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "journal.jsonl";
   for (const std::string bad : {"{\"key\": oops}", "17", "", "[1]", "{} {}"}) {
     write(path, "{\"key\":\"a\"}\n" + bad + "\n{\"key\":\"b\"}\n" + bad + "\n");
@@ -120,7 +120,7 @@ TEST(Journal, ADamagedLineIsNamedAndTakenOut) {
 }
 
 TEST(Journal, ReadingAloneChangesNothing) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "journal.jsonl";
   const std::string text = "{\"key\":\"a\"}\n[1]\n{\"key\":\"b\"}\n{\"key\":\"being written";
   write(path, text);
@@ -133,7 +133,7 @@ TEST(Journal, ReadingAloneChangesNothing) {
 }
 
 TEST(Journal, OnlyObjectsAreEntriesAndBadTextIsMended) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "journal.jsonl";
   {
     Journal journal(path);
@@ -146,14 +146,14 @@ TEST(Journal, OnlyObjectsAreEntriesAndBadTextIsMended) {
 }
 
 TEST(Journal, NamesWhatCannotBeOpened) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   EXPECT_EQ(message_of_opening(folder.path()),
             folder.path().string() + ": cannot be opened: Is a directory");
 }
 
 // A limit on the size of files stands in for a full disk: the write stops in the middle of a line.
 TEST(Journal, AFullDiskLeavesNoHalfLine) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "journal.jsonl";
   const pid_t child = fork();
   if (child == 0) {

@@ -18,12 +18,12 @@
 #include "core/data_limit.hpp"
 #include "core/error.hpp"
 #include "core/sanitizers.hpp"
+#include "core/temporary_folder.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/host.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/witness.hpp"
 #include "tests/mpi/busy.hpp"
-#include "tests/mpi/temporary_folder.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -130,7 +130,7 @@ TEST(TaskService, RecordsOfAnyLengthReachTheHook) {
 /// MPI's nor ours.
 TEST(TaskService, NoThreadBesideTheMainOneTakesSigterm) {
   const InterruptGuard guard({.last_words = {}});
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const Witness witness(folder.path() / "rank", size(world), 77);
   TaskService service(world, board_of(1), {});
   // A thread begins with every signal blocked.

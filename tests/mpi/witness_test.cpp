@@ -11,9 +11,9 @@
 #include <functional>
 #include <thread>
 
+#include "core/temporary_folder.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/witness.hpp"
-#include "tests/mpi/temporary_folder.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -62,7 +62,7 @@ class WitnessTest : public ::testing::Test {
     return all.empty() ? Testimony{} : all.front();
   }
 
-  TemporaryFolder folder_;
+  core::TemporaryFolder folder_;
 };
 
 TEST_F(WitnessTest, ACleanEndLeavesNothing) {

@@ -8,8 +8,8 @@
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "core/image.hpp"
+#include "core/temporary_folder.hpp"
 #include "solvers/mesher/child_process.hpp"
-#include "tests/solvers/temporary_folder.hpp"
 
 namespace carillon::render {
 namespace {
@@ -33,7 +33,7 @@ struct Path {
 
 TEST(Movie, HasEveryFrameAndTheSoundAndTheSameBytesAgain) {
   if (!fs::exists("/usr/bin/ffprobe")) GTEST_SKIP() << "no ffmpeg here";
-  const test::TemporaryFolder temporary;
+  const core::TemporaryFolder temporary;
   const fs::path folder = temporary.path() / "odd %d name";
   fs::create_directory(folder);
   write_frames(folder, 7);
@@ -57,7 +57,7 @@ TEST(Movie, HasEveryFrameAndTheSoundAndTheSameBytesAgain) {
 }
 
 TEST(Movie, WithoutFfmpegTheFramesStay) {
-  const test::TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_frames(folder.path(), 2);
   const Path nowhere("/nonexistent");
   const MovieResult result = make_movie(folder.path() / "a.mp4", folder.path(), 25);
@@ -68,7 +68,7 @@ TEST(Movie, WithoutFfmpegTheFramesStay) {
 }
 
 TEST(Movie, SaysWhatFfmpegSays) {
-  const test::TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_frames(folder.path(), 1);
   const fs::path programs = folder.path() / "bin";
   fs::create_directory(programs);
@@ -81,7 +81,7 @@ TEST(Movie, SaysWhatFfmpegSays) {
 }
 
 TEST(Movie, RefusesWhatCannotBe) {
-  const test::TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   EXPECT_THROW(make_movie(folder.path() / "a.mp4", folder.path(), 25), core::InputError);
   write_frames(folder.path(), 1);
   EXPECT_THROW(make_movie(folder.path() / "a.mp4", folder.path(), 0), core::InputError);

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "../core/temporary_folder.hpp"
 #include "../synth/sound_files.hpp"
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
 

@@ -13,7 +13,7 @@
 #include "mesh_checks.hpp"
 #include "solvers/families/detail/profile.hpp"
 #include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
-#include "temporary_folder.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::test {
 namespace {

@@ -10,13 +10,13 @@
 
 #include "closed_forms.hpp"
 #include "core/files.hpp"
+#include "core/temporary_folder.hpp"
 #include "solve.hpp"
 #include "solvers/axisymmetric/fourier_modes.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/modal/ring_down.hpp"
-#include "temporary_folder.hpp"
 
 namespace carillon {
 namespace {
@@ -183,7 +183,7 @@ TEST(FourierModes, KeepTheirHarmonicsInFilesAndBands) {
   const auto upper = solvers::modes::restrict_to(modes, {modes.frequency(3), 20000, 300});
   ASSERT_EQ(upper.size(), modes.harmonics.size() - (modes.size() - upper.size()));
   EXPECT_EQ(upper.harmonics.back(), modes.harmonics.back());
-  const test::TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto path = folder.path() / "modes.h5";
   solvers::modes::write_modes(core::Hdf5Group::create_file(path), modes);
   EXPECT_EQ(solvers::modes::read_modes(core::Hdf5Group::open_file(path)).harmonics,

@@ -13,12 +13,13 @@
 #include "core/files.hpp"
 #include "core/sanitizers.hpp"
 #include "core/storage_error.hpp"
+#include "core/temporary_folder.hpp"
 #include "core/trace.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesher/child_process.hpp"
 #include "solvers/mesher/mesh_child.hpp"
-#include "tests/solvers/temporary_folder.hpp"
 #include "tests/solvers/test_surfaces.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::solvers {
 namespace {
@@ -28,7 +29,6 @@ using core::InputError;
 using core::SolverError;
 using core::StorageError;
 using test::message_of;
-using test::TemporaryFolder;
 
 /// An OBJ file of a surface.
 std::string obj(const mesh::SurfaceMesh& mesh) {
@@ -54,13 +54,14 @@ class MesherIs {
 class MeshChild : public ::testing::Test {
  protected:
   MeshChild() {
-    request_.file.path = folder_.file("box.obj", obj(test::box_surface(Vec3(0.02, 0.03, 0.05), 1)));
+    request_.file.path =
+        test::written(folder_, "box.obj", obj(test::box_surface(Vec3(0.02, 0.03, 0.05), 1)));
     request_.options.order = 2;
   }
 
   /// A shell script in the mesher's place.
   std::string script(const std::string& body) const {
-    const std::string path = folder_.file("mesher", "#!/bin/sh\n" + body + "\n");
+    const std::string path = test::written(folder_, "mesher", "#!/bin/sh\n" + body + "\n");
     chmod(path.c_str(), 0755);
     return path;
   }
@@ -70,7 +71,7 @@ class MeshChild : public ::testing::Test {
     return message_of<SolverError>([&] { mesher::mesh_in_child(request_, limits, {}); });
   }
 
-  TemporaryFolder folder_;
+  core::TemporaryFolder folder_;
   mesh::MeshRequest request_;
 };
 
@@ -88,8 +89,8 @@ TEST_F(MeshChild, MeshesABox) {
 TEST_F(MeshChild, MeshesADamagedCurvedBodyAndAGeneratedOne) {
   std::mt19937_64 random(2);
   const mesh::SurfaceMesh sphere = test::sphere_surface(0.05, 16);
-  request_.file.path =
-      folder_.file("ball.obj", obj(test::damaged(sphere, test::Damage::dropped, 0.01, random)));
+  request_.file.path = test::written(
+      folder_, "ball.obj", obj(test::damaged(sphere, test::Damage::dropped, 0.01, random)));
   const mesh::MeshResult result = mesher::mesh_in_child(request_, {}, {});
   EXPECT_FALSE(result.repair.used_as_is);
   EXPECT_NEAR(result.quality.volume / mesh::signed_volume(sphere), 1, 0.01);
@@ -131,8 +132,8 @@ TEST_F(MeshChild, Diagnoses) {
 }
 
 TEST_F(MeshChild, UsesTetrahedraOfMshFilesAsTheyAre) {
-  request_.file.path = folder_.file(
-      "two.msh",
+  request_.file.path = test::written(
+      folder_, "two.msh",
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 4 \"oak\"\n$EndPhysicalNames\n"
       "$Nodes\n5\n1 0 0 0\n2 0.1 0 0\n3 0 0.1 0\n4 0 0 0.1\n5 0.1 0.1 0.1\n$EndNodes\n"
       "$Elements\n2\n1 4 2 4 1 1 2 3 4\n2 4 2 9 1 5 2 3 4\n$EndElements\n");
@@ -171,7 +172,7 @@ TEST_F(MeshChild, KeepsMeshesByKey) {
 TEST_F(MeshChild, KeysTellRequestsApart) {
   const std::string key = mesher::mesh_key(request_);
   mesh::MeshRequest other = request_;
-  other.file.path = folder_.file("copy.obj", core::read_file(request_.file.path));
+  other.file.path = test::written(folder_, "copy.obj", core::read_file(request_.file.path));
   EXPECT_EQ(mesher::mesh_key(other), key) << "the same bytes under another name are the same mesh";
   other.file.any_size = true;
   EXPECT_NE(mesher::mesh_key(other), key) << "or a cached mesh would pass the check of its size";
@@ -182,7 +183,8 @@ TEST_F(MeshChild, KeysTellRequestsApart) {
   other.file.length = 0.2;
   EXPECT_NE(mesher::mesh_key(other), key);
   other = request_;
-  other.file.path = folder_.file("other.obj", core::read_file(request_.file.path) + "# changed\n");
+  other.file.path =
+      test::written(folder_, "other.obj", core::read_file(request_.file.path) + "# changed\n");
   EXPECT_NE(mesher::mesh_key(other), key);
   mesh::MeshRequest shape;
   shape.shape.family = "block";
@@ -221,7 +223,7 @@ TEST_F(MeshChild, IsStoppedAtTheTimeLimit) {
 
 TEST_F(MeshChild, IsStoppedAtTheMemoryLimit) {
   if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
-  request_.file.path = folder_.file("ball.obj", obj(test::sphere_surface(0.05, 150)));
+  request_.file.path = test::written(folder_, "ball.obj", obj(test::sphere_surface(0.05, 150)));
   mesher::ChildLimits limits;
   limits.memory = 1;  // already exceeded: the first allocation that needs new pages fails
   const std::string message =
@@ -233,8 +235,8 @@ TEST_F(MeshChild, DoesNotOutliveAnotherParent) {
   // Started by someone else than the request says: the parent has died meanwhile.
   const auto bytes = nlohmann::json::to_cbor(
       {{"task", "mesh"}, {"request", mesh::to_json(request_)}, {"memory", 0}, {"parent", 1}});
-  const std::string question =
-      folder_.file("request.cbor", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const std::string question = test::written(
+      folder_, "request.cbor", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const auto program =
       std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "carillon-mesh";
   const mesher::ChildExit exit = mesher::run_child(program, {question, question + ".reply"}, 60);
@@ -264,7 +266,7 @@ TEST_F(MeshChild, TellsTheMachinesFaultsFromTheBodys) {
     return message_of<StorageError>([&] { mesher::mesh_in_child(request_, {}, {}); });
   };
   {
-    const MesherIs no_program(folder_.file("text", "no program"));
+    const MesherIs no_program(test::written(folder_, "text", "no program"));
     EXPECT_NE(fault().find("cannot be started"), std::string::npos);
   }
   {

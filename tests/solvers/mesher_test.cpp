@@ -13,7 +13,7 @@
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
 #include "solvers/mesh/tetrahedra/detail/remesh.hpp"
-#include "temporary_folder.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::test {
 namespace {

@@ -3,18 +3,18 @@
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "solve.hpp"
 #include "solvers/eigen/cached_modes.hpp"
 #include "solvers/modes/modes_file.hpp"
-#include "temporary_folder.hpp"
 #include "test_meshes.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon {
 namespace {
 
 using namespace solvers;
 using test::box_mesh;
-using test::TemporaryFolder;
 
 void expect_equal(const solvers::modes::Modes& a, const solvers::modes::Modes& b) {
   EXPECT_EQ(a.eigenvalues, b.eigenvalues);
@@ -55,7 +55,7 @@ class ModesFile : public testing::Test {
       box_mesh({0.02, 0.03, 0.05}, {1, 2, 3}, 2, [](const Vec3& x) { return x[2] < 0.02 ? 0 : 1; });
   std::vector<solvers::elements::Elastic> regions = {test::steel, test::aluminium};
   solvers::eigen::SolveOptions options;
-  TemporaryFolder folder;
+  core::TemporaryFolder folder;
 
   solvers::modes::Modes solve(core::Trace& trace) {
     return solvers::eigen::cached_modes(mesh, regions, options, MPI_COMM_SELF, folder.path(),
@@ -150,7 +150,7 @@ TEST_F(ModesFile, ThatIsDamagedIsSolvedAgainAndReplaced) {
 
 TEST_F(ModesFile, ThatCannotBeWrittenCostsNothingButTime) {
   core::Trace trace;
-  const auto file = folder.file("not-a-folder", "");
+  const auto file = test::written(folder, "not-a-folder", "");
   const auto modes =
       solvers::eigen::cached_modes(mesh, regions, options, MPI_COMM_SELF, file, trace);
   EXPECT_GT(modes.size(), 0u);

@@ -11,13 +11,13 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "core/termination_blocked.hpp"
 #include "mpi/interrupt.hpp"
 #include "solve.hpp"
 #include "solvers/assembly/assemble.hpp"
 #include "solvers/assembly/partition.hpp"
 #include "solvers/eigen/cached_modes.hpp"
-#include "temporary_folder.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -225,10 +225,10 @@ TEST(Ranks, SolveTheirOwnBodiesWhileAThreadTalks) {
 
 TEST(Cache, IsReadByOneRankAndKnownToAll) {
   // One folder for all, named by rank 0.
-  std::unique_ptr<test::TemporaryFolder> folder;
+  std::unique_ptr<core::TemporaryFolder> folder;
   char name[256] = {};
   if (rank_of(MPI_COMM_WORLD) == 0) {
-    folder = std::make_unique<test::TemporaryFolder>();
+    folder = std::make_unique<core::TemporaryFolder>();
     const auto text = folder->path().string();
     std::copy_n(text.begin(), std::min<std::size_t>(text.size(), 255), name);
   }

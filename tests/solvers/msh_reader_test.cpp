@@ -10,18 +10,18 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/temporary_folder.hpp"
 #include "solvers/elements/lagrange.hpp"
 #include "solvers/mesh/readers/detail/msh_elements.hpp"
 #include "solvers/mesh/readers/detail/msh_file.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
-#include "tests/solvers/temporary_folder.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::solvers {
 namespace {
 
 using core::InputError;
 using test::message_of;
-using test::TemporaryFolder;
 
 /// Gmsh's library, silent, for one test.
 class MshReader : public ::testing::Test {
@@ -63,7 +63,7 @@ class MshReader : public ::testing::Test {
     return path;
   }
 
-  TemporaryFolder folder_;
+  core::TemporaryFolder folder_;
 };
 
 double volume_of(const mesh::TetMesh& mesh, int region) {
@@ -170,8 +170,8 @@ const std::string kTwoTets =
     "$EndElements\n";
 
 TEST(ReadMsh, TurnsInvertedElementsAndDropsTwinsAndUnusedNodes) {
-  const TemporaryFolder folder;
-  const mesh::TetMesh mesh = mesh::readers::read_msh(folder.file("two.msh", kTwoTets));
+  const core::TemporaryFolder folder;
+  const mesh::TetMesh mesh = mesh::readers::read_msh(test::written(folder, "two.msh", kTwoTets));
   EXPECT_EQ(mesh.element_count(), 2u);
   EXPECT_EQ(mesh.nodes.size(), 5u);
   EXPECT_NEAR(volume_of(mesh, 0), 1.0 / 6 + 1.0 / 3, 1e-15);
@@ -179,11 +179,11 @@ TEST(ReadMsh, TurnsInvertedElementsAndDropsTwinsAndUnusedNodes) {
 
 TEST(ReadMsh, RefusesOtherVolumeElementsAndMixedOrders) {
   const auto error = [](const std::string& element) {
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n";
     for (int i = 1; i <= 10; ++i) text += fmt::format("{} {} {} {}\n", i, i % 2, i / 2 % 2, i / 4);
     text += "$EndNodes\n$Elements\n2\n1 4 2 0 1 1 2 3 4\n" + element + "\n$EndElements\n";
-    const std::string path = folder.file("mixed.msh", text);
+    const std::string path = test::written(folder, "mixed.msh", text);
     return message_of<InputError>([&] { mesh::readers::read_msh(path); });
   };
   EXPECT_NE(error("2 5 2 0 1 1 2 3 4 5 6 7 8").find("hexahedron"), std::string::npos);
@@ -193,10 +193,10 @@ TEST(ReadMsh, RefusesOtherVolumeElementsAndMixedOrders) {
 
 TEST(ReadMsh, NamesTheLineOfWhatIsWrong) {
   const auto error = [](const std::string& from, const std::string& to) {
-    const TemporaryFolder folder;
+    const core::TemporaryFolder folder;
     std::string text = kTwoTets;
     text.replace(text.find(from), from.size(), to);
-    const std::string path = folder.file("two.msh", text);
+    const std::string path = test::written(folder, "two.msh", text);
     return message_of<InputError>([&] { mesh::readers::read_msh(path); });
   };
   EXPECT_NE(error("1 2 3 9", "1 2 3 7").find("node 7"), std::string::npos);
@@ -213,7 +213,7 @@ TEST(ReadMsh, NamesTheLineOfWhatIsWrong) {
 
 // Faces were looked at in cubes of their mean edge, of which the largest face had 1e26.
 TEST(ReadMsh, OneElementMayBeFarLargerThanTheOthers) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n404\n", elements;
   for (int i = 0; i < 101; ++i) {
     const double size = i == 0 ? 1e15 : 1e-3;
@@ -224,7 +224,8 @@ TEST(ReadMsh, OneElementMayBeFarLargerThanTheOthers) {
     elements += fmt::format("{} 4 2 0 1 {} {} {} {}\n", i + 1, n + 1, n + 2, n + 3, n + 4);
   }
   text += "$EndNodes\n$Elements\n101\n" + elements + "$EndElements\n";
-  EXPECT_EQ(mesh::readers::read_msh(folder.file("large.msh", text)).element_count(), 101u);
+  EXPECT_EQ(mesh::readers::read_msh(test::written(folder, "large.msh", text)).element_count(),
+            101u);
 }
 
 TEST_F(MshReader, AnswersDamagedFilesWithAMessage) {

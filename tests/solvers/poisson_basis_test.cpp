@@ -8,10 +8,10 @@
 #include <cmath>
 
 #include "closed_forms.hpp"
+#include "core/temporary_folder.hpp"
 #include "reference_bodies.hpp"
 #include "solve.hpp"
 #include "solvers/basis/solve_materials.hpp"
-#include "temporary_folder.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -291,7 +291,7 @@ TEST(PoissonBasis, RegionsOfOneContrastShareABasis) {
 }
 
 TEST(PoissonBasis, NothingIsSolvedTwice) {
-  const test::TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto body = bodies()[1];
   std::vector<solvers::basis::ModeRequest> requests;
   for (const double ratio : {0.15, 0.2, 0.3, 0.4}) requests.push_back(request(ratio, body.band));

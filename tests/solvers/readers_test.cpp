@@ -10,17 +10,17 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "solvers/mesh/readers/detail/polygon_mesh.hpp"
 #include "solvers/mesh/readers/detail/read_formats.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
-#include "tests/solvers/temporary_folder.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::solvers {
 namespace {
 
 using core::InputError;
 using test::message_of;
-using test::TemporaryFolder;
 
 std::string error_of(mesh::readers::PolygonMesh (*read)(const std::string&, std::string_view),
                      std::string_view bytes) {
@@ -121,25 +121,25 @@ void expect_cube(const mesh::SurfaceMesh& mesh) {
 }
 
 TEST(ReadSurface, GivesTheSameCubeFromEveryFormat) {
-  const TemporaryFolder folder;
-  expect_cube(mesh::readers::read_surface(folder.file("cube.obj", cube_obj())));
-  expect_cube(mesh::readers::read_surface(folder.file("cube.OFF", cube_off())));
+  const core::TemporaryFolder folder;
+  expect_cube(mesh::readers::read_surface(test::written(folder, "cube.obj", cube_obj())));
+  expect_cube(mesh::readers::read_surface(test::written(folder, "cube.OFF", cube_off())));
   for (const char* encoding : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     SCOPED_TRACE(encoding);
-    expect_cube(mesh::readers::read_surface(folder.file("cube.ply", cube_ply(encoding))));
+    expect_cube(mesh::readers::read_surface(test::written(folder, "cube.ply", cube_ply(encoding))));
   }
-  expect_cube(mesh::readers::read_surface(folder.file("ascii.stl", cube_stl(false))));
-  expect_cube(
-      mesh::readers::read_surface(folder.file("binary.stl", cube_stl(true, "made by hand"))));
+  expect_cube(mesh::readers::read_surface(test::written(folder, "ascii.stl", cube_stl(false))));
+  expect_cube(mesh::readers::read_surface(
+      test::written(folder, "binary.stl", cube_stl(true, "made by hand"))));
 }
 
 TEST(ReadSurface, RefusesUnknownEndingsAndMissingFiles) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("cube.3ds", "x");
+  const core::TemporaryFolder folder;
+  const std::string path = test::written(folder, "cube.3ds", "x");
   EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(path); }).find(".obj"),
             std::string::npos);
   EXPECT_THROW(mesh::readers::read_surface((folder.path() / "none.obj").string()), core::FileError);
-  const std::string points = folder.file("points.obj", "v 0 0 0\n");
+  const std::string points = test::written(folder, "points.obj", "v 0 0 0\n");
   EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(points); }).find("no faces"),
             std::string::npos);
 }
@@ -261,8 +261,8 @@ TEST(ReadStl, MergesZerosOfBothSigns) {
 }
 
 TEST(ReadStl, RefusesEmptyAndCutOffFiles) {
-  const TemporaryFolder folder;
-  const std::string empty = folder.file("empty.stl", "solid nothing\nendsolid\n");
+  const core::TemporaryFolder folder;
+  const std::string empty = test::written(folder, "empty.stl", "solid nothing\nendsolid\n");
   EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(empty); }).find("no faces"),
             std::string::npos);
   EXPECT_NE(error_of(mesh::readers::read_stl, "").find("not an STL"), std::string::npos);

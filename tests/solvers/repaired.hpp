@@ -7,8 +7,8 @@
 
 #include "core/error.hpp"
 #include "solvers/mesh/repair/repair.hpp"
-#include "tests/solvers/temporary_folder.hpp"
 #include "tests/solvers/test_surfaces.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::test {
 

@@ -5,10 +5,11 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "solvers/families/detail/svg_path.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/families/outline.hpp"
-#include "temporary_folder.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::test {
 namespace {
@@ -17,10 +18,10 @@ using namespace solvers;
 constexpr double pi = std::numbers::pi;
 
 solvers::families::ProfilePolygon profile_of(const std::string& path_data, double height) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   return solvers::families::profile_from_svg(
-      folder.file("profile.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"><path d=\"" +
-                                     path_data + "\"/></svg>"),
+      written(folder, "profile.svg",
+              "<svg xmlns=\"http://www.w3.org/2000/svg\"><path d=\"" + path_data + "\"/></svg>"),
       height);
 }
 
@@ -97,13 +98,13 @@ TEST(SvgPath, ArcsFollowTheirFlags) {
 }
 
 TEST(SvgProfile, FindsTheFirstPathWhateverStandsAround) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto file =
-      folder.file("a.svg",
-                  "<?xml version='1.0'?><!DOCTYPE svg><!-- <path d=\"M9 9\"/> -->\n"
-                  "<svg width=\"50%\"><g transform=\"scale(2)\"><rect/></g>\n"
-                  "<g id='x'><path\n style='fill:none' id=\"pd\" d='M0 0 H10 V10 H0 z' /></g>"
-                  "<path d='M1 1'/></svg>");
+      written(folder, "a.svg",
+              "<?xml version='1.0'?><!DOCTYPE svg><!-- <path d=\"M9 9\"/> -->\n"
+              "<svg width=\"50%\"><g transform=\"scale(2)\"><rect/></g>\n"
+              "<g id='x'><path\n style='fill:none' id=\"pd\" d='M0 0 H10 V10 H0 z' /></g>"
+              "<path d='M1 1'/></svg>");
   EXPECT_NEAR(solvers::families::polygon_area(solvers::families::profile_from_svg(file, 0.1)), 0.01,
               1e-15);
 }
@@ -122,14 +123,14 @@ TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
   EXPECT_NE(reason("M0 0 H10 H0 Z").find("no height"), std::string::npos);
   EXPECT_NE(reason("M0 0 A1e200 1e200 0 0 0 10 10 V20 H0 Z").find("squared"), std::string::npos);
   EXPECT_NE(reason("M0 0 C1e30 0 1e30 10 0 10 Z").find("10000 points"), std::string::npos);
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto moved =
-      folder.file("m.svg", "<svg><g transform='scale(2)'><path d='M0 0H1V1H0z'/></g></svg>");
+      written(folder, "m.svg", "<svg><g transform='scale(2)'><path d='M0 0H1V1H0z'/></g></svg>");
   EXPECT_NE(message_of<core::InputError>([&] {
               solvers::families::profile_from_svg(moved, 1);
             }).find("transform"),
             std::string::npos);
-  const auto none = folder.file("n.svg", "<svg><rect/></svg>");
+  const auto none = written(folder, "n.svg", "<svg><rect/></svg>");
   EXPECT_NE(message_of<core::InputError>([&] {
               solvers::families::profile_from_svg(none, 1);
             }).find("no path"),
@@ -140,13 +141,13 @@ TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
 }
 
 TEST(SvgProfile, DamagedFilesEndInAnErrorOrAProfile) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const std::string good =
       "<svg><g><path id='a' d='M0 0 C10 0 20 0 30 0 Q30 20 30 40 A5 5 0 0 1 10 40 V60 H0 z'/>"
       "</g></svg>";
   std::mt19937_64 random(7);
   for (int i = 0; i < 400; ++i) {
-    const auto file = folder.file("damaged.svg", damaged(good, random));
+    const auto file = written(folder, "damaged.svg", damaged(good, random));
     try {
       EXPECT_GE(solvers::families::profile_from_svg(file, 0.1).size(), 3u);
     } catch (const core::InputError& error) {

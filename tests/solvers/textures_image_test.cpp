@@ -7,14 +7,12 @@
 
 #include "core/error.hpp"
 #include "core/image_samples.hpp"
+#include "core/temporary_folder.hpp"
 #include "render/maps/generated_maps.hpp"
 #include "render/maps/map_image.hpp"
-#include "temporary_folder.hpp"
 
 namespace carillon::solvers {
 namespace {
-
-using test::TemporaryFolder;
 
 /// 4 x 4 pixels of one colour.
 core::ImageSamples plain(int bits, const std::vector<std::uint16_t>& color) {
@@ -39,7 +37,7 @@ bool has(const std::string& text, const std::string& part) {
 }
 
 TEST(MapImage, EightBitsAreCountedFrom128) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto path = folder.path() / "a.png";
   core::ImageSamples image = plain(8, {128, 128, 255});
   // The upper left pixel leans to the right and up: the surface falls there that way.
@@ -64,7 +62,7 @@ TEST(MapImage, EightBitsAreCountedFrom128) {
 }
 
 TEST(MapImage, AlphaIsHowFarItIsCutIn) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto path = folder.path() / "a.png";
   for (const int bits : {8, 16}) {
     const int full = bits == 8 ? 255 : 65535;
@@ -83,7 +81,7 @@ TEST(MapImage, AlphaIsHowFarItIsCutIn) {
 }
 
 TEST(MapImage, ComesBackAsItWasWritten) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto path = folder.path() / "a.png";
   for (const auto& generated : render::maps::generated_maps()) {
     render::maps::SurfaceMap map = render::maps::generate_map(generated.name, {}, 128, 1);
@@ -114,7 +112,7 @@ TEST(MapImage, ComesBackAsItWasWritten) {
 }
 
 TEST(MapImage, RefusesWithARemedy) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto path = folder.path() / "a.png";
   EXPECT_TRUE(has(message_of(path, {.width = 1}), "a.png: no such file"));
   EXPECT_TRUE(has(message_of(folder.path(), {.width = 1}), "cannot be read"));
@@ -141,7 +139,7 @@ TEST(MapImage, RefusesWithARemedy) {
 }
 
 TEST(MapImage, BrokenFilesGiveAMapOrAnError) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto path = folder.path() / "a.png";
   const render::maps::MapImage image =
       render::maps::write_map(path, render::maps::generate_map("noise", {}, 24, 1));

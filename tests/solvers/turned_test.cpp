@@ -7,7 +7,7 @@
 #include "family_shapes.hpp"
 #include "mesh_checks.hpp"
 #include "solvers/families/revolve.hpp"
-#include "temporary_folder.hpp"
+#include "tests/solvers/written_files.hpp"
 
 namespace carillon::test {
 namespace {

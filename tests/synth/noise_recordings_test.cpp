@@ -8,8 +8,8 @@
 #include <map>
 #include <set>
 
-#include "../core/temporary_folder.hpp"
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "sound_files.hpp"
 #include "synth/recording/recording_file.hpp"
 #include "synth/signal/cross_fade.hpp"
@@ -17,8 +17,6 @@
 
 namespace carillon::synth {
 namespace {
-
-using core::TemporaryFolder;
 
 core::RandomStream stream(std::uint64_t item) {
   return {5, item, "test.recordings"};
@@ -95,7 +93,7 @@ TEST(AudibleRuns, LeaveOutSilentStretches) {
 }
 
 TEST(NoiseFolder, DrawsStretchesOfItsRecordings) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const auto recording = some_noise(44100, 1);
   write_sound(folder / "a.wav", recording, 44100);
   recording::NoiseFolder noise(folder.path(), {});
@@ -115,7 +113,7 @@ TEST(NoiseFolder, DrawsStretchesOfItsRecordings) {
 }
 
 TEST(NoiseFolder, JoinsShortRecordingsWithoutALoop) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   write_sound(folder / "short.wav", some_noise(8000, 3), 16000);
   recording::NoiseFolder noise(folder.path(), {.sample_rate = 16000});
   const recording::NoiseDraw drawn = draw(noise, 64000, 1);
@@ -142,7 +140,7 @@ TEST(NoiseFolder, JoinsShortRecordingsWithoutALoop) {
 }
 
 TEST(NoiseFolder, BringsRecordingsToOneLevel) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   auto loud = some_noise(20000, 1), quiet = some_noise(20000, 2);
   for (double& sample : quiet) sample *= 0.01;
   write_sound(folder / "loud.wav", loud, 44100);
@@ -158,7 +156,7 @@ TEST(NoiseFolder, BringsRecordingsToOneLevel) {
 }
 
 TEST(NoiseFolder, NeitherEarlierDrawsNorMemoryChangeADraw) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   std::filesystem::create_directories(folder / "sub");
   for (unsigned i = 0; i < 5; ++i) {
     write_sound(folder / (i % 2 ? "sub/" : "") / (std::to_string(i) + ".wav"),
@@ -177,7 +175,7 @@ TEST(NoiseFolder, NeitherEarlierDrawsNorMemoryChangeADraw) {
 }
 
 TEST(NoiseFolder, WholeRecordingsBelongToPartsWhereThereAreEnough) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   for (unsigned i = 0; i < 40; ++i) {
     write_sound(folder / (std::to_string(i) + ".wav"), some_noise(1600, i), 8000);
   }
@@ -212,7 +210,7 @@ TEST(NoiseFolder, WholeRecordingsBelongToPartsWhereThereAreEnough) {
 
 TEST(NoiseFolder, FewRecordingsAreCutInTime) {
   // Each ninth of the recording is a tone of its own.
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   std::vector<double> samples;
   const auto tone = [](std::size_t part) { return 500.0 + 400.0 * double(part); };
   for (std::size_t part = 0; part < 9; ++part) {

@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
-#include "tests/core/temporary_folder.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::eval {
 namespace {

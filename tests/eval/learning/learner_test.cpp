@@ -11,10 +11,10 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/temporary_folder.hpp"
 #include "eval/learning/batches.hpp"
 #include "eval/networks/nearest_neighbour.hpp"
 #include "eval/networks/training.hpp"
-#include "tests/core/temporary_folder.hpp"
 #include "tests/eval/learning/made_course.hpp"
 
 namespace carillon::eval {

@@ -8,8 +8,8 @@
 #include <numeric>
 
 #include "core/random.hpp"
+#include "core/temporary_folder.hpp"
 #include "eval/learning/recordings_source.hpp"
-#include "tests/core/temporary_folder.hpp"
 
 namespace carillon::eval {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "core/audio.hpp"
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "eval/learning/recordings_source.hpp"
-#include "tests/core/temporary_folder.hpp"
 
 namespace carillon::eval {
 namespace {

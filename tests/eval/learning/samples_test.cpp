@@ -12,10 +12,10 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/temporary_folder.hpp"
 #include "eval/learning/clip.hpp"
 #include "eval/learning/sealed_file.hpp"
 #include "eval/learning/selected_source.hpp"
-#include "tests/core/temporary_folder.hpp"
 #include "tests/eval/learning/made_source.hpp"
 
 namespace carillon::eval {

@@ -1,47 +1,25 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "core/temporary_folder.hpp"
+
 namespace carillon::test {
 
-/// A folder of its own for one test; gone at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "carillon-test-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  const std::filesystem::path& path() const { return path_; }
-
-  /// Path of a new file that holds `bytes`.
-  std::string file(const std::string& name, std::string_view bytes) const {
-    const auto path = path_ / name;
-    std::ofstream(path, std::ios::binary)
-        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return path.string();
-  }
-
- private:
-  std::filesystem::path path_;
-};
+/// Path of a new file in a folder that holds `bytes`.
+inline std::string written(const core::TemporaryFolder& folder, const std::string& name,
+                           std::string_view bytes) {
+  const auto path = folder / name;
+  std::ofstream(path, std::ios::binary)
+      .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return path.string();
+}
 
 /// what() of the E that `run` throws; "" when it throws nothing, and a failed check when it throws
 /// something else.
