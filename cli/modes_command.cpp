@@ -7,6 +7,7 @@
 #include "cli/command_line.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/files.hpp"
+#include "core/numbers.hpp"
 #include "solvers/eigen/search.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/modal/ring_down.hpp"
@@ -81,7 +82,7 @@ nlohmann::json to_json(const scene::Body& body, const synth::damping::DecayRates
 void print_pitch_errors(const std::vector<double>& errors) {
   const auto worst = std::max_element(errors.begin(), errors.end());
   fmt::print("estimated pitch error: worst {:.3g} cents (mode {}), median {:.3g}\n", *worst,
-             worst - errors.begin() + 1, solvers::pitch::median(errors));
+             worst - errors.begin() + 1, core::median(errors));
 }
 
 void print_table(const scene::Body& body, const synth::damping::DecayRates& damping) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 
 namespace carillon::cli {
@@ -26,10 +27,11 @@ void print_report(const solvers::pitch::PitchReport& report) {
              "elements", "unknowns", "time [s]", "worst [cent]", "median [cent]");
   for (std::size_t i = 0; i < report.steps.size(); ++i) {
     const solvers::pitch::PitchStep& step = report.steps[i];
-    fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9.2f} {:>14.3g} {:>15.3g}\n",
+    fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9.2f} {:>14.3g} {:>15}\n",
                i == report.chosen ? "chosen" : "", step.order,
                fmt::format("{}{:.3g}", step.automatic_size ? "auto " : "", 1e3 * step.element_size),
-               step.elements, step.unknowns, step.seconds, step.worst_cents, step.median_cents);
+               step.elements, step.unknowns, step.seconds, step.worst_cents,
+               std::isnan(step.median_cents) ? "-" : fmt::format("{:.3g}", step.median_cents));
   }
 }
 

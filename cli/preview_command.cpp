@@ -9,6 +9,7 @@
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/image.hpp"
+#include "core/numbers.hpp"
 #include "dataset/run/build.hpp"
 #include "dataset/samples/sample_row.hpp"
 #include "dataset/samples/take_rows.hpp"
@@ -50,7 +51,7 @@ core::Image spectrogram_picture(const std::vector<float>& mel, int bands, int fr
     const int band = bands - 1 - y / scale;
     for (int x = 0; x < image.width; ++x) {
       const double power = mel[static_cast<std::size_t>(band * frames + x / scale)];
-      const double db = 10 * std::log10(std::max(power / top, 1e-12));
+      const double db = core::decibels(std::max(power / top, 1e-12));
       image.pixels[static_cast<std::size_t>(y * image.width + x)] =
           static_cast<std::uint8_t>(std::lround(255 * std::clamp(1 - db / floor_db, 0.0, 1.0)));
     }

@@ -11,6 +11,7 @@
 #include "core/audio.hpp"
 #include "core/columns.hpp"
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "core/units.hpp"
 #include "scene/blow.hpp"
 #include "scene/chain.hpp"
@@ -140,10 +141,7 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
   chain.make(sound);
   core::write_wav(options.output, scene::clip_of(sound), scene.audio.dtype);
 
-  double peak = 0;
-  for (const float value : sound.audio) {
-    peak = std::max(peak, std::abs(static_cast<double>(value)));
-  }
+  const double peak = core::peak(sound.audio);
   const auto list = [](const Vec3& v) { return std::vector(v.begin(), v.end()); };
   const synth::modal::PointFrame frame =
       synth::modal::frame_at(body.modes.surface, sound.strike.point);

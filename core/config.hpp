@@ -9,16 +9,10 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "core/units.hpp"
 
 namespace carillon::core {
-
-/// Closed interval that a parameter is drawn from; a single value has low == high.
-struct Range {
-  double low = 0;
-  double high = 0;
-  bool operator==(const Range&) const = default;
-};
 
 /// One mapping of a YAML configuration, read by asking for its keys.
 ///

@@ -5,25 +5,18 @@
 #include <iterator>
 #include <utility>
 
+#include "core/numbers.hpp"
+
 namespace carillon::mpi {
 
 namespace {
 
 constexpr std::size_t least_tasks = 3;
 
-/// Value below which a share of an ascending list lies, between neighbours in proportion.
-double quantile(const std::vector<double>& ascending, double share) {
-  const double place = share * static_cast<double>(ascending.size() - 1);
-  const auto low = static_cast<std::size_t>(place);
-  const std::size_t high = std::min(low + 1, ascending.size() - 1);
-  return ascending[low] + (place - static_cast<double>(low)) * (ascending[high] - ascending[low]);
-}
-
-EstimateError error_of(std::vector<double> ascending) {
-  std::sort(ascending.begin(), ascending.end());
+EstimateError error_of(const std::vector<double>& ratios) {
   constexpr double tail = 1.0 / 6;
-  return {std::exp(quantile(ascending, 0.5)),
-          std::exp(0.5 * (quantile(ascending, 1 - tail) - quantile(ascending, tail)))};
+  return {std::exp(core::median(ratios)),
+          std::exp(0.5 * (core::quantile(ratios, 1 - tail) - core::quantile(ratios, tail)))};
 }
 
 }  // namespace

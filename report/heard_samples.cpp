@@ -8,6 +8,7 @@
 #include "core/columns.hpp"
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
+#include "core/numbers.hpp"
 #include "dataset/stored/sample_audio.hpp"
 #include "report/report.hpp"
 
@@ -127,11 +128,10 @@ core::AudioClip beginning(const core::AudioClip& whole, std::size_t bytes, order
 void add_audio(const dataset::stored::SampleAudio& audio, std::uint64_t row, std::size_t bytes,
                ordered_json& sample) {
   core::AudioClip clip = beginning(audio.read(row, 1).front(), bytes, sample["labels"]);
-  float peak = 0;
-  for (const float value : clip.samples) peak = std::max(peak, std::abs(value));
+  const auto peak = static_cast<float>(core::peak(clip.samples));
   if (peak > 0) {
     for (float& value : clip.samples) value *= 0.5F / peak;
-    sample["labels"]["played at [dB]"] = 20 * std::log10(0.5 / static_cast<double>(peak));
+    sample["labels"]["played at [dB]"] = core::amplitude_decibels(0.5 / static_cast<double>(peak));
   }
   sample["sample_rate_hz"] = clip.sample_rate;
   sample["channels"] = clip.channels;

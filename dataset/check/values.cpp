@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/hdf5.hpp"
+#include "core/numbers.hpp"
 #include "dataset/check/column_rules.hpp"
 
 namespace carillon::dataset::check {
@@ -58,8 +59,7 @@ struct Scan {
   /// Recorded peaks and clipping against the audio.
   void audio_float(const std::vector<double>& peaks) {
     each_row<float>(file, "audio", [&](std::uint64_t row, std::span<const float> values) {
-      double peak = 0;
-      for (const float value : values) peak = std::max(peak, std::abs(static_cast<double>(value)));
+      const double peak = core::peak(values);
       if (peak == 0) note(silent, row, "");
       if (std::isfinite(peak) && peak != peaks[row]) {
         note(broken, row, fmt::format(": peak is {}, the audio's is {}", peaks[row], peak));

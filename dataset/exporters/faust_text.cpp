@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/numbers.hpp"
 #include "core/revision.hpp"
 #include "dataset/exporters/detail/faust_parts.hpp"
 #include "dataset/exporters/faust_program.hpp"
@@ -73,8 +74,9 @@ std::string sliders(const FaustProgram& program) {
   text += fmt::format("size = max(1e-3, min(1000, {}));\n",
                       faust_slider("v:body/[2]size[scale:log]", 1, 0.25, 4));
   text += program.damping;
-  text += fmt::format("gain = ba.db2linear(min(200, {}));\n",
-                      faust_slider("gain[unit:dB]", 20 * std::log10(program.gain), -60, 60));
+  text +=
+      fmt::format("gain = ba.db2linear(min(200, {}));\n",
+                  faust_slider("gain[unit:dB]", core::amplitude_decibels(program.gain), -60, 60));
   return text;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "dataset/samples/samples_task.hpp"
 #include "dataset/samples/shape_modes.hpp"
@@ -129,9 +130,7 @@ SampleResult SampleMaker::make(const plan::Sample& sample, core::Columns* record
   for (const double cents : variant.modes.pitch_errors) {
     result.pitch_error = std::max(result.pitch_error, cents);
   }
-  for (const float value : sound.audio) {
-    result.peak = std::max(result.peak, std::abs(static_cast<double>(value)));
-  }
+  result.peak = core::peak(sound.audio);
   return result;
 }
 

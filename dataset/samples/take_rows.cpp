@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/files.hpp"
+#include "core/numbers.hpp"
 #include "core/temporary_folder.hpp"
 #include "dataset/samples/detail/take_columns.hpp"
 #include "dataset/samples/sample_row.hpp"
@@ -25,9 +26,7 @@ SampleResult TakeRows::add(const plan::Sample& sample, core::Columns& columns) {
   SampleResult result;
   result.sound = std::move(take.sound);
   result.frames = std::move(take.frames);
-  for (const float value : result.sound.audio) {
-    result.peak = std::max(result.peak, std::abs(static_cast<double>(value)));
-  }
+  result.peak = core::peak(result.sound.audio);
   add_sound_columns(config_, result, mel_.get(), trace_, columns);
   return result;
 }

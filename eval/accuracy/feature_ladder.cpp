@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "core/trace.hpp"
 #include "eval/features/cramer_rao.hpp"
 #include "eval/features/extract_features.hpp"
-#include "eval/statistics/median.hpp"
 
 namespace carillon::eval::accuracy {
 
@@ -116,17 +116,16 @@ ordered_json rung(const FeatureLadder& ladder, const std::string& method, int mo
     add_errors(clip, set, findings);
   }
   const double clips = ladder.clips;
-  return {
-      {"method", method},
-      {"modes", modes},
-      {"snr_db", snr_db},
-      {"seconds", statistics::median(findings.seconds)},
-      {"found", static_cast<double>(findings.found) / static_cast<double>(findings.modes)},
-      {"extra",
-       static_cast<double>(findings.features - std::min(findings.features, findings.found)) /
-           clips},
-      {"bounds_frequency", number(statistics::median(findings.frequency) / median_deviation)},
-      {"bounds_decay_rate", number(statistics::median(findings.decay_rate) / median_deviation)}};
+  return {{"method", method},
+          {"modes", modes},
+          {"snr_db", snr_db},
+          {"seconds", core::median(findings.seconds)},
+          {"found", static_cast<double>(findings.found) / static_cast<double>(findings.modes)},
+          {"extra",
+           static_cast<double>(findings.features - std::min(findings.features, findings.found)) /
+               clips},
+          {"bounds_frequency", number(core::median(findings.frequency) / median_deviation)},
+          {"bounds_decay_rate", number(core::median(findings.decay_rate) / median_deviation)}};
 }
 
 }  // namespace

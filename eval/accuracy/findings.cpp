@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/json_number.hpp"
+#include "core/numbers.hpp"
+
 namespace carillon::eval::accuracy {
 
 using nlohmann::json;
@@ -15,7 +18,7 @@ std::vector<double> errors_in_cents(std::span<const double> frequencies,
   std::vector<double> errors;
   const std::size_t count = std::min({frequencies.size(), reference.size(), most});
   for (std::size_t k = 0; k < count; ++k)
-    errors.push_back(1200 * std::log2(frequencies[k] / reference[k]));
+    errors.push_back(core::cents(frequencies[k] / reference[k]));
   return errors;
 }
 
@@ -65,7 +68,7 @@ Summary summary(std::vector<double> errors) {
   for (double& e : errors) e = std::abs(e);
   Summary out;
   if (!errors.empty()) out.worst = *std::max_element(errors.begin(), errors.end());
-  out.median = solvers::pitch::median(errors);
+  out.median = core::median(errors);
   return out;
 }
 
@@ -109,7 +112,7 @@ json rung_json(const LadderConfig& config, const Rung& rung, const Reference& re
   out["errors_cents"] = errors;
   const Summary truth = summary(errors);
   out["worst_cents"] = truth.worst;
-  out["median_cents"] = truth.median;
+  out["median_cents"] = core::number_or_null(truth.median);
   out["estimated_worst_cents"] = nullptr;
   out["estimated_median_cents"] = nullptr;
   out["estimated_errors_cents"] = json::array();
@@ -119,7 +122,7 @@ json rung_json(const LadderConfig& config, const Rung& rung, const Reference& re
     const Summary estimate = summary(estimates);
     out["estimated_errors_cents"] = estimates;
     out["estimated_worst_cents"] = estimate.worst;
-    out["estimated_median_cents"] = estimate.median;
+    out["estimated_median_cents"] = core::number_or_null(estimate.median);
   }
   return out;
 }

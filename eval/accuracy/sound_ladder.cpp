@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/perception/spectral_distance.hpp"
-#include "eval/statistics/median.hpp"
 #include "scene/chain.hpp"
 #include "scene/drawn_strike.hpp"
 
@@ -92,8 +92,7 @@ struct FewerModes {
 ordered_json rung(const std::string& key, int value, const Sounds& made, const Sounds& full) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < full.clips.size(); ++i) {
-    double peak = 0;
-    for (const double sample : full.clips[i]) peak = std::max(peak, std::abs(sample));
+    const double peak = core::peak(full.clips[i]);
     if (!(peak > 0)) continue;  // a strike on a node of every mode
     std::vector<double> one = full.clips[i], other = made.clips[i];
     for (double& sample : one) sample /= peak;
@@ -101,12 +100,12 @@ ordered_json rung(const std::string& key, int value, const Sounds& made, const S
     errors.push_back(20 / std::numbers::ln10 *
                      perception::spectral_distance(one, other).log_magnitude);
   }
-  return {{"key", key},
-          {"value", value},
-          {"sounds", errors.size()},
-          {"seconds", statistics::median(made.seconds)},
-          {"error_db",
-           errors.empty() ? ordered_json(nullptr) : ordered_json(statistics::median(errors))}};
+  return {
+      {"key", key},
+      {"value", value},
+      {"sounds", errors.size()},
+      {"seconds", core::median(made.seconds)},
+      {"error_db", errors.empty() ? ordered_json(nullptr) : ordered_json(core::median(errors))}};
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ double expanded(double probability, double groups) {
 
 }  // namespace
 
-statistics::Bounds wilson_interval(double right, double samples, double probability) {
+core::Range wilson_interval(double right, double samples, double probability) {
   check_probability(probability);
   if (!(right >= 0 && right <= samples) || !std::isfinite(samples)) {
     throw core::InputError(fmt::format("{} of {} samples are no share", right, samples));
@@ -158,13 +158,13 @@ statistics::Bounds wilson_interval(double right, double samples, double probabil
   return {std::clamp(middle - half, 0.0, share), std::clamp(middle + half, share, 1.0)};
 }
 
-statistics::Bounds grouped_interval(const TestedSamples& tested,
-                                    std::span<const std::size_t> predicted, AccuracyKind kind,
-                                    core::RandomStream& random, double probability, int draws) {
+core::Range grouped_interval(const TestedSamples& tested, std::span<const std::size_t> predicted,
+                             AccuracyKind kind, core::RandomStream& random, double probability,
+                             int draws) {
   check_probability(probability);
   const GroupCounts counts = count_groups(tested, predicted);
   const auto groups = static_cast<double>(counts.groups);
-  statistics::Bounds bounds;
+  core::Range bounds;
   if (counts.groups > 1) {
     std::vector<double> places(counts.groups);
     std::iota(places.begin(), places.end(), 0);
@@ -189,8 +189,8 @@ SeedsSummary interval_over_seeds(const TestedSamples& tested,
   const auto groups = static_cast<double>(spread.influences.size());
   if (predicted.size() < 2) return summary;
   summary.deviation = std::sqrt(spread.of_seeds.value * seeds);
-  const auto within = [](const statistics::Bounds& bounds) {
-    return statistics::Bounds{std::max(0.0, bounds.low), std::min(1.0, bounds.high)};
+  const auto within = [](const core::Range& bounds) {
+    return core::Range{std::max(0.0, bounds.low), std::min(1.0, bounds.high)};
   };
   if (groups < 2) return summary;
   const statistics::Variance of_groups = statistics::variance_of_sum(spread.influences);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "eval/statistics/summary.hpp"
 
@@ -14,7 +15,7 @@ namespace carillon::eval::classification {
 /// them `grouped_interval`.
 /// @param right  of `samples`; need not be a whole number
 /// @throws InputError  more right than samples, a negative number, or a probability not in (0, 1)
-statistics::Bounds wilson_interval(double right, double samples, double probability = 0.95);
+core::Range wilson_interval(double right, double samples, double probability = 0.95);
 
 enum class AccuracyKind {
   plain,    ///< share of all samples that are right
@@ -39,10 +40,9 @@ struct TestedSamples {
 /// interval is too narrow by it.
 /// @param random  decides the draws
 /// @throws InputError  spans of unequal length, no samples, or a class that there is not
-statistics::Bounds grouped_interval(const TestedSamples& tested,
-                                    std::span<const std::size_t> predicted, AccuracyKind kind,
-                                    core::RandomStream& random, double probability = 0.95,
-                                    int draws = 2000);
+core::Range grouped_interval(const TestedSamples& tested, std::span<const std::size_t> predicted,
+                             AccuracyKind kind, core::RandomStream& random,
+                             double probability = 0.95, int draws = 2000);
 
 /// An accuracy over classifiers that differ by the seed of their training alone, all tested on the
 /// same samples.
@@ -54,7 +54,7 @@ struct SeedsSummary {
   /// bodies (linearised, Cochran 1977, section 6.3, with groups as units) are added, with degrees
   /// of freedom after Satterthwaite (1946). Adding counts their interaction twice: never too narrow
   /// by it. NaN for one seed or one group; where nothing varies, Wilson's of the groups.
-  statistics::Bounds seeds_and_groups;
+  core::Range seeds_and_groups;
 };
 
 /// @param predicted  for each seed, the class that each sample was taken for
@@ -70,7 +70,7 @@ struct AccuracyDifference {
   double mean = 0;
   /// What other bodies, and of several seeds other seeds of both, come to: variances as in
   /// SeedsSummary, of the groups' differences. NaN for one group, or where nothing varies.
-  statistics::Bounds bounds;
+  core::Range bounds;
 };
 
 /// @param first, second  for each seed, the class that each sample was taken for

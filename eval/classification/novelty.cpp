@@ -56,10 +56,9 @@ double auroc(std::span<const double> known, std::span<const double> novel) {
   return below / (static_cast<double>(positive.size()) * static_cast<double>(negative.size()));
 }
 
-statistics::Bounds auroc_interval(std::span<const double> known,
-                                  std::span<const std::size_t> known_groups,
-                                  std::span<const double> novel,
-                                  std::span<const std::size_t> novel_groups, double probability) {
+core::Range auroc_interval(std::span<const double> known, std::span<const std::size_t> known_groups,
+                           std::span<const double> novel, std::span<const std::size_t> novel_groups,
+                           double probability) {
   const double area = auroc(known, novel);
   if (known.size() != known_groups.size() || novel.size() != novel_groups.size()) {
     throw core::InputError("scores and their groups are not as many");
@@ -87,8 +86,8 @@ statistics::Bounds auroc_interval(std::span<const double> known,
   const auto of_odds = [&](statistics::Variance one) {
     return statistics::Variance{slope * slope * one.value, one.freedom};
   };
-  const statistics::Bounds odds = statistics::around(
-      std::log(area / (1 - area)), {of_odds(of_known), of_odds(of_novel)}, probability);
+  const core::Range odds = statistics::around(std::log(area / (1 - area)),
+                                              {of_odds(of_known), of_odds(of_novel)}, probability);
   return {1 / (1 + std::exp(-odds.low)), 1 / (1 + std::exp(-odds.high))};
 }
 

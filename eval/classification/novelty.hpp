@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "eval/classification/score_rows.hpp"
 #include "eval/statistics/summary.hpp"
 
@@ -25,11 +26,9 @@ double auroc(std::span<const double> known, std::span<const double> novel);
 /// group.
 /// @param known_groups, novel_groups  of each score; any numbers, not compared with each other
 /// @throws InputError  as auroc, or groups of another length
-statistics::Bounds auroc_interval(std::span<const double> known,
-                                  std::span<const std::size_t> known_groups,
-                                  std::span<const double> novel,
-                                  std::span<const std::size_t> novel_groups,
-                                  double probability = 0.95);
+core::Range auroc_interval(std::span<const double> known, std::span<const std::size_t> known_groups,
+                           std::span<const double> novel, std::span<const std::size_t> novel_groups,
+                           double probability = 0.95);
 
 /// The greatest threshold that at least this share of known samples reaches (score >= threshold).
 /// @param rate  true-positive rate, in (0, 1]

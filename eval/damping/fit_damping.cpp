@@ -13,7 +13,6 @@
 #include "eval/damping/detail/confidence.hpp"
 #include "eval/damping/detail/emg_fit.hpp"
 #include "eval/damping/detail/remarks.hpp"
-#include "eval/statistics/median.hpp"
 
 namespace carillon::eval::damping {
 
@@ -45,11 +44,11 @@ double least_sigma(const DampingData& data, bool relative) {
     for (std::size_t i = 0; i < data.errors.size(); ++i) {
       shares.push_back(data.errors[i] / data.coefficients[i]);
     }
-    return shares.empty() ? 0.01 : std::max(statistics::median(shares), 1e-6);
+    return shares.empty() ? 0.01 : std::max(core::median(shares), 1e-6);
   }
-  const double c = statistics::median(data.coefficients);
+  const double c = core::median(data.coefficients);
   if (data.errors.empty()) return 0.01 * c;
-  return std::max(statistics::median(data.errors), 1e-6 * c);
+  return std::max(core::median(data.errors), 1e-6 * c);
 }
 
 Work prepare(const DampingData& data, const DampingLaw& law, const FitOptions& options) {

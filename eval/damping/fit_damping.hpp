@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "eval/damping/damping_data.hpp"
 #include "synth/damping/damping.hpp"
 
@@ -35,11 +36,6 @@ struct FitOptions {
   bool history = false;    ///< keep every step of the optimiser
 };
 
-struct Interval {
-  double low = 0;
-  double high = 0;
-};
-
 /// One step of an optimiser.
 struct FitStep {
   int start = 0;                   ///< which of the starts
@@ -54,9 +50,9 @@ struct DampingFit {
   double sigma = 0;  ///< of the Gaussian error of c [1/s], of emg_relative as a share of the law's
                      ///< c; 0 for the lower bound
   double eta = 0;    ///< rate of the exponential excess of c [s]; infinite where there is none
-  double log_likelihood = 0;           ///< of the data under the estimator's own assumption
-  std::vector<Interval> confidence95;  ///< one for each alpha; infinite ends where the data bound
-                                       ///< none; empty unless asked for
+  double log_likelihood = 0;              ///< of the data under the estimator's own assumption
+  std::vector<core::Range> confidence95;  ///< one for each alpha; infinite ends where the data
+                                          ///< bound none; empty unless asked for
   std::size_t points = 0;
   int iterations = 0;  ///< of all starts
   bool converged = false;

@@ -5,13 +5,14 @@
 #include <cmath>
 
 #include "core/json_number.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval::damping {
 
 using nlohmann::json;
 
 json alphas_json(const synth::damping::DampingModel& model,
-                 std::span<const Interval> confidence95) {
+                 std::span<const core::Range> confidence95) {
   json alphas = json::object();
   json confidence = json::object();
   for (std::size_t k = 0; k < model.parameters.size(); ++k) {
@@ -25,7 +26,7 @@ json alphas_json(const synth::damping::DampingModel& model,
   return alphas;
 }
 
-std::string interval_text(const Interval& interval) {
+std::string interval_text(const core::Range& interval) {
   const auto end = [](double value) {
     return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("any");
   };

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "core/numbers.hpp"
 #include "eval/damping/fit_damping.hpp"
 
 namespace carillon::eval::damping {
@@ -12,9 +13,9 @@ namespace carillon::eval::damping {
 /// null for an end that the data do not bound.
 /// @param confidence95  one for each number; empty: none are told
 nlohmann::json alphas_json(const synth::damping::DampingModel& model,
-                           std::span<const Interval> confidence95);
+                           std::span<const core::Range> confidence95);
 
 /// "95 %: 1.2 to 3.4"; an end that the data do not bound is "any".
-std::string interval_text(const Interval& interval);
+std::string interval_text(const core::Range& interval);
 
 }  // namespace carillon::eval::damping

@@ -8,11 +8,11 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/features/detail/find_tones.hpp"
 #include "eval/features/detail/reverberation.hpp"
 #include "eval/features/detail/spectrogram_peaks.hpp"
 #include "eval/features/segment.hpp"
-#include "eval/statistics/median.hpp"
 
 namespace carillon::eval::features {
 
@@ -79,7 +79,7 @@ Feature feature_of(const ToneFit& fit, std::size_t index, double sample_rate, do
       tone.rate.imag() * static_cast<double>(fit.grid->count()) / (2 * std::numbers::pi);
   const double noise = fit.noise[std::min(fit.noise.size() - 1, static_cast<std::size_t>(bin))] /
                        static_cast<double>(fit.grid->count());
-  feature.snr = 10 * std::log10(energy(tone, fit.grid->count()) / noise);
+  feature.snr = core::decibels(energy(tone, fit.grid->count()) / noise);
   return feature;
 }
 
@@ -166,7 +166,7 @@ std::size_t fitting_fft(std::size_t begin, std::size_t end) {
 
 /// The segment from where the room has decayed by 20 dB.
 Segment late_segment(const Segment& segment, double sample_rate, const FeatureOptions& options) {
-  const double wait = statistics::median(options.rt60) / 3 * sample_rate;
+  const double wait = core::median(options.rt60) / 3 * sample_rate;
   Segment late = segment;
   const auto left = static_cast<double>(segment.end - segment.onset);
   late.begin =
@@ -185,7 +185,7 @@ std::vector<Feature> modes_after_room(std::span<const double> samples, const Seg
     by_esprit(samples.subspan(segment.begin, count), sample_rate, after_onset, options, late);
   }
   const Late part{after_onset / sample_rate, static_cast<double>(count) / sample_rate};
-  const double needed = time_to_stand_out(std::log(1000.0) / statistics::median(options.rt60));
+  const double needed = time_to_stand_out(std::log(1000.0) / core::median(options.rt60));
   if (part.length < needed) {
     set.remarks.push_back(
         fmt::format("too short to tell modes from the room: they must be heard until {:.2f} s "

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "eval/statistics/median.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval::features {
 
@@ -57,8 +57,8 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
   // What was there before, if the strike is not at the very beginning.
   double before = 0;
   if (loudest > 10) {
-    before = statistics::median(
-        {level.begin(), level.begin() + static_cast<std::ptrdiff_t>(loudest / 2 + 1)});
+    before =
+        core::median({level.begin(), level.begin() + static_cast<std::ptrdiff_t>(loudest / 2 + 1)});
     // A sound that already rings has no quiet before it.
     if (before > 0.1 * level[loudest]) before = 0;
   }
@@ -68,10 +68,9 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
   // To the sample: the first that is larger than all noise, or a hundredth of the largest.
   const std::size_t from = first > 1 ? (first - 2) * frame : 0;
   const std::size_t to = std::min(samples.size(), (loudest + 2) * frame);
-  double peak = 0, noise = 0;
-  for (std::size_t n = from; n < to; ++n) peak = std::max(peak, std::abs(samples[n]));
+  const double peak = core::peak(samples.subspan(from, to - from));
   const std::size_t quiet = from > 20 * frame ? from - 20 * frame : 0;
-  for (std::size_t n = quiet; n < from; ++n) noise = std::max(noise, std::abs(samples[n]));
+  const double noise = core::peak(samples.subspan(quiet, from - quiet));
   const double least = std::max(0.01 * peak, std::min(1.5 * noise, 0.5 * peak));
   for (std::size_t n = from; n < to; ++n) {
     if (std::abs(samples[n]) > least) return n;

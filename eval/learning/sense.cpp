@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "synth/signal/resample.hpp"
 
 namespace carillon::eval::learning {
@@ -54,7 +55,7 @@ bool spectrogram(std::span<float> power) {
     return false;
   }
   for (float& value : power) {
-    const double below = value > 0 ? 10 * std::log10(static_cast<double>(value) / largest) : -1e9;
+    const double below = value > 0 ? core::decibels(static_cast<double>(value) / largest) : -1e9;
     value = static_cast<float>(std::max(0.0, 1 + below / prepare::spectrogram_range));
   }
   return true;

@@ -7,10 +7,10 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/material/detail/coordinates.hpp"
 #include "eval/material/detail/judge_estimate.hpp"
 #include "eval/material/detail/minimise.hpp"
-#include "eval/statistics/median.hpp"
 
 namespace carillon::eval::material {
 
@@ -105,8 +105,8 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
 
   const damping::DampingData data = damping::damping_data(set.features);
   Coordinates coordinates =
-      make_coordinates(options.law, damping.front(), statistics::median(data.eigenvalues),
-                       statistics::median(data.coefficients));
+      make_coordinates(options.law, damping.front(), core::median(data.eigenvalues),
+                       core::median(data.coefficients));
   coordinates.contact_sought = !options.contact_time.has_value();
   coordinates.contact_time = contact;
   Objective objective{reference, modes, options.motion, coordinates, options.starts};

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "eval/damping/fit_damping.hpp"
 #include "eval/features/extract_features.hpp"
 #include "eval/material/hybrid_metric.hpp"
@@ -48,7 +49,7 @@ struct MaterialEstimate {
   double modulus_error = 0;
   double rms_cents = 0;  ///< distance of matched features and modes, weighted by prominence
   /// Between which values of each alpha alone the metric stays within a tenth of its minimum.
-  std::vector<damping::Interval> ranges;
+  std::vector<core::Range> ranges;
   std::size_t starts = 0;       ///< candidates that were compared as starts
   std::size_t evaluations = 0;  ///< of the metric
   bool converged = false;

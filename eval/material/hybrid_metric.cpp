@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval::material {
 
@@ -99,7 +100,7 @@ Reference make_reference(std::span<const double> samples, const features::Featur
   const BandPowers powers = band_powers(clip, reference.grid);
   const double loudest = *std::max_element(powers.begin(), powers.end());
   reference.loudness_scale.unit_level =
-      options.loudest_level - 10 * std::log10(std::max(loudest, 1e-300));
+      options.loudest_level - core::decibels(std::max(loudest, 1e-300));
   // The recording's own background is in its powers already.
   reference.loudness = specific_loudness(powers, reference.grid, reference.loudness_scale);
   reference.loudness_scale.background = background_of(set, reference.grid);

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/material/detail/coordinates.hpp"
 #include "eval/material/detail/judge_estimate.hpp"
 #include "eval/material/detail/minimise.hpp"
-#include "eval/statistics/median.hpp"
 
 namespace carillon::eval::material {
 
@@ -87,9 +87,8 @@ Coordinates coordinates_of(std::span<const StruckRecording> recordings,
     data.coefficients.insert(data.coefficients.end(), more.coefficients.begin(),
                              more.coefficients.end());
   }
-  Coordinates coordinates =
-      make_coordinates(options.law, first->damping, statistics::median(data.eigenvalues),
-                       statistics::median(data.coefficients));
+  Coordinates coordinates = make_coordinates(
+      options.law, first->damping, core::median(data.eigenvalues), core::median(data.coefficients));
   coordinates.contact_sought = !options.contact_time.has_value();
   coordinates.contact_time = options.contact_time.value_or(first->contact_time);
   return coordinates;

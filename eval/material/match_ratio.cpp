@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/numbers.hpp"
 #include "synth/modal/hearing.hpp"
 
 namespace carillon::eval::material {
@@ -23,8 +24,8 @@ double square(double x) {
 
 double audible_energy(const features::Feature& feature) {
   const double threshold = std::min(300.0, synth::modal::hearing_threshold(feature.frequency));
-  return 20 * std::log10(std::max(feature.amplitude, 1e-300)) -
-         10 * std::log10(4 * std::max(feature.decay_rate, kSlowest)) - threshold;
+  return core::amplitude_decibels(std::max(feature.amplitude, 1e-300)) -
+         core::decibels(4 * std::max(feature.decay_rate, kSlowest)) - threshold;
 }
 
 std::vector<FeaturePlace> places_of(std::span<const features::Feature> features,
@@ -36,7 +37,7 @@ std::vector<FeaturePlace> places_of(std::span<const features::Feature> features,
     FeaturePlace place;
     place.bark = synth::modal::bark(feature.frequency);
     place.duration = std::log(1 / std::max(feature.decay_rate, kSlowest) + scale.shortest_duration);
-    place.level = 20 * std::log10(std::max(feature.amplitude, 1e-300));
+    place.level = core::amplitude_decibels(std::max(feature.amplitude, 1e-300));
     place.reverberant = feature.reverberant;
     place.prominence = audible_energy(feature);
     loudest = std::max(loudest, place.prominence);

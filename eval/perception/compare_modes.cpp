@@ -20,7 +20,7 @@ constexpr double kLeastWeight = 1e-6;
 constexpr double kSlowest = 1e-3;
 
 double cents_between(const features::Feature& a, const features::Feature& b) {
-  return 1200 * std::log2(b.frequency / a.frequency);
+  return core::cents(b.frequency / a.frequency);
 }
 
 double energy(const features::Feature& mode) {
@@ -49,7 +49,7 @@ void set_errors(MatchedMode& pair, const features::Feature& a, const features::F
   const double first = std::max(a.decay_rate, kSlowest), second = std::max(b.decay_rate, kSlowest);
   pair.cents = cents_between(a, b);
   pair.decay_ratio = second / first;
-  pair.level = 20 * std::log10(b.amplitude / a.amplitude);
+  pair.level = core::amplitude_decibels(b.amplitude / a.amplitude);
   const bool damped = std::min(first, second) > jnd.damped_decay_rate;
   pair.pitch_jnd = std::abs(pair.cents) / (damped ? jnd.damped_pitch : jnd.pitch);
   pair.decay_jnd = a.reverberant || b.reverberant
@@ -131,7 +131,7 @@ ModeComparison compare_modes(std::span<const features::Feature> reference,
   const bool whole = comparison.reference_only.empty() && comparison.other_only.empty();
   const double unmatched =
       whole ? 0 : std::max(0.0, first.all - first.matched + second.all - second.matched);
-  comparison.unmatched_level = 10 * std::log10(unmatched / (first.all + second.all));
+  comparison.unmatched_level = core::decibels(unmatched / (first.all + second.all));
   comparison.pitch = summarise(comparison.matched, &MatchedMode::pitch_jnd);
   comparison.decay = summarise(comparison.matched, &MatchedMode::decay_jnd);
   comparison.level = summarise(comparison.matched, &MatchedMode::level_jnd);

@@ -58,7 +58,7 @@ LoudnessDifference compare_loudness(std::span<const double> reference,
   const double loudest = std::max(*std::max_element(first.begin(), first.end()),
                                   *std::max_element(second.begin(), second.end()));
   material::LoudnessScale scale;
-  scale.unit_level = loudest_level - 10 * std::log10(std::max(loudest, 1e-300));
+  scale.unit_level = loudest_level - core::decibels(std::max(loudest, 1e-300));
   const auto of_reference = material::specific_loudness(first, grid, scale);
   const auto of_other = material::specific_loudness(second, grid, scale);
   double squares = 0;
@@ -84,7 +84,7 @@ SoundComparison compare_sounds(const HeardSound& reference, const HeardSound& ot
   first.resize(count);
   second.resize(count);
   comparison.seconds = static_cast<double>(count) / comparison.sample_rate;
-  comparison.level = 10 * std::log10(sum_of_squares(second) / sum_of_squares(first));
+  comparison.level = core::decibels(sum_of_squares(second) / sum_of_squares(first));
   ModeComparisonOptions modes = options.modes;
   modes.from = std::max(
       {modes.from, reference.set.begin - reference.set.onset, other.set.begin - other.set.onset});

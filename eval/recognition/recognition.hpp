@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "eval/learning/clip.hpp"
 #include "eval/networks/training.hpp"
 #include "eval/statistics/summary.hpp"
@@ -56,7 +57,7 @@ struct RecognitionTrial {
   struct Novel {
     std::size_t sounds = 0;
     double auroc = 0;
-    statistics::Bounds
+    core::Range
         auroc95;  ///< for other bodies; of what is known for other strikes where they are held out
     double accepted = 0;
   };

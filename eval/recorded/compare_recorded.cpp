@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/numbers.hpp"
 #include "eval/recorded/peak_match.hpp"
-#include "eval/statistics/median.hpp"
 #include "eval/statistics/summary.hpp"
 
 namespace carillon::eval::recorded {
@@ -73,7 +73,7 @@ std::vector<double> levels_of(const RecordedComparison& comparison) {
 void settle_gain(RecordedComparison& comparison, bool tell) {
   const std::vector<double> levels = levels_of(comparison);
   if (levels.empty()) return;
-  const double excess = statistics::median(levels);
+  const double excess = core::median(levels);
   const double gain = std::pow(10, -excess / 20);
   comparison.gain *= gain;
   amplify(comparison.synthetic, gain);
@@ -129,8 +129,7 @@ RecordedSummary summarise(std::span<const RecordedTones> blows,
 }  // namespace
 
 Spread spread_of(std::span<const double> values) {
-  return {statistics::quantile(values, 0.5), statistics::quantile(values, 0.1),
-          statistics::quantile(values, 0.9)};
+  return {core::quantile(values, 0.5), core::quantile(values, 0.1), core::quantile(values, 0.9)};
 }
 
 RecordedComparison compare_recorded(std::span<const RecordedTones> blows,

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/perception/assignment.hpp"
 
 namespace carillon::eval::recorded {
@@ -35,7 +36,7 @@ std::vector<double> pairs(std::span<const double> modes, std::span<const double>
   for (std::size_t i = 0; i < modes.size(); ++i) {
     for (std::size_t j = 0; j < peaks.size(); ++j) {
       const std::size_t at = i * peaks.size() + j;
-      apart[at] = 1200 * std::log2(factor * modes[i] / peaks[j]);
+      apart[at] = core::cents(factor * modes[i] / peaks[j]);
       if (std::abs(apart[at]) <= widest) gains[at] = 2 - std::abs(apart[at]) / widest;
     }
   }
@@ -76,7 +77,7 @@ PeakMatch match_peaks(std::span<const double> modes, std::span<const SpectralPea
   double hertz = 0, cents = 0;
   for (std::size_t i = 0; i < both; ++i) {
     hertz += std::pow(modes[i] - frequencies[i], 2);
-    cents += std::pow(1200 * std::log2(modes[i] / frequencies[i]), 2);
+    cents += std::pow(core::cents(modes[i] / frequencies[i]), 2);
   }
   // 0 / 0 for none.
   match.rank_rms_hz = std::sqrt(hertz / static_cast<double>(both));

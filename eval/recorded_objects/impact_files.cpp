@@ -5,6 +5,7 @@
 
 #include "core/audio.hpp"
 #include "core/files.hpp"
+#include "core/numbers.hpp"
 #include "eval/recorded_objects/impact_report.hpp"
 
 namespace carillon::eval::recorded_objects {
@@ -73,8 +74,8 @@ ModelClips model_clips(const ImpactReport& report, std::size_t blow, std::size_t
   return clips;
 }
 
-double decibels(double amplitude) {
-  return 20 * std::log10(std::max(amplitude, 1e-30));
+double level_of(double amplitude) {
+  return core::amplitude_decibels(std::max(amplitude, 1e-30));
 }
 
 std::string spectra_csv(const ImpactReport& report) {
@@ -91,8 +92,8 @@ std::string spectra_csv(const ImpactReport& report) {
       text +=
           fmt::format("{},{},{:.3f},{:.2f},{:.2f}", report.blows[i].recorded.vertex,
                       report.blows[i].recorded.row, static_cast<double>(bin) * recorded.bin_width,
-                      decibels(recorded.amplitudes[bin]), decibels(given.amplitudes[bin]));
-      text += report.fit != nullptr ? fmt::format(",{:.2f}\n", decibels(fitted.amplitudes[bin]))
+                      level_of(recorded.amplitudes[bin]), level_of(given.amplitudes[bin]));
+      text += report.fit != nullptr ? fmt::format(",{:.2f}\n", level_of(fitted.amplitudes[bin]))
                                     : std::string("\n");
     }
   }

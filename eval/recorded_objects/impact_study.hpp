@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "eval/features/extract_features.hpp"
 #include "eval/material/joint_estimate.hpp"
 #include "eval/recorded/compare_recorded.hpp"
@@ -58,7 +59,7 @@ struct StudyFit {
   std::size_t points = 0;                ///< matched modes that the damping was fitted to
   /// Of the damping's numbers, as those modes bound them; empty: the damping is the joint
   /// estimate's.
-  std::vector<damping::Interval> confidence95;
+  std::vector<core::Range> confidence95;
   std::vector<std::string> remarks;
 };
 

@@ -4,21 +4,12 @@
 #include <functional>
 #include <span>
 
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 
 namespace carillon::eval::statistics {
 
-/// A range of a statistic.
-struct Bounds {
-  double low = 0;
-  double high = 0;
-};
-
-/// Quantile of a sample, linear between its order statistics (Hyndman and Fan's type 7).
-/// @param values  in any order, finite
-/// @param share   0 to 1
-/// @return NaN for no values
-double quantile(std::span<const double> values, double share);
+/// NaN for no values.
 double mean(std::span<const double> values);
 
 /// A number that sums a sample up.
@@ -28,7 +19,7 @@ using Statistic = std::function<double(std::span<const double>)>;
 /// the statistic of so many samples that are drawn from the sample with replacement.
 /// @param random  decides the draws
 /// @return NaN for no values
-Bounds bootstrap(std::span<const double> values, const Statistic& statistic,
-                 core::RandomStream& random, double probability = 0.95, int draws = 2000);
+core::Range bootstrap(std::span<const double> values, const Statistic& statistic,
+                      core::RandomStream& random, double probability = 0.95, int draws = 2000);
 
 }  // namespace carillon::eval::statistics

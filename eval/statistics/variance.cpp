@@ -18,7 +18,7 @@ Variance variance_of_sum(std::span<const double> influences) {
   return {squares * groups / (groups - 1), groups - 1};
 }
 
-Bounds around(double estimate, std::initializer_list<Variance> parts, double probability) {
+core::Range around(double estimate, std::initializer_list<Variance> parts, double probability) {
   double sum = 0, squares = 0;
   for (const Variance& part : parts) {
     sum += part.value;

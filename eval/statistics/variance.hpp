@@ -23,6 +23,6 @@ Variance variance_of_sum(std::span<const double> influences);
 
 /// Student's t about an estimate with the sum of these variances, with degrees of freedom after
 /// Satterthwaite (1946). No width where they are 0.
-Bounds around(double estimate, std::initializer_list<Variance> parts, double probability);
+core::Range around(double estimate, std::initializer_list<Variance> parts, double probability);
 
 }  // namespace carillon::eval::statistics

@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "core/json_number.hpp"
-#include "eval/statistics/median.hpp"
+#include "core/numbers.hpp"
 #include "eval/studies/detail/damping_tables.hpp"
 #include "eval/validation/estimator_errors.hpp"
 #include "mpi/comm.hpp"
@@ -208,7 +208,7 @@ ordered_json found_features(const DampingValidation& validation, const Evaluated
                       {"features", validation.sources[s].name},
                       {"sounds", counts.size()},
                       {"sounds_without", without},
-                      {"median_per_sound", core::number_or_null(statistics::median(counts))},
+                      {"median_per_sound", core::number_or_null(core::median(counts))},
                       {"reverberant_share", core::number_or_null(static_cast<double>(reverberant) /
                                                                  static_cast<double>(features))}});
     }

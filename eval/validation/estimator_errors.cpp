@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "eval/statistics/median.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval::validation {
 
@@ -27,17 +27,17 @@ ErrorSummary summarise_errors(std::span<const double> errors, core::RandomStream
     sizes.push_back(std::abs(error));
   }
   const auto middle = [](std::span<const double> values) {
-    return statistics::median({values.begin(), values.end()});
+    return core::median({values.begin(), values.end()});
   };
   ErrorSummary summary;
   summary.fits = errors.size();
   summary.failed = errors.size() - found.size();
-  summary.median = statistics::median(sizes);
+  summary.median = core::median(sizes);
   summary.median95 = statistics::bootstrap(sizes, middle, random);
   summary.mean = statistics::mean(sizes);
-  summary.lower_quartile = statistics::quantile(sizes, 0.25);
-  summary.upper_quartile = statistics::quantile(sizes, 0.75);
-  summary.bias = statistics::median(found);
+  summary.lower_quartile = core::quantile(sizes, 0.25);
+  summary.upper_quartile = core::quantile(sizes, 0.75);
+  summary.bias = core::median(found);
   return summary;
 }
 
@@ -55,8 +55,7 @@ EstimatorComparison compare_errors(std::span<const double> a, std::span<const do
     first_log.push_back(std::log(std::max(first.back(), least_error)));
     second_log.push_back(std::log(std::max(second.back(), least_error)));
   }
-  return {first.size(), statistics::median(differences),
-          statistics::signed_rank_test(first, second),
+  return {first.size(), core::median(differences), statistics::signed_rank_test(first, second),
           statistics::welch_test(first_log, second_log)};
 }
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <span>
 
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "eval/statistics/significance.hpp"
 #include "eval/statistics/summary.hpp"
@@ -14,7 +15,7 @@ struct ErrorSummary {
   std::size_t fits = 0;
   std::size_t failed = 0;  ///< of these fits: they gave no number and are left out below
   double median = 0;
-  statistics::Bounds median95;  ///< bootstrap
+  core::Range median95;  ///< bootstrap
   double mean = 0;
   double lower_quartile = 0, upper_quartile = 0;
   double bias = 0;  ///< median of the errors with their signs

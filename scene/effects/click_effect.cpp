@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/effects/detail/radiation_model.hpp"
 #include "scene/scene.hpp"
@@ -55,10 +56,8 @@ void add_click(Sound& sound, const Bodies& bodies) {
       const std::vector<float> click = synth::contact::acceleration_click(
           jumping.source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
           body.listeners[r].position, sound.sample_rate, row.size(), blow);
-      for (std::size_t n = 0; n < row.size(); ++n) {
-        row[n] += click[n];
-        peak = std::max(peak, std::abs(static_cast<double>(click[n])));
-      }
+      for (std::size_t n = 0; n < row.size(); ++n) row[n] += click[n];
+      peak = std::max(peak, core::peak(std::span(click).first(row.size())));
     }
   }
   if (sound.record == nullptr) return;

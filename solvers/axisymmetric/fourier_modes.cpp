@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "solvers/axisymmetric/detail/fourier_search.hpp"
 #include "solvers/axisymmetric/detail/fourier_surface.hpp"
 #include "solvers/eigen/select.hpp"
@@ -74,7 +75,7 @@ struct Found {
 };
 
 double cents_between(double eigenvalue, double other) {
-  return 600 * std::abs(std::log2(eigenvalue / other));
+  return 0.5 * std::abs(core::cents(eigenvalue / other));
 }
 
 class FourierSolve {

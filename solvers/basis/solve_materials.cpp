@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/hash.hpp"
+#include "core/numbers.hpp"
 #include "solvers/assembly/collective.hpp"
 #include "solvers/basis/detail/poisson_basis.hpp"
 #include "solvers/eigen/cached_modes.hpp"
@@ -16,10 +17,6 @@ namespace {
 
 /// What the basis may add to a pitch [cents].
 constexpr double largest_basis_error = 0.1;
-
-double cents(double ratio_of_eigenvalues) {
-  return 600 * std::log2(ratio_of_eigenvalues);
-}
 
 /// Frequencies of a request over those of the body that its group solves.
 double speed(const ModeRequest& request, std::span<const elements::Elastic> solved) {
@@ -73,7 +70,8 @@ std::optional<modes::Modes> from_basis(const mesh::TetMesh& mesh, const PoissonB
     });
     const auto pair = static_cast<std::size_t>(near - values.begin());
     if (!(ritz.lower[pair] > 0)) return std::nullopt;
-    const double added = std::max(cents(value / ritz.lower[pair]), std::abs(cents(value / *near)));
+    const double added =
+        0.5 * std::max(core::cents(value / ritz.lower[pair]), std::abs(core::cents(value / *near)));
     error = std::max(error, added);
     if (!ritz.pitch_errors.empty()) {
       modes.pitch_errors.push_back(ritz.pitch_errors[pair] + added);

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/numbers.hpp"
 #include "solvers/eigen/detail/finer_correction.hpp"
 #include "solvers/eigen/detail/finer_space.hpp"
 #include "solvers/eigen/detail/rigid.hpp"
@@ -36,8 +37,8 @@ constexpr std::int64_t least_block = 8, largest_block = 128;
 constexpr std::int64_t field_arrays = 9;
 
 /// Of a ratio of eigenvalues.
-double cents(double ratio) {
-  return 600 * std::log2(ratio);
+double pitch_change(double ratio) {
+  return 0.5 * core::cents(ratio);
 }
 
 /// What a mesh's solved order misses, by what the next order changes.
@@ -172,17 +173,17 @@ TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
                              field.dot(form.m.topLeftCorner(fields, fields) * field) +
                          shift;
     // Not all that may be missed is missed: half of it tells best in which order modes come.
-    const double measured = cents(after / before);
+    const double measured = pitch_change(after / before);
     double change = saturated.missed(measured), likely = (measured + change) / 2;
     if (has_gaps) {
       const double gain = corrected.dot(form.a_gain * corrected) -
                           ritz.eigenvalues()[j] * corrected.dot(form.m_gain * corrected);
-      const double closed = cents(std::exp(std::clamp(gain / after, -1.0, 1.0)));
+      const double closed = pitch_change(std::exp(std::clamp(gain / after, -1.0, 1.0)));
       change += closed;
       likely += closed;
     }
     out.modes.push_back({before, before * std::exp2(change / 600),
-                         uncancelled * std::abs(cents(moved / before)),
+                         uncancelled * std::abs(pitch_change(moved / before)),
                          before * std::exp2(likely / 600)});
   }
   return out;
@@ -272,7 +273,7 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
             [](const TrueMode& a, const TrueMode& b) { return a.likely < b.likely; });
   std::vector<double> out;
   for (std::size_t k = 0; k < found.size(); ++k) {
-    const double error = std::abs(cents(found[k] / truth[k].eigenvalue));
+    const double error = std::abs(pitch_change(found[k] / truth[k].eigenvalue));
     out.push_back(std::max({smallest_error, truth[k].uncertainty, error}));
   }
   return out;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/numbers.hpp"
 #include "solvers/elements/quadrature.hpp"
 
 namespace carillon::solvers::mesh {
@@ -161,9 +162,7 @@ MeshQuality measure_quality(const TetMesh& mesh) {
   quality.min_dihedral_deg = smallest * 180 / std::numbers::pi;
   quality.max_dihedral_deg = largest * 180 / std::numbers::pi;
   quality.min_radius_ratio = *std::min_element(ratios.begin(), ratios.end());
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  quality.median_radius_ratio = *middle;
+  quality.median_radius_ratio = core::median(std::move(ratios));
   quality.volume = curved_volume(mesh);
   return quality;
 }

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/json_number.hpp"
+#include "core/numbers.hpp"
 #include "core/trace.hpp"
 #include "solvers/pitch/pitch_model.hpp"
 
@@ -124,7 +126,7 @@ class Search {
     was_empty_ = errors.empty();
     if (unsure) step.worst_cents = unknown * target_.cents;
     if (!errors.empty()) step.worst_cents = *std::max_element(errors.begin(), errors.end());
-    step.median_cents = median(errors);
+    step.median_cents = core::median(errors);
     const MeshSize size = size_of(mesh.mesh);
     step.order = mesh.mesh.order;
     step.automatic_size = options.element_size <= 0;
@@ -281,13 +283,6 @@ modes::Modes without_margin(const modes::Modes& modes) {
               std::numeric_limits<int>::max()});
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
                         const ModeSolver& solve) {
   if (!(target.cents >= least_pitch_target) || !std::isfinite(target.cents)) {
@@ -307,7 +302,7 @@ nlohmann::json to_json(const PitchReport& report, bool with_seconds) {
                      {"elements", step.elements},
                      {"unknowns", step.unknowns},
                      {"worst_cents", step.worst_cents},
-                     {"median_cents", step.median_cents}});
+                     {"median_cents", core::number_or_null(step.median_cents)}});
     if (with_seconds) steps.back()["seconds"] = step.seconds;
   }
   nlohmann::json out = {{"asked_cents", report.asked_cents},

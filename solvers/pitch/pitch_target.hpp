@@ -34,7 +34,7 @@ struct PitchStep {
   /// Estimated error of the worst mode. 0 when there is no mode, which two settings have to show;
   /// the first one counts as far off.
   double worst_cents = 0;
-  double median_cents = 0;
+  double median_cents = 0;  ///< NaN of none
 };
 
 struct PitchReport {
@@ -92,8 +92,5 @@ PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
 /// are null when the target is met.
 /// @param with_seconds  false leaves out what differs from run to run
 nlohmann::json to_json(const PitchReport& report, bool with_seconds);
-
-/// Middle of values (the lower of two); 0 for none.
-double median(std::vector<double> values);
 
 }  // namespace carillon::solvers::pitch

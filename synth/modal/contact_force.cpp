@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::synth::modal {
 
@@ -38,9 +39,7 @@ double impulse_of(const ContactForce& force) {
 double peak_of(const ContactForce& force) {
   if (!(force.duration > 0)) return std::numeric_limits<double>::infinity();
   if (force.samples.empty()) return 2 / force.duration;
-  double peak = 0;
-  for (const double sample : force.samples) peak = std::max(peak, std::abs(sample));
-  return peak;
+  return core::peak(force.samples);
 }
 
 }  // namespace carillon::synth::modal

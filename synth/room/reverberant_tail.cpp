@@ -7,6 +7,7 @@
 #include <complex>
 #include <numbers>
 
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "synth/room/detail/reverberation_time.hpp"
 #include "synth/room/octave_filters.hpp"
@@ -231,7 +232,7 @@ double TailPlan::energy_db() const {
   for (std::size_t b = 0; b < kOctaves; ++b) {
     loudest = std::max(loudest, power[b] * rt60[b] / kDecay);
   }
-  return 10 * std::log10(std::max(loudest, 1e-300));
+  return core::decibels(std::max(loudest, 1e-300));
 }
 
 TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> images, double beyond,
@@ -278,7 +279,7 @@ TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> ima
       const double found = before[b] / expected;
       plan.level[b] = std::clamp(found, 0.25, 4.0);
       // An octave of which walls or air leave nothing has no step that is heard.
-      const double step = 10 * std::log10(std::max(found, 1e-12) / plan.level[b]);
+      const double step = core::decibels(std::max(found, 1e-12) / plan.level[b]);
       if (std::abs(step) > std::abs(plan.join_db)) plan.join_db = step;
       plan.power[b] *= plan.level[b];
     }

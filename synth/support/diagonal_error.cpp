@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::synth::support {
 
@@ -86,7 +87,7 @@ DiagonalError estimate_diagonal_error(std::span<const double> eigenvalues,
     }
     const double decay = moved == 0.0 ? 0 : std::abs(moved.real()) / diagonal[i];
     const double pitch = std::abs(s.imag() + moved.imag()) / s.imag();
-    compare(error, i, decay, std::abs(1200 * std::log2(pitch)));
+    compare(error, i, decay, std::abs(core::cents(pitch)));
   }
   return error;
 }

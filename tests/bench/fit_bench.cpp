@@ -8,6 +8,7 @@
 #include <ctime>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "eval/damping/law_text.hpp"
 #include "eval/features/feature_table.hpp"
 #include "tests/eval/drawn_features.hpp"
@@ -24,11 +25,6 @@ double now() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 void time_fits(const std::string& table, const std::string& model, int repeat) {
@@ -48,7 +44,7 @@ void time_fits(const std::string& table, const std::string& model, int repeat) {
       }
       fmt::print("{}\"{}{}\": {{\"seconds\": {}, \"iterations\": {}, \"log_likelihood\": {}", comma,
                  eval::damping::name_of(estimator), confidence ? " with intervals" : "",
-                 median(seconds), fit.iterations, fit.log_likelihood);
+                 core::median(seconds), fit.iterations, fit.log_likelihood);
       for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
         fmt::print(", \"{}\": {}", synth::damping::parameter_name(k), fit.model.parameters[k]);
       }
@@ -81,7 +77,7 @@ void print_bias(const eval::Draw& draw) {
       }
     }
     fmt::print(" {:+.0f} / {:+.0f} / {:+.0f} |", bias[0], bias[1], bias[2]);
-    medians += fmt::format(" {:.0f} /", median(sizes));
+    medians += fmt::format(" {:.0f} /", core::median(sizes));
   }
   fmt::print("{} |\n", medians.substr(0, medians.size() - 2));
 }

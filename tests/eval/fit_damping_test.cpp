@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "eval/damping/detail/emg_fit.hpp"
 #include "tests/eval/drawn_features.hpp"
 
@@ -294,7 +295,7 @@ TEST(FitDamping, IntervalsHoldTheTruthAboutNineteenTimesInTwenty) {
       const damping::DampingFit fit = damping::fit_damping(
           drawn_features(draws[e], std::uint64_t(repetition)), {}, {estimators[e], true, false});
       for (std::size_t k = 0; k < 2; ++k) {
-        const damping::Interval& interval = fit.confidence95[k];
+        const core::Range& interval = fit.confidence95[k];
         EXPECT_LE(interval.low, interval.high);
         inside[e][k] += interval.low <= truth[k] && truth[k] <= interval.high ? 1 : 0;
       }

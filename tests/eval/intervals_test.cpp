@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 
 namespace carillon::eval {
 namespace {
@@ -14,7 +15,7 @@ using Classes = std::vector<std::size_t>;
 
 TEST(WilsonInterval, IsSciPys) {
   // scipy.stats.binomtest(k, n).proportion_ci(method='wilson')
-  statistics::Bounds bounds = classification::wilson_interval(8, 10);
+  core::Range bounds = classification::wilson_interval(8, 10);
   EXPECT_NEAR(bounds.low, 0.4901624715366418, 1e-12);
   EXPECT_NEAR(bounds.high, 0.9433178485456248, 1e-12);
   bounds = classification::wilson_interval(137, 200);
@@ -39,13 +40,12 @@ TEST(WilsonInterval, SolvesItsEquation) {
   EXPECT_TRUE(rc::check("(share - p)^2 = z^2 p (1 - p) / n at both ends", [] {
     const double samples = *rc::gen::inRange(1, 5000);
     const double share = *rc::gen::inRange(0, 1001) / 1000.0;
-    const statistics::Bounds bounds = classification::wilson_interval(share * samples, samples);
+    const core::Range bounds = classification::wilson_interval(share * samples, samples);
     for (const double p : {bounds.low, bounds.high}) {
       RC_ASSERT(std::abs(std::pow(share - p, 2) -
                          std::pow(1.959963984540054, 2) * p * (1 - p) / samples) < 1e-12);
     }
-    const statistics::Bounds wrong =
-        classification::wilson_interval((1 - share) * samples, samples);
+    const core::Range wrong = classification::wilson_interval((1 - share) * samples, samples);
     RC_ASSERT(std::abs(wrong.low - (1 - bounds.high)) < 1e-12);
   }));
 }
@@ -84,9 +84,7 @@ TEST(GroupedInterval, HoldsTheTruthWhereWilsonsDoesNot) {
     core::RandomStream random(5, static_cast<std::uint64_t>(r), "test.grouped");
     const Bodies bodies(20, 50, random);
     const Classes predicted = bodies.predict(0, random);
-    const auto holds = [](statistics::Bounds bounds) {
-      return bounds.low <= 0.7 && 0.7 <= bounds.high;
-    };
+    const auto holds = [](core::Range bounds) { return bounds.low <= 0.7 && 0.7 <= bounds.high; };
     held += holds(classification::grouped_interval(
         bodies.tested(), predicted, classification::AccuracyKind::plain, random, 0.95, 500));
     held_balanced += holds(classification::grouped_interval(
@@ -110,7 +108,7 @@ TEST(GroupedInterval, OfGroupsOfOneIsNearWilsons) {
     groups[i] = i;
     predicted[i] = i % 4 == 0;
   }
-  const statistics::Bounds bounds = classification::grouped_interval(
+  const core::Range bounds = classification::grouped_interval(
       {truth, groups, 2}, predicted, classification::AccuracyKind::plain, random);
   EXPECT_NEAR(bounds.low, classification::wilson_interval(300, 400).low, 0.006);
   EXPECT_NEAR(bounds.high, classification::wilson_interval(300, 400).high, 0.006);
@@ -126,7 +124,7 @@ TEST(GroupedInterval, OfAllRightIsAsWideAsItsGroupsAreFew) {
   const Classes truth(100, 1);
   Classes groups(100);
   for (std::size_t i = 0; i < 100; ++i) groups[i] = i % 4;
-  statistics::Bounds bounds = classification::grouped_interval(
+  core::Range bounds = classification::grouped_interval(
       {truth, groups, 3}, truth, classification::AccuracyKind::balanced, random);
   EXPECT_EQ(bounds.low, classification::wilson_interval(4, 4).low);
   EXPECT_EQ(bounds.high, 1);
@@ -192,9 +190,7 @@ TEST(IntervalOverSeeds, HoldsTheTruthOfOtherBodiesAndSeeds) {
     }
     const auto summary = classification::interval_over_seeds(
         bodies.tested(), predicted, classification::AccuracyKind::balanced);
-    const auto holds = [](statistics::Bounds bounds) {
-      return bounds.low <= 0.65 && 0.65 <= bounds.high;
-    };
+    const auto holds = [](core::Range bounds) { return bounds.low <= 0.65 && 0.65 <= bounds.high; };
     held += holds(summary.seeds_and_groups);
   }
   EXPECT_GT(held, 0.92 * repetitions);

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "eval/classification/intervals.hpp"
 #include "eval/statistics/variance.hpp"
@@ -90,7 +91,7 @@ TEST(AurocInterval, HoldsTheTruthOfOtherBodies) {
   for (int r = 0; r < repetitions; ++r) {
     core::RandomStream random(3, static_cast<std::uint64_t>(r), "test.auroc");
     const Groups known(14, 12, 1.5, random), novel(10, 12, 0, random);
-    const auto holds = [&](statistics::Bounds bounds) {
+    const auto holds = [&](core::Range bounds) {
       return bounds.low <= truth && truth <= bounds.high;
     };
     held += holds(
@@ -108,7 +109,7 @@ TEST(AurocInterval, HoldsTheTruthOfOtherBodies) {
 TEST(AurocInterval, IsDeLongsOfSingleSamples) {
   // Structural components by hand: known 0.75, 1, 1 of two novel ones; novel 5/6, 1 of three.
   const std::vector<double> known = {1, 3, 4}, novel = {1, 0};
-  const statistics::Bounds bounds = classification::auroc_interval(
+  const core::Range bounds = classification::auroc_interval(
       known, std::vector<std::size_t>{0, 1, 2}, novel, std::vector<std::size_t>{0, 1});
   const double area = 11.0 / 12;
   const double of_known = (std::pow(0.75 - area, 2) + 2 * std::pow(1 - area, 2)) / 2 / 3;

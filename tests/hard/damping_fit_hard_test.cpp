@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/damping/detail/emg.hpp"
 #include "eval/damping/fit_damping.hpp"
 #include "eval/damping/law_text.hpp"
@@ -62,8 +63,7 @@ void expect_sound(const damping::DampingFit& found) {
   EXPECT_GT(found.eta, 0);
   EXPECT_FALSE(synth::damping::damping_fault(found.model))
       << synth::damping::damping_fault(found.model)->message;
-  for (const damping::Interval& interval : found.confidence95)
-    EXPECT_LE(interval.low, interval.high);
+  for (const core::Range& interval : found.confidence95) EXPECT_LE(interval.low, interval.high);
 }
 
 TEST(DampingFitHard, OneFeature) {

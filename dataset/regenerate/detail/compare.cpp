@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/numbers.hpp"
+
 namespace carillon::dataset::regenerate {
 
 using nlohmann::json;
@@ -56,7 +58,7 @@ double difference_db(std::span<const T> stored, std::span<const T> made) {
     energy += a * a;
     difference += (a - b) * (a - b);
   }
-  return 10 * std::log10(difference / energy);
+  return core::decibels(difference / energy);
 }
 
 template <class T>

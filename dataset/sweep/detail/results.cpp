@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/hdf5.hpp"
+#include "core/json_number.hpp"
+#include "core/numbers.hpp"
 #include "dataset/run/trace_json.hpp"
 #include "dataset/sweep/detail/sound_measures.hpp"
 
@@ -15,13 +17,10 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// The middle value, or the mean of the two; null of none. What is not a number does not count.
-ordered_json median(std::vector<double> values) {
+/// Null of none. What is not a number does not count.
+ordered_json median_of(std::vector<double> values) {
   std::erase_if(values, [](double value) { return std::isnan(value); });
-  if (values.empty()) return nullptr;
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+  return core::number_or_null(core::median(std::move(values)));
 }
 
 /// Measures of sounds, before `audio.gain`, heard by the first listener.
@@ -34,7 +33,7 @@ Heard listen(const configuration::BuildConfig& config, const Hdf5Group& index) {
   const std::size_t measured = std::min(rows, most_measured_sounds);
   const std::size_t samples = config.scene.audio.samples();
   const double full_scale = config.scene.audio.dtype == core::SampleFormat::int16 ? 32768 : 1;
-  const double gain_db = 20 * std::log10(full_scale * std::abs(config.scene.audio.gain));
+  const double gain_db = core::amplitude_decibels(full_scale * std::abs(config.scene.audio.gain));
   Heard heard;
   for (std::size_t i = 0; i < measured; ++i) {
     const std::vector<float> row = index.read_rows<float>("audio", i * rows / measured, 1);
@@ -74,17 +73,17 @@ ordered_json variant_results(const run::BuildRun& run, const run::Results& resul
   if (index.has("pitch_error")) {  // a take is of several bodies, each with errors of its own
     const std::vector<double> errors = index.read<double>("pitch_error");
     row["pitch_error_worst_cents"] = *std::max_element(errors.begin(), errors.end());
-    row["pitch_error_median_cents"] = median(errors);
-    row["modes_median"] = median(column<std::int64_t>(index, "modes"));
+    row["pitch_error_median_cents"] = median_of(errors);
+    row["modes_median"] = median_of(column<std::int64_t>(index, "modes"));
   }
   const Heard heard = listen(run.build.config, index);
   const bool noisy = index.has("noise_ratio");
   // The level of a noise does not fall; what would be measured is where the sound drowns.
-  if (!noisy) row["decay_s_median"] = median(heard.decay_s);
-  row["level_db_median"] = median(heard.level_db);
-  row["peak_db_median"] = median(heard.peak_db);
-  row["centroid_hz_median"] = median(heard.centroid_hz);
-  if (noisy) row["snr_db_median"] = median(index.read<double>("noise_ratio"));
+  if (!noisy) row["decay_s_median"] = median_of(heard.decay_s);
+  row["level_db_median"] = median_of(heard.level_db);
+  row["peak_db_median"] = median_of(heard.peak_db);
+  row["centroid_hz_median"] = median_of(heard.centroid_hz);
+  if (noisy) row["snr_db_median"] = median_of(index.read<double>("noise_ratio"));
   row["audio_unit"] = index.text_attribute("unit", "audio");
   return row;
 }

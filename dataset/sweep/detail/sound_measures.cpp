@@ -5,6 +5,7 @@
 #include <complex>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "synth/signal/real_fft.hpp"
 
 namespace carillon::dataset::sweep {
@@ -15,16 +16,12 @@ constexpr double frame_s = 0.005;
 constexpr double fall_db = 30;
 constexpr std::size_t fewest_frames = 4;
 
-double decibels(double power) {
-  return 10 * std::log10(power);
-}
-
 std::vector<double> frame_levels(std::span<const float> clip, std::size_t frame) {
   std::vector<double> levels;
   for (std::size_t from = 0; from + frame <= clip.size(); from += frame) {
     double power = 0;
     for (const float x : clip.subspan(from, frame)) power += static_cast<double>(x) * x;
-    levels.push_back(decibels(power / static_cast<double>(frame)));
+    levels.push_back(core::decibels(power / static_cast<double>(frame)));
   }
   return levels;
 }
@@ -74,15 +71,13 @@ double centroid(std::span<const float> clip, double sample_rate) {
 }  // namespace
 
 std::optional<SoundMeasures> measure_sound(std::span<const float> clip, double sample_rate) {
-  double power = 0, peak = 0;
-  for (const float x : clip) {
-    power += static_cast<double>(x) * x;
-    peak = std::max(peak, std::abs(static_cast<double>(x)));
-  }
+  const double peak = core::peak(clip);
   if (!(peak > 0)) return {};
+  double power = 0;
+  for (const float x : clip) power += static_cast<double>(x) * x;
   SoundMeasures measures;
-  measures.level_db = decibels(power / static_cast<double>(clip.size()));
-  measures.peak_db = 20 * std::log10(peak);
+  measures.level_db = core::decibels(power / static_cast<double>(clip.size()));
+  measures.peak_db = core::amplitude_decibels(peak);
   measures.centroid_hz = centroid(clip, sample_rate);
   measures.decay_s = decay_time(clip, sample_rate);
   return measures;

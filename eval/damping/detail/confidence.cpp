@@ -139,8 +139,8 @@ class Side {
 
 }  // namespace
 
-Interval profile_interval(const ScaledLaw& law, const Likelihood& likelihood, std::size_t alpha,
-                          double drop) {
+core::Range profile_interval(const ScaledLaw& law, const Likelihood& likelihood, std::size_t alpha,
+                             double drop) {
   const auto held = static_cast<Index>(alpha);
   const LocalModel at = likelihood.objective(likelihood.best);
   VectorXd x = likelihood.best.head(law.size());
@@ -161,8 +161,8 @@ Interval profile_interval(const ScaledLaw& law, const Likelihood& likelihood, st
   return {end(-1), end(1)};
 }
 
-std::vector<Interval> lower_bound_intervals(const ScaledLaw& law, const VectorXd& target,
-                                            const VectorXd& x) {
+std::vector<core::Range> lower_bound_intervals(const ScaledLaw& law, const VectorXd& target,
+                                               const VectorXd& x) {
   constexpr int repetitions = 200;
   const VectorXd curve = law.curve(x).values;
   const double excess = std::max(0.0, (target - curve).mean());
@@ -175,7 +175,7 @@ std::vector<Interval> lower_bound_intervals(const ScaledLaw& law, const VectorXd
     const std::vector<double> alphas = law.alphas(lower_bound(law, sample, &x).x);
     for (std::size_t k = 0; k < alphas.size(); ++k) drawn[k].push_back(alphas[k]);
   }
-  std::vector<Interval> intervals;
+  std::vector<core::Range> intervals;
   for (std::size_t k = 0; k < found.size(); ++k) {
     std::sort(drawn[k].begin(), drawn[k].end());
     // As far as the drawn ones lie from what they were drawn with, the truth lies the other way.

@@ -7,7 +7,6 @@
 #include "core/numbers.hpp"
 #include "eval/damping/detail/expression_law.hpp"
 #include "eval/damping/detail/linear_law.hpp"
-#include "eval/statistics/median.hpp"
 
 namespace carillon::eval::damping {
 
@@ -139,7 +138,7 @@ std::size_t parameter_count(const DampingLaw& law) {
 
 ScaledLaw scaled_law(const DampingLaw& law, const DampingData& data,
                      std::optional<std::size_t> along, const std::vector<double>& near) {
-  const double scale = statistics::median(data.coefficients);
+  const double scale = core::median(data.coefficients);
   ScaledLaw scaled;
   switch (law.kind) {
     case DampingKind::rayleigh:

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/numbers.hpp"
 #include "synth/signal/real_fft.hpp"
 
 namespace carillon::eval::features {
@@ -266,7 +267,7 @@ void by_peaks(std::span<const double> samples, double sample_rate, double after_
     feature.amplitude = amplitude * std::exp(mode.decay * after_onset);
     feature.phase = feature.frequency_error = feature.decay_rate_error = feature.amplitude_error =
         unknown;
-    feature.snr = 10 * std::log10(peak.prominence);
+    feature.snr = core::decibels(peak.prominence);
     set.features.push_back(feature);
   }
   set.explained = all > 0 ? std::min(1.0, explained / all) : 0;

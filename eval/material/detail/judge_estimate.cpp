@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/numbers.hpp"
+
 namespace carillon::eval::material {
 
 namespace {
@@ -16,10 +18,6 @@ constexpr double kRise = 1.1;
 constexpr double kWorst = 1e9;
 /// Minima within this factor of the best compete with it.
 constexpr double kRival = 1.5;
-
-double cents(double f, double reference) {
-  return 1200 * std::log2(f / reference);
-}
 
 void match(MaterialEstimate& estimate, std::span<const features::Feature> features,
            const Objective& objective) {
@@ -44,7 +42,7 @@ void match(MaterialEstimate& estimate, std::span<const features::Feature> featur
                                  best.similarity, near};
     estimate.matches.push_back(matched);
     if (!near) continue;
-    const double distance = cents(features[i].frequency, matched.tone.frequency);
+    const double distance = core::cents(features[i].frequency / matched.tone.frequency);
     distances.emplace_back(place.prominence, distance);
     weights += place.prominence;
     weights_squared += place.prominence * place.prominence;
@@ -92,7 +90,7 @@ void find_ranges(MaterialEstimate& estimate, const Objective& objective) {
   const double limit = kRise * objective.metric(x);
   const std::size_t first = first_damping(coordinates);
   for (std::size_t k = first; k < x.size(); ++k) {
-    damping::Interval interval;
+    core::Range interval;
     for (const double side : {-1.0, 1.0}) {
       const double distance = reach(objective, x, k, 0.1 * side * steps[k], limit);
       double end = distance;  // beyond all limits
@@ -147,7 +145,7 @@ void remark(MaterialEstimate& estimate, std::span<const features::Feature> featu
                     known, above, above == 1 ? " lies" : "s lie"));
   }
   for (std::size_t k = 0; k < estimate.ranges.size(); ++k) {
-    const damping::Interval& range = estimate.ranges[k];
+    const core::Range& range = estimate.ranges[k];
     if (!std::isfinite(range.high) || !std::isfinite(range.low)) {
       remarks.push_back(
           fmt::format("{} is not bounded by this recording", synth::damping::parameter_name(k)));

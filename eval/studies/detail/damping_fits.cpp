@@ -8,8 +8,8 @@
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
+#include "core/numbers.hpp"
 #include "core/revision.hpp"
-#include "eval/statistics/median.hpp"
 #include "eval/validation/draw_sounds.hpp"
 
 namespace carillon::eval::studies {
@@ -168,7 +168,7 @@ json compute_fits(const FitBlock& block, const DampingValidation& validation,
   }
   return {{"inputs", block.inputs},
           {"block", block.key},
-          {"points", statistics::median(points)},
+          {"points", core::median(points)},
           {"fits", fits},
           {"why", why}};
 }

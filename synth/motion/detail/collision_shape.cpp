@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "solvers/mesh/surface_mesh.hpp"
 #include "synth/motion/convex_hull.hpp"
 #include "synth/motion/detail/bullet_vectors.hpp"
 
@@ -41,23 +42,9 @@ std::vector<Vec3> fewer_points(const std::vector<Vec3>& points) {
   return few;
 }
 
-struct Box {
-  Vec3 low, high;
-  Vec3 half() const { return 0.5 * (high - low); }
-};
-
-Box box_of(const std::vector<Vec3>& points) {
-  Box box{points.front(), points.front()};
-  for (const Vec3& p : points) {
-    box.low = box.low.cwiseMin(p);
-    box.high = box.high.cwiseMax(p);
-  }
-  return box;
-}
-
 /// Smallest half-extent over the directions of the hull's faces.
 double thinnest_of(const ConvexHull& hull) {
-  double thinnest = box_of(hull.points).half().minCoeff();
+  double thinnest = 0.5 * solvers::mesh::bounding_box(hull.points).extent().minCoeff();
   const auto at = [&](std::size_t t) {
     return hull.points[static_cast<std::size_t>(hull.triangles[t])];
   };
@@ -123,19 +110,19 @@ CollisionShape collision_shape(const MovingBody& body, double unit, double skin)
           fmt::format("{}: a piece of {} points encloses no volume", body.name, piece.size()),
           "bodies that move need a hull with a volume");
     }
-    const Box box = box_of(hull.points);
-    const Vec3 sides = box.high - box.low;
+    const solvers::mesh::Box box = solvers::mesh::bounding_box(hull.points);
+    const Vec3 sides = box.extent();
     std::unique_ptr<btCollisionShape> part;
     btTransform place = btTransform::getIdentity();
     if (hull.volume > (1 - 1e-6) * sides.prod()) {
       if (body.hulls.size() == 1) shape.skin = skin;
-      const Vec3 half = box.half() + Vec3::Constant(shape.skin);
+      const Vec3 half = 0.5 * sides + Vec3::Constant(shape.skin);
       part = std::make_unique<btBoxShape>(to_bullet(half / unit));
       part->setMargin(kMargin);
       const Vec3 middle = turn * (0.5 * (box.low + box.high) - body.rigid.centre);
       place.setOrigin(to_bullet(middle / unit));
       place.setRotation({turn.x(), turn.y(), turn.z(), turn.w()});
-      shape.thinnest = std::min(shape.thinnest, box.half().minCoeff());
+      shape.thinnest = std::min(shape.thinnest, 0.5 * sides.minCoeff());
     } else {
       shape.thinnest = std::min(shape.thinnest, thinnest_of(hull));
       auto convex = std::make_unique<btConvexHullShape>();

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "synth/room/octave_filters.hpp"
 #include "synth/signal/real_fft.hpp"
 
@@ -16,10 +17,6 @@ namespace carillon::synth::room {
 using core::InputError;
 
 namespace {
-
-double level(double energy) {
-  return 10 * std::log10(energy);
-}
 
 /// Least squares through (x0 + i, y[i]).
 struct Line {
@@ -51,13 +48,10 @@ Line fit(std::span<const double> y, std::size_t x0) {
 /// Squares scaled to a largest value of 1 (levels are relative, and squares of extremes are not
 /// numbers); silence at the end is left out.
 std::vector<double> powers(std::span<const double> response) {
-  double largest = 0;
-  for (const double v : response) {
-    if (!std::isfinite(v)) {
-      throw InputError("reverberation time of a response with a value that is not finite");
-    }
-    largest = std::max(largest, std::abs(v));
+  if (!std::ranges::all_of(response, [](double v) { return std::isfinite(v); })) {
+    throw InputError("reverberation time of a response with a value that is not finite");
   }
+  const double largest = core::peak(response);
   if (largest == 0) {
     throw InputError("reverberation time of a response that is silent",
                      "give a response with at least one value other than 0");
@@ -79,7 +73,8 @@ double sum(std::span<const double> values) {
 std::vector<double> block_levels(std::span<const double> power, std::size_t block) {
   std::vector<double> levels;
   for (std::size_t first = 0; first + block <= power.size(); first += block) {
-    levels.push_back(level(sum(power.subspan(first, block)) / static_cast<double>(block) + 1e-30));
+    levels.push_back(
+        core::decibels(sum(power.subspan(first, block)) / static_cast<double>(block) + 1e-30));
   }
   return levels;
 }
@@ -89,7 +84,7 @@ std::vector<double> block_levels(std::span<const double> power, std::size_t bloc
 /// it does not get there.
 std::optional<std::size_t> end_of_decay(std::span<const double> power) {
   const std::size_t tenth = std::max<std::size_t>(1, power.size() / 10);
-  const double floor = level(sum(power.last(tenth)) / static_cast<double>(tenth) + 1e-30);
+  const double floor = core::decibels(sum(power.last(tenth)) / static_cast<double>(tenth) + 1e-30);
   // Long blocks first: they do not take the noise's own dips for its end.
   for (const std::size_t blocks : {50U, 200U, 1000U}) {
     const std::size_t block = std::max<std::size_t>(1, power.size() / blocks);
@@ -115,7 +110,7 @@ std::vector<double> decay_curve(std::span<const double> response) {
   std::vector<double> curve(response.size(), -std::numeric_limits<double>::infinity());
   double rest = 0;
   for (std::size_t n = power.size(); n-- > 0;) curve[n] = rest += power[n];
-  for (std::size_t n = power.size(); n-- > 0;) curve[n] = level(curve[n] / curve[0]);
+  for (std::size_t n = power.size(); n-- > 0;) curve[n] = core::decibels(curve[n] / curve[0]);
   return curve;
 }
 
@@ -143,7 +138,7 @@ std::optional<DecayFit> reverberation_time(std::span<const double> response, dou
     curve.clear();
     std::size_t first = 0;
     for (std::size_t n = 0; n < rest.size(); ++n) {
-      const double l = level((rest[n] + beyond) / (rest[0] + beyond));
+      const double l = core::decibels((rest[n] + beyond) / (rest[0] + beyond));
       if (l < -5 - decay) break;
       if (l > -5) {
         first = n + 1;
@@ -156,7 +151,7 @@ std::optional<DecayFit> reverberation_time(std::span<const double> response, dou
     if (!(line.slope < 0)) return {};
     const double before = found ? found->rt60 : 0;
     found = DecayFit{-60 / (line.slope * sample_rate), line.correlation,
-                     -level((rest.back() + beyond) / (rest[0] + beyond))};
+                     -core::decibels((rest.back() + beyond) / (rest[0] + beyond))};
     beyond =
         last / std::expm1(-line.slope * std::numbers::ln10 / 10 * static_cast<double>(stretch));
     if (std::abs(found->rt60 - before) <= 1e-13 * found->rt60) break;

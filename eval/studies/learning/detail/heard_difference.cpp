@@ -8,8 +8,8 @@
 
 #include "core/error.hpp"
 #include "core/json_number.hpp"
+#include "core/numbers.hpp"
 #include "eval/features/extract_features.hpp"
-#include "eval/statistics/median.hpp"
 
 namespace carillon::eval::studies {
 
@@ -39,7 +39,7 @@ double median_of_numbers(std::vector<double> values) {
   values.erase(std::remove_if(values.begin(), values.end(), [](double v) { return std::isnan(v); }),
                values.end());
   return values.empty() ? std::numeric_limits<double>::quiet_NaN()
-                        : statistics::median(std::move(values));
+                        : core::median(std::move(values));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/json_number.hpp"
+#include "core/numbers.hpp"
 #include "core/random.hpp"
 
 namespace carillon::eval::studies {
@@ -38,7 +39,7 @@ ordered_json SeedAnswers::summary(classification::AccuracyKind kind,
   if (empty()) return nullptr;
   const classification::SeedsSummary seeds =
       classification::interval_over_seeds(tested(), predicted_, kind);
-  statistics::Bounds bounds = seeds.seeds_and_groups;
+  core::Range bounds = seeds.seeds_and_groups;
   if (predicted_.size() == 1) {
     core::RandomStream random(0, core::stable_hash(inputs), "evaluate.classification");
     bounds = classification::grouped_interval(tested(), predicted_.front(), kind, random);
