@@ -8,6 +8,7 @@
 #include "cli/commands.hpp"
 #include "cli/feature_options.hpp"
 #include "core/audio.hpp"
+#include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/trace.hpp"
@@ -26,13 +27,15 @@ struct FeaturesOptions {
 std::string csv_of(const std::vector<std::string>& files,
                    const std::vector<eval::features::FeatureSet>& sets) {
   std::string text =
-      "file,frequency_hz,decay_rate_per_s,amplitude,frequency_error_hz,decay_rate_error_per_s,"
-      "amplitude_error,snr_db,reverberant\n";
+      core::csv_line({"file", "frequency_hz", "decay_rate_per_s", "amplitude", "frequency_error_hz",
+                      "decay_rate_error_per_s", "amplitude_error", "snr_db", "reverberant"});
+  using core::csv_number;
   for (std::size_t i = 0; i < files.size(); ++i) {
     for (const eval::features::Feature& f : sets[i].features) {
-      text += fmt::format("\"{}\",{:.9g},{:.9g},{:.6g},{:.3g},{:.3g},{:.3g},{:.1f},{}\n", files[i],
-                          f.frequency, f.decay_rate, f.amplitude, f.frequency_error,
-                          f.decay_rate_error, f.amplitude_error, f.snr, f.reverberant ? 1 : 0);
+      text += core::csv_line({files[i], csv_number(f.frequency, 9), csv_number(f.decay_rate, 9),
+                              csv_number(f.amplitude, 6), csv_number(f.frequency_error, 3),
+                              csv_number(f.decay_rate_error, 3), csv_number(f.amplitude_error, 3),
+                              fmt::format("{:.1f}", f.snr), f.reverberant ? "1" : "0"});
     }
   }
   return text;

@@ -2,26 +2,52 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
 #include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 
 namespace carillon::core {
 
 namespace {
 
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  const auto last = text.find_last_not_of(" \t\r");
-  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos && trimmed(text) == text) return text;
+  std::string cell = "\"";
+  for (const char c : text) cell.append(c == '"' ? 2 : 1, c);
+  return cell + '"';
 }
 
 }  // namespace
+
+std::string csv_line(const std::vector<std::string>& cells) {
+  std::string line;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i > 0) line += ',';
+    line += quoted(cells[i]);
+  }
+  return line + '\n';
+}
+
+std::string csv_number(double value, int digits) {
+  return std::isnan(value) ? "" : fmt::format("{:.{}g}", value, digits);
+}
+
+std::string csv_value(const nlohmann::ordered_json& value) {
+  if (value.is_null()) return "";
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
 
 std::vector<std::string> csv_cells(std::string_view line) {
   std::vector<std::string> cells;
   std::string cell;
   bool quoted = false, in_quotes = false;
   const auto end_cell = [&] {
-    cells.push_back(quoted ? cell : trimmed(cell));
+    cells.push_back(quoted ? cell : std::string(trimmed(cell)));
     cell.clear();
     quoted = false;
   };
@@ -50,14 +76,36 @@ std::vector<std::string> csv_cells(std::string_view line) {
   return cells;
 }
 
-std::string csv_cell(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos &&
-      trimmed(std::string(text)) == text) {
-    return std::string(text);
+std::optional<std::size_t> CsvTable::column(std::string_view name) const {
+  const auto found = std::find(head.cells.begin(), head.cells.end(), name);
+  if (found == head.cells.end()) return {};
+  return static_cast<std::size_t>(found - head.cells.begin());
+}
+
+CsvTable read_csv(const std::filesystem::path& path, char comment) {
+  std::string text = read_file(path);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  std::istringstream lines(text);
+  CsvTable table;
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    const std::string_view content = trimmed(line);
+    if (content.empty() || (comment != '\0' && content.front() == comment)) continue;
+    CsvRow row{fmt::format("{}:{}", path.string(), number), {}};
+    try {
+      row.cells = csv_cells(line);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}", row.place, error.message()), error.hint());
+    }
+    const std::size_t least = std::max<std::size_t>(1, table.head.cells.size());
+    while (row.cells.size() > least && row.cells.back().empty()) row.cells.pop_back();
+    if (table.head.cells.empty()) {
+      table.head = std::move(row);
+    } else {
+      table.rows.push_back(std::move(row));
+    }
   }
-  std::string cell = "\"";
-  for (const char c : text) cell.append(c == '"' ? 2 : 1, c);
-  return cell + '"';
+  return table;
 }
 
 }  // namespace carillon::core

@@ -13,6 +13,13 @@
 
 namespace carillon::core {
 
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\n\v\f";
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
 std::vector<std::pair<std::string, std::string>> parse_assignments(const std::string& text) {
   std::vector<std::pair<std::string, std::string>> pairs;
   std::istringstream parts(text);

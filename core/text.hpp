@@ -2,10 +2,14 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace carillon::core {
+
+/// Without blanks and line breaks at either end.
+std::string_view trimmed(std::string_view text);
 
 /// `a=1,b=2` as pairs in order.
 /// @throws InputError  a part without '='

@@ -11,6 +11,7 @@
 #include <span>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace carillon::core {
 
@@ -94,12 +95,6 @@ constexpr std::array aliases = {
 };
 
 constexpr std::string_view blanks = " \t\r\n";
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
 
 std::string plain_unit(std::string_view text) {
   std::string unit;

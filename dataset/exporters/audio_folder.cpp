@@ -40,25 +40,19 @@ void write_sounds(const Export& task) {
   progress.finish("");
 }
 
-/// Nothing for null.
-std::string metadata_cell(const ordered_json& value) {
-  if (value.is_null()) return "";
-  return value.is_string() ? core::csv_cell(value.get<std::string>()) : value.dump();
-}
-
 /// A part's table, row by row: of a large set it is gigabytes.
 void write_table(const ExportedRows& all, std::span<const std::size_t> rows, const fs::path& path) {
   std::ofstream table(path, std::ios::binary);
-  table << "file_name";
+  std::vector<std::string> cells = {"file_name"};
   for (const ExportedRows::Column& column : all.columns()) {
-    for (const std::string& label : column.labels) table << ',' << core::csv_cell(label);
+    cells.insert(cells.end(), column.labels.begin(), column.labels.end());
   }
-  table << '\n';
+  table << core::csv_line(cells);
   LabelStream labels(all, rows);
   for (const std::size_t row : rows) {
-    table << core::csv_cell(all.key(row) + ".wav");
-    for (const ordered_json& value : labels.next()) table << ',' << metadata_cell(value);
-    table << '\n';
+    cells = {all.key(row) + ".wav"};
+    for (const ordered_json& value : labels.next()) cells.push_back(core::csv_value(value));
+    table << core::csv_line(cells);
   }
   table.close();
   if (!table) throw core::FileError(fmt::format("{}: cannot be written", path.string()));

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <regex>
-#include <sstream>
 
 #include "core/csv.hpp"
 #include "core/error.hpp"
@@ -119,42 +118,31 @@ LabelTable labels_of_names(const RecordingsSpec& spec) {
 }
 
 LabelTable labels_of_table(const RecordingsSpec& spec) {
-  std::istringstream lines(core::read_file(spec.table));
-  std::string line;
-  std::vector<std::string> header;
+  const core::CsvTable csv = core::read_csv(spec.table, '\0');
+  const std::vector<std::string>& header = csv.head.cells;
+  if (header.empty()) return {};
+  const auto refuse = [](const core::CsvRow& row, const std::string& why) {
+    throw core::InputError(fmt::format("{}: {}", row.place, why));
+  };
+  for (std::size_t c = 0; c < header.size(); ++c) {
+    if (header[c].empty()) refuse(csv.head, fmt::format("column {} has no name", c + 1));
+    if (std::count(header.begin(), header.end(), header[c]) > 1) {
+      refuse(csv.head, fmt::format("column \"{}\" stands here twice", header[c]));
+    }
+  }
+  const auto named = csv.column("file");
+  if (!named) refuse(csv.head, "the header has no column \"file\"");
   std::map<std::string, std::vector<std::string>> rows;  // by file
-  for (int number = 1; std::getline(lines, line); ++number) {
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    std::vector<std::string> cells = core::csv_cells(line);
-    const auto refuse = [&](const std::string& why) {
-      throw core::InputError(fmt::format("{}:{}: {}", spec.table.string(), number, why));
-    };
-    if (header.empty()) {
-      while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
-      header = cells;
-      for (std::size_t c = 0; c < header.size(); ++c) {
-        if (header[c].empty()) refuse(fmt::format("column {} has no name", c + 1));
-        if (std::count(header.begin(), header.end(), header[c]) > 1) {
-          refuse(fmt::format("column \"{}\" stands here twice", header[c]));
-        }
-      }
-      if (std::find(header.begin(), header.end(), "file") == header.end()) {
-        refuse("the header has no column \"file\"");
-      }
-      continue;
+  for (const core::CsvRow& row : csv.rows) {
+    if (row.cells.size() != header.size()) {
+      refuse(row, fmt::format("{} cells, the header has {}", row.cells.size(), header.size()));
     }
-    while (cells.size() > header.size() && cells.back().empty()) cells.pop_back();
-    if (cells.size() != header.size()) {
-      refuse(fmt::format("{} cells, the header has {}", cells.size(), header.size()));
+    const std::string& file = row.cells[*named];
+    if (!fs::is_regular_file(spec.folder / file)) {
+      refuse(row, fmt::format("there is no {}", (spec.folder / file).string()));
     }
-    const auto file =
-        static_cast<std::size_t>(std::find(header.begin(), header.end(), "file") - header.begin());
-    if (!fs::is_regular_file(spec.folder / cells[file])) {
-      refuse(fmt::format("there is no {}", (spec.folder / cells[file]).string()));
-    }
-    if (!rows.emplace(cells[file], cells).second) {
-      refuse(fmt::format("{} stands here twice", cells[file]));
+    if (!rows.emplace(file, row.cells).second) {
+      refuse(row, fmt::format("{} stands here twice", file));
     }
   }
   LabelTable table;

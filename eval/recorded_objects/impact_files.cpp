@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/audio.hpp"
+#include "core/csv.hpp"
 #include "core/files.hpp"
 #include "core/numbers.hpp"
 #include "eval/recorded_objects/impact_report.hpp"
@@ -12,44 +13,45 @@ namespace carillon::eval::recorded_objects {
 
 namespace {
 
-/// A number as a cell of a table; none: an empty one.
-std::string cell(double value, int digits) {
-  return std::isnan(value) ? std::string(",") : fmt::format(",{:.{}g}", value, digits);
-}
-
 /// A recorded mode, a synthetic one or a pair, as a line of modes.csv.
-std::string line_of(const features::Feature* recorded, const features::Feature* synthetic,
-                    const perception::MatchedMode* pair) {
-  const auto mode = [](const features::Feature* feature) {
-    return feature == nullptr ? std::string(",,,")
-                              : cell(feature->frequency, 6) + cell(feature->decay_rate, 6) +
-                                    cell(feature->amplitude, 6);
+/// @param cells  whose: vertex, row, variant
+std::string line_of(std::vector<std::string> cells, const features::Feature* recorded,
+                    const features::Feature* synthetic, const perception::MatchedMode* pair) {
+  const auto add = [&](double value, int digits) {
+    cells.push_back(core::csv_number(value, digits));
   };
-  return mode(recorded) + mode(synthetic) +
-         (pair == nullptr
-              ? std::string(",,,\n")
-              : cell(pair->cents, 4) + cell(pair->decay_ratio, 5) + cell(pair->level, 4) + "\n");
+  for (const features::Feature* mode : {recorded, synthetic}) {
+    add(mode == nullptr ? core::nan : mode->frequency, 6);
+    add(mode == nullptr ? core::nan : mode->decay_rate, 6);
+    add(mode == nullptr ? core::nan : mode->amplitude, 6);
+  }
+  add(pair == nullptr ? core::nan : pair->cents, 4);
+  add(pair == nullptr ? core::nan : pair->decay_ratio, 5);
+  add(pair == nullptr ? core::nan : pair->level, 4);
+  return core::csv_line(cells);
 }
 
 std::string modes_csv(const ImpactReport& report) {
   std::string text =
-      "vertex,row,variant,recorded_hz,recorded_decay_per_s,recorded_amplitude,synthetic_hz,"
-      "synthetic_decay_per_s,synthetic_amplitude,pitch_cents,decay_ratio,level_db\n";
+      core::csv_line({"vertex", "row", "variant", "recorded_hz", "recorded_decay_per_s",
+                      "recorded_amplitude", "synthetic_hz", "synthetic_decay_per_s",
+                      "synthetic_amplitude", "pitch_cents", "decay_ratio", "level_db"});
   for (const ModelVariant& variant : report.variants) {
     for (std::size_t i = 0; i < report.blows.size(); ++i) {
       const auto& recorded = report.blows[i].set.features;
       const auto& synthetic = variant.modes.synthetic[i];
       const perception::ModeComparison& modes = variant.modes.blows[i];
-      const std::string begin = fmt::format("{},{},{}", report.blows[i].recorded.vertex,
-                                            report.blows[i].recorded.row, variant.name);
+      const std::vector<std::string> whose = {std::to_string(report.blows[i].recorded.vertex),
+                                              std::to_string(report.blows[i].recorded.row),
+                                              variant.name};
       for (const perception::MatchedMode& pair : modes.matched) {
-        text += begin + line_of(&recorded[pair.reference], &synthetic[pair.other], &pair);
+        text += line_of(whose, &recorded[pair.reference], &synthetic[pair.other], &pair);
       }
       for (const std::size_t k : modes.reference_only) {
-        text += begin + line_of(&recorded[k], nullptr, nullptr);
+        text += line_of(whose, &recorded[k], nullptr, nullptr);
       }
       for (const std::size_t k : modes.other_only) {
-        text += begin + line_of(nullptr, &synthetic[k], nullptr);
+        text += line_of(whose, nullptr, &synthetic[k], nullptr);
       }
     }
   }
@@ -74,13 +76,10 @@ ModelClips model_clips(const ImpactReport& report, std::size_t blow, std::size_t
   return clips;
 }
 
-double level_of(double amplitude) {
-  return core::amplitude_decibels(std::max(amplitude, 1e-30));
-}
-
 std::string spectra_csv(const ImpactReport& report) {
-  std::string text = "vertex,row,frequency_hz,recorded_db,as_given_db";
-  text += report.fit != nullptr ? ",fitted_db\n" : "\n";
+  std::vector<std::string> cells = {"vertex", "row", "frequency_hz", "recorded_db", "as_given_db"};
+  if (report.fit != nullptr) cells.push_back("fitted_db");
+  std::string text = core::csv_line(cells);
   for (std::size_t i = 0; i < report.blows.size(); ++i) {
     const recorded::WindowSpectrum& recorded = report.blows[i].spectrum;
     const ModelClips clips = model_clips(report, i, report.options.stretch.end);
@@ -89,12 +88,15 @@ std::string spectra_csv(const ImpactReport& report) {
     };
     const recorded::WindowSpectrum given = spectrum(clips.given), fitted = spectrum(clips.fitted);
     for (std::size_t bin = 0; bin < recorded.amplitudes.size(); ++bin) {
-      text +=
-          fmt::format("{},{},{:.3f},{:.2f},{:.2f}", report.blows[i].recorded.vertex,
-                      report.blows[i].recorded.row, static_cast<double>(bin) * recorded.bin_width,
-                      level_of(recorded.amplitudes[bin]), level_of(given.amplitudes[bin]));
-      text += report.fit != nullptr ? fmt::format(",{:.2f}\n", level_of(fitted.amplitudes[bin]))
-                                    : std::string("\n");
+      const auto level = [bin](const recorded::WindowSpectrum& of) {
+        return fmt::format("{:.2f}", core::amplitude_decibels(std::max(of.amplitudes[bin], 1e-30)));
+      };
+      cells = {std::to_string(report.blows[i].recorded.vertex),
+               std::to_string(report.blows[i].recorded.row),
+               fmt::format("{:.3f}", static_cast<double>(bin) * recorded.bin_width),
+               level(recorded), level(given)};
+      if (report.fit != nullptr) cells.push_back(level(fitted));
+      text += core::csv_line(cells);
     }
   }
   return text;
@@ -115,7 +117,7 @@ void write_clips(const std::filesystem::path& folder, const ImpactReport& report
   for (std::size_t i = 0; i < report.blows.size(); ++i) {
     const StudiedBlow& blow = report.blows[i];
     made.push_back(model_clips(report, i, blow.samples.size()));
-    for (const double sample : blow.samples) loudest = std::max(loudest, std::abs(sample));
+    loudest = std::max(loudest, core::peak(blow.samples));
   }
   const double gain = 0.5 / loudest;
   for (std::size_t i = 0; i < report.blows.size(); ++i) {

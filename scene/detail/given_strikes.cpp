@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <sstream>
+#include <algorithm>
 
 #include "core/csv.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
 #include "core/units.hpp"
 
 namespace carillon::scene {
@@ -22,17 +21,13 @@ const std::vector<std::string> known_columns = {
 /// The cells of one line by column name.
 class Row {
  public:
-  Row(const std::vector<std::string>& columns, std::vector<std::string> cells, std::string place)
-      : columns_(columns), cells_(std::move(cells)), place_(std::move(place)) {
-    if (cells_.size() > columns_.size()) throw error("more cells than columns");
-    cells_.resize(columns_.size());
+  Row(const core::CsvTable& table, const core::CsvRow& row) : table_(table), row_(row) {
+    if (row.cells.size() > table.head.cells.size()) throw error("more cells than columns");
   }
   bool has(const std::string& column) const { return !text(column).empty(); }
   std::string text(const std::string& column) const {
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (columns_[i] == column) return cells_[i];
-    }
-    return {};
+    const auto at = table_.column(column);
+    return at && *at < row_.cells.size() ? row_.cells[*at] : std::string();
   }
   double number(const std::string& column) const {
     if (!has(column)) throw error(fmt::format("no value for {}", column));
@@ -43,13 +38,12 @@ class Row {
     }
   }
   InputError error(const std::string& message) const {
-    return InputError(fmt::format("{}: {}", place_, message));
+    return InputError(fmt::format("{}: {}", row_.place, message));
   }
 
  private:
-  const std::vector<std::string>& columns_;
-  std::vector<std::string> cells_;
-  std::string place_;
+  const core::CsvTable& table_;
+  const core::CsvRow& row_;
 };
 
 GivenStrike parse_row(const Row& row) {
@@ -75,33 +69,18 @@ GivenStrike parse_row(const Row& row) {
 }  // namespace
 
 std::vector<GivenStrike> read_given_strikes(const std::string& path) {
-  std::string text = core::read_file(path);
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // spreadsheets begin with a BOM
-  std::istringstream lines(text);
-  std::vector<std::string> columns;
-  std::vector<GivenStrike> strikes;
-  std::string line;
-  for (int number = 1; std::getline(lines, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    const std::string place = fmt::format("{}:{}", path, number);
-    std::vector<std::string> cells = core::csv_cells(line);
-    // Spreadsheets end every line with as many commas as the longest has.
-    while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
-    if (!columns.empty()) {
-      strikes.push_back(parse_row(Row(columns, std::move(cells), place)));
+  const core::CsvTable table = core::read_csv(path, '#');
+  for (const std::string& column : table.head.cells) {
+    if (std::find(known_columns.begin(), known_columns.end(), column) != known_columns.end()) {
       continue;
     }
-    columns = std::move(cells);
-    for (const std::string& column : columns) {
-      if (std::find(known_columns.begin(), known_columns.end(), column) == known_columns.end()) {
-        const std::string near = core::nearest_name(column, known_columns);
-        throw InputError(fmt::format("{}: unknown column \"{}\"", place, column),
-                         near.empty()
-                             ? fmt::format("columns are {}", fmt::join(known_columns, ", "))
-                             : fmt::format("did you mean \"{}\"?", near));
-      }
-    }
+    const std::string near = core::nearest_name(column, known_columns);
+    throw InputError(fmt::format("{}: unknown column \"{}\"", table.head.place, column),
+                     near.empty() ? fmt::format("columns are {}", fmt::join(known_columns, ", "))
+                                  : fmt::format("did you mean \"{}\"?", near));
   }
+  std::vector<GivenStrike> strikes;
+  for (const core::CsvRow& row : table.rows) strikes.push_back(parse_row(Row(table, row)));
   if (strikes.empty()) throw InputError(fmt::format("{}: no strikes", path));
   return strikes;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "synth/material/detail/material_fields.hpp"
 
 namespace carillon::synth::material {
@@ -27,12 +28,6 @@ std::optional<damping::DampingFault> material_fault(const Material& material) {
         "density", fmt::format("density must be positive, not {} kg/m^3", density), ""};
   }
   return damping::damping_fault(material.damping);
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& names) {
@@ -59,7 +54,7 @@ Material parse_material(const std::string& text) {
 }
 
 Material parse_material(const std::string& text, const std::vector<Material>& own) {
-  const std::string name(trimmed(text));
+  const std::string name(core::trimmed(text));
   if (name.find('=') != std::string::npos) {
     Material material = parse_fields(name);
     check_material(material);

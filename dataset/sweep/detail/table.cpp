@@ -13,10 +13,8 @@ using nlohmann::ordered_json;
 namespace {
 
 std::string cell(const ordered_json& value) {
-  if (value.is_null()) return "";
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
-  return value.dump();
+  return value.is_number_float() ? core::csv_number(value.get<double>(), 6)
+                                 : core::csv_value(value);
 }
 
 /// Head and rows of the table, the variant's folder first.
@@ -39,13 +37,7 @@ std::vector<std::vector<std::string>> cells(const Sweep& sweep,
 
 std::string csv_table(const Sweep& sweep, const std::vector<ordered_json>& rows) {
   std::string text;
-  for (const auto& line : cells(sweep, rows)) {
-    for (std::size_t c = 0; c < line.size(); ++c) {
-      if (c > 0) text += ',';
-      text += core::csv_cell(line[c]);
-    }
-    text += "\n";
-  }
+  for (const auto& line : cells(sweep, rows)) text += core::csv_line(line);
   return text;
 }
 

@@ -12,21 +12,6 @@ namespace carillon::eval::studies {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-namespace {
-
-std::string cell(const ordered_json& value) {
-  if (value.is_null()) return "";
-  return value.is_string() ? core::csv_cell(value.get<std::string>()) : value.dump();
-}
-
-std::string joined(const std::vector<std::string>& cells) {
-  std::string line;
-  for (const std::string& one : cells) line += (line.empty() ? "" : ",") + one;
-  return line + "\n";
-}
-
-}  // namespace
-
 std::string csv_of(const ordered_json& rows) {
   std::string csv;
   for (const ordered_json& row : rows) {
@@ -34,17 +19,17 @@ std::string csv_of(const ordered_json& rows) {
     for (const auto& [name, value] : row.items()) {
       if (!value.is_array()) {
         names.push_back(name);
-        cells.push_back(cell(value));
+        cells.push_back(core::csv_value(value));
         continue;
       }
       const bool texts = value[0].is_string();
       for (std::size_t i = 0; i < 2; ++i) {
         names.push_back(texts ? (i == 0 ? "first" : "second") : name + (i == 0 ? "_low" : "_high"));
-        cells.push_back(cell(value[i]));
+        cells.push_back(core::csv_value(value[i]));
       }
     }
-    if (csv.empty()) csv = joined(names);
-    csv += joined(cells);
+    if (csv.empty()) csv = core::csv_line(names);
+    csv += core::csv_line(cells);
   }
   return csv;
 }
@@ -56,22 +41,23 @@ std::string fits_csv(const DampingValidation& validation, const EvaluatedDataset
   for (std::size_t p = 0; p < validation.law.parameters; ++p) {
     names.push_back(synth::damping::parameter_name(p));
   }
-  std::string csv = joined(names);
+  std::string csv = core::csv_line(names);
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (results[b].is_null()) continue;
     const FitBlock& block = blocks[b];
-    const std::string place =
-        fmt::format("{},{},{},{},{}", cell(datasets.conditions()[block.condition].name),
-                    validation.sources[block.source].name, validation.from[block.from],
-                    cell(validation.materials[block.condition][block.material].name), block.sounds);
+    const std::vector<std::string> place = {
+        datasets.conditions()[block.condition].name, validation.sources[block.source].name,
+        validation.from[block.from], validation.materials[block.condition][block.material].name,
+        std::to_string(block.sounds)};
     for (const NamedEstimator& estimator : validation.estimators) {
       const json& fits = results[b].at("fits").at(estimator.name);
       for (std::size_t draw = 0; draw < fits.size(); ++draw) {
-        std::vector<std::string> cells = {place, std::to_string(draw), estimator.name};
+        std::vector<std::string> cells = place;
+        cells.insert(cells.end(), {std::to_string(draw), estimator.name});
         for (std::size_t p = 0; p < validation.law.parameters; ++p) {
-          cells.push_back(fits[draw].is_null() ? "" : fits[draw][p].dump());
+          cells.push_back(fits[draw].is_null() ? "" : core::csv_value(fits[draw][p]));
         }
-        csv += joined(cells);
+        csv += core::csv_line(cells);
       }
     }
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
@@ -37,15 +38,18 @@ json to_json(const learning::TaskSpec& task) {
           {"except", task.except}};
 }
 
+/// Of a training without validation samples, their loss and accuracy are nan.
 std::string curves_csv(const networks::Trained& trained) {
   std::string text =
-      "epoch,train_loss,train_accuracy,validation_loss,validation_accuracy,learning_rate,"
-      "seconds,waited_s,ranks\n";
+      core::csv_line({"epoch", "train_loss", "train_accuracy", "validation_loss",
+                      "validation_accuracy", "learning_rate", "seconds", "waited_s", "ranks"});
+  const auto number = [](double value) { return fmt::format("{:.6g}", value); };
   for (const learning::Epoch& epoch : trained.epochs) {
-    text += fmt::format("{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.3f},{:.3f},{}\n", epoch.number,
-                        epoch.train_loss, epoch.train_accuracy, epoch.validation_loss,
-                        epoch.validation_accuracy, epoch.learning_rate, epoch.seconds,
-                        epoch.waited_s, epoch.ranks);
+    text += core::csv_line({std::to_string(epoch.number), number(epoch.train_loss),
+                            number(epoch.train_accuracy), number(epoch.validation_loss),
+                            number(epoch.validation_accuracy), number(epoch.learning_rate),
+                            fmt::format("{:.3f}", epoch.seconds),
+                            fmt::format("{:.3f}", epoch.waited_s), std::to_string(epoch.ranks)});
   }
   return text;
 }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "synth/damping/damping_text.hpp"
 
 namespace carillon::synth::material {
@@ -39,14 +40,14 @@ std::vector<Pair> split_pairs(std::string_view rest) {
   std::vector<Pair> pairs;
   while (true) {
     const auto comma = next_comma(rest);
-    const std::string_view part = trimmed(rest.substr(0, comma));
+    const std::string_view part = core::trimmed(rest.substr(0, comma));
     const auto equals = part.find('=');
     if (equals == std::string_view::npos) {
       throw InputError(fmt::format("material: \"{}\" is not of the form key=value", part),
                        known_keys());
     }
-    Pair pair{std::string(trimmed(part.substr(0, equals))),
-              std::string(trimmed(part.substr(equals + 1)))};
+    Pair pair{std::string(core::trimmed(part.substr(0, equals))),
+              std::string(core::trimmed(part.substr(equals + 1)))};
     for (const Pair& before : pairs) {
       if (before.key == pair.key) {
         throw InputError(fmt::format("material: \"{}\" is given twice", pair.key));

@@ -33,7 +33,6 @@ std::optional<damping::DampingFault> material_fault(const Material& material);
 /// @throws InputError  malformed, unknown key, or one that is missing
 Material parse_fields(const std::string& text);
 
-std::string_view trimmed(std::string_view text);
 /// "; did you mean "x"?", or nothing.
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& names);
 

@@ -136,18 +136,33 @@ std::string classification_text(const ordered_json& document) {
 }
 
 std::string classification_csv(const ordered_json& document) {
-  std::string csv =
-      "dataset,task,method,senses,seeds,samples,groups,classes,accuracy,accuracy_low,accuracy_high,"
-      "balanced_accuracy,balanced_low,balanced_high,difference,difference_low,difference_high,"
-      "seeds_deviation,validation_accuracy,parameters,training_s,published_set,"
-      "published_accuracy\n";
-  const auto cell = [](const ordered_json& value) {
-    return value.is_null() ? std::string() : fmt::format("{}", value.get<double>());
-  };
+  std::string csv = core::csv_line({"dataset",
+                                    "task",
+                                    "method",
+                                    "senses",
+                                    "seeds",
+                                    "samples",
+                                    "groups",
+                                    "classes",
+                                    "accuracy",
+                                    "accuracy_low",
+                                    "accuracy_high",
+                                    "balanced_accuracy",
+                                    "balanced_low",
+                                    "balanced_high",
+                                    "difference",
+                                    "difference_low",
+                                    "difference_high",
+                                    "seeds_deviation",
+                                    "validation_accuracy",
+                                    "parameters",
+                                    "training_s",
+                                    "published_set",
+                                    "published_accuracy"});
   for (const ordered_json& row : document.at("rows")) {
     std::vector<std::string> cells;
     for (const char* name : {"dataset", "task", "method", "senses"}) {
-      cells.push_back(core::csv_cell(row.at(name).get<std::string>()));
+      cells.push_back(row.at(name));
     }
     for (const char* name : {"seeds", "samples", "groups", "classes"}) {
       const ordered_json& value = row.at(name);
@@ -160,18 +175,20 @@ std::string classification_csv(const ordered_json& document) {
         cells.insert(cells.end(), 3, "");
         continue;
       }
-      cells.push_back(cell(summary.at("mean")));
-      for (const ordered_json& bound : summary.at("interval95")) cells.push_back(cell(bound));
+      cells.push_back(core::csv_value(summary.at("mean")));
+      for (const ordered_json& bound : summary.at("interval95")) {
+        cells.push_back(core::csv_value(bound));
+      }
     }
     const ordered_json& accuracy = row.at("accuracy");
-    cells.push_back(accuracy.is_null() ? "" : cell(accuracy.at("deviation")));
+    cells.push_back(accuracy.is_null() ? "" : core::csv_value(accuracy.at("deviation")));
     for (const char* name : {"validation_accuracy", "parameters", "training_s"}) {
-      cells.push_back(cell(row.at(name)));
+      cells.push_back(core::csv_value(row.at(name)));
     }
     const ordered_json& theirs = row.at("published");
     cells.push_back(theirs.is_null() ? "" : theirs.at("set").get<std::string>());
-    cells.push_back(theirs.is_null() ? "" : cell(theirs.at("accuracy")));
-    csv += fmt::format("{}\n", fmt::join(cells, ","));
+    cells.push_back(theirs.is_null() ? "" : core::csv_value(theirs.at("accuracy")));
+    csv += core::csv_line(cells);
   }
   return csv;
 }

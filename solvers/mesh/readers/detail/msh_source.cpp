@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "solvers/mesh/readers/detail/byte_reader.hpp"
 #include "solvers/mesh/readers/detail/text_scanner.hpp"
 
@@ -26,11 +27,9 @@ std::string_view MshSource::word() {
 
 std::string_view MshSource::line() {
   const std::size_t end = std::min(bytes_.find('\n', position_), bytes_.size());
-  std::string_view found = bytes_.substr(position_, end - position_);
+  const std::string_view found = bytes_.substr(position_, end - position_);
   position_ = std::min(end + 1, bytes_.size());
-  found.remove_prefix(std::min(found.find_first_not_of(kSpace), found.size()));
-  found.remove_suffix(found.size() - (found.find_last_not_of(kSpace) + 1));
-  return found;
+  return core::trimmed(found);
 }
 
 std::int64_t MshSource::text_integer(const char* what) {
