@@ -4,16 +4,14 @@
 #include <cstddef>
 #include <span>
 
+#include "core/fft.hpp"
+
 namespace carillon::render::maps {
 
-/// Real numbers on a grid that repeats, and their Fourier transform, in one piece of memory. Plans
-/// are estimated, so that no clock decides about the last bits.
+/// Real numbers on a grid that repeats, and their Fourier transform, in one piece of memory.
 class FourierGrid {
  public:
   FourierGrid(int width, int height);
-  ~FourierGrid();
-  FourierGrid(const FourierGrid&) = delete;
-  FourierGrid& operator=(const FourierGrid&) = delete;
 
   double& at(int column, int row) {
     return values_[std::size_t(row) * stride_ + std::size_t(column)];
@@ -21,7 +19,7 @@ class FourierGrid {
   /// Coefficient of exp(2 pi i (column x / width + row y / height)); columns 0 to width / 2.
   std::complex<double>& wave(int column, int row) {
     return reinterpret_cast<std::complex<double>*>(
-        values_)[std::size_t(row) * (stride_ / 2) + std::size_t(column)];
+        values_.get())[std::size_t(row) * (stride_ / 2) + std::size_t(column)];
   }
   int waves() const { return width_ / 2 + 1; }
 
@@ -31,20 +29,17 @@ class FourierGrid {
  private:
   int width_;
   std::size_t stride_;
-  double* values_;
-  void* forward_;
-  void* inverse_;
+  core::FftNumbers values_;
+  core::FftPlan forward_, inverse_;
 };
-
-enum class Symmetry { even, odd };
 
 /// Half a period of numbers that go on mirrored, with or without a change of sign, at both of their
 /// edges (half a step beyond the last), as sums of cosines or sines: values[row * width + column].
 ///
 /// Even: x_j = sum over k = 0..n-1 of c_k cos(pi k (j + 1/2) / n), stored at k.
 /// Odd:  x_j = sum over k = 1..n of c_k sin(pi k (j + 1/2) / n), stored at k - 1.
-void to_mirrored_waves(std::span<double> values, int width, int height, Symmetry along_width,
-                       Symmetry along_height);
+void to_mirrored_waves(std::span<double> values, int width, int height, core::Mirrored along_width,
+                       core::Mirrored along_height);
 /// Back, of even symmetry both ways.
 void from_mirrored_waves(std::span<double> values, int width, int height);
 

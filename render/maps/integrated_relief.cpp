@@ -80,8 +80,8 @@ std::vector<double> mirrored(const SurfaceMap& map) {
   const int width = map.width, height = map.height;
   std::vector<double> u(map.slopes_u.begin(), map.slopes_u.end());
   std::vector<double> v(map.slopes_v.begin(), map.slopes_v.end());
-  to_mirrored_waves(u, width, height, Symmetry::odd, Symmetry::even);
-  to_mirrored_waves(v, width, height, Symmetry::even, Symmetry::odd);
+  to_mirrored_waves(u, width, height, core::Mirrored::odd, core::Mirrored::even);
+  to_mirrored_waves(v, width, height, core::Mirrored::even, core::Mirrored::odd);
   const auto along_u = products(width, pi / width);
   const auto along_v = products(height, pi / height);
   std::vector<double> heights(u.size());

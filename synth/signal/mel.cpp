@@ -1,6 +1,5 @@
 #include "synth/signal/mel.hpp"
 
-#include <fftw3.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -91,7 +90,9 @@ int mel_frames(std::size_t count, const MelOptions& options) {
 }
 
 MelSpectrogram::MelSpectrogram(const MelOptions& options)
-    : options_(checked(options)), filters_(mel_filters(options_)) {
+    : options_(checked(options)),
+      filters_(mel_filters(options_)),
+      fft_(static_cast<std::size_t>(options_.fft_size)) {
   const auto size = static_cast<std::size_t>(options_.fft_size);
   window_.resize(size);
   for (std::size_t i = 0; i < size; ++i) {
@@ -100,19 +101,6 @@ MelSpectrogram::MelSpectrogram(const MelOptions& options)
         0.5 *
         (1 - std::cos(2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(size)));
   }
-  const std::lock_guard lock(fft_planner());
-  input_ = fftw_alloc_real(size);
-  output_ = fftw_alloc_complex(size / 2 + 1);
-  // ESTIMATE: measuring plans would let the clock decide about the last bits.
-  plan_ = fftw_plan_dft_r2c_1d(options_.fft_size, input_, static_cast<fftw_complex*>(output_),
-                               FFTW_ESTIMATE);
-}
-
-MelSpectrogram::~MelSpectrogram() {
-  const std::lock_guard lock(fft_planner());
-  fftw_destroy_plan(static_cast<fftw_plan>(plan_));
-  fftw_free(output_);
-  fftw_free(input_);
 }
 
 std::vector<float> MelSpectrogram::operator()(std::span<const float> clip) const {
@@ -120,7 +108,8 @@ std::vector<float> MelSpectrogram::operator()(std::span<const float> clip) const
   const std::size_t bins = size / 2 + 1;
   const auto bands = static_cast<std::size_t>(options_.bands);
   const auto frames = static_cast<std::size_t>(mel_frames(clip.size(), options_));
-  const auto* spectrum = static_cast<const fftw_complex*>(output_);
+  const std::span<double> signal = fft_.signal();
+  const std::span<const std::complex<double>> spectrum = fft_.spectrum();
   std::vector<float> result(bands * frames);
   std::vector<double> power(bins);
   for (std::size_t frame = 0; frame < frames; ++frame) {
@@ -129,11 +118,11 @@ std::vector<float> MelSpectrogram::operator()(std::span<const float> clip) const
     for (std::size_t i = 0; i < size; ++i) {
       const std::size_t shifted = centre + i;
       const bool inside = shifted >= size / 2 && shifted - size / 2 < clip.size();
-      input_[i] = inside ? window_[i] * static_cast<double>(clip[shifted - size / 2]) : 0.0;
+      signal[i] = inside ? window_[i] * static_cast<double>(clip[shifted - size / 2]) : 0.0;
     }
-    fftw_execute(static_cast<fftw_plan>(plan_));
+    fft_.forward();
     for (std::size_t bin = 0; bin < bins; ++bin) {
-      power[bin] = spectrum[bin][0] * spectrum[bin][0] + spectrum[bin][1] * spectrum[bin][1];
+      power[bin] = std::norm(spectrum[bin]);
     }
     for (std::size_t band = 0; band < bands; ++band) {
       double sum = 0;

@@ -3,6 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "synth/signal/real_fft.hpp"
+
 namespace carillon::synth::signal {
 
 /// librosa's mel power spectrogram: Slaney scale and area norm, power 2, periodic Hann, centred
@@ -28,9 +30,6 @@ class MelSpectrogram {
   /// that
   ///                     do not rise within 0 to Nyquist
   explicit MelSpectrogram(const MelOptions& options);
-  ~MelSpectrogram();
-  MelSpectrogram(const MelSpectrogram&) = delete;
-  MelSpectrogram& operator=(const MelSpectrogram&) = delete;
   /// @return bands x frames, row by row
   std::vector<float> operator()(std::span<const float> clip) const;
   /// Filter weights, bands x (fft_size / 2 + 1).
@@ -41,9 +40,7 @@ class MelSpectrogram {
   MelOptions options_;
   std::vector<float> filters_;
   std::vector<double> window_;
-  double* input_ = nullptr;
-  void* output_ = nullptr;
-  void* plan_ = nullptr;
+  mutable RealFft fft_;
 };
 
 }  // namespace carillon::synth::signal

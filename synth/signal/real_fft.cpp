@@ -1,16 +1,10 @@
 #include "synth/signal/real_fft.hpp"
 
-#include <fftw3.h>
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "core/fft_planner.hpp"
 
 namespace carillon::synth::signal {
-
-std::mutex& fft_planner() {
-  return core::fft_planner();
-}
 
 std::size_t good_fft_size(std::size_t count) {
   for (std::size_t size = count < 2 ? 2 : count + count % 2;; size += 2) {
@@ -27,30 +21,19 @@ RealFft::RealFft(std::size_t size) : size_(size) {
     throw core::InputError(fmt::format("a Fourier transform of {} samples", size),
                            "shorten the signal");
   }
-  const std::lock_guard lock(fft_planner());
-  signal_ = fftw_alloc_real(size_);
-  // FFTW's complex numbers and the standard's have one layout.
-  spectrum_ = reinterpret_cast<std::complex<double>*>(fftw_alloc_complex(bins()));
-  auto* spectrum = reinterpret_cast<fftw_complex*>(spectrum_);
-  const int n = static_cast<int>(size_);
-  forward_ = fftw_plan_dft_r2c_1d(n, signal_, spectrum, FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
-  inverse_ = fftw_plan_dft_c2r_1d(n, spectrum, signal_, FFTW_ESTIMATE);
-}
-
-RealFft::~RealFft() {
-  const std::lock_guard lock(fft_planner());
-  fftw_destroy_plan(static_cast<fftw_plan>(forward_));
-  fftw_destroy_plan(static_cast<fftw_plan>(inverse_));
-  fftw_free(signal_);
-  fftw_free(spectrum_);
+  signal_ = core::fft_numbers(size_);
+  spectrum_ = core::fft_numbers(2 * bins());
+  const int extent[] = {static_cast<int>(size_)};
+  forward_ = core::FftPlan::forward(extent, signal_.get(), spectrum().data());
+  inverse_ = core::FftPlan::inverse(extent, spectrum().data(), signal_.get());
 }
 
 void RealFft::forward() {
-  fftw_execute(static_cast<fftw_plan>(forward_));
+  forward_.run();
 }
 
 void RealFft::inverse() {
-  fftw_execute(static_cast<fftw_plan>(inverse_));
+  inverse_.run();
   const double factor = 1 / static_cast<double>(size_);
   for (double& value : signal()) value *= factor;
 }

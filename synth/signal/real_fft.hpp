@@ -2,32 +2,29 @@
 
 #include <complex>
 #include <cstddef>
-#include <mutex>
 #include <span>
 
-namespace carillon::synth::signal {
+#include "core/fft.hpp"
 
-/// FFTW makes and destroys plans in one thread at a time; running them needs no lock.
-std::mutex& fft_planner();
+namespace carillon::synth::signal {
 
 /// The smallest length from `count` on that is a product of 2, 3, 5 and 7 and even: FFTW is at its
 /// best there, and never twice as long as needed.
 std::size_t good_fft_size(std::size_t count);
 
 /// Transform of a real signal of one length and back, in double precision, with buffers of its own:
-/// one object for each thread. Plans are estimated, so that no clock decides about the last bits.
+/// one object for each thread.
 class RealFft {
  public:
   /// @throws InputError  a size of 0 or one beyond 2^31
   explicit RealFft(std::size_t size);
-  ~RealFft();
-  RealFft(const RealFft&) = delete;
-  RealFft& operator=(const RealFft&) = delete;
 
   std::size_t size() const { return size_; }
   std::size_t bins() const { return size_ / 2 + 1; }
-  std::span<double> signal() { return {signal_, size_}; }
-  std::span<std::complex<double>> spectrum() { return {spectrum_, bins()}; }
+  std::span<double> signal() { return {signal_.get(), size_}; }
+  std::span<std::complex<double>> spectrum() {
+    return {reinterpret_cast<std::complex<double>*>(spectrum_.get()), bins()};
+  }
 
   /// signal() -> spectrum(), exp(-i omega t), no factor. The signal stays as it is.
   void forward();
@@ -36,10 +33,8 @@ class RealFft {
 
  private:
   std::size_t size_;
-  double* signal_;
-  std::complex<double>* spectrum_;
-  void* forward_;
-  void* inverse_;
+  core::FftNumbers signal_, spectrum_;
+  core::FftPlan forward_, inverse_;
 };
 
 /// Log magnitudes in spectrum() become the log spectrum of the minimum-phase response that has

@@ -1,7 +1,6 @@
 #include "eval/studies/learning/detail/classification_text.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <vector>
