@@ -23,12 +23,6 @@ void close_file(SNDFILE** file) {
 }
 using SoundFile = Handle<SNDFILE*, close_file, nullptr>;
 
-std::int16_t to_int16(float sample) {
-  // Full scale is 32768, as in libsndfile's reading; +1.0 itself clips by one step.
-  const float scaled = std::nearbyint(sample * 32768.0F);
-  return static_cast<std::int16_t>(std::clamp(scaled, -32768.0F, 32767.0F));
-}
-
 void check_clip(const std::string& name, const AudioClip& clip) {
   if (clip.channels < 1 || clip.sample_rate < 1 ||
       clip.samples.size() % static_cast<std::size_t>(clip.channels) != 0) {
@@ -97,8 +91,7 @@ void write(const std::string& name, const AudioClip& clip, SampleFormat format, 
   if (format == SampleFormat::float32) {
     written = sf_write_float(file.get(), clip.samples.data(), count);
   } else {
-    std::vector<std::int16_t> rounded(clip.samples.size());
-    std::transform(clip.samples.begin(), clip.samples.end(), rounded.begin(), to_int16);
+    const std::vector<std::int16_t> rounded = to_int16(clip.samples);
     written = sf_write_short(file.get(), rounded.data(), count);
   }
   std::string reason = sf_strerror(file.get());
@@ -110,6 +103,18 @@ void write(const std::string& name, const AudioClip& clip, SampleFormat format, 
 }
 
 }  // namespace
+
+std::vector<std::int16_t> to_int16(std::span<const float> samples, std::int64_t* clipped) {
+  std::vector<std::int16_t> rounded;
+  rounded.reserve(samples.size());
+  for (const float sample : samples) {
+    const float scaled = std::nearbyint(sample * int16_full_scale);
+    const float held = std::clamp(scaled, -int16_full_scale, int16_full_scale - 1);
+    if (held != scaled && clipped != nullptr) ++*clipped;
+    rounded.push_back(static_cast<std::int16_t>(held));
+  }
+  return rounded;
+}
 
 void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format) {
   write(path.string(), clip, format,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -16,7 +17,14 @@ struct AudioClip {
 
 enum class SampleFormat { float32, int16 };
 
-/// WAV file. float32 keeps every level; int16 is rounded and clipped at full scale 1.0.
+/// Full scale of 16 bits, as in libsndfile's reading; +1.0 itself clips by one step.
+inline constexpr float int16_full_scale = 32768;
+
+/// Samples at full scale 1.0, rounded, and clipped at full scale.
+/// @param clipped  if given, how many were clipped is added
+std::vector<std::int16_t> to_int16(std::span<const float> samples, std::int64_t* clipped = nullptr);
+
+/// WAV file. float32 keeps every level; int16 is as of to_int16().
 /// Equal samples give equal bytes (no time-stamped PEAK chunk).
 /// @throws FileError
 void write_wav(const std::filesystem::path& path, const AudioClip& clip, SampleFormat format);

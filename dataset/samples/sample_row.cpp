@@ -1,28 +1,13 @@
 #include "dataset/samples/sample_row.hpp"
 
-#include <algorithm>
-#include <cmath>
 
+#include "core/audio.hpp"
 #include "dataset/samples/damping_columns.hpp"
 #include "dataset/samples/take_rows.hpp"
 
 namespace carillon::dataset::samples {
 
 namespace {
-
-constexpr double int16_full_scale = 32768;  // as in WAV files
-
-std::vector<std::int16_t> to_int16(std::span<const float> audio, std::int64_t& clipped) {
-  std::vector<std::int16_t> out;
-  out.reserve(audio.size());
-  for (const float value : audio) {
-    const double scaled = std::nearbyint(static_cast<double>(value) * int16_full_scale);
-    const double held = std::clamp(scaled, -int16_full_scale, int16_full_scale - 1);
-    if (held != scaled) ++clipped;
-    out.push_back(static_cast<std::int16_t>(held));
-  }
-  return out;
-}
 
 void add_vector(core::Columns& columns, const std::string& name, const Vec3& v,
                 const std::string& unit) {
@@ -70,7 +55,7 @@ void add_audio(const configuration::BuildConfig& config, const SampleResult& res
       listeners > 1 ? core::Extent{listeners, samples} : core::Extent{samples};
   std::int64_t clipped = 0;
   if (config.scene.audio.dtype == core::SampleFormat::int16) {
-    columns.add<std::int16_t>("audio", to_int16(result.sound.audio, clipped), inner,
+    columns.add<std::int16_t>("audio", core::to_int16(result.sound.audio, &clipped), inner,
                               result.sound.rings.readout.unit);
   } else {
     columns.add<float>("audio", result.sound.audio, inner, result.sound.rings.readout.unit);

@@ -22,8 +22,9 @@ std::vector<core::AudioClip> SampleAudio::read(std::uint64_t first, std::uint64_
   if (format_ == core::SampleFormat::int16) {
     const auto stored = index_.read_rows<std::int16_t>("audio", first, count);
     all.resize(stored.size());
-    std::transform(stored.begin(), stored.end(), all.begin(),
-                   [](std::int16_t value) { return static_cast<float>(value) / 32768.0F; });
+    std::transform(stored.begin(), stored.end(), all.begin(), [](std::int16_t value) {
+      return static_cast<float>(value) / core::int16_full_scale;
+    });
   } else {
     all = index_.read_rows<float>("audio", first, count);
   }

@@ -115,6 +115,9 @@ TEST(WriteWav, Int16RoundsToTheNearestAndClips) {
   std::memcpy(values, bytes.data() + chunk(bytes, "data"), sizeof values);
   const std::int16_t expected[10] = {0, 0, 1, -1, 1000, 32767, -32768, 32767, -32768, 32767};
   for (int i = 0; i < 10; ++i) EXPECT_EQ(values[i], expected[i]) << i;
+  std::int64_t clipped = 0;
+  to_int16(clip.samples, &clipped);
+  EXPECT_EQ(clipped, 4);  // not -1.0 itself
 }
 
 TEST(WriteWav, Int16ReadAndWrittenAgainIsUnchanged) {

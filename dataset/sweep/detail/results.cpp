@@ -32,7 +32,8 @@ Heard listen(const configuration::BuildConfig& config, const Hdf5Group& index) {
   const std::size_t rows = index.extent("audio").front();
   const std::size_t measured = std::min(rows, most_measured_sounds);
   const std::size_t samples = config.scene.audio.samples();
-  const double full_scale = config.scene.audio.dtype == core::SampleFormat::int16 ? 32768 : 1;
+  const double full_scale =
+      config.scene.audio.dtype == core::SampleFormat::int16 ? core::int16_full_scale : 1;
   const double gain_db = core::amplitude_decibels(full_scale * std::abs(config.scene.audio.gain));
   Heard heard;
   for (std::size_t i = 0; i < measured; ++i) {

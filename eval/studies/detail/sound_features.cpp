@@ -13,6 +13,7 @@
 #include "core/hdf5.hpp"
 #include "core/revision.hpp"
 #include "dataset/samples/samples_task.hpp"
+#include "dataset/stored/sample_audio.hpp"
 
 namespace carillon::eval::studies {
 
@@ -50,28 +51,15 @@ std::map<std::string, std::string> listed_files(const std::filesystem::path& dat
   return files;
 }
 
-/// One channel of some rows of a shard, full scale 1.
+/// What the first listener hears in some rows of a shard, full scale 1.
 std::vector<std::vector<double>> read_audio(const Hdf5Group& shard, std::size_t first,
                                             std::size_t count) {
-  const bool int16 = shard.element_type("audio") == "int16";
-  const core::Extent extent = shard.extent("audio");
-  const auto samples = static_cast<std::size_t>(extent.back());
-  const std::size_t row =
-      extent.size() > 2 ? static_cast<std::size_t>(extent[1]) * samples : samples;
-  std::vector<double> all;
-  if (int16) {
-    for (const auto value : shard.read_rows<std::int16_t>("audio", first, count)) {
-      all.push_back(value / 32768.0);
-    }
-  } else {
-    for (const auto value : shard.read_rows<float>("audio", first, count)) {
-      all.push_back(static_cast<double>(value));
-    }
-  }
   std::vector<std::vector<double>> audio;
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(k * row);
-    audio.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(samples));
+  for (const core::AudioClip& clip : dataset::stored::SampleAudio(shard).read(first, count)) {
+    std::vector<double>& samples = audio.emplace_back();
+    for (std::size_t i = 0; i < clip.samples.size(); i += static_cast<std::size_t>(clip.channels)) {
+      samples.push_back(static_cast<double>(clip.samples[i]));
+    }
   }
   return audio;
 }
