@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 
 namespace carillon::cli {
 

@@ -8,6 +8,7 @@
 #include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/json.hpp"
 #include "core/trace.hpp"
 #include "dataset/configuration/about.hpp"
 #include "dataset/exporters/export.hpp"
@@ -40,9 +41,8 @@ ordered_json samples_by_part(const dataset::exporters::ExportedRows& rows) {
 ordered_json head_of(const std::filesystem::path& folder,
                      const dataset::exporters::ExportedRows& rows) {
   const std::filesystem::path path = folder / "dataset.json";
-  const ordered_json said = std::filesystem::exists(path)
-                                ? ordered_json::parse(core::read_file(path), nullptr, false)
-                                : ordered_json::object();
+  const ordered_json said =
+      std::filesystem::exists(path) ? core::read_ordered_json(path) : ordered_json::object();
   if (!said.is_object()) {
     throw core::FileError(fmt::format(
         "{} is damaged: `carillon build` of the same configuration writes it anew", path.string()));

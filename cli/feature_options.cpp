@@ -6,7 +6,7 @@
 
 #include "cli/command_line.hpp"
 #include "core/error.hpp"
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/units.hpp"
 
 namespace carillon::cli {

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
+#include "core/json.hpp"
 #include "dataset/samples/modes_task.hpp"
 #include "report/report.hpp"
 #include "scene/scene.hpp"
@@ -20,10 +21,9 @@ using nlohmann::ordered_json;
 namespace {
 
 /// A document that may not be there, or not whole: a build may be running.
-json read_json(const std::filesystem::path& path, const json& otherwise) {
-  if (!std::filesystem::is_regular_file(path)) return otherwise;
-  json document = json::parse(core::read_file(path), nullptr, false);
-  return document.is_discarded() ? otherwise : document;
+json read_if_there(const std::filesystem::path& path, const json& otherwise) {
+  json document = core::read_json(path);
+  return document.is_null() ? otherwise : document;
 }
 
 /// Seconds of every body's modes task.
@@ -148,13 +148,13 @@ json last_made(const std::filesystem::path& folder, const json& trace) {
   json runs = trace.value("runs", json::array());
   const std::filesystem::path above = core::tidy_path(folder / "..");
   if (runs.empty() && std::filesystem::is_regular_file(above / "sweep.json")) {
-    runs = read_json(above / "trace.json", json::object()).value("runs", json::array());
+    runs = read_if_there(above / "trace.json", json::object()).value("runs", json::array());
   }
   return runs.empty() ? json() : runs.back().value("made", json());
 }
 
 void add_failures(const std::filesystem::path& folder, std::size_t rows, ordered_json& report) {
-  json failures = read_json(folder / "failures.json", json::array());
+  json failures = read_if_there(folder / "failures.json", json::array());
   report["failed"] = failures.size();
   if (failures.size() > rows) {
     failures.erase(failures.begin() + static_cast<std::ptrdiff_t>(rows), failures.end());
@@ -166,7 +166,7 @@ void add_failures(const std::filesystem::path& folder, std::size_t rows, ordered
 
 ordered_json dataset_report(const dataset::stored::StoredDataset& dataset, std::size_t rows) {
   const json& said = dataset.description;
-  const json trace = read_json(dataset.folder / "trace.json", json::object());
+  const json trace = read_if_there(dataset.folder / "trace.json", json::object());
   double bytes = 0;
   for (const json& file : said.at("files")) bytes += file.at("bytes").get<double>();
   ordered_json report = {{"name", said.at("name")},

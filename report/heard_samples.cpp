@@ -8,6 +8,7 @@
 #include "core/columns.hpp"
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "dataset/stored/sample_audio.hpp"
 #include "report/report.hpp"
@@ -39,7 +40,7 @@ void add_label(const Hdf5Group& index, const std::string& column, std::uint64_t 
   const std::string name = unit == "1" ? column : fmt::format("{} [{}]", column, unit);
   const auto values = index.read_rows<double>(column, row, 1);
   if (values.size() == 1) {
-    labels[name] = std::isfinite(values.front()) ? ordered_json(values.front()) : nullptr;
+    labels[name] = core::number_or_null(values.front());
   } else if (values.size() <= core::kLongestShown) {
     std::string text;
     for (const double value : values)

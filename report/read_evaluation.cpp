@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/json.hpp"
 #include "report/report.hpp"
 
 namespace carillon::report {
@@ -50,16 +50,15 @@ ordered_json seconds_per_sound(const ordered_json& damping, const fs::path& fold
 
 ordered_json read_document(const fs::path& folder, const std::string& name,
                            const std::string& key) {
-  ordered_json read = ordered_json::parse(core::read_file(folder / name), nullptr, false);
+  ordered_json read = core::read_ordered_json(folder / name);
   if (!read.is_object() || !read.contains(key)) {
     throw core::FileError(fmt::format("{} is damaged, or another kind of file: it has no \"{}\"",
                                       (folder / name).string(), key));
   }
   read["folder"] = folder.string();
   for (const std::string& trace : {fs::path(name).stem().string() + "-trace.json", "trace.json"s}) {
-    if (read.contains("made") || !fs::is_regular_file(folder / trace)) continue;
-    const ordered_json told = ordered_json::parse(core::read_file(folder / trace), nullptr, false);
-    if (!told.is_object()) continue;
+    const ordered_json told = core::read_ordered_json(folder / trace);
+    if (read.contains("made") || !told.is_object()) continue;
     const ordered_json runs = told.value("runs", ordered_json::array());
     const ordered_json& last = runs.empty() ? told : runs.back();
     if (last.contains("made")) read["made"] = last["made"];

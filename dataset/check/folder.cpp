@@ -8,8 +8,8 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
 #include "core/hash.hpp"
+#include "core/json.hpp"
 #include "dataset/configuration/inputs.hpp"
 #include "dataset/run/progress_so_far.hpp"
 #include "mpi/journal.hpp"
@@ -42,9 +42,8 @@ json files_of(const std::map<std::string, json>& finished) {
 
 /// failures.json, where it can be read and is JSON.
 json read_failures(const fs::path& path) {
-  if (!fs::is_regular_file(path)) return nullptr;
   try {
-    return json::parse(core::read_file(path), nullptr, false);
+    return core::read_json(path);
   } catch (const core::FileError&) {
     return nullptr;
   }
@@ -66,7 +65,7 @@ stored::StoredDataset open_somehow(const fs::path& folder, const std::string& in
   } catch (const core::Error& error) {
     const fs::path description = folder / "dataset.json";
     if (!fs::is_regular_file(description)) throw;
-    const json document = json::parse(core::read_file(description), nullptr, false);
+    const json document = core::read_json(description);
     if (!document.is_object() || !document.contains("configuration")) throw;
     finding.verdict = Verdict::fail;
     finding.items.push_back(error.message());

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "core/files.hpp"
+#include "core/json.hpp"
 #include "dataset/run/croissant.hpp"
 
 namespace carillon::dataset::check {
@@ -52,7 +52,7 @@ Finding check_publication(const DatasetFolder& folder) {
   }
   const configuration::About about =
       configuration::about_from(stored.value("about", json::object()));
-  const json document = json::parse(core::read_file(path), nullptr, false);
+  const json document = core::read_json(path);
   std::vector<std::string> wrong;
   // How a version of this program puts it beyond that is no fault of a dataset.
   const nlohmann::ordered_json said = run::croissant_about(stored.at("name"), about);

@@ -10,6 +10,7 @@
 
 #include "core/columns.hpp"
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "dataset/check/column_rules.hpp"
 
 namespace carillon::dataset::exporters {
@@ -43,12 +44,14 @@ std::vector<std::string> label_names(const std::string& column, const core::Exte
 
 template <class T>
 ordered_json label_value(const T& value) {
-  if constexpr (std::is_floating_point_v<T>) {
-    if (!std::isfinite(value)) return nullptr;
-  }
   // The shortest number that is the same in single precision: 0.1, not 0.10000000149.
-  if constexpr (std::is_same_v<T, float>) return std::stod(fmt::format("{}", value));
-  return value;
+  if constexpr (std::is_same_v<T, float>) {
+    return core::number_or_null(std::stod(fmt::format("{}", value)));
+  } else if constexpr (std::is_same_v<T, double>) {
+    return core::number_or_null(value);
+  } else {
+    return value;
+  }
 }
 
 /// Puts a column's values of some rows into their labels.

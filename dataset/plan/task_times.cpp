@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/files.hpp"
+#include "core/json.hpp"
 #include "core/progress.hpp"
 #include "mpi/comm.hpp"
 
@@ -132,9 +132,8 @@ json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
 }
 
 json earlier_runs(const std::filesystem::path& trace) {
-  if (!std::filesystem::exists(trace)) return json::array();
   try {
-    return json::parse(core::read_file(trace)).value("runs", json::array());
+    return core::read_json(trace).value("runs", json::array());
   } catch (const std::exception&) {
     return json::array();  // only times are lost
   }

@@ -1,6 +1,7 @@
 #include "dataset/run/keep_trace.hpp"
 
 #include "core/files.hpp"
+#include "core/json.hpp"
 #include "dataset/configuration/inputs.hpp"
 #include "dataset/plan/task_times.hpp"
 #include "dataset/run/trace_json.hpp"
@@ -24,7 +25,7 @@ void keep_trace(const std::filesystem::path& folder, json& document, const RunOu
   const std::filesystem::path path = folder / "trace.json";
   json old = json::object();
   try {
-    if (std::filesystem::exists(path)) old = json::parse(core::read_file(path));
+    if (json read = core::read_json(path); read.is_object()) old = std::move(read);
   } catch (const std::exception&) {
     // Only times are lost.
   }

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
+#include "core/json.hpp"
 #include "dataset/configuration/inputs.hpp"
 #include "dataset/run/dataset.hpp"
 
@@ -19,17 +20,15 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A file with a JSON object; null where it is not there or is none.
-json read_json(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return nullptr;
-  json document = json::parse(core::read_file(path), nullptr, false);
+json read_object(const fs::path& path) {
+  json document = core::read_json(path);
   return document.is_object() ? document : json(nullptr);
 }
 
 std::vector<std::string> folders_to_try(const fs::path& folder, const std::string& inputs) {
   if (!inputs.empty()) return {inputs};
   std::vector<std::string> folders;
-  const json trace = read_json(folder / "trace.json");
+  const json trace = read_object(folder / "trace.json");
   if (trace.is_object() && trace.contains("configuration_folder")) {
     folders.push_back(trace.at("configuration_folder").get<std::string>());
   }
@@ -181,7 +180,7 @@ StoredDataset open_dataset(const fs::path& folder, const std::string& inputs,
     }
     dataset.configuration = core::read_file(folder / "configuration.yaml");
   }
-  dataset.description = read_json(folder / "dataset.json");
+  dataset.description = read_object(folder / "dataset.json");
   dataset.tried = folders_to_try(folder, inputs);
   dataset.overrides = find_inputs(dataset);
   dataset.build = load(dataset, {});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "core/random.hpp"
 #include "core/trace.hpp"
@@ -96,10 +97,6 @@ void add_errors(const Clip& clip, const features::FeatureSet& set, FeatureFindin
   }
 }
 
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
 ordered_json rung(const FeatureLadder& ladder, const std::string& method, int modes,
                   double snr_db) {
   FeatureFindings findings;
@@ -124,8 +121,10 @@ ordered_json rung(const FeatureLadder& ladder, const std::string& method, int mo
           {"extra",
            static_cast<double>(findings.features - std::min(findings.features, findings.found)) /
                clips},
-          {"bounds_frequency", number(core::median(findings.frequency) / median_deviation)},
-          {"bounds_decay_rate", number(core::median(findings.decay_rate) / median_deviation)}};
+          {"bounds_frequency",
+           core::number_or_null(core::median(findings.frequency) / median_deviation)},
+          {"bounds_decay_rate",
+           core::number_or_null(core::median(findings.decay_rate) / median_deviation)}};
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 
 namespace carillon::eval::accuracy {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "eval/perception/spectral_distance.hpp"
 #include "scene/chain.hpp"
@@ -100,12 +101,11 @@ ordered_json rung(const std::string& key, int value, const Sounds& made, const S
     errors.push_back(20 / std::numbers::ln10 *
                      perception::spectral_distance(one, other).log_magnitude);
   }
-  return {
-      {"key", key},
-      {"value", value},
-      {"sounds", errors.size()},
-      {"seconds", core::median(made.seconds)},
-      {"error_db", errors.empty() ? ordered_json(nullptr) : ordered_json(core::median(errors))}};
+  return {{"key", key},
+          {"value", value},
+          {"sounds", errors.size()},
+          {"seconds", core::median(made.seconds)},
+          {"error_db", core::number_or_null(core::median(errors))}};
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "eval/damping/detail/information.hpp"
 #include "eval/damping/fitted_alphas.hpp"
 #include "eval/damping/law_text.hpp"

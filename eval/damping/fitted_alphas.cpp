@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 
 namespace carillon::eval::damping {

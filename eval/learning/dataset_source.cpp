@@ -8,9 +8,9 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
+#include "core/json.hpp"
 
 namespace carillon::eval::learning {
 
@@ -55,7 +55,7 @@ class DatasetSource final : public SampleSource {
     const bool described = std::filesystem::exists(description);
     content_ = core::sha256_file(described ? description : folder / "index.h5");
     keys_ = file_.read<std::string>("key");
-    if (described) describe(nlohmann::json::parse(core::read_file(description)));
+    if (described) describe(core::read_json(description));
     if (file_.has("shape_index")) {
       bodies_ = file_.read<std::uint32_t>("shape_index");
     } else {

@@ -4,17 +4,16 @@
 #include <cmath>
 #include <limits>
 
+#include "core/json.hpp"
+
 namespace carillon::eval::learning {
 
 nlohmann::json to_json(const Epoch& epoch) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-  };
   return {{"number", epoch.number},
           {"train_loss", epoch.train_loss},
           {"train_accuracy", epoch.train_accuracy},
-          {"validation_loss", number(epoch.validation_loss)},
-          {"validation_accuracy", number(epoch.validation_accuracy)},
+          {"validation_loss", core::number_or_null(epoch.validation_loss)},
+          {"validation_accuracy", core::number_or_null(epoch.validation_accuracy)},
           {"learning_rate", epoch.learning_rate},
           {"seconds", epoch.seconds},
           {"waited_s", epoch.waited_s},
@@ -22,10 +21,7 @@ nlohmann::json to_json(const Epoch& epoch) {
 }
 
 Epoch epoch_from(const nlohmann::json& json) {
-  const auto number = [&](const char* key) {
-    return json.at(key).is_null() ? std::numeric_limits<double>::quiet_NaN()
-                                  : json.at(key).get<double>();
-  };
+  const auto number = [&](const char* key) { return core::number_or_nan(json.at(key)); };
   return {.number = json.at("number"),
           .train_loss = json.at("train_loss"),
           .train_accuracy = json.at("train_accuracy"),

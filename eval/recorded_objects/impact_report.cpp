@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "eval/damping/fitted_alphas.hpp"
 
 namespace carillon::eval::recorded_objects {

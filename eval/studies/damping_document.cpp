@@ -4,7 +4,7 @@
 #include <limits>
 #include <tuple>
 
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "eval/studies/detail/damping_tables.hpp"
 #include "eval/validation/estimator_errors.hpp"

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/json.hpp"
 
 namespace carillon::solvers::mesh {
 namespace {
@@ -51,15 +52,6 @@ std::vector<Vec3> points_from_binary(const json& value) {
     points.emplace_back(flat[i], flat[i + 1], flat[i + 2]);
   }
   return points;
-}
-
-/// JSON has no NaN; text shows null.
-double number_or_nan(const json& value) {
-  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-}
-
-json number_or_null(double value) {
-  return std::isfinite(value) ? json(value) : json();
 }
 
 // One list of fields serves both directions: `visit(name, member)`.
@@ -123,7 +115,7 @@ json fields_to_json(const D& d) {
   json out = json::object();
   visit_fields(d, [&out](const char* name, const auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
-      out[name] = number_or_null(value);
+      out[name] = core::number_or_null(value);
     } else {
       out[name] = value;
     }
@@ -136,7 +128,7 @@ D fields_from_json(const json& in) {
   D d;
   visit_fields(d, [&in](const char* name, auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
-      value = number_or_nan(in.at(name));
+      value = core::number_or_nan(in.at(name));
     } else {
       in.at(name).get_to(value);
     }

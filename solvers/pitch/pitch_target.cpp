@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "core/trace.hpp"
 #include "solvers/pitch/pitch_model.hpp"

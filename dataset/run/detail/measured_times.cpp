@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/json.hpp"
 #include "dataset/run/build.hpp"
 #include "dataset/run/costs.hpp"
 #include "mpi/journal.hpp"
@@ -33,7 +34,7 @@ MeasuredTimes from_trace(const std::filesystem::path& path) {
   MeasuredTimes times;
   if (!std::filesystem::exists(path)) return times;
   try {
-    const json document = json::parse(core::read_file(path));
+    const json document = core::read_json(path);
     for (const json& task : document.value("tasks", json::array())) {
       const std::string key = task.at("task");
       times[key] = {task.at("estimate_s"), own_seconds(task),

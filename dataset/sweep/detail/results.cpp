@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/hdf5.hpp"
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "dataset/run/trace_json.hpp"
 #include "dataset/sweep/detail/sound_measures.hpp"

@@ -11,6 +11,7 @@
 #include "core/files.hpp"
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
+#include "core/json.hpp"
 #include "core/revision.hpp"
 #include "dataset/samples/samples_task.hpp"
 #include "dataset/stored/sample_audio.hpp"
@@ -39,7 +40,7 @@ std::string text_of(const FeatureSource& source) {
 /// SHA-256 of the files of a dataset by their paths.
 std::map<std::string, std::string> listed_files(const std::filesystem::path& dataset) {
   const auto path = dataset / "dataset.json";
-  const nlohmann::json document = nlohmann::json::parse(core::read_file(path), nullptr, false);
+  const nlohmann::json document = core::read_json(path);
   if (!document.is_object() || !document.contains("files")) {
     throw core::FileError(fmt::format("{} is no description of a dataset", path.string()),
                           "run the same command again after removing it");

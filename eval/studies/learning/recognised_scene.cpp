@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/json.hpp"
 #include "scene/material_json.hpp"
 #include "synth/material/material.hpp"
 
@@ -27,12 +27,12 @@ json read_description(const fs::path& dataset) {
         fmt::format("{}, which it was trained with, is no dataset", dataset.string()),
         "bodies come from a dataset of carillon build: recordings have none");
   }
-  try {
-    return json::parse(core::read_file(path));
-  } catch (const json::exception& error) {
-    throw core::InputError(fmt::format("{}: {}", path.string(), error.what()),
+  json description = core::read_json(path);
+  if (description.is_null()) {
+    throw core::InputError(fmt::format("{} is damaged", path.string()),
                            "carillon check tells whether the dataset is whole");
   }
+  return description;
 }
 
 /// "shape: bar, parameters: {...}" or "mesh: cup.obj".

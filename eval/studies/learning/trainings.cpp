@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "eval/networks/nearest_neighbour.hpp"
@@ -136,12 +136,12 @@ void add_training(ordered_json& found, const networks::Trained& trained) {
 
 ordered_json read_record(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / "training.json";
-  try {
-    return ordered_json::parse(core::read_file(path));
-  } catch (const json::exception& error) {
-    throw core::InputError(fmt::format("{}: {}", path.string(), error.what()),
+  ordered_json record = core::read_ordered_json(path);
+  if (record.is_null()) {
+    throw core::InputError(fmt::format("{} is not there or damaged", path.string()),
                            "delete its folder, and it is trained again");
   }
+  return record;
 }
 
 TrainingJob make_job(const learning::SampleSource& source, const learning::TaskSpec& task,

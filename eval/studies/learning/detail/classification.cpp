@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "eval/studies/learning/detail/published_accuracies.hpp"
 #include "eval/studies/learning/detail/seed_answers.hpp"
 

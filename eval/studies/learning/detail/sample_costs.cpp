@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/files.hpp"
 #include "core/hdf5.hpp"
+#include "core/json.hpp"
 
 namespace carillon::eval::studies {
 
@@ -21,7 +21,7 @@ struct SampleCost {
 std::optional<SampleCost> sample_cost(const Condition& condition) {
   const std::filesystem::path path = condition.folder / "trace.json";
   if (condition.recordings || !std::filesystem::exists(path)) return std::nullopt;
-  const nlohmann::json trace = nlohmann::json::parse(core::read_file(path));
+  const nlohmann::json trace = core::read_json(path);
   const auto file = core::Hdf5Group::open_file(condition.folder / "index.h5");
   const auto samples = static_cast<double>(file.extent("key").front());
   SampleCost cost;

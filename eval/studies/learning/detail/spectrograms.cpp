@@ -6,7 +6,7 @@
 #include <map>
 
 #include "core/config.hpp"
-#include "core/json_number.hpp"
+#include "core/json.hpp"
 #include "core/random.hpp"
 #include "eval/statistics/principal_components.hpp"
 #include "mpi/comm.hpp"
