@@ -1,11 +1,10 @@
 #include "solvers/eigen/cached_modes.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <utility>
 
-#include "core/files.hpp"
+#include "core/cached.hpp"
 #include "core/hash.hpp"
 #include "solvers/libraries/library_versions.hpp"
 #include "solvers/modes/modes_broadcast.hpp"
@@ -16,30 +15,9 @@ namespace {
 
 /// Part of every key: raise it when solve_modes() gives other values for equal input.
 constexpr std::string_view solver_version = "carillon modes 5";
+
 std::filesystem::path file_of(const std::filesystem::path& cache, const std::string& key) {
   return cache / (key + ".h5");
-}
-
-/// A cached set, unless there is none or the file is unusable.
-std::optional<modes::Modes> load(const std::filesystem::path& path) {
-  try {
-    if (!std::filesystem::exists(path)) return std::nullopt;
-    return modes::read_modes(core::Hdf5Group::open_file(path));
-  } catch (const std::exception& e) {
-    spdlog::warn("cached modes are solved again: {}", e.what());
-    return std::nullopt;
-  }
-}
-
-void store(const std::filesystem::path& path, const modes::Modes& modes) {
-  try {
-    core::write_durably(path, [&modes](const std::filesystem::path& temporary) {
-      modes::write_modes(core::Hdf5Group::create_file(temporary), modes);
-    });
-  } catch (const std::exception& e) {
-    // The modes themselves are good; only the next run is slower.
-    spdlog::warn("modes could not be cached: {}", e.what());
-  }
 }
 
 }  // namespace
@@ -82,7 +60,11 @@ std::optional<modes::Modes> load_modes(const std::filesystem::path& cache, const
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   std::optional<modes::Modes> modes;
-  if (rank == 0) modes = load(file_of(cache, key));
+  if (rank == 0) {
+    modes = core::from_cache<modes::Modes>(file_of(cache, key), [](const auto& path) {
+      return modes::read_modes(core::Hdf5Group::open_file(path));
+    });
+  }
   int hit = modes ? 1 : 0;
   MPI_Bcast(&hit, 1, MPI_INT, 0, comm);
   if (!hit) return std::nullopt;
@@ -98,7 +80,10 @@ void store_modes(const std::filesystem::path& cache, const std::string& key,
                  const modes::Modes& modes, MPI_Comm comm) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
-  if (rank == 0) store(file_of(cache, key), modes);
+  if (rank != 0) return;
+  core::to_cache(file_of(cache, key), [&](const std::filesystem::path& path) {
+    modes::write_modes(core::Hdf5Group::create_file(path), modes);
+  });
 }
 
 modes::Modes cached_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 #include <signal.h>
-#include <spdlog/spdlog.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -10,11 +9,11 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/cached.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
@@ -134,28 +133,8 @@ json ask_child(const char* task, const mesh::MeshRequest& request, const ChildLi
   return std::move(answer.at("result"));
 }
 
-fs::path cached_file(const fs::path& cache, const mesh::MeshRequest& request) {
-  return cache / (mesh_key(request) + ".mesh.cbor");
-}
-
-/// A cached mesh; nothing when there is none or it is damaged.
-std::optional<mesh::MeshResult> from_cache(const fs::path& file) {
-  try {
-    if (!fs::exists(file)) return {};
-    return mesh::mesh_result_from_json(json::from_cbor(core::read_file(file)));
-  } catch (const std::exception&) {
-    return {};
-  }
-}
-
-/// The mesh itself is good; without its file only the next run is slower.
-void to_cache(const fs::path& file, const json& result) {
-  try {
-    const auto bytes = json::to_cbor(result);
-    core::write_text_durably(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  } catch (const std::exception& error) {
-    spdlog::warn("a mesh could not be cached: {}", error.what());
-  }
+std::string file_name(const mesh::MeshRequest& request) {
+  return mesh_key(request) + ".mesh.cbor";
 }
 
 }  // namespace
@@ -178,18 +157,23 @@ std::string mesh_key(const mesh::MeshRequest& request) {
 
 mesh::MeshResult mesh_in_child(const mesh::MeshRequest& request, const ChildLimits& limits,
                                const fs::path& cache) {
-  if (cache.empty()) return mesh::mesh_result_from_json(ask_child("mesh", request, limits));
-  const fs::path file = cached_file(cache, request);
-  if (auto cached = from_cache(file)) return std::move(*cached);
-  const json result = ask_child("mesh", request, limits);
-  mesh::MeshResult mesh = mesh::mesh_result_from_json(result);
-  to_cache(file, result);
-  return mesh;
+  const auto make = [&] { return mesh::mesh_result_from_json(ask_child("mesh", request, limits)); };
+  if (cache.empty()) return make();
+  return core::cached<mesh::MeshResult>(
+      cache, file_name(request),
+      [](const fs::path& path) {
+        return mesh::mesh_result_from_json(json::from_cbor(core::read_file(path)));
+      },
+      [](const fs::path& path, const mesh::MeshResult& mesh) {
+        const auto bytes = json::to_cbor(mesh::to_json(mesh));
+        core::write_text_durably(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+      },
+      make);
 }
 
 bool mesh_is_cached(const mesh::MeshRequest& request, const fs::path& cache) {
   try {
-    return !cache.empty() && fs::exists(cached_file(cache, request));
+    return !cache.empty() && fs::exists(cache / file_name(request));
   } catch (const std::exception&) {
     return false;
   }

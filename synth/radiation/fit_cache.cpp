@@ -1,10 +1,11 @@
 #include "synth/radiation/fit_cache.hpp"
 
 #include <cstring>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/cached.hpp"
+#include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
 
@@ -110,13 +111,16 @@ std::string text_of(const EquivalentSources& fit) {
   return text + core::sha256(text);
 }
 
-std::optional<EquivalentSources> fit_of(const std::string& text, std::size_t modes) {
+/// @throws FileError  not what text_of() made of a fit of so many modes
+EquivalentSources fit_of(const std::string& text, std::size_t modes) {
   constexpr std::size_t kHash = 64;
   const std::size_t name = std::strlen(kMethod);
-  if (text.size() < name + sizeof(Counts) + kHash) return {};
+  if (text.size() < name + sizeof(Counts) + kHash) throw core::FileError("cut short");
   const std::size_t end = text.size() - kHash;
   // With the right hash it is what was written, and its counts can be believed.
-  if (core::sha256(text.substr(0, end)) != text.substr(end)) return {};
+  if (core::sha256(text.substr(0, end)) != text.substr(end)) {
+    throw core::FileError("cut short or changed");
+  }
   std::size_t at = name;
   const auto take = [&](auto* values, std::size_t count) {
     const std::size_t bytes = count * sizeof *values;
@@ -125,7 +129,7 @@ std::optional<EquivalentSources> fit_of(const std::string& text, std::size_t mod
   };
   Counts counts;
   take(&counts, 1);
-  if (counts.modes != modes) return {};
+  if (counts.modes != modes) throw core::FileError("a fit of other modes");
   EquivalentSources fit = empty_fit(counts);
   for_each_list(fit, take);
   return fit;
@@ -137,14 +141,13 @@ EquivalentSources cached_equivalent_sources(const solvers::modes::Modes& modes,
                                             const EquivalentSourcesOptions& options,
                                             const std::filesystem::path& folder) {
   if (folder.empty()) return fit_equivalent_sources(modes, options);
-  const std::filesystem::path file = folder / (key_of(modes, options) + ".fit");
-  std::error_code unreadable;
-  if (std::filesystem::is_regular_file(file, unreadable)) {
-    if (auto fit = fit_of(core::read_file(file), modes.size())) return *std::move(fit);
-  }
-  EquivalentSources fit = fit_equivalent_sources(modes, options);
-  core::write_text_durably(file, text_of(fit));
-  return fit;
+  return core::cached<EquivalentSources>(
+      folder, key_of(modes, options) + ".fit",
+      [&](const auto& path) { return fit_of(core::read_file(path), modes.size()); },
+      [](const auto& path, const EquivalentSources& fit) {
+        core::write_text_durably(path, text_of(fit));
+      },
+      [&] { return fit_equivalent_sources(modes, options); });
 }
 
 }  // namespace carillon::synth::radiation
