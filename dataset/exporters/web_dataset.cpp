@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
-#include "dataset/exporters/detail/npy.hpp"
+#include "dataset/exporters/detail/npy_rows.hpp"
 #include "dataset/exporters/detail/tar_file.hpp"
 #include "dataset/exporters/export.hpp"
 #include "dataset/stored/sample_audio.hpp"

@@ -1,4 +1,4 @@
-#include "dataset/exporters/detail/npy.hpp"
+#include "dataset/exporters/detail/npy_rows.hpp"
 
 #include <fmt/format.h>
 
