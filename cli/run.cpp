@@ -96,7 +96,7 @@ void start(Started& started, Needs needs, mpi::Context& context, int argc, char*
 
 std::string version_text() {
   std::string text = std::string("carillon ") + core::revision();
-  const nlohmann::json versions = dataset::run::library_versions();
+  const nlohmann::json versions = dataset::run::program_versions();
   for (const auto& [library, version] : versions.items()) {
     if (library != "carillon") text += "\n" + library + " " + version.get<std::string>();
   }

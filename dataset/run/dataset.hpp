@@ -30,6 +30,6 @@ nlohmann::json describe_dataset(const configuration::BuildConfig& config,
 
 /// Versions of this program (`carillon`, and `revision` where it was built from a clone) and of the
 /// libraries that results depend on.
-nlohmann::json library_versions();
+nlohmann::json program_versions();
 
 }  // namespace carillon::dataset::run

@@ -212,7 +212,7 @@ json other_versions(const StoredDataset& dataset) {
   json others = json::object();
   if (!dataset.description.is_object()) return others;
   const json stored = dataset.description.value("versions", json::object()),
-             here = run::library_versions();
+             here = run::program_versions();
   for (const auto& [name, version] : stored.items()) {
     if (!here.contains(name) || here.at(name) != version) {
       others[name] = {{"stored", version}, {"here", here.value(name, json())}};

@@ -112,7 +112,7 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
   core::Progress progress("accuracy", static_cast<double>(config.objects.size()),
                           context.quiet || context.json || !context.speaks());
   json document = {{"name", config.name},
-                   {"carillon", dataset::run::library_versions()},
+                   {"carillon", dataset::run::program_versions()},
                    {"made", mpi::made_by(context)},
                    {"machine",
                     {{"processor", mpi::processor_name()},
