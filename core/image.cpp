@@ -17,11 +17,6 @@ struct PngImage : png_image {
   PngImage& operator=(const PngImage&) = delete;
 };
 
-// A file of a few kilobytes can claim a picture of any size.
-constexpr std::uint64_t largest_picture_bytes = std::uint64_t{1} << 30;
-// Deflate makes at most 1032 bytes of one, of eight pixels each (zlib.net/zlib_tech.html).
-constexpr std::uint64_t most_pixels_per_byte = 1032 * 8;
-
 /// What libpng is told of a picture.
 /// @param name  for messages
 void describe(PngImage& png, const std::string& name, const Image& image) {
@@ -66,38 +61,6 @@ std::string png_bytes(const std::string& name, const Image& image) {
     }
   }
   return bytes;
-}
-
-Image read_png(const std::filesystem::path& path) {
-  PngImage png;
-  if (png_image_begin_read_from_file(&png, path.c_str()) == 0) {
-    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), png.message));
-  }
-  const bool alpha = (png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
-  const bool color = (png.format & PNG_FORMAT_FLAG_COLOR) != 0;
-  png.format = alpha ? PNG_FORMAT_RGBA : color ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY;
-  Image image;
-  image.channels = alpha ? 4 : color ? 3 : 1;
-  const std::uint64_t size =
-      std::uint64_t(png.width) * png.height * static_cast<std::uint64_t>(image.channels);
-  if (size > largest_picture_bytes) {
-    throw FileError(
-        fmt::format("{}: a picture of {} x {} is too large", path.string(), png.width, png.height));
-  }
-  // A header alone must not take memory.
-  if (size / static_cast<std::uint64_t>(image.channels) >
-      most_pixels_per_byte * std::filesystem::file_size(path)) {
-    throw FileError(fmt::format("{}: the file is too short for a picture of {} x {}", path.string(),
-                                png.width, png.height),
-                    "the file is damaged");
-  }
-  image.width = static_cast<int>(png.width);
-  image.height = static_cast<int>(png.height);
-  image.pixels.resize(size);
-  if (png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr) == 0) {
-    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), png.message));
-  }
-  return image;
 }
 
 }  // namespace carillon::core

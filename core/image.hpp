@@ -7,7 +7,8 @@
 
 namespace carillon::core {
 
-/// Picture, rows from top to bottom, `channels` bytes (1, 3 or 4; sRGB) per pixel.
+/// Picture to be looked at, rows from top to bottom, `channels` bytes (1, 3 or 4; sRGB) per pixel.
+/// One that holds data is an ImageSamples.
 struct Image {
   int width = 0;
   int height = 0;
@@ -19,8 +20,5 @@ struct Image {
 void write_png(const std::filesystem::path& path, const Image& image);
 /// The bytes of that file.
 std::string png_bytes(const std::string& name, const Image& image);
-/// Any PNG, as 8-bit channels.
-/// @throws FileError
-Image read_png(const std::filesystem::path& path);
 
 }  // namespace carillon::core

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <png.h>
+#include <rapidcheck.h>
+
+#include <fstream>
 
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/temporary_folder.hpp"
 
 namespace carillon::core {
@@ -45,6 +49,61 @@ TEST(ImageSamples, AreTheFilesNumbersWhateverItSaysOfThem) {
   // Colours under full transparency stay, too.
   write_png_samples(folder / "b.png", {1, 1, 4, 8, {10, 20, 30, 0}});
   EXPECT_EQ(read_png_samples(folder / "b.png").values, (std::vector<std::uint16_t>{10, 20, 30, 0}));
+}
+
+/// CRC-32 of a PNG chunk (ISO 3309).
+std::uint32_t crc_of(std::string_view bytes) {
+  std::uint32_t crc = 0xffffffff;
+  for (const char byte : bytes) {
+    crc ^= static_cast<std::uint8_t>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return ~crc;
+}
+
+TEST(ImageSamples, AHeaderAloneTakesNoMemory) {
+  const TemporaryFolder folder;
+  write_png_samples(folder / "a.png", {4, 4, 1, 8, std::vector<std::uint16_t>(16)});
+  std::string bytes = read_file(folder / "a.png");
+  const std::size_t header = bytes.find("IHDR");
+  ASSERT_EQ(header, 12u);
+  const auto put = [&](std::size_t at, std::uint32_t value) {
+    for (int k = 0; k < 4; ++k) bytes[at + k] = static_cast<char>(value >> (24 - 8 * k));
+  };
+  put(header + 4, 30000);
+  put(header + 8, 30000);
+  put(header + 17, crc_of(std::string_view(bytes).substr(header, 17)));
+  write_text_durably(folder / "large.png", bytes);
+  try {
+    read_png_samples(folder / "large.png");
+    FAIL() << "read";
+  } catch (const FileError& error) {
+    EXPECT_NE(error.message().find("too short for a picture of 30000 x 30000"), std::string::npos)
+        << error.message();
+  }
+}
+
+TEST(ImageSamples, OfDamagedFilesAreAPictureOrAnError) {
+  const TemporaryFolder folder;
+  ImageSamples image{20, 20, 3, 8, {}};
+  for (int i = 0; i < 1200; ++i) image.values.push_back(static_cast<std::uint16_t>(37 * i % 256));
+  write_png_samples(folder / "good.png", image);
+  const std::string good = read_file(folder / "good.png");
+  EXPECT_TRUE(rc::check([&] {
+    std::string bytes = good.substr(0, *rc::gen::inRange<std::size_t>(0, good.size() + 1));
+    for (int i = *rc::gen::inRange(0, 4); i > 0 && !bytes.empty(); --i) {
+      bytes[*rc::gen::inRange<std::size_t>(0, bytes.size())] =
+          static_cast<char>(*rc::gen::inRange(0, 256));
+    }
+    std::ofstream(folder / "damaged.png", std::ios::binary) << bytes;
+    try {
+      const ImageSamples read = read_png_samples(folder / "damaged.png");
+      RC_ASSERT(read.values.size() ==
+                std::size_t(read.width) * std::size_t(read.height) * std::size_t(read.channels));
+    } catch (const FileError& error) {
+      RC_ASSERT(!error.message().empty());
+    }
+  }));
 }
 
 TEST(ImageSamples, RefuseWhatIsNoPicture) {
