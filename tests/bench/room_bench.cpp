@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "core/temporary_folder.hpp"
 #include "synth/room/room.hpp"
 #include "synth/signal/convolution.hpp"
 
@@ -41,7 +42,8 @@ void measure(double rt60) {
   const auto late = convolver.prepare(response.tail, options.count);
   const std::vector<float> dry(options.count, 0.1F);
   std::vector<float> wet = dry;
-  const auto cache = std::filesystem::temp_directory_path() / "carillon-bench-room";
+  const core::TemporaryFolder temporary;
+  const std::filesystem::path& cache = temporary.path();
   room::cached_room_response(images, cache);
   fmt::print(
       "rt60 {} s: images {:.1f} ms (from the cache {:.1f}), tail {:.1f} ms; convolving {:.2f} "
@@ -51,7 +53,6 @@ void measure(double rt60) {
       milliseconds(15, [&] { room::room_response(tail); }),
       milliseconds(50, [&] { convolver.add(dry, early, wet); }),
       milliseconds(50, [&] { convolver.add(dry, late, wet); }));
-  std::filesystem::remove_all(cache);
 }
 
 }  // namespace

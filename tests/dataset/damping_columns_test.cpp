@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/hdf5.hpp"
+#include "core/temporary_folder.hpp"
 #include "dataset/configuration/configuration.hpp"
 #include "dataset/plan/plan.hpp"
 
@@ -39,27 +40,23 @@ TEST(DampingColumns, HoldNaNWhereAModelHasNoSuchParameter) {
   core::Columns columns;
   for (const synth::material::Material& m : materials)
     samples::add_damping_columns(m.damping, units, columns);
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("carillon-columns-" + std::to_string(::getpid()) + ".h5");
-  {
-    const core::Hdf5Group file = core::Hdf5Group::create_file(path);
-    columns.write(file);
-    EXPECT_EQ(file.read<std::string>("damping_model"),
-              (std::vector<std::string>{"caughey", "power", "rayleigh"}));
-    EXPECT_EQ(file.read<double>("alpha1"), (std::vector<double>{277, 6.7, 5}));
-    EXPECT_EQ(file.read<double>("alpha2"), (std::vector<double>{-2.0e-6, 0.18, 3e-8}));
-    const auto third = file.read<double>("alpha3");
-    EXPECT_EQ(third.at(0), 4.8e-15);
-    EXPECT_TRUE(std::isnan(third.at(1)) && std::isnan(third.at(2)));
-    EXPECT_FALSE(file.has("alpha4"));
-  }
-  std::filesystem::remove(path);
+  const core::TemporaryFolder folder;
+  const core::Hdf5Group file = core::Hdf5Group::create_file(folder / "columns.h5");
+  columns.write(file);
+  EXPECT_EQ(file.read<std::string>("damping_model"),
+            (std::vector<std::string>{"caughey", "power", "rayleigh"}));
+  EXPECT_EQ(file.read<double>("alpha1"), (std::vector<double>{277, 6.7, 5}));
+  EXPECT_EQ(file.read<double>("alpha2"), (std::vector<double>{-2.0e-6, 0.18, 3e-8}));
+  const auto third = file.read<double>("alpha3");
+  EXPECT_EQ(third.at(0), 4.8e-15);
+  EXPECT_TRUE(std::isnan(third.at(1)) && std::isnan(third.at(2)));
+  EXPECT_FALSE(file.has("alpha4"));
 }
 
 // Whoever changes a material's damping between two runs must be told.
 TEST(DampingColumns, FingerprintsKnowTheDamping) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("carillon-fingerprint-" + std::to_string(::getpid()) + ".yaml");
+  const core::TemporaryFolder folder;
+  const auto path = folder / "materials.yaml";
   const auto fingerprint_with = [&](const std::string& damping) {
     std::ofstream(path) << "own: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000, "
                         << damping << "}\n";
@@ -79,7 +76,6 @@ TEST(DampingColumns, FingerprintsKnowTheDamping) {
   for (const std::string& damping : dampings) prints.insert(fingerprint_with(damping));
   EXPECT_EQ(prints.size(), dampings.size());
   EXPECT_EQ(fingerprint_with(dampings[3]), fingerprint_with(dampings[3]));
-  std::filesystem::remove(path);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "dataset/plan/solver_plan.hpp"
 #include "dataset/run/costs.hpp"
 #include "scene/scene.hpp"
@@ -85,8 +86,7 @@ TEST(Plan, SplitsHaveTheirShares) {
 }
 
 TEST(Plan, EqualFilesFallIntoOnePart) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "plan-meshes";
-  std::filesystem::create_directories(folder);
+  const core::TemporaryFolder folder;
   for (int i = 0; i < 20; ++i) {
     std::ofstream(folder / ("copy" + std::to_string(i) + ".off")) << "OFF\n0 0 0\n";
   }
@@ -96,7 +96,6 @@ TEST(Plan, EqualFilesFallIntoOnePart) {
   std::set<std::string> parts;
   for (const plan::Shape& shape : plan::make_plan(config).shapes) parts.insert(shape.split_shape);
   EXPECT_EQ(parts.size(), 1u);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Plan, NothingMatchedAndDoubleNamesAreErrors) {

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "dataset/run/costs.hpp"
 #include "dataset/run/detail/measured_times.hpp"
 
@@ -26,14 +27,11 @@ run::LoadedBuild bars(int strikes) {
 
 class ScheduleTest : public testing::Test {
  protected:
-  ScheduleTest() { std::filesystem::create_directories(folder_); }
-  ~ScheduleTest() override { std::filesystem::remove_all(folder_); }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
   }
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
-      ("schedule-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+  const core::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
 };
 
 TEST_F(ScheduleTest, SameTasksTakeWhatTheyTookAndOthersTheRatioOfTheirKind) {

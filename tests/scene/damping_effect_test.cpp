@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
+#include "core/temporary_folder.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
 
@@ -136,17 +137,13 @@ TEST(DampingEffect, DropLeavesSuchModesOutAndSaysWhere) {
   parts.rings(other);
   EXPECT_EQ(other.rings.excitation, Eigen::Vector4d::Ones());
 
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("carillon-damping-" + std::to_string(::getpid()) + ".h5");
-  {
-    const core::Hdf5Group file = core::Hdf5Group::create_file(path);
-    record.write(file);
-    EXPECT_EQ(file.read<std::int64_t>("negative_damping_modes"), (std::vector<std::int64_t>{2, 0}));
-    EXPECT_NEAR(file.read<double>("negative_damping_low").at(0), 900, 1e-9);
-    EXPECT_NEAR(file.read<double>("negative_damping_high").at(0), 2500, 1e-9);
-    EXPECT_TRUE(std::isnan(file.read<double>("negative_damping_low").at(1)));
-  }
-  std::filesystem::remove(path);
+  const core::TemporaryFolder folder;
+  const core::Hdf5Group file = core::Hdf5Group::create_file(folder / "record.h5");
+  record.write(file);
+  EXPECT_EQ(file.read<std::int64_t>("negative_damping_modes"), (std::vector<std::int64_t>{2, 0}));
+  EXPECT_NEAR(file.read<double>("negative_damping_low").at(0), 900, 1e-9);
+  EXPECT_NEAR(file.read<double>("negative_damping_high").at(0), 2500, 1e-9);
+  EXPECT_TRUE(std::isnan(file.read<double>("negative_damping_low").at(1)));
 }
 
 }  // namespace

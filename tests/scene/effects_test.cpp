@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "scene/chain.hpp"
 #include "tests/scene/heard_scene.hpp"
 
@@ -211,9 +212,9 @@ TEST(Columns, RefuseSamplesThatDiffer) {
   EXPECT_THROW(columns.add<double>("pair", std::span(two).first(1), {1}), std::logic_error);
   EXPECT_THROW(columns.add<double>("pair", std::span(two).first(1), {2}), std::logic_error);
   columns.add<double>("pair", two, {2});
-  const auto path = std::filesystem::path(testing::TempDir()) / "columns.h5";
-  EXPECT_THROW(columns.write(core::Hdf5Group::create_file(path)), std::logic_error);
-  std::filesystem::remove(path);
+  const core::TemporaryFolder folder;
+  EXPECT_THROW(columns.write(core::Hdf5Group::create_file(folder / "columns.h5")),
+               std::logic_error);
 }
 
 /// Names in the first cells of the table of effects' columns.

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 
 namespace carillon::scene {
 namespace {
@@ -24,11 +24,10 @@ class GivenStrikes : public testing::Test {
     }
     return "accepted";
   }
-  void TearDown() override { std::filesystem::remove(path_); }
 
  private:
-  std::string path_ = testing::TempDir() + "strikes-" +
-                      testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv";
+  const core::TemporaryFolder folder_;
+  const std::string path_ = folder_ / "strikes.csv";
 };
 
 TEST_F(GivenStrikes, ForcesBecomeImpulses) {

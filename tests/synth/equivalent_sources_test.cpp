@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "synth/modal/ring_down.hpp"
 #include "synth/radiation/fit_cache.hpp"
 #include "synth/surface/outer_triangles.hpp"
@@ -262,8 +263,8 @@ TEST(EquivalentSources, ListenersMustBeInTheOpenAir) {
 }
 
 TEST(EquivalentSources, AreKeptInAFile) {
-  const auto folder = std::filesystem::temp_directory_path() / "carillon_fit_cache_test";
-  std::filesystem::remove_all(folder);
+  const core::TemporaryFolder temporary;
+  const std::filesystem::path& folder = temporary.path();
   const auto modes = sphere_modes(sphere(), kRadius, 1, {1, 2});
   const std::vector<modal::Listener> listeners = {{{0, 0.1, 1}}, {{0.07, 0.02, 0}}};
   radiation::EquivalentSourcesOptions options;
@@ -298,7 +299,6 @@ TEST(EquivalentSources, AreKeptInAFile) {
   options.least = options.most = 61;
   fit();
   EXPECT_EQ(files(), 2);
-  std::filesystem::remove_all(folder);
 }
 
 // Wherever the listener and however many at a time: one fit's field, that of the closed form.

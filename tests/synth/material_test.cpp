@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
 #include "synth/modal/ring_down.hpp"
 
 namespace carillon::synth {
@@ -29,16 +30,11 @@ bool contains(const std::string& text, const std::string& part) {
 /// A file that lives as long as the test.
 class MaterialFile {
  public:
-  explicit MaterialFile(const std::string& text)
-      : path_(std::filesystem::temp_directory_path() /
-              ("carillon-materials-" + std::to_string(::getpid()) + ".yaml")) {
-    std::ofstream(path_) << text;
-  }
-  ~MaterialFile() { std::filesystem::remove(path_); }
-  std::string path() const { return path_.string(); }
+  explicit MaterialFile(const std::string& text) { std::ofstream(path()) << text; }
+  std::string path() const { return folder_ / "materials.yaml"; }
 
  private:
-  std::filesystem::path path_;
+  core::TemporaryFolder folder_;
 };
 
 std::string file_error(const std::string& text) {

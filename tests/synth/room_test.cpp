@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
+#include "core/temporary_folder.hpp"
 #include "synth/room/detail/reverberation_time.hpp"
 #include "synth/signal/convolution.hpp"
 
@@ -179,24 +180,14 @@ TEST(RoomResponse, RefusesPlacesOutside) {
   EXPECT_THROW(room::room_response(options), core::InputError);
 }
 
-class RoomCache : public testing::Test {
- protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("carillon_room_" + std::string(test->name()) + std::to_string(getpid()));
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_;
-};
-
-TEST_F(RoomCache, GivesTheSameResponse) {
+TEST(RoomCache, GivesTheSameResponse) {
+  const core::TemporaryFolder folder;
   const room::RoomOptions options = furnished();
-  const room::RoomResponse computed = room::cached_room_response(options, folder_);
-  const auto path = folder_ / (room::room_key(options) + ".h5");
+  const room::RoomResponse computed = room::cached_room_response(options, folder.path());
+  const auto path = folder / (room::room_key(options) + ".h5");
   ASSERT_TRUE(std::filesystem::exists(path));
   const auto written = std::filesystem::last_write_time(path);
-  const room::RoomResponse read = room::cached_room_response(options, folder_);
+  const room::RoomResponse read = room::cached_room_response(options, folder.path());
   EXPECT_EQ(std::filesystem::last_write_time(path), written);
   EXPECT_EQ(read.images, computed.images);
   EXPECT_EQ(read.tail, computed.tail);
@@ -206,16 +197,16 @@ TEST_F(RoomCache, GivesTheSameResponse) {
   EXPECT_EQ(read.tail_start, computed.tail_start);
 }
 
-TEST_F(RoomCache, ABrokenFileIsComputedAgain) {
+TEST(RoomCache, ABrokenFileIsComputedAgain) {
+  const core::TemporaryFolder folder;
   const room::RoomOptions options = furnished();
-  std::filesystem::create_directories(folder_);
-  const auto path = folder_ / (room::room_key(options) + ".h5");
+  const auto path = folder / (room::room_key(options) + ".h5");
   std::ofstream(path) << "no HDF5";
-  const room::RoomResponse found = room::cached_room_response(options, folder_);
+  const room::RoomResponse found = room::cached_room_response(options, folder.path());
   EXPECT_EQ(found.images, room::room_response(options).images);
 }
 
-TEST_F(RoomCache, EveryOptionCounts) {
+TEST(RoomCache, EveryOptionCounts) {
   const room::RoomOptions options = furnished();
   std::vector<room::RoomOptions> others(9, options);
   others[0].size.x() += 1e-9;
