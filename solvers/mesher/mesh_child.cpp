@@ -29,8 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Raised whenever the mesher or the repair would give another mesh for the same request.
-constexpr int kMesherVersion = 4;
+/// Raised whenever the mesher or the repair would give another result for the same request.
+constexpr int kMesherVersion = 5;
 
 constexpr const char* folder_hint =
     "make room, or set TMPDIR to a folder that may be written to, on every node; then run the same "
