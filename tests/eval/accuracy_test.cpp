@@ -241,7 +241,7 @@ TEST(Findings, OnlyRanksAboveTheBandsBottomAreCompared) {
   const auto entry = accuracy::to_json(accuracy::LadderConfig{}, findings).at("rungs").at(0);
   EXPECT_EQ(entry.at("modes"), 2);
   EXPECT_NEAR(entry.at("worst_cents"), 1200 * std::log2(1.02), 1e-6);
-  EXPECT_NEAR(entry.at("median_cents"), 1200 * std::log2(1.01), 1e-6);
+  EXPECT_NEAR(entry.at("median_cents"), 600 * (std::log2(1.01) + std::log2(1.02)), 1e-6);
   EXPECT_EQ(entry.at("estimated_errors_cents"), (std::vector<double>{101, 204}));
 }
 
