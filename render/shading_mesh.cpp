@@ -4,37 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 #include "render/weld.hpp"
 
 namespace carillon::render {
 
 namespace {
-
-/// Sets that are joined two by two.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t find(std::size_t item) {
-    while (parent_[item] != item) {
-      parent_[item] = parent_[parent_[item]];
-      item = parent_[item];
-    }
-    return item;
-  }
-  void join(std::size_t a, std::size_t b) {
-    // The lower number stays, so that the result does not depend on the order of joining.
-    const auto [low, high] = std::minmax({find(a), find(b)});
-    parent_[high] = low;
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 /// One side of a face: its ends in ascending order and the corners that lie on them.
 struct Side {
@@ -105,7 +82,7 @@ ShadingMesh shading_mesh(const solvers::mesh::SurfaceMesh& mesh, const BoundingB
   std::stable_sort(sides.begin(), sides.end(),
                    [](const Side& a, const Side& b) { return a.ends < b.ends; });
 
-  DisjointSets smooth(corners);
+  core::DisjointSets smooth(corners);
   const double cosine = std::cos(crease_angle);
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t end = i + 1;

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
 #include "dataset/samples/cast.hpp"
@@ -23,26 +23,6 @@ constexpr const char* edited =
     "the build would not do this: were files edited or joined by hand? Build again into a new "
     "folder";
 
-/// Groups of shapes of equal surfaces: for each shape of the plan the first of its group.
-class SameShapes {
- public:
-  explicit SameShapes(std::size_t count) : first_(count) {
-    std::iota(first_.begin(), first_.end(), std::size_t{0});
-  }
-  std::size_t of(std::size_t shape) const {
-    while (first_[shape] != shape) shape = first_[shape];
-    return shape;
-  }
-  void join(std::size_t a, std::size_t b) {
-    a = of(a);
-    b = of(b);
-    first_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> first_;
-};
-
 solvers::mesh::ShapeSignature signature_of_modes(const DatasetFolder& folder,
                                                  const plan::Shape& shape) {
   const auto path = samples::BuildFolders{folder.dataset.folder, ""}.modes_file(shape);
@@ -56,9 +36,10 @@ solvers::mesh::ShapeSignature signature_of_modes(const DatasetFolder& folder,
   }
 }
 
-SameShapes find_same_shapes(const DatasetFolder& folder) {
+/// Shapes of the plan in sets of equal surfaces.
+core::DisjointSets find_same_shapes(const DatasetFolder& folder) {
   const auto& shapes = folder.dataset.build.plan.shapes;
-  SameShapes same(shapes.size());
+  core::DisjointSets same(shapes.size());
   solvers::mesh::SignatureIndex of_files, of_modes;
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     same.join(s, of_files.add(shapes[s].signature));
@@ -109,10 +90,10 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
       }
     }
   }
-  const SameShapes same = find_same_shapes(folder);
+  core::DisjointSets same = find_same_shapes(folder);
   std::size_t distinct = 0;
   for (std::size_t s = 0; s < shapes.size(); ++s) {
-    const std::size_t first = same.of(s);
+    const std::size_t first = same.find(s);
     distinct += first == s && parts.contains(shapes[s].id) ? 1 : 0;
     const auto here = parts.find(shapes[s].id), there = parts.find(shapes[first].id);
     if (here == parts.end() || there == parts.end() || here->second == there->second) continue;

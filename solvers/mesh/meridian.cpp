@@ -5,9 +5,9 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 #include "solvers/elements/lobatto.hpp"
 
@@ -47,17 +47,16 @@ class Divisions {
     for (const auto& block : meridian.blocks) {
       for (std::size_t side = 0; side < 4; ++side) number_of(edge_of(block, side));
     }
-    parent_.resize(edges_.size());
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+    alike_ = core::DisjointSets(edges_.size());
     cells_.assign(edges_.size(), 1);
     for (const auto& block : meridian.blocks) {
       for (std::size_t side = 0; side < 2; ++side) {
-        parent_[root(number_of(edge_of(block, side)))] = root(number_of(edge_of(block, side + 2)));
+        alike_.join(number_of(edge_of(block, side)), number_of(edge_of(block, side + 2)));
       }
     }
     for (const auto& block : meridian.blocks) {
       for (std::size_t side = 0; side < 4; ++side) {
-        auto& cells = cells_[root(number_of(edge_of(block, side)))];
+        auto& cells = cells_[alike_.find(number_of(edge_of(block, side)))];
         const double wanted = side_length(block, side) / cell * (1 - 1e-9);
         cells = std::max(cells, std::ceil(std::min(wanted, 1e6)));
       }
@@ -65,20 +64,16 @@ class Divisions {
   }
 
   int of(const MeridianBlock& block, std::size_t side) {
-    return static_cast<int>(cells_[root(number_of(edge_of(block, side)))]);
+    return static_cast<int>(cells_[alike_.find(number_of(edge_of(block, side)))]);
   }
 
  private:
   std::size_t number_of(const Edge& edge) {
     return edges_.try_emplace(edge, edges_.size()).first->second;
   }
-  std::size_t root(std::size_t edge) {
-    while (parent_[edge] != edge) edge = parent_[edge] = parent_[parent_[edge]];
-    return edge;
-  }
 
   std::map<Edge, std::size_t> edges_;
-  std::vector<std::size_t> parent_;
+  core::DisjointSets alike_;
   std::vector<double> cells_;
 };
 

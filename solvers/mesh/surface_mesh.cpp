@@ -3,25 +3,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 #include <tuple>
 #include <utility>
+
+#include "core/disjoint_sets.hpp"
 
 namespace carillon::solvers::mesh {
 namespace {
 
 const Vec3& corner(const SurfaceMesh& mesh, const Triangle& t, std::size_t i) {
   return mesh.vertices[static_cast<std::size_t>(t[i])];
-}
-
-/// Union-find: representative of a set, with path halving.
-std::int32_t root_of(std::vector<std::int32_t>& parent, std::int32_t i) {
-  while (parent[static_cast<std::size_t>(i)] != i) {
-    auto& p = parent[static_cast<std::size_t>(i)];
-    p = parent[static_cast<std::size_t>(p)];
-    i = p;
-  }
-  return i;
 }
 
 }  // namespace
@@ -77,22 +68,19 @@ std::vector<std::int32_t> edge_components(const std::vector<Triangle>& triangles
   }
   std::sort(uses.begin(), uses.end());
 
-  std::vector<std::int32_t> parent(triangles.size());
-  std::iota(parent.begin(), parent.end(), 0);
+  core::DisjointSets joined(triangles.size());
   for (std::size_t k = 1; k < uses.size(); ++k) {
     if (uses[k].low != uses[k - 1].low || uses[k].high != uses[k - 1].high) continue;
-    const std::int32_t a = root_of(parent, uses[k - 1].triangle);
-    const std::int32_t b = root_of(parent, uses[k].triangle);
-    parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    joined.join(static_cast<std::size_t>(uses[k - 1].triangle),
+                static_cast<std::size_t>(uses[k].triangle));
   }
 
-  // A root is the first triangle of its component, so numbers come out in the promised order.
+  // Sets are named by their first triangle, so numbers come out in the promised order.
   std::vector<std::int32_t> component(triangles.size());
   std::int32_t count = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const std::int32_t root = root_of(parent, static_cast<std::int32_t>(t));
-    component[t] =
-        root == static_cast<std::int32_t>(t) ? count++ : component[static_cast<std::size_t>(root)];
+    const std::size_t first = joined.find(t);
+    component[t] = first == t ? count++ : component[first];
   }
   return component;
 }

@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
 
+#include "core/disjoint_sets.hpp"
 #include "core/numbers.hpp"
 #include "solvers/elements/quadrature.hpp"
 
@@ -178,23 +178,11 @@ double mean_thickness(const TetMesh& mesh) {
 }
 
 std::vector<std::int32_t> node_components(const TetMesh& mesh) {
-  std::vector<std::int32_t> parent(mesh.nodes.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&parent](std::int32_t n) {
-    while (parent[static_cast<std::size_t>(n)] != n) {
-      auto& up = parent[static_cast<std::size_t>(n)];
-      up = parent[static_cast<std::size_t>(up)];
-      n = up;
-    }
-    return n;
-  };
+  core::DisjointSets joined(mesh.nodes.size());
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto element = mesh.element(e);
     for (const auto n : element.subspan(1)) {
-      // The smaller index stays the root, so a component's root is its first node.
-      auto a = root(element[0]), b = root(n);
-      if (a > b) std::swap(a, b);
-      parent[static_cast<std::size_t>(b)] = a;
+      joined.join(static_cast<std::size_t>(element[0]), static_cast<std::size_t>(n));
     }
   }
   std::vector<bool> used(mesh.nodes.size(), false);
@@ -203,8 +191,8 @@ std::vector<std::int32_t> node_components(const TetMesh& mesh) {
   std::int32_t count = 0;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     if (!used[n]) continue;
-    const auto r = static_cast<std::size_t>(root(static_cast<std::int32_t>(n)));
-    component[n] = r == n ? count++ : component[r];
+    const std::size_t first = joined.find(n);
+    component[n] = first == n ? count++ : component[first];
   }
   return component;
 }

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/disjoint_sets.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
 
 namespace carillon::solvers::mesh::repair {
@@ -53,31 +54,25 @@ std::vector<std::pair<std::int32_t, std::int32_t>> wedges(const SurfaceMesh& mes
 
 std::int64_t cut_apart(SurfaceMesh& mesh) {
   // Corners that stay together are those of triangles that bound the same wedge at an edge.
-  std::vector<std::size_t> parent;
-  for (std::size_t c = 0; c < 3 * mesh.triangles.size(); ++c) parent.push_back(c);
-  const auto root = [&parent](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  core::DisjointSets fans(3 * mesh.triangles.size());
   for_each_edge(edge_uses(mesh.triangles), [&](std::span<const EdgeUse> edge) {
     for (const auto& [first, second] : wedges(mesh, edge)) {
       const auto a = static_cast<std::size_t>(first);
       const auto b = static_cast<std::size_t>(second);
       for (const std::int32_t vertex : {edge[0].low, edge[0].high}) {
-        const std::size_t ra = root(3 * a + corner_of(mesh.triangles[a], vertex));
-        const std::size_t rb = root(3 * b + corner_of(mesh.triangles[b], vertex));
-        parent[std::max(ra, rb)] = std::min(ra, rb);
+        fans.join(3 * a + corner_of(mesh.triangles[a], vertex),
+                  3 * b + corner_of(mesh.triangles[b], vertex));
       }
     }
   });
   // The first fan of a vertex keeps it, the others get copies.
   constexpr std::int32_t kNone = -1;
-  std::vector<std::int32_t> vertex_of_root(parent.size(), kNone);
+  std::vector<std::int32_t> vertex_of_fan(fans.size(), kNone);
   std::vector<char> taken(mesh.vertices.size(), 0);
   std::int64_t copies = 0;
-  for (std::size_t c = 0; c < parent.size(); ++c) {
+  for (std::size_t c = 0; c < fans.size(); ++c) {
     std::int32_t& vertex = mesh.triangles[c / 3][c % 3];
-    std::int32_t& assigned = vertex_of_root[root(c)];
+    std::int32_t& assigned = vertex_of_fan[fans.find(c)];
     if (assigned == kNone) {
       assigned = vertex;
       if (taken[static_cast<std::size_t>(vertex)]) {

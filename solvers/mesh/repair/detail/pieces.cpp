@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/disjoint_sets.hpp"
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
@@ -25,20 +26,13 @@ void turn_over(SurfaceMesh& mesh) {
 /// Groups of pieces that meet; nothing when a piece meets itself.
 std::optional<std::vector<std::vector<std::size_t>>> meeting_groups(
     const SurfaceMesh& mesh, const std::vector<std::int32_t>& component, std::size_t pieces) {
-  std::vector<std::size_t> group(pieces);
-  std::iota(group.begin(), group.end(), std::size_t{0});
-  const auto root = [&group](std::size_t i) {
-    while (group[i] != i) i = group[i];
-    return i;
-  };
+  core::DisjointSets meeting(pieces);
   for (const auto& [s, t] : intersecting_pairs(mesh, kPiecePairLimit)) {
     if (component[s] == component[t]) return {};
-    const std::size_t a = root(static_cast<std::size_t>(component[s]));
-    const std::size_t b = root(static_cast<std::size_t>(component[t]));
-    group[std::max(a, b)] = std::min(a, b);
+    meeting.join(static_cast<std::size_t>(component[s]), static_cast<std::size_t>(component[t]));
   }
   std::map<std::size_t, std::vector<std::size_t>> members;
-  for (std::size_t i = 0; i < pieces; ++i) members[root(i)].push_back(i);
+  for (std::size_t i = 0; i < pieces; ++i) members[meeting.find(i)].push_back(i);
   std::vector<std::vector<std::size_t>> groups;
   for (auto& entry : members) groups.push_back(std::move(entry.second));
   return groups;

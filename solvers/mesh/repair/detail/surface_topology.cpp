@@ -6,17 +6,13 @@
 #include <tuple>
 #include <utility>
 
+#include "core/disjoint_sets.hpp"
+
 namespace carillon::solvers::mesh::repair {
 namespace {
 
 const Vec3& corner(const SurfaceMesh& mesh, const Triangle& t, std::size_t i) {
   return mesh.vertices[static_cast<std::size_t>(t[i])];
-}
-
-/// Representative of a set, with path halving.
-std::size_t root_of(std::vector<std::size_t>& parent, std::size_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
 }
 
 }  // namespace
@@ -53,27 +49,24 @@ bool is_closed_and_oriented(const std::vector<Triangle>& triangles) {
 
 std::int64_t count_nonmanifold_vertices(const SurfaceMesh& mesh) {
   // Corners of triangles that share an edge at a vertex belong to one fan.
-  std::vector<std::size_t> parent;
-  parent.reserve(3 * mesh.triangles.size());
-  for (std::size_t c = 0; c < 3 * mesh.triangles.size(); ++c) parent.push_back(c);
+  core::DisjointSets fans(3 * mesh.triangles.size());
   for_each_edge(edge_uses(mesh.triangles), [&](std::span<const EdgeUse> edge) {
     for (std::size_t k = 1; k < edge.size(); ++k) {
       for (const std::int32_t vertex : {edge[0].low, edge[0].high}) {
         const auto a = static_cast<std::size_t>(edge[0].triangle);
         const auto b = static_cast<std::size_t>(edge[k].triangle);
-        parent[root_of(parent, 3 * b + corner_of(mesh.triangles[b], vertex))] =
-            root_of(parent, 3 * a + corner_of(mesh.triangles[a], vertex));
+        fans.join(3 * a + corner_of(mesh.triangles[a], vertex),
+                  3 * b + corner_of(mesh.triangles[b], vertex));
       }
     }
   });
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t> fan(mesh.vertices.size(), kNone);
   std::vector<bool> several(mesh.vertices.size(), false);
-  for (std::size_t c = 0; c < parent.size(); ++c) {
+  for (std::size_t c = 0; c < fans.size(); ++c) {
     const auto vertex = static_cast<std::size_t>(mesh.triangles[c / 3][c % 3]);
-    const std::size_t root = root_of(parent, c);
-    if (fan[vertex] == kNone) fan[vertex] = root;
-    if (fan[vertex] != root) several[vertex] = true;
+    if (fan[vertex] == kNone) fan[vertex] = fans.find(c);
+    if (fan[vertex] != fans.find(c)) several[vertex] = true;
   }
   return std::count(several.begin(), several.end(), true);
 }
