@@ -7,7 +7,7 @@
 
 #include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
-#include "render/weld.hpp"
+#include "solvers/mesh/weld.hpp"
 
 namespace carillon::render {
 
@@ -36,13 +36,8 @@ BoundingBall bounding_ball(const solvers::mesh::SurfaceMesh& mesh) {
     }
   }
   BoundingBall ball;
-  Vec3 low = used.front();
-  Vec3 high = used.front();
-  for (const Vec3& position : used) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
-  }
-  ball.centre = (low + high) / 2;
+  const solvers::mesh::Box box = solvers::mesh::bounding_box(used);
+  ball.centre = (box.low + box.high) / 2;
   for (const Vec3& position : used) {
     ball.radius = std::max(ball.radius, (position - ball.centre).norm());
   }
@@ -52,7 +47,7 @@ BoundingBall bounding_ball(const solvers::mesh::SurfaceMesh& mesh) {
 
 ShadingMesh shading_mesh(const solvers::mesh::SurfaceMesh& mesh, const BoundingBall& ball,
                          double crease_angle) {
-  const std::vector<std::int32_t> weld = first_at_same_place(mesh.vertices);
+  const std::vector<std::int32_t> weld = solvers::mesh::first_at_place(mesh.vertices);
   const std::size_t corners = 3 * mesh.triangles.size();
   const auto position_of = [&](std::size_t corner) -> const Vec3& {
     return mesh.vertices[static_cast<std::size_t>(mesh.triangles[corner / 3][corner % 3])];
@@ -103,7 +98,7 @@ ShadingMesh shading_mesh(const solvers::mesh::SurfaceMesh& mesh, const BoundingB
     const Vec3 here = position_of(corner);
     const Vec3 one = position_of(base + (corner + 1) % 3) - here;
     const Vec3 two = position_of(base + (corner + 2) % 3) - here;
-    normal[smooth.find(corner)] += corner_angle(one, two) * face_normal[corner / 3];
+    normal[smooth.find(corner)] += solvers::mesh::angle_between(one, two) * face_normal[corner / 3];
   }
 
   ShadingMesh result;

@@ -11,7 +11,7 @@
 #include "core/units.hpp"
 #include "render/inside_cells.hpp"
 #include "render/triangle_box.hpp"
-#include "render/weld.hpp"
+#include "render/vertex_normals.hpp"
 
 namespace carillon::render {
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "render/shading_mesh.hpp"
-#include "render/weld.hpp"
 #include "solvers/elements/lagrange.hpp"
 
 namespace carillon::dataset::exporters {
@@ -93,8 +92,8 @@ std::vector<Vec3> displaced_normals(const GltfSurface& surface, const Eigen::Vec
     const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     if (!(area.norm() > 0)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double angle = render::corner_angle(corners[(k + 1) % 3] - corners[k],
-                                                corners[(k + 2) % 3] - corners[k]);
+      const double angle = solvers::mesh::angle_between(corners[(k + 1) % 3] - corners[k],
+                                                        corners[(k + 2) % 3] - corners[k]);
       normals[surface.smooth[3 * t + k]] += angle * area.normalized();
     }
   }

@@ -61,8 +61,7 @@ Vec3 edge_move(const BoundaryEdge& edge, const Vec3& a, const Vec3& b, const Vec
   if (sum.norm() < 1e-6) return Vec3::Zero();  // a knife's edge has no outside
   const Vec3 outward = sum.normalized();
   const double length = (b - a).norm();
-  const double angle = std::atan2(edge.normals[0].cross(edge.normals[1]).norm(),
-                                  edge.normals[0].dot(edge.normals[1]));
+  const double angle = angle_between(edge.normals[0], edge.normals[1]);
   if (angle <= sharp_angle) return guarded(point, project(point, outward), length);
   const bool convex = (edge.opposite[1] - a).dot(edge.normals[0]) < 0;
   const double push = convex ? 0.25 : -0.12;

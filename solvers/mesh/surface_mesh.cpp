@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -38,6 +40,26 @@ double area(const SurfaceMesh& mesh) {
     twice += (corner(mesh, t, 1) - a).cross(corner(mesh, t, 2) - a).norm();
   }
   return twice / 2;
+}
+
+double angle_between(const Vec3& one, const Vec3& two) {
+  return std::atan2(one.cross(two).norm(), one.dot(two));
+}
+
+double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  const double up = a.dot(b.cross(c));
+  const double down = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+  return 2 * std::atan2(up, down);
+}
+
+double winding_number(const SurfaceMesh& mesh, const Vec3& point) {
+  double angle = 0;
+  for (const Triangle& t : mesh.triangles) {
+    angle += solid_angle(corner(mesh, t, 0) - point, corner(mesh, t, 1) - point,
+                         corner(mesh, t, 2) - point);
+  }
+  return angle / (4 * std::numbers::pi);
 }
 
 Box bounding_box(const std::vector<Vec3>& points) {
@@ -83,6 +105,33 @@ std::vector<std::int32_t> edge_components(const std::vector<Triangle>& triangles
     component[t] = first == t ? count++ : component[first];
   }
   return component;
+}
+
+std::vector<SurfaceMesh> split(const SurfaceMesh& mesh,
+                               const std::vector<std::int32_t>& component) {
+  std::int32_t count = 0;
+  for (const std::int32_t c : component) count = std::max(count, c + 1);
+  std::vector<SurfaceMesh> pieces(static_cast<std::size_t>(count));
+  for (std::size_t t = 0; t < component.size(); ++t) {
+    pieces[static_cast<std::size_t>(component[t])].triangles.push_back(mesh.triangles[t]);
+  }
+  std::vector<std::int32_t> renumbered(mesh.vertices.size(), -1);
+  for (SurfaceMesh& piece : pieces) {
+    std::vector<std::int32_t> used;
+    for (Triangle& t : piece.triangles) {
+      for (std::int32_t& v : t) {
+        std::int32_t& fresh = renumbered[static_cast<std::size_t>(v)];
+        if (fresh < 0) {
+          fresh = static_cast<std::int32_t>(used.size());
+          used.push_back(v);
+          piece.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
+        }
+        v = fresh;
+      }
+    }
+    for (const std::int32_t v : used) renumbered[static_cast<std::size_t>(v)] = -1;
+  }
+  return pieces;
 }
 
 }  // namespace carillon::solvers::mesh

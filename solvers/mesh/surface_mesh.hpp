@@ -21,6 +21,17 @@ double signed_volume(const SurfaceMesh& mesh);
 /// Total area [m^2].
 double area(const SurfaceMesh& mesh);
 
+/// Angle between two vectors [rad]; at flat and at sharp angles too, where acos loses half the digits.
+double angle_between(const Vec3& one, const Vec3& two);
+
+/// Solid angle of a triangle seen from the origin, positive when its normal points away (van
+/// Oosterom and Strackee 1983).
+double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c);
+
+/// How often a surface winds around a point, its solid angle over 4 pi: 1 inside of a closed one
+/// that looks outward, 0 outside.
+double winding_number(const SurfaceMesh& mesh, const Vec3& point);
+
 /// Axis-aligned box; extent() are its three side lengths.
 struct Box {
   Vec3 low = Vec3::Constant(0);
@@ -33,5 +44,9 @@ Box bounding_box(const std::vector<Vec3>& points);
 /// Component of every triangle, numbered from 0 in the order of first triangles; triangles belong
 /// together when they share an edge.
 std::vector<std::int32_t> edge_components(const std::vector<Triangle>& triangles);
+
+/// The pieces of a surface, each with its own vertices, numbered as its triangles meet them;
+/// `component` as edge_components() gives it.
+std::vector<SurfaceMesh> split(const SurfaceMesh& mesh, const std::vector<std::int32_t>& component);
 
 }  // namespace carillon::solvers::mesh

@@ -56,9 +56,7 @@ void widen_by_dihedrals(const std::array<Vec3, 4>& v, double& smallest, double& 
   }
   for (std::size_t f = 0; f < 4; ++f) {
     for (std::size_t g = f + 1; g < 4; ++g) {
-      // atan2 keeps its accuracy at flat and at sharp angles, where acos loses half the digits.
-      const double sine = normals[f].cross(normals[g]).norm();
-      const double angle = std::atan2(sine, -normals[f].dot(normals[g]));
+      const double angle = angle_between(normals[f], -normals[g]);
       smallest = std::min(smallest, angle);
       largest = std::max(largest, angle);
     }

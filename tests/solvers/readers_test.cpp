@@ -241,23 +241,25 @@ TEST(ReadPly, RefusesWhatItCannotRead) {
 }
 
 TEST(ReadStl, TellsBinaryFromTextBySizeNotByTheWordSolid) {
-  const mesh::readers::PolygonMesh mesh =
-      mesh::readers::read_stl("mesh", cube_stl(true, "solid binary"));
-  EXPECT_EQ(mesh.ends.size(), 12u);
+  const TemporaryFolder folder;
+  const mesh::SurfaceMesh mesh =
+      mesh::readers::read_surface(folder.file("cube.stl", cube_stl(true, "solid binary")));
+  EXPECT_EQ(mesh.triangles.size(), 12u);
   EXPECT_EQ(mesh.vertices.size(), 8u);
   // Bytes behind the last triangle are let pass, as other readers do.
   EXPECT_EQ(mesh::readers::read_stl("mesh", cube_stl(true, "x") + "trailing").ends.size(), 12u);
 }
 
 TEST(ReadStl, MergesZerosOfBothSigns) {
-  const mesh::readers::PolygonMesh mesh =
-      mesh::readers::read_stl("mesh",
-                              "solid vertex loop\nfacet normal 0 0 1 outer loop vertex 0 0 0 "
-                              "vertex 1 0 0 vertex 0 1 0 endloop endfacet\nFACET NORMAL 0 0 1\n"
-                              "OUTER LOOP\nVERTEX -0 0 -0.0\nVERTEX 0 1 0\nVERTEX -1 0 0\n"
-                              "ENDLOOP\nENDFACET\nendsolid vertex loop\n");
+  const TemporaryFolder folder;
+  const mesh::SurfaceMesh mesh = mesh::readers::read_surface(
+      folder.file("zeros.stl",
+                  "solid vertex loop\nfacet normal 0 0 1 outer loop vertex 0 0 0 "
+                  "vertex 1 0 0 vertex 0 1 0 endloop endfacet\nFACET NORMAL 0 0 1\n"
+                  "OUTER LOOP\nVERTEX -0 0 -0.0\nVERTEX 0 1 0\nVERTEX -1 0 0\n"
+                  "ENDLOOP\nENDFACET\nendsolid vertex loop\n"));
   EXPECT_EQ(mesh.vertices.size(), 4u);
-  EXPECT_EQ(mesh.corners, (std::vector<std::int32_t>{0, 1, 2, 0, 2, 3}));
+  EXPECT_EQ(mesh.triangles, (std::vector<mesh::Triangle>{{0, 1, 2}, {0, 2, 3}}));
 }
 
 TEST(ReadStl, RefusesEmptyAndCutOffFiles) {

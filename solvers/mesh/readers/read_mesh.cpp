@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "solvers/mesh/readers/detail/read_formats.hpp"
+#include "solvers/mesh/weld.hpp"
 
 namespace carillon::solvers::mesh::readers {
 namespace {
@@ -65,6 +66,7 @@ SurfaceMesh read_surface(const std::string& path) {
   }
   const std::string bytes = core::read_file(path);
   SurfaceMesh mesh = triangulate(read(path, bytes));
+  if (read == read_stl) weld(mesh);
   if (mesh.triangles.empty())
     throw core::InputError(fmt::format("{}: the file has no faces", path));
   return mesh;

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <unordered_map>
 
 #include "core/error.hpp"
 #include "solvers/mesh/readers/detail/byte_reader.hpp"
@@ -17,34 +16,11 @@ namespace {
 constexpr std::size_t kHeaderBytes = 84;  // 80 of text and the number of triangles
 constexpr std::size_t kFacetBytes = 50;   // normal, three corners, two bytes of attributes
 
-struct CoordinateHash {
-  std::size_t operator()(const std::array<double, 3>& p) const {
-    std::uint64_t h = 0;
-    for (const double x : p) {
-      h = (h ^ std::bit_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15ull;
-      h ^= h >> 29;
-    }
-    return static_cast<std::size_t>(h);
-  }
-};
-
-/// Gives equal positions one vertex.
-class Welder {
- public:
-  explicit Welder(PolygonMesh& mesh) : mesh_(mesh) {}
-  void add_corner(double x, double y, double z) {
-    // Adding zero turns -0 into +0, which compares equal but hashes differently.
-    const std::array<double, 3> key{x + 0.0, y + 0.0, z + 0.0};
-    const auto next = static_cast<std::int32_t>(mesh_.vertices.size());
-    const auto [entry, fresh] = index_.try_emplace(key, next);
-    if (fresh) mesh_.vertices.emplace_back(key[0], key[1], key[2]);
-    mesh_.corners.push_back(entry->second);
-  }
-
- private:
-  PolygonMesh& mesh_;
-  std::unordered_map<std::array<double, 3>, std::int32_t, CoordinateHash> index_;
-};
+/// The format shares no vertices: each corner has its own.
+void add_corner(PolygonMesh& mesh, double x, double y, double z) {
+  mesh.corners.push_back(static_cast<std::int32_t>(mesh.vertices.size()));
+  mesh.vertices.emplace_back(x + 0.0, y + 0.0, z + 0.0);  // turns -0 into 0
+}
 
 PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::uint32_t count) {
   if ((bytes.size() - kHeaderBytes) / kFacetBytes < count) {
@@ -53,7 +29,6 @@ PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::ui
                     (bytes.size() - kHeaderBytes) / kFacetBytes));
   }
   PolygonMesh mesh;
-  Welder welder(mesh);
   ByteReader reader(path, bytes, kHeaderBytes, std::endian::native == std::endian::big);
   for (std::uint32_t i = 0; i < count; ++i) {
     std::array<float, 12> values;
@@ -66,7 +41,7 @@ PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::ui
       }
     }
     for (std::size_t k = 3; k < 12; k += 3) {
-      welder.add_corner(values[k], values[k + 1], values[k + 2]);
+      add_corner(mesh, values[k], values[k + 1], values[k + 2]);
     }
     mesh.end_polygon();
   }
@@ -76,7 +51,6 @@ PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::ui
 PolygonMesh read_ascii(const std::string& path, std::string_view bytes) {
   TextScanner scanner(path, bytes, false);
   PolygonMesh mesh;
-  Welder welder(mesh);
   int corners = -1;  // of the loop that is open; -1: none
   while (scanner.next_line()) {
     const auto& words = scanner.words();
@@ -94,7 +68,7 @@ PolygonMesh read_ascii(const std::string& path, std::string_view bytes) {
         const double x = scanner.number(words[i + 1], "x coordinate");
         const double y = scanner.number(words[i + 2], "y coordinate");
         const double z = scanner.number(words[i + 3], "z coordinate");
-        welder.add_corner(x, y, z);
+        add_corner(mesh, x, y, z);
         ++corners;
         i += 3;
       } else if (same_word(words[i], "endloop")) {

@@ -4,6 +4,7 @@
 
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
+#include "solvers/mesh/weld.hpp"
 #include "solvers/mesh/repair/repair.hpp"
 
 namespace carillon::solvers::mesh::repair {

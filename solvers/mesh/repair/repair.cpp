@@ -14,6 +14,7 @@
 #include "solvers/mesh/repair/detail/pieces.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
+#include "solvers/mesh/weld.hpp"
 
 namespace carillon::solvers::mesh::repair {
 namespace {

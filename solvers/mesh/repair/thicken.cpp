@@ -1,6 +1,5 @@
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
@@ -19,7 +18,7 @@ SurfaceMesh thicken(const SurfaceMesh& sheet, double thickness) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3 a = corner(t, (i + 1) % 3) - corner(t, i);
       const Vec3 b = corner(t, (i + 2) % 3) - corner(t, i);
-      direction[static_cast<std::size_t>(t[i])] += std::atan2(a.cross(b).norm(), a.dot(b)) * normal;
+      direction[static_cast<std::size_t>(t[i])] += angle_between(a, b) * normal;
     }
   }
   for (Vec3& d : direction) d.normalize();

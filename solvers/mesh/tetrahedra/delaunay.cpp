@@ -7,10 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <map>
-#include <numbers>
-#include <unordered_map>
 
 #include "core/error.hpp"
 #include "solvers/mesh/flat_elements.hpp"
@@ -18,71 +15,31 @@
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
 
-/// One closed component of a surface.
-struct ClosedPart {
-  SurfaceMesh mesh;
-  double volume = 0;
-};
-
-std::vector<ClosedPart> split_components(const SurfaceMesh& surface) {
-  const auto component = edge_components(surface.triangles);
-  const auto count =
-      component.empty() ? 0 : *std::max_element(component.begin(), component.end()) + 1;
-  std::vector<ClosedPart> parts(static_cast<std::size_t>(count));
-  std::vector<std::unordered_map<std::int32_t, std::int32_t>> renumbered(parts.size());
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto c = static_cast<std::size_t>(component[t]);
-    Triangle triangle = surface.triangles[t];
-    for (auto& v : triangle) {
-      const auto [entry, is_new] =
-          renumbered[c].try_emplace(v, static_cast<std::int32_t>(parts[c].mesh.vertices.size()));
-      if (is_new) parts[c].mesh.vertices.push_back(surface.vertices[static_cast<std::size_t>(v)]);
-      v = entry->second;
-    }
-    parts[c].mesh.triangles.push_back(triangle);
-  }
-  for (auto& part : parts) part.volume = signed_volume(part.mesh);
-  return parts;
-}
-
-/// How often a closed surface winds around a point (van Oosterom and Strackee 1983).
-double winding_number(const SurfaceMesh& surface, const Vec3& point) {
-  double solid_angle = 0;
-  for (const Triangle& t : surface.triangles) {
-    std::array<Vec3, 3> r;
-    for (std::size_t i = 0; i < 3; ++i)
-      r[i] = surface.vertices[static_cast<std::size_t>(t[i])] - point;
-    const double a = r[0].norm(), b = r[1].norm(), c = r[2].norm();
-    solid_angle +=
-        2 * std::atan2(r[0].dot(r[1].cross(r[2])),
-                       a * b * c + r[0].dot(r[1]) * c + r[1].dot(r[2]) * a + r[2].dot(r[0]) * b);
-  }
-  return solid_angle / (4 * std::numbers::pi);
-}
-
 /// A body: its outer component first, then its cavities.
 using Body = std::vector<const SurfaceMesh*>;
 
-std::vector<Body> group_bodies(const std::vector<ClosedPart>& parts) {
+std::vector<Body> group_bodies(const std::vector<SurfaceMesh>& parts) {
   std::vector<Body> bodies;
   std::vector<double> volumes;
-  for (const auto& part : parts)
-    if (part.volume > 0) {
-      bodies.push_back({&part.mesh});
-      volumes.push_back(part.volume);
-    }
-  for (const auto& part : parts) {
-    if (part.volume > 0) continue;
+  for (const SurfaceMesh& part : parts) {
+    const double volume = signed_volume(part);
+    if (!(volume > 0)) continue;
+    bodies.push_back({&part});
+    volumes.push_back(volume);
+  }
+  for (const SurfaceMesh& part : parts) {
+    const double volume = signed_volume(part);
+    if (volume > 0) continue;
     // The tightest body around a cavity owns it.
     std::size_t owner = bodies.size();
     for (std::size_t b = 0; b < bodies.size(); ++b)
-      if (volumes[b] > -part.volume && (owner == bodies.size() || volumes[b] < volumes[owner]) &&
-          winding_number(*bodies[b].front(), part.mesh.vertices.front()) > 0.5)
+      if (volumes[b] > -volume && (owner == bodies.size() || volumes[b] < volumes[owner]) &&
+          winding_number(*bodies[b].front(), part.vertices.front()) > 0.5)
         owner = b;
     if (owner == bodies.size())
       throw core::InputError("a component of the surface looks inward and lies in no other",
                              "turn its faces around");
-    bodies[owner].push_back(&part.mesh);
+    bodies[owner].push_back(&part);
   }
   if (bodies.empty()) throw core::InputError("the surface has no component that looks outward");
   return bodies;
@@ -215,7 +172,7 @@ void with_gmsh(const std::string& what, const std::function<void()>& calls) {
 }
 
 TetMesh fill_with_tetrahedra(const SurfaceMesh& surface) {
-  const auto parts = split_components(surface);
+  const auto parts = split(surface, edge_components(surface.triangles));
   TetMesh mesh;
   mesh.region_names = {"body"};
   for (const Body& body : group_bodies(parts)) {

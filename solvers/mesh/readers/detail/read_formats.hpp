@@ -13,7 +13,7 @@ namespace carillon::solvers::mesh::readers {
 PolygonMesh read_obj(const std::string& path, std::string_view bytes);
 PolygonMesh read_off(const std::string& path, std::string_view bytes);
 PolygonMesh read_ply(const std::string& path, std::string_view bytes);
-/// Vertices at exactly the same place are merged: the format has none shared.
+/// Each corner has a vertex of its own: the format has none shared.
 PolygonMesh read_stl(const std::string& path, std::string_view bytes);
 
 }  // namespace carillon::solvers::mesh::readers

@@ -121,33 +121,6 @@ void reverse(SurfaceMesh& mesh, const std::vector<std::int32_t>& component, std:
   }
 }
 
-std::vector<SurfaceMesh> split(const SurfaceMesh& mesh,
-                               const std::vector<std::int32_t>& component) {
-  std::int32_t count = 0;
-  for (const std::int32_t c : component) count = std::max(count, c + 1);
-  std::vector<SurfaceMesh> pieces(static_cast<std::size_t>(count));
-  for (std::size_t t = 0; t < component.size(); ++t) {
-    pieces[static_cast<std::size_t>(component[t])].triangles.push_back(mesh.triangles[t]);
-  }
-  std::vector<std::int32_t> renumbered(mesh.vertices.size(), -1);
-  for (SurfaceMesh& piece : pieces) {
-    std::vector<std::int32_t> used;
-    for (Triangle& t : piece.triangles) {
-      for (std::int32_t& v : t) {
-        std::int32_t& fresh = renumbered[static_cast<std::size_t>(v)];
-        if (fresh < 0) {
-          fresh = static_cast<std::int32_t>(used.size());
-          used.push_back(v);
-          piece.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
-        }
-        v = fresh;
-      }
-    }
-    for (const std::int32_t v : used) renumbered[static_cast<std::size_t>(v)] = -1;
-  }
-  return pieces;
-}
-
 SurfaceMesh join(std::span<const SurfaceMesh> pieces) {
   SurfaceMesh mesh;
   for (const SurfaceMesh& piece : pieces) {
@@ -160,19 +133,6 @@ SurfaceMesh join(std::span<const SurfaceMesh> pieces) {
   return mesh;
 }
 
-bool encloses(const SurfaceMesh& surface, const Vec3& point) {
-  double angle = 0;
-  for (const Triangle& t : surface.triangles) {
-    const Vec3 a = corner(surface, t, 0) - point;
-    const Vec3 b = corner(surface, t, 1) - point;
-    const Vec3 c = corner(surface, t, 2) - point;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    angle += 2 * std::atan2(a.dot(b.cross(c)),
-                            la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return std::abs(angle) > 2 * M_PI;
-}
-
 std::vector<std::vector<std::size_t>> enclosing_pieces(std::span<const SurfaceMesh> pieces) {
   std::vector<Box> boxes;
   for (const SurfaceMesh& piece : pieces) boxes.push_back(bounding_box(piece.vertices));
@@ -181,7 +141,8 @@ std::vector<std::vector<std::size_t>> enclosing_pieces(std::span<const SurfaceMe
     for (std::size_t outer = 0; outer < pieces.size(); ++outer) {
       const bool fits = (boxes[inner].low.array() > boxes[outer].low.array()).all() &&
                         (boxes[inner].high.array() < boxes[outer].high.array()).all();
-      if (fits && encloses(pieces[outer], pieces[inner].vertices.front())) {
+      if (fits &&
+          std::abs(winding_number(pieces[outer], pieces[inner].vertices.front())) > 0.5) {
         around[inner].push_back(outer);
       }
     }

@@ -43,13 +43,8 @@ bool is_closed_and_oriented(const std::vector<Triangle>& triangles);
 /// Vertices whose triangles form more than one fan.
 std::int64_t count_nonmanifold_vertices(const SurfaceMesh& mesh);
 
-/// Index of the first vertex at the same place, for every vertex (-0 equals 0).
-std::vector<std::int32_t> first_at_place(const std::vector<Vec3>& vertices);
-
 /// The steps below change a surface in place and return how much they changed.
 
-/// Merges vertices at exactly the same place.
-std::int64_t weld(SurfaceMesh& mesh);
 /// Merges vertices of open edges that lie within `distance` of each other, when that leaves fewer
 /// open edges.
 std::int64_t weld_borders(SurfaceMesh& mesh, double distance);
@@ -73,13 +68,7 @@ std::int64_t cut_apart(SurfaceMesh& mesh);
 /// Reverses the triangles for which `component[t] == c`.
 void reverse(SurfaceMesh& mesh, const std::vector<std::int32_t>& component, std::int32_t c);
 
-/// The pieces of a surface, each with its own vertices; `component` as edge_components() gives it.
-std::vector<SurfaceMesh> split(const SurfaceMesh& mesh, const std::vector<std::int32_t>& component);
 SurfaceMesh join(std::span<const SurfaceMesh> pieces);
-
-/// Whether a point lies inside a closed, consistently oriented surface (winding number; van
-/// Oosterom and Strackee 1983 for the solid angles).
-bool encloses(const SurfaceMesh& surface, const Vec3& point);
 
 /// For each closed piece, those that lie inside of it entirely; nothing may intersect.
 /// @return for every piece the indices of the pieces around it, ascending

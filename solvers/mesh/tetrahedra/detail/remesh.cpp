@@ -75,7 +75,7 @@ class Remesher {
     const double angle = feature_angle_deg * std::numbers::pi / 180;
     for (const Edge e : mesh_.edges()) {
       const Vec3 a = face_vector(mesh_.halfedge(e, 0)), b = face_vector(mesh_.halfedge(e, 1));
-      feature_[e] = std::atan2(a.cross(b).norm(), a.dot(b)) > angle;
+      feature_[e] = angle_between(a, b) > angle;
     }
     drop_short_lines();
     for (const Vertex v : mesh_.vertices()) {

@@ -60,7 +60,7 @@ SizeField measure_sizes(const SurfaceMesh& surface, const SurfaceSearch& search)
       if (across[t][i] < 0) continue;
       const auto other = static_cast<std::size_t>(across[t][i]);
       const double angle =
-          std::atan2(normal[t].cross(normal[other]).norm(), normal[t].dot(normal[other]));
+          angle_between(normal[t], normal[other]);
       if (angle > feature) continue;
       const double edge =
           (surface.vertices[static_cast<std::size_t>(surface.triangles[t][i])] -
