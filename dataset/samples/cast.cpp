@@ -215,7 +215,7 @@ synth::motion::MovingBody make_body(const scene::motion::CastBody& cast, const R
   if (cast.one_hull && body.hulls.size() > 1) {
     std::vector<Vec3> all;
     for (const auto& hull : actor.hulls) all.insert(all.end(), hull.begin(), hull.end());
-    body.hulls = {synth::motion::convex_hull(all).points};
+    body.hulls = {synth::motion::convex_hull(all).vertices};
   }
   body.ball_radius = actor.ball_radius;
   body.fixed = cast.fixed;

@@ -2,24 +2,21 @@
 
 #include <LinearMath/btConvexHullComputer.h>
 
-#include <Eigen/Geometry>
 #include <utility>
 
 #include "solvers/assembly/partition.hpp"
 
 namespace carillon::synth::motion {
 
-ConvexHull convex_hull(const std::vector<Vec3>& points) {
-  ConvexHull hull;
+using solvers::mesh::SurfaceMesh;
+
+SurfaceMesh convex_hull(const std::vector<Vec3>& points) {
+  SurfaceMesh hull;
   if (points.size() < 4) return hull;
   // The computer works with integers over the box: about its middle, it loses nothing.
-  Vec3 low = points.front(), high = low;
-  for (const Vec3& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const Vec3 middle = 0.5 * (low + high);
-  const double scale = (high - low).maxCoeff();
+  const solvers::mesh::Box box = solvers::mesh::bounding_box(points);
+  const Vec3 middle = 0.5 * (box.low + box.high);
+  const double scale = box.longest_side();
   if (!(scale > 0)) return hull;
   std::vector<double> flat;
   for (const Vec3& p : points) {
@@ -30,26 +27,18 @@ ConvexHull convex_hull(const std::vector<Vec3>& points) {
                    static_cast<int>(points.size()), 0, 0);
   for (int k = 0; k < computer.vertices.size(); ++k) {
     const btVector3& v = computer.vertices[k];
-    hull.points.push_back(middle + scale * Vec3(v.x(), v.y(), v.z()));
+    hull.vertices.push_back(middle + scale * Vec3(v.x(), v.y(), v.z()));
   }
   for (int f = 0; f < computer.faces.size(); ++f) {
     const btConvexHullComputer::Edge* first = &computer.edges[computer.faces[f]];
     const std::int32_t a = first->getSourceVertex();
     const btConvexHullComputer::Edge* edge = first->getNextEdgeOfFace();
     for (; edge->getTargetVertex() != a; edge = edge->getNextEdgeOfFace()) {
-      const std::int32_t b = edge->getSourceVertex(), c = edge->getTargetVertex();
-      hull.triangles.insert(hull.triangles.end(), {a, b, c});
-      const auto at = [&](std::int32_t n) {
-        return hull.points[static_cast<std::size_t>(n)] - middle;
-      };
-      hull.volume += at(a).cross(at(b)).dot(at(c)) / 6;
+      hull.triangles.push_back({a, edge->getSourceVertex(), edge->getTargetVertex()});
     }
   }
-  if (hull.volume < 0) {  // outward
-    for (std::size_t t = 0; t < hull.triangles.size(); t += 3) {
-      std::swap(hull.triangles[t + 1], hull.triangles[t + 2]);
-    }
-    hull.volume = -hull.volume;
+  if (solvers::mesh::signed_volume(hull) < 0) {  // outward
+    for (solvers::mesh::Triangle& t : hull.triangles) std::swap(t[1], t[2]);
   }
   return hull;
 }
@@ -84,9 +73,10 @@ std::vector<std::vector<Vec3>> convex_pieces(const solvers::mesh::TetMesh& mesh,
     double sum = 0;
     for (const auto& nodes :
          nodes_of_parts(mesh, solvers::assembly::element_parts(mesh, parts), parts)) {
-      ConvexHull hull = convex_hull(nodes);
-      sum += hull.volume;
-      if (hull.volume > 0) pieces.push_back(std::move(hull.points));
+      SurfaceMesh hull = convex_hull(nodes);
+      const double own = solvers::mesh::signed_volume(hull);
+      sum += own;
+      if (own > 0) pieces.push_back(std::move(hull.vertices));
     }
     if (sum <= (1 + excess) * volume || 2 * parts > most) return pieces;
   }

@@ -1,21 +1,13 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "solvers/mesh/tet_mesh.hpp"
 
 namespace carillon::synth::motion {
 
-/// Corners and outward triangles of a convex hull.
-struct ConvexHull {
-  std::vector<Vec3> points;
-  std::vector<std::int32_t> triangles;  ///< 3 indices each
-  double volume = 0;
-};
-
 /// Empty for points that enclose no volume.
-ConvexHull convex_hull(const std::vector<Vec3>& points);
+solvers::mesh::SurfaceMesh convex_hull(const std::vector<Vec3>& points);
 
 /// A body as convex pieces that cover it: its tetrahedra are cut into parts of equal number
 /// (METIS), as few as make the hulls of the parts hold little more than the body does, and at the

@@ -41,12 +41,12 @@ struct LowerTriangle {
 };
 
 std::vector<LowerTriangle> lower_side(std::span<const Vec3> points,
-                                      std::span<const std::int32_t> triangles) {
+                                      std::span<const solvers::mesh::Triangle> triangles) {
   std::vector<LowerTriangle> result;
-  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+  for (const solvers::mesh::Triangle& t : triangles) {
     LowerTriangle triangle;
     for (std::size_t k = 0; k < 3; ++k) {
-      triangle.corners[k] = points[static_cast<std::size_t>(triangles[t + k])];
+      triangle.corners[k] = points[static_cast<std::size_t>(t[k])];
     }
     const auto& [a, b, c] = triangle.corners;
     const Vec3 normal = (b - a).cross(c - a);
@@ -221,7 +221,7 @@ class HullSearch {
 
 std::vector<ReliefContact> hull_on_relief(const ReliefPeaks& peaks, const Vector2d& size,
                                           std::span<const Vec3> points,
-                                          std::span<const std::int32_t> triangles) {
+                                          std::span<const solvers::mesh::Triangle> triangles) {
   const SurfaceMap& relief = peaks.relief();
   std::vector<LowerTriangle> lower = lower_side(points, triangles);
   if (lower.empty()) return {};

@@ -141,10 +141,7 @@ EquivalentSources fit_equivalent_sources(const solvers::modes::Modes& modes,
   fit.points = std::move(layers.points);
   fit.directions = std::move(layers.directions);
   fit.strengths = std::move(layers.strengths);
-  fit.outline.vertices = surface.vertices;
-  fit.outline.corners = surface.corners;
-  fit.outline.area_vectors = surface.area_vectors;
-  fit.outline.areas = surface.areas;
+  fit.outline = surface.mesh;
   return fit;
 }
 

@@ -36,8 +36,8 @@ struct EquivalentSources {
   std::vector<double> wavenumbers;  ///< one per mode [1/m]; equal ones share their waves
   /// Area of each point's triangle times each layer's strength there, points x layers [m^2].
   Eigen::SparseMatrix<double, Eigen::RowMajor> strengths;
-  Eigen::MatrixXcd amplitudes;      ///< of the layers per modal acceleration, layers x modes
-  surface::OuterTriangles outline;  ///< vertices, corners, area vectors and areas alone
+  Eigen::MatrixXcd amplitudes;         ///< of the layers per modal acceleration, layers x modes
+  solvers::mesh::SurfaceMesh outline;  ///< [m]
 
   std::size_t modes() const { return wavenumbers.size(); }
 };

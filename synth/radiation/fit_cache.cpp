@@ -14,7 +14,7 @@ namespace carillon::synth::radiation {
 namespace {
 
 /// Changes with the method: older files are then never found.
-constexpr const char* kMethod = "equivalent sources 3";
+constexpr const char* kMethod = "equivalent sources 4";
 
 std::string key_of(const solvers::modes::Modes& modes, const EquivalentSourcesOptions& options) {
   const std::vector<double> numbers = {options.per_wavelength,
@@ -57,9 +57,7 @@ void for_each_list(Fit& fit, const Each& each) {
   each(fit.strengths.valuePtr(), static_cast<std::size_t>(fit.strengths.nonZeros()));
   each(fit.amplitudes.data(), static_cast<std::size_t>(fit.amplitudes.size()));
   each(fit.outline.vertices.data(), fit.outline.vertices.size());
-  each(fit.outline.corners.data(), fit.outline.corners.size());
-  each(fit.outline.area_vectors.data(), fit.outline.area_vectors.size());
-  each(fit.outline.areas.data(), fit.outline.areas.size());
+  each(fit.outline.triangles.data(), fit.outline.triangles.size());
 }
 
 /// Lengths of a fit's lists.
@@ -74,7 +72,7 @@ Counts counts_of(const EquivalentSources& fit) {
           fit.points.size(),
           static_cast<std::uint64_t>(fit.strengths.nonZeros()),
           fit.outline.vertices.size(),
-          fit.outline.corners.size()};
+          fit.outline.triangles.size()};
 }
 
 EquivalentSources empty_fit(const Counts& counts) {
@@ -93,9 +91,7 @@ EquivalentSources empty_fit(const Counts& counts) {
   fit.strengths.outerIndexPtr()[counts.points] = static_cast<int>(counts.entries);
   fit.amplitudes.resize(layers, static_cast<Eigen::Index>(counts.modes));
   fit.outline.vertices.resize(counts.vertices);
-  fit.outline.corners.resize(counts.triangles);
-  fit.outline.area_vectors.resize(counts.triangles);
-  fit.outline.areas.resize(counts.triangles);
+  fit.outline.triangles.resize(counts.triangles);
   return fit;
 }
 

@@ -57,7 +57,7 @@ Sheet flat_sheet(const solvers::modes::ModeSurface& body, std::size_t triangles)
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
   std::array<Extent, 3> extents;
-  for (const Vec3& vertex : surface.vertices) {
+  for (const Vec3& vertex : surface.mesh.vertices) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       extents[axis].add(axes.eigenvectors().col(static_cast<Eigen::Index>(axis)).dot(vertex));
     }
@@ -73,9 +73,9 @@ Sheet flat_sheet(const solvers::modes::ModeSurface& body, std::size_t triangles)
     if (std::abs(cosine) < kFaceCosine * surface.areas[t] || !(surface.areas[t] > 0)) continue;
     sheet.side[t] = cosine > 0 ? 1 : -1;
     on_faces += surface.areas[t];
-    for (const int corner : surface.corners[t]) {
+    for (const int corner : surface.mesh.triangles[t]) {
       heights[cosine > 0 ? 1 : 0].add(
-          sheet.normal.dot(surface.vertices[static_cast<std::size_t>(corner)]));
+          sheet.normal.dot(surface.mesh.vertices[static_cast<std::size_t>(corner)]));
     }
   }
   const double unevenness = std::max(heights[0].size(), heights[1].size());
@@ -107,7 +107,7 @@ int heard_side(const Sheet& sheet, const Vec3& position, std::size_t row) {
                            "place it in front of the sheet or behind it");
   }
   const int side = height >= sheet.high - slack ? 1 : -1;
-  const double distance = surface::distance_from(sheet.surface, position);
+  const double distance = surface::distance_from(sheet.surface.mesh, position);
   if (!(distance >= sheet.spacing)) {
     throw core::InputError(
         fmt::format("listener {} is {:.4g} m off the sheet, whose points of integration are "

@@ -71,7 +71,7 @@ void SourceField::check(std::size_t row, const Vec3& position) const {
   }
   if ((position - sources_.centroid).norm() >= reach_ + sources_.nearest) return;
   const double distance = surface::distance_from(sources_.outline, position);
-  const bool inside = surface::winding_number(sources_.outline, position) > 0.5;
+  const bool inside = solvers::mesh::winding_number(sources_.outline, position) > 0.5;
   if (inside || !(distance >= sources_.nearest)) {
     throw core::InputError(
         fmt::format("listener {} is {} the body, {:.4g} m {} its surface", row,

@@ -71,7 +71,7 @@ void find_neighbours(OuterTriangles& cut) {
   cut.neighbours.assign(cut.size(), {-1, -1, -1});
   for (std::size_t t = 0; t < cut.size(); ++t) {
     for (std::size_t side = 0; side < 3; ++side) {
-      const int a = cut.corners[t][side], b = cut.corners[t][(side + 1) % 3];
+      const int a = cut.mesh.triangles[t][side], b = cut.mesh.triangles[t][(side + 1) % 3];
       const auto other = open.find({b, a});
       if (other == open.end()) {
         open[{a, b}] = {static_cast<int>(t), static_cast<int>(side)};
@@ -108,7 +108,7 @@ OuterTriangles outer_triangles(const solvers::modes::ModeSurface& surface, std::
     for (std::size_t v = 0; v < pattern.places.size(); ++v) {
       const auto [found, added] =
           index.emplace(vertex_key(nodes, static_cast<std::int64_t>(face), pattern.places[v], cuts),
-                        static_cast<int>(cut.vertices.size()));
+                        static_cast<int>(cut.mesh.vertices.size()));
       local[v] = found->second;
       if (!added) continue;
       Vec3 position = Vec3::Zero();
@@ -118,14 +118,14 @@ OuterTriangles outer_triangles(const solvers::modes::ModeSurface& surface, std::
       }
       if (!position.allFinite())
         throw core::InputError("the surface has a node that is not finite");
-      cut.vertices.push_back(position);
+      cut.mesh.vertices.push_back(position);
     }
     for (const std::array<int, 3>& triangle : pattern.triangles) {
       const auto at = [&](std::size_t c) { return local[static_cast<std::size_t>(triangle[c])]; };
-      const auto p = [&](std::size_t c) { return cut.vertices[static_cast<std::size_t>(at(c))]; };
+      const auto p = [&](std::size_t c) { return cut.mesh.vertices[static_cast<std::size_t>(at(c))]; };
       const Vec3 area = (p(1) - p(0)).cross(p(2) - p(0)) / 2;
       const auto column = static_cast<int>(cut.size());
-      cut.corners.push_back({at(0), at(1), at(2)});
+      cut.mesh.triangles.push_back({at(0), at(1), at(2)});
       cut.centres.push_back((p(0) + p(1) + p(2)) / 3);
       cut.area_vectors.push_back(area);
       cut.areas.push_back(area.norm());

@@ -12,8 +12,7 @@ namespace carillon::synth::surface {
 /// cut alike. Together they are closed, so that a field without sources inside has no flux through
 /// them, and a body that only moves as a whole has no volume velocity.
 struct OuterTriangles {
-  std::vector<Vec3> vertices;                  ///< [m]
-  std::vector<std::array<int, 3>> corners;     ///< of each triangle, outward
+  solvers::mesh::SurfaceMesh mesh;             ///< [m]
   std::vector<std::array<int, 3>> neighbours;  ///< across (01), (12), (20); -1: none
   std::vector<Vec3> centres;                   ///< [m]
   std::vector<Vec3> area_vectors;              ///< outward, as long as the area [m^2]
@@ -23,7 +22,7 @@ struct OuterTriangles {
   /// through every triangle [m^2].
   Eigen::SparseMatrix<double> flux_weights;
 
-  std::size_t size() const { return corners.size(); }
+  std::size_t size() const { return mesh.triangles.size(); }
 };
 
 /// Cuts each outer face into the fewest n^2 triangles (n at most 12) that give at least `count`.

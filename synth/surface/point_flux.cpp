@@ -1,16 +1,8 @@
 #include "synth/surface/point_flux.hpp"
 
 #include <Eigen/Geometry>
-#include <cmath>
 
 namespace carillon::synth::surface {
-
-double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const double la = a.norm(), lb = b.norm(), lc = c.norm();
-  const double up = a.dot(b.cross(c));
-  const double down = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-  return 2 * std::atan2(up, down);
-}
 
 Vec3 solid_angle_gradient(const Vec3& a, const Vec3& b, double core) {
   const double la = a.norm(), lb = b.norm();

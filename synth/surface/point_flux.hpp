@@ -4,10 +4,6 @@
 
 namespace carillon::synth::surface {
 
-/// Solid angle of a triangle seen from the origin, positive when its normal points away (Van
-/// Oosterom and Strackee 1983).
-double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c);
-
 /// Share of the edge a -> b of an area's outline in the gradient of the area's solid angle by the
 /// place of the observer, who is at the origin (Biot and Savart's law of a straight wire). Within
 /// `core` of the wire the field falls to zero: that of an observer smeared out so far.

@@ -3,12 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <queue>
 #include <set>
 
 #include "core/numbers.hpp"
-#include "synth/surface/point_flux.hpp"
 
 namespace carillon::synth::surface {
 
@@ -139,8 +137,8 @@ SurfacePatches surface_patches(const OuterTriangles& surface, std::size_t count)
     for (const int member : patch) {
       const auto t = static_cast<std::size_t>(member);
       for (std::size_t side = 0; side < 3; ++side) {
-        const int a = surface.corners[t][side], b = surface.corners[t][(side + 1) % 3];
-        radius = std::max(radius, (surface.vertices[static_cast<std::size_t>(a)] - centre).norm());
+        const int a = surface.mesh.triangles[t][side], b = surface.mesh.triangles[t][(side + 1) % 3];
+        radius = std::max(radius, (surface.mesh.vertices[static_cast<std::size_t>(a)] - centre).norm());
         const int next = surface.neighbours[t][side];
         if (next < 0 || cells.cell[static_cast<std::size_t>(next)] != cells.cell[t]) {
           outline.push_back({a, b});
@@ -213,36 +211,25 @@ std::vector<double> inscribed_radii(const OuterTriangles& surface, const Surface
   return radii;
 }
 
-double winding_number(const OuterTriangles& surface, const Vec3& point) {
-  double angle = 0;
-  for (const std::array<int, 3>& corners : surface.corners) {
-    const auto at = [&](std::size_t c) {
-      return Vec3(surface.vertices[static_cast<std::size_t>(corners[c])] - point);
-    };
-    angle += solid_angle(at(0), at(1), at(2));
-  }
-  return angle / (4 * std::numbers::pi);
-}
-
-double distance_from(const OuterTriangles& surface, const Vec3& point) {
+double distance_from(const solvers::mesh::SurfaceMesh& surface, const Vec3& point) {
   double nearest = infinity;
-  for (std::size_t t = 0; t < surface.size(); ++t) {
+  for (const solvers::mesh::Triangle& triangle : surface.triangles) {
     const auto corner = [&](std::size_t c) -> const Vec3& {
-      return surface.vertices[static_cast<std::size_t>(surface.corners[t][c])];
+      return surface.vertices[static_cast<std::size_t>(triangle[c])];
     };
+    const Vec3 normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     // Above the triangle: the height. Beside it: the nearest of the edges.
-    bool above = surface.areas[t] > 0;
+    bool above = normal.norm() > 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 edge = corner((c + 1) % 3) - corner(c);
       const Vec3 to = point - corner(c);
-      above = above && edge.cross(to).dot(surface.area_vectors[t]) >= 0;
+      above = above && edge.cross(to).dot(normal) >= 0;
       const double length = edge.squaredNorm();
       const double along = length > 0 ? std::clamp(to.dot(edge) / length, 0.0, 1.0) : 0;
       nearest = std::min(nearest, (to - along * edge).norm());
     }
     if (above) {
-      nearest = std::min(
-          nearest, std::abs((point - corner(0)).dot(surface.area_vectors[t])) / surface.areas[t]);
+      nearest = std::min(nearest, std::abs((point - corner(0)).dot(normal)) / normal.norm());
     }
   }
   return nearest;

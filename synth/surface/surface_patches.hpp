@@ -35,10 +35,7 @@ Eigen::SparseMatrix<double> smooth_functions(const OuterTriangles& surface, std:
 /// thickness of a wall, the distance from a sharp edge; infinite where no ball is too large.
 std::vector<double> inscribed_radii(const OuterTriangles& surface, const SurfacePatches& patches);
 
-/// Solid angle of all triangles as seen from a point, over 4 pi: 1 inside, 0 outside.
-double winding_number(const OuterTriangles& surface, const Vec3& point);
-
 /// Distance of a point from the nearest triangle [m].
-double distance_from(const OuterTriangles& surface, const Vec3& point);
+double distance_from(const solvers::mesh::SurfaceMesh& surface, const Vec3& point);
 
 }  // namespace carillon::synth::surface

@@ -165,7 +165,7 @@ void stylus_ticks() {
 
 /// A tile 0.1 mm deep in a map of its own size, flat and tilted by one degree.
 void relief_contacts() {
-  const std::vector<std::int32_t> bottom = {0, 2, 1, 1, 2, 3};  // seen from below
+  const std::vector<solvers::mesh::Triangle> bottom = {{0, 2, 1}, {1, 2, 3}};  // seen from below
   for (const char* name : {"brick", "pebbles"}) {
     for (const int texels : {256, 512, 1024}) {
       const auto map = std::make_shared<const render::maps::SurfaceMap>(

@@ -38,7 +38,7 @@ TEST(PointFlux, GradientOfTheSolidAngle) {
   const auto vector = [&] { return Vec3(normal(random), normal(random), normal(random)); };
   for (int trial = 0; trial < 50; ++trial) {
     const Vec3 a = vector(), b = vector(), c = vector(), observer = vector();
-    const auto angle = [&](const Vec3& y) { return surface::solid_angle(a - y, b - y, c - y); };
+    const auto angle = [&](const Vec3& y) { return solvers::mesh::solid_angle(a - y, b - y, c - y); };
     const Vec3 found = surface::solid_angle_gradient(a - observer, b - observer, 0) +
                        surface::solid_angle_gradient(b - observer, c - observer, 0) +
                        surface::solid_angle_gradient(c - observer, a - observer, 0);
@@ -63,9 +63,9 @@ TEST(OuterTriangles, AreClosedAndLeaveCavitiesOut) {
     for (const int neighbour : sides) EXPECT_GE(neighbour, 0);
   }
   EXPECT_NEAR(cut.area, 4 * std::numbers::pi * kRadius * kRadius, 2e-3 * cut.area);
-  EXPECT_NEAR(surface::winding_number(cut, {0, 0, 0.04}), 1, 1e-9);
-  EXPECT_NEAR(surface::winding_number(cut, {0, 0, 0.06}), 0, 1e-9);
-  EXPECT_NEAR(surface::distance_from(cut, {0, 0, 0.08}), 0.03, 1e-4);
+  EXPECT_NEAR(solvers::mesh::winding_number(cut.mesh, {0, 0, 0.04}), 1, 1e-9);
+  EXPECT_NEAR(solvers::mesh::winding_number(cut.mesh, {0, 0, 0.06}), 0, 1e-9);
+  EXPECT_NEAR(surface::distance_from(cut.mesh, {0, 0, 0.08}), 0.03, 1e-4);
 }
 
 // Pulsating and oscillating sphere and the next two multipoles, near and far, amplitude and phase.

@@ -60,7 +60,7 @@ TEST(ReliefContacts, AFlatBoxTouchesFarApart) {
   const motion::MovingBody box = box_body({0.04, 0.03, 0.02});
   std::vector<Vec3> points;
   for (const Vec3& p : box.hulls[0]) points.push_back(p + Vec3(0.5, 0.5, 0.01 - 0.0011));
-  const std::vector<std::int32_t> bottom = {0, 2, 1, 1, 2, 3};  // seen from below
+  const std::vector<solvers::mesh::Triangle> bottom = {{0, 2, 1}, {1, 2, 3}};  // seen from below
   const std::vector<motion::ReliefContact> found =
       motion::hull_on_relief(peaks, {1, 1}, points, bottom);
   ASSERT_EQ(found.size(), motion::kMostReliefContacts);
@@ -82,10 +82,7 @@ struct Deepest {
 /// Least distance from a relief to a convex body over all texels and the body's corners, whose
 /// lower side is the highest of the planes that look down: no triangle is looked for.
 Deepest deepest_of(const render::maps::SurfaceMap& map, const Eigen::Vector2d& size,
-                   const motion::ConvexHull& hull) {
-  const auto at = [&](std::size_t t) {
-    return hull.points[static_cast<std::size_t>(hull.triangles[t])];
-  };
+                   const solvers::mesh::SurfaceMesh& hull) {
   Deepest deepest;
   const auto look = [&](const Eigen::Vector2d& uv, double low) {
     const double distance = low - render::maps::height_at(map, uv);
@@ -97,9 +94,12 @@ Deepest deepest_of(const render::maps::SurfaceMap& map, const Eigen::Vector2d& s
       const Eigen::Vector2d uv((u + 0.5) * map.texel, (v + 0.5) * map.texel);
       double low = -std::numeric_limits<double>::infinity(), high = -low;
       bool inside = true;
-      for (std::size_t t = 0; t < hull.triangles.size(); t += 3) {
-        const Vec3 normal = (at(t + 1) - at(t)).cross(at(t + 2) - at(t)).normalized();
-        const double level = normal.dot(at(t)) - normal.head<2>().dot(uv);  // normal.z z <= level
+      for (const solvers::mesh::Triangle& t : hull.triangles) {
+        const auto at = [&](std::size_t k) {
+          return hull.vertices[static_cast<std::size_t>(t[k])];
+        };
+        const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
+        const double level = normal.dot(at(0)) - normal.head<2>().dot(uv);  // normal.z z <= level
         if (normal.z() < -1e-9) {
           low = std::max(low, level / normal.z());
         } else if (normal.z() > 1e-9) {
@@ -111,7 +111,7 @@ Deepest deepest_of(const render::maps::SurfaceMap& map, const Eigen::Vector2d& s
       if (inside && low <= high && low < 0) look(uv, low);
     }
   }
-  for (const Vec3& p : hull.points) {
+  for (const Vec3& p : hull.vertices) {
     const bool on = p.x() >= 0 && p.y() >= 0 && p.x() <= size.x() && p.y() <= size.y();
     if (on && p.z() < 0) look(p.head<2>(), p.z());
   }
@@ -152,10 +152,10 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
     const double deepest = *std::min_element(map.heights.begin(), map.heights.end());
     const double sink = random.uniform(0.3, 1.2) * deepest - lowest;
     for (Vec3& p : points) p.z() += sink;
-    const motion::ConvexHull hull = motion::convex_hull(points);
+    const solvers::mesh::SurfaceMesh hull = motion::convex_hull(points);
     const Deepest least = deepest_of(map, size, hull);
     const std::vector<motion::ReliefContact> found =
-        motion::hull_on_relief(motion::ReliefPeaks(made), size, hull.points, hull.triangles);
+        motion::hull_on_relief(motion::ReliefPeaks(made), size, hull.vertices, hull.triangles);
     if (!(least.distance < 0)) {
       EXPECT_TRUE(found.empty()) << seed;
       ++apart;
@@ -196,9 +196,9 @@ TEST(ReliefContacts, EdgesThatGoOnAreAsHighAsTheirTexels) {
   for (const Vec3& p : box.hulls[0]) {
     points.push_back(p + Vec3(2 * side, side / 2, 0.2 * side - depth));
   }
-  const motion::ConvexHull hull = motion::convex_hull(points);
+  const solvers::mesh::SurfaceMesh hull = motion::convex_hull(points);
   const std::vector<motion::ReliefContact> found =
-      motion::hull_on_relief(peaks, size, hull.points, hull.triangles);
+      motion::hull_on_relief(peaks, size, hull.vertices, hull.triangles);
   ASSERT_FALSE(found.empty());
   EXPECT_NEAR(found[0].depth, depth, 1e-9);
   const std::vector<motion::ReliefContact> ball =

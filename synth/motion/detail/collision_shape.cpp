@@ -13,6 +13,8 @@
 
 namespace carillon::synth::motion {
 
+using solvers::mesh::SurfaceMesh;
+
 namespace {
 
 /// Corners of a piece that Bullet is given at the most: of a rounded one those that reach farthest
@@ -43,17 +45,15 @@ std::vector<Vec3> fewer_points(const std::vector<Vec3>& points) {
 }
 
 /// Smallest half-extent over the directions of the hull's faces.
-double thinnest_of(const ConvexHull& hull) {
-  double thinnest = 0.5 * solvers::mesh::bounding_box(hull.points).extent().minCoeff();
-  const auto at = [&](std::size_t t) {
-    return hull.points[static_cast<std::size_t>(hull.triangles[t])];
-  };
-  for (std::size_t t = 0; t < hull.triangles.size(); t += 3) {
-    const Vec3 normal = (at(t + 1) - at(t)).cross(at(t + 2) - at(t)).normalized();
+double thinnest_of(const SurfaceMesh& hull) {
+  double thinnest = 0.5 * solvers::mesh::bounding_box(hull.vertices).extent().minCoeff();
+  for (const solvers::mesh::Triangle& t : hull.triangles) {
+    const auto at = [&](std::size_t k) { return hull.vertices[static_cast<std::size_t>(t[k])]; };
+    const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
     if (!normal.allFinite()) continue;
     double low = 0, high = 0;
-    for (const Vec3& p : hull.points) {
-      const double height = normal.dot(p - at(t));
+    for (const Vec3& p : hull.vertices) {
+      const double height = normal.dot(p - at(0));
       low = std::min(low, height);
       high = std::max(high, height);
     }
@@ -104,29 +104,29 @@ CollisionShape collision_shape(const MovingBody& body, double unit, double skin)
   const Eigen::Quaterniond turn = principal_turn(body.rigid).conjugate();
   std::vector<Vec3> all;
   for (const std::vector<Vec3>& piece : body.hulls) {
-    const ConvexHull hull = convex_hull(piece);
-    if (hull.triangles.empty() || !(hull.volume > 0)) {
+    const SurfaceMesh hull = convex_hull(piece);
+    const double volume = solvers::mesh::signed_volume(hull);
+    if (!(volume > 0)) {
       throw core::InputError(
           fmt::format("{}: a piece of {} points encloses no volume", body.name, piece.size()),
           "bodies that move need a hull with a volume");
     }
-    const solvers::mesh::Box box = solvers::mesh::bounding_box(hull.points);
-    const Vec3 sides = box.extent();
+    const solvers::mesh::Box box = solvers::mesh::bounding_box(hull.vertices);
+    const Vec3 half = 0.5 * box.extent();
     std::unique_ptr<btCollisionShape> part;
     btTransform place = btTransform::getIdentity();
-    if (hull.volume > (1 - 1e-6) * sides.prod()) {
+    if (volume > (1 - 1e-6) * box.extent().prod()) {
       if (body.hulls.size() == 1) shape.skin = skin;
-      const Vec3 half = 0.5 * sides + Vec3::Constant(shape.skin);
-      part = std::make_unique<btBoxShape>(to_bullet(half / unit));
+      part = std::make_unique<btBoxShape>(to_bullet((half + Vec3::Constant(shape.skin)) / unit));
       part->setMargin(kMargin);
       const Vec3 middle = turn * (0.5 * (box.low + box.high) - body.rigid.centre);
       place.setOrigin(to_bullet(middle / unit));
       place.setRotation({turn.x(), turn.y(), turn.z(), turn.w()});
-      shape.thinnest = std::min(shape.thinnest, 0.5 * sides.minCoeff());
+      shape.thinnest = std::min(shape.thinnest, half.minCoeff());
     } else {
       shape.thinnest = std::min(shape.thinnest, thinnest_of(hull));
       auto convex = std::make_unique<btConvexHullShape>();
-      for (const Vec3& p : fewer_points(hull.points)) {
+      for (const Vec3& p : fewer_points(hull.vertices)) {
         convex->addPoint(to_bullet(turn * (p - body.rigid.centre) / unit), false);
       }
       convex->setMargin(kMargin);
@@ -136,11 +136,9 @@ CollisionShape collision_shape(const MovingBody& body, double unit, double skin)
     }
     compound->addChildShape(place, part.get());
     shape.parts.push_back(std::move(part));
-    all.insert(all.end(), hull.points.begin(), hull.points.end());
+    all.insert(all.end(), hull.vertices.begin(), hull.vertices.end());
   }
-  ConvexHull outer = convex_hull(all);
-  shape.points = std::move(outer.points);
-  shape.triangles = std::move(outer.triangles);
+  shape.hull = convex_hull(all);
   shape.whole = std::move(compound);
   return shape;
 }

@@ -18,9 +18,7 @@ struct CollisionShape {
   double skin = 0;                          ///< by which a box is larger than it is, all around [m]
   double thinnest = 0;                      ///< smallest half-extent of a piece [m]
   double reach = 0;                         ///< largest distance from the centre of mass [m]
-  /// Hull of all pieces, for reliefs: points in the body's coordinates [m], and triangles.
-  std::vector<Vec3> points;
-  std::vector<std::int32_t> triangles;
+  solvers::mesh::SurfaceMesh hull;  ///< of all pieces, for reliefs, in the body's coordinates [m]
 };
 
 /// A ball is a sphere, pieces that fill their box are boxes, others convex hulls.

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "solvers/mesh/surface_mesh.hpp"
 #include "synth/motion/detail/relief_peaks.hpp"
 
 namespace carillon::synth::motion {
@@ -35,9 +35,9 @@ std::vector<ReliefContact> ball_on_relief(const ReliefPeaks& relief, const Eigen
 /// them. Of each block the highest texel stands for those that are alike (all of a flat side on a
 /// flat top dip in by the same); the deepest of all texels is always found.
 /// @param points     of the hull in the face's axes [m]
-/// @param triangles  3 indices each, outward
+/// @param triangles  outward
 std::vector<ReliefContact> hull_on_relief(const ReliefPeaks& relief, const Eigen::Vector2d& size,
                                           std::span<const Vec3> points,
-                                          std::span<const std::int32_t> triangles);
+                                          std::span<const solvers::mesh::Triangle> triangles);
 
 }  // namespace carillon::synth::motion

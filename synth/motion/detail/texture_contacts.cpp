@@ -157,11 +157,11 @@ class Changer {
                             bodies_[b].ball_radius);
     }
     std::vector<Vec3> points;
-    for (const Vec3& p : shapes_[b].points) {
+    for (const Vec3& p : shapes_[b].hull.vertices) {
       const Vec3 local = principal_[b].conjugate() * (p - bodies_[b].rigid.centre);
       points.push_back(face.to_face(unit_ * from_bullet(frame * to_bullet(local / unit_))));
     }
-    return hull_on_relief(peaks, texture.size, points, shapes_[b].triangles);
+    return hull_on_relief(peaks, texture.size, points, shapes_[b].hull.triangles);
   }
 
   void add(btPersistentManifold& manifold, const Sides& sides, const PlacedFace& face,

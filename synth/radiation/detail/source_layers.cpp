@@ -51,7 +51,7 @@ void add_static_flux(const surface::OuterTriangles& surface, SourceLayers& layer
   layers.static_dipoles = Eigen::MatrixXd::Zero(count, layers.strengths.cols());
   layers.static_monopoles = layers.static_dipoles;
   const auto corner = [&](int vertex, const Vec3& point) {
-    return Vec3(surface.vertices[static_cast<std::size_t>(vertex)] - point);
+    return Vec3(surface.mesh.vertices[static_cast<std::size_t>(vertex)] - point);
   };
   for (Eigen::Index row = 0; row < count; ++row) {
     const auto i = static_cast<std::size_t>(row);
@@ -74,9 +74,9 @@ void add_static_flux(const surface::OuterTriangles& surface, SourceLayers& layer
         const double core = kCore * std::sqrt(surface.areas[static_cast<std::size_t>(t)]);
         double angle = 0;
         for (const int u : patches.members[i]) {
-          const auto& c = surface.corners[static_cast<std::size_t>(u)];
-          angle +=
-              surface::solid_angle(corner(c[0], point), corner(c[1], point), corner(c[2], point));
+          const auto& c = surface.mesh.triangles[static_cast<std::size_t>(u)];
+          angle += solvers::mesh::solid_angle(corner(c[0], point), corner(c[1], point),
+                                              corner(c[2], point));
         }
         Vec3 gradient = Vec3::Zero();
         for (const auto& [a, b] : patches.outline[i]) {
