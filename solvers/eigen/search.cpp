@@ -36,11 +36,7 @@ constexpr double count_margin = 4e-6;
 double mean_wave_speed(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions) {
   std::vector<double> volumes(regions.size(), 0.0);
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const auto corner = [&](std::size_t i) -> const Vec3& {
-      return mesh.nodes[static_cast<std::size_t>(mesh.element(e)[i])];
-    };
-    volumes[static_cast<std::size_t>(mesh.regions[e])] +=
-        std::abs((corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(corner(3) - corner(0)));
+    volumes[static_cast<std::size_t>(mesh.regions[e])] += std::abs(mesh::six_volumes(mesh, e));
   }
   double compliance = 0, mass = 0, volume = 0;
   for (std::size_t r = 0; r < regions.size(); ++r) {

@@ -66,7 +66,7 @@ mesh::TetMesh extrude(const PlanarGrid& grid, int layers, int order,
           p[i].head<2>() = plane(t, swept[i].corner);
           p[i].z() = swept[i].level;
         }
-        if ((p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) * orientation < 0)
+        if (mesh::six_volumes(p[0], p[1], p[2], p[3]) * orientation < 0)
           std::swap(swept[2], swept[3]);
         elements::Corners corners;
         for (std::size_t i = 0; i < 4; ++i)

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -26,11 +25,6 @@ Vec3 position(const TetMesh& mesh, std::int32_t node) {
   return mesh.nodes[static_cast<std::size_t>(node)];
 }
 
-double six_volumes(const TetMesh& mesh, std::span<const std::int32_t> element) {
-  const auto p = [&](std::size_t i) { return position(mesh, element[i]); };
-  return (p(1) - p(0)).cross(p(2) - p(0)).dot(p(3) - p(0));
-}
-
 /// Faces of all elements that are not inside out; those of one place beside each other.
 std::vector<Face> sorted_faces(const TetMesh& mesh) {
   // Counter-clockwise from outside.
@@ -40,7 +34,7 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
   faces.reserve(4 * mesh.element_count());
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto element = mesh.element(e);
-    if (!(six_volumes(mesh, element) > 0)) continue;
+    if (!(six_volumes(mesh, e) > 0)) continue;
     for (const auto& at : local) {
       Face face;
       for (std::size_t i = 0; i < 3; ++i) face.corners[i] = element[at[i]];

@@ -238,9 +238,7 @@ std::vector<std::size_t> folded_elements(const TetMesh& mesh) {
     const auto element = mesh.element(e);
     for (std::size_t n = 0; n < element.size(); ++n)
       nodes.col(static_cast<Eigen::Index>(n)) = mesh.nodes[static_cast<std::size_t>(element[n])];
-    const double straight = (nodes.col(1) - nodes.col(0))
-                                .cross(nodes.col(2) - nodes.col(0))
-                                .dot(nodes.col(3) - nodes.col(0));
+    const double straight = six_volumes(mesh, e);
     for (const auto& gradient : gradients)
       if ((nodes * gradient).determinant() < least_share * straight) {
         folded.push_back(e);

@@ -1,6 +1,5 @@
 #include "solvers/mesh/flat_elements.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,13 +20,13 @@ FlatFace face_opposite(std::span<const Node> corners, std::size_t i) {
   return face;
 }
 
-bool is_flat(const TetMesh& mesh, std::span<const Node> corners) {
+bool is_flat(const TetMesh& mesh, std::size_t element) {
+  const auto corners = mesh.element(element);
   const auto at = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(corners[i])]; };
   double longest = 0;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < i; ++j) longest = std::max(longest, (at(i) - at(j)).norm());
-  const double volume = (at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) / 6;
-  return volume < flat_share * std::pow(longest, 3);
+  return six_volumes(mesh, element) / 6 < flat_share * std::pow(longest, 3);
 }
 
 /// What the boundary consists of, and how many elements share a node.
@@ -86,19 +85,6 @@ void drop_elements(TetMesh& mesh, const std::set<std::size_t>& dropped) {
   mesh.regions = std::move(regions);
 }
 
-void drop_unused_nodes(TetMesh& mesh) {
-  std::vector<Node> place(mesh.nodes.size(), -1);
-  for (const Node node : mesh.elements) place[static_cast<std::size_t>(node)] = 0;
-  std::vector<Vec3> nodes;
-  for (std::size_t n = 0; n < place.size(); ++n) {
-    if (place[n] < 0) continue;
-    place[n] = static_cast<Node>(nodes.size());
-    nodes.push_back(mesh.nodes[n]);
-  }
-  for (Node& node : mesh.elements) node = place[static_cast<std::size_t>(node)];
-  mesh.nodes = std::move(nodes);
-}
-
 }  // namespace
 
 std::int64_t peel_flat_elements(TetMesh& mesh) {
@@ -106,7 +92,7 @@ std::int64_t peel_flat_elements(TetMesh& mesh) {
   for (;;) {
     std::vector<std::size_t> flat;
     for (std::size_t e = 0; e < mesh.element_count(); ++e)
-      if (is_flat(mesh, mesh.element(e))) flat.push_back(e);
+      if (is_flat(mesh, e)) flat.push_back(e);
     if (flat.empty()) break;
     const BodyBoundary boundary(mesh);
     // Elements that share a node would change the boundary for each other: one layer at a time.

@@ -43,10 +43,6 @@ std::array<Vec3, 4> corners(const TetMesh& mesh, std::size_t e) {
   return out;
 }
 
-double six_volumes(const std::array<Vec3, 4>& v) {
-  return (v[1] - v[0]).cross(v[2] - v[0]).dot(v[3] - v[0]);
-}
-
 /// The six interior dihedral angles [rad], one for each edge.
 void widen_by_dihedrals(const std::array<Vec3, 4>& v, double& smallest, double& largest) {
   std::array<Vec3, 4> normals;
@@ -65,7 +61,7 @@ void widen_by_dihedrals(const std::array<Vec3, 4>& v, double& smallest, double& 
 
 /// 3 inradius / circumradius; 0 for a flat element.
 double radius_ratio(const std::array<Vec3, 4>& v) {
-  const double six = std::abs(six_volumes(v));
+  const double six = std::abs(six_volumes(v[0], v[1], v[2], v[3]));
   double surface = 0;
   for (const auto& c : outward_faces) {
     surface += (v[c[1]] - v[c[0]]).cross(v[c[2]] - v[c[0]]).norm() / 2;
@@ -105,6 +101,28 @@ double curved_volume(const TetMesh& mesh) {
 }
 
 }  // namespace
+
+double six_volumes(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return (b - a).cross(c - a).dot(d - a);
+}
+
+double six_volumes(const TetMesh& mesh, std::size_t element) {
+  const auto [a, b, c, d] = corners(mesh, element);
+  return six_volumes(a, b, c, d);
+}
+
+void drop_unused_nodes(TetMesh& mesh) {
+  std::vector<std::int32_t> renumbered(mesh.nodes.size(), -1);
+  for (const std::int32_t node : mesh.elements) renumbered[static_cast<std::size_t>(node)] = 0;
+  std::int32_t next = 0;
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    if (renumbered[i] < 0) continue;
+    mesh.nodes[static_cast<std::size_t>(next)] = mesh.nodes[i];
+    renumbered[i] = next++;
+  }
+  mesh.nodes.resize(static_cast<std::size_t>(next));
+  for (std::int32_t& node : mesh.elements) node = renumbered[static_cast<std::size_t>(node)];
+}
 
 std::vector<std::int32_t> boundary_faces(const TetMesh& mesh) {
   struct Face {

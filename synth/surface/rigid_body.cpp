@@ -30,7 +30,7 @@ struct Sums {
   void add(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     Eigen::Matrix<double, 3, 4> p;
     p << a - origin, b - origin, c - origin, d - origin;
-    const double part = (b - a).cross(c - a).dot(d - a) / 6;
+    const double part = solvers::mesh::six_volumes(a, b, c, d) / 6;
     const Vec3 sum = p.rowwise().sum();
     volume += part;
     first += part / 4 * sum;

@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -31,14 +30,6 @@ std::vector<std::size_t> gmsh_positions(const std::vector<std::array<int, 4>>& l
         static_cast<std::size_t>(std::find(theirs.begin(), theirs.end(), tuple) - theirs.begin()));
   }
   return positions;
-}
-
-/// Six times the volume between the corners.
-double corner_volume(const std::vector<Vec3>& nodes, std::span<const std::int32_t> element) {
-  const auto p = [&](std::size_t i) -> const Vec3& {
-    return nodes[static_cast<std::size_t>(element[i])];
-  };
-  return (p(1) - p(0)).cross(p(2) - p(0)).dot(p(3) - p(0));
 }
 
 /// The element with corners 0 and 1 exchanged: it was numbered the other way round.
@@ -100,27 +91,13 @@ std::map<std::int64_t, std::int32_t> name_regions(const MshFile& file, TetMesh& 
   return region_of;
 }
 
-/// Keeps the nodes that elements use, in their old order.
-void drop_unused_nodes(TetMesh& mesh) {
-  std::vector<std::int32_t> renumbered(mesh.nodes.size(), -1);
-  for (const std::int32_t node : mesh.elements) renumbered[static_cast<std::size_t>(node)] = 0;
-  std::int32_t next = 0;
-  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    if (renumbered[i] < 0) continue;
-    mesh.nodes[static_cast<std::size_t>(next)] = mesh.nodes[i];
-    renumbered[i] = next++;
-  }
-  mesh.nodes.resize(static_cast<std::size_t>(next));
-  for (std::int32_t& node : mesh.elements) node = renumbered[static_cast<std::size_t>(node)];
-}
-
 /// Turns elements round that are numbered the wrong way, refuses those that are folded.
 void orient(const std::string& path, TetMesh& mesh) {
   const auto size = static_cast<std::size_t>(elements::nodes_per_tetrahedron(mesh.order));
   const Gradients gradients = mesh.order > 1 ? gradients_at_nodes(mesh.order) : Gradients();
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto element = std::span(mesh.elements).subspan(e * size, size);
-    const double volume = corner_volume(mesh.nodes, element);
+    const double volume = six_volumes(mesh, e);
     if (volume < 0) mirror(element, mesh.order);
     if (volume == 0) {
       throw core::InputError(fmt::format("{}: tetrahedron {} has no volume", path, e + 1));

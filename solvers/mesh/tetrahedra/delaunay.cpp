@@ -97,7 +97,7 @@ void collect(TetMesh& mesh, std::size_t surface_nodes) {
     std::array<std::int32_t, 4> e;
     for (std::size_t i = 0; i < 4; ++i) e[i] = number[corners[c + i]];
     const auto at = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(e[i])]; };
-    if ((at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) < 0) std::swap(e[2], e[3]);
+    if (six_volumes(at(0), at(1), at(2), at(3)) < 0) std::swap(e[2], e[3]);
     mesh.elements.insert(mesh.elements.end(), e.begin(), e.end());
     mesh.regions.push_back(0);
   }
@@ -124,9 +124,7 @@ void check_volume(const TetMesh& mesh, std::size_t first_element, const Body& bo
   double wanted = 0, filled = 0;
   for (const SurfaceMesh* part : body) wanted += signed_volume(*part);
   for (std::size_t e = first_element; e < mesh.element_count(); ++e) {
-    const auto c = mesh.element(e);
-    const auto at = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(c[i])]; };
-    filled += (at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) / 6;
+    filled += six_volumes(mesh, e) / 6;
   }
   if (!(std::abs(filled - wanted) <= 1e-6 * wanted))
     throw core::SolverError(fmt::format(
