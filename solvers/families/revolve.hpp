@@ -1,7 +1,7 @@
 #pragma once
 
 #include "solvers/families/outline.hpp"
-#include "solvers/mesh/elevate.hpp"
+#include "solvers/mesh/curve_mesh.hpp"
 
 namespace carillon::solvers::families {
 

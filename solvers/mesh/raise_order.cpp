@@ -23,7 +23,10 @@ elements::NodeNumbering numbering_at(const TetMesh& mesh, int order) {
 }
 
 TetMesh raise_order(const TetMesh& mesh, int order) {
-  elements::NodeNumbering numbering = numbering_at(mesh, order);
+  return raise_order(mesh, order, numbering_at(mesh, order));
+}
+
+TetMesh raise_order(const TetMesh& mesh, int order, elements::NodeNumbering numbering) {
   TetMesh raised;
   raised.order = order;
   raised.regions = mesh.regions;

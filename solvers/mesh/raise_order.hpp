@@ -13,6 +13,9 @@ elements::NodeNumbering numbering_at(const TetMesh& mesh, int order);
 /// one of a higher degree, so the body does not change. No finer_nodes.
 TetMesh raise_order(const TetMesh& mesh, int order);
 
+/// The same under another numbering of the nodes, in which each is one of an element.
+TetMesh raise_order(const TetMesh& mesh, int order, elements::NodeNumbering numbering);
+
 /// The elements at the next order, nodes on the true surface where mesh.finer_nodes knows them,
 /// else on the mesh's own curved elements. Element e is the mesh's element e, with the same
 /// corners.

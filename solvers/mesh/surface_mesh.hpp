@@ -21,7 +21,8 @@ double signed_volume(const SurfaceMesh& mesh);
 /// Total area [m^2].
 double area(const SurfaceMesh& mesh);
 
-/// Angle between two vectors [rad]; at flat and at sharp angles too, where acos loses half the digits.
+/// Angle between two vectors [rad]; at flat and at sharp angles too, where acos loses half the
+/// digits.
 double angle_between(const Vec3& one, const Vec3& two);
 
 /// Solid angle of a triangle seen from the origin, positive when its normal points away (van

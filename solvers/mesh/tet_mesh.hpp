@@ -41,8 +41,8 @@ double six_volumes(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 /// The same between an element's corners.
 double six_volumes(const TetMesh& mesh, std::size_t element);
 
-/// Drops the nodes that no element uses; the others keep their order. Faces and finer nodes must not
-/// be there yet, or be made anew.
+/// Drops the nodes that no element uses; the others keep their order. Faces and finer nodes must
+/// not be there yet, or be made anew.
 void drop_unused_nodes(TetMesh& mesh);
 
 /// Boundary faces of the elements (those that one element owns), oriented outward, as

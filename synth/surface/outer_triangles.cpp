@@ -122,7 +122,9 @@ OuterTriangles outer_triangles(const solvers::modes::ModeSurface& surface, std::
     }
     for (const std::array<int, 3>& triangle : pattern.triangles) {
       const auto at = [&](std::size_t c) { return local[static_cast<std::size_t>(triangle[c])]; };
-      const auto p = [&](std::size_t c) { return cut.mesh.vertices[static_cast<std::size_t>(at(c))]; };
+      const auto p = [&](std::size_t c) {
+        return cut.mesh.vertices[static_cast<std::size_t>(at(c))];
+      };
       const Vec3 area = (p(1) - p(0)).cross(p(2) - p(0)) / 2;
       const auto column = static_cast<int>(cut.size());
       cut.mesh.triangles.push_back({at(0), at(1), at(2)});

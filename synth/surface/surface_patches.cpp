@@ -137,8 +137,10 @@ SurfacePatches surface_patches(const OuterTriangles& surface, std::size_t count)
     for (const int member : patch) {
       const auto t = static_cast<std::size_t>(member);
       for (std::size_t side = 0; side < 3; ++side) {
-        const int a = surface.mesh.triangles[t][side], b = surface.mesh.triangles[t][(side + 1) % 3];
-        radius = std::max(radius, (surface.mesh.vertices[static_cast<std::size_t>(a)] - centre).norm());
+        const int a = surface.mesh.triangles[t][side],
+                  b = surface.mesh.triangles[t][(side + 1) % 3];
+        radius =
+            std::max(radius, (surface.mesh.vertices[static_cast<std::size_t>(a)] - centre).norm());
         const int next = surface.neighbours[t][side];
         if (next < 0 || cells.cell[static_cast<std::size_t>(next)] != cells.cell[t]) {
           outline.push_back({a, b});

@@ -109,7 +109,7 @@ TEST(FinerNodes, AnElementThatOnlyTheNextOrderWouldFoldStaysAsItIs) {
     return (p - Vec3(1.0 / 3, 1.0 / 3, p.z())).norm() < 1e-6 ? 0.2 : 0.0;
   };
   const solvers::mesh::TetMesh mesh =
-      solvers::mesh::elevate(one_tetrahedron(0.1), 2, lift_bottom(peak), straightened);
+      solvers::mesh::curve_mesh(one_tetrahedron(0.1), 2, lift_bottom(peak), straightened);
   EXPECT_EQ(straightened, 0);
   const solvers::mesh::TetMesh next = solvers::mesh::next_order(mesh);
   EXPECT_EQ(mesh_faults(next), "");
@@ -135,7 +135,7 @@ TEST(FinerNodes, AnElementThatWasStraightenedIsCurvedWhereTheNextOrderIsSound) {
     return (p - Vec3(0.25, 0.25, p.z())).norm() < 1e-6 ? 0.005 : 0.0;
   };
   const solvers::mesh::TetMesh mesh =
-      solvers::mesh::elevate(one_tetrahedron(0.1), 3, lift_bottom(peak), straightened);
+      solvers::mesh::curve_mesh(one_tetrahedron(0.1), 3, lift_bottom(peak), straightened);
   EXPECT_EQ(straightened, 1);
   EXPECT_NEAR(solvers::mesh::measure_quality(mesh).volume, 0.1 / 6, 1e-15);
   const solvers::mesh::TetMesh next = solvers::mesh::next_order(mesh);
@@ -146,7 +146,7 @@ TEST(FinerNodes, AnElementThatWasStraightenedIsCurvedWhereTheNextOrderIsSound) {
 TEST(FinerNodes, WithoutAProjectionTheElementsAreTheTruth) {
   std::int64_t straightened = 0;
   EXPECT_TRUE(
-      solvers::mesh::elevate(one_tetrahedron(0.1), 3, {}, straightened).finer_nodes.empty());
+      solvers::mesh::curve_mesh(one_tetrahedron(0.1), 3, {}, straightened).finer_nodes.empty());
 }
 
 TEST(FinerNodes, NodesOfAnotherMeshAreRefused) {

@@ -81,8 +81,8 @@ solvers::mesh::TetMesh mesh_of(const solvers::mesh::SurfaceMesh& surface, int or
   options.element_size = element_size;
   std::int64_t straightened = 0;
   auto mesh =
-      solvers::mesh::elevate(solvers::mesh::tetrahedra::tetrahedralise(surface, options), order,
-                             solvers::mesh::tetrahedra::project_to(surface), straightened);
+      solvers::mesh::curve_mesh(solvers::mesh::tetrahedra::tetrahedralise(surface, options), order,
+                                solvers::mesh::tetrahedra::project_to(surface), straightened);
   EXPECT_LE(straightened, static_cast<std::int64_t>(mesh.element_count() / 20));
   return mesh;
 }
@@ -111,7 +111,7 @@ TEST(NodeNumbering, SharesNodesOnVerticesEdgesAndFaces) {
   }
   for (int order = 1; order <= 4; ++order) {
     std::int64_t straightened = 0;
-    const solvers::mesh::TetMesh mesh = solvers::mesh::elevate(linear, order, {}, straightened);
+    const solvers::mesh::TetMesh mesh = solvers::mesh::curve_mesh(linear, order, {}, straightened);
     const auto p = static_cast<std::size_t>(order);
     const std::size_t inside_tetrahedron = p == 4 ? 1 : 0;
     EXPECT_EQ(mesh.nodes.size(), linear.nodes.size() + edges.size() * (p - 1) +
@@ -278,7 +278,7 @@ TEST(Elevate, StraightensWhatWouldFold) {
   one.region_names = {"body"};
   std::int64_t straightened = -1;
   // The bottom's edges are to bow up through the top.
-  const auto dented = solvers::mesh::elevate(
+  const auto dented = solvers::mesh::curve_mesh(
       one, 2,
       [](const Vec3& p, const Vec3& normal) -> Vec3 {
         return normal.z() < 0 ? Vec3(p.x(), p.y(), 0.2) : p;
@@ -287,7 +287,7 @@ TEST(Elevate, StraightensWhatWouldFold) {
   EXPECT_EQ(straightened, 1);
   EXPECT_EQ(mesh_faults(dented), "");
   // A projection that strays is not followed at all.
-  const auto astray = solvers::mesh::elevate(
+  const auto astray = solvers::mesh::curve_mesh(
       one, 3, [](const Vec3& p, const Vec3&) -> Vec3 { return p + Vec3(5, 0, 0); }, straightened);
   EXPECT_EQ(straightened, 0);
   EXPECT_NEAR(volume_of(astray), 0.1 / 6, 1e-15);
@@ -347,7 +347,7 @@ TEST(Tetrahedralise, ScannedAndDesignedShapes) {
     for (auto& v : surface.vertices) v *= scale;
     const solvers::mesh::TetMesh linear = solvers::mesh::tetrahedra::tetrahedralise(surface, {});
     std::int64_t straightened = 0;
-    const solvers::mesh::TetMesh mesh = solvers::mesh::elevate(
+    const solvers::mesh::TetMesh mesh = solvers::mesh::curve_mesh(
         linear, 2, solvers::mesh::tetrahedra::project_to(surface), straightened);
     EXPECT_EQ(mesh_faults(solvers::mesh::next_order(mesh)), "");
     EXPECT_EQ(mesh_faults(mesh), "");

@@ -38,7 +38,9 @@ TEST(PointFlux, GradientOfTheSolidAngle) {
   const auto vector = [&] { return Vec3(normal(random), normal(random), normal(random)); };
   for (int trial = 0; trial < 50; ++trial) {
     const Vec3 a = vector(), b = vector(), c = vector(), observer = vector();
-    const auto angle = [&](const Vec3& y) { return solvers::mesh::solid_angle(a - y, b - y, c - y); };
+    const auto angle = [&](const Vec3& y) {
+      return solvers::mesh::solid_angle(a - y, b - y, c - y);
+    };
     const Vec3 found = surface::solid_angle_gradient(a - observer, b - observer, 0) +
                        surface::solid_angle_gradient(b - observer, c - observer, 0) +
                        surface::solid_angle_gradient(c - observer, a - observer, 0);

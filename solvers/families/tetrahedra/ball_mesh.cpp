@@ -87,7 +87,7 @@ mesh::MeshResult mesh_sphere(const mesh::GeneratedShape& shape, const mesh::Mesh
   const mesh::TetMesh linear =
       mesh::tetrahedra::fill_with_tetrahedra(geodesic_sphere(radius, frequency_for(radius, cell)));
   std::int64_t straightened = 0;
-  mesh::TetMesh mesh = mesh::elevate(
+  mesh::TetMesh mesh = mesh::curve_mesh(
       linear, options.order,
       [radius](const Vec3& p, const Vec3&) -> Vec3 { return radius * p.normalized(); },
       straightened);

@@ -36,7 +36,7 @@ mesh::MeshResult mesh_turned(const mesh::GeneratedShape& shape, const mesh::Mesh
       const mesh::TetMesh linear = mesh::tetrahedra::fill_with_tetrahedra(revolve(profile, cell));
       std::int64_t straightened = 0;
       mesh::TetMesh mesh =
-          mesh::elevate(linear, options.order, project_to_turned(profile), straightened);
+          mesh::curve_mesh(linear, options.order, project_to_turned(profile), straightened);
       const auto elements = static_cast<std::int64_t>(mesh.element_count());
       if (straightened * few <= elements || options.element_size > 0 || attempt == tries) {
         return finish(std::move(mesh), straightened);

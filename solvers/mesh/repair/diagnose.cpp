@@ -4,8 +4,8 @@
 
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
-#include "solvers/mesh/weld.hpp"
 #include "solvers/mesh/repair/repair.hpp"
+#include "solvers/mesh/weld.hpp"
 
 namespace carillon::solvers::mesh::repair {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/mesh/elevate.hpp"
+#include "solvers/mesh/curve_mesh.hpp"
 #include "solvers/mesh/shape_source.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {

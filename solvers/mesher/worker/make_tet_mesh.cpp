@@ -80,8 +80,8 @@ mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request) {
                                                          result.diagnosis, result.repair);
   std::int64_t straightened = 0;
   result.mesh =
-      mesh::elevate(mesh::tetrahedra::tetrahedralise(surface, request.options),
-                    request.options.order, mesh::tetrahedra::project_to(surface), straightened);
+      mesh::curve_mesh(mesh::tetrahedra::tetrahedralise(surface, request.options),
+                       request.options.order, mesh::tetrahedra::project_to(surface), straightened);
   result.quality = mesh::measure_quality(result.mesh);
   result.quality.straightened = straightened;
   return result;

@@ -141,8 +141,7 @@ std::vector<std::vector<std::size_t>> enclosing_pieces(std::span<const SurfaceMe
     for (std::size_t outer = 0; outer < pieces.size(); ++outer) {
       const bool fits = (boxes[inner].low.array() > boxes[outer].low.array()).all() &&
                         (boxes[inner].high.array() < boxes[outer].high.array()).all();
-      if (fits &&
-          std::abs(winding_number(pieces[outer], pieces[inner].vertices.front())) > 0.5) {
+      if (fits && std::abs(winding_number(pieces[outer], pieces[inner].vertices.front())) > 0.5) {
         around[inner].push_back(outer);
       }
     }

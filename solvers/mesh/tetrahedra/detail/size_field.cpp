@@ -59,8 +59,7 @@ SizeField measure_sizes(const SurfaceMesh& surface, const SurfaceSearch& search)
     for (std::size_t i = 0; i < 3; ++i) {
       if (across[t][i] < 0) continue;
       const auto other = static_cast<std::size_t>(across[t][i]);
-      const double angle =
-          angle_between(normal[t], normal[other]);
+      const double angle = angle_between(normal[t], normal[other]);
       if (angle > feature) continue;
       const double edge =
           (surface.vertices[static_cast<std::size_t>(surface.triangles[t][i])] -

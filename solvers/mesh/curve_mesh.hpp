@@ -12,17 +12,17 @@ namespace carillon::solvers::mesh {
 /// the body that looks the same way, so a node of a thin wall stays on its own side.
 using SurfaceProjection = std::function<Vec3(const Vec3& point, const Vec3& normal)>;
 
-/// The same tetrahedra with nodes of an order; nodes of boundary edges and faces are moved by
-/// `project` (none: straight, and no finer_nodes), and those inside follow. Edges between faces
-/// that meet at more than 40 degrees stay on the surface too. A node that would move by more than
-/// 0.3 of its edge is left on the chord. An element whose Jacobian would turn negative is
-/// straightened and counted.
+/// The same tetrahedra, whose nodes are all used, with nodes of an order; nodes of boundary edges
+/// and faces are moved by `project` (none: straight, and no finer_nodes), and those inside follow.
+/// Edges between faces that meet at more than 40 degrees stay on the surface too. A node that would
+/// move by more than 0.3 of its edge is left on the chord. An element whose Jacobian would turn
+/// negative is straightened and counted.
 ///
 /// finer_nodes start from the curved elements of the order and are moved on to the surface again.
 /// An element that was straightened and is sound at the next order is curved there: the difference
 /// is an error that the mesh has. One that the next order would fold stays as it is, and finer_gaps
 /// tells what it lacks.
-TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& project,
-                std::int64_t& straightened);
+TetMesh curve_mesh(const TetMesh& linear, int order, const SurfaceProjection& project,
+                   std::int64_t& straightened);
 
 }  // namespace carillon::solvers::mesh

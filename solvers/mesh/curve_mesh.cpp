@@ -1,4 +1,4 @@
-#include "solvers/mesh/elevate.hpp"
+#include "solvers/mesh/curve_mesh.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -306,33 +306,18 @@ TetMesh straight_elements(const TetMesh& linear, int order) {
   std::vector<elements::Corners> corners(linear.element_count());
   for (std::size_t e = 0; e < corners.size(); ++e)
     std::copy_n(linear.element(e).begin(), 4, corners[e].begin());
-  const auto numbering =
-      elements::number_nodes(corners, static_cast<std::int32_t>(linear.nodes.size()), order);
-  const auto& lattice = elements::tetrahedron_lattice(order);
-  TetMesh mesh;
-  mesh.order = order;
-  mesh.elements = numbering.elements;
-  mesh.regions = linear.regions;
-  mesh.region_names = linear.region_names;
-  mesh.nodes = linear.nodes;
-  mesh.nodes.resize(numbering.first_use.size());
-  for (std::size_t n = linear.nodes.size(); n < mesh.nodes.size(); ++n) {
-    const auto use = static_cast<std::size_t>(numbering.first_use[n]);
-    const auto& at = lattice[use % lattice.size()];
-    Vec3 point = Vec3::Zero();
-    for (std::size_t i = 0; i < 4; ++i)
-      point += static_cast<double>(at[i]) / order *
-               linear.nodes[static_cast<std::size_t>(corners[use / lattice.size()][i])];
-    mesh.nodes[n] = point;
-  }
-  mesh.faces = boundary_faces(mesh);
+  TetMesh mesh = raise_order(
+      linear, order,
+      elements::number_nodes(corners, static_cast<std::int32_t>(linear.nodes.size()), order));
+  // Sums would turn -0 into 0.
+  std::copy(linear.nodes.begin(), linear.nodes.end(), mesh.nodes.begin());
   return mesh;
 }
 
 }  // namespace
 
-TetMesh elevate(const TetMesh& linear, int order, const SurfaceProjection& project,
-                std::int64_t& straightened) {
+TetMesh curve_mesh(const TetMesh& linear, int order, const SurfaceProjection& project,
+                   std::int64_t& straightened) {
   straightened = 0;
   TetMesh mesh = straight_elements(linear, order);
   if (!project) return mesh;
