@@ -1,14 +1,11 @@
 // Steps of the repair that CGAL's polygon mesh processing does.
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
-#include <CGAL/Polygon_mesh_processing/polygon_mesh_to_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
 #include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/utility.h>
 
 #include <Eigen/Geometry>
@@ -18,53 +15,21 @@
 #include "solvers/mesh/repair/detail/hole_loops.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
+#include "solvers/mesh/simplify/cgal_mesh.hpp"
 
 namespace carillon::solvers::mesh::repair {
 namespace {
 
 namespace pmp = CGAL::Polygon_mesh_processing;
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
-using CgalMesh = CGAL::Surface_mesh<Point>;
-using Polygon = std::vector<std::size_t>;
-
-Point to_point(const Vec3& p) {
-  return {p.x(), p.y(), p.z()};
-}
-
-void to_soup(const SurfaceMesh& mesh, std::vector<Point>& points, std::vector<Polygon>& polygons) {
-  for (const Vec3& v : mesh.vertices) points.push_back(to_point(v));
-  for (const Triangle& t : mesh.triangles) {
-    polygons.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),
-                        static_cast<std::size_t>(t[2])});
-  }
-}
-
-SurfaceMesh from_soup(const std::vector<Point>& points, const std::vector<Polygon>& polygons) {
-  SurfaceMesh mesh;
-  for (const Point& p : points) mesh.vertices.emplace_back(p.x(), p.y(), p.z());
-  for (const Polygon& p : polygons) {
-    mesh.triangles.push_back({static_cast<std::int32_t>(p[0]), static_cast<std::int32_t>(p[1]),
-                              static_cast<std::int32_t>(p[2])});
-  }
-  return mesh;
-}
+using simplify::CgalMesh;
+using simplify::from_cgal;
 
 /// False when the triangles are no manifold.
-bool to_cgal(const SurfaceMesh& mesh, CgalMesh& out) {
-  std::vector<Point> points;
-  std::vector<Polygon> polygons;
-  to_soup(mesh, points, polygons);
-  if (!pmp::is_polygon_soup_a_polygon_mesh(polygons)) return false;
-  pmp::polygon_soup_to_polygon_mesh(points, polygons, out);
+bool to_cgal_mesh(const SurfaceMesh& mesh, CgalMesh& out) {
+  const simplify::CgalSoup soup = simplify::to_soup(mesh);
+  if (!pmp::is_polygon_soup_a_polygon_mesh(soup.polygons)) return false;
+  pmp::polygon_soup_to_polygon_mesh(soup.points, soup.polygons, out);
   return true;
-}
-
-SurfaceMesh from_cgal(const CgalMesh& mesh) {
-  std::vector<Point> points;
-  std::vector<Polygon> polygons;
-  pmp::polygon_mesh_to_polygon_soup(mesh, points, polygons);
-  return from_soup(points, polygons);
 }
 
 /// Turns components over whose majority was turned by CGAL; `before[t]` belongs to `after[t]`.
@@ -91,11 +56,12 @@ void restore_majority(const SurfaceMesh& before, SurfaceMesh& after) {
 }  // namespace
 
 std::vector<Triangle> triangulate_loop(const SurfaceMesh& mesh, const HoleLoop& loop) {
-  std::vector<Point> points;
-  std::vector<Point> opposite;
+  std::vector<simplify::CgalPoint> points;
+  std::vector<simplify::CgalPoint> opposite;
   for (std::size_t i = 0; i < loop.vertices.size(); ++i) {
-    points.push_back(to_point(mesh.vertices[static_cast<std::size_t>(loop.vertices[i])]));
-    opposite.push_back(to_point(mesh.vertices[static_cast<std::size_t>(loop.opposite[i])]));
+    points.push_back(simplify::to_cgal(mesh.vertices[static_cast<std::size_t>(loop.vertices[i])]));
+    opposite.push_back(
+        simplify::to_cgal(mesh.vertices[static_cast<std::size_t>(loop.opposite[i])]));
   }
   std::vector<CGAL::Triple<int, int, int>> patch;
   pmp::triangulate_hole_polyline(points, opposite, std::back_inserter(patch));
@@ -116,15 +82,13 @@ std::vector<Triangle> triangulate_loop(const SurfaceMesh& mesh, const HoleLoop& 
 }
 
 std::optional<SurfaceMesh> make_manifold(const SurfaceMesh& mesh, ManifoldChanges& changes) {
-  std::vector<Point> points;
-  std::vector<Polygon> polygons;
-  to_soup(mesh, points, polygons);
-  changes.cut = !pmp::orient_polygon_soup(points, polygons);
-  SurfaceMesh oriented = from_soup(points, polygons);
+  simplify::CgalSoup soup = simplify::to_soup(mesh);
+  changes.cut = !pmp::orient_polygon_soup(soup.points, soup.polygons);
+  SurfaceMesh oriented = from_cgal(soup);
   restore_majority(mesh, oriented);
 
   CgalMesh surface;
-  if (!to_cgal(oriented, surface)) return {};
+  if (!to_cgal_mesh(oriented, surface)) return {};
   if (changes.cut) pmp::stitch_borders(surface);
   const auto before = static_cast<std::int64_t>(surface.number_of_faces());
   if (!pmp::remove_degenerate_faces(surface)) return {};
@@ -134,7 +98,7 @@ std::optional<SurfaceMesh> make_manifold(const SurfaceMesh& mesh, ManifoldChange
 
 std::optional<SurfaceMesh> remove_self_intersections(const SurfaceMesh& mesh) {
   CgalMesh surface;
-  if (!to_cgal(mesh, surface)) return {};
+  if (!to_cgal_mesh(mesh, surface)) return {};
   if (!pmp::experimental::remove_self_intersections(surface,
                                                     CGAL::parameters::preserve_genus(false))) {
     return {};
@@ -144,12 +108,12 @@ std::optional<SurfaceMesh> remove_self_intersections(const SurfaceMesh& mesh) {
 
 std::optional<SurfaceMesh> unite(const std::vector<SurfaceMesh>& bodies) {
   CgalMesh whole;
-  if (!to_cgal(bodies.front(), whole)) return {};
+  if (!to_cgal_mesh(bodies.front(), whole)) return {};
   try {
     for (std::size_t i = 1; i < bodies.size(); ++i) {
       CgalMesh next;
       CgalMesh both;
-      if (!to_cgal(bodies[i], next)) return {};
+      if (!to_cgal_mesh(bodies[i], next)) return {};
       if (!pmp::corefine_and_compute_union(whole, next, both,
                                            CGAL::parameters::throw_on_self_intersection(true))) {
         return {};

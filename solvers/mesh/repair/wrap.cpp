@@ -1,29 +1,22 @@
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/polygon_mesh_to_polygon_soup.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
 
 #include <algorithm>
 
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
-#include "solvers/mesh/repair/detail/surface_topology.hpp"
+#include "solvers/mesh/simplify/cgal_mesh.hpp"
 
 namespace carillon::solvers::mesh::repair {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
+using Kernel = simplify::CgalKernel;
+using simplify::to_cgal;
 using Triangles = std::vector<Kernel::Triangle_3>;
 using Tree = CGAL::AABB_tree<
     CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>>>;
-
-Point to_point(const Vec3& p) {
-  return {p.x(), p.y(), p.z()};
-}
 
 /// Share of the way to the surface that a wrap's vertex goes at first; not the whole, so that
 /// vertices which would meet on an edge of the surface stay apart.
@@ -34,33 +27,17 @@ constexpr int kHalvings = 8;
 }  // namespace
 
 SurfaceMesh alpha_wrap(const SurfaceMesh& soup, double alpha, double offset) {
-  std::vector<Point> points;
-  for (const Vec3& v : soup.vertices) points.push_back(to_point(v));
-  std::vector<std::vector<std::size_t>> polygons;
-  for (const Triangle& t : soup.triangles) {
-    polygons.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),
-                        static_cast<std::size_t>(t[2])});
-  }
-  CGAL::Surface_mesh<Point> wrap;
-  CGAL::alpha_wrap_3(points, polygons, alpha, offset, wrap);
-
-  std::vector<Point> wrap_points;
-  std::vector<std::vector<std::size_t>> wrap_triangles;
-  CGAL::Polygon_mesh_processing::polygon_mesh_to_polygon_soup(wrap, wrap_points, wrap_triangles);
-  SurfaceMesh mesh;
-  for (const Point& p : wrap_points) mesh.vertices.emplace_back(p.x(), p.y(), p.z());
-  for (const auto& t : wrap_triangles) {
-    mesh.triangles.push_back({static_cast<std::int32_t>(t[0]), static_cast<std::int32_t>(t[1]),
-                              static_cast<std::int32_t>(t[2])});
-  }
-  return mesh;
+  const simplify::CgalSoup cgal = simplify::to_soup(soup);
+  simplify::CgalMesh wrap;
+  CGAL::alpha_wrap_3(cgal.points, cgal.polygons, alpha, offset, wrap);
+  return simplify::from_cgal(wrap);
 }
 
 SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
   Triangles triangles;
   for (const Triangle& t : soup.triangles) {
     const auto p = [&](std::size_t i) {
-      return to_point(soup.vertices[static_cast<std::size_t>(t[i])]);
+      return to_cgal(soup.vertices[static_cast<std::size_t>(t[i])]);
     };
     const Kernel::Triangle_3 triangle(p(0), p(1), p(2));
     if (!triangle.is_degenerate()) triangles.push_back(triangle);
@@ -68,8 +45,7 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
   const Tree tree(triangles.cbegin(), triangles.cend());
   std::vector<Vec3> target;
   for (const Vec3& v : wrap.vertices) {
-    const Point p = tree.closest_point(to_point(v));
-    target.emplace_back(p.x(), p.y(), p.z());
+    target.push_back(simplify::from_cgal(tree.closest_point(to_cgal(v))));
   }
 
   std::vector<double> share(wrap.vertices.size(), kFirstShare);

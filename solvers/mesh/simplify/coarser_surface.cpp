@@ -6,7 +6,6 @@
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
@@ -17,11 +16,7 @@ namespace carillon::solvers::mesh::simplify {
 namespace {
 
 namespace collapse = CGAL::Surface_mesh_simplification;
-using Point = CgalMesh::Point;
-
-std::array<double, 3> key_of(const Point& p) {
-  return {p.x(), p.y(), p.z()};
-}
+using Point = CgalPoint;
 
 /// Where a vertex lies: on how many edges between faces that meet at more than the crease angle.
 enum class Place { face, crease, corner };
@@ -29,12 +24,12 @@ enum class Place { face, crease, corner };
 class Creases {
  public:
   Creases(const CgalMesh& mesh, double angle) : cosine_(std::cos(angle)) {
-    std::map<std::array<double, 3>, int> edges;
+    std::map<Point, int> edges;
     for (const auto edge : mesh.edges()) {
       const auto h = mesh.halfedge(edge);
       if (!is_crease(mesh, h)) continue;
-      ++edges[key_of(mesh.point(mesh.source(h)))];
-      ++edges[key_of(mesh.point(mesh.target(h)))];
+      ++edges[mesh.point(mesh.source(h))];
+      ++edges[mesh.point(mesh.target(h))];
     }
     for (const auto& [point, count] : edges) {
       places_[point] = count == 2 ? Place::crease : Place::corner;
@@ -47,7 +42,7 @@ class Creases {
   }
 
   Place of(const Point& point) const {
-    const auto found = places_.find(key_of(point));
+    const auto found = places_.find(point);
     return found == places_.end() ? Place::face : found->second;
   }
 
@@ -60,7 +55,7 @@ class Creases {
   }
 
   double cosine_;
-  std::map<std::array<double, 3>, Place> places_;
+  std::map<Point, Place> places_;
 };
 
 /// Of the ends of an edge that may stay the one that leaves shorter edges; none where both must go
@@ -124,16 +119,14 @@ SurfaceMesh coarser_surface(const SurfaceMesh& mesh, std::size_t vertices, doubl
       work, SoManyVertices{vertices},
       CGAL::parameters::get_cost(LongestEdgeLeft{})
           .get_placement(collapse::Bounded_normal_change_placement<OneOfItsEnds>({&creases})));
-  std::map<std::array<double, 3>, std::int32_t> number;
+  std::map<Point, std::int32_t> number;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    number[{mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z()}] =
-        static_cast<std::int32_t>(v);
+    number[to_cgal(mesh.vertices[v])] = static_cast<std::int32_t>(v);
   }
   SurfaceMesh coarser = from_cgal(work);
   for (Triangle& triangle : coarser.triangles) {
     for (std::int32_t& v : triangle) {
-      const Vec3& place = coarser.vertices[static_cast<std::size_t>(v)];
-      v = number.at({place.x(), place.y(), place.z()});
+      v = number.at(to_cgal(coarser.vertices[static_cast<std::size_t>(v)]));
     }
   }
   coarser.vertices = mesh.vertices;

@@ -1,16 +1,17 @@
 #include "solvers/mesh/repair/detail/intersections.hpp"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
 #include <array>
 
+#include "solvers/mesh/simplify/cgal_mesh.hpp"
+
 namespace carillon::solvers::mesh::repair {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
+using Kernel = simplify::CgalKernel;
+using Point = simplify::CgalPoint;
 using IndexedBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::size_t>;
 
 /// Thrown to leave CGAL's box loop once enough pairs are known.
@@ -20,7 +21,7 @@ class PairTest {
  public:
   explicit PairTest(const SurfaceMesh& mesh) : mesh_(mesh) {
     points_.reserve(mesh.vertices.size());
-    for (const Vec3& v : mesh.vertices) points_.emplace_back(v.x(), v.y(), v.z());
+    for (const Vec3& v : mesh.vertices) points_.push_back(simplify::to_cgal(v));
   }
 
   bool degenerate(std::size_t t) const {

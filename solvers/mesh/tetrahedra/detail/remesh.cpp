@@ -55,11 +55,8 @@ class Remesher {
   }
 
  private:
-  Vec3 at(Vertex v) const {
-    const auto& p = mesh_.point(v);
-    return {p.x(), p.y(), p.z()};
-  }
-  void move(Vertex v, const Vec3& p) { mesh_.point(v) = {p.x(), p.y(), p.z()}; }
+  Vec3 at(Vertex v) const { return simplify::from_cgal(mesh_.point(v)); }
+  void move(Vertex v, const Vec3& p) { mesh_.point(v) = simplify::to_cgal(p); }
   double length(Edge e) const { return (at(mesh_.vertex(e, 0)) - at(mesh_.vertex(e, 1))).norm(); }
   double wanted(Edge e) const {
     return std::min(size_[mesh_.vertex(e, 0)], size_[mesh_.vertex(e, 1)]);
