@@ -35,7 +35,7 @@ void check_input(const mesh::Meridian& meridian, const elements::Elastic& m,
   require(!meridian.blocks.empty(), "the section is empty");
   require(fourier.order >= 2 && fourier.order <= 14,
           fmt::format("cells of order {} are not known; 2 to 14 are", fourier.order));
-  eigen::check_material(m);
+  elements::check_elastic(m);
   eigen::check_band(band);
 }
 

@@ -8,8 +8,6 @@
 
 namespace carillon::solvers::eigen {
 
-/// @throws core::InputError  a constant that no material has
-void check_material(const elements::Elastic& material);
 /// @throws core::InputError  the band is empty
 void check_band(const modes::Band& band);
 

@@ -27,15 +27,6 @@ void require(bool holds, const std::string& message) {
 
 }  // namespace
 
-void check_material(const elements::Elastic& m) {
-  require(std::isfinite(m.youngs_modulus) && m.youngs_modulus > 0,
-          fmt::format("Young's modulus must be positive, not {} Pa", m.youngs_modulus));
-  require(std::isfinite(m.density) && m.density > 0,
-          fmt::format("density must be positive, not {} kg/m^3", m.density));
-  require(m.poisson_ratio > -1 && m.poisson_ratio < 0.5,
-          fmt::format("Poisson's ratio must lie between -1 and 0.5, not {}", m.poisson_ratio));
-}
-
 void check_band(const modes::Band& band) {
   require(
       band.min_frequency >= 0 && band.max_frequency > band.min_frequency &&
@@ -66,7 +57,7 @@ void check_input(const mesh::TetMesh& mesh, std::span<const elements::Elastic> r
   require(std::all_of(mesh.nodes.begin(), mesh.nodes.end(),
                       [](const Vec3& x) { return x.allFinite(); }),
           "a node of the mesh is not a finite point");
-  for (const auto& region : regions) check_material(region);
+  for (const auto& region : regions) elements::check_elastic(region);
   check_band(band);
   mesh::refuse_overlaps(mesh);
 }

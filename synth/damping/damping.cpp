@@ -128,14 +128,14 @@ std::string formula_of(const DampingModel& model) {
   }
 }
 
-std::optional<DampingFault> damping_fault(const DampingModel& model) {
+std::optional<core::Fault> damping_fault(const DampingModel& model) {
   const DampingForm& form = form_of(model.kind);
   const auto& alpha = model.parameters;
   if (alpha.size() < form.least || alpha.size() > form.most) {
-    return DampingFault{"damping",
-                        fmt::format("{} damping takes {} parameter{}, not {}", form.name,
-                                    form.least, form.least == 1 ? " or more" : "s", alpha.size()),
-                        form.formula};
+    return core::Fault{"damping",
+                       fmt::format("{} damping takes {} parameter{}, not {}", form.name, form.least,
+                                   form.least == 1 ? " or more" : "s", alpha.size()),
+                       form.formula};
   }
   // A series may be negative in between and an expression anywhere; exponents may have any sign.
   std::size_t factors = 0;
@@ -143,12 +143,12 @@ std::optional<DampingFault> damping_fault(const DampingModel& model) {
   if (model.kind == DampingKind::rayleigh || model.kind == DampingKind::hybrid) factors = 2;
   for (std::size_t i = 0; i < alpha.size(); ++i) {
     if (!std::isfinite(alpha[i])) {
-      return DampingFault{parameter_name(i),
-                          fmt::format("{} must be finite, not {}", parameter_name(i), alpha[i]),
-                          form.formula};
+      return core::Fault{parameter_name(i),
+                         fmt::format("{} must be finite, not {}", parameter_name(i), alpha[i]),
+                         form.formula};
     }
     if (i < factors && alpha[i] < 0) {
-      return DampingFault{
+      return core::Fault{
           parameter_name(i),
           fmt::format("{} must not be negative, but is {}", parameter_name(i), alpha[i]),
           "negative damping would let a mode grow"};
@@ -158,7 +158,7 @@ std::optional<DampingFault> damping_fault(const DampingModel& model) {
     try {
       compile_expression(model.expression, alpha);
     } catch (const InputError& error) {
-      return DampingFault{"damping", error.message(), error.hint()};
+      return core::Fault{"damping", error.message(), error.hint()};
     }
   }
   return std::nullopt;

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/fault.hpp"
 #include "solvers/modes/modes.hpp"
 
 namespace carillon::synth::damping {
@@ -53,16 +54,11 @@ std::string parameter_name(std::size_t parameter);
 /// The formula with its numbers: "c = 3.9 + 5.2e-09 lambda^1.027".
 std::string formula_of(const DampingModel& model);
 
-/// The first rule a model breaks.
-struct DampingFault {
-  std::string key;  ///< "alpha2", or "damping"
-  std::string message;
-  std::string hint;
-};
 /// Rules: the number of parameters; all finite; none negative that would make Rayleigh's, the
 /// power law's or the hybrid's damping negative at low or high frequencies (a Caughey series and an
-/// expression may be negative somewhere: see decay_rates()); an expression that can be read.
-std::optional<DampingFault> damping_fault(const DampingModel& model);
+/// expression may be negative somewhere: see decay_rates()); an expression that can be read. The
+/// key of what breaks them is that of a parameter, or "damping".
+std::optional<core::Fault> damping_fault(const DampingModel& model);
 /// @throws InputError  the model breaks a rule
 void check_damping(const DampingModel& model);
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -11,22 +10,8 @@
 
 namespace carillon::synth::material {
 
-std::optional<damping::DampingFault> material_fault(const Material& material) {
-  const auto& [modulus, poisson, density] = material.elastic;
-  if (!(modulus > 0) || !std::isfinite(modulus)) {
-    return damping::DampingFault{
-        "youngs_modulus", fmt::format("Young's modulus must be positive, not {} Pa", modulus), ""};
-  }
-  if (!(poisson > -1 && poisson < 0.5)) {
-    return damping::DampingFault{
-        "poisson_ratio",
-        fmt::format("Poisson's ratio must lie between -1 and 0.5, both excluded, not {}", poisson),
-        poisson == 0.5 ? "an incompressible solid has no finite bulk modulus; 0.49 is rubber" : ""};
-  }
-  if (!(density > 0) || !std::isfinite(density)) {
-    return damping::DampingFault{
-        "density", fmt::format("density must be positive, not {} kg/m^3", density), ""};
-  }
+std::optional<core::Fault> material_fault(const Material& material) {
+  if (auto fault = solvers::elements::elastic_fault(material.elastic)) return fault;
   return damping::damping_fault(material.damping);
 }
 

@@ -27,7 +27,7 @@ inline constexpr std::array<ElasticField, 3> kElasticFields = {{
 }};
 
 /// The first rule a material breaks; its key is a field or that of the damping.
-std::optional<damping::DampingFault> material_fault(const Material& material);
+std::optional<core::Fault> material_fault(const Material& material);
 
 /// A material from `key=value,key=value`; not checked.
 /// @throws InputError  malformed, unknown key, or one that is missing
