@@ -10,7 +10,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "synth/support/detail/general_eigen.hpp"
+#include "solvers/dense/eigenpairs.hpp"
 
 namespace carillon::synth::support {
 
@@ -183,7 +183,8 @@ std::vector<int> match(const Eigen::MatrixXd& shares) {
 /// Adds the coupled part's oscillators; false when the eigenvectors are dependent.
 bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
   const Eigen::Index m = form.omega.size(), v = form.turn.rows();
-  const RealEigen solution = general_eigen(form.matrix);
+  const solvers::dense::GeneralEigenpairs solution =
+      solvers::dense::general_eigenpairs(form.matrix);
   const std::vector<PolePair> pairs = pair_poles(solution.values);
   Eigen::MatrixXd columns(m + v, m + v);
   for (std::size_t j = 0; j < pairs.size(); ++j) {

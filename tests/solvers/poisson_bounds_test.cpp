@@ -10,7 +10,7 @@
 #include <cmath>
 #include <random>
 
-#include "solvers/eigen/dense_eigen.hpp"
+#include "solvers/dense/eigenpairs.hpp"
 #include "solvers/elements/element.hpp"
 #include "solvers/elements/lagrange.hpp"
 
@@ -58,7 +58,7 @@ TEST(PoissonBounds, StiffnessNowhereFallsBelowItsRatio) {
     const double from = ratio_between(-0.95, 0.495), to = ratio_between(-0.95, 0.495);
     const double ratio = solvers::basis::stiffness_ratio(from, to);
     const MatrixXd difference = stiffness(to) - ratio * stiffness(from);
-    const auto values = solvers::eigen::dense_eigenvalues(difference);
+    const auto values = solvers::dense::symmetric_eigenvalues(difference);
     RC_ASSERT(values[0] >= -1e-13 * stiffness(to).norm());
     // And no larger factor would do: some strain is pure shear, some nearly pure volume.
     RC_ASSERT(ratio <= 1);
@@ -92,7 +92,7 @@ TEST(PoissonBounds, NeighboursCombineToWhatLiesBetween) {
       RC_ASSERT(weights[i] >= 0);
       difference -= weights[i] * stiffness(ratios[i]);
     }
-    RC_ASSERT(solvers::eigen::dense_eigenvalues(difference)[0] > -1e-12 * scale);
+    RC_ASSERT(solvers::dense::symmetric_eigenvalues(difference)[0] > -1e-12 * scale);
     if (to >= 0.1 && to < 0.44) RC_ASSERT(difference.norm() < 1e-12 * scale);
   }));
 }
@@ -114,7 +114,7 @@ TEST(PoissonBounds, ComplementOfASumIsNeverSofterThanItsBound) {
     }
     const MatrixXd all = random_rotation(n, random);
     const MatrixXd rest = all.rightCols(n - trials);
-    const double truth = solvers::eigen::dense_eigenvalues(rest.transpose() * k * rest)[0];
+    const double truth = solvers::dense::symmetric_eigenvalues(rest.transpose() * k * rest)[0];
     RC_ASSERT(solvers::basis::complement_bound(known, all.leftCols(trials)) <= truth * (1 + 1e-10));
   }));
 }
@@ -134,7 +134,7 @@ TEST(PoissonBounds, ComplementIsNeverSofterThanItsBound) {
                                     axes.leftCols(trials) + away * random_matrix(n, trials, random))
                                     .householderQ());
     const MatrixXd rest = y.rightCols(n - trials);
-    const double truth = solvers::eigen::dense_eigenvalues(rest.transpose() * k * rest)[0];
+    const double truth = solvers::dense::symmetric_eigenvalues(rest.transpose() * k * rest)[0];
     const double complete_below = known < n ? spectrum[known] : spectrum[n - 1];
     const double bound = solvers::basis::complement_bound(
         std::vector<solvers::basis::KnownSpectrum>{
@@ -158,10 +158,10 @@ TEST(PoissonBounds, EigenvaluesLieBetweenTheBoundsAndTheRitzValues) {
                                                       away * random_matrix(n, trials, random))
                            .householderQ();
     MatrixXd turned = q.leftCols(trials).transpose() * k * q.leftCols(trials);
-    const auto ritz = solvers::eigen::dense_eigenpairs(turned);
+    const auto ritz = solvers::dense::symmetric_eigenpairs(turned);
     const MatrixXd y = q.leftCols(trials) * turned;
     const MatrixXd rest = q.rightCols(n - trials);
-    const double ceiling = solvers::eigen::dense_eigenvalues(rest.transpose() * k * rest)[0];
+    const double ceiling = solvers::dense::symmetric_eigenvalues(rest.transpose() * k * rest)[0];
     const MatrixXd residuals = k * y - y * ritz.asDiagonal();
     const MatrixXd gram = residuals.transpose() * k.inverse() * residuals;
     const auto bounds = solvers::basis::bound_ritz_values(ritz, gram, ceiling, 1e-4);

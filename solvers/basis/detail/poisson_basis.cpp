@@ -8,7 +8,7 @@
 #include "solvers/assembly/fields.hpp"
 #include "solvers/assembly/products.hpp"
 #include "solvers/basis/detail/poisson_bounds.hpp"
-#include "solvers/eigen/dense_eigen.hpp"
+#include "solvers/dense/eigenpairs.hpp"
 
 namespace carillon::solvers::basis {
 namespace {
@@ -44,7 +44,7 @@ Eigen::MatrixXd widen(PoissonBasis& basis, const assembly::System& system, Eigen
   }
   auto gram = product_over_ranks(vectors, mass_vectors, comm);
   gram = (gram + gram.transpose()).eval() / 2;
-  const auto sizes = eigen::dense_eigenpairs(gram);
+  const auto sizes = dense::symmetric_eigenpairs(gram);
   const auto kept = (sizes.array() > dropped * dropped).count();
   const Eigen::MatrixXd turned =
       gram.rightCols(kept) * sizes.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
@@ -321,7 +321,7 @@ RitzModes ritz_modes(const mesh::TetMesh& mesh, const PoissonBasis& basis, doubl
   const auto unit = elements::lame_constants(1, poisson_ratio, 0);
   DensePairs dense;
   dense.coordinates = unit.lambda * basis.lambda_part + unit.mu * basis.mu_part;
-  dense.values = eigen::dense_eigenpairs(dense.coordinates);
+  dense.values = dense::symmetric_eigenpairs(dense.coordinates);
   const auto below = [&dense](double value) -> Eigen::Index {
     return (dense.values.array() < value).count();
   };

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/eigen/dense_eigen.hpp"
+#include "solvers/dense/eigenpairs.hpp"
 
 namespace carillon::solvers::basis {
 
@@ -50,7 +50,7 @@ double complement_bound(std::span<const KnownSpectrum> known, const Eigen::Matri
     next += count;
   }
   weighted -= trials * (trials.transpose() * weighted).eval();
-  const auto taken = eigen::dense_eigenvalues(weighted.transpose() * weighted);
+  const auto taken = dense::symmetric_eigenvalues(weighted.transpose() * weighted);
   return top - std::max(0.0, taken.maxCoeff());
 }
 
@@ -69,7 +69,7 @@ RitzBounds bound_ritz_values(const Eigen::VectorXd& ritz_values, const Eigen::Ma
     const double stretch = std::ldexp(1.0, level);
     s = ceiling * (1 - 1 / stretch);
     const auto values =
-        eigen::dense_eigenvalues(ritz_values.asDiagonal().toDenseMatrix() - stretch * gram);
+        dense::symmetric_eigenvalues(ritz_values.asDiagonal().toDenseMatrix() - stretch * gram);
     // Above the last level an eigenvalue is at least that level.
     for (; next < count && (ritz_values[next] <= s || level == levels); ++next) {
       bounds.lower[next] = std::min(s, values[next]);

@@ -1,7 +1,7 @@
 #include "solvers/eigen/detail/reduced.hpp"
 
 #include "solvers/assembly/collective.hpp"
-#include "solvers/eigen/dense_eigen.hpp"
+#include "solvers/dense/eigenpairs.hpp"
 
 namespace carillon::solvers::eigen {
 namespace {
@@ -36,7 +36,7 @@ Eigen::VectorXd eigenpairs_alike(Eigen::MatrixXd& matrix, MPI_Comm comm) {
   Eigen::VectorXd values(matrix.rows());
   // LAPACK may take other instructions on other machines.
   assembly::agreed(comm, [&] {
-    if (rank_of(comm) == 0) values = dense_eigenpairs(matrix);
+    if (rank_of(comm) == 0) values = dense::symmetric_eigenpairs(matrix);
   });
   MPI_Bcast(values.data(), static_cast<int>(values.size()), MPI_DOUBLE, 0, comm);
   share_first(matrix, comm);
