@@ -39,7 +39,8 @@ struct BoundedMinimum {
 
 /// Minimum of a smooth function of few parameters within bounds: Newton's steps in the parameters
 /// that no bound holds, shortened by a Levenberg-Marquardt term until the function falls as it was
-/// expected to.
+/// expected to. (NLopt's methods take no Hessian, and Eigen's Levenberg-Marquardt neither bounds
+/// nor what is no sum of squares.)
 /// @param start  moved into the box; the objective must be finite there, or the minimum returned
 ///               is the start, not converged
 BoundedMinimum minimise(const Objective& objective, const Eigen::VectorXd& start, const Box& box,

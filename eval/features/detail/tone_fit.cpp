@@ -117,7 +117,8 @@ std::vector<std::size_t> neighbours(const ToneFit& fit, Complex rate, std::size_
 
 namespace {
 
-/// Moves tones to where chi squared is least (Levenberg-Marquardt).
+/// Moves tones to where chi squared is least: Levenberg-Marquardt on the normal equations, which
+/// are summed over the bins, where Eigen's factors the Jacobian of all bins at each step.
 /// @param bare      the residual without them
 /// @param residual  with them
 void minimise(const Residual& bare, std::vector<Tone>& tones, Residual& residual, int most_steps) {
