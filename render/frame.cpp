@@ -20,7 +20,6 @@ namespace carillon::render {
 
 namespace {
 
-constexpr int kMaxSide = 4096;
 constexpr int kSamples = 3;  ///< per pixel and direction
 constexpr int kShadowSide = 1024;
 constexpr double kRoomAround = 1.08;  ///< room around the body's ball
@@ -35,17 +34,9 @@ const std::array<Light, 3> kLights = {{{{-0.55, 0.75, 0.65}, {0.62, 0.605, 0.575
                                        {{0.30, 0.60, -0.75}, {0.36, 0.36, 0.38}}}};  // rim
 
 void check_all(const Camera& camera, const Appearance& appearance) {
-  if (camera.width < 1 || camera.height < 1 || camera.width > kMaxSide ||
-      camera.height > kMaxSide) {
-    throw core::InputError(fmt::format("camera: picture must be 1 to {} pixels a side, not {} x {}",
-                                       kMaxSide, camera.width, camera.height));
-  }
+  check_picture(camera.width, camera.height, camera.field_of_view);
   if (!std::isfinite(camera.azimuth) || !std::isfinite(camera.elevation)) {
     throw core::InputError("camera: azimuth and elevation must be finite");
-  }
-  if (!(camera.field_of_view > 0 && camera.field_of_view < std::numbers::pi)) {
-    throw core::InputError(fmt::format(
-        "camera: field of view must lie between 0 and pi, not {} rad", camera.field_of_view));
   }
   if (!(camera.distance >= 0) || !std::isfinite(camera.distance)) {
     throw core::InputError(
@@ -152,8 +143,7 @@ class FrameRenderer {
     set_matrix(body_program_, "clip_from_body", view.clip_from_body);
     set_matrix(body_program_, "light_from_body", light);
     set_vector(body_program_, "eye", view.distance * view.axes.row(2).transpose());
-    set_vector(body_program_, "reflectance",
-               {appearance.color[0], appearance.color[1], appearance.color[2]});
+    set_vector(body_program_, "reflectance", appearance.color);
     set_number(body_program_, "roughness", appearance.roughness);
     set_number(body_program_, "metallic", appearance.metallic);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -184,6 +174,17 @@ class FrameRenderer {
 };
 
 }  // namespace
+
+void check_picture(int width, int height, double field_of_view) {
+  if (width < 1 || height < 1 || width > max_picture_side || height > max_picture_side) {
+    throw core::InputError(fmt::format("camera: picture must be 1 to {} pixels a side, not {} x {}",
+                                       max_picture_side, width, height));
+  }
+  if (!(field_of_view > 0 && field_of_view < std::numbers::pi)) {
+    throw core::InputError(
+        fmt::format("camera: field of view must lie between 0 and pi, not {} rad", field_of_view));
+  }
+}
 
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance) {

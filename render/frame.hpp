@@ -1,12 +1,16 @@
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "core/image.hpp"
 #include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
+
+inline constexpr int max_picture_side = 4096;  ///< [pixel]
+
+/// @throws InputError  a side or a view that no picture has; [pixel], [rad]
+void check_picture(int width, int height, double field_of_view);
 
 /// Where the picture is taken from; z is up, azimuth 0 looks from +x, a quarter turn from +y.
 struct Camera {
@@ -19,8 +23,8 @@ struct Camera {
 };
 
 struct Appearance {
-  std::array<double, 3> color = {0.7, 0.7, 0.72};  ///< linear reflectance
-  double roughness = 0.4;                          ///< 0 mirror, 1 matt
+  Vec3 color = {0.7, 0.7, 0.72};  ///< linear reflectance
+  double roughness = 0.4;         ///< 0 mirror, 1 matt
   double metallic = 0;
 };
 

@@ -3,28 +3,17 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "core/error.hpp"
 
 namespace carillon::render {
 namespace {
 
-constexpr int kMaxSide = 4096;
-
 void check(const SceneCamera& camera) {
-  if (camera.width < 1 || camera.height < 1 || camera.width > kMaxSide ||
-      camera.height > kMaxSide) {
-    throw core::InputError(fmt::format("camera: picture must be 1 to {} pixels a side, not {} x {}",
-                                       kMaxSide, camera.width, camera.height));
-  }
+  check_picture(camera.width, camera.height, camera.field_of_view);
   if (camera.samples != 1 && camera.samples != 3 && camera.samples != 5) {
     throw core::InputError(
         fmt::format("camera: 1, 3 or 5 samples per pixel and direction, not {}", camera.samples));
-  }
-  if (!(camera.field_of_view > 0 && camera.field_of_view < std::numbers::pi)) {
-    throw core::InputError(fmt::format(
-        "camera: field of view must lie between 0 and pi, not {} rad", camera.field_of_view));
   }
   const Vec3 way = camera.target - camera.eye;
   if (!way.allFinite() || !(way.norm() > 0)) {
@@ -36,7 +25,7 @@ void check(const SceneCamera& camera) {
   }
 }
 
-void check(const std::optional<std::array<double, 3>>& color) {
+void check(const std::optional<Vec3>& color) {
   if (color) render::check(Appearance{*color, 0, 0});
 }
 

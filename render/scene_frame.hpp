@@ -34,7 +34,7 @@ struct SceneBody {
   std::optional<maps::TexturedFace> texture;
   /// Colour of the deepest parts of a relief (mortar, the earth between pebbles): it takes over
   /// between a quarter and three quarters of the depth.
-  std::optional<std::array<double, 3>> deep_color;
+  std::optional<Vec3> deep_color;
 };
 
 /// A square of level ground about a place, facing up. It is no body: the mask has it as background.
@@ -43,7 +43,7 @@ struct SceneGround {
   double reach = 10;           ///< from the middle to its edges, where it fades away [m]
   Appearance appearance = {{0.32, 0.31, 0.30}, 0.8, 0};
   std::shared_ptr<const maps::SurfaceMap> map;  ///< lower left corner at the ground's; u along x
-  std::optional<std::array<double, 3>> deep_color;
+  std::optional<Vec3> deep_color;
 };
 
 /// What does not change while a scene moves.

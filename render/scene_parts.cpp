@@ -3,16 +3,12 @@
 #include <cmath>
 
 namespace carillon::render {
-Vec3 color_of(const std::array<double, 3>& color) {
-  return {color[0], color[1], color[2]};
-}
-
 Drawn make_drawn(const SceneBody& body, int number, const FootprintPainter& footprints) {
   const BoundingBall ball = bounding_ball(body.mesh);
   Drawn drawn{.mesh = DrawableMesh(shading_mesh(body.mesh, ball, kCreaseAngle)),
               .ball = ball,
               .appearance = body.appearance,
-              .deep_color = color_of(body.deep_color.value_or(body.appearance.color)),
+              .deep_color = body.deep_color.value_or(body.appearance.color),
               .number = number,
               .detail = {},
               .footprint = {}};

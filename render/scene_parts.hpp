@@ -40,6 +40,5 @@ struct SceneView {
 SceneView scene_view(const SceneCamera& camera, double reach);
 
 /// Linear reflectance as the shaders take it.
-Vec3 color_of(const std::array<double, 3>& color);
 
 }  // namespace carillon::render

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
@@ -107,7 +108,8 @@ void add_material(const std::vector<synth::material::Material>& materials, const
   object["material"] = name;
   object["youngs_modulus"] = first.elastic.youngs_modulus;
   object["density"] = first.elastic.density;
-  object["appearance"] = {{"color", appearance.color},
+  const Vec3& color = appearance.color;
+  object["appearance"] = {{"color", std::array{color.x(), color.y(), color.z()}},
                           {"roughness", appearance.roughness},
                           {"metallic", appearance.metallic}};
 }

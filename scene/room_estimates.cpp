@@ -25,8 +25,8 @@ constexpr double kSecondsPerImage = 4e-5;
 constexpr double kSecondsPerTailSecond = 0.02;
 constexpr double kSecondsPerSample = 2.6e-8;  ///< of a convolution
 
-std::vector<Eigen::Vector3d> places_of(const Scene& scene) {
-  std::vector<Eigen::Vector3d> places;
+std::vector<Vec3> places_of(const Scene& scene) {
+  std::vector<Vec3> places;
   for (const synth::modal::Listener& listener : scene.listeners)
     places.push_back(listener.position);
   return places;
@@ -49,7 +49,7 @@ double earliest_reflection(const RoomScene& room, const Scene& scene) {
   const auto listeners = places_of(scene);
   const Room place = typical_room(room, scene, false, listeners);
   double earliest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& listener : listeners) {
+  for (const Vec3& listener : listeners) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const bool far : {false, true}) {
         const double margin = room.margin > 0 ? room.margin : 0.1 * place.size[axis];

@@ -70,8 +70,8 @@ synth::room::WallAbsorption read_walls(ConfigNode& room) {
   return absorption;
 }
 
-Eigen::Vector3d corner(const RoomScene& scene, bool largest) {
-  Eigen::Vector3d size;
+Vec3 corner(const RoomScene& scene, bool largest) {
+  Vec3 size;
   for (int i = 0; i < 3; ++i) {
     const core::Range& side = scene.size[static_cast<std::size_t>(i)];
     size[i] = largest ? side.high : side.low;
@@ -79,8 +79,7 @@ Eigen::Vector3d corner(const RoomScene& scene, bool largest) {
   return size;
 }
 
-synth::room::WallAbsorption walls_of(const RoomScene& scene, const Eigen::Vector3d& size,
-                                     double sample_rate) {
+synth::room::WallAbsorption walls_of(const RoomScene& scene, const Vec3& size, double sample_rate) {
   if (scene.walls) return *scene.walls;
   if (scene.octave_rt60) {
     return synth::room::same_on_all_walls(synth::room::absorption_for(
@@ -99,13 +98,12 @@ synth::room::WallAbsorption walls_of(const RoomScene& scene, const Eigen::Vector
 }
 
 /// Where the body may be so that it and its listeners are inside.
-Eigen::AlignedBox3d places(const RoomScene& scene, const Eigen::Vector3d& size,
-                           const std::vector<Eigen::Vector3d>& listeners) {
-  const Eigen::Vector3d margin =
-      scene.margin > 0 ? Eigen::Vector3d::Constant(scene.margin) : Eigen::Vector3d(0.1 * size);
+Eigen::AlignedBox3d places(const RoomScene& scene, const Vec3& size,
+                           const std::vector<Vec3>& listeners) {
+  const Vec3 margin = scene.margin > 0 ? Vec3::Constant(scene.margin) : Vec3(0.1 * size);
   Eigen::AlignedBox3d box(margin, size - margin);
-  for (const Eigen::Vector3d& listener : listeners) {
-    const Eigen::Vector3d near = kListenerMargin * size;
+  for (const Vec3& listener : listeners) {
+    const Vec3 near = kListenerMargin * size;
     box = box.intersection(Eigen::AlignedBox3d(near - listener, size - near - listener));
   }
   if (box.isEmpty()) {
@@ -118,9 +116,9 @@ Eigen::AlignedBox3d places(const RoomScene& scene, const Eigen::Vector3d& size,
   return box;
 }
 
-void check_places(const Eigen::Vector3d& size, const Eigen::Vector3d& source,
-                  const std::vector<Eigen::Vector3d>& listeners, int order) {
-  for (const Eigen::Vector3d& listener : listeners) {
+void check_places(const Vec3& size, const Vec3& source, const std::vector<Vec3>& listeners,
+                  int order) {
+  for (const Vec3& listener : listeners) {
     synth::room::check_room(size, source, source + listener, order);
   }
 }
@@ -137,7 +135,7 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
   });
   if (node.is_list("source")) {
     const auto at = node.quantities("source", Dimension::length, 3);
-    room.source = Eigen::Vector3d(at[0], at[1], at[2]);
+    room.source = Vec3(at[0], at[1], at[2]);
   } else {
     node.choice("source", {"random"}, "random");
     room.margin = node.quantity("margin", Dimension::length, 0.0);
@@ -176,7 +174,7 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
       walls_of(room, corner(room, true), scene.audio.sample_rate);
     });
   }
-  std::vector<Eigen::Vector3d> listeners;
+  std::vector<Vec3> listeners;
   for (const synth::modal::Listener& listener : scene.listeners)
     listeners.push_back(listener.position);
   core::at_key(node, room.source ? "source" : "size",
@@ -185,7 +183,7 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
 }
 
 Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
-                  const std::vector<Eigen::Vector3d>& listeners) {
+                  const std::vector<Vec3>& listeners) {
   Room room;
   room.size = corner(scene, largest);
   room.source = scene.source ? *scene.source : places(scene, room.size, listeners).center();
@@ -195,7 +193,7 @@ Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
 }
 
 std::vector<Room> rooms_at_the_edges(const RoomScene& scene, const Scene& audio, bool largest,
-                                     const std::vector<Eigen::Vector3d>& listeners) {
+                                     const std::vector<Vec3>& listeners) {
   if (scene.source) return {};
   const Room middle = typical_room(scene, audio, largest, listeners);
   const Eigen::AlignedBox3d box = places(scene, middle.size, listeners);
@@ -207,8 +205,7 @@ std::vector<Room> rooms_at_the_edges(const RoomScene& scene, const Scene& audio,
   return rooms;
 }
 
-Room room_of(const RoomScene& scene, const Sound& sound,
-             const std::vector<Eigen::Vector3d>& listeners) {
+Room room_of(const RoomScene& scene, const Sound& sound, const std::vector<Vec3>& listeners) {
   core::RandomStream choice(sound.seed, sound.id, "room.choice");
   const auto count = static_cast<std::uint64_t>(scene.count);
   const std::uint64_t number = sound.part * count + choice.index(count);
@@ -232,8 +229,8 @@ Room room_of(const RoomScene& scene, const Sound& sound,
 }
 
 synth::room::RoomOptions room_options(const RoomScene& scene, const Room& room,
-                                      const Eigen::Vector3d& listener, double sample_rate,
-                                      std::size_t count, std::uint64_t seed) {
+                                      const Vec3& listener, double sample_rate, std::size_t count,
+                                      std::uint64_t seed) {
   synth::room::RoomOptions options;
   options.size = room.size;
   options.source = room.source;
@@ -247,10 +244,10 @@ synth::room::RoomOptions room_options(const RoomScene& scene, const Room& room,
   return options;
 }
 
-std::vector<Eigen::Vector3d> relative_listeners(const RingingBody& body) {
-  std::vector<Eigen::Vector3d> relative;
+std::vector<Vec3> relative_listeners(const RingingBody& body) {
+  std::vector<Vec3> relative;
   for (const synth::modal::Listener& listener : body.listeners) {
-    const Eigen::Vector3d from_centre = listener.position - body.centre;
+    const Vec3 from_centre = listener.position - body.centre;
     relative.emplace_back((from_centre * 1e9).array().round() / 1e9);
   }
   return relative;

@@ -16,9 +16,9 @@ namespace carillon::scene {
 
 /// The `room:` of a configuration: a pool of shoebox rooms for each part of the data set.
 struct RoomScene {
-  std::vector<core::Range> size;          ///< of the sides [m], 3
-  std::optional<Eigen::Vector3d> source;  ///< where bodies stand [m]; none: drawn for each room
-  double margin = 0;  ///< of drawn places to the walls [m]; 0: a tenth of a side
+  std::vector<core::Range> size;  ///< of the sides [m], 3
+  std::optional<Vec3> source;     ///< where bodies stand [m]; none: drawn for each room
+  double margin = 0;              ///< of drawn places to the walls [m]; 0: a tenth of a side
   std::optional<synth::room::WallAbsorption> walls;
   std::optional<double> rt60;  ///< at 1 kHz, by walls that absorb alike at all octaves [s]
   std::optional<synth::room::OctaveValues> octave_rt60;  ///< [s]
@@ -31,8 +31,8 @@ struct RoomScene {
 /// One room of a pool.
 struct Room {
   std::int64_t number = 0;  ///< from 0; rooms of different parts have different numbers
-  Eigen::Vector3d size;
-  Eigen::Vector3d source;
+  Vec3 size;
+  Vec3 source;
   synth::room::WallAbsorption walls;
 };
 
@@ -45,27 +45,26 @@ RoomScene read_room(core::ConfigNode& root, const Scene& scene);
 /// be.
 /// @throws InputError  no place for body and listeners; names the room's size
 Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
-                  const std::vector<Eigen::Vector3d>& listeners);
+                  const std::vector<Vec3>& listeners);
 
 /// The same with the body in each corner of where it may be: that is where images of any order are
 /// nearest (their distances are linear or constant in each coordinate).
 std::vector<Room> rooms_at_the_edges(const RoomScene& scene, const Scene& audio, bool largest,
-                                     const std::vector<Eigen::Vector3d>& listeners);
+                                     const std::vector<Vec3>& listeners);
 
 /// The room of a sample: which of its part's pool is keyed by (seed, id, "room.choice"), and what
 /// the room is by (seed, its number), so that it is the same in every sample.
 /// @param listeners  from the body's centre [m]
 /// @throws InputError  no place for body and listeners; names the room's size
-Room room_of(const RoomScene& scene, const Sound& sound,
-             const std::vector<Eigen::Vector3d>& listeners);
+Room room_of(const RoomScene& scene, const Sound& sound, const std::vector<Vec3>& listeners);
 
 /// Options of the response of one listener in a room.
 synth::room::RoomOptions room_options(const RoomScene& scene, const Room& room,
-                                      const Eigen::Vector3d& listener, double sample_rate,
-                                      std::size_t count, std::uint64_t seed);
+                                      const Vec3& listener, double sample_rate, std::size_t count,
+                                      std::uint64_t seed);
 
 /// A body's listeners from its centre, to a nanometre: equal for bodies that lie elsewhere.
-std::vector<Eigen::Vector3d> relative_listeners(const RingingBody& body);
+std::vector<Vec3> relative_listeners(const RingingBody& body);
 
 /// Whether air takes a decibel or more from the direct sound of a listener, in an octave of which
 /// the clip has the centre.

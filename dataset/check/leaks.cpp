@@ -125,7 +125,7 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
 Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& rows) {
   struct Strike {
     std::string part;
-    std::array<double, 3> point;
+    Vec3 point;
     std::int64_t number;
   };
   std::map<std::pair<std::string, std::int64_t>, Strike> strikes;
@@ -147,7 +147,7 @@ Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& 
     for (auto at = strikes.lower_bound({shape.id, 0});
          at != strikes.end() && at->first.first == shape.id; ++at) {
       on_shape.push_back(at->second);
-      for (const double x : at->second.point) extent = std::max(extent, std::abs(x));
+      extent = std::max(extent, at->second.point.cwiseAbs().maxCoeff());
       const std::string planned = plan::split_strike(folder.dataset.build.config, shape,
                                                      static_cast<int>(at->first.second));
       if (planned != at->second.part) {
@@ -157,15 +157,13 @@ Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& 
     }
     // Sorted by x, so that only neighbours within the tolerance are compared.
     std::sort(on_shape.begin(), on_shape.end(),
-              [](const Strike& a, const Strike& b) { return a.point < b.point; });
+              [](const Strike& a, const Strike& b) { return a.point.x() < b.point.x(); });
     const double near = 1e-6 * extent;
     for (std::size_t i = 0; i < on_shape.size(); ++i) {
       for (std::size_t j = i + 1;
-           j < on_shape.size() && on_shape[j].point[0] - on_shape[i].point[0] <= near; ++j) {
+           j < on_shape.size() && on_shape[j].point.x() - on_shape[i].point.x() <= near; ++j) {
         const Strike &a = on_shape[i], &b = on_shape[j];
-        const bool same_point = std::hypot(a.point[0] - b.point[0], a.point[1] - b.point[1],
-                                           a.point[2] - b.point[2]) <= near;
-        if (same_point && a.part != b.part) {
+        if ((a.point - b.point).norm() <= near && a.part != b.part) {
           items.push_back(fmt::format("strikes {} ({}) and {} ({}) of {} hit the same point",
                                       a.number, a.part, b.number, b.part, shape.id));
         }

@@ -62,7 +62,7 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
       row.strike = numbers[i];
       row.take = takes;
       if (takes) row.played = shapes_of_bodies(bodies[i]);
-      for (std::size_t k = 0; k < 3; ++k) row.point[k] = points[3 * i + k] / sizes[i];
+      row.point = Vec3(&points[3 * i]) / sizes[i];
       if (has_room) {
         row.room = rooms[i];
         const auto part = [&](const std::vector<double>& all) {

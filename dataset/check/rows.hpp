@@ -1,10 +1,10 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/vectors.hpp"
 #include "dataset/check/folder.hpp"
 
 namespace carillon::dataset::check {
@@ -17,7 +17,7 @@ struct Row {
   std::int64_t strike = 0;           ///< or take
   bool take = false;                 ///< of a scene that moves; its shape is itself
   std::vector<std::string> played;   ///< shapes of a take's bodies
-  std::array<double, 3> point{};     ///< struck, on the body at size 1 [m]
+  Vec3 point = Vec3::Zero();         ///< struck, on the body at size 1 [m]
   std::optional<std::int64_t> room;  ///< number
   std::string room_text;             ///< its size, place and reverberation
   std::string noise;                 ///< noise_source

@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "dataset/configuration/detail/negative_damping.hpp"
 #include "dataset/configuration/detail/view_costs.hpp"
+#include "scene/picture.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/pitch/pitch_target.hpp"
 
@@ -23,8 +24,6 @@ using core::path_beside;
 using core::Range;
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// A limit of memory [byte].
 std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t fallback) {
@@ -100,14 +99,9 @@ render::VoxelOptions read_voxels(ConfigNode node) {
 
 render::Camera read_camera(ConfigNode node) {
   render::Camera camera;
-  camera.width = static_cast<int>(node.integer("width", 1, 8192, 256));
-  camera.height = static_cast<int>(node.integer("height", 1, 8192, 256));
+  scene::read_picture(node, camera.width, camera.height, camera.field_of_view);
   camera.azimuth = node.quantity("azimuth", Dimension::angle, 0.6);
   camera.elevation = node.quantity("elevation", Dimension::angle, 0.45);
-  camera.field_of_view = node.quantity("field_of_view", Dimension::angle, 0.6);
-  if (!(camera.field_of_view > 0 && camera.field_of_view < pi)) {
-    node.fail("field_of_view", "must lie between 0 and 180 deg");
-  }
   camera.distance = node.not_negative("distance", Dimension::length, 0);
   return camera;
 }

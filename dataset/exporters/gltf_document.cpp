@@ -18,7 +18,7 @@ namespace {
 constexpr int kKeysOfSwing = 32;
 
 ordered_json material_json(const GltfMaterial& material) {
-  const auto& color = material.appearance.color;
+  const Vec3& color = material.appearance.color;
   return {{"name", material.name},
           {"pbrMetallicRoughness",
            {{"baseColorFactor", {color[0], color[1], color[2], 1.0}},

@@ -268,12 +268,10 @@ TakeStage set_stage(const configuration::BuildConfig& config, const std::vector<
   for (const scene::motion::CastString& string : motion.strings) {
     const std::size_t body = numbers.at(string.body);
     const Actor& actor = *stage.actors[body];
-    const Vec3 middle = 0.5 * (actor.box.low + actor.box.high);
-    const Vec3 at = middle + Vec3(string.at[0], string.at[1], string.at[2]);
-    const Vec3 anchor(string.anchor[0], string.anchor[1], string.anchor[2]);
+    const Vec3 at = 0.5 * (actor.box.low + actor.box.high) + string.at;
     stage.sounding[body].strings.push_back(
-        {stage.strings.size(), at, anchor, synth::support::parse_support(string.rests)});
-    stage.strings.push_back({body, at, anchor, string.length});
+        {stage.strings.size(), at, string.anchor, synth::support::parse_support(string.rests)});
+    stage.strings.push_back({body, at, string.anchor, string.length});
   }
   return stage;
 }

@@ -13,7 +13,7 @@ namespace {
 /// Why no tail of the scene's rooms is heard; empty when one may be. Judged by the smallest and the
 /// largest room, with the body in the middle and at the edges of its places.
 std::string why_silent(const RoomScene& room, const Scene& scene) {
-  std::vector<Eigen::Vector3d> listeners;
+  std::vector<Vec3> listeners;
   for (const synth::modal::Listener& listener : scene.listeners)
     listeners.push_back(listener.position);
   double loudest = -1e300;
@@ -24,7 +24,7 @@ std::string why_silent(const RoomScene& room, const Scene& scene) {
       rooms.push_back(std::move(edge));
     }
     for (const Room& place : rooms) {
-      for (const Eigen::Vector3d& listener : listeners) {
+      for (const Vec3& listener : listeners) {
         const synth::room::TailPlan plan = synth::room::room_tail_plan(
             room_options(room, place, listener, scene.audio.sample_rate, scene.audio.samples(), 0));
         loudest = std::max(loudest, plan.energy_db());

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "scene/motion/texture_config.hpp"
+#include "scene/picture.hpp"
 #include "synth/support/supports.hpp"
 
 namespace carillon::scene::motion {
@@ -28,10 +29,10 @@ Ranges3 three(ConfigNode& node, const std::string& key, Dimension dimension) {
   return values;
 }
 
-std::array<double, 3> point(ConfigNode& node, const std::string& key) {
-  const std::vector<double> p =
-      node.quantities(key, Dimension::length, 3, std::vector<double>{0, 0, 0});
-  return {p[0], p[1], p[2]};
+Vec3 point(ConfigNode& node, const std::string& key, const std::optional<Vec3>& otherwise) {
+  std::optional<std::vector<double>> default_value;
+  if (otherwise) default_value.emplace(otherwise->begin(), otherwise->end());
+  return Vec3(node.quantities(key, Dimension::length, 3, default_value).data());
 }
 
 SurfaceConfig read_surface(ConfigNode& node) {
@@ -161,9 +162,8 @@ void read_strings(ConfigNode& node, MotionConfig& motion) {
                     [&](const CastBody& body) { return body.name == string.body && body.fixed; })) {
       entry.fail("body", fmt::format("\"{}\" is fixed: nothing needs to hold it", string.body));
     }
-    string.at = point(entry, "at");
-    const std::vector<double> anchor = entry.quantities("anchor", Dimension::length, 3);
-    std::copy(anchor.begin(), anchor.end(), string.anchor.begin());
+    string.at = point(entry, "at", Vec3::Zero());
+    string.anchor = point(entry, "anchor", {});
     string.length = entry.not_negative("length", Dimension::length, 0);
     string.rests = entry.text("rests", string.rests);
     at_key(entry, "rests", [&] { return synth::support::parse_support(string.rests); });
@@ -193,24 +193,15 @@ synth::motion::LastingForceOptions read_contacts(ConfigNode node) {
 MotionCamera read_camera(ConfigNode node) {
   MotionCamera camera;
   render::SceneCamera& view = camera.view;
-  view.width = static_cast<int>(node.integer("width", 1, 4096, 128));
-  view.height = static_cast<int>(node.integer("height", 1, 4096, 128));
-  const auto place = [&](const char* key, const Vec3& fallback) {
-    const std::vector<double> p = node.quantities(
-        key, Dimension::length, 3, std::vector<double>{fallback.x(), fallback.y(), fallback.z()});
-    return Vec3(p[0], p[1], p[2]);
-  };
-  view.eye = place("eye", view.eye);
-  view.target = place("target", view.target);
-  view.field_of_view = node.quantity("field_of_view", Dimension::angle, view.field_of_view);
+  view.width = view.height = 128;
+  read_picture(node, view.width, view.height, view.field_of_view);
+  view.eye = point(node, "eye", view.eye);
+  view.target = point(node, "target", view.target);
   const Vec3 way = view.target - view.eye;
   if (!(way.norm() > 0)) node.fail("eye", "is where the target is");
   if (!(way.head<2>().norm() > 1e-6 * way.norm())) {
     node.fail("eye", "is straight above or below the target: the picture has no upper side",
               "move it by a little");
-  }
-  if (!(view.field_of_view > 0 && view.field_of_view < 3.14)) {
-    node.fail("field_of_view", "must lie between 0 and 180 deg");
   }
   camera.rate = node.positive("rate", Dimension::frequency, camera.rate);
   camera.depth = node.flag("depth", camera.depth);

@@ -47,10 +47,10 @@ struct CastBody {
 
 struct CastString {
   std::string body;
-  std::array<double, 3> at{};      ///< from the centre of the body's box, as it lies unturned [m]
-  std::array<double, 3> anchor{};  ///< world [m]
-  double length = 0;               ///< [m]; 0: taut at the start
-  std::string rests = "string";    ///< kind of support that it is to the body's modes
+  Vec3 at = Vec3::Zero();        ///< from the centre of the body's box, as it lies unturned [m]
+  Vec3 anchor = Vec3::Zero();    ///< world [m]
+  double length = 0;             ///< [m]; 0: taut at the start
+  std::string rests = "string";  ///< kind of support that it is to the body's modes
 };
 
 /// A flat floor at z = 0 that makes no sound.

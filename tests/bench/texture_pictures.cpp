@@ -19,7 +19,7 @@ using render::maps::SurfaceMap;
 struct Tile {
   const char* map;
   bool as_normals;
-  std::array<double, 3> color, deep;
+  Vec3 color, deep;
   double view;    ///< part of the map that the picture shows
   double radius;  ///< of the balls, as part of that
 };

@@ -191,7 +191,7 @@ TEST(SceneFrame, RefusesWhatCannotBe) {
   refuses([](Scene& s) { s.light.x() = NAN; });
   refuses([](Scene& s) { s.bodies[0].mesh = {}; });
   refuses([](Scene& s) { s.bodies[0].appearance.roughness = 2; });
-  refuses([](Scene& s) { s.bodies[0].deep_color = {{0, 2, 0}}; });
+  refuses([](Scene& s) { s.bodies[0].deep_color = Vec3(0, 2, 0); });
   refuses([](Scene& s) { s.bodies.resize(256, s.bodies[0]); });
   refuses([](Scene& s) { s.ground->reach = 0; });
   refuses([](Scene& s) { s.ground->map = std::make_shared<const maps::SurfaceMap>(); });

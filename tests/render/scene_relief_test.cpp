@@ -137,7 +137,7 @@ TEST(SceneRelief, JointsAreSeenWhereTheMapHasThem) {
   scene.light = Vec3::UnitZ();
   scene.bodies.push_back(slab(map, 0.02));
   scene.bodies[0].appearance = {{0.6, 0.05, 0.05}, 1, 0};
-  scene.bodies[0].deep_color = {{0.05, 0.05, 0.6}};
+  scene.bodies[0].deep_color = Vec3(0.05, 0.05, 0.6);
   const SceneFrame frame = draw(scene, {{}});
   const Pinhole pinhole(scene.camera);
   int bricks = 0, joints = 0;

@@ -7,7 +7,7 @@ namespace carillon::dataset::samples {
 namespace {
 
 /// Mortar and the ground between pebbles.
-constexpr std::array<double, 3> kDeepColor = {0.42, 0.40, 0.37};
+const Vec3 kDeepColor(0.42, 0.40, 0.37);
 
 /// Looks of a textured body's material: bricks are red whatever they sound like.
 std::optional<render::Appearance> look_of(const scene::motion::TextureConfig& texture) {

@@ -1,0 +1,18 @@
+#include "scene/picture.hpp"
+
+#include <numbers>
+
+#include "render/frame.hpp"
+
+namespace carillon::scene {
+
+void read_picture(core::ConfigNode& node, int& width, int& height, double& field_of_view) {
+  width = static_cast<int>(node.integer("width", 1, render::max_picture_side, width));
+  height = static_cast<int>(node.integer("height", 1, render::max_picture_side, height));
+  field_of_view = node.quantity("field_of_view", core::Dimension::angle, field_of_view);
+  if (!(field_of_view > 0 && field_of_view < std::numbers::pi)) {
+    node.fail("field_of_view", "must lie between 0 and 180 deg");
+  }
+}
+
+}  // namespace carillon::scene
