@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <climits>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -60,19 +61,24 @@ Environment::~Environment() {
   if (ended == 0) MPI_Finalize();
 }
 
+void broadcast(void* data, std::size_t bytes, int root, MPI_Comm comm) {
+  auto* next = static_cast<std::byte*>(data);
+  // Counts are int in MPI 3: more goes in pieces.
+  while (bytes > 0) {
+    const auto piece = std::min<std::size_t>(bytes, INT_MAX / 2);
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Ibcast(next, static_cast<int>(piece), MPI_BYTE, root, comm, &request);
+    wait_patiently(request);
+    next += piece;
+    bytes -= piece;
+  }
+}
+
 std::string broadcast(const std::string& text, int root, MPI_Comm comm) {
   std::uint64_t length = text.size();
-  MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Ibcast(&length, 1, MPI_UINT64_T, root, comm, &request);
-  wait_patiently(request);
+  broadcast(&length, sizeof length, root, comm);
   std::string result = rank(comm) == root ? text : std::string(length, '\0');
-  // Counts are int in MPI 3: a longer text goes in pieces.
-  for (std::uint64_t sent = 0; sent < length;) {
-    const auto piece = static_cast<int>(std::min<std::uint64_t>(length - sent, INT_MAX / 2));
-    MPI_Ibcast(result.data() + sent, piece, MPI_CHAR, root, comm, &request);
-    wait_patiently(request);
-    sent += static_cast<std::uint64_t>(piece);
-  }
+  broadcast(result.data(), result.size(), root, comm);
   return result;
 }
 
@@ -106,7 +112,7 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm) {
 
 namespace {
 
-/// The part of a task that a rank agrees on, also in solvers/collective.cpp.
+/// The part of a task that a rank agrees on.
 enum Level : int { stage, end };
 
 [[noreturn]] void leave_the_others(int rank, const std::exception_ptr& error) {
@@ -132,8 +138,8 @@ std::pair<std::string, int> agree_once(MPI_Comm comm, const std::exception_ptr& 
 
 }  // namespace
 
-void agree(MPI_Comm comm, const std::exception_ptr& error) {
-  const auto [record, level] = agree_once(comm, error, stage, endless);
+void agree(MPI_Comm comm, const std::exception_ptr& error, double patience) {
+  const auto [record, level] = agree_once(comm, error, stage, error ? patience : endless);
   if (!record.empty()) raise(from_record(record));
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/handle.hpp"
+#include "mpi/patience.hpp"
 
 namespace carillon::mpi {
 
@@ -35,6 +36,11 @@ class Environment {
 
 // Waiting for another rank costs no core here: every function below sleeps between its looks.
 
+/// Any number of bytes of rank `root`, the same on every rank afterwards.
+/// @param data  [bytes]
+/// @note Collective.
+void broadcast(void* data, std::size_t bytes, int root, MPI_Comm comm);
+
 /// A text of rank `root`, the same on every rank afterwards.
 /// @note Collective.
 std::string broadcast(const std::string& text, int root, MPI_Comm comm);
@@ -47,22 +53,21 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm);
 /// throw an error of the same kind with the message and hint of the lowest failing rank. Kinds
 /// are those of core/failure.hpp; a TaskError keeps its stage.
 ///
-/// A rank that fails waits for the others without end: those of a world may have long work of their
-/// own before they come.
-/// @param error  what this rank's part threw, or null
+/// @param error     what this rank's part threw, or null
+/// @param patience  [s] that a rank with an error waits for the others; where they have not come by
+///                  then, they are stuck in a call that it will never make, and it ends the process
+///                  by SIGABRT, with a message. Without end in a world, whose ranks may have long
+///                  work of their own before they come.
 /// @note Collective.
-void agree(MPI_Comm comm, const std::exception_ptr& error);
+void agree(MPI_Comm comm, const std::exception_ptr& error, double patience = endless);
 
-/// How long a failed rank waits for the others of its group, who work at the same task and cannot
-/// get far without it.
+/// The patience within a group, whose ranks work at the same task and cannot get far without one.
 constexpr double group_patience = 60;  // [s]
 
 /// Ends a task of a group, as `agree` ends a stage of it, for errors that came between the stages
-/// too: a rank that is here early, with an error, takes part in the stages (`agree`, and
-/// solvers::assembly::agreed) where the others are until they have failed as well and come here.
-/// Where they are stuck in a call that it will never make, it ends the process by SIGABRT, with a
-/// message.
-/// @param patience  [s] until then
+/// too: a rank that is here early, with an error, takes part in the stages where the others are
+/// until they have failed as well and come here.
+/// @param patience  as for `agree`
 /// @note Collective.
 void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience = group_patience);
 
@@ -82,6 +87,13 @@ std::exception_ptr error_of(Work&& work) {
 template <class Work>
 void agreed(MPI_Comm comm, Work&& work) {
   agree(comm, error_of(work));
+}
+
+/// The same for a stage of a task, on the ranks of its group. `work` may communicate itself.
+/// @note Collective.
+template <class Work>
+void agreed_in_group(MPI_Comm comm, Work&& work) {
+  agree(comm, error_of(work), group_patience);
 }
 
 }  // namespace carillon::mpi

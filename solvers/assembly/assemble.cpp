@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 
 namespace carillon::solvers::assembly {
 namespace {
@@ -127,7 +127,7 @@ void add_element(std::span<const std::int32_t> element, const Eigen::MatrixXd& k
 System assemble(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
                 Partition part, MPI_Comm comm) {
   System system;
-  agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     system = empty_system(mesh, scales_of(mesh, regions), std::move(part), comm);
     const auto constants = lame_constants(regions, system.scales);
     elements::ElementKernel kernel(mesh.order);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 
 namespace carillon::solvers::assembly {
 namespace {
@@ -68,7 +68,7 @@ NodeFields gather_fields(const System& system, const Eigen::Ref<const Eigen::Mat
   MPI_Comm_size(comm, &size);
   NodeFields own, all;
   std::vector<int> counts, starts;
-  agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     own.resize(rows, columns);
     for (Eigen::Index f = 0; f < fields.cols(); ++f) {
       for (Eigen::Index row = 0; row < rows; ++row) {
@@ -99,7 +99,7 @@ std::vector<Eigen::MatrixXd> apply_stiffness(
     std::span<const std::vector<elements::LameConstants>> materials,
     const Eigen::Ref<const Eigen::MatrixXd>& fields, MPI_Comm comm) {
   std::vector<Eigen::MatrixXd> out;
-  agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     out.assign(materials.size(), Eigen::MatrixXd(system.owned_unknowns(), fields.cols()));
   });
   const auto fitting = most_values / std::max<Eigen::Index>(1, system.unknowns());
@@ -107,7 +107,8 @@ std::vector<Eigen::MatrixXd> apply_stiffness(
   for (Eigen::Index first = 0; first < fields.cols(); first += batch) {
     const auto count = std::min(batch, fields.cols() - first);
     const auto gathered = gather_fields(system, fields.middleCols(first, count), comm);
-    agreed(comm, [&] { write_products(mesh, system, materials, gathered, first, out); });
+    mpi::agreed_in_group(comm,
+                         [&] { write_products(mesh, system, materials, gathered, first, out); });
   }
   return out;
 }

@@ -7,7 +7,7 @@
 
 #include "core/hash.hpp"
 #include "core/numbers.hpp"
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/basis/detail/poisson_basis.hpp"
 #include "solvers/eigen/cached_modes.hpp"
 #include "solvers/eigen/select.hpp"
@@ -106,14 +106,14 @@ std::vector<modes::Modes> solve_together(const mesh::TetMesh& mesh,
                                          core::Trace& trace) {
   if (eigen::too_small_to_split(mesh, comm)) {
     std::vector<modes::Modes> modes;
-    assembly::agreed(comm, [&] {
+    mpi::agreed_in_group(comm, [&] {
       modes = solve_together(mesh, requests, group, options, MPI_COMM_SELF, trace);
     });
     return modes;
   }
   for (const auto i : group.requests) {
-    assembly::agreed(comm,
-                     [&] { eigen::check_input(mesh, requests[i].regions, requests[i].band); });
+    mpi::agreed_in_group(comm,
+                         [&] { eigen::check_input(mesh, requests[i].regions, requests[i].band); });
   }
   // Solved in the material of the slowest waves, the last of the group.
   const auto& solved = requests[group.requests.back()].regions;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/assembly/fields.hpp"
 
 namespace carillon::solvers::eigen {
@@ -97,7 +97,7 @@ ModeFields extract_fields(const mesh::TetMesh& mesh, std::span<const elements::E
   const auto region_count = static_cast<Eigen::Index>(regions.size());
   Eigen::ArrayXXd strain, kinetic;
   ModeFields out;
-  assembly::agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     kinetic = strain = Eigen::ArrayXXd::Zero(modes, region_count);
     out.shapes.resize(modes, 3 * static_cast<Eigen::Index>(surface_nodes.size()));
   });
@@ -107,11 +107,11 @@ ModeFields extract_fields(const mesh::TetMesh& mesh, std::span<const elements::E
   for (std::size_t first = 0; first < chosen.size(); first += batch_size) {
     const auto batch = chosen.subspan(first, std::min(batch_size, chosen.size() - first));
     Eigen::MatrixXd columns;
-    assembly::agreed(comm, [&] { columns = columns_of(pairs, batch); });
+    mpi::agreed_in_group(comm, [&] { columns = columns_of(pairs, batch); });
     const auto fields = assembly::gather_fields(system, columns, comm);
     const auto row = static_cast<Eigen::Index>(first);
     const auto count = static_cast<Eigen::Index>(batch.size());
-    assembly::agreed(comm, [&] {
+    mpi::agreed_in_group(comm, [&] {
       add_energies(mesh, regions, system, fields, strain.middleRows(row, count),
                    kinetic.middleRows(row, count));
       for (Eigen::Index f = 0; f < count; ++f) {

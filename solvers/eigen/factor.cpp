@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/assembly/products.hpp"
 #include "solvers/eigen/detail/mumps.hpp"
 
@@ -178,7 +178,7 @@ FactorPlan plan_factors(const assembly::System& system, MPI_Comm comm) {
     return plan;
   }
   const auto whole = gathered_graph(system, comm);
-  assembly::agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     if (whole.rows() > 0) plan.node_order = assembly::nested_dissection(whole);
   });
   return plan;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/eigen/detail/iterative_inverse.hpp"
 #include "solvers/eigen/detail/memory_gate.hpp"
 #include "solvers/eigen/detail/probe.hpp"
@@ -194,7 +194,7 @@ class Search {
         wanted = std::min(enough, static_cast<std::int64_t>(guess));
       }
       double beside = 0;
-      assembly::agreed(comm_, [&] {
+      mpi::agreed_in_group(comm_, [&] {
         beside = lowest_beside(result_.pairs, system_, result_.shifted, seed_, comm_);
       });
       if (all_found() || beside > highest() * (1 - 1e-6)) {
@@ -268,7 +268,7 @@ class Search {
     result_.pairs = EigenPairs();
     prepare();
     try {
-      assembly::agreed(comm_, [&] {
+      mpi::agreed_in_group(comm_, [&] {
         result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_);
       });
     } catch (const core::SolverError&) {

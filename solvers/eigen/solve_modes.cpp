@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/assembly/assemble.hpp"
-#include "solvers/assembly/collective.hpp"
 #include "solvers/eigen/extract.hpp"
 #include "solvers/eigen/pitch_error.hpp"
 #include "solvers/eigen/search.hpp"
@@ -85,7 +85,7 @@ modes::Modes select_modes(const mesh::TetMesh& mesh, std::span<const elements::E
                           std::vector<std::size_t>* chosen) {
   modes::Modes modes;
   std::vector<std::int32_t> surface_nodes;
-  assembly::agreed(comm, [&] { modes.surface = surface_of(mesh, surface_nodes); });
+  mpi::agreed_in_group(comm, [&] { modes.surface = surface_of(mesh, surface_nodes); });
   modes.mass = total_mass(system, comm);
 
   // Eigenvalues are recomputed from element energies, which may exchange neighbours.
@@ -176,14 +176,14 @@ modes::Modes solve_modes(const mesh::TetMesh& mesh, std::span<const elements::El
                          const SolveOptions& options, MPI_Comm comm, core::Trace& trace,
                          const SearchMethods& methods) {
   modes::Modes modes;
-  assembly::agreed(comm, [&] { check_input(mesh, regions, options.band); });
+  mpi::agreed_in_group(comm, [&] { check_input(mesh, regions, options.band); });
   if (mesh.faces.empty()) {
     mesh::TetMesh bounded = mesh;
     bounded.faces = mesh::boundary_faces(mesh);
     return solve_modes(bounded, regions, options, comm, trace, methods);
   }
   if (too_small_to_split(mesh, comm)) {
-    assembly::agreed(
+    mpi::agreed_in_group(
         comm, [&] { modes = solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods); });
     return modes;
   }
@@ -192,7 +192,7 @@ modes::Modes solve_modes(const mesh::TetMesh& mesh, std::span<const elements::El
   assembly::Partition part;
   {
     const core::ScopedTimer timer(trace.stages["partition"]);
-    assembly::agreed(comm, [&] { part = assembly::partition(mesh, ranks); });
+    mpi::agreed_in_group(comm, [&] { part = assembly::partition(mesh, ranks); });
   }
   assembly::System system;
   {

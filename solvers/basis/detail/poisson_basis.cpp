@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/assembly/fields.hpp"
 #include "solvers/assembly/products.hpp"
 #include "solvers/basis/detail/poisson_bounds.hpp"
@@ -196,7 +196,7 @@ std::optional<PoissonBasis> make_poisson_basis(const mesh::TetMesh& mesh,
     assembly::Partition part;
     {
       const core::ScopedTimer timer(trace.stages["partition"]);
-      assembly::agreed(comm, [&] { part = assembly::partition(mesh, ranks); });
+      mpi::agreed_in_group(comm, [&] { part = assembly::partition(mesh, ranks); });
     }
     {
       const core::ScopedTimer timer(trace.stages["assemble"]);

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/eigen/detail/reduced.hpp"
 
 namespace carillon::solvers::eigen {
@@ -324,7 +324,7 @@ class Lanczos {
 LanczosResult block_lanczos(const LanczosProblem& problem, const LanczosOptions& options) {
   // The basis is what does not fit when memory is short, on some ranks maybe.
   std::optional<Lanczos> lanczos;
-  assembly::agreed(problem.comm, [&] { lanczos.emplace(problem, options); });
+  mpi::agreed_in_group(problem.comm, [&] { lanczos.emplace(problem, options); });
   return lanczos->run();
 }
 

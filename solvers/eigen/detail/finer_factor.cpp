@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 
 namespace carillon::solvers::eigen {
 
@@ -33,7 +33,7 @@ std::optional<FinerFactor> FinerFactor::make(const FinerSpace& space,
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   assembly::Partition part;
-  assembly::agreed(comm, [&] { part = assembly::partition(space.mesh(), ranks); });
+  mpi::agreed_in_group(comm, [&] { part = assembly::partition(space.mesh(), ranks); });
   const auto system = std::make_shared<const assembly::System>(
       assembly::assemble(space.mesh(), regions, std::move(part), comm));
   const auto plan = plan_factors(*system, comm);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 
 namespace carillon::solvers::eigen {
 namespace {
@@ -152,7 +152,7 @@ Mumps::Mumps(const assembly::System& system, Purpose purpose,
   auto& inside = *inside_;
   inside.refuse_failure();
   inside.set_controls();
-  assembly::agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     inside.fill_pattern();
     if (inside.rank != 0) return;
     inside.place_of.resize(static_cast<std::size_t>(system.unknowns()));
@@ -181,7 +181,7 @@ FactorSize Mumps::size() const {
 
 void Mumps::factor(double shift) {
   auto& inside = *inside_;
-  assembly::agreed(inside.comm, [&] { inside.fill_values(shift); });
+  mpi::agreed_in_group(inside.comm, [&] { inside.fill_values(shift); });
   for (int tries = 0; tries < 4; ++tries) {
     inside.run(factorise);
     const auto status = inside.result(1);
@@ -208,7 +208,7 @@ void Mumps::solve(const Eigen::Ref<const Eigen::MatrixXd>& right,
   // MUMPS takes whole columns on rank 0 and returns them there.
   Eigen::MatrixXd whole;
   std::vector<int> counts, starts;
-  assembly::agreed(inside.comm, [&] {
+  mpi::agreed_in_group(inside.comm, [&] {
     whole.resize(inside.rank == 0 ? inside.system.unknowns() : 0, columns);
     for (int r = 0; r < inside.ranks; ++r) {
       counts.push_back(3 * inside.system.partition.owned(r));

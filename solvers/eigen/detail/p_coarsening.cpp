@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/mesh/raise_order.hpp"
 
 namespace carillon::solvers::eigen {
@@ -103,7 +103,7 @@ PLevel coarsen(const mesh::TetMesh& mesh, std::span<const elements::Elastic> reg
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
   PLevel level;
-  assembly::agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     level.mesh = mesh::raise_order(mesh, order);
     level.mesh.faces.clear();
     level.system = assembly::empty_system(level.mesh, assembly::scales_of(mesh, regions),

@@ -1,6 +1,6 @@
 #include "solvers/eigen/detail/reduced.hpp"
 
-#include "solvers/assembly/collective.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/dense/eigenpairs.hpp"
 
 namespace carillon::solvers::eigen {
@@ -35,7 +35,7 @@ void share_first(Eigen::MatrixXd& matrix, MPI_Comm comm) {
 Eigen::VectorXd eigenpairs_alike(Eigen::MatrixXd& matrix, MPI_Comm comm) {
   Eigen::VectorXd values(matrix.rows());
   // LAPACK may take other instructions on other machines.
-  assembly::agreed(comm, [&] {
+  mpi::agreed_in_group(comm, [&] {
     if (rank_of(comm) == 0) values = dense::symmetric_eigenpairs(matrix);
   });
   MPI_Bcast(values.data(), static_cast<int>(values.size()), MPI_DOUBLE, 0, comm);
