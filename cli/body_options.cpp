@@ -6,11 +6,86 @@
 
 #include "cli/command_line.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
+#include "mpi/comm.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::cli {
 
-void add_body_options(Command& command, scene::BodyOptions& options) {
+using core::Dimension;
+using core::InputError;
+
+namespace {
+
+/// A length that was given; 0 where none was.
+double positive_length(const std::string& text, const char* option) {
+  if (text.empty()) return 0;
+  const double length = core::parse_quantity(text, Dimension::length);
+  if (!(length > 0)) {
+    throw InputError(fmt::format("{} {}: a length is positive", option, text),
+                     "leave the option out to have it chosen");
+  }
+  return length;
+}
+
+void refuse(bool given, const char* option, const std::string& why, const std::string& hint) {
+  if (given) throw InputError(fmt::format("{} does not apply: {}", option, why), hint);
+}
+
+/// Options that would do nothing for a file.
+void refuse_idle(const BodyOptions& options) {
+  if (solvers::mesh::readers::mesh_extension(options.mesh) != ".msh") return;
+  const std::string why = fmt::format("the tetrahedra of {} are used as they are", options.mesh);
+  refuse(!options.thickness.empty(), "--thickness", why,
+         "it is the wall of open sheets in OBJ, OFF, PLY and STL files");
+  refuse(!options.element_size.empty(), "--element-size", why,
+         "--order raises the order of the elements; a finer mesh is made by what made the file");
+}
+
+/// Options that would do nothing for a generated shape.
+void refuse_idle(const BodyOptions& options, const std::string& family) {
+  const std::string hint = fmt::format(
+      "give the shape's own sizes, as in {}:NAME=2cm (carillon list shapes names them)", family);
+  const std::string why = fmt::format("{} is generated, not read from a file", family);
+  refuse(!options.length.empty(), "--length", why, hint);
+  refuse(!options.thickness.empty(), "--thickness", why, hint);
+}
+
+/// Options of tetrahedra.
+void refuse_tetrahedral(const BodyOptions& options) {
+  const std::string why = "it belongs to tetrahedra, and the fourier solver has none";
+  const std::string hint = "leave it out; --element-size bounds the cells of the section";
+  refuse(options.order.has_value(), "--order", why, hint);
+  refuse(options.linear_solver.has_value(), "--linear-solver", why, hint);
+  refuse(options.memory_limit.has_value(), "--memory-limit", why, hint);
+  refuse(options.max_elements.has_value(), "--max-elements", why, hint);
+  refuse(options.pitch_cents != 0, "--pitch-cents", why,
+         "leave it out; the fourier solver comes within 0.01 cents by itself");
+}
+
+solvers::eigen::SolveOptions solve_options(const BodyOptions& options) {
+  solvers::eigen::SolveOptions solve;
+  solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
+  solve.band.max_frequency =
+      core::parse_quantity(options.max_frequency.value_or("20 kHz"), Dimension::frequency);
+  solve.band.max_modes = options.max_modes;
+  if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
+    throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
+  }
+  if (options.solver == "krylov_schur") solve.solver = solvers::modes::EigenSolver::krylov_schur;
+  if (options.linear_solver) {
+    solve.linear_solver = solvers::modes::parse_linear_solver(*options.linear_solver);
+  }
+  if (options.memory_limit) {
+    solve.memory_limit = core::memory_limit(*options.memory_limit, "--memory-limit");
+  }
+  return solve;
+}
+
+}  // namespace
+
+void add_body_options(Command& command, BodyOptions& options) {
   command
       .option("mesh", options.mesh,
               "OBJ, OFF, PLY, STL or MSH file, or a generated shape such as "
@@ -66,15 +141,51 @@ void add_body_options(Command& command, scene::BodyOptions& options) {
       .show_default("200000");
 }
 
+solvers::mesh::MeshRequest mesh_request(const BodyOptions& options) {
+  solvers::mesh::MeshRequest request = scene::parse_mesh(options.mesh);
+  if (request.shape.family.empty()) {
+    refuse_idle(options);
+    request.file.any_size = options.any_size;
+    request.file.length = positive_length(options.length, "--length");
+    request.file.thickness = positive_length(options.thickness, "--thickness");
+  } else {
+    refuse_idle(options, request.shape.family);
+  }
+  request.options.order = options.order.value_or(request.options.order);
+  request.options.max_elements = options.max_elements.value_or(request.options.max_elements);
+  request.options.element_size = positive_length(options.element_size, "--element-size");
+  return request;
+}
+
+scene::BodyRequest body_request(const BodyOptions& options) {
+  scene::BodyRequest request;
+  if (options.solver == "fourier") {
+    refuse_tetrahedral(options);
+    request.solver = scene::BodySolver::axisymmetric;
+  }
+  request.mesh = mesh_request(options);
+  if (!options.material.empty()) request.materials = scene::parse_materials(options.material);
+  request.any_size = options.any_size;
+  request.solve = solve_options(options);
+  request.pitch_cents = options.pitch_cents;
+  return request;
+}
+
+scene::Body solve_body(const BodyOptions& options, const mpi::Context& context) {
+  scene::BodyRequest request;
+  mpi::agreed(context.world, [&] { request = body_request(options); });
+  return scene::solve_body(request, context.world, context.cache);
+}
+
 Vec3 parse_position(const std::string& text) {
   Vec3 position;
   std::istringstream parts(text);
   int i = 0;
   for (std::string part; std::getline(parts, part, ','); ++i) {
-    if (i < 3) position[i] = core::parse_quantity(part, core::Dimension::length);
+    if (i < 3) position[i] = core::parse_quantity(part, Dimension::length);
   }
   if (i != 3)
-    throw core::InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
+    throw InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
   return position;
 }
 

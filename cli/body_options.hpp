@@ -1,15 +1,51 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "mpi/context.hpp"
 #include "scene/body.hpp"
 
 namespace carillon::cli {
 
 class Command;
 
+/// A body and how to solve it, as typed.
+struct BodyOptions {
+  std::string mesh;       ///< file, or FAMILY[:parameter=value,...]
+  std::string material;   ///< preset or key=value list; for MSH groups: group=name,...
+  std::string length;     ///< longest side with unit; "": as it is
+  std::string thickness;  ///< of open sheets
+  bool any_size = false;
+  std::optional<int> order;  ///< of tetrahedra; 3 when none is given
+  std::string element_size;
+  std::string min_frequency = "20 Hz";
+  std::optional<std::string> max_frequency;  ///< 20 kHz when none is given
+  int max_modes = 300;
+  // Given or not: what does not apply to a body is refused, not ignored.
+  std::optional<std::string> linear_solver;  ///< automatic when none is given
+  std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
+  std::optional<int> max_elements;           ///< 200,000 when none is given
+  std::string solver = "block_lanczos";      ///< or krylov_schur, fourier
+  double pitch_cents = 0;
+};
+
 /// Adds the options of a body to a command.
-void add_body_options(Command& command, scene::BodyOptions& options);
+void add_body_options(Command& command, BodyOptions& options);
+
+/// The options' source of a body.
+/// @throws InputError  as scene::parse_mesh, a malformed length, or an option that would do nothing
+///                     for this body
+solvers::mesh::MeshRequest mesh_request(const BodyOptions& options);
+
+/// What the options ask for; no material where none is given.
+/// @throws InputError  as mesh_request, a malformed value, an empty band, or an option that the
+///                     solver has no use for
+scene::BodyRequest body_request(const BodyOptions& options);
+
+/// scene::solve_body() of what the options ask for.
+/// @note Collective on the context's world.
+scene::Body solve_body(const BodyOptions& options, const mpi::Context& context);
 
 /// Three numbers with units, "0.1,0,2 cm".
 /// @throws InputError

@@ -24,7 +24,7 @@ constexpr const char* kAssumedModulus = "70 GPa";
 constexpr const char* kAssumedDensity = "2500 kg/m^3";
 
 struct EstimateOptions {
-  scene::BodyOptions body;
+  BodyOptions body;
   std::string recording;
   int channel = 1;
   std::string at, direction;
@@ -38,17 +38,17 @@ struct EstimateOptions {
   std::string output;
 };
 
-/// The body with the material it is assumed to be of.
-scene::BodyOptions assumed_body(const EstimateOptions& options) {
-  scene::BodyOptions body = options.body;
-  if (body.material.empty() && options.poisson_ratio.empty()) {
+/// What the body is assumed to be of.
+synth::material::Material assumed_material(const EstimateOptions& options) {
+  const std::string& named = options.body.material;
+  if (named.empty() && options.poisson_ratio.empty()) {
     throw core::InputError("Poisson's ratio cannot be heard and must be given",
                            "--poisson-ratio 0.3, or --material with a preset that has it");
   }
   synth::material::Material material = synth::material::parse_material(
-      body.material.empty() ? fmt::format("youngs_modulus={},poisson_ratio={},density={}",
-                                          kAssumedModulus, options.poisson_ratio, kAssumedDensity)
-                            : body.material);
+      named.empty() ? fmt::format("youngs_modulus={},poisson_ratio={},density={}", kAssumedModulus,
+                                  options.poisson_ratio, kAssumedDensity)
+                    : named);
   if (!options.poisson_ratio.empty()) {
     material.elastic.poisson_ratio =
         core::parse_quantity(options.poisson_ratio, core::Dimension::none);
@@ -56,12 +56,9 @@ scene::BodyOptions assumed_body(const EstimateOptions& options) {
   if (!options.density.empty()) {
     material.elastic.density = core::parse_quantity(options.density, core::Dimension::density);
   }
-  const solvers::elements::Elastic& e = material.elastic;
-  body.material = fmt::format("youngs_modulus={},poisson_ratio={},density={}", e.youngs_modulus,
-                              e.poisson_ratio, e.density);
-  synth::material::parse_material(
-      body.material);  // says what is unphysical before anything is solved
-  return body;
+  material.damping = {};
+  synth::material::check_material(material);
+  return material;
 }
 
 eval::material::MaterialOptions material_options(const EstimateOptions& options) {
@@ -142,7 +139,10 @@ core::AudioClip resynthesis(const Recording& recording, const solvers::modes::Mo
 
 void run_estimate(const EstimateOptions& options, mpi::Context& context) {
   const eval::material::MaterialOptions wanted = material_options(options);
-  const scene::BodyOptions assumed = assumed_body(options);
+  const synth::material::Material assumed = assumed_material(options);
+  scene::BodyRequest request;
+  mpi::agreed(context.world, [&] { request = body_request(options.body); });
+  request.materials = {{"", assumed}};
   parse_position(options.at);
   if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
     throw core::InputError("--direction has no length");
@@ -154,7 +154,7 @@ void run_estimate(const EstimateOptions& options, mpi::Context& context) {
     const core::ScopedTimer timer(trace.stages["features"]);
     recording = listen(options);
   });
-  const scene::Body body = scene::solve_body(assumed, context);
+  const scene::Body body = scene::solve_body(request, context.world, context.cache);
   if (!context.speaks()) return;
   trace.merge(body.trace);
   if (body.materials.size() != 1) {

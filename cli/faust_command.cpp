@@ -22,7 +22,7 @@ namespace carillon::cli {
 namespace {
 
 struct FaustOptions {
-  scene::BodyOptions body;
+  BodyOptions body;
   std::vector<std::string> at;
   std::size_t points = 0;  ///< spread over the surface, in place of `at`
   std::uint64_t seed = 1;
@@ -180,7 +180,7 @@ void check_options(const FaustOptions& options) {
 
 void run_export_faust(const FaustOptions& options, mpi::Context& context) {
   check_options(options);
-  const scene::Body body = scene::solve_body(options.body, context);
+  const scene::Body body = solve_body(options.body, context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
   const dataset::exporters::FaustProgram program = program_of(body, options, context);

@@ -20,7 +20,7 @@ namespace {
 using nlohmann::ordered_json;
 
 struct GltfOptions {
-  scene::BodyOptions body;
+  BodyOptions body;
   std::optional<int> modes;  ///< default_modes when none is given and there is a material
   double amplitude = 0.05;   ///< largest displacement over the longest side
   std::string period = "1 s";
@@ -40,13 +40,13 @@ struct ShownBody {
 ShownBody shown_body(const GltfOptions& options, int modes, const mpi::Context& context) {
   ShownBody shown;
   if (modes > 0) {
-    scene::BodyOptions with_modes = options.body;
+    BodyOptions with_modes = options.body;
     with_modes.max_modes = modes;
-    shown.body = scene::solve_body(with_modes, context);
+    shown.body = solve_body(with_modes, context);
     shown.surface = shown.body.modes.surface;
   } else {
     solvers::mesh::MeshRequest request;
-    mpi::agreed(context.world, [&] { request = scene::mesh_request(options.body); });
+    mpi::agreed(context.world, [&] { request = mesh_request(options.body); });
     shown.body.mesh = scene::shared_mesh(request, {}, context.cache, context.world);
     const solvers::mesh::TetMesh& mesh = shown.body.mesh.mesh;
     std::vector<std::int32_t> nodes;
@@ -55,7 +55,8 @@ ShownBody shown_body(const GltfOptions& options, int modes, const mpi::Context& 
                         options.body.any_size);
       shown.surface = solvers::eigen::surface_of(mesh, nodes);
       if (!options.body.material.empty()) {
-        shown.body.materials = scene::region_materials(options.body.material, mesh.region_names);
+        shown.body.materials = scene::assign_materials(
+            scene::parse_materials(options.body.material), mesh.region_names);
       }
     });
   }

@@ -129,7 +129,7 @@ void print_table(const scene::Body& body, const synth::damping::DecayRates& damp
 void add_modes(Program& program, mpi::Context& context) {
   Command& command =
       program.add("modes", "modes of one shape, with their certificate", Needs::solver);
-  auto options = std::make_shared<scene::BodyOptions>();
+  auto options = std::make_shared<BodyOptions>();
   auto output = std::make_shared<std::string>();
   add_body_options(command, *options);
   command.option("-o,--output", *output, "HDF5 file for frequencies, shapes and certificate");
@@ -140,7 +140,7 @@ void add_modes(Program& program, mpi::Context& context) {
       "  carillon modes bowl -m glass --pitch-cents 5\n"
       "  mpirun -n 2 carillon modes bowl -m glass --json");
   command.does([&context, options, output] {
-    const scene::Body body = scene::solve_body(*options, context);
+    const scene::Body body = solve_body(*options, context);
     settle(body.pitch_target, context);
     const auto damping =
         synth::damping::clamped_decay_rates(body.modes, scene::damping_of(body.materials));

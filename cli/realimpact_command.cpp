@@ -21,7 +21,7 @@ namespace {
 constexpr double kOffTheMesh = 0.02;
 
 struct ImpactOptions {
-  scene::BodyOptions body;
+  BodyOptions body;
   std::string folder, mesh;
   std::string listener = "nearest";
   std::vector<std::int64_t> vertices;
@@ -67,7 +67,8 @@ eval::recorded::Stretch parse_stretch(const std::string& text, double sample_rat
   return stretch;
 }
 
-eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options) {
+eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options,
+                                                   const solvers::modes::Band& band) {
   eval::recorded_objects::StudyOptions study = options.study;
   study.sample_rate = core::parse_quantity(options.sample_rate, core::Dimension::frequency);
   study.skip = core::parse_quantity(options.skip, core::Dimension::time);
@@ -77,7 +78,6 @@ eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options)
   study.radiation = options.radiation != "off";
   study.law = eval::damping::damping_law(options.model);
   study.estimator = estimator_of(options.estimator);
-  const solvers::modes::Band band = scene::solve_options(options.body).band;
   study.min_frequency = band.min_frequency;
   study.max_frequency = std::min(band.max_frequency, 0.475 * study.sample_rate);
   return study;
@@ -169,18 +169,21 @@ void study(const ImpactOptions& options, const eval::recorded_objects::StudyOpti
 }
 
 void run_realimpact(const ImpactOptions& options, mpi::Context& context) {
-  const eval::recorded_objects::StudyOptions how = study_options(options);
+  eval::recorded_objects::StudyOptions how;
   const eval::recorded_objects::ListenerChoice choice =
       eval::recorded_objects::parse_listener_choice(options.listener);
   std::optional<eval::recorded_objects::ImpactFolder> folder;
   std::vector<eval::recorded_objects::RecordedBlow> rows;
-  scene::BodyOptions body = options.body;
+  scene::BodyRequest body;
   mpi::agreed(context.world, [&] {
     folder = eval::recorded_objects::read_impact_folder(options.folder, options.mesh);
-    body.mesh = folder->mesh.string();
+    BodyOptions named = options.body;
+    named.mesh = folder->mesh.string();
+    body = body_request(named);
+    how = study_options(options, body.solve.band);
     rows = eval::recorded_objects::choose_rows(*folder, choice, options.vertices);
   });
-  const scene::Body solved = scene::solve_body(body, context);
+  const scene::Body solved = scene::solve_body(body, context.world, context.cache);
   settle(solved.pitch_target, context);
   if (context.speaks()) study(options, how, *folder, rows, solved, context);
 }

@@ -23,7 +23,7 @@ namespace carillon::cli {
 namespace {
 
 struct StrikeOptions {
-  scene::BodyOptions body;
+  BodyOptions body;
   std::string scene;                   ///< configuration whose scene is taken; "": none
   std::vector<std::string> overrides;  ///< --set
   std::string at, direction;
@@ -92,7 +92,7 @@ scene::Scene scene_of(const StrikeOptions& options,
 
 /// The band ends at half the sample rate unless another end is asked for: modes above it would not
 /// sound.
-scene::BodyOptions sounding_band(scene::BodyOptions body, const scene::Scene& scene) {
+BodyOptions sounding_band(BodyOptions body, const scene::Scene& scene) {
   if (!body.max_frequency) {
     body.max_frequency = fmt::format("{} Hz", std::min(20000.0, scene.audio.sample_rate / 2));
   }
@@ -119,8 +119,8 @@ scene::StrikePlace place_of(const StrikeOptions& options) {
 
 void run_strike(const StrikeOptions& options, mpi::Context& context) {
   check_options(options);
-  const scene::Scene scene = scene_of(options, scene::named_materials(options.body.material));
-  const scene::Body body = scene::solve_body(sounding_band(options.body, scene), context);
+  const scene::Scene scene = scene_of(options, scene::listed(scene::parse_materials(options.body.material)));
+  const scene::Body body = solve_body(sounding_band(options.body, scene), context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
 

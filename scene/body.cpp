@@ -13,7 +13,6 @@
 #include "scene/pitch.hpp"
 #include "solvers/eigen/cached_modes.hpp"
 #include "solvers/families/families.hpp"
-#include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::scene {
 
@@ -44,127 +43,62 @@ solvers::mesh::GeneratedShape parse_shape(const std::string& family_name,
   return shape;
 }
 
-/// A length that was given; 0 where none was.
-double positive_length(const std::string& text, const char* option) {
-  if (text.empty()) return 0;
-  const double length = core::parse_quantity(text, Dimension::length);
-  if (!(length > 0)) {
-    throw InputError(fmt::format("{} {}: a length is positive", option, text),
-                     "leave the option out to have it chosen");
-  }
-  return length;
-}
-
-void refuse(bool given, const char* option, const std::string& why, const std::string& hint) {
-  if (given) throw InputError(fmt::format("{} does not apply: {}", option, why), hint);
-}
-
-/// Options that would do nothing for a file.
-void refuse_idle(const BodyOptions& options) {
-  if (solvers::mesh::readers::mesh_extension(options.mesh) != ".msh") return;
-  const std::string why = fmt::format("the tetrahedra of {} are used as they are", options.mesh);
-  refuse(!options.thickness.empty(), "--thickness", why,
-         "it is the wall of open sheets in OBJ, OFF, PLY and STL files");
-  refuse(!options.element_size.empty(), "--element-size", why,
-         "--order raises the order of the elements; a finer mesh is made by what made the file");
-}
-
-/// Options that would do nothing for a generated shape.
-void refuse_idle(const BodyOptions& options, const std::string& family) {
-  const std::string hint = fmt::format(
-      "give the shape's own sizes, as in {}:NAME=2cm (carillon list shapes names them)", family);
-  const std::string why = fmt::format("{} is generated, not read from a file", family);
-  refuse(!options.length.empty(), "--length", why, hint);
-  refuse(!options.thickness.empty(), "--thickness", why, hint);
-}
-
 }  // namespace
 
-void refuse_tetrahedral_options(const BodyOptions& options) {
-  const std::string why = "it belongs to tetrahedra, and the fourier solver has none";
-  const std::string hint = "leave it out; --element-size bounds the cells of the section";
-  refuse(options.order.has_value(), "--order", why, hint);
-  refuse(options.linear_solver.has_value(), "--linear-solver", why, hint);
-  refuse(options.memory_limit.has_value(), "--memory-limit", why, hint);
-  refuse(options.max_elements.has_value(), "--max-elements", why, hint);
-  refuse(options.pitch_cents != 0, "--pitch-cents", why,
-         "leave it out; the fourier solver comes within 0.01 cents by itself");
-}
-
-solvers::mesh::MeshRequest mesh_request(const BodyOptions& options) {
+solvers::mesh::MeshRequest parse_mesh(const std::string& text) {
   solvers::mesh::MeshRequest request;
-  request.options.order = options.order.value_or(request.options.order);
-  request.options.max_elements = options.max_elements.value_or(request.options.max_elements);
-  request.options.element_size = positive_length(options.element_size, "--element-size");
-  if (std::filesystem::exists(options.mesh)) {
-    refuse_idle(options);
-    request.file.path = options.mesh;
-    request.file.any_size = options.any_size;
-    request.file.length = positive_length(options.length, "--length");
-    request.file.thickness = positive_length(options.thickness, "--thickness");
+  if (std::filesystem::exists(text)) {
+    request.file.path = text;
     return request;
   }
-  const auto colon = options.mesh.find(':');
-  const std::string family = options.mesh.substr(0, colon);
+  const auto colon = text.find(':');
+  const std::string family = text.substr(0, colon);
   if (family.find_first_of("./\\") != std::string::npos) {
-    throw core::FileError(fmt::format("{}: no such file", options.mesh));
+    throw core::FileError(fmt::format("{}: no such file", text));
   }
-  refuse_idle(options, family);
-  request.shape =
-      parse_shape(family, colon == std::string::npos ? "" : options.mesh.substr(colon + 1));
+  request.shape = parse_shape(family, colon == std::string::npos ? "" : text.substr(colon + 1));
   return request;
 }
 
-std::vector<synth::material::Material> assign_materials(
-    const std::map<std::string, std::string>& groups, const std::vector<std::string>& regions,
-    const std::vector<synth::material::Material>& own) {
-  for (const auto& [group, name] : groups) {
-    if (std::find(regions.begin(), regions.end(), group) == regions.end()) {
-      throw InputError(fmt::format("the mesh has no physical group \"{}\"", group),
+RegionMaterials parse_materials(const std::string& text,
+                                const std::vector<synth::material::Material>& own) {
+  if (text.find('=') == std::string::npos || text.find("youngs_modulus") != std::string::npos) {
+    return {{"", synth::material::parse_material(text, own)}};
+  }
+  RegionMaterials materials;
+  for (const auto& [region, name] : core::parse_assignments(text)) {
+    materials[region] = synth::material::parse_material(name, own);
+  }
+  return materials;
+}
+
+std::vector<synth::material::Material> listed(const RegionMaterials& materials) {
+  std::vector<synth::material::Material> list;
+  for (const auto& [region, material] : materials) list.push_back(material);
+  return list;
+}
+
+std::vector<synth::material::Material> assign_materials(const RegionMaterials& materials,
+                                                        const std::vector<std::string>& regions) {
+  if (const auto all = materials.find(""); all != materials.end()) {
+    return std::vector<synth::material::Material>(regions.size(), all->second);
+  }
+  for (const auto& [region, material] : materials) {
+    if (std::find(regions.begin(), regions.end(), region) == regions.end()) {
+      throw InputError(fmt::format("the mesh has no physical group \"{}\"", region),
                        fmt::format("it has {}", fmt::join(regions, ", ")));
     }
   }
-  std::vector<synth::material::Material> materials;
+  std::vector<synth::material::Material> list;
   for (const std::string& region : regions) {
-    const auto found = groups.find(region);
-    if (found == groups.end()) {
+    const auto found = materials.find(region);
+    if (found == materials.end()) {
       throw InputError(fmt::format("physical group \"{}\" has no material", region),
                        fmt::format("add {}: NAME", region));
     }
-    materials.push_back(synth::material::parse_material(found->second, own));
+    list.push_back(found->second);
   }
-  return materials;
-}
-
-namespace {
-
-/// Names of `shell=steel,core=wood` by group; empty for one material.
-std::map<std::string, std::string> materials_by_group(const std::string& text) {
-  std::map<std::string, std::string> groups;
-  if (text.find('=') == std::string::npos || text.find("youngs_modulus") != std::string::npos) {
-    return groups;
-  }
-  for (const auto& [group, name] : core::parse_assignments(text)) groups[group] = name;
-  return groups;
-}
-
-}  // namespace
-
-std::vector<synth::material::Material> region_materials(const std::string& text,
-                                                        const std::vector<std::string>& regions) {
-  const auto groups = materials_by_group(text);
-  if (!groups.empty()) return assign_materials(groups, regions, {});
-  return std::vector<synth::material::Material>(regions.size(),
-                                                synth::material::parse_material(text));
-}
-
-std::vector<synth::material::Material> named_materials(const std::string& text) {
-  const auto groups = materials_by_group(text);
-  if (groups.empty()) return {synth::material::parse_material(text)};
-  std::vector<synth::material::Material> materials;
-  for (const auto& [group, name] : groups)
-    materials.push_back(synth::material::parse_material(name));
-  return materials;
+  return list;
 }
 
 void check_size(double longest, bool any_size) {
@@ -203,55 +137,34 @@ core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::mesh::MeshRequ
   return trace.stages[solvers::mesher::mesh_is_cached(request, cache) ? "mesh from cache" : "mesh"];
 }
 
-solvers::eigen::SolveOptions solve_options(const BodyOptions& options) {
-  solvers::eigen::SolveOptions solve;
-  solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
-  solve.band.max_frequency =
-      core::parse_quantity(options.max_frequency.value_or("20 kHz"), Dimension::frequency);
-  solve.band.max_modes = options.max_modes;
-  if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
-    throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
-  }
-  if (options.solver == "krylov_schur") solve.solver = solvers::modes::EigenSolver::krylov_schur;
-  if (options.linear_solver) {
-    solve.linear_solver = solvers::modes::parse_linear_solver(*options.linear_solver);
-  }
-  if (options.memory_limit) {
-    solve.memory_limit = core::memory_limit(*options.memory_limit, "--memory-limit");
-  }
-  return solve;
-}
-
-Body solve_body(const BodyOptions& options, const mpi::Context& context) {
-  if (options.solver == "fourier") return solve_turned(options, context);
+Body solve_body(const BodyRequest& request, MPI_Comm comm, const std::filesystem::path& cache) {
+  if (request.solver == BodySolver::axisymmetric) return solve_turned(request, comm);
   Body body;
-  solvers::mesh::MeshRequest request;
-  mpi::agreed(context.world, [&] { request = mesh_request(options); });
-  solvers::eigen::SolveOptions solve = solve_options(options);
+  solvers::eigen::SolveOptions solve = request.solve;
   const auto solve_mesh = [&](const solvers::mesh::MeshResult& mesh) {
-    if (!request.shape.family.empty()) {
-      check_size(solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side(), options.any_size);
+    if (!request.mesh.shape.family.empty()) {
+      check_size(solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side(), request.any_size);
     }
-    body.materials = region_materials(options.material, mesh.mesh.region_names);
+    body.materials = assign_materials(request.materials, mesh.mesh.region_names);
     return std::vector{solvers::eigen::cached_modes(mesh.mesh, elastic_of(body.materials), solve,
-                                                    context.world, context.cache, body.trace)};
+                                                    comm, cache, body.trace)};
   };
-  if (options.pitch_cents != 0) {
+  if (request.pitch_cents != 0) {
     solve.band = solvers::pitch::judged_band(solve.band);
-    const PitchSearch search{.request = request,
-                             .cents = options.pitch_cents,
+    const PitchSearch search{.request = request.mesh,
+                             .cents = request.pitch_cents,
                              .linear_solver = solve.linear_solver,
                              .memory_limit = solve.memory_limit,
                              .limits = {},
-                             .cache = context.cache};
-    auto result = refine_to_pitch(search, solve_mesh, context.world, body.trace);
+                             .cache = cache};
+    auto result = refine_to_pitch(search, solve_mesh, comm, body.trace);
     body.mesh = std::move(result.mesh);
     body.modes = std::move(result.sets.front());
     body.pitch_target = std::move(result.report);
   } else {
     {
-      const core::ScopedTimer timer(mesh_entry(body.trace, request, context.cache));
-      body.mesh = shared_mesh(request, {}, context.cache, context.world);
+      const core::ScopedTimer timer(mesh_entry(body.trace, request.mesh, cache));
+      body.mesh = shared_mesh(request.mesh, {}, cache, comm);
     }
     body.modes = std::move(solve_mesh(body.mesh).front());
   }

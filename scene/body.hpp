@@ -1,9 +1,11 @@
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
-#include "mpi/context.hpp"
+#include "mpi/comm.hpp"
 #include "solvers/eigen/solve_modes.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 #include "solvers/pitch/pitch_target.hpp"
@@ -11,53 +13,45 @@
 
 namespace carillon::scene {
 
-/// The body that `modes`, `strike` and others take on the command line, and how to solve it.
-struct BodyOptions {
-  std::string mesh;       ///< file, or FAMILY[:parameter=value,...]
-  std::string material;   ///< preset or key=value list; for MSH groups: group=name,...
-  std::string length;     ///< longest side with unit; "": as it is
-  std::string thickness;  ///< of open sheets
-  bool any_size = false;
-  std::optional<int> order;  ///< of tetrahedra; 3 when none is given
-  std::string element_size;
-  std::string min_frequency = "20 Hz";
-  std::optional<std::string> max_frequency;  ///< 20 kHz when none is given
-  int max_modes = 300;
-  // Given or not: what does not apply to a body is refused, not ignored.
-  std::optional<std::string> linear_solver;  ///< automatic when none is given
-  std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
-  std::optional<int> max_elements;           ///< 200,000 when none is given
-  std::string solver = "block_lanczos";      ///< or krylov_schur; fourier: see solve_turned()
+/// Materials by the region of a mesh that they fill; "" for every region.
+using RegionMaterials = std::map<std::string, synth::material::Material>;
+
+/// What the modes of a body are found with.
+enum class BodySolver {
+  tetrahedra,   ///< any body: eigen::solve_modes()
+  axisymmetric  ///< generated bodies of revolution: axisymmetric::solve_fourier()
+};
+
+/// A body of one or more materials, and how its modes are to be found.
+struct BodyRequest {
+  solvers::mesh::MeshRequest mesh;
+  RegionMaterials materials;
+  bool any_size = false;  ///< lets a body outside 1 mm to 10 m pass
+  BodySolver solver = BodySolver::tetrahedra;
+  solvers::eigen::SolveOptions solve;  ///< the axisymmetric solver takes its band alone
   double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
 };
 
-/// A file's name, or `bowl:radius=60mm,wall=3mm` (parameters not named are the middle of their
-/// range) as a request to the mesher.
-/// @throws InputError  unknown family or parameter, malformed value, or an option that would do
-///                     nothing for this body
-solvers::mesh::MeshRequest mesh_request(const BodyOptions& options);
+/// The source of a body that a text names: a file, or a generated shape as
+/// `bowl:radius=60mm,wall=3mm`, whose parameters that are not named are the middle of their range.
+/// @throws InputError  unknown family or parameter, malformed value
+/// @throws FileError   no such file
+solvers::mesh::MeshRequest parse_mesh(const std::string& text);
 
-/// @throws InputError  an option was given that the fourier solver has no use for
-void refuse_tetrahedral_options(const BodyOptions& options);
-
-/// Band and solver that the options ask for.
-/// @throws InputError  malformed frequencies or memory, an empty band
-solvers::eigen::SolveOptions solve_options(const BodyOptions& options);
-
-/// One material for each region, from the names given to groups.
+/// Materials of a text: `steel`, `youngs_modulus=7.2e10,...` or by region `shell=steel,core=wood`.
 /// @param own  materials that come before the presets
-/// @throws InputError  a region without material, or a group that the mesh does not have
-std::vector<synth::material::Material> assign_materials(
-    const std::map<std::string, std::string>& groups, const std::vector<std::string>& regions,
-    const std::vector<synth::material::Material>& own);
+/// @throws InputError
+RegionMaterials parse_materials(const std::string& text,
+                                const std::vector<synth::material::Material>& own = {});
 
-/// One material for each region of a mesh, from `steel` or from `shell=steel,core=wood`.
-/// @throws InputError  a region without material, or a name that is no region
-std::vector<synth::material::Material> region_materials(const std::string& text,
+/// All of them, each region's own.
+std::vector<synth::material::Material> listed(const RegionMaterials& materials);
+
+/// One material for each region of a mesh.
+/// @throws InputError  a region without material, or a material of a region that the mesh does not
+///                     have
+std::vector<synth::material::Material> assign_materials(const RegionMaterials& materials,
                                                         const std::vector<std::string>& regions);
-
-/// The materials that such a text names, whatever the mesh.
-std::vector<synth::material::Material> named_materials(const std::string& text);
 
 /// Bodies outside 1 mm to 10 m are mostly slips of a unit.
 /// @param longest  longest side [m], sizes included
@@ -75,17 +69,24 @@ solvers::mesh::MeshResult shared_mesh(const solvers::mesh::MeshRequest& request,
 core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::mesh::MeshRequest& request,
                                const std::filesystem::path& cache);
 
-/// Everything that the options ask for.
+/// A body with its modes.
 struct Body {
-  solvers::mesh::MeshResult mesh;
+  solvers::mesh::MeshResult mesh;  ///< of the axisymmetric solver a region's name alone
   std::vector<synth::material::Material> materials;  ///< one per region
   solvers::modes::Modes modes;
   std::optional<solvers::pitch::PitchReport> pitch_target;  ///< when one was asked for
   core::Trace trace;
 };
 
-/// @note Collective on the context's world.
-Body solve_body(const BodyOptions& options, const mpi::Context& context);
+/// Meshes a body and finds its modes, each behind the cache (empty path: none). A
+/// libraries::SolverEnvironment must be alive.
+/// @return the same on every rank
+/// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve of
+///                      a body that is not turned about an axis
+/// @throws FileError, SolverError, StorageError  as mesh_in_child() and solve_modes() do
+/// @note Collective on comm.
+Body solve_body(const BodyRequest& request, MPI_Comm comm = MPI_COMM_WORLD,
+                const std::filesystem::path& cache = {});
 
 std::vector<solvers::elements::Elastic> elastic_of(
     const std::vector<synth::material::Material>& materials);

@@ -8,7 +8,7 @@ namespace carillon::scene {
 
 bool gives_tetrahedra(const solvers::mesh::MeshRequest& request) {
   return request.shape.family.empty() &&
-         solvers::mesh::readers::mesh_extension(request.file.path) == ".msh";
+         solvers::mesh::readers::gives_tetrahedra(request.file);
 }
 
 solvers::pitch::PitchTarget pitch_target(const PitchSearch& search) {

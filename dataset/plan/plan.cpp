@@ -348,11 +348,13 @@ std::vector<synth::material::Material> variant_materials(const configuration::Bu
                                                          const Shape& shape, const Variant& variant,
                                                          const std::vector<std::string>& regions) {
   const configuration::ObjectSource& source = config.objects[shape.source];
-  if (!source.groups.empty()) {
-    return scene::assign_materials(source.groups, regions, config.own_materials);
-  }
-  return std::vector<synth::material::Material>(
-      regions.size(), synth::material::parse_material(variant.material, config.own_materials));
+  const auto material = [&](const std::string& name) {
+    return synth::material::parse_material(name, config.own_materials);
+  };
+  scene::RegionMaterials materials;
+  if (source.groups.empty()) materials[""] = material(variant.material);
+  for (const auto& [group, name] : source.groups) materials[group] = material(name);
+  return scene::assign_materials(materials, regions);
 }
 
 }  // namespace carillon::dataset::plan

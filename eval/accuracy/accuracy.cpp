@@ -134,9 +134,8 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
     });
   };
   if (config.sound) {
-    mpi::Context here = context;
-    here.world = comm;
-    document["sound"] = found_or_failure([&] { return climb_sounds(*config.sound, here); });
+    document["sound"] =
+        found_or_failure([&] { return climb_sounds(*config.sound, comm, context.cache); });
     keep();
   }
   if (config.features) {

@@ -34,11 +34,11 @@ std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& ke
 }
 
 scene::Scene read_ladder_scene(core::ConfigNode sound, const std::string& file_name,
-                               const scene::BodyOptions& body) {
+                               const scene::RegionMaterials& materials) {
   core::ConfigNode node = sound.child("scene");
   return scene::read_scene(
       node, file_name, scene::effects(),
-      {.materials = scene::named_materials(body.material), .materials_place = "material"});
+      {.materials = scene::listed(materials), .materials_place = "material"});
 }
 
 /// One rung's sounds, and what each took [s].
@@ -114,18 +114,19 @@ SoundLadder read_sound_ladder(
     core::ConfigNode node, const std::string& file_name,
     const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread) {
   SoundLadder ladder;
-  ladder.body.mesh = node.text("body");
-  ladder.body.material = node.text("material", "steel");
-  core::at_key(node, "body", [&] { return scene::mesh_request(ladder.body); });
-  core::at_key(node, "material", [&] { return scene::named_materials(ladder.body.material); });
+  ladder.name = node.text("body");
+  ladder.body.mesh = core::at_key(node, "body", [&] { return scene::parse_mesh(ladder.name); });
+  ladder.material = node.text("material", "steel");
+  ladder.body.materials =
+      core::at_key(node, "material", [&] { return scene::parse_materials(ladder.material); });
   ladder.strikes = static_cast<int>(node.integer("strikes", 1, 10000, 5));
   ladder.modes = ascending_numbers(node, "modes", 1);
   ladder.image_orders = ascending_numbers(node, "image_orders", 0);
   const auto changed_scene = [&](const std::vector<std::string>& changes) {
-    return read_ladder_scene(reread(changes).child("sound"), file_name, ladder.body);
+    return read_ladder_scene(reread(changes).child("sound"), file_name, ladder.body.materials);
   };
   // Read once as it stands, so that mistakes in it are named where they are.
-  const scene::Scene scene = read_ladder_scene(node, file_name, ladder.body);
+  const scene::Scene scene = read_ladder_scene(node, file_name, ladder.body.materials);
   // One body serves all rungs; these effects know only bodies that they have prepared themselves.
   for (const char* effect : {"click", "supports"}) {
     if (scene.runs(effect)) {
@@ -137,6 +138,8 @@ SoundLadder read_sound_ladder(
       node.child("scene").has("room")
           ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
           : scene;
+  ladder.body.solve.band.max_frequency =
+      std::min(20000.0, ladder.without_room.audio.sample_rate / 2);
   if (ladder.image_orders.size() == 1) {
     node.fail("image_orders",
               "the last one is what the others are compared with: give two or more");
@@ -150,16 +153,14 @@ SoundLadder read_sound_ladder(
   return ladder;
 }
 
-ordered_json climb_sounds(const SoundLadder& ladder, const mpi::Context& context) {
-  scene::BodyOptions options = ladder.body;
-  options.max_frequency =
-      fmt::format("{} Hz", std::min(20000.0, ladder.without_room.audio.sample_rate / 2));
-  const scene::Body solved = scene::solve_body(options, context);
+ordered_json climb_sounds(const SoundLadder& ladder, MPI_Comm alone,
+                          const std::filesystem::path& cache) {
+  const scene::Body solved = scene::solve_body(ladder.body, alone, cache);
   core::Trace trace;
-  scene::SoundChain chain(ladder.without_room, context.cache, trace);
+  scene::SoundChain chain(ladder.without_room, cache, trace);
   const double before = core::thread_cpu_seconds();
   const scene::RingingBody body =
-      chain.prepare(ladder.body.mesh, ladder.body.mesh, solved.modes, solved.materials);
+      chain.prepare(ladder.name, ladder.name, solved.modes, solved.materials);
   const double prepared = core::thread_cpu_seconds() - before;
   ordered_json rungs = ordered_json::array();
   const Sounds all_modes = make_sounds(ladder.without_room, ladder.strikes, body);
@@ -178,8 +179,8 @@ ordered_json climb_sounds(const SoundLadder& ladder, const mpi::Context& context
     }
     rungs.push_back(rung("image order", ladder.image_orders.back(), full, full));
   }
-  return {{"body", ladder.body.mesh},
-          {"material", ladder.body.material},
+  return {{"body", ladder.name},
+          {"material", ladder.material},
           {"modes", solved.modes.size()},
           {"prepare_s", prepared},
           {"rungs", rungs}};

@@ -13,7 +13,8 @@ namespace carillon::eval::accuracy {
 /// How much of a body and a room a sound needs: rungs with fewer modes or fewer reflections against
 /// the sound with all of them.
 struct SoundLadder {
-  scene::BodyOptions body;
+  std::string name, material;  ///< of the body, as configured
+  scene::BodyRequest body;
   int strikes = 5;
   std::vector<int> modes;              ///< lowest so many, ascending
   std::vector<int> image_orders;       ///< ascending; the last is the reference
@@ -28,11 +29,12 @@ SoundLadder read_sound_ladder(
     core::ConfigNode node, const std::string& file_name,
     const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread);
 
-/// Runs it on this rank. The sounds' difference is the mean of the magnitudes of the logarithms of
+/// Runs it on this rank, whose communicator `alone` is. The sounds' difference is the mean of the magnitudes of the logarithms of
 /// the ratios of short-time spectra (perception::SpectralDistance::log_magnitude) in dB, of sounds
 /// whose reference has a peak of 1; time that of making the sound from known modes, processor time.
 /// @return `body`, `material`, `modes`, `prepare_s` (the body's radiation) and `rungs[]`: `key`
 ///         (`modes` or `image order`), `value`, `sounds`, `seconds` and `error_db` (medians)
-nlohmann::ordered_json climb_sounds(const SoundLadder& ladder, const mpi::Context& context);
+nlohmann::ordered_json climb_sounds(const SoundLadder& ladder, MPI_Comm alone,
+                                    const std::filesystem::path& cache);
 
 }  // namespace carillon::eval::accuracy

@@ -37,23 +37,20 @@ const solvers::families::Family& turned_family(const solvers::mesh::MeshRequest&
 
 }  // namespace
 
-Body solve_turned(const BodyOptions& options, const mpi::Context& context) {
+Body solve_turned(const BodyRequest& request, MPI_Comm comm) {
   Body body;
-  mpi::agreed(context.world, [&] {
-    refuse_tetrahedral_options(options);
-    const auto request = mesh_request(options);
-    const auto meridian = turned_family(request).meridian(request.shape);
-    check_size(solvers::mesh::measure(meridian).longest_side(), options.any_size);
+  mpi::agreed(comm, [&] {
+    const auto meridian = turned_family(request.mesh).meridian(request.mesh.shape);
+    check_size(solvers::mesh::measure(meridian).longest_side(), request.any_size);
     body.mesh.mesh.region_names = {"body"};
-    body.materials = region_materials(options.material, body.mesh.mesh.region_names);
-    const auto solve = solve_options(options);
-    if (mpi::rank(context.world) != 0) return;
+    body.materials = assign_materials(request.materials, body.mesh.mesh.region_names);
+    if (mpi::rank(comm) != 0) return;
     solvers::axisymmetric::FourierOptions fourier;
-    fourier.cell = request.options.element_size;
+    fourier.cell = request.mesh.options.element_size;
     body.modes = solvers::axisymmetric::solve_fourier(meridian, body.materials.front().elastic,
-                                                      solve, fourier, body.trace);
+                                                      request.solve, fourier, body.trace);
   });
-  solvers::modes::broadcast(body.modes, context.world);
+  solvers::modes::broadcast(body.modes, comm);
   return body;
 }
 

@@ -166,6 +166,17 @@ TetMesh tet_mesh_from_json(const json& in) {
   return mesh;
 }
 
+SurfaceMesh surface_from_json(const json& in) {
+  SurfaceMesh surface{points_from_binary(in.at("vertices")), {}};
+  const auto corners = from_binary<std::int32_t>(in.at("triangles"));
+  if (corners.size() % 3 != 0) throw core::FileError("the surface's triangles are cut off");
+  check_indices(corners, surface.vertices.size(), "triangles");
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    surface.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  }
+  return surface;
+}
+
 /// Runs a reader; what nlohmann's library throws becomes a FileError.
 template <class Read>
 auto read_json(const char* what, Read read) {
@@ -179,16 +190,29 @@ auto read_json(const char* what, Read read) {
 }  // namespace
 
 json to_json(const MeshRequest& request) {
-  return {{"shape", fields_to_json(request.shape)},
-          {"file", fields_to_json(request.file)},
-          {"options", fields_to_json(request.options)}};
+  json out = {{"shape", fields_to_json(request.shape)},
+              {"file", fields_to_json(request.file)},
+              {"options", fields_to_json(request.options)}};
+  if (const SurfaceMesh& surface = request.file.surface; !surface.triangles.empty()) {
+    std::vector<std::int32_t> corners;
+    for (const Triangle& triangle : surface.triangles) {
+      corners.insert(corners.end(), triangle.begin(), triangle.end());
+    }
+    out["surface"] = {{"vertices", to_binary(surface.vertices)}, {"triangles", to_binary(corners)}};
+  }
+  return out;
 }
 
 MeshRequest mesh_request_from_json(const json& in) {
   return read_json("mesh request", [&in] {
-    return MeshRequest{fields_from_json<GeneratedShape>(in.at("shape")),
-                       fields_from_json<MeshFile>(in.at("file")),
-                       fields_from_json<MeshOptions>(in.at("options"))};
+    MeshRequest request{fields_from_json<GeneratedShape>(in.at("shape")),
+                        fields_from_json<MeshFile>(in.at("file")),
+                        fields_from_json<MeshOptions>(in.at("options"))};
+    if (in.contains("surface")) {
+      request.file.surface = surface_from_json(in.at("surface"));
+      if (request.file.path.empty()) request.file.path = "triangles";
+    }
+    return request;
   });
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "solvers/mesh/surface_mesh.hpp"
 #include "solvers/mesh/tet_mesh.hpp"
 
 namespace carillon::solvers::mesh {
@@ -19,9 +20,10 @@ struct GeneratedShape {
   std::vector<std::array<double, 2>> profile;
 };
 
-/// A body that a file describes.
+/// A body that a file describes, or triangles in memory as a file would hold them.
 struct MeshFile {
-  std::string path;       ///< .obj .off .ply .stl surface, .msh tetrahedra
+  std::string path;     ///< .obj .off .ply .stl surface, .msh tetrahedra; or the name of `surface`
+  SurfaceMesh surface;  ///< where it has triangles: these, in memory, and no file
   double length = 0;      ///< longest side [m] the body is scaled to; 0: the file is in metres
   bool any_size = false;  ///< lets a body outside 1 mm to 10 m pass
   double thickness = 0;   ///< [m] given to open sheets; 0: an open sheet is not a body

@@ -44,7 +44,7 @@ fs::path worker_program() {
   }
   if (const fs::path found = core::find_helper("carillon-mesh"); !found.empty()) return found;
   throw core::StorageError("carillon-mesh is missing",
-                           "install it beside carillon, or name it in CARILLON_MESH");
+                           "install carillon and have it in PATH, or name carillon-mesh in CARILLON_MESH");
 }
 
 std::string subject(const mesh::MeshRequest& request) {
@@ -147,8 +147,10 @@ std::string mesh_key(const mesh::MeshRequest& request) {
     // The file counts by its contents and by its ending, which decides how it is read.
     described.erase("shape");
     described["file"].erase("path");
-    hash.add(fs::path(request.file.path).extension().string() + ";");
-    hash.add(core::sha256_file(request.file.path));
+    if (request.file.surface.triangles.empty()) {
+      hash.add(fs::path(request.file.path).extension().string() + ";");
+      hash.add(core::sha256_file(request.file.path));
+    }
   } else {
     described.erase("file");
   }

@@ -72,6 +72,10 @@ SurfaceMesh read_surface(const std::string& path) {
   return mesh;
 }
 
+bool gives_tetrahedra(const MeshFile& file) {
+  return file.surface.triangles.empty() && mesh_extension(file.path) == ".msh";
+}
+
 double scale_to_metres(const Box& box, const MeshFile& file) {
   const double longest = box.longest_side();
   if (!std::isfinite(longest)) {

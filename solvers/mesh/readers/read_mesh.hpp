@@ -22,6 +22,9 @@ TetMesh read_msh(const std::string& path);
 /// Ending of a file name in small letters, e.g. ".obj"; decides which reader is used.
 std::string mesh_extension(const std::string& path);
 
+/// Whether a body comes as tetrahedra, which cannot be made smaller, and not as a surface.
+bool gives_tetrahedra(const MeshFile& file);
+
 /// Factor from file units to metres: `length` / longest side when given, else 1.
 /// @throws InputError  the body is outside 1 mm to 10 m and any_size is off; suggests the unit
 double scale_to_metres(const Box& box, const MeshFile& file);

@@ -46,8 +46,19 @@ mesh::TetMesh scaled_msh(const mesh::MeshFile& file) {
   return mesh;
 }
 
+mesh::SurfaceMesh given_surface(const mesh::MeshFile& file) {
+  for (std::size_t i = 0; i < file.surface.vertices.size(); ++i) {
+    if (!file.surface.vertices[i].allFinite()) {
+      throw core::InputError(fmt::format("{}: vertex {} is not finite", file.path, i));
+    }
+  }
+  return file.surface;
+}
+
 mesh::SurfaceMesh scaled_surface(const mesh::MeshFile& file) {
-  mesh::SurfaceMesh surface = mesh::readers::read_surface(file.path);
+  mesh::SurfaceMesh surface = file.surface.triangles.empty()
+                                  ? mesh::readers::read_surface(file.path)
+                                  : given_surface(file);
   // Vertices that no triangle uses say nothing about the size.
   std::vector<Vec3> used;
   for (const mesh::Triangle& t : surface.triangles) {
@@ -98,14 +109,14 @@ mesh::MeshResult make_tet_mesh(const mesh::MeshRequest& request) {
     families::find_family(request.shape.family).check(request.shape);
     return families::mesh_family(request.shape, request.options);
   }
-  return mesh::readers::mesh_extension(request.file.path) == ".msh" ? mesh_of_tetrahedra(request)
-                                                                    : mesh_of_surface(request);
+  return mesh::readers::gives_tetrahedra(request.file) ? mesh_of_tetrahedra(request)
+                                                       : mesh_of_surface(request);
 }
 
 mesh::Diagnosis diagnose_file(const mesh::MeshFile& file) {
   mesh::MeshFile any = file;
   any.any_size = true;  // a wrong unit shows in the extent
-  return mesh::repair::diagnose(mesh::readers::mesh_extension(file.path) == ".msh"
+  return mesh::repair::diagnose(mesh::readers::gives_tetrahedra(file)
                                     ? boundary_surface(scaled_msh(any))
                                     : scaled_surface(any));
 }
