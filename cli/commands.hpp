@@ -33,6 +33,11 @@ void add_report(Program& program, mpi::Context& context);
 void add_regenerate(Program& program, mpi::Context& context);
 void add_strike(Program& program, mpi::Context& context);
 
+/// File systems of clusters refuse locks in ways of their own, and a file's own property, by which
+/// core/hdf5 goes without, does not reach the sources of a virtual dataset. Sets what HDF5 looks at
+/// when it is first called; call it in main(), before there are threads that read the environment.
+void read_without_locks();
+
 /// Runs the program: parses, starts what the command needs and calls it, turns errors into messages
 /// and exit codes. Call it first in main(); MPI, PETSc and SLEPc have ended when it returns.
 /// @param learning  what a program with libtorch has in place of the commands that start one

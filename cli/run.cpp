@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 
@@ -136,6 +137,10 @@ int tell(const Reply& reply, mpi::Context& context, int argc, char** argv) {
 }
 
 }  // namespace
+
+void read_without_locks() {
+  setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
+}
 
 int run(int argc, char** argv, const LearningCommands& learning) {
   // Standard output belongs to results: a warning among them would spoil --json.

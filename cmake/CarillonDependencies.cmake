@@ -1,4 +1,5 @@
-# Everything the project is built on, by the names the folders link to.
+# Everything the library is built on, by the names the folders link to. Installed beside the library, it
+# finds the same for a project that uses it.
 include(CarillonFind)
 find_package(PkgConfig REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)
@@ -17,7 +18,6 @@ find_package(hwy REQUIRED)
 
 include(CarillonPetsc)
 include(CarillonHdf5)
-include(CarillonTorch)
 carillon_pkg_config(ARCHIVE libarchive)
 carillon_pkg_config(SNDFILE sndfile)
 carillon_pkg_config(FFTW3 fftw3)
@@ -26,8 +26,6 @@ carillon_pkg_config(MUPARSER muparser)
 carillon_pkg_config(OSMESA osmesa)
 carillon_pkg_config(NLOPT nlopt)
 carillon_pkg_config(BULLET bullet-float64)
-
-target_link_libraries(carillon_options INTERFACE BLAS::BLAS)
 
 carillon_find(carillon_metis METIS LIBRARY metis HEADER metis.h)
 carillon_find(carillon_gmsh GMSH LIBRARY gmsh HEADER gmsh.h)
@@ -42,7 +40,7 @@ endif()
 
 # Only the run-time library of OpenMP: its threads are switched off there, and no code is made for it.
 # SuiteSparse's is GCC's, whatever compiles this.
-add_library(carillon_openmp INTERFACE)
+add_library(carillon_openmp INTERFACE IMPORTED GLOBAL)
 find_library(GOMP_LIBRARY NAMES gomp libgomp.so.1 PATHS ${CMAKE_C_IMPLICIT_LINK_DIRECTORIES})
 if(GOMP_LIBRARY)
   target_link_libraries(carillon_openmp INTERFACE ${GOMP_LIBRARY})
@@ -54,6 +52,6 @@ endif()
 # Headers alone: distributions of random numbers. CGAL needs them too.
 find_package(Boost REQUIRED)
 find_path(RANDOM123_INCLUDE_DIR Random123/philox.h REQUIRED)
-add_library(carillon_mpi_c INTERFACE)
+add_library(carillon_mpi_c INTERFACE IMPORTED GLOBAL)
 target_link_libraries(carillon_mpi_c INTERFACE MPI::MPI_C)
 target_compile_definitions(carillon_mpi_c INTERFACE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX)

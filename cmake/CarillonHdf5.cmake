@@ -1,7 +1,7 @@
 # HDF5 as the target carillon_hdf5: serial or parallel, as files have one writer each. HDF5_ROOT, the
 # PETSc's own, Debian's build for Open MPI, or any other that FindHDF5 sees, in this order.
 set(minimum 1.10.7) # file locking that a program can switch off
-add_library(carillon_hdf5 INTERFACE)
+add_library(carillon_hdf5 INTERFACE IMPORTED GLOBAL)
 # Kept, as a later configure may run without the environment.
 set(HDF5_ROOT "$ENV{HDF5_ROOT}" CACHE PATH "Folder that HDF5 is installed under; empty: as it is found")
 if(NOT HDF5_ROOT)

@@ -12,7 +12,19 @@ set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 
 option(CARILLON_JOIN_SOURCES "Compile sources in groups, for builds from nothing" OFF)
 
+# What belongs to the headers, so that it is told to whom the library is installed for; and what is for
+# building them alone.
+add_library(carillon_interface INTERFACE)
+target_compile_features(carillon_interface INTERFACE cxx_std_20)
+target_include_directories(carillon_interface INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                                        $<INSTALL_INTERFACE:include>)
+# Dense products of Eigen go to BLAS, whose kernels fit the machine at run time: everywhere or
+# nowhere, as one program has one definition of each of Eigen's functions.
+target_compile_definitions(carillon_interface INTERFACE EIGEN_USE_BLAS)
+target_link_libraries(carillon_interface INTERFACE BLAS::BLAS)
+
 add_library(carillon_options INTERFACE)
+target_link_libraries(carillon_options INTERFACE carillon_interface)
 # Clang wants two pairs of braces around what initialises an array.
 target_compile_options(carillon_options INTERFACE -Wall -Wextra -Wno-missing-braces)
 # Where sources are joined, names of one file's unnamed namespace are seen by the next.
@@ -40,10 +52,6 @@ if(CARILLON_SANITIZE)
 endif()
 # Contraction of a*b+c would make results depend on the compiler's mood.
 target_compile_options(carillon_options INTERFACE -ffp-contract=off)
-target_include_directories(carillon_options INTERFACE ${PROJECT_SOURCE_DIR})
-# Dense products of Eigen go to BLAS, whose kernels fit the machine at run time: everywhere or
-# nowhere, as one program has one definition of each of Eigen's functions.
-target_compile_definitions(carillon_options INTERFACE EIGEN_USE_BLAS)
 
 # How what is no kernel is optimised in a release.
 set(CARILLON_REST_OPTIONS $<$<CONFIG:Release>:-O1>)
@@ -51,15 +59,17 @@ if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
   list(APPEND CARILLON_REST_OPTIONS "$<$<CONFIG:Release>:SHELL:-mllvm -inline-threshold=25>")
 endif()
 
-# carillon_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [KERNELS] [ALONE ...] [OWN_OPTIONS]): a
-# static library of one folder. KERNELS: most of a run's time is spent here, so it is optimised in
+# carillon_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [KERNELS] [ALONE ...] [OWN_OPTIONS]
+#                  [PROGRAMS]): a static library of one folder. KERNELS: most of a run's time is spent here, so it is optimised in
 # full; the rest of a release is compiled at -O1, in two thirds of the time. ALONE: sources that are
 # not joined with others, as they take long alone or share names of unnamed namespaces with their
 # neighbours. OWN_OPTIONS: compiled with other options than the rest, so without the common headers.
+# PROGRAMS: for the project's own programs alone, so not installed.
 function(carillon_library name)
-  cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS" "" "SOURCES;LINK;PRIVATE_LINK;ALONE" ${ARGN})
+  cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS;PROGRAMS" "" "SOURCES;LINK;PRIVATE_LINK;ALONE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
-  target_link_libraries(${name} PUBLIC carillon_options ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
+  target_link_libraries(${name} PUBLIC carillon_interface $<BUILD_INTERFACE:carillon_options> ${ARG_LINK}
+                                PRIVATE ${ARG_PRIVATE_LINK})
   if(ARG_KERNELS)
     set(kind kernels)
   else()
@@ -70,6 +80,9 @@ function(carillon_library name)
     carillon_precompile(${name} ${kind})
   endif()
   carillon_join_sources(${name} ${ARG_ALONE})
+  if(NOT ARG_PROGRAMS)
+    carillon_install_library(${name})
+  endif()
 endfunction()
 
 # carillon_join_sources(TARGET [SOURCE ...]): all but the named sources are compiled eight at a time
@@ -102,11 +115,11 @@ function(carillon_link target how)
 endfunction()
 
 # carillon_folder(FOLDER [FOLDERS ...] [EXCEPT ...] LINK ... [PRIVATE_LINK ...] [KERNELS] [ALONE ...]
-#                 [OWN_OPTIONS]): the library of a folder, carillon_ and its name with _ for /, from the
+#                 [OWN_OPTIONS] [PROGRAMS]): the library of a folder, carillon_ and its name with _ for /, from the
 # sources in it and in its detail/; FOLDERS: and in those below it; EXCEPT: but for these. LINK names other
 # folders, or targets. The rest as for carillon_library.
 function(carillon_folder folder)
-  cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS" "" "FOLDERS;EXCEPT;LINK;PRIVATE_LINK;ALONE" ${ARGN})
+  cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS;PROGRAMS" "" "FOLDERS;EXCEPT;LINK;PRIVATE_LINK;ALONE" ${ARGN})
   set(patterns *.cpp detail/*.cpp)
   foreach(below ${ARG_FOLDERS})
     list(APPEND patterns ${below}/*.cpp ${below}/detail/*.cpp)
@@ -119,7 +132,7 @@ function(carillon_folder folder)
   carillon_targets(libraries ${ARG_LINK})
   string(REPLACE / _ name carillon_${folder})
   set(flags)
-  foreach(flag KERNELS OWN_OPTIONS)
+  foreach(flag KERNELS OWN_OPTIONS PROGRAMS)
     if(ARG_${flag})
       list(APPEND flags ${flag})
     endif()

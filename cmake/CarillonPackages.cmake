@@ -45,6 +45,21 @@ if(CARILLON_PAGE)
           COMPONENT carillon EXCLUDE_FROM_ALL)
 endif()
 
+carillon_package(carillon-dev
+"library of carillon: modes and sounds of struck objects in C++
+Headers, archives and the CMake configuration of what the program carillon is
+made of: meshes, finite elements, synthesis, datasets and their evaluation.")
+set(CPACK_DEBIAN_CARILLON-DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_CARILLON-DEV_PACKAGE_SHLIBDEPS OFF)
+# Those that the program is built from.
+file(READ scripts/setup development)
+string(REGEX REPLACE "\npart learn .*" "" development "${development}")
+string(REGEX MATCHALL "[a-z0-9.+-]+-dev" development "${development}")
+list(JOIN development ", " development)
+set(CPACK_DEBIAN_CARILLON-DEV_PACKAGE_DEPENDS "carillon (= ${CPACK_PACKAGE_VERSION}), ${development}")
+install(DIRECTORY examples/cpp/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carillon-dev/examples
+        COMPONENT carillon-dev)
+
 if(CARILLON_LEARN)
   carillon_package(carillon-learn
 "classifiers for datasets of struck objects

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <limits>
 #include <map>
 
@@ -12,12 +11,6 @@
 namespace carillon::core {
 
 namespace hdf5 {
-
-// File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None are
-// needed: a file has one writer, and its name only when it is whole. HDF5 looks at this when it is
-// first called; a file's own property does not reach the sources of a virtual dataset. Set before
-// there are threads: another that reads the environment meanwhile would crash.
-[[maybe_unused]] static const int without_locks = setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
 
 std::recursive_mutex& turn() {
   static std::recursive_mutex mutex;
@@ -95,6 +88,9 @@ Hdf5Object file_access() {
   // Newer object headers are smaller and hold no times of their own; every HDF5 since 1.8 reads
   // them, virtual datasets need 1.10.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST);
+  // File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None are
+  // needed: a file has one writer, and its name only when it is whole.
+  H5Pset_file_locking(access.get(), false, true);
   return access;
 }
 

@@ -2,6 +2,10 @@
 
 #include <fmt/core.h>
 
+#include <cstdlib>
+#include <sstream>
+#include <string>
+
 namespace carillon::core {
 
 namespace fs = std::filesystem;
@@ -18,8 +22,22 @@ fs::path find_near_program(std::initializer_list<std::string_view> places) {
 }
 
 fs::path find_helper(std::string_view name) {
-  return find_near_program(
-      {fmt::format("../libexec/carillon/{}", name), name, fmt::format("../{}", name)});
+  const std::string installed = fmt::format("../libexec/carillon/{}", name);
+  if (const fs::path near = find_near_program({installed, name, fmt::format("../{}", name)});
+      !near.empty()) {
+    return near;
+  }
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path helper = fs::path(folder) / installed;
+    std::error_code error;
+    if (fs::is_regular_file(fs::path(folder) / "carillon", error) &&
+        fs::is_regular_file(helper, error)) {
+      return fs::weakly_canonical(helper);
+    }
+  }
+  return {};
 }
 
 }  // namespace carillon::core
