@@ -13,9 +13,8 @@
 #include "core/error.hpp"
 #include "core/numbers.hpp"
 #include "core/units.hpp"
-#include "scene/blow.hpp"
 #include "scene/chain.hpp"
-#include "scene/drawn_strike.hpp"
+#include "scene/strikes.hpp"
 #include "synth/modal/ring_down.hpp"
 
 namespace carillon::cli {
@@ -110,16 +109,19 @@ void check_options(const StrikeOptions& options) {
   }
 }
 
-scene::StrikePlace place_of(const StrikeOptions& options) {
-  scene::StrikePlace place;
-  if (!options.at.empty()) place.at = parse_position(options.at);
-  if (!options.direction.empty()) place.direction = parse_position(options.direction);
-  return place;
+scene::KnownStrike known_strike(const StrikeOptions& options) {
+  scene::KnownStrike known;
+  if (!options.at.empty()) known.position = parse_position(options.at);
+  if (!options.direction.empty()) {
+    known.direction = parse_position(options.direction).normalized();
+  }
+  return known;
 }
 
 void run_strike(const StrikeOptions& options, mpi::Context& context) {
   check_options(options);
-  const scene::Scene scene = scene_of(options, scene::listed(scene::parse_materials(options.body.material)));
+  const scene::Scene scene =
+      scene_of(options, scene::listed(scene::parse_materials(options.body.material)));
   const scene::Body body = solve_body(sounding_band(options.body, scene), context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
@@ -133,7 +135,9 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
   sound.body = &ringing;
   sound.seed = options.seed;
   sound.record = &record;
-  scene::draw_strike(scene, options.seed, 0, place_of(options), sound);
+  scene::draw_strike(scene.strikes, body.modes.surface,
+                     synth::modal::SurfaceSampler(body.modes.surface), {.seed = options.seed},
+                     known_strike(options), sound);
   const double interval = core::parse_quantity(options.interval, core::Dimension::time);
   for (std::size_t i = 1; i < options.repeat; ++i) {
     sound.blows.push_back(static_cast<double>(i) * interval);

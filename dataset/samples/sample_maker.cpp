@@ -11,6 +11,7 @@
 #include "dataset/samples/shape_modes.hpp"
 #include "scene/body.hpp"
 #include "scene/chain.hpp"
+#include "scene/strikes.hpp"
 
 namespace carillon::dataset::samples {
 
@@ -54,27 +55,17 @@ struct SampleMaker::Impl {
   /// The point belongs to the strike's number, so that a strike held out is held out in every
   /// material and size; force and duration belong to the sample.
   void draw_strike(const plan::Sample& sample, scene::Sound& sound) const {
-    const solvers::modes::ModeSurface& surface = modes.surface();
     const scene::StrikeConfig& strikes = config.scene.strikes;
-    synth::modal::Strike& strike = sound.strike;
+    scene::KnownStrike known;
     if (!strikes.given.empty()) {
       const scene::GivenStrike& given = strikes.given[static_cast<std::size_t>(sample.strike)];
-      strike.point = sampler.nearest(given.position);
-      strike.direction =
-          given.direction.value_or(-synth::modal::frame_at(surface, strike.point).normal);
-      strike.impulse = given.impulse;
-      sound.contact_time = given.contact_time;
-      return;
+      known = {given.position, given.direction, given.impulse, given.contact_time};
     }
-    core::RandomStream place(config.seed,
-                             core::stable_hash(fmt::format("{}/{}", shape.id, sample.strike)),
-                             "strike.position");
-    strike.point = sampler.sample(place);
-    const Vec3 inward = -synth::modal::frame_at(surface, strike.point).normal;
-    strike.direction = synth::modal::spread_direction(inward, strikes.spread, place);
-    core::RandomStream force(config.seed, sample.id, "strike.force");
-    strike.impulse = force.log_uniform(strikes.impulse.low, strikes.impulse.high);
-    sound.contact_time = force.log_uniform(strikes.contact_time.low, strikes.contact_time.high);
+    const scene::StrikeDraw draw{
+        .seed = config.seed,
+        .place = core::stable_hash(fmt::format("{}/{}", shape.id, sample.strike)),
+        .force = sample.id};
+    scene::draw_strike(strikes, modes.surface(), sampler, draw, known, sound);
   }
 
   /// Rooms and noises of different parts of either split have nothing in common.

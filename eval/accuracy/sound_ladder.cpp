@@ -11,7 +11,7 @@
 #include "core/numbers.hpp"
 #include "eval/perception/spectral_distance.hpp"
 #include "scene/chain.hpp"
-#include "scene/drawn_strike.hpp"
+#include "scene/strikes.hpp"
 
 namespace carillon::eval::accuracy {
 
@@ -36,9 +36,8 @@ std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& ke
 scene::Scene read_ladder_scene(core::ConfigNode sound, const std::string& file_name,
                                const scene::RegionMaterials& materials) {
   core::ConfigNode node = sound.child("scene");
-  return scene::read_scene(
-      node, file_name, scene::effects(),
-      {.materials = scene::listed(materials), .materials_place = "material"});
+  return scene::read_scene(node, file_name, scene::effects(),
+                           {.materials = scene::listed(materials), .materials_place = "material"});
 }
 
 /// One rung's sounds, and what each took [s].
@@ -53,11 +52,13 @@ Sounds make_sounds(const scene::Scene& scene, int strikes, const scene::RingingB
   Sounds made;
   core::Trace trace;
   scene::SoundChain chain(scene, {}, trace);
+  const synth::modal::SurfaceSampler sampler(body.modes->surface);
   for (int k = 0; k < 2 * strikes; ++k) {
     scene::Sound sound;
     sound.body = &body;
     sound.id = static_cast<std::uint64_t>(k % strikes);
-    scene::draw_strike(scene, 0, sound.id, {}, sound);
+    scene::draw_strike(scene.strikes, body.modes->surface, sampler,
+                       {.place = sound.id, .force = sound.id}, {}, sound);
     const double start = core::thread_cpu_seconds();
     chain.make(sound);
     if (k < strikes) continue;

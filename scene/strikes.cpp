@@ -1,9 +1,33 @@
-#include "scene/blow.hpp"
+#include "scene/strikes.hpp"
 
 #include <algorithm>
 #include <limits>
 
+#include "synth/modal/ring_down.hpp"
+
 namespace carillon::scene {
+
+core::RandomStream strike_places(std::uint64_t seed, std::uint64_t place) {
+  return {seed, place, "strike.position"};
+}
+
+void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface& surface,
+                 const synth::modal::SurfaceSampler& sampler, const StrikeDraw& draw,
+                 const KnownStrike& known, Sound& sound) {
+  synth::modal::Strike& strike = sound.strike;
+  core::RandomStream place = strike_places(draw.seed, draw.place);
+  strike.point = known.position ? sampler.nearest(*known.position) : sampler.sample(place);
+  const Vec3 inward = -synth::modal::frame_at(surface, strike.point).normal;
+  strike.direction = known.direction
+                         ? *known.direction
+                         : synth::modal::spread_direction(inward, strikes.spread, place);
+  core::RandomStream force(draw.seed, draw.force, "strike.force");
+  const auto drawn = [&](const core::Range& range) {
+    return force.log_uniform(range.low, range.high);
+  };
+  strike.impulse = known.impulse ? *known.impulse : drawn(strikes.impulse);
+  sound.contact_time = known.contact_time ? *known.contact_time : drawn(strikes.contact_time);
+}
 
 std::vector<synth::modal::SurfacePoint> spread_points(const synth::modal::SurfaceSampler& sampler,
                                                       const solvers::modes::ModeSurface& surface,

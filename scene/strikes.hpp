@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/random.hpp"
+#include "scene/scene.hpp"
+
+namespace carillon::scene {
+
+/// A strike where the command line says nothing else.
+inline constexpr const char* default_impulse = "0.02 N s";
+inline constexpr const char* default_contact_time = "0.2 ms";
+
+/// What of a strike is given rather than drawn, in the body's coordinates.
+struct KnownStrike {
+  std::optional<Vec3> position;        ///< [m]; the surface's nearest point is struck
+  std::optional<Vec3> direction;       ///< of the force, of length 1
+  std::optional<double> impulse;       ///< [N s]
+  std::optional<double> contact_time;  ///< [s]
+};
+
+/// Whose random values a strike has: equal numbers under one seed draw equal values.
+struct StrikeDraw {
+  std::uint64_t seed = 0;
+  std::uint64_t place = 0;  ///< of point and direction
+  std::uint64_t force = 0;  ///< of impulse and contact time
+};
+
+/// The stream that the point and the direction of a strike are drawn from.
+core::RandomStream strike_places(std::uint64_t seed, std::uint64_t place = 0);
+
+/// Draws a strike on a sound's body as a scene says: point by area, direction, impulse and contact
+/// time.
+/// @param surface  of the body, at any size; `sampler` is one of it
+void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface& surface,
+                 const synth::modal::SurfaceSampler& sampler, const StrikeDraw& draw,
+                 const KnownStrike& known, Sound& sound);
+
+/// Points far from each other: the first is drawn by area, each next one is the farthest from all
+/// before it (Gonzalez 1985) of 64 drawn for each point that is wanted.
+std::vector<synth::modal::SurfacePoint> spread_points(const synth::modal::SurfaceSampler& sampler,
+                                                      const solvers::modes::ModeSurface& surface,
+                                                      std::size_t count,
+                                                      core::RandomStream& places);
+
+}  // namespace carillon::scene
