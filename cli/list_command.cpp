@@ -6,6 +6,7 @@
 #include "cli/commands.hpp"
 #include "eval/learning/known_methods.hpp"
 #include "render/maps/generated_maps.hpp"
+#include "scene/columns.hpp"
 #include "scene/effect.hpp"
 #include "scene/material_json.hpp"
 #include "solvers/families/families.hpp"
@@ -112,6 +113,20 @@ nlohmann::json list_models() {
   return list;
 }
 
+nlohmann::json list_columns() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const core::ColumnRule& rule : scene::columns()) {
+    list.push_back({{"name", rule.name},
+                    {"type", *rule.type == '\0' ? "float32|int16" : rule.type},
+                    {"row", rule.inner},
+                    {"unit", rule.units},
+                    {"when", rule.when},
+                    {"may_be_nan", rule.may_be_nan},
+                    {"meaning", rule.meaning}});
+  }
+  return list;
+}
+
 nlohmann::json list_classifiers() {
   nlohmann::json list = nlohmann::json::array();
   for (const eval::learning::Method& method : eval::learning::known_methods()) {
@@ -167,18 +182,18 @@ void print_list(const nlohmann::json& list) {
 
 void add_list(Program& program, mpi::Context& context) {
   static const std::map<std::string, nlohmann::json (*)()> lists = {
-      {"materials", list_materials},    {"shapes", list_shapes},
-      {"effects", list_effects},        {"models", list_models},
-      {"strikers", list_strikers},      {"supports", list_supports},
-      {"noises", list_noises},          {"textures", list_textures},
-      {"classifiers", list_classifiers}};
+      {"materials", list_materials}, {"shapes", list_shapes},     {"effects", list_effects},
+      {"models", list_models},       {"strikers", list_strikers}, {"supports", list_supports},
+      {"noises", list_noises},       {"textures", list_textures}, {"classifiers", list_classifiers},
+      {"columns", list_columns}};
   const std::string names =
-      "materials, shapes, effects, models, strikers, supports, noises, textures or classifiers";
-  Command& command = program.add(
-      "list",
-      "materials, shapes, effects, damping models, strikers, supports, noises, textures or "
-      "classifiers by name",
-      Needs::nothing);
+      "materials, shapes, effects, models, strikers, supports, noises, textures, classifiers or "
+      "columns (of a dataset)";
+  Command& command = program.add("list",
+                                 "materials, shapes, effects, damping models, strikers, supports, "
+                                 "noises, textures, classifiers "
+                                 "or columns by name",
+                                 Needs::nothing);
   std::vector<std::string> known;
   for (const auto& [name, make] : lists) known.push_back(name);
   auto what = std::make_shared<std::string>();

@@ -16,6 +16,7 @@
 #include "mpi/comm.hpp"
 #include "mpi/witness.hpp"
 #include "scene/chain.hpp"
+#include "scene/columns.hpp"
 
 namespace carillon::cli {
 
@@ -106,7 +107,7 @@ void add_preview(Program& program, mpi::Context& context) {
     }
     if (!context.speaks()) return;
 
-    core::Columns record;
+    core::Columns record(scene::columns());
     dataset::samples::SampleResult result;
     dataset::configuration::watch_task(
         witness, build.config.limits, sample.key, trace, MPI_COMM_SELF, [&] {

@@ -14,6 +14,7 @@
 #include "core/numbers.hpp"
 #include "core/units.hpp"
 #include "scene/chain.hpp"
+#include "scene/columns.hpp"
 #include "scene/strikes.hpp"
 #include "synth/modal/ring_down.hpp"
 
@@ -130,7 +131,7 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
   scene::SoundChain chain(scene, context.cache, trace);
   const scene::RingingBody ringing =
       chain.prepare(options.body.mesh, options.body.mesh, body.modes, body.materials);
-  core::Columns record;
+  core::Columns record(scene::columns());
   scene::Sound sound;
   sound.body = &ringing;
   sound.seed = options.seed;

@@ -10,6 +10,48 @@
 
 namespace carillon::core {
 
+namespace {
+
+bool is_alpha(std::string_view column) {
+  return column.size() > 5 && column.starts_with("alpha") &&
+         std::all_of(column.begin() + 5, column.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+}  // namespace
+
+const ColumnRule* find_rule(std::span<const ColumnRule> rules, std::string_view column) {
+  const std::string_view name = is_alpha(column) ? "alpha" : column;
+  const auto found = std::find_if(rules.begin(), rules.end(),
+                                  [&](const ColumnRule& rule) { return name == rule.name; });
+  return found == rules.end() ? nullptr : &*found;
+}
+
+std::string Columns::unit_of(const std::string& name, std::string_view type, std::size_t axes,
+                             const std::string& unit) const {
+  const auto refuse = [&](const char* why) {
+    throw std::logic_error(fmt::format("column {}: {}", name, why));
+  };
+  const ColumnRule* rule = find_rule(rules_, name);
+  if (rule == nullptr) refuse("has no rule");
+  const std::string_view inner = rule->inner, wanted = rule->type;
+  if (wanted.empty() ? type != "float32" && type != "int16" : type != wanted)
+    refuse("another type");
+  // Sound has an axis more with several listeners.
+  const bool sound = inner == "audio" || inner == "mel";
+  const auto axes_wanted =
+      inner.empty() ? std::ptrdiff_t{0} : 1 + std::count(inner.begin(), inner.end(), ',');
+  if (!sound && axes != static_cast<std::size_t>(axes_wanted)) refuse("another number of axes");
+  const std::string_view units = rule->units;
+  if (units.empty()) return unit.empty() ? "1" : unit;
+  const bool several = units.find('|') != std::string_view::npos;
+  if (unit.empty()
+          ? several
+          : fmt::format("|{}|", units).find(fmt::format("|{}|", unit)) == std::string::npos) {
+    refuse("another unit");
+  }
+  return unit.empty() ? std::string(units) : unit;
+}
+
 void Columns::check(const std::string& name, const Column& column, const Extent& inner,
                     std::size_t values) {
   const std::uint64_t row =

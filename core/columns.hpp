@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -16,20 +18,55 @@ namespace carillon::core {
 /// ones are for the dataset.
 inline constexpr std::size_t kLongestShown = 16;
 
+/// What a column holds, in whichever shard.
+struct ColumnRule {
+  const char* name;  ///< "alpha" stands for alpha1, alpha2, ...
+  const char* type;  ///< as Hdf5Group::element_type; "": float32 or int16, as configured
+  /// Extent of a row: "" a single value; numbers and names of any number, as in "contacts,3"; or
+  /// "audio", "mel", "listeners", as configured.
+  const char* inner;
+  const char* units;  ///< those that may be, separated by '|'; "": any
+  const char* when;  ///< "always"; "may"; "struck", of objects that are struck; or the effects that
+                     ///< bring it, separated by '|'
+  const char* meaning;  ///< a line of Markdown
+  bool may_be_nan = false;
+};
+
+/// The rule of a column; null for one that there is none for.
+const ColumnRule* find_rule(std::span<const ColumnRule> rules, std::string_view column);
+
+/// What values of T are on disk, as Hdf5Group::element_type; "": T is no element.
+template <class T>
+constexpr std::string_view element_type() {
+  if constexpr (std::is_same_v<T, float>) return "float32";
+  if constexpr (std::is_same_v<T, double>) return "float64";
+  if constexpr (std::is_same_v<T, std::int16_t>) return "int16";
+  if constexpr (std::is_same_v<T, std::int64_t>) return "int64";
+  if constexpr (std::is_same_v<T, std::uint64_t>) return "uint64";
+  if constexpr (std::is_same_v<T, std::uint8_t>) return "uint8";
+  if constexpr (std::is_same_v<T, std::string>) return "text";
+  return "";
+}
+
 /// The columns of one shard, filled sample by sample and written at once. Every sample must add the
-/// same columns with the same extents: another one is an error of the program (std::logic_error).
+/// same columns with the same extents, and each as its rule has it: anything else is an error of
+/// the program (std::logic_error).
 class Columns {
  public:
+  /// @param rules  of all columns that may be added; outlive this
+  explicit Columns(std::span<const ColumnRule> rules) : rules_(rules) {}
+
   /// Adds one sample's value; `inner` is its extent (empty for a single value).
+  /// @param unit  where the rule has several
   template <class T>
   void add(const std::string& name, std::span<const T> values, const Extent& inner,
-           const std::string& unit = "1") {
+           const std::string& unit = "") {
     Column& column = columns_[name];
     check(name, column, inner, values.size());
     if (column.rows == 0) {
       column.values = std::vector<T>{};
       column.inner = inner;
-      column.unit = unit;
+      column.unit = unit_of(name, element_type<T>(), inner.size(), unit);
       order_.push_back(name);
     }
     auto& all = std::get<std::vector<T>>(column.values);
@@ -37,7 +74,8 @@ class Columns {
     ++column.rows;
   }
   template <class T>
-  void add(const std::string& name, const T& value, const std::string& unit = "1") {
+  requires(!element_type<T>().empty()) void add(const std::string& name, const T& value,
+                                                const std::string& unit = "") {
     add(name, std::span<const T>(&value, 1), {}, unit);
   }
 
@@ -75,7 +113,11 @@ class Columns {
   };
   static void check(const std::string& name, const Column& column, const Extent& inner,
                     std::size_t values);
+  /// The unit that a column's rule has or lets be.
+  std::string unit_of(const std::string& name, std::string_view type, std::size_t axes,
+                      const std::string& unit) const;
 
+  std::span<const ColumnRule> rules_;
   std::map<std::string, Column> columns_;
   std::vector<std::string> order_;
 };

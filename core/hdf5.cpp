@@ -88,8 +88,8 @@ Hdf5Object file_access() {
   // Newer object headers are smaller and hold no times of their own; every HDF5 since 1.8 reads
   // them, virtual datasets need 1.10.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST);
-  // File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None are
-  // needed: a file has one writer, and its name only when it is whole.
+  // File systems of clusters refuse locks in ways of their own, of which HDF5 forgives one. None
+  // are needed: a file has one writer, and its name only when it is whole.
   H5Pset_file_locking(access.get(), false, true);
   return access;
 }

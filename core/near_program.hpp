@@ -12,9 +12,9 @@ namespace carillon::core {
 /// @return the first that exists; empty where none does
 std::filesystem::path find_near_program(std::initializer_list<std::string_view> places);
 
-/// A program that this one starts: installed, in ../libexec/carillon; beside this one, as built; one
-/// folder up, as tests lie in a folder of their own; or, for programs of others that use the library,
-/// in ../libexec/carillon of the `carillon` in PATH.
+/// A program that this one starts: installed, in ../libexec/carillon; beside this one, as built;
+/// one folder up, as tests lie in a folder of their own; or, for programs of others that use the
+/// library, in ../libexec/carillon of the `carillon` in PATH.
 /// @return empty where there is none
 std::filesystem::path find_helper(std::string_view name);
 

@@ -29,7 +29,7 @@ struct BodyRequest {
   bool any_size = false;  ///< lets a body outside 1 mm to 10 m pass
   BodySolver solver = BodySolver::tetrahedra;
   solvers::eigen::SolveOptions solve;  ///< the axisymmetric solver takes its band alone
-  double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
+  double pitch_cents = 0;              ///< refine until the worst mode is within it; 0: as it comes
 };
 
 /// The source of a body that a text names: a file, or a generated shape as
@@ -81,7 +81,8 @@ struct Body {
 /// Meshes a body and finds its modes, each behind the cache (empty path: none). A
 /// libraries::SolverEnvironment must be alive.
 /// @return the same on every rank
-/// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve of
+/// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve
+/// of
 ///                      a body that is not turned about an axis
 /// @throws FileError, SolverError, StorageError  as mesh_in_child() and solve_modes() do
 /// @note Collective on comm.

@@ -7,8 +7,7 @@
 namespace carillon::scene {
 
 bool gives_tetrahedra(const solvers::mesh::MeshRequest& request) {
-  return request.shape.family.empty() &&
-         solvers::mesh::readers::gives_tetrahedra(request.file);
+  return request.shape.family.empty() && solvers::mesh::readers::gives_tetrahedra(request.file);
 }
 
 solvers::pitch::PitchTarget pitch_target(const PitchSearch& search) {

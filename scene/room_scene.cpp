@@ -255,11 +255,11 @@ std::vector<Vec3> relative_listeners(const RingingBody& body) {
 
 void record_room(core::Columns& record, const RoomScene& scene, const Room& room) {
   record.add("room", room.number);
-  record.add("room_size", std::span<const double>(room.size.data(), 3), {3}, "m");
-  record.add("room_source", std::span<const double>(room.source.data(), 3), {3}, "m");
+  record.add("room_size", std::span<const double>(room.size.data(), 3), {3});
+  record.add("room_source", std::span<const double>(room.source.data(), 3), {3});
   const OctaveValues rt60 = synth::room::eyring(
       room.size, synth::room::mean_absorption(room.size, room.walls), scene.air);
-  record.add("room_rt60", std::span<const double>(rt60), {kOctaves}, "s");
+  record.add("room_rt60", std::span<const double>(rt60), {kOctaves});
 }
 
 const RoomSpectra::Entry& RoomSpectra::of(const synth::room::RoomOptions& options) {

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "dataset/check/column_rules.hpp"
+#include "scene/columns.hpp"
 
 namespace carillon::dataset::check {
 
@@ -48,7 +49,7 @@ Kinds check_shard(const Hdf5Group& file, const configuration::BuildConfig& confi
                   std::size_t count, std::vector<std::string>& items) {
   Kinds kinds;
   for (const std::string& column : file.names()) {
-    const ColumnRule* rule = find_rule(column);
+    const core::ColumnRule* rule = core::find_rule(scene::columns(), column);
     if (rule == nullptr || expected(*rule, config) == false) {
       items.push_back(rule == nullptr
                           ? fmt::format("{}: is no column of a dataset (docs/format.md)", column)
@@ -62,7 +63,7 @@ Kinds check_shard(const Hdf5Group& file, const configuration::BuildConfig& confi
     if (rows != count) items.push_back(fmt::format("{}: {} rows, not {}", column, rows, count));
     kinds[column] = kind;
   }
-  for (const ColumnRule& rule : column_rules()) {
+  for (const core::ColumnRule& rule : scene::columns()) {
     const std::string name = std::string(rule.name) == "alpha" ? "alpha1" : rule.name;
     if (expected(rule, config) == true && !kinds.contains(name)) {
       items.push_back(name + ": is missing");

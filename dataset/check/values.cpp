@@ -8,7 +8,7 @@
 
 #include "core/hdf5.hpp"
 #include "core/numbers.hpp"
-#include "dataset/check/column_rules.hpp"
+#include "scene/columns.hpp"
 
 namespace carillon::dataset::check {
 
@@ -101,7 +101,7 @@ json scan_values(const std::filesystem::path& shard) {
   const Hdf5Group file = Hdf5Group::open_file(shard);
   Scan scan{file, file.read<std::string>("key")};
   for (const std::string& column : file.names()) {
-    const ColumnRule* rule = find_rule(column);
+    const core::ColumnRule* rule = core::find_rule(scene::columns(), column);
     const std::string type = file.element_type(column);
     const bool may_be_nan = rule != nullptr && rule->may_be_nan;
     if (type == "float32") scan.finite<float>(column, may_be_nan);

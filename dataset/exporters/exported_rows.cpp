@@ -11,7 +11,7 @@
 #include "core/columns.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
-#include "dataset/check/column_rules.hpp"
+#include "scene/columns.hpp"
 
 namespace carillon::dataset::exporters {
 
@@ -21,7 +21,7 @@ namespace {
 
 /// Whether a row ends in the axes of space; three contacts, listeners or bodies are none.
 bool is_vector(const std::string& column) {
-  const check::ColumnRule* rule = check::find_rule(column);
+  const core::ColumnRule* rule = core::find_rule(scene::columns(), column);
   return rule != nullptr && std::string_view(rule->inner).ends_with('3');
 }
 

@@ -14,6 +14,7 @@
 #include "dataset/regenerate/detail/compare.hpp"
 #include "dataset/samples/sample_row.hpp"
 #include "scene/chain.hpp"
+#include "scene/columns.hpp"
 
 namespace carillon::dataset::regenerate {
 
@@ -211,7 +212,7 @@ json regenerate(const RegenerateOptions& options, const mpi::Context& context) {
       makers[sample.shape] =
           samples::row_maker(build.config, build.plan, sample.shape, folders, trace);
     }
-    core::Columns made;
+    core::Columns made(scene::columns());
     const samples::SampleResult result = makers[sample.shape](sample, made);
     const Place place = find_stored(dataset, find_sample(dataset.build.plan, key));
     json entry = {{"key", key}, {"id", sample.id}, {"stored", place.shard.has_value()}};

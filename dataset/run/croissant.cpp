@@ -8,6 +8,7 @@
 
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
+#include "scene/columns.hpp"
 
 namespace carillon::dataset::run {
 
@@ -133,8 +134,10 @@ ordered_json croissant_field(const std::string& record_set, const std::string& n
 }
 
 std::string croissant_column_text(const std::string& name, const std::string& unit) {
-  return unit == "1" ? fmt::format("column {} of docs/format.md", name)
-                     : fmt::format("column {} of docs/format.md, in {}", name, unit);
+  const core::ColumnRule* rule = core::find_rule(scene::columns(), name);
+  std::string text = rule == nullptr ? fmt::format("column {}", name) : rule->meaning;
+  std::erase(text, '`');
+  return unit == "1" ? text : fmt::format("{} [{}]", text, unit);
 }
 
 namespace {

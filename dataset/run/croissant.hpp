@@ -36,7 +36,7 @@ nlohmann::ordered_json croissant_field(const std::string& record_set, const std:
                                        const std::string& type, const std::string& description,
                                        const nlohmann::ordered_json& source);
 
-/// What a field says of a column of docs/format.md. @param unit  "1": a number alone, or a text
+/// What a field says of a column. @param unit  "1": a number alone, or a text
 std::string croissant_column_text(const std::string& name, const std::string& unit);
 
 /// What stands for a description where none was given.

@@ -1,6 +1,5 @@
 #include "dataset/samples/sample_row.hpp"
 
-
 #include "core/audio.hpp"
 #include "dataset/samples/damping_columns.hpp"
 #include "dataset/samples/take_rows.hpp"
@@ -9,9 +8,8 @@ namespace carillon::dataset::samples {
 
 namespace {
 
-void add_vector(core::Columns& columns, const std::string& name, const Vec3& v,
-                const std::string& unit) {
-  columns.add<double>(name, std::span(v.data(), 3), {3}, unit);
+void add_vector(core::Columns& columns, const std::string& name, const Vec3& v) {
+  columns.add<double>(name, std::span(v.data(), 3), {3});
 }
 
 void add_labels(const configuration::BuildConfig& config, const plan::Shape& shape,
@@ -29,22 +27,22 @@ void add_labels(const configuration::BuildConfig& config, const plan::Shape& sha
   columns.add("split_strike", plan::split_strike(config, shape, sample.strike));
   // Of the first region where a body has several; dataset.json lists them all.
   const synth::material::Material& material = materials.front();
-  columns.add("youngs_modulus", material.elastic.youngs_modulus, "Pa");
+  columns.add("youngs_modulus", material.elastic.youngs_modulus);
   columns.add("poisson_ratio", material.elastic.poisson_ratio);
-  columns.add("density", material.elastic.density, "kg/m^3");
+  columns.add("density", material.elastic.density);
   add_damping_columns(material.damping, damping_units, columns);
 }
 
 void add_strike_columns(const SampleResult& result, core::Columns& columns) {
-  add_vector(columns, "position", result.frame.position, "m");
-  add_vector(columns, "normal", result.frame.normal, "1");
-  add_vector(columns, "direction", result.sound.strike.direction, "1");
-  columns.add("impulse", result.sound.strike.impulse, "N s");
-  columns.add("contact_time", result.sound.strike.force.duration, "s");
+  add_vector(columns, "position", result.frame.position);
+  add_vector(columns, "normal", result.frame.normal);
+  add_vector(columns, "direction", result.sound.strike.direction);
+  columns.add("impulse", result.sound.strike.impulse);
+  columns.add("contact_time", result.sound.strike.force.duration);
   columns.add("modes", static_cast<std::int64_t>(result.sound.modes));
   columns.add("modes_above_nyquist", static_cast<std::int64_t>(result.sound.modes_above_nyquist));
-  columns.add("complete_to", result.complete_to_hz, "Hz");
-  columns.add("pitch_error", result.pitch_error, "cent");
+  columns.add("complete_to", result.complete_to_hz);
+  columns.add("pitch_error", result.pitch_error);
 }
 
 void add_audio(const configuration::BuildConfig& config, const SampleResult& result,
@@ -79,8 +77,7 @@ void add_mel(const configuration::BuildConfig& config, const synth::signal::MelS
   const auto listeners = static_cast<std::uint64_t>(config.scene.rows());
   columns.add<float>(
       "mel", all,
-      listeners > 1 ? core::Extent{listeners, bands, frames} : core::Extent{bands, frames},
-      "power");
+      listeners > 1 ? core::Extent{listeners, bands, frames} : core::Extent{bands, frames});
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "dataset/samples/sample_row.hpp"
 #include "dataset/samples/take_rows.hpp"
 #include "scene/chain.hpp"
+#include "scene/columns.hpp"
 #include "synth/recording/recording_chain.hpp"
 
 namespace carillon::dataset::samples {
@@ -74,7 +75,7 @@ std::vector<std::string> run_samples_task(const configuration::BuildConfig& conf
   trace.enter("sound", plan.samples[task.first].key);
   const AddRow add_row = row_maker(config, plan, task.shape, folders, trace);
   const bool movies = config.scene.runs("movie") && config.motion->camera->movie;
-  core::Columns columns;
+  core::Columns columns(scene::columns());
   std::vector<std::string> written;
   SideFiles side(folders);
   std::size_t silent = 0;

@@ -29,9 +29,10 @@ SoundLadder read_sound_ladder(
     core::ConfigNode node, const std::string& file_name,
     const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread);
 
-/// Runs it on this rank, whose communicator `alone` is. The sounds' difference is the mean of the magnitudes of the logarithms of
-/// the ratios of short-time spectra (perception::SpectralDistance::log_magnitude) in dB, of sounds
-/// whose reference has a peak of 1; time that of making the sound from known modes, processor time.
+/// Runs it on this rank, whose communicator `alone` is. The sounds' difference is the mean of the
+/// magnitudes of the logarithms of the ratios of short-time spectra
+/// (perception::SpectralDistance::log_magnitude) in dB, of sounds whose reference has a peak of 1;
+/// time that of making the sound from known modes, processor time.
 /// @return `body`, `material`, `modes`, `prepare_s` (the body's radiation) and `rungs[]`: `key`
 ///         (`modes` or `image order`), `value`, `sounds`, `seconds` and `error_db` (medians)
 nlohmann::ordered_json climb_sounds(const SoundLadder& ladder, MPI_Comm alone,

@@ -61,7 +61,7 @@ void add_click(Sound& sound, const Bodies& bodies) {
     }
   }
   if (sound.record == nullptr) return;
-  sound.record->add("click_peak", peak, "Pa");
+  sound.record->add("click_peak", peak);
   sound.record->add("click_left_out", jumping.left_out);
 }
 

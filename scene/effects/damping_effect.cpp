@@ -57,8 +57,8 @@ void treat_negatives(Sound& sound, Negative choice, const Negatives& negatives) 
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   sound.record->add("negative_damping_modes",
                     static_cast<std::int64_t>(any ? found->second.modes.size() : 0));
-  sound.record->add("negative_damping_low", any ? found->second.low : none, "Hz");
-  sound.record->add("negative_damping_high", any ? found->second.high : none, "Hz");
+  sound.record->add("negative_damping_low", any ? found->second.low : none);
+  sound.record->add("negative_damping_high", any ? found->second.high : none);
 }
 
 EffectParts start_damping(Negative choice) {

@@ -104,11 +104,11 @@ void add_noise(const NoiseSource& source, synth::recording::NoiseFolder* folder,
                                                             sound.rows, active));
   }
   if (sound.record == nullptr) return;
-  sound.record->add("noise_ratio", ratio, "dB");
+  sound.record->add("noise_ratio", ratio);
   sound.record->add("noise_level", level, sound.rings.readout.unit);
   sound.record->add("noise_source", noise.description);
-  sound.record->add("active_begin", static_cast<double>(active.begin) / sound.sample_rate, "s");
-  sound.record->add("active_end", static_cast<double>(active.end) / sound.sample_rate, "s");
+  sound.record->add("active_begin", static_cast<double>(active.begin) / sound.sample_rate);
+  sound.record->add("active_end", static_cast<double>(active.end) / sound.sample_rate);
 }
 
 /// Hash of the folder's files and of their names.

@@ -85,9 +85,9 @@ EffectParts start(const RadiationConfig& config, const std::filesystem::path& ca
     parts.rings = [=](Sound& sound) {
       if (sound.record == nullptr) return;
       const FitFindings& findings = found->at(sound.body->id);
-      sound.record->add("radiation_residual", findings.largest_residual, "1");
-      sound.record->add("radiation_doubtful_modes", findings.doubtful_modes, "1");
-      sound.record->add("radiation_decay_rate", findings.largest_decay_rate, "1/s");
+      sound.record->add("radiation_residual", findings.largest_residual);
+      sound.record->add("radiation_doubtful_modes", findings.doubtful_modes);
+      sound.record->add("radiation_decay_rate", findings.largest_decay_rate);
     };
   }
   return parts;

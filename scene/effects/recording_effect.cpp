@@ -60,7 +60,7 @@ void shift(const Recorder& recorder, Sound& sound) {
   for (std::size_t row = 0; row < sound.rows; ++row)
     synth::recording::shift_later(sound.row(row), samples);
   if (sound.record != nullptr) {
-    sound.record->add("recording_shift", samples / sound.sample_rate, "s");
+    sound.record->add("recording_shift", samples / sound.sample_rate);
   }
 }
 
@@ -80,7 +80,7 @@ void convert(const Recorder& recorder, core::SampleFormat format, Sound& sound) 
                           : std::all_of(sound.audio.begin(), sound.audio.end(),
                                         [](float sample) { return sample == 0; });
   if (sound.record == nullptr) return;
-  sound.record->add("recording_gain", gain, "dB");
+  sound.record->add("recording_gain", gain);
   sound.record->add("recording_clipped", static_cast<std::int64_t>(beyond));
   sound.record->add("recording_bits", static_cast<std::int64_t>(recorder.bits));
   sound.record->add("recording_silent", static_cast<std::int64_t>(silent));

@@ -165,12 +165,11 @@ void record(Sound& sound, const std::string& kind, double speed,
             const synth::contact::HertzContact& contact, const synth::contact::NoiseBurst& burst) {
   if (sound.record == nullptr) return;
   sound.record->add("striker", kind);
-  sound.record->add("striker_speed", speed, "m/s");
-  sound.record->add("striker_effective_mass", contact.mass, "kg");
-  sound.record->add("striker_effective_radius", contact.radius, "m");
+  sound.record->add("striker_speed", speed);
+  sound.record->add("striker_effective_mass", contact.mass);
+  sound.record->add("striker_effective_radius", contact.radius);
   sound.record->add("striker_peak_force",
-                    std::abs(sound.strike.impulse) * synth::modal::peak_of(sound.strike.force),
-                    "N");
+                    std::abs(sound.strike.impulse) * synth::modal::peak_of(sound.strike.force));
   sound.record->add("striker_hardness", burst.hardness);
   sound.record->add("striker_size", burst.size);
 }

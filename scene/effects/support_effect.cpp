@@ -102,7 +102,7 @@ class Supports {
       sound.record->add("support_modes", static_cast<std::int64_t>(held.error.modes));
       sound.record->add("support_modes_compared", static_cast<std::int64_t>(held.error.matched));
       sound.record->add("support_decay_error", held.error.decay_rate);
-      sound.record->add("support_pitch_error", held.error.cents, "cent");
+      sound.record->add("support_pitch_error", held.error.cents);
     }
     if (coupled) rings = synth::support::coupled_ring_down(*held.coupled, rings);
     return coupled;
@@ -117,7 +117,7 @@ class Supports {
                                                            dashpots_of(presses));
     }
     sound.record->add("support_decay_error_estimate", held.error.decay_rate);
-    sound.record->add("support_pitch_error_estimate", held.error.cents, "cent");
+    sound.record->add("support_pitch_error_estimate", held.error.cents);
   }
 
   static Eigen::MatrixXd dashpots_of(const std::vector<Press>& presses) {
@@ -145,10 +145,9 @@ class Supports {
     for (std::size_t i = 0; i < diagonal.size(); ++i) {
       added = std::max(added, diagonal[i] - sound.rings.decay_rates[i]);
     }
-    sound.record->add("support_force", std::span<const double>(forces), {forces.size()}, "N");
-    sound.record->add("support_position", std::span<const double>(positions), {forces.size(), 3},
-                      "m");
-    sound.record->add("support_damping", added, "1/s");
+    sound.record->add("support_force", std::span<const double>(forces), {forces.size()});
+    sound.record->add("support_position", std::span<const double>(positions), {forces.size(), 3});
+    sound.record->add("support_damping", added);
     if (!config_.pooled()) return;
     std::vector<std::int64_t> indices;
     for (const Press& p : presses) indices.push_back(p.index);

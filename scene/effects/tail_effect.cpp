@@ -83,8 +83,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
         joins.push_back(entry.join_db);
       }
       if (sound.record != nullptr) {
-        sound.record->add("tail_level", std::span<const double>(levels), {levels.size()}, "dB");
-        sound.record->add("tail_join", std::span<const double>(joins), {joins.size()}, "dB");
+        sound.record->add("tail_level", std::span<const double>(levels), {levels.size()});
+        sound.record->add("tail_join", std::span<const double>(joins), {joins.size()});
       }
     };
     return parts;

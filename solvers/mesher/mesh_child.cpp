@@ -43,8 +43,9 @@ fs::path worker_program() {
                              "name carillon-mesh, or nothing where it lies beside carillon");
   }
   if (const fs::path found = core::find_helper("carillon-mesh"); !found.empty()) return found;
-  throw core::StorageError("carillon-mesh is missing",
-                           "install carillon and have it in PATH, or name carillon-mesh in CARILLON_MESH");
+  throw core::StorageError(
+      "carillon-mesh is missing",
+      "install carillon and have it in PATH, or name carillon-mesh in CARILLON_MESH");
 }
 
 std::string subject(const mesh::MeshRequest& request) {

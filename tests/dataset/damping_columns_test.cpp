@@ -11,6 +11,7 @@
 #include "core/temporary_folder.hpp"
 #include "dataset/configuration/configuration.hpp"
 #include "dataset/plan/plan.hpp"
+#include "scene/columns.hpp"
 
 namespace carillon::dataset {
 namespace {
@@ -37,7 +38,7 @@ TEST(DampingColumns, HoldNaNWhereAModelHasNoSuchParameter) {
   const auto materials =
       configuration::named_materials(config_of("[gpd_wood_caughey, steel, gpd_wood_power]"));
   const auto units = samples::damping_column_units(materials);
-  core::Columns columns;
+  core::Columns columns(scene::columns());
   for (const synth::material::Material& m : materials)
     samples::add_damping_columns(m.damping, units, columns);
   const core::TemporaryFolder folder;

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/hdf5.hpp"
 #include "core/temporary_folder.hpp"
+#include "scene/columns.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
 
@@ -122,7 +123,7 @@ TEST(DampingEffect, DropLeavesSuchModesOutAndSaysWhere) {
   Growing g;
   const EffectParts parts = read("damping: {negative: drop}\n", {"steel"}).start("");
   parts.body(g.body);
-  core::Columns record;
+  core::Columns record(columns());
   Sound sound = g.sound(&record);
   parts.rings(sound);
   EXPECT_EQ(sound.rings.excitation, Eigen::Vector4d(1, 0, 0, 1));

@@ -3,9 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <stdexcept>
 
@@ -204,8 +202,12 @@ TEST(Effects, ActAtTheStageThatTheyName) {
   }
 }
 
+constexpr core::ColumnRule test_rules[] = {{"pair", "float64", "2", "m", "always", ""},
+                                           {"one", "float64", "", "1", "always", ""},
+                                           {"level", "float64", "", "m/s|Pa", "always", ""}};
+
 TEST(Columns, RefuseSamplesThatDiffer) {
-  core::Columns columns;
+  core::Columns columns(test_rules);
   const std::vector<double> two = {1, 2};
   columns.add<double>("pair", two, {2});
   columns.add("one", 1.0);
@@ -217,42 +219,52 @@ TEST(Columns, RefuseSamplesThatDiffer) {
                std::logic_error);
 }
 
-/// Names in the first cells of the table of effects' columns.
-std::set<std::string> documented_columns() {
-  std::ifstream file(CARILLON_FORMAT_DOC);
-  std::set<std::string> names;
-  bool inside = false;
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("#")) inside = line == "### Columns of effects";
-    if (!inside || !line.starts_with("| `")) continue;
-    const std::string cell = line.substr(0, line.find('|', 1));
-    const std::regex name("`([a-z0-9_]+)`");
-    for (std::sregex_iterator at(cell.begin(), cell.end(), name), end; at != end; ++at) {
-      names.insert((*at)[1]);
-    }
-  }
-  return names;
+TEST(Columns, RefuseWhatTheirRulesDoNotHave) {
+  core::Columns columns(test_rules);
+  EXPECT_THROW(columns.add("other", 1.0), std::logic_error);
+  EXPECT_THROW(columns.add("one", std::int64_t{1}), std::logic_error);
+  EXPECT_THROW(columns.add("pair", 1.0), std::logic_error);
+  EXPECT_THROW(columns.add("level", 1.0), std::logic_error) << "which of its units?";
+  EXPECT_THROW(columns.add("level", 1.0, "V"), std::logic_error);
 }
 
-TEST(Effects, RecordTheColumnsThatTheFormatDocuments) {
+TEST(Columns, HaveTheUnitsOfTheirRules) {
+  core::Columns columns(test_rules);
+  columns.add("one", 1.0);
+  columns.add("level", 1.0, "Pa");
+  const std::vector<double> two = {1, 2};
+  columns.add<double>("pair", two, {2});
+  std::map<std::string, std::string> units;
+  columns.each([&](const std::string& name, const auto&, const core::Extent&,
+                   const std::string& unit) { units[name] = unit; });
+  EXPECT_EQ(units,
+            (std::map<std::string, std::string>{{"one", "1"}, {"level", "Pa"}, {"pair", "m"}}));
+}
+
+/// Effects that objects bring which are struck, and so their columns.
+bool is_of_an_effect(const core::ColumnRule& rule) {
+  const std::string when = rule.when, name = rule.name;
+  for (const char* other : {"always", "struck", "mel", "motion", "touch", "movie"}) {
+    if (when == other) return false;
+  }
+  return name != "depth" && name != "masks";  // of a movie
+}
+
+TEST(Effects, RecordEveryColumnThatIsTheirs) {
   std::string text =
       "audio: {seconds: 0.2, sample_rate: 16000}\n"
-      "damping: {negative: clamp}\neffects: {thrift: on}\n";
+      "damping: {negative: clamp}\n";
   for (const auto& [effect, keys] : calls()) {
     if (effect != "supports") text += keys;
   }
-  const std::set<std::string> documented = documented_columns();
   std::set<std::string> recorded;
   for (const std::string coupling : {"full", "diagonal"}) {
     const Heard heard = hear(text + "supports: {coupling: " + coupling +
                              ", contacts: [{kind: finger, count: 2, pool: 3}]}\n");
-    for (const auto& [name, value] : heard.record.items()) {
-      recorded.insert(name);
-      EXPECT_TRUE(documented.contains(name)) << name << " is not in docs/format.md";
-    }
+    for (const auto& [name, value] : heard.record.items()) recorded.insert(name);
   }
-  for (const std::string& name : documented) {
-    EXPECT_TRUE(recorded.contains(name)) << name << " of docs/format.md is recorded by no effect";
+  for (const core::ColumnRule& rule : columns()) {
+    EXPECT_EQ(recorded.contains(rule.name), is_of_an_effect(rule)) << rule.name;
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/random.hpp"
 #include "scene/chain.hpp"
+#include "scene/columns.hpp"
 #include "tests/counted_memory.hpp"
 #include "tests/synth/curved_bodies.hpp"
 
@@ -45,7 +46,7 @@ inline Heard hear(const std::string& text, std::span<const Effect> registry = ef
   const Scene scene = read_scene(root, "scene.yaml", registry);
   root.finish();
   Heard heard;
-  core::Columns record;
+  core::Columns record{columns()};
   const std::size_t before = test::allocated().bytes;
   SoundChain chain(scene, "", heard.trace);
   const RingingBody body = chain.prepare("ball", "ball", modes, materials);

@@ -6,6 +6,7 @@
 #include "../synth/sound_files.hpp"
 #include "core/error.hpp"
 #include "core/temporary_folder.hpp"
+#include "scene/columns.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
 
@@ -62,7 +63,7 @@ double measured_ratio(const Sound& clean, const Sound& noisy, std::size_t begin,
 void expect_recorded_ratio(const SceneEffect& effect, std::size_t part = 0, std::size_t parts = 1) {
   const EffectParts working = effect.start("");
   for (std::uint64_t id = 0; id < 10; ++id) {
-    core::Columns record;
+    core::Columns record(columns());
     const Sound clean = decay();
     Sound noisy = decay(&record, id);
     noisy.part = part;
@@ -116,7 +117,7 @@ TEST(NoiseEffect, AddsRecordedNoiseAtTheRecordedRatio) {
 
 TEST(NoiseEffect, LeavesASilentClipAloneAndSaysSo) {
   const EffectParts working = read(noise_effect, "noise: {kind: pink}\n").start("");
-  core::Columns record;
+  core::Columns record(columns());
   Sound sound = decay(&record);
   std::fill(sound.audio.begin(), sound.audio.end(), 0.0F);
   working.audio(sound);
@@ -187,7 +188,7 @@ TEST(RecordingEffect, ShiftsBeforeAndConvertsAtFullScale) {
            "recording: {shift: [0.01 s, 0.05 s], gain: [6 dB, 12 dB], clip: 0.5, bits: 12, "
            "dither: true}\n")
           .start("");
-  core::Columns record;
+  core::Columns record(columns());
   const Sound clean = decay();
   Sound sound = decay(&record);
   working.audio(sound);
@@ -218,7 +219,7 @@ TEST(RecordingEffect, TellsOfAnInt16ClipThatRoundsToNothing) {
     const EffectParts working =
         read(recording_effect, "recording: {gain: -100 dB}\n", scene(format)).start("");
     EXPECT_FALSE(working.audio);
-    core::Columns record;
+    core::Columns record(columns());
     Sound sound = decay(&record);
     working.full_scale(sound);
     EXPECT_EQ(record.last_row().at("recording_silent"),

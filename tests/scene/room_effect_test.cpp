@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "scene/columns.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/room_scene.hpp"
 
@@ -133,7 +134,7 @@ Wet click(const std::string& text, bool room, bool tail) {
   RingingBody body;
   body.centre = {0.1, 0.2, 0.3};
   body.listeners = {{body.centre + scene.listeners[0].position}};
-  core::Columns record;
+  core::Columns record(columns());
   Sound sound;
   sound.body = &body;
   sound.record = &record;

@@ -6,6 +6,7 @@
 
 #include "../synth/curved_bodies.hpp"
 #include "scene/chain.hpp"
+#include "scene/columns.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
 #include "synth/contact/acceleration_click.hpp"
@@ -46,7 +47,7 @@ struct Struck {
   std::vector<synth::material::Material> materials = {synth::material::parse_material("glass")};
   synth::modal::SurfaceSampler sampler{modes.surface};
   core::Trace trace;
-  core::Columns record;
+  core::Columns record{columns()};
   RingingBody body;
   Sound sound;
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "scene/columns.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
 #include "tests/synth/curved_bodies.hpp"
@@ -53,7 +54,7 @@ Held hold(const std::string& supports, std::uint64_t id = 1, const std::string& 
   body.centre = {1, 0, 0};
   body.decay_rates.assign(modes.size(), 3.0);
   parts.body(body);
-  core::Columns columns;
+  core::Columns columns(scene::columns());
   Sound sound;
   sound.body = &body;
   sound.seed = 5;

@@ -78,18 +78,18 @@ void add_poses(const configuration::BuildConfig& config, const Take& take, core:
     energy.push_back(motion.energy[k]);
   }
   const std::size_t rows = energy.size();
-  columns.add<double>("poses", poses, {rows, bodies, 7}, "m; w, x, y, z");
-  columns.add<double>("energy", energy, {rows}, "J");
-  columns.add("pose_step", motion.step * static_cast<double>(stride), "s");
+  columns.add<double>("poses", poses, {rows, bodies, 7});
+  columns.add<double>("energy", energy, {rows});
+  columns.add("pose_step", motion.step * static_cast<double>(stride));
   std::vector<double> left;
   for (const double time : motion.left) left.push_back(std::isfinite(time) ? time : kNone);
-  columns.add<double>("left", left, {bodies}, "s");
+  columns.add<double>("left", left, {bodies});
   double overlap = 0;
   for (const synth::motion::Overlap& pair : motion.overlaps)
     overlap = std::max(overlap, pair.depth);
-  columns.add("start_overlap", overlap, "m");
+  columns.add("start_overlap", overlap);
   columns.add("substeps", static_cast<std::int64_t>(motion.most_substeps));
-  columns.add("too_fast_at", motion.too_fast.value_or(kNone), "s");
+  columns.add("too_fast_at", motion.too_fast.value_or(kNone));
 }
 
 /// The strongest strikes, in order of time; rows beyond are NaN, bodies -1.
@@ -125,13 +125,13 @@ void add_strikes(const configuration::BuildConfig& config, const Take& take,
     }
   }
   columns.add("strikes", static_cast<std::int64_t>(take.motion.impacts.size()));
-  columns.add<double>("strike_time", times, {most}, "s");
+  columns.add<double>("strike_time", times, {most});
   columns.add<std::int64_t>("strike_bodies", bodies, {most, 2});
-  columns.add<double>("strike_point", points, {most, 3}, "m");
+  columns.add<double>("strike_point", points, {most, 3});
   columns.add<double>("strike_normal", normals, {most, 3});
-  columns.add<double>("strike_impulse", impulses, {most, 3}, "N s");
-  columns.add<double>("strike_speed", speeds, {most}, "m/s");
-  columns.add<double>("strike_duration", durations, {most}, "s");
+  columns.add<double>("strike_impulse", impulses, {most, 3});
+  columns.add<double>("strike_speed", speeds, {most});
+  columns.add<double>("strike_duration", durations, {most});
   columns.add("lasting_contacts", static_cast<std::int64_t>(take.motion.contacts.size()));
 }
 
@@ -147,23 +147,23 @@ void add_frames(const scene::motion::MotionCamera& camera, const Take& take,
   const auto count = static_cast<std::uint64_t>(take.frames.size());
   const auto height = static_cast<std::uint64_t>(camera.view.height);
   const auto width = static_cast<std::uint64_t>(camera.view.width);
-  columns.add<std::uint8_t>("frames", colors, {count, height, width, 3}, "sRGB");
-  if (camera.depth) columns.add<float>("depth", depths, {count, height, width}, "m");
+  columns.add<std::uint8_t>("frames", colors, {count, height, width, 3});
+  if (camera.depth) columns.add<float>("depth", depths, {count, height, width});
   if (camera.masks) columns.add<std::uint8_t>("masks", masks, {count, height, width});
-  columns.add("frame_rate", camera.rate, "Hz");
+  columns.add("frame_rate", camera.rate);
 }
 
 void add_touch(const TakeTouch& touch, core::Columns& columns) {
   const auto ticks = static_cast<std::uint64_t>(touch.forces.size());
-  const auto add = [&](const char* name, const std::vector<Vec3>& vectors, const char* unit) {
+  const auto add = [&](const char* name, const std::vector<Vec3>& vectors) {
     std::vector<double> values;
     for (const Vec3& v : vectors) values.insert(values.end(), v.begin(), v.end());
-    columns.add<double>(name, values, {ticks, 3}, unit);
+    columns.add<double>(name, values, {ticks, 3});
   };
-  add("touch", touch.forces, "N");
-  add("touch_tip", touch.tip, "m");
-  add("touch_hand", touch.hand, "m");
-  columns.add("touch_rate", touch.rate, "Hz");
+  add("touch", touch.forces);
+  add("touch_tip", touch.tip);
+  add("touch_hand", touch.hand);
+  columns.add("touch_rate", touch.rate);
   columns.add("touch_limited", static_cast<std::int64_t>(touch.limited));
   columns.add("touch_held_back", static_cast<std::int64_t>(touch.held_back));
 }

@@ -56,9 +56,8 @@ mesh::SurfaceMesh given_surface(const mesh::MeshFile& file) {
 }
 
 mesh::SurfaceMesh scaled_surface(const mesh::MeshFile& file) {
-  mesh::SurfaceMesh surface = file.surface.triangles.empty()
-                                  ? mesh::readers::read_surface(file.path)
-                                  : given_surface(file);
+  mesh::SurfaceMesh surface =
+      file.surface.triangles.empty() ? mesh::readers::read_surface(file.path) : given_surface(file);
   // Vertices that no triangle uses say nothing about the size.
   std::vector<Vec3> used;
   for (const mesh::Triangle& t : surface.triangles) {
