@@ -29,7 +29,7 @@ enum class TaskState { waiting, running, done, failed, skipped };
 struct TaskTimes {
   double start = 0;    ///< [s] since the run began
   double seconds = 0;  ///< by the clock on the wall
-  double cpu = 0;      ///< [s] of processors, all ranks of the group and their child processes
+  double cpu = 0;      ///< [s] of processors (WorkClock::cpu), all ranks of the group
   double queued = 0;   ///< [s] likewise, ready to compute while others had the processors
   int rank = 0;        ///< the group's first
   int width = 1;       ///< ranks of the group

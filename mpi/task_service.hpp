@@ -56,7 +56,7 @@ class TaskService {
 struct RankTimes {
   double busy = 0;         ///< in tasks, waiting for others of its group included
   double idle = 0;         ///< asking for tasks, waiting for other groups
-  double cpu = 0;          ///< computing in tasks, child processes included; spinning in MPI is not
+  double cpu = 0;          ///< of processors in tasks, as WorkClock::cpu
   double queued = 0;       ///< ready to compute, in tasks or not, but others had the processor
   double peak_memory = 0;  ///< [byte] most that this process ever held
 };

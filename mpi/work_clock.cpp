@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "core/trace.hpp"
-#include "mpi/waiting.hpp"
 
 namespace carillon::mpi {
 
@@ -22,8 +21,8 @@ WorkClock work_clock() {
   rusage children{};
   getrusage(RUSAGE_CHILDREN, &children);
   WorkClock clock;
-  clock.cpu = core::thread_cpu_seconds() - seconds_in_mpi() + seconds_of(children.ru_utime) +
-              seconds_of(children.ru_stime);
+  clock.cpu =
+      core::thread_cpu_seconds() + seconds_of(children.ru_utime) + seconds_of(children.ru_stime);
   // Nanoseconds on a processor, and in the queue for one.
   std::ifstream schedule("/proc/thread-self/schedstat");
   double ran = 0, queued = 0;

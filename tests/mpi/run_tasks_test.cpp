@@ -315,13 +315,13 @@ TEST(RunTasks, TimesTellWorkFromRest) {
   EXPECT_EQ(report.calibration.report().at("a").tasks, 2);
 }
 
-TEST(RunTasks, SpinningInMpiIsNoWork) {
-  // The last rank of the group lets the others wait in a call of MPI.
+TEST(RunTasks, WaitingForOthersOfAGroupIsNoWork) {
+  // The last rank of the group lets the others wait.
   Outcomes outcomes;
   run_tasks(world, on_host({{.key = "wide", .width = size(world)}}), outcomes.hooks(),
             [](std::int64_t, MPI_Comm group) {
               if (rank(group) == size(group) - 1) sleep_for(0.3);
-              MPI_Barrier(group);
+              agree(group, nullptr);
               return "{}";
             });
   if (rank(world) == 0) {
