@@ -14,7 +14,7 @@
 #include "dataset/samples/sample_row.hpp"
 #include "dataset/samples/take_rows.hpp"
 #include "mpi/comm.hpp"
-#include "mpi/witness.hpp"
+#include "mpi/running_task.hpp"
 #include "scene/chain.hpp"
 #include "scene/columns.hpp"
 
@@ -97,10 +97,10 @@ void add_preview(Program& program, mpi::Context& context) {
     const dataset::samples::BuildFolders folders{options->output, context.cache};
     core::Trace trace;
     // Nobody reads what it would write, but it ends what hangs, as in a build.
-    mpi::Witness witness("", mpi::size(context.world), mpi::exit_input);
+    mpi::RunningTask running("", mpi::exit_input);
     for (const std::size_t s : dataset::plan::shapes_of(build.plan, sample)) {
       dataset::configuration::watch_task(
-          witness, build.config.limits, sample.key, trace, context.world, [&] {
+          running, build.config.limits, sample.key, trace, context.world, [&] {
             dataset::samples::run_modes_task(build.config, build.plan.shapes[s], folders,
                                              context.world, trace);
           });
@@ -110,7 +110,7 @@ void add_preview(Program& program, mpi::Context& context) {
     core::Columns record(scene::columns());
     dataset::samples::SampleResult result;
     dataset::configuration::watch_task(
-        witness, build.config.limits, sample.key, trace, MPI_COMM_SELF, [&] {
+        running, build.config.limits, sample.key, trace, MPI_COMM_SELF, [&] {
           trace.enter("sound", sample.key);
           result = dataset::samples::row_maker(build.config, build.plan, sample.shape, folders,
                                                trace)(sample, record);

@@ -118,7 +118,7 @@ enum Level : int { stage, end };
 [[noreturn]] void leave_the_others(int rank, const std::exception_ptr& error) {
   std::fprintf(stderr, "carillon: rank %d: %s; the other ranks cannot go on without it\n", rank,
                describe(error).message.c_str());
-  // A crash: the witness notes the task, and a job script runs the build again.
+  // A crash: the task stays noted as begun, and a job script runs the build again.
   std::abort();
 }
 

@@ -1,7 +1,6 @@
 #include "mpi/control_group.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <fstream>
@@ -97,22 +96,6 @@ std::int64_t memory_left_in_groups(const fs::path& root) {
     }
   }
   return left;
-}
-
-GroupKills kills_in_group(const fs::path& root) {
-  GroupKills found;
-  for (const Groups& groups : groups_of_memory(root)) {
-    if (groups.names != &version_2) continue;
-    for (const fs::path& folder : groups.folders) {
-      if (number_in(folder / version_2.limit) == unbounded) continue;
-      const std::int64_t kills = number_of(folder / "memory.events", "oom_kill", -1);
-      struct stat status {};
-      if (kills < 0 || stat(folder.c_str(), &status) != 0) continue;
-      // The next group of that name counts from nothing.
-      found = {folder.string() + " " + std::to_string(status.st_ino), kills};
-    }
-  }
-  return found;
 }
 
 }  // namespace carillon::mpi

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 
 namespace carillon::mpi {
 
@@ -11,16 +10,5 @@ namespace carillon::mpi {
 /// number there is where none has a limit.
 /// @param root  of the file tree with /proc and /sys
 std::int64_t memory_left_in_groups(const std::filesystem::path& root = "/");
-
-/// How often a group of processes has lost one for lack of memory.
-struct GroupKills {
-  std::string group{};      ///< which one, since when; "" where there is none that can be asked
-  std::int64_t kills = -1;  ///< in it and all below it
-};
-
-/// Of the outermost control group with a limit of memory above this process: a job's or a
-/// container's, which lives for several runs. Version 2 alone counts.
-/// @param root  as above
-GroupKills kills_in_group(const std::filesystem::path& root = "/");
 
 }  // namespace carillon::mpi

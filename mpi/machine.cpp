@@ -9,7 +9,7 @@
 
 #include "mpi/comm.hpp"
 #include "mpi/control_group.hpp"
-#include "mpi/host.hpp"
+#include "mpi/process_memory.hpp"
 
 namespace carillon::mpi {
 

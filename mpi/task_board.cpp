@@ -130,8 +130,13 @@ void TaskBoard::fill_queues() {
   places_.assign(tasks_.size(), 0);
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     if (states_[i] != TaskState::waiting) continue;
-    queues_[tasks_[i].width].waiting.insert(tasks_[i].memory);
-    line_of(i).order.push_back(i);
+    Queue& queue = queues_[tasks_[i].width];
+    queue.waiting.insert(tasks_[i].memory);
+    if (tasks_[i].alone) {
+      queue.alone.insert(i);
+    } else {
+      line_of(i).order.push_back(i);
+    }
   }
   for (auto& [width, queue] : queues_) {
     for (auto& [kind, line] : queue.lines) {
@@ -149,7 +154,7 @@ void TaskBoard::fill_queues() {
 }
 
 void TaskBoard::make_ready(std::size_t task) {
-  line_of(task).ready.put(places_[task], tasks_[task].memory);
+  if (!tasks_[task].alone) line_of(task).ready.put(places_[task], tasks_[task].memory);
 }
 
 void TaskBoard::set_ranks(int ranks, const Machine& machine) {
@@ -230,8 +235,25 @@ void TaskBoard::mark_failed(std::int64_t task) {
   skip_dependents(index);
 }
 
+bool TaskBoard::waits_for_one_alone(int width) const {
+  return one_runs_alone_ ||
+         std::any_of(queues_.upper_bound(width), queues_.end(),
+                     [](const auto& wider) { return !wider.second.alone.empty(); });
+}
+
+/// The first of a width that is to run alone and can do so now; -1 where there is none.
+std::int64_t TaskBoard::next_alone(const Queue& queue, int width, int first) const {
+  if (count(TaskState::running) > 0) return -1;
+  for (const std::size_t task : queue.alone) {
+    if (unmet_[task] == 0 && ledger_.fits(tasks_[task].memory, width, first))
+      return static_cast<std::int64_t>(task);
+  }
+  return -1;
+}
+
 Claim TaskBoard::claim(int width, int first) {
   claimed_ = true;
+  if (waits_for_one_alone(width)) return {Claim::Kind::wait};
   const auto found = queues_.find(width);
   if (found == queues_.end()) return {};
   Queue& queue = found->second;
@@ -247,6 +269,7 @@ Claim TaskBoard::claim(int width, int first) {
     dearest = cost;
     task = candidate;
   }
+  if (task < 0) task = next_alone(queue, width, first);
   if (task < 0) {
     // The least of what waits decides: what is too large here is another group's.
     const bool any =
@@ -259,6 +282,7 @@ Claim TaskBoard::claim(int width, int first) {
   const auto index = static_cast<std::size_t>(task);
   ledger_.take(tasks_[index].memory, width, first);
   first_of_[task] = first;
+  one_runs_alone_ = tasks_[index].alone;
   set_state(index, TaskState::running);
   return {Claim::Kind::task, task};
 }
@@ -271,6 +295,7 @@ void TaskBoard::complete(std::int64_t task, bool ok) {
   const auto first = first_of_.find(task);
   ledger_.give_back(tasks_[index].memory, tasks_[index].width, first->second);
   first_of_.erase(first);
+  one_runs_alone_ = false;
   set_state(index, ok ? TaskState::done : TaskState::failed);
   if (ok) {
     release_dependents(index);
@@ -306,7 +331,11 @@ void TaskBoard::set_state(std::size_t task, TaskState state) {
   if (before == TaskState::waiting) {
     Queue& queue = queues_[tasks_[task].width];
     queue.waiting.erase(queue.waiting.find(tasks_[task].memory));
-    line_of(task).ready.take(places_[task]);
+    if (tasks_[task].alone) {
+      queue.alone.erase(task);
+    } else {
+      line_of(task).ready.take(places_[task]);
+    }
   }
   if (is_settled(state) && !is_settled(before)) kinds_[kind_of_[task]].settled += tasks_[task].cost;
   --counts_[static_cast<std::size_t>(before)];

@@ -21,6 +21,7 @@ struct Task {
   std::vector<std::int64_t> after{};   ///< indices of tasks that must be done before
   std::string kind{};                  ///< tasks of a kind have estimates that err alike
   std::vector<std::int64_t> behind{};  ///< tasks that must have ended before, well or not
+  bool alone = false;                  ///< nothing else may run beside it
 };
 
 enum class TaskState { waiting, running, done, failed, skipped };
@@ -88,7 +89,8 @@ class TaskBoard {
   /// narrower groups, at last as single ranks of width 1, when it sees the end.
   ///
   /// A task that finds no memory is passed over, so that no rank waits while there is something it
-  /// can do; it comes when enough of the others have ended.
+  /// can do; it comes when enough of the others have ended. A task that is to run alone comes when
+  /// no other of its width is ready and nothing runs; narrower ones wait until it has ended.
   Claim claim(int width, int first = 0);
   /// @throws core::Error  the task is not running
   void complete(std::int64_t task, bool ok);
@@ -115,6 +117,7 @@ class TaskBoard {
   struct Queue {
     std::map<std::size_t, Line> lines;  ///< by kind
     std::multiset<double> waiting;      ///< memory of those neither handed out nor settled
+    std::set<std::size_t> alone;        ///< of those, what is to run alone: in no line
   };
 
   std::size_t checked(std::int64_t task) const;
@@ -123,6 +126,8 @@ class TaskBoard {
   void number_kinds();
   void fill_queues();
   void make_ready(std::size_t task);
+  bool waits_for_one_alone(int width) const;
+  std::int64_t next_alone(const Queue& queue, int width, int first) const;
   Line& line_of(std::size_t task) { return queues_[tasks_[task].width].lines[kind_of_[task]]; }
   double sum_of(double Kind::*part) const;
   void set_state(std::size_t task, TaskState state);
@@ -145,6 +150,7 @@ class TaskBoard {
   int ranks_ = 0;  ///< 0: not told
   std::array<std::int64_t, 5> counts_{};
   bool claimed_ = false;
+  bool one_runs_alone_ = false;
 };
 
 }  // namespace carillon::mpi

@@ -12,8 +12,8 @@
 #include "core/progress.hpp"
 #include "core/text.hpp"
 #include "mpi/comm.hpp"
-#include "mpi/host.hpp"
-#include "mpi/witness.hpp"
+#include "mpi/process_memory.hpp"
+#include "mpi/running_task.hpp"
 
 namespace carillon::dataset::configuration {
 
@@ -86,7 +86,7 @@ void within_memory(std::int64_t limit, const std::function<void()>& solve) {
   }
 }
 
-void watch_task(mpi::Witness& witness, const TaskLimits& limits, const std::string& task,
+void watch_task(mpi::RunningTask& running, const TaskLimits& limits, const std::string& task,
                 core::Trace& trace, MPI_Comm group, const std::function<void()>& work) {
   std::string part, item;
   trace.on_enter = [&](const std::string& now, const std::string& of) {
@@ -94,12 +94,11 @@ void watch_task(mpi::Witness& witness, const TaskLimits& limits, const std::stri
     item = of;
     const core::TimeLimit clock = part == "solve" ? solve_clock(limits) : sample_clock(limits);
     const bool limited = clock.seconds > 0 && (part == "solve" || part == "sound");
-    witness.enter(part, item, limited ? clock.seconds + patience(clock.seconds) : 0,
+    running.enter(part, item, limited ? clock.seconds + patience(clock.seconds) : 0,
                   limited ? clock.message() : "");
   };
-  witness.begin(task);
-  // The witness stays until all of the group are here: who waits in vain ends as a crash of the
-  // task.
+  running.begin(task);
+  // It stays noted until all of the group are here: who waits in vain ends as a crash of the task.
   const std::exception_ptr ended = mpi::error_of([&] {
     mpi::agree_at_end(group, mpi::error_of([&] {
                         try {
@@ -114,7 +113,7 @@ void watch_task(mpi::Witness& witness, const TaskLimits& limits, const std::stri
                         }
                       }));
   });
-  witness.end();
+  running.end();
   trace.on_enter = nullptr;
   if (ended) std::rethrow_exception(ended);
 }

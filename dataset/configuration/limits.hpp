@@ -12,7 +12,7 @@
 #include "solvers/mesher/mesh_child.hpp"
 
 namespace carillon::mpi {
-class Witness;
+class RunningTask;
 }
 
 namespace carillon::dataset::configuration {
@@ -38,13 +38,13 @@ core::TimeLimit sample_clock(const TaskLimits& limits);
 /// @throws MemoryError  naming the limit, in place of std::bad_alloc and of other MemoryErrors
 void within_memory(std::int64_t limit, const std::function<void()>& solve);
 
-/// Runs a task under the eyes of a witness, who ends the process where a part of it goes on for
-/// half as long again as its limit (two seconds longer at least): then it did not heed its clock.
+/// Runs a task that is noted while it runs. Ends the process where a part of it goes on for half as
+/// long again as its limit (two seconds longer at least): then it did not heed its clock.
 /// @param trace  through which the task tells its parts
 /// @param group  the task's ranks; what any of them throws, all do (mpi::agree_at_end)
 /// @throws core::TaskError  for any error of the task, with part and item
 /// @note Collective on group.
-void watch_task(mpi::Witness& witness, const TaskLimits& limits, const std::string& task,
+void watch_task(mpi::RunningTask& running, const TaskLimits& limits, const std::string& task,
                 core::Trace& trace, MPI_Comm group, const std::function<void()>& work);
 
 }  // namespace carillon::dataset::configuration

@@ -21,7 +21,7 @@
 #include "dataset/samples/samples_task.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
-#include "mpi/witness.hpp"
+#include "mpi/running_task.hpp"
 
 namespace carillon::dataset::run {
 
@@ -50,7 +50,7 @@ class Runner {
   int run(const std::function<int(RunOutcome&)>& finish);
 
  private:
-  std::string run_task(std::int64_t number, MPI_Comm group, mpi::Witness& witness) const;
+  std::string run_task(std::int64_t number, MPI_Comm group, mpi::RunningTask& running) const;
   mpi::ServiceHooks hooks(LastWords& last_words, core::Progress& progress, double expected);
   void keep_index();
   void write_results();
@@ -64,7 +64,7 @@ class Runner {
 };
 
 /// One task on the ranks of a group; returns its journal record.
-std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::Witness& witness) const {
+std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::RunningTask& running) const {
   const RunState::Place place = state_.place_of(number);
   const plan::BuildTask& task = place.task;
   const BuildRun& run = builds_[place.build];
@@ -73,7 +73,7 @@ std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::Witness& 
   const double start = core::monotonic_seconds();
   samples::ModesTaskResult result;
   core::Trace own;
-  configuration::watch_task(witness, build.config.limits, run.name + task.key, own, group, [&] {
+  configuration::watch_task(running, build.config.limits, run.name + task.key, own, group, [&] {
     if (task.kind == plan::TaskKind::modes) {
       result =
           samples::run_modes_task(build.config, build.plan.shapes[task.shape], folders, group, own);
@@ -160,16 +160,15 @@ int Runner::run(const std::function<int(RunOutcome&)>& finish) {
   core::Progress progress("build", expected, context_.quiet || context_.json || !host || idle);
   LastWords last_words(index_.get(), request_.tell_interrupted);
   const mpi::InterruptGuard guard(last_words.leaving());
-  std::optional<mpi::Witness> witness;
+  std::optional<mpi::RunningTask> running;
   mpi::agreed(context_.world, [&] {
-    witness.emplace(witness_file(request_.output, mpi::rank(context_.world)),
-                    mpi::size(context_.world), mpi::exit_overdue);
+    running.emplace(running_file(request_.output, mpi::rank(context_.world)), mpi::exit_overdue);
   });
   mpi::RunReport report = mpi::run_tasks(
       context_.world, std::move(board), hooks(last_words, progress, expected),
-      [&](std::int64_t number, MPI_Comm group) { return run_task(number, group, *witness); },
+      [&](std::int64_t number, MPI_Comm group) { return run_task(number, group, *running); },
       mpi::describe_machine(context_.world, builds_.front().build.config.ranks.memory_per_node));
-  witness.reset();
+  running.reset();
   last_words.keep();
   progress.finish("");
 

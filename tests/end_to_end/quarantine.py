@@ -95,7 +95,7 @@ class Quarantine(FolderTest):
         self.assertEqual(mended, [])
         return output
 
-    def expect_nobody_blamed(self, name, told, environment):
+    def expect_no_failure(self, name, told, environment):
         """A node without something ends the run; whole by the same command once it is mended."""
         with self.subTest(name):
             output = self.folder / name
@@ -113,13 +113,13 @@ class Quarantine(FolderTest):
 
     def test_a_node_without_a_mesher_or_temporary_files(self):
         nowhere = str(self.folder / "nowhere")
-        self.expect_nobody_blamed("no temporary folder", f"{nowhere} is no folder",
+        self.expect_no_failure("no temporary folder", f"{nowhere} is no folder",
                                   {"TMPDIR": nowhere, "OMPI_MCA_orte_tmpdir_base": "/tmp"})
-        self.expect_nobody_blamed("no mesher", f"CARILLON_MESH names {nowhere}",
+        self.expect_no_failure("no mesher", f"CARILLON_MESH names {nowhere}",
                                   {"CARILLON_MESH": nowhere})
         text = self.folder / "text"
         text.write_text("no program")
-        self.expect_nobody_blamed("no program", f"{text}: cannot be started",
+        self.expect_no_failure("no program", f"{text}: cannot be started",
                                   {"CARILLON_MESH": str(text)})
 
     def test_a_full_temporary_folder(self):
@@ -130,7 +130,7 @@ class Quarantine(FolderTest):
                           capture_output=True).returncode != 0:
             self.skipTest("mounting a small disk takes root")
         try:
-            self.expect_nobody_blamed("full", "the mesher cannot read or write its files",
+            self.expect_no_failure("full", "the mesher cannot read or write its files",
                                       {"TMPDIR": str(disk), "OMPI_MCA_orte_tmpdir_base": "/tmp"})
         finally:
             subprocess.run(["umount", str(disk)], check=True)

@@ -1,4 +1,4 @@
-// What control groups leave and have lost, in trees of files as the kernel shows them.
+// What control groups leave, in trees of files as the kernel shows them.
 #include "mpi/control_group.hpp"
 
 #include <gtest/gtest.h>
@@ -21,20 +21,16 @@ class ControlGroup : public ::testing::Test {
     std::ofstream(file) << text;
   }
   std::int64_t left() const { return memory_left_in_groups(folder_.path()); }
-  GroupKills kills() const { return kills_in_group(folder_.path()); }
 
   core::TemporaryFolder folder_;
 };
 
 TEST_F(ControlGroup, NoneHasNoBounds) {
   EXPECT_EQ(left(), unbounded);
-  EXPECT_EQ(kills().group, "");
   write("proc/self/cgroup", "0::/a\n");
   write("sys/fs/cgroup/a/memory.max", "max\n");
   write("sys/fs/cgroup/a/memory.current", "1000\n");
-  write("sys/fs/cgroup/a/memory.events", "oom 1\noom_kill 1\n");
   EXPECT_EQ(left(), unbounded);
-  EXPECT_EQ(kills().group, "");
 }
 
 /// A container that has written files: they are in memory, and go when it is wanted.
@@ -69,7 +65,6 @@ TEST_F(ControlGroup, VersionOneIsReadToo) {
   write("sys/fs/cgroup/memory/job/memory.stat",
         "inactive_file 1\nactive_file 1\ntotal_inactive_file 100\ntotal_active_file 50\n");
   EXPECT_EQ(left(), 350);
-  EXPECT_EQ(kills().group, "");
 }
 
 /// In a container of version 1 the group's name is the host's, its files lie at the top.
@@ -78,25 +73,6 @@ TEST_F(ControlGroup, AContainerShowsItsGroupAtTheTop) {
   write("sys/fs/cgroup/memory/memory.limit_in_bytes", "1000\n");
   write("sys/fs/cgroup/memory/memory.usage_in_bytes", "400\n");
   EXPECT_EQ(left(), 600);
-}
-
-TEST_F(ControlGroup, KillsAreThoseOfTheOutermostWithALimit) {
-  write("proc/self/cgroup", "0::/slurm/job/step\n");
-  write("sys/fs/cgroup/slurm/memory.max", "max\n");
-  write("sys/fs/cgroup/slurm/memory.events", "oom_kill 9\n");
-  write("sys/fs/cgroup/slurm/job/memory.max", "1000\n");
-  write("sys/fs/cgroup/slurm/job/memory.events", "low 0\noom 4\noom_kill 3\noom_group_kill 0\n");
-  write("sys/fs/cgroup/slurm/job/step/memory.max", "1000\n");
-  write("sys/fs/cgroup/slurm/job/step/memory.events", "oom_kill 1\n");
-  EXPECT_EQ(kills().kills, 3);
-  const std::string group = kills().group;
-  EXPECT_NE(group.find("/slurm/job "), std::string::npos) << group;
-  // Another job of the same name is another group.
-  std::filesystem::rename(folder_.path() / "sys/fs/cgroup/slurm/job", folder_.path() / "old");
-  write("sys/fs/cgroup/slurm/job/memory.max", "1000\n");
-  write("sys/fs/cgroup/slurm/job/memory.events", "oom_kill 0\n");
-  EXPECT_EQ(kills().kills, 0);
-  EXPECT_NE(kills().group, group);
 }
 
 }  // namespace

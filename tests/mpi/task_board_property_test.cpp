@@ -39,6 +39,7 @@ Plan random_plan(int widest) {
         task.after.push_back(static_cast<std::int64_t>(earlier));
       }
     }
+    task.alone = *rc::gen::inRange(0, 8) == 0;
     plan.fails.push_back(*rc::gen::inRange(0, 5) == 0);
   }
   return plan;
@@ -46,8 +47,14 @@ Plan random_plan(int widest) {
 
 /// What the board ought to hand out, by looking at every task.
 Claim expected_claim(const TaskBoard& board, int width) {
-  Claim best;
+  Claim best, alone;
   bool any_waiting = false;
+  for (std::size_t i = 0; i < board.tasks().size(); ++i) {
+    const TaskState state = board.state(static_cast<std::int64_t>(i));
+    const Task& task = board.tasks()[i];
+    const bool wider = task.width > width && state == TaskState::waiting;
+    if (task.alone && (wider || state == TaskState::running)) return {Claim::Kind::wait};
+  }
   for (std::size_t i = 0; i < board.tasks().size(); ++i) {
     const Task& task = board.tasks()[i];
     const auto index = static_cast<std::int64_t>(i);
@@ -57,10 +64,15 @@ Claim expected_claim(const TaskBoard& board, int width) {
       return board.state(before) == TaskState::done;
     });
     if (!ready) continue;
+    if (task.alone) {
+      if (alone.task < 0) alone = {Claim::Kind::task, index};
+      continue;
+    }
     if (best.task < 0 || task.cost > board.tasks()[static_cast<std::size_t>(best.task)].cost) {
       best = {Claim::Kind::task, index};
     }
   }
+  if (best.task < 0 && board.count(TaskState::running) == 0) best = alone;
   if (best.task < 0 && any_waiting) best.kind = Claim::Kind::wait;
   return best;
 }

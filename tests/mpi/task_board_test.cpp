@@ -53,6 +53,41 @@ TEST(TaskBoard, WaitsForWhatIsRunningElsewhere) {
   EXPECT_EQ(board.count(TaskState::done), 2);
 }
 
+TEST(TaskBoard, OneThatRunsAloneIsTheLastAndHasNothingBesideIt) {
+  TaskBoard board(
+      {task("suspect", 9), task("a", 1), task("b", 2), task("sounds", 1, {0}), task("other", 5)});
+  std::vector<Task> tasks = board.tasks();
+  tasks[0].alone = tasks[4].alone = true;
+  board = TaskBoard(tasks);
+  expect_task(board.claim(1), 2);
+  expect_task(board.claim(1), 1);
+  EXPECT_EQ(board.claim(1).kind, Claim::Kind::wait);
+  board.complete(1, true);
+  EXPECT_EQ(board.claim(1).kind, Claim::Kind::wait);
+  board.complete(2, true);
+  expect_task(board.claim(1), 0);
+  EXPECT_EQ(board.claim(1).kind, Claim::Kind::wait);
+  board.complete(0, true);
+  // What waited for it is a task like others, and goes before the next one.
+  expect_task(board.claim(1), 3);
+  EXPECT_EQ(board.claim(1).kind, Claim::Kind::wait);
+  board.complete(3, true);
+  expect_task(board.claim(1), 4);
+  board.complete(4, false);
+  EXPECT_EQ(board.claim(1).kind, Claim::Kind::end);
+}
+
+TEST(TaskBoard, NarrowerTasksWaitForAWiderOneThatRunsAlone) {
+  TaskBoard board({{.key = "wide", .cost = 1, .width = 2, .alone = true}, task("narrow", 1)});
+  board.set_ranks(3);
+  EXPECT_EQ(board.claim(1, 2).kind, Claim::Kind::wait);
+  expect_task(board.claim(2, 0), 0);
+  EXPECT_EQ(board.claim(1, 2).kind, Claim::Kind::wait);
+  board.complete(0, true);
+  EXPECT_EQ(board.claim(2, 0).kind, Claim::Kind::end);
+  expect_task(board.claim(1, 2), 1);
+}
+
 TEST(TaskBoard, AFailureSkipsAllThatDependsOnIt) {
   TaskBoard board({task("a", 1), task("b", 2, {0}), task("c", 4, {1}), task("d", 8)});
   expect_task(board.claim(1), 3);

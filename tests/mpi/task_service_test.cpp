@@ -20,9 +20,9 @@
 #include "core/sanitizers.hpp"
 #include "core/temporary_folder.hpp"
 #include "mpi/comm.hpp"
-#include "mpi/host.hpp"
 #include "mpi/interrupt.hpp"
-#include "mpi/witness.hpp"
+#include "mpi/process_memory.hpp"
+#include "mpi/running_task.hpp"
 #include "tests/mpi/busy.hpp"
 
 namespace carillon::mpi {
@@ -131,7 +131,7 @@ TEST(TaskService, RecordsOfAnyLengthReachTheHook) {
 TEST(TaskService, NoThreadBesideTheMainOneTakesSigterm) {
   const InterruptGuard guard({.last_words = {}});
   const core::TemporaryFolder folder;
-  const Witness witness(folder.path() / "rank", size(world), 77);
+  const RunningTask running(folder.path() / "rank", 77);
   TaskService service(world, board_of(1), {});
   // A thread begins with every signal blocked.
   std::this_thread::sleep_for(std::chrono::milliseconds(100));

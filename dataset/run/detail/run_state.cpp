@@ -7,7 +7,6 @@
 #include "dataset/configuration/inputs.hpp"
 #include "dataset/plan/task_times.hpp"
 #include "dataset/run/check_files.hpp"
-#include "dataset/run/detail/attempts.hpp"
 #include "dataset/run/detail/claim_folder.hpp"
 #include "dataset/run/progress_so_far.hpp"
 #include "dataset/run/trace_json.hpp"
@@ -106,7 +105,7 @@ void RunState::settle_earlier_attempts(const std::filesystem::path& output, MPI_
                            return found == tasks.end() ? "" : inputs_[b].of(*found->second);
                          }});
   }
-  given_up_ = settle_attempts(output, attempted, world);
+  attempts_ = settle_attempts(output, attempted, world);
 }
 
 mpi::TaskBoard RunState::make_board(const OrderTasks& order, bool retry_failed) {
@@ -126,6 +125,9 @@ mpi::TaskBoard RunState::make_board(const OrderTasks& order, bool retry_failed) 
       common.done[t] = is_settled(b, place_of(number).task.key, true);
     }
   }
+  for (const std::int64_t number : numbers_of(&Attempts::open)) {
+    common.tasks[static_cast<std::size_t>(number)].alone = true;
+  }
   if (order) same_work_ = order(common);
   mpi::TaskBoard board(std::move(common.tasks));
   for (std::size_t b = 0; b < builds_.size(); ++b) mark_settled(board, b, retry_failed);
@@ -141,15 +143,23 @@ bool RunState::is_settled(std::size_t build, const std::string& task, bool ok) c
   return found != finished.end() && found->second.at("ok").get<bool>() == ok;
 }
 
+/// Of tasks that earlier runs tried, those of the plan.
+std::vector<std::int64_t> RunState::numbers_of(std::vector<std::string> Attempts::*which) const {
+  std::vector<std::int64_t> numbers;
+  for (std::size_t b = 0; b < attempts_.size(); ++b) {
+    for (const std::string& task : attempts_[b].*which) {
+      const auto number = numbers_.find(builds_[b].name + task);
+      if (number != numbers_.end()) numbers.push_back(number->second);
+    }
+  }
+  return numbers;
+}
+
 /// What ended the run before this one too often is not tried by this one, even to retry what
 /// failed: a command that is repeated after each crash would never end.
 void RunState::mark_given_up(mpi::TaskBoard& board) const {
-  for (std::size_t b = 0; b < given_up_.size(); ++b) {
-    for (const std::string& task : given_up_[b]) {
-      const auto number = numbers_.find(builds_[b].name + task);
-      if (number == numbers_.end()) continue;
-      if (board.state(number->second) == mpi::TaskState::waiting) board.mark_failed(number->second);
-    }
+  for (const std::int64_t number : numbers_of(&Attempts::given_up)) {
+    if (board.state(number) == mpi::TaskState::waiting) board.mark_failed(number);
   }
 }
 

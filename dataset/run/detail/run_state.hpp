@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dataset/run/common_tasks.hpp"
+#include "dataset/run/detail/attempts.hpp"
 #include "dataset/run/detail/index_keeper.hpp"
 #include "dataset/run/detail/task_inputs.hpp"
 #include "mpi/journal.hpp"
@@ -44,7 +45,7 @@ class RunState {
 
   /// Takes the folders over: claims them, counts what ended earlier runs against their tasks, drops
   /// what is damaged.
-  /// @param output  where witnesses of earlier runs are
+  /// @param output  where ranks of earlier runs noted what they ran
   /// @return on the host what is left to do, on one board
   /// @throws ConfigError  a folder of another configuration, before anything is written into any
   /// @note Collective on world.
@@ -77,6 +78,7 @@ class RunState {
   mpi::TaskBoard make_board(const OrderTasks& order, bool retry_failed);
   bool is_settled(std::size_t build, const std::string& task, bool ok) const;
   void mark_settled(mpi::TaskBoard& board, std::size_t build, bool retry_failed) const;
+  std::vector<std::int64_t> numbers_of(std::vector<std::string> Attempts::*which) const;
   void mark_given_up(mpi::TaskBoard& board) const;
   void give_up_alike(mpi::TaskBoard& board);
   void share_kept_samples(MPI_Comm world);
@@ -90,7 +92,7 @@ class RunState {
   // The host's.
   std::unordered_map<std::string, std::int64_t> numbers_;  ///< on the board, by key there
   SameWork same_work_;
-  std::vector<std::vector<std::string>> given_up_;  ///< just now, by build
+  std::vector<Attempts> attempts_;  ///< by build
   std::vector<Standing> standings_;
   Journals journals_;
   int run_ = 1;
