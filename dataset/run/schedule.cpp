@@ -9,34 +9,13 @@
 #include "dataset/plan/task_times.hpp"
 #include "dataset/run/costs.hpp"
 #include "dataset/run/detail/measured_times.hpp"
+#include "mpi/simulation.hpp"
 
 namespace carillon::dataset::run {
 
 using nlohmann::json;
 
 namespace {
-
-/// Tasks as the board takes them, and what each of them is expected to take.
-struct Work {
-  std::vector<mpi::Task> tasks;
-  TaskSeconds times;
-};
-
-Work work_of(std::span<const LoadedBuild> builds, std::vector<mpi::Task> tasks,
-             const MeasuredTimes& measured, const MachineCosts& costs) {
-  Work work{std::move(tasks), {}};
-  work.times = expected_seconds(work.tasks, measured);
-  if (!measured.empty()) return work;  // these hold the files' already
-  std::size_t number = 0;
-  for (const LoadedBuild& build : builds) {
-    for (const plan::BuildTask& task : build.plan.tasks) {
-      double& seconds = work.times.seconds[number++];
-      if (task.kind != plan::TaskKind::samples || !build.config.wav) continue;
-      seconds += costs.file * static_cast<double>(task.count);
-    }
-  }
-  return work;
-}
 
 struct Files {
   std::size_t modes = 0, shards = 0, wav = 0, png = 0, others = 0;
@@ -93,48 +72,35 @@ std::string limit_of(const mpi::Schedule& schedule) {
   if (schedule.makespan <= 0) return "nothing";
   if (schedule.longest_chain > 0.8 * schedule.makespan) return "longest chain";
   if (schedule.shared_work > 0.8 * schedule.makespan) return "work";
-  if (schedule.host_busy > 0.8 * schedule.makespan) return "task service";
   if (schedule.memory_wait > 0.5 * schedule.idle) return "memory of nodes";
   return "order of tasks";
 }
 
-json describe(const mpi::Schedule& schedule, const Work& work, const mpi::SimulatedRanks& on,
-              const MachineCosts& costs, std::size_t shards) {
+json describe(const mpi::Schedule& schedule, const std::vector<mpi::Task>& tasks,
+              const mpi::SimulatedRanks& on) {
   const double span = schedule.makespan;
-  const double index = costs.index_shard * static_cast<double>(shards);
-  const auto per_second = [&](double count) { return span > 0 ? count / span : 0; };
   const auto last = static_cast<std::size_t>(schedule.last_task);
   return {{"ranks", on.ranks},
           {"nodes", (on.ranks - 1) / on.ranks_per_node + 1},
-          {"start_s", costs.start},
           {"makespan_s", span},
-          {"index_s", index},
-          {"wall_s", costs.start + span + index},
           {"efficiency", schedule.efficiency},
           {"all_at_work_until_s", schedule.all_at_work_until},
           {"half_at_work_until_s", schedule.half_at_work_until},
           {"straggler_share", span > 0 ? 1 - schedule.all_at_work_until / span : 0},
           {"shared_work_s", schedule.shared_work},
           {"longest_chain_s", schedule.longest_chain},
-          {"last_task", schedule.last_task < 0 ? "" : work.tasks[last].key},
+          {"last_task", schedule.last_task < 0 ? "" : tasks[last].key},
           {"idle_s", schedule.idle},
           {"memory_wait_s", schedule.memory_wait},
           {"refused_tasks", schedule.refused},
           {"node_memory_bytes", schedule.node_memory},
-          {"limited_by", limit_of(schedule)},
-          {"service",
-           {{"requests_per_s", per_second(schedule.requests)},
-            {"capacity_per_s", 2 / (costs.service.claim + costs.service.complete)},
-            {"repeats_per_s", per_second(schedule.repeats)},
-            {"host_busy", per_second(schedule.host_busy)},
-            {"mean_answer_s", schedule.mean_answer},
-            {"longest_answer_s", schedule.longest_answer}}}};
+          {"limited_by", limit_of(schedule)}};
 }
 
 }  // namespace
 
-json simulate_builds(std::span<const LoadedBuild> builds, std::vector<mpi::Task> tasks,
-                     const ScheduleOptions& options, const MachineCosts& costs) {
+json simulate_builds(std::span<const LoadedBuild> builds, const std::vector<mpi::Task>& tasks,
+                     const ScheduleOptions& options) {
   for (const int ranks : options.ranks) {
     if (ranks < 1 || options.ranks_per_node < 0) {
       throw core::InputError("--ranks and --ranks-per-node are numbers from 1 up");
@@ -142,21 +108,20 @@ json simulate_builds(std::span<const LoadedBuild> builds, std::vector<mpi::Task>
   }
   MeasuredTimes measured;
   if (!options.trace.empty()) measured = read_measured_times(options.trace);
-  const Work work = work_of(builds, std::move(tasks), measured, costs);
-  const auto longest = std::max_element(work.times.seconds.begin(), work.times.seconds.end()) -
-                       work.times.seconds.begin();
+  const TaskSeconds times = expected_seconds(tasks, measured);
+  const auto longest =
+      std::max_element(times.seconds.begin(), times.seconds.end()) - times.seconds.begin();
   json out = {{"tasks",
-               {{"count", work.tasks.size()},
-                {"measured", work.times.measured},
-                {"ratio", work.times.ratio},
-                {"longest", work.tasks[static_cast<std::size_t>(longest)].key},
-                {"longest_s", work.times.seconds[static_cast<std::size_t>(longest)]}}},
+               {{"count", tasks.size()},
+                {"measured", times.measured},
+                {"ratio", times.ratio},
+                {"longest", tasks[static_cast<std::size_t>(longest)].key},
+                {"longest_s", times.seconds[static_cast<std::size_t>(longest)]}}},
               {"files", describe_files(builds)}};
   if (!options.trace.empty()) {
     const json runs = plan::earlier_runs(trace_file(options.trace));
     if (!runs.empty()) out["last_run"] = runs.back();
   }
-  const auto shards = out.at("files").at("shards").get<std::size_t>();
   const std::int64_t given = builds.front().config.ranks.memory_per_node;
   for (const int ranks : options.ranks) {
     const int on_node = options.ranks_per_node > 0 ? options.ranks_per_node : ranks;
@@ -165,16 +130,14 @@ json simulate_builds(std::span<const LoadedBuild> builds, std::vector<mpi::Task>
         .ranks = ranks,
         .ranks_per_node = on_node,
         .node_memory = given > 0 ? std::max<std::int64_t>(1, given - idle) : 0};
-    const mpi::Schedule schedule =
-        mpi::simulate(mpi::TaskBoard(work.tasks), work.times.seconds, on, costs.service);
-    out["schedules"].push_back(describe(schedule, work, on, costs, shards));
+    out["schedules"].push_back(
+        describe(mpi::simulate(mpi::TaskBoard(tasks), times.seconds, on), tasks, on));
   }
   return out;
 }
 
-json simulate_build(const LoadedBuild& build, const ScheduleOptions& options,
-                    const MachineCosts& costs) {
-  return simulate_builds({&build, 1}, board_tasks(build.plan, build.config), options, costs);
+json simulate_build(const LoadedBuild& build, const ScheduleOptions& options) {
+  return simulate_builds({&build, 1}, board_tasks(build.plan, build.config), options);
 }
 
 }  // namespace carillon::dataset::run

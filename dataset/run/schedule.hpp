@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dataset/run/build.hpp"
-#include "dataset/run/machine_costs.hpp"
+#include "mpi/task_board.hpp"
 
 namespace carillon::dataset::run {
 
@@ -23,19 +23,16 @@ struct ScheduleOptions {
 /// @return `tasks: {count, measured, ratio: {modes, samples}, longest, longest_s}`, `last_run` (the
 ///         trace's, as trace.json has it in `runs`; only where there is one),
 ///         `files: {count, modes, shards, wav, png, shard_bytes, largest_shard_bytes,
-///         largest_folder}`, `schedules`, for each number of ranks `{ranks, nodes, start_s,
-///         makespan_s, index_s, wall_s, efficiency, all_at_work_until_s, half_at_work_until_s,
-///         straggler_share, shared_work_s, longest_chain_s, last_task, idle_s, memory_wait_s,
-///         refused_tasks, node_memory_bytes, limited_by, service: {requests_per_s, capacity_per_s,
-///         repeats_per_s, host_busy, mean_answer_s, longest_answer_s}}`. docs/scaling.md says what
-///         they mean.
+///         largest_folder}`, `schedules`, for each number of ranks `{ranks, nodes, makespan_s,
+///         efficiency, all_at_work_until_s, half_at_work_until_s, straggler_share, shared_work_s,
+///         longest_chain_s, last_task, idle_s, memory_wait_s, refused_tasks, node_memory_bytes,
+///         limited_by}`. docs/scaling.md says what they mean.
 /// @throws InputError, FileError  numbers below 1; a trace that cannot be read
-nlohmann::json simulate_builds(std::span<const LoadedBuild> builds, std::vector<mpi::Task> tasks,
-                               const ScheduleOptions& options, const MachineCosts& costs = {});
+nlohmann::json simulate_builds(std::span<const LoadedBuild> builds,
+                               const std::vector<mpi::Task>& tasks, const ScheduleOptions& options);
 
 /// The same of a build alone.
-nlohmann::json simulate_build(const LoadedBuild& build, const ScheduleOptions& options,
-                              const MachineCosts& costs = {});
+nlohmann::json simulate_build(const LoadedBuild& build, const ScheduleOptions& options);
 
 /// The same for a person: what the tasks are, a table with a line for each number of ranks, and
 /// what is refused for want of memory.

@@ -16,17 +16,11 @@ double number(const json& object, const char* key) {
 }
 
 std::string line_of(const json& one) {
-  const json& service = one.at("service");
   return fmt::format(
-      "{:>7} {:>6} {:>12} {:>12} {:>6.1f} % {:>12} {:>12} {:>8.1f} {:>6.1f} % {:>9} "
-      "{:>10}  {}\n",
-      one.at("ranks").get<int>(), one.at("nodes").get<int>(),
-      core::human_duration(number(one, "makespan_s")), core::human_duration(number(one, "wall_s")),
+      "{:>7} {:>6} {:>12} {:>6.1f} % {:>12} {:>12} {:>10}  {}\n", one.at("ranks").get<int>(),
+      one.at("nodes").get<int>(), core::human_duration(number(one, "makespan_s")),
       100 * number(one, "efficiency"), core::human_duration(number(one, "all_at_work_until_s")),
       core::human_duration(number(one, "half_at_work_until_s")),
-      number(service, "requests_per_s") + number(service, "repeats_per_s"),
-      100 * number(service, "host_busy"),
-      fmt::format("{:.1f} ms", 1000 * number(service, "mean_answer_s")),
       core::human_bytes(number(one, "node_memory_bytes")), one.at("limited_by").get<std::string>());
 }
 
@@ -71,10 +65,8 @@ std::string schedule_text(const json& simulated) {
       files.at("shards").get<std::size_t>(),
       core::human_bytes(number(files, "largest_shard_bytes")), files.at("wav").get<std::size_t>(),
       files.at("png").get<std::size_t>(), files.at("largest_folder").get<std::size_t>());
-  text +=
-      fmt::format("{:>7} {:>6} {:>12} {:>12} {:>8} {:>12} {:>12} {:>8} {:>8} {:>9} {:>10}  {}\n",
-                  "ranks", "nodes", "tasks", "in all", "effic.", "all work to", "half to", "asks/s",
-                  "host", "answer", "node mem.", "limited by");
+  text += fmt::format("{:>7} {:>6} {:>12} {:>8} {:>12} {:>12} {:>10}  {}\n", "ranks", "nodes",
+                      "tasks", "effic.", "all work to", "half to", "node mem.", "limited by");
   for (const json& one : simulated.at("schedules")) text += line_of(one);
   for (const json& one : simulated.at("schedules")) text += refused_text(one, tasks.at("count"));
   return text;

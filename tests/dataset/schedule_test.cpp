@@ -116,18 +116,13 @@ TEST_F(ScheduleTest, SaysWhatIsNoTrace) {
 }
 
 TEST_F(ScheduleTest, CountsFilesAndTellsWhatLimits) {
-  run::MachineCosts costs;
-  costs.service = {};
-  costs.start = 1;
-  costs.index_shard = 0.5;
   const nlohmann::json out =
-      run::simulate_build(bars(300), {.ranks = {1, 1000}, .ranks_per_node = 10}, costs);
+      run::simulate_build(bars(300), {.ranks = {1, 1000}, .ranks_per_node = 10});
   EXPECT_EQ(out.at("files").at("shards"), 4);
   EXPECT_EQ(out.at("files").at("wav"), 600);
   EXPECT_EQ(out.at("files").at("largest_folder"), 300);
   const nlohmann::json& one = out.at("schedules").at(0);
   EXPECT_EQ(one.at("limited_by"), "work");
-  EXPECT_DOUBLE_EQ(one.at("wall_s"), 1 + 2 + one.at("makespan_s").get<double>());
   const nlohmann::json& many = out.at("schedules").at(1);
   EXPECT_EQ(many.at("nodes"), 100);
   EXPECT_EQ(many.at("limited_by"), "longest chain");
@@ -135,8 +130,6 @@ TEST_F(ScheduleTest, CountsFilesAndTellsWhatLimits) {
 }
 
 TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
-  run::MachineCosts costs;
-  costs.service = {};
   run::LoadedBuild build = bars(1);
   const std::vector<mpi::Task> tasks = run::board_tasks(build.plan, build.config);
   ASSERT_EQ(tasks.size(), 4u);
@@ -145,7 +138,7 @@ TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
   const auto on_two = [&](double memory) {
     const double idle = memory > 1 ? 2 * run::idle_rank_bytes : 0;
     build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory + idle);
-    const nlohmann::json out = run::simulate_build(build, {.ranks = {2}}, costs);
+    const nlohmann::json out = run::simulate_build(build, {.ranks = {2}});
     const std::string text = run::schedule_text(out);
     EXPECT_EQ(text.find("are refused") != std::string::npos,
               out.at("schedules").at(0).at("refused_tasks") > 0);

@@ -24,9 +24,8 @@ std::vector<Task> tasks_of(const std::vector<double>& seconds) {
   return tasks;
 }
 
-Schedule independent(const std::vector<double>& seconds, int ranks,
-                     const ServiceCosts& costs = {}) {
-  return simulate(TaskBoard(tasks_of(seconds)), seconds, {.ranks = ranks}, costs);
+Schedule independent(const std::vector<double>& seconds, int ranks) {
+  return simulate(TaskBoard(tasks_of(seconds)), seconds, {.ranks = ranks});
 }
 
 TEST(Simulation, EqualTasks) {
@@ -46,7 +45,6 @@ TEST(Simulation, OneLongTaskIsTheStraggler) {
   seconds[11] = 50;
   const Schedule schedule = independent(seconds, 4);
   EXPECT_DOUBLE_EQ(schedule.makespan, 50);
-  EXPECT_EQ(schedule.longest_task, 11);
   EXPECT_EQ(schedule.last_task, 11);
   // The other three share 29 tasks: the first of them finds nothing after 9 s, the last after 10.
   EXPECT_DOUBLE_EQ(schedule.all_at_work_until, 9);
@@ -58,7 +56,7 @@ TEST(Simulation, NoTasks) {
   const Schedule schedule = simulate(TaskBoard(), {}, {.ranks = 3});
   EXPECT_EQ(schedule.makespan, 0);
   EXPECT_EQ(schedule.efficiency, 1);
-  EXPECT_EQ(schedule.longest_task, -1);
+  EXPECT_EQ(schedule.last_task, -1);
 }
 
 TEST(Simulation, ChainsAreNoShorterOnMoreRanks) {
@@ -84,10 +82,6 @@ TEST(Simulation, WaitingRanksFindWhatACompletionSetsFree) {
   std::vector<Task> tasks = tasks_of(seconds);
   for (std::size_t i = 1; i < 5; ++i) tasks[i].after = {0};
   EXPECT_DOUBLE_EQ(simulate(TaskBoard(tasks), seconds, {.ranks = 4}).makespan, 11);
-  // Three ranks ask every 0.4 s: the first finds a task after a quarter of that.
-  const Schedule schedule = simulate(TaskBoard(tasks), seconds, {.ranks = 4}, {.ask_again = 0.4});
-  EXPECT_DOUBLE_EQ(schedule.makespan, 10 + 0.3 + 1);
-  EXPECT_NEAR(schedule.repeats, 3 * 10 / 0.4, 1);
 }
 
 TEST(Simulation, GroupsComeFirstAndFallApart) {
@@ -155,24 +149,6 @@ TEST(Simulation, EstimatesAreCorrectedAsTasksEnd) {
   EXPECT_LT(schedule.makespan, blind.makespan);
 }
 
-TEST(Simulation, TheHostAnswersOneAfterTheOther) {
-  // Tasks that take no time: the host is all there is.
-  const int n = 1000;
-  const ServiceCosts costs{.claim = 0.001, .complete = 0.003};
-  const Schedule schedule = independent(std::vector<double>(n, 0), 50, costs);
-  EXPECT_NEAR(schedule.makespan, n * 0.004 + 50 * 0.001, 1e-9);
-  EXPECT_NEAR(schedule.host_busy, schedule.makespan, 1e-9);
-  EXPECT_EQ(schedule.requests, 2 * n + 50);
-}
-
-TEST(Simulation, LatencyIsPaidByRanksThatAreNotTheHost) {
-  const ServiceCosts costs{.latency = 0.5};
-  EXPECT_DOUBLE_EQ(independent({2, 2, 2}, 1, costs).makespan, 6);
-  // The second rank gets its task after half a second; the host takes both others meanwhile.
-  EXPECT_DOUBLE_EQ(independent({2, 2, 2}, 2, costs).makespan, 4);
-  EXPECT_DOUBLE_EQ(independent({2, 2}, 2, costs).makespan, 0.5 + 2 + 0.5 + 0.5);
-}
-
 TEST(Simulation, MemoryOfANodeIsThatOfItsRanks) {
   std::vector<double> seconds(6, 1);
   std::vector<Task> tasks = tasks_of(seconds);
@@ -201,7 +177,6 @@ TEST(Simulation, RefusesWhatCannotBe) {
   EXPECT_THROW(simulate(board, one, {.ranks = 1, .ranks_per_node = 0}), core::Error);
   EXPECT_THROW(simulate(board, {}, {.ranks = 1}), core::Error);
   EXPECT_THROW(simulate(board, bad, {.ranks = 1}), core::Error);
-  EXPECT_THROW(simulate(board, one, {.ranks = 1}, {.claim = -1}), core::Error);
 }
 
 /// Shortest makespan of all ways to share tasks among ranks.
@@ -274,11 +249,9 @@ TEST(Simulation, AMillionTasksOnThousandsOfRanks) {
   for (std::size_t i = 0; i < seconds.size(); ++i) seconds[i] = 1 + static_cast<double>(i % 97);
   TaskBoard board(tasks_of(seconds));
   const double start = processor_seconds();
-  const Schedule schedule = simulate(std::move(board), seconds, {.ranks = 4096},
-                                     {.claim = 1e-6, .complete = 1e-6, .latency = 1e-3});
+  const Schedule schedule = simulate(std::move(board), seconds, {.ranks = 4096});
   EXPECT_LT(processor_seconds() - start, 20);
   EXPECT_GT(schedule.efficiency, 0.9);
-  EXPECT_EQ(schedule.requests, 2e6 + 4096);
 }
 
 }  // namespace
