@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <complex>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -12,8 +14,11 @@
 #include "core/revision.hpp"
 #include "core/units.hpp"
 #include "dataset/exporters/faust_program.hpp"
+#include "scene/blow.hpp"
+#include "scene/drawn_strike.hpp"
 #include "scene/strikes.hpp"
 #include "synth/modal/heard_modes.hpp"
+#include "synth/modal/modal_response.hpp"
 #include "synth/modal/row_response.hpp"
 
 namespace carillon::cli {
@@ -56,6 +61,18 @@ struct PointModes {
   std::vector<double> loudness;  ///< mean square over 200 ms after the blow, loudest point
 };
 
+/// Mean square of a mode after the contact, over the 0.2 s over which the ear integrates a tone's
+/// energy (Zwicker and Fastl 2007, section 4.4); 0 where it hardly oscillates.
+double loudness(double eigenvalue, double decay_rate, double contact_time,
+                const synth::modal::Weights& weights) {
+  constexpr double integration = 0.2;
+  const synth::modal::ModalResponse mode(eigenvalue, decay_rate, contact_time);
+  if (mode.damped_frequency() == 0 || mode.near_critical() || !weights.any()) return 0;
+  const double rate = 2 * decay_rate;
+  const double seconds = rate > 0 ? -std::expm1(-rate * integration) / rate : integration;
+  return std::norm(mode.partials(weights)[0].amplitude) / 2 * seconds / integration;
+}
+
 PointModes modes_at(const scene::Body& body, std::span<const double> rates,
                     std::span<const synth::modal::SurfacePoint> points, double contact_time) {
   const auto modes = static_cast<Eigen::Index>(body.modes.size());
@@ -71,14 +88,12 @@ PointModes modes_at(const scene::Body& body, std::span<const double> rates,
         body.modes, rates, strike, synth::modal::point_velocity(body.modes, points[p]));
     result.gains.col(static_cast<Eigen::Index>(p)) =
         rings.excitation.cwiseProduct(rings.readout.velocity.row(0).transpose());
-    // Above all that is heard, so that no mode is too high for it.
-    constexpr double rate = 1e6;
-    const auto ringing = synth::modal::ringing_modes(rings, strike.force, rate);
-    for (std::size_t i = 0; i < ringing.size(); ++i) {
+    for (std::size_t i = 0; i < rates.size(); ++i) {
       const auto weights = synth::modal::weights_of(rings.readout, 0, static_cast<Eigen::Index>(i),
                                                     rings.excitation[static_cast<Eigen::Index>(i)]);
-      result.loudness[i] = std::max(
-          result.loudness[i], synth::modal::hear_mode(ringing[i], weights, contact_time).loudness);
+      result.loudness[i] =
+          std::max(result.loudness[i],
+                   loudness(rings.eigenvalues[i], rings.decay_rates[i], contact_time, weights));
     }
   }
   return result;

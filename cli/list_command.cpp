@@ -47,8 +47,7 @@ nlohmann::json list_effects() {
     nlohmann::json entry = {{"name", effect.name},
                             {"description", effect.description},
                             {"key", effect.key},
-                            {"stage", effect.stage},
-                            {"only_on_demand", effect.only_on_demand}};
+                            {"stage", effect.stage}};
     list.push_back(std::move(entry));
   }
   return list;

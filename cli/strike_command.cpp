@@ -186,7 +186,7 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
              1000 * sound.strike.force.duration, fmt::join(effects, ", "));
   // What was asked for and cannot be: a room without a listener.
   for (const scene::EffectDecision& effect : scene.effects) {
-    if (!effect.enabled && !effect.in_scene.asked_by.empty() && !effect.effect->only_on_demand) {
+    if (!effect.enabled && !effect.in_scene.asked_by.empty()) {
       fmt::print("  {:<24} off: {}\n", effect.effect->name, effect.reason);
     }
   }

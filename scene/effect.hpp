@@ -107,8 +107,6 @@ struct Effect {
   /// EffectParts), `motion` for what scenes that move are made of, or `view` for what is made
   /// beside the chain.
   const char* stage;
-  /// `auto` never turns it on: only `effects.NAME: on` does.
-  bool only_on_demand = false;
   /// Reads the effect's keys of a configuration and says whether the scene calls for it. `scene`
   /// holds audio, strikes and listeners, and of the effects what was decided of earlier ones.
   /// @throws ConfigError

@@ -81,8 +81,6 @@ EffectDecision decide(const Effect& effect, SceneEffect in_scene, ConfigNode& sw
                     "give it what it needs, or write auto");
     }
     decision.reason = decision.in_scene.reason_off;
-  } else if (effect.only_on_demand && wish == "auto") {
-    decision.reason = fmt::format("only runs with effects.{}: on", effect.name);
   } else {
     decision.enabled = true;
     if (with_files && decision.in_scene.check) decision.in_scene.check();

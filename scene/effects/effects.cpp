@@ -3,27 +3,13 @@
 namespace carillon::scene {
 
 std::span<const Effect> effects() {
-  // Thrift judges what the others leave to ring; the recorder's shift comes before the noise, which
-  // is there before the sound.
-  static const Effect all[] = {damping_effect,
-                               striker_effect,
-                               contact_effect,
-                               radiation_effect,
-                               supports_effect,
-                               thrift_effect,
-                               click_effect,
-                               room_effect,
-                               tail_effect,
-                               recording_effect,
-                               noise_effect,
-                               motion_effect,
-                               lasting_contacts_effect,
-                               contact_damping_effect,
-                               touch_effect,
-                               movie_effect,
-                               mel_effect,
-                               voxels_effect,
-                               frames_effect};
+  // The recorder's shift comes before the noise, which is there before the sound.
+  static const Effect all[] = {
+      damping_effect,         striker_effect, contact_effect, radiation_effect,
+      supports_effect,        click_effect,   room_effect,    tail_effect,
+      recording_effect,       noise_effect,   motion_effect,  lasting_contacts_effect,
+      contact_damping_effect, touch_effect,   movie_effect,   mel_effect,
+      voxels_effect,          frames_effect};
   return all;
 }
 

@@ -17,13 +17,4 @@ double hearing_threshold(double frequency) {
          1e-3 * f * f * f * f;
 }
 
-double spreading(double distance) {
-  const double z = distance + 0.474;
-  return 15.81 + 7.5 * z - 17.5 * std::sqrt(1 + z * z);
-}
-
-double masking_offset(double bark) {
-  return 14.5 + bark;
-}
-
 }  // namespace carillon::synth::modal

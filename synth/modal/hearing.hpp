@@ -10,12 +10,4 @@ double bark(double frequency);
 /// 1e-3 f^4, f in kHz (Terhardt 1979). Infinite at 0 Hz.
 double hearing_threshold(double frequency);
 
-/// Level of the excitation that a tone causes `distance` Bark above it, relative to the tone's
-/// [dB]: 15.81 + 7.5 (z + 0.474) - 17.5 sqrt(1 + (z + 0.474)^2) (Schroeder, Atal and Hall 1979).
-double spreading(double distance);
-
-/// How far below its excitation a tone at a critical-band rate hides others [dB]: 14.5 + z
-/// (Johnston 1988, after Hellman).
-double masking_offset(double bark);
-
 }  // namespace carillon::synth::modal

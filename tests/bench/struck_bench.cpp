@@ -1,5 +1,5 @@
-// What strikers, the acceleration click and thrift cost per sound, in processor time. Prints the
-// figures of docs/sound/strikes.md, click.md and thrift.md.
+// What strikers and the acceleration click cost per sound, in processor time. Prints the
+// figures of docs/sound/strikes.md and click.md.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -7,11 +7,9 @@
 #include <ctime>
 
 #include "../synth/curved_bodies.hpp"
-#include "../synth/random_rings.hpp"
 #include "synth/contact/acceleration_click.hpp"
 #include "synth/contact/noise_burst.hpp"
 #include "synth/contact/striker.hpp"
-#include "synth/modal/thrift.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -72,35 +70,10 @@ void clicks() {
   }
 }
 
-void thrift() {
-  for (const int modes : {60, 300, 2000}) {
-    modal::RingDown rings = random_rings(modes, 3, false);
-    for (Eigen::Index i = 0; i < modes; ++i) {
-      rings.excitation[i] = std::pow(10, -4 * std::fmod(0.618034 * static_cast<double>(i), 1.0));
-    }
-    const modal::ContactForce force{2e-4, {}};
-    modal::RingDown kept = rings;
-    const modal::ThriftReport report = modal::leave_out_inaudible(kept, force, kRate, 44100, {});
-    const int calls = modes > 1000 ? 3 : 30;
-    const double choice = seconds(calls, [&](int) {
-      modal::RingDown copy = rings;
-      modal::leave_out_inaudible(copy, force, kRate, 44100, {});
-    });
-    const double all = seconds(calls, [&](int) { modal::synthesize(rings, force, kRate, 44100); });
-    const double few = seconds(calls, [&](int) { modal::synthesize(kept, force, kRate, 44100); });
-    fmt::print(
-        "thrift, {:4} modes: {:4} left out ({} masked), bound {:.1f} dB, {:.3f} ms; sound "
-        "{:.2f} ms, with thrift {:.2f} ms\n",
-        modes, report.left_out, report.masked, modal::decibels(report.error_bound), 1e3 * choice,
-        1e3 * all, 1e3 * (few + choice));
-  }
-}
-
 }  // namespace
 }  // namespace carillon::synth
 
 int main() {
   carillon::synth::strikers();
   carillon::synth::clicks();
-  carillon::synth::thrift();
 }

@@ -331,9 +331,6 @@ class Others(FolderTest):
         effects = {e["name"]: e for e in run_json("list", "effects")}
         self.assertEqual((effects["tail"]["key"], effects["tail"]["stage"]), ("room", "audio"))
         self.assertEqual(effects["recording"]["stage"], "full scale")
-        self.assertEqual([n for n, e in effects.items() if e["only_on_demand"]], ["thrift"])
-        text = run("list", "effects").stdout
-        self.assertEqual(text.count("only_on_demand"), 1)
 
     def test_presets_of_scenes_are_listed_with_values_and_sources(self):
         strikers = {s["name"]: s for s in run_json("list", "strikers")}

@@ -66,9 +66,8 @@ supports: {contacts: [{kind: table, lowest: true}]}
 room: {size: [5, 4, 3], rt60: 0.4}
 noise: {kind: white}
 recording: {gain: 3 dB}
-thrift: {margin: 0}
 """
-SWITCHES = "effects: {%s}\n" % ", ".join(f"{name}: off" for name in ["mel", "voxels", "frames", "striker", "supports", "radiation", "click", "room", "tail", "noise", "recording", "thrift"])
+SWITCHES = "effects: {%s}\n" % ", ".join(f"{name}: off" for name in ["mel", "voxels", "frames", "striker", "supports", "radiation", "click", "room", "tail", "noise", "recording"])
 
 
 class Builds(FolderTest):

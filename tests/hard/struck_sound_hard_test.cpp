@@ -1,4 +1,4 @@
-// Strikers, the acceleration click and thrift where numbers leave the ordinary.
+// Strikers and the acceleration click where numbers leave the ordinary.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,6 @@
 #include "synth/contact/noise_burst.hpp"
 #include "synth/contact/striker.hpp"
 #include "synth/modal/ring_down.hpp"
-#include "synth/modal/thrift.hpp"
 
 namespace carillon::synth {
 namespace {
@@ -184,74 +183,6 @@ TEST(ClickHard, AListenerOnTheSurface) {
   EXPECT_THROW(contact::acceleration_click(sphere(0.03, 0.1), {0, 0, 1}, {.duration = 1e-4},
                                            {0, 0, 0.0299}, 44100, 500),
                core::InputError);
-}
-
-TEST(ThriftHard, SilenceIsLeftOutWithoutError) {
-  for (const char* unit : {"Pa", "m/s"}) {
-    modal::RingDown rings = ringing(50, 0, unit);
-    const modal::ThriftReport report =
-        modal::leave_out_inaudible(rings, {.duration = 1e-4}, 44100, 4410, {});
-    EXPECT_EQ(report.left_out, 50u) << unit;
-    EXPECT_EQ(report.error_bound, 0);
-    EXPECT_EQ(modal::decibels(report.error_bound), -300);
-    EXPECT_EQ(peak(modal::synthesize(rings, {}, 44100, 100)), 0);
-  }
-}
-
-TEST(ThriftHard, AllOfItInaudibleIsAnErrorOfAll) {
-  modal::RingDown rings = ringing(50, 1e-12, "Pa");
-  const modal::ThriftReport report =
-      modal::leave_out_inaudible(rings, {.duration = 1e-4}, 44100, 4410, {});
-  EXPECT_EQ(report.left_out, 50u);
-  EXPECT_EQ(report.error_bound, 1);
-}
-
-TEST(ThriftHard, OneModeAndNone) {
-  modal::RingDown one = ringing(1, 1, "m/s");
-  EXPECT_EQ(modal::leave_out_inaudible(one, {}, 44100, 4410, {}).left_out, 0u);
-  modal::RingDown none = ringing(0, 1, "m/s");
-  EXPECT_EQ(modal::leave_out_inaudible(none, {}, 44100, 4410, {}).left_out, 0u);
-}
-
-TEST(ThriftHard, TwoThousandModesOfAnyLoudness) {
-  for (const double gain : {1e-150, 1e-12, 1.0, 1e12, 1e150}) {
-    modal::RingDown rings = ringing(2000, gain, "m/s");
-    const modal::ThriftReport report =
-        modal::leave_out_inaudible(rings, {.duration = 2e-4}, 44100, 44100, {});
-    EXPECT_GT(report.left_out, 200u) << gain;
-    EXPECT_EQ(rings.eigenvalues.size(), 2000 - report.left_out);
-    EXPECT_TRUE(report.error_bound > 0 && report.error_bound < 1) << gain;
-  }
-}
-
-TEST(ThriftHard, AClipThatEndsBeforeTheContactDoes) {
-  modal::RingDown rings = ringing(60, 1, "m/s");
-  const modal::ThriftReport report =
-      modal::leave_out_inaudible(rings, {.duration = 0.1}, 44100, 441, {});
-  // Nothing rings freely in it: no bound, so all stay.
-  EXPECT_EQ(report.left_out, 0u);
-  EXPECT_EQ(rings.eigenvalues.size(), 60u);
-}
-
-TEST(ThriftHard, TwoModesAlmostInOpposition) {
-  // Their sum is all but silent at first; the bound knows.
-  modal::RingDown rings = ringing(3, 1, "m/s");
-  const double omega = 2 * std::numbers::pi * 440;
-  rings.eigenvalues = {omega * omega, omega * omega * (1 + 1e-9), std::pow(2 * omega, 2)};
-  rings.decay_rates = {0, 0, 5};
-  rings.excitation << 1, -1, 1e-5;
-  const modal::RingDown full = rings;
-  const modal::ThriftReport report = modal::leave_out_inaudible(rings, {}, 44100, 4410, {0, 40});
-  const auto before = modal::synthesize(full, {}, 44100, 4410),
-             after = modal::synthesize(rings, {}, 44100, 4410);
-  double missing = 0, whole = 0;
-  for (std::size_t n = 0; n < before.size(); ++n) {
-    missing += std::pow(static_cast<double>(before[n]) - static_cast<double>(after[n]), 2);
-    whole += std::pow(static_cast<double>(before[n]), 2);
-  }
-  EXPECT_LE(std::sqrt(missing / whole), report.error_bound + 1e-6);
-  // Without a bound nothing may go.
-  EXPECT_TRUE(report.left_out == 0 || report.error_bound > 0);
 }
 
 }  // namespace

@@ -43,9 +43,7 @@ std::string scene_without(const std::string& name, const std::string& about) {
   }
   std::string switches;
   for (const Effect& effect : effects()) {
-    const bool on = effect.only_on_demand && effect.name != name;
-    const bool off = !effect.only_on_demand && effect.name == name;
-    if (on || off) switches += std::string("  ") + effect.name + (on ? ": on\n" : ": off\n");
+    if (effect.name == name) switches += "  " + name + ": off\n";
   }
   return text + (switches.empty() ? "" : "effects:\n" + switches);
 }
@@ -84,7 +82,6 @@ TEST_P(EveryEffect, RunsAndIsRecordedInTheTraceWhereItIsOn) {
   ASSERT_TRUE(all.trace.effects.contains(name));
   EXPECT_GT(all.trace.effects.at(name).calls, 0);
   const Heard without = hear(scene_without(name, name));
-  // Thrift may find every mode worth hearing, and says so.
   EXPECT_TRUE(all.audio != without.audio || all.record != without.record);
   for (const float value : all.audio) ASSERT_TRUE(std::isfinite(value));
 }
@@ -175,12 +172,11 @@ TEST(Effects, OfAirAreOffWhereRadiationIs) {
 
 TEST(Effects, SwitchesMayBeTrueOrFalse) {
   core::ConfigNode root = core::ConfigNode::parse(
-      "striker: {kind: metal}\neffects: {striker: false, thrift: true}\n", "s.yaml");
+      "striker: {kind: metal}\neffects: {striker: false, contact: true}\n", "s.yaml");
   const Scene scene = read_scene(root, "s.yaml");
   EXPECT_FALSE(scene.runs("striker"));
   EXPECT_TRUE(scene.runs("contact"));  // which a striker would do in its place
-  EXPECT_TRUE(scene.runs("thrift"));
-  core::ConfigNode wrong = core::ConfigNode::parse("effects: {thrift: maybe}\n", "s.yaml");
+  core::ConfigNode wrong = core::ConfigNode::parse("effects: {contact: maybe}\n", "s.yaml");
   EXPECT_THROW(read_scene(wrong, "s.yaml"), core::ConfigError);
 }
 

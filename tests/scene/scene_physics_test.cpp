@@ -85,18 +85,6 @@ TEST(ScenePhysics, NoiseHasTheRecordedRatio) {
   EXPECT_NEAR(10 * std::log10(signal / noise), noisy.record.at("noise_ratio").get<double>(), 0.01);
 }
 
-TEST(ScenePhysics, ThriftStaysWithinItsBound) {
-  const Heard whole = hear(kAudio, effects(), 1);
-  const Heard thrifty = hear(kAudio + "effects: {thrift: on}\n", effects(), 1);
-  double difference = 0;
-  for (std::size_t n = 0; n < whole.audio.size(); ++n) {
-    const double apart = double(whole.audio[n]) - thrifty.audio[n];
-    difference += apart * apart;
-  }
-  EXPECT_LE(10 * std::log10(difference / energy(whole.audio) + 1e-30),
-            thrifty.record.at("thrift_error_bound").get<double>() + 1e-6);
-}
-
 // Twice is 6.02 dB, whatever came before.
 TEST(ScenePhysics, RecordersGainIsInDecibels) {
   const std::string scene = kAudio + listener(1) +

@@ -1,4 +1,4 @@
-// The effects striker, click and thrift as a configuration calls for them.
+// The effects striker and click as a configuration calls for them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,7 @@
 namespace carillon::scene {
 namespace {
 
-const Effect registry[] = {striker_effect, contact_effect, radiation_effect, thrift_effect,
-                           click_effect};
+const Effect registry[] = {striker_effect, contact_effect, radiation_effect, click_effect};
 const std::string listener = "listeners: [{position: [0, 0, 1]}]\n";
 
 Scene scene_of(const std::string& text) {
@@ -71,13 +70,13 @@ struct Struck {
 
 TEST(StruckEffects, AreOffUnlessCalledFor) {
   const Scene scene = scene_of("");
-  for (const char* name : {"striker", "click", "thrift"}) {
+  for (const char* name : {"striker", "click"}) {
     EXPECT_FALSE(decision(scene, name).enabled) << name;
     EXPECT_FALSE(decision(scene, name).reason.empty()) << name;
   }
   const Struck struck(scene);
   EXPECT_EQ(struck.sound.strike.impulse, 0.01);
-  for (const char* name : {"striker", "click", "thrift"}) {
+  for (const char* name : {"striker", "click"}) {
     EXPECT_EQ(struck.trace.effects.count(name), 0u) << name;
   }
 }
@@ -271,38 +270,6 @@ TEST(StruckEffects, AnUnknownStrikerIsToldAllThereAre) {
     EXPECT_EQ(error.hint(),
               "did you mean \"noise_burst\"? there are metal, wood, rubber, finger, own, "
               "noise_burst");
-  }
-}
-
-TEST(StruckEffects, ThriftRunsOnDemandOnly) {
-  EXPECT_FALSE(decision(scene_of("thrift: {margin: 6}\n"), "thrift").enabled);
-  const Struck all(scene_of(""));
-  const Struck few(scene_of("effects: {thrift: on}\n"));
-  EXPECT_EQ(all.sound.rings.eigenvalues.size(), 2u);
-  EXPECT_EQ(few.sound.rings.eigenvalues.size(), 1u);
-  EXPECT_THROW(scene_of("thrift: {margin: -1}\n"), core::ConfigError);
-}
-
-TEST(StruckEffects, ThriftTakesDecibels) {
-  // The second mode lies 259 dB below the first: 3 against 1e-6 where struck and where heard.
-  const auto left = [](const std::string& range) {
-    return Struck(
-               scene_of("effects: {thrift: on}\nthrift: {margin: 300 dB, range: " + range + "}\n"))
-        .sound.rings.eigenvalues.size();
-  };
-  EXPECT_EQ(left("250 dB"), 1u);
-  EXPECT_EQ(left("250"), 1u);
-  EXPECT_EQ(left("270 dB"), 2u);
-  EXPECT_THROW(scene_of("thrift: {margin: 6 m}\n"), core::ConfigError);
-}
-
-TEST(StruckEffects, ThriftRefusesRepeatedBlows) {
-  try {
-    const Struck struck(scene_of("effects: {thrift: on}\n"), 1, {0, 0.01});
-    FAIL();
-  } catch (const core::InputError& error) {
-    EXPECT_NE(error.message().find("2 blows"), std::string::npos);
-    EXPECT_NE(error.hint().find("effects: {thrift: off}"), std::string::npos);
   }
 }
 

@@ -12,7 +12,6 @@ extern const Effect radiation_effect;
 extern const Effect recording_effect;
 extern const Effect noise_effect;
 extern const Effect supports_effect;
-extern const Effect thrift_effect;
 extern const Effect click_effect;
 extern const Effect room_effect;
 extern const Effect tail_effect;
