@@ -24,9 +24,9 @@ nlohmann::json task_rows(const std::map<std::string, nlohmann::json>& finished);
 
 /// How busy the ranks were until the last task began: seconds that processors computed for tasks,
 /// over these and the time that ranks had no task, or waited for others of their group, and yet
-/// could have had a processor. Waiting that spins, inside PETSc and MUMPS, counts as computing. What
-/// other programs take of the machine does not count, neither in tasks nor between them. After that
-/// moment ranks may well have nothing to do.
+/// could have had a processor. Waiting that spins, inside PETSc and MUMPS, counts as computing.
+/// What other programs take of the machine does not count, neither in tasks nor between them. After
+/// that moment ranks may well have nothing to do.
 /// @param rows   of task_rows()
 /// @param ranks  of this run
 /// @return 1 where no time passed

@@ -15,7 +15,8 @@ namespace {
 
 const MPI_Comm world = MPI_COMM_WORLD;
 
-/// Six shapes, each with modes and then three lots of samples; one of them is a straggler.
+/// Four shapes, each with modes and then two lots of samples; one of them is a straggler. Long
+/// enough that asking for tasks, some 10 ms, does not count.
 struct Example {
   std::vector<Task> tasks;
   std::vector<double> seconds;
@@ -23,12 +24,11 @@ struct Example {
 
 Example example() {
   Example out;
-  for (std::int64_t i = 0; i < 24; ++i) {
-    const bool modes = i < 6;
-    // Long enough that asking for tasks, some 10 ms, does not count.
-    out.seconds.push_back(modes ? 0.12 + 0.06 * static_cast<double>(i) : i == 17 ? 1.5 : 0.3);
+  for (std::int64_t i = 0; i < 12; ++i) {
+    const bool modes = i < 4;
+    out.seconds.push_back(modes ? 0.4 + 0.1 * static_cast<double>(i) : i == 9 ? 1.5 : 0.6);
     Task task{.key = std::to_string(i), .cost = out.seconds.back()};
-    if (!modes) task.after = {i % 6};
+    if (!modes) task.after = {i % 4};
     out.tasks.push_back(task);
   }
   return out;
