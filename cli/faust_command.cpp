@@ -14,10 +14,7 @@
 #include "core/revision.hpp"
 #include "core/units.hpp"
 #include "dataset/exporters/faust_program.hpp"
-#include "scene/blow.hpp"
-#include "scene/drawn_strike.hpp"
 #include "scene/strikes.hpp"
-#include "synth/modal/heard_modes.hpp"
 #include "synth/modal/modal_response.hpp"
 #include "synth/modal/row_response.hpp"
 

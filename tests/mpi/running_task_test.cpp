@@ -12,8 +12,8 @@
 #include <functional>
 #include <thread>
 
+#include "core/temporary_folder.hpp"
 #include "mpi/interrupt.hpp"
-#include "tests/mpi/temporary_folder.hpp"
 
 namespace carillon::mpi {
 namespace {
@@ -48,7 +48,7 @@ class RunningTaskTest : public ::testing::Test {
 
   std::vector<BegunTask> left() { return begun_tasks(folder_.path() / "running"); }
 
-  TemporaryFolder folder_;
+  core::TemporaryFolder folder_;
 };
 
 TEST_F(RunningTaskTest, ACleanEndLeavesNothing) {

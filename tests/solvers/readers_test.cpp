@@ -241,9 +241,9 @@ TEST(ReadPly, RefusesWhatItCannotRead) {
 }
 
 TEST(ReadStl, TellsBinaryFromTextBySizeNotByTheWordSolid) {
-  const TemporaryFolder folder;
-  const mesh::SurfaceMesh mesh =
-      mesh::readers::read_surface(folder.file("cube.stl", cube_stl(true, "solid binary")));
+  const core::TemporaryFolder folder;
+  const mesh::SurfaceMesh mesh = mesh::readers::read_surface(
+      test::written(folder, "cube.stl", cube_stl(true, "solid binary")));
   EXPECT_EQ(mesh.triangles.size(), 12u);
   EXPECT_EQ(mesh.vertices.size(), 8u);
   // Bytes behind the last triangle are let pass, as other readers do.
@@ -251,13 +251,13 @@ TEST(ReadStl, TellsBinaryFromTextBySizeNotByTheWordSolid) {
 }
 
 TEST(ReadStl, MergesZerosOfBothSigns) {
-  const TemporaryFolder folder;
+  const core::TemporaryFolder folder;
   const mesh::SurfaceMesh mesh = mesh::readers::read_surface(
-      folder.file("zeros.stl",
-                  "solid vertex loop\nfacet normal 0 0 1 outer loop vertex 0 0 0 "
-                  "vertex 1 0 0 vertex 0 1 0 endloop endfacet\nFACET NORMAL 0 0 1\n"
-                  "OUTER LOOP\nVERTEX -0 0 -0.0\nVERTEX 0 1 0\nVERTEX -1 0 0\n"
-                  "ENDLOOP\nENDFACET\nendsolid vertex loop\n"));
+      test::written(folder, "zeros.stl",
+                    "solid vertex loop\nfacet normal 0 0 1 outer loop vertex 0 0 0 "
+                    "vertex 1 0 0 vertex 0 1 0 endloop endfacet\nFACET NORMAL 0 0 1\n"
+                    "OUTER LOOP\nVERTEX -0 0 -0.0\nVERTEX 0 1 0\nVERTEX -1 0 0\n"
+                    "ENDLOOP\nENDFACET\nendsolid vertex loop\n"));
   EXPECT_EQ(mesh.vertices.size(), 4u);
   EXPECT_EQ(mesh.triangles, (std::vector<mesh::Triangle>{{0, 1, 2}, {0, 2, 3}}));
 }
