@@ -16,6 +16,7 @@
 #include "core/temporary_folder.hpp"
 #include "core/trace.hpp"
 #include "solvers/mesh/raise_order.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 #include "solvers/mesher/child_process.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 #include "tests/solvers/test_surfaces.hpp"
@@ -105,6 +106,35 @@ TEST_F(MeshChild, MeshesADamagedCurvedBodyAndAGeneratedOne) {
     mesher::mesh_in_child(generated, {}, {});
   });
   EXPECT_NE(unknown.find("block"), std::string::npos) << unknown;
+}
+
+TEST_F(MeshChild, MeshesTrianglesInMemoryAsThoseOfAFile) {
+  const mesh::MeshResult from_file = mesher::mesh_in_child(request_, {}, {});
+  request_.file.surface = mesh::readers::read_surface(request_.file.path);
+  request_.file.path = "/nowhere/tetrahedra.msh";  // only a name
+  const mesh::MeshResult from_memory = mesher::mesh_in_child(request_, {}, {});
+  EXPECT_EQ(from_memory.mesh.nodes, from_file.mesh.nodes);
+  EXPECT_EQ(from_memory.mesh.elements, from_file.mesh.elements);
+}
+
+TEST_F(MeshChild, RefusesTrianglesInMemoryThatAreNone) {
+  request_.file = {.path = "", .surface = test::box_surface(Vec3(0.02, 0.03, 0.05), 1)};
+  const mesh::SurfaceMesh good = request_.file.surface;
+  request_.file.surface.vertices[3].y() = std::nan("");
+  EXPECT_EQ(message_of<InputError>([&] { mesher::mesh_in_child(request_, {}, {}); }),
+            "triangles: vertex 3 is not finite");
+  request_.file.surface = good;
+  request_.file.surface.triangles[2][1] = 99;
+  EXPECT_THROW(mesher::mesh_in_child(request_, {}, {}), core::Error);
+}
+
+TEST_F(MeshChild, KeepsTrianglesInMemoryByTheirValues) {
+  request_.file.surface = test::box_surface(Vec3(0.02, 0.03, 0.05), 1);
+  const std::string key = mesher::mesh_key(request_);
+  request_.file.path = "another name";
+  EXPECT_EQ(mesher::mesh_key(request_), key);
+  request_.file.surface.vertices.front().x() += 1e-6;
+  EXPECT_NE(mesher::mesh_key(request_), key);
 }
 
 TEST_F(MeshChild, PassesReasonsOn) {
