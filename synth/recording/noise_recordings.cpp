@@ -290,10 +290,6 @@ const std::vector<std::string>& NoiseFolder::left_out() const {
   return impl_->left_out;
 }
 
-bool NoiseFolder::parts_by_file(std::size_t parts) const {
-  return impl_->division(parts).by_file;
-}
-
 NoiseDraw NoiseFolder::draw(std::size_t count, std::size_t part, std::size_t parts,
                             core::RandomStream& random) {
   const Division& division = impl_->division(parts);

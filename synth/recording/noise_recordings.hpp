@@ -70,11 +70,10 @@ class NoiseFolder {
   /// Files that are not used: "name: reason".
   const std::vector<std::string>& left_out() const;
 
-  /// Whether whole recordings belong to parts (by their content's hash modulo `parts`). Otherwise,
-  /// as some part would be left with less than 0.1 s, each recording is cut in time into `parts`
-  /// stretches of equal length, one for each part. Different parts never share audio.
-  bool parts_by_file(std::size_t parts) const;
-
+  /// Whole recordings belong to parts (by their content's hash modulo `parts`). Where some part
+  /// would be left with less than 0.1 s, each recording is cut in time into `parts` stretches of
+  /// equal length, one for each part. Different parts never share audio.
+  ///
   /// `count` samples of one of `parts` parts. A recording (longer ones more often) is entered at a
   /// random place; where it ends, another, or another stretch of it, follows with an equal-power
   /// cross-fade of up to 20 ms. Recordings are brought to the same level (root mean square 1 of

@@ -45,24 +45,10 @@ double volume_over_surface(const Eigen::Vector3d& size) {
   return 1 / (2 * (1 / size.x() + 1 / size.y() + 1 / size.z()));
 }
 
-/// T of an equivalent absorption per surface (-ln(1 - a), or a) and the air's.
+/// T of an equivalent absorption per surface, -ln(1 - a), and the air's.
 double reverberation(const Eigen::Vector3d& size, double per_surface, double m, double speed) {
   const double v_s = volume_over_surface(size);
   return 24 * std::numbers::ln10 / speed * v_s / (per_surface + 4 * m * v_s);
-}
-
-template <class PerSurface>
-OctaveValues times(const Eigen::Vector3d& size, const OctaveValues& absorption, const Air& air,
-                   PerSurface&& per_surface) {
-  check_room_size(size);
-  check_absorption(absorption);
-  const double speed = sound_speed(air);
-  const OctaveValues m = air_absorption(air);
-  OctaveValues result;
-  for (std::size_t b = 0; b < kOctaves; ++b) {
-    result[b] = reverberation(size, per_surface(absorption[b]), m[b], speed);
-  }
-  return result;
 }
 
 }  // namespace
@@ -131,12 +117,16 @@ OctaveValues mean_absorption(const Eigen::Vector3d& size, const WallAbsorption& 
   return mean;
 }
 
-OctaveValues sabine(const Eigen::Vector3d& size, const OctaveValues& absorption, const Air& air) {
-  return times(size, absorption, air, [](double a) { return a; });
-}
-
 OctaveValues eyring(const Eigen::Vector3d& size, const OctaveValues& absorption, const Air& air) {
-  return times(size, absorption, air, [](double a) { return -std::log1p(-a); });
+  check_room_size(size);
+  check_absorption(absorption);
+  const double speed = sound_speed(air);
+  const OctaveValues m = air_absorption(air);
+  OctaveValues result;
+  for (std::size_t b = 0; b < kOctaves; ++b) {
+    result[b] = reverberation(size, -std::log1p(-absorption[b]), m[b], speed);
+  }
+  return result;
 }
 
 ReverberationLimits reverberation_limits(const Eigen::Vector3d& size, std::size_t octave,

@@ -50,13 +50,12 @@ WallAbsorption same_on_all_walls(const OctaveValues& absorption);
 /// @throws InputError  a size that is not positive and finite, absorption outside 0 to 1
 OctaveValues mean_absorption(const Eigen::Vector3d& size, const WallAbsorption& walls);
 
-/// Reverberation times [s] with air: T = (24 ln 10 / c) V / (A + 4 m V). Sabine: A = S a; Eyring:
+/// Reverberation times [s] with air by Eyring: T = (24 ln 10 / c) V / (A + 4 m V) with
 /// A = -S ln(1 - a), 0 s where a is 1. Air absorption shortens them (Kuttruff, Room Acoustics, 6th
 /// ed., eqs. 5.24 to 5.26).
 /// @param size        of the room [m]
 /// @param absorption  mean absorption of the walls, 0 to 1
 /// @throws InputError  a size that is not positive and finite, absorption outside 0 to 1, air
-OctaveValues sabine(const Eigen::Vector3d& size, const OctaveValues& absorption, const Air& air);
 OctaveValues eyring(const Eigen::Vector3d& size, const OctaveValues& absorption, const Air& air);
 
 /// Highest mean absorption that a prescribed reverberation time may ask for: beyond it, a change of

@@ -70,14 +70,6 @@ TEST(ReverberationTime, RefusesSilenceAndNumbersThatAreNone) {
   EXPECT_THROW(room::reverberation_time(std::vector<double>{1, 0.5}, 8000, -3), core::InputError);
 }
 
-TEST(DecayCurve, IsTheEnergyStillToCome) {
-  const auto curve = room::decay_curve(std::vector<double>{2, 1, 1, 0});
-  EXPECT_NEAR(curve[0], 0, 1e-12);
-  EXPECT_NEAR(curve[1], 10 * std::log10(2.0 / 6), 1e-12);
-  EXPECT_NEAR(curve[2], 10 * std::log10(1.0 / 6), 1e-12);
-  EXPECT_EQ(curve[3], -INFINITY);
-}
-
 TEST(OctaveBand, PassesItsMiddleWithoutDelayAndNothingOutside) {
   const double rate = 44100;
   const auto gain = [rate](double frequency, double centre) {

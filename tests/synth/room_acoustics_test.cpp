@@ -50,7 +50,6 @@ TEST(Eyring, AirShortensReverberation) {
     EXPECT_NEAR(times[b], 55.262 / 343 * v / (s * 0.105361 + 4 * m * v), 1e-4);
     EXPECT_LT(times[b], 55.262 / 343 * v / (s * 0.105360));
   }
-  EXPECT_NEAR(room::sabine(size, absorption, air)[0], 1.151, 0.005);  // 125 Hz: hardly any air
   EXPECT_NEAR(times[0], 1.092, 0.005);
 }
 

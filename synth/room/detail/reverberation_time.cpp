@@ -104,15 +104,6 @@ std::optional<std::size_t> end_of_decay(std::span<const double> power) {
 
 }  // namespace
 
-std::vector<double> decay_curve(std::span<const double> response) {
-  const std::vector<double> power = powers(response);
-  std::vector<double> curve(response.size(), -std::numeric_limits<double>::infinity());
-  double rest = 0;
-  for (std::size_t n = power.size(); n-- > 0;) curve[n] = rest += power[n];
-  for (std::size_t n = power.size(); n-- > 0;) curve[n] = core::decibels(curve[n] / curve[0]);
-  return curve;
-}
-
 std::optional<DecayFit> reverberation_time(std::span<const double> response, double sample_rate,
                                            double decay) {
   if (!(sample_rate > 0) || !std::isfinite(sample_rate) || !(decay > 0) || !std::isfinite(decay)) {

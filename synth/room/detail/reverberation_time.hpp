@@ -13,11 +13,6 @@ struct DecayFit {
   double dynamic_range = 0;  ///< [dB] from the start of the decay to the noise floor
 };
 
-/// Level of the energy that is still to come, 10 log10 of the backward integral over its value at
-/// 0 [dB], one per sample (Schroeder, JASA 37, 409, 1965). Minus infinity where nothing follows.
-/// @throws InputError  nothing but zeros, or a value that is not finite
-std::vector<double> decay_curve(std::span<const double> response);
-
 /// Reverberation time of an impulse response by a line through its Schroeder curve from -5 dB to
 /// -5 - `decay` dB (20: T20; 30: T30), least squares over the samples. The response is cut where it
 /// meets its noise floor (Lundeby's crossing, taken from the power of the last tenth) and the
