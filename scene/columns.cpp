@@ -143,8 +143,7 @@ constexpr core::ColumnRule list[] = {
     {"touch_rate", "float64", "", "Hz", "touch", "of the ticks"},
     {"touch_limited", "int64", "", "1", "touch", "ticks whose force was shortened"},
     {"touch_held_back", "int64", "", "1", "touch",
-     "ticks in which the face pushed less than its spring would, so as not to feed energy "
-     "([touch.md](touch.md))"},
+     "ticks in which the face pushed less than its spring would, so as not to feed energy"},
     {"frames", "uint8", "frames,height,width,3", "sRGB", "movie",
      "pictures of `motion.camera`, `frame_rate` a second from 0"},
     {"depth", "float32", "frames,height,width", "m", "may",

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <regex>
+#include <string_view>
 
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
@@ -134,10 +135,16 @@ ordered_json croissant_field(const std::string& record_set, const std::string& n
 }
 
 std::string croissant_column_text(const std::string& name, const std::string& unit) {
-  const core::ColumnRule* rule = core::find_rule(scene::columns(), name);
+  // Tables have a cell for each number of a row, as in support_force_2.
+  std::string_view column = name;
+  const core::ColumnRule* rule = core::find_rule(scene::columns(), column);
+  while (rule == nullptr && column.find('_') != std::string_view::npos) {
+    column = column.substr(0, column.rfind('_'));
+    rule = core::find_rule(scene::columns(), column);
+  }
   std::string text = rule == nullptr ? fmt::format("column {}", name) : rule->meaning;
   std::erase(text, '`');
-  return unit == "1" ? text : fmt::format("{} [{}]", text, unit);
+  return unit == "1" ? text : fmt::format("{}, in {}", text, unit);
 }
 
 namespace {

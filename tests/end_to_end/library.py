@@ -76,8 +76,9 @@ class Library(FolderTest):
 
     def test_a_dataset_is_read(self):
         self.write("two.yaml", "objects: [{shape: bar}]\nmaterials: [steel, glass]\n"
-                               "modes: {max_modes: 10}\nstrikes: {count: 3}\n")
-        run("build", self.folder / "two.yaml", "--output", self.folder / "two")
+                               "modes: {max_modes: 10}\nstrikes: {per_object: 3}\n")
+        done = run("build", self.folder / "two.yaml", "--output", self.folder / "two")
+        self.assertEqual(done.returncode, 0, done.stderr)
         said = self.example("dataset", self.folder / "two")
         self.assertRegex(said, r"glass +3 samples, loudest [\d.e-]+\nsteel +3 samples, loudest")
 
