@@ -8,6 +8,8 @@
 #include <exception>
 #include <filesystem>
 #include <map>
+#include <string>
+#include <vector>
 
 using namespace carillon;
 
@@ -22,10 +24,9 @@ int main(int argc, char** argv) try {
 
   std::map<std::string, std::vector<float>> peaks;
   for (std::size_t row = 0; row < materials.size(); ++row) {
+    const std::vector<core::AudioClip> clips = audio.read(row, 1);
     float peak = 0;
-    for (const float value : audio.read(row, 1).front().samples) {
-      peak = std::max(peak, std::abs(value));
-    }
+    for (const float value : clips.front().samples) peak = std::max(peak, std::abs(value));
     peaks[materials[row]].push_back(peak);
   }
   for (const auto& [material, list] : peaks) {
