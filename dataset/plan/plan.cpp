@@ -68,7 +68,8 @@ std::vector<Variant> make_variants(const configuration::BuildConfig& config,
   std::vector<std::string> materials = source.materials;
   if (!source.groups.empty()) {
     std::vector<std::string> parts;
-    for (const auto& [group, name] : source.groups) parts.push_back(group + "=" + name);
+    for (const auto& [group, name] : source.groups)
+      parts.push_back(fmt::format("{}={}", group, name));
     materials = {fmt::format("{}", fmt::join(parts, ","))};
   }
   std::vector<double> sizes = source.sizes;

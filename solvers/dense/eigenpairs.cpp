@@ -8,6 +8,7 @@
 
 // PETSc's header of LAPACK's functions contradicts Eigen's of BLAS', so that no file can include
 // both.
+// NOLINTBEGIN(readability-identifier-naming): their names in LAPACK
 extern "C" void dsyevd_(const char* job, const char* triangle, const int* n, double* a,
                         const int* leading, double* values, double* work, const int* work_size,
                         int* index_work, const int* index_work_size, int* info);
@@ -15,6 +16,7 @@ extern "C" void dgeev_(const char* left, const char* right, const int* n, double
                        const int* leading, double* real, double* imaginary, double* left_vectors,
                        const int* left_leading, double* right_vectors, const int* right_leading,
                        double* work, const int* work_size, int* info);
+// NOLINTEND(readability-identifier-naming)
 
 namespace carillon::solvers::dense {
 namespace {

@@ -130,7 +130,7 @@ TEST_F(RunningTaskTest, AShorterLineTakesThePlaceOfALongerOne) {
 TEST_F(RunningTaskTest, WhatCannotBeReadTellsNothing) {
   EXPECT_TRUE(begun_tasks(folder_.path() / "nowhere").empty());
   std::filesystem::create_directories(folder_.path() / "running");
-  std::ofstream(folder_.path() / "running" / "empty");
+  std::ofstream(folder_.path() / "running" / "empty") << "";
   std::ofstream(folder_.path() / "running" / "cut") << "{\"task\": \"mod";
   std::ofstream(folder_.path() / "running" / "odd") << "{\"task\": 7}\n";
   EXPECT_TRUE(left().empty());

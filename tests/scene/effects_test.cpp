@@ -1,4 +1,5 @@
 // What a scene does not call for is not called, takes no memory and changes no bit.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -96,7 +97,7 @@ TEST(Effects, SwitchedOffAreAsIfTheirKeyWereNotThere) {
   for (const auto& [name, key] : calls()) {
     if (name == "radiation" || name == "click") continue;  // these run with a listener alone
     const std::string off =
-        "effects: {" + name + ": off" + (name == "room" ? ", tail: off" : "") + "}\n";
+        fmt::format("effects: {{{}: off{}}}\n", name, name == "room" ? ", tail: off" : "");
     const Heard with = hear(base + key + off);
     EXPECT_EQ(with.audio, without.audio) << name;
     EXPECT_EQ(with.record, without.record) << name;
@@ -255,8 +256,9 @@ TEST(Effects, RecordEveryColumnThatIsTheirs) {
   }
   std::set<std::string> recorded;
   for (const std::string coupling : {"full", "diagonal"}) {
-    const Heard heard = hear(text + "supports: {coupling: " + coupling +
-                             ", contacts: [{kind: finger, count: 2, pool: 3}]}\n");
+    const Heard heard = hear(fmt::format(
+        "{}supports: {{coupling: {}, contacts: [{{kind: finger, count: 2, pool: 3}}]}}\n", text,
+        coupling));
     for (const auto& [name, value] : heard.record.items()) recorded.insert(name);
   }
   for (const core::ColumnRule& rule : columns()) {
