@@ -6,7 +6,6 @@ import subprocess
 import unittest
 
 import numpy
-
 from program import CARILLON, FolderTest, run, run_json
 
 BUILD = pathlib.Path(CARILLON).parent
