@@ -11,6 +11,11 @@ function(carillon_install_library name)
   set_property(GLOBAL APPEND PROPERTY CARILLON_INSTALLED_LIBRARIES ${name})
 endfunction()
 
+# carillon_install_headers(FOLDER ...): the headers in these, which are their doors.
+function(carillon_install_headers)
+  set_property(GLOBAL APPEND PROPERTY CARILLON_INSTALLED_FOLDERS ${ARGN})
+endfunction()
+
 # After all folders: carillon::carillon, which is every library at once, the headers and the configuration.
 function(carillon_install_config)
   get_property(libraries GLOBAL PROPERTY CARILLON_INSTALLED_LIBRARIES)
@@ -31,7 +36,9 @@ function(carillon_install_config)
                 cmake/CarillonDependencies.cmake cmake/CarillonFind.cmake cmake/CarillonPetsc.cmake
                 cmake/CarillonHdf5.cmake
           DESTINATION ${CARILLON_CMAKE_DIR} COMPONENT carillon-dev)
+  get_property(folders GLOBAL PROPERTY CARILLON_INSTALLED_FOLDERS)
   install(CODE "
+    set(folders ${folders})
     set(from ${PROJECT_SOURCE_DIR})
     set(to \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/include/carillon\")
     include(${PROJECT_SOURCE_DIR}/cmake/InstallHeaders.cmake)" COMPONENT carillon-dev)

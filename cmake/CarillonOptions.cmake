@@ -60,10 +60,10 @@ if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
 endif()
 
 # carillon_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [KERNELS] [ALONE ...] [OWN_OPTIONS]
-#                  [PROGRAMS]): a static library of one folder. KERNELS: most of a run's time is spent here, so it is optimised in
-# full; the rest of a release is compiled at -O1, in two thirds of the time. ALONE: sources that are
-# not joined with others, as they take long alone or share names of unnamed namespaces with their
-# neighbours. OWN_OPTIONS: compiled with other options than the rest, so without the common headers.
+#                  [PROGRAMS]): a static library of one folder. KERNELS: most of a run's time is spent
+# here, so it is optimised in full; the rest of a release is compiled at -O1, in two thirds of the time.
+# ALONE: sources that are not joined with others, as they take long alone or share names of unnamed
+# namespaces with their neighbours. OWN_OPTIONS: compiled with other options than the rest, so without the common headers.
 # PROGRAMS: for the project's own programs alone, so not installed.
 function(carillon_library name)
   cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS;PROGRAMS" "" "SOURCES;LINK;PRIVATE_LINK;ALONE" ${ARGN})
@@ -115,9 +115,9 @@ function(carillon_link target how)
 endfunction()
 
 # carillon_folder(FOLDER [FOLDERS ...] [EXCEPT ...] LINK ... [PRIVATE_LINK ...] [KERNELS] [ALONE ...]
-#                 [OWN_OPTIONS] [PROGRAMS]): the library of a folder, carillon_ and its name with _ for /, from the
-# sources in it and in its detail/; FOLDERS: and in those below it; EXCEPT: but for these. LINK names other
-# folders, or targets. The rest as for carillon_library.
+#                 [OWN_OPTIONS] [PROGRAMS]): the library of a folder, carillon_ and its name with _ for /,
+# from the sources in it and in its detail/; FOLDERS: and in those below it; EXCEPT: but for these. LINK
+# names other folders, or targets. The rest as for carillon_library.
 function(carillon_folder folder)
   cmake_parse_arguments(ARG "KERNELS;OWN_OPTIONS;PROGRAMS" "" "FOLDERS;EXCEPT;LINK;PRIVATE_LINK;ALONE" ${ARGN})
   set(patterns *.cpp detail/*.cpp)
@@ -137,6 +137,9 @@ function(carillon_folder folder)
       list(APPEND flags ${flag})
     endif()
   endforeach()
+  if(NOT ARG_PROGRAMS)
+    carillon_install_headers(${folder})
+  endif()
   carillon_library(${name} SOURCES ${sources} LINK ${libraries} PRIVATE_LINK ${ARG_PRIVATE_LINK}
                    ALONE ${ARG_ALONE} ${flags})
 endfunction()

@@ -1,16 +1,11 @@
-# Copies the doors of the library from the source tree `from` to the folder `to`. There they include each
+# Copies the headers in `folders` from the source tree `from` to the folder `to`. There they include each
 # other as "carillon/core/...": names such as core/ and mpi/ would meet those of others.
-set(rooms core mpi solvers render synth scene dataset eval report)
-list(JOIN rooms "|" any_room)
-foreach(room IN LISTS rooms)
-  file(GLOB_RECURSE headers RELATIVE ${from} ${from}/${room}/*.hpp)
+foreach(folder IN LISTS folders)
+  file(GLOB headers RELATIVE ${from} ${from}/${folder}/*.hpp)
   foreach(header IN LISTS headers)
-    # What is within a folder's detail/ is its own; what needs libtorch is for programs alone.
-    if(header MATCHES "/detail/|^eval/(networks|recognition|studies/learning)/|^solvers/mesher/worker/")
-      continue()
-    endif()
     file(READ ${from}/${header} text)
-    string(REGEX REPLACE "#include \"((${any_room})/)" "#include \"carillon/\\1" text "${text}")
+    # Of the headers in quotes all are the project's: those of others are in angle brackets.
+    string(REPLACE "#include \"" "#include \"carillon/" text "${text}")
     file(WRITE ${to}/${header} "${text}")
     list(APPEND CMAKE_INSTALL_MANIFEST_FILES ${to}/${header})
   endforeach()

@@ -41,17 +41,17 @@ std::string modes_csv(const ImpactReport& report) {
       const auto& recorded = report.blows[i].set.features;
       const auto& synthetic = variant.modes.synthetic[i];
       const perception::ModeComparison& modes = variant.modes.blows[i];
-      const std::vector<std::string> whose = {std::to_string(report.blows[i].recorded.vertex),
-                                              std::to_string(report.blows[i].recorded.row),
-                                              variant.name};
+      const RecordedBlow& recorded_strike = report.blows[i].recorded;
+      const std::vector<std::string> labels = {std::to_string(recorded_strike.vertex),
+                                               std::to_string(recorded_strike.row), variant.name};
       for (const perception::MatchedMode& pair : modes.matched) {
-        text += line_of(whose, &recorded[pair.reference], &synthetic[pair.other], &pair);
+        text += line_of(labels, &recorded[pair.reference], &synthetic[pair.other], &pair);
       }
       for (const std::size_t k : modes.reference_only) {
-        text += line_of(whose, &recorded[k], nullptr, nullptr);
+        text += line_of(labels, &recorded[k], nullptr, nullptr);
       }
       for (const std::size_t k : modes.other_only) {
-        text += line_of(whose, nullptr, &synthetic[k], nullptr);
+        text += line_of(labels, nullptr, &synthetic[k], nullptr);
       }
     }
   }
@@ -112,14 +112,14 @@ void write_clip(const std::filesystem::path& path, const std::vector<double>& sa
 }
 
 void write_clips(const std::filesystem::path& folder, const ImpactReport& report) {
-  double loudest = 0;
+  double peak = 0;
   std::vector<ModelClips> made;
   for (std::size_t i = 0; i < report.blows.size(); ++i) {
     const StudiedBlow& blow = report.blows[i];
     made.push_back(model_clips(report, i, blow.samples.size()));
-    loudest = std::max(loudest, core::peak(blow.samples));
+    peak = std::max(peak, core::peak(blow.samples));
   }
-  const double gain = 0.5 / loudest;
+  const double gain = 0.5 / peak;
   for (std::size_t i = 0; i < report.blows.size(); ++i) {
     const StudiedBlow& blow = report.blows[i];
     const auto path = [&](const char* kind) {

@@ -17,7 +17,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int most_attempts = 2;
+constexpr int max_attempts = 2;
 
 std::filesystem::path running_folder(const std::filesystem::path& output) {
   return output / "running";
@@ -75,7 +75,7 @@ json verdict(const std::string& task, const Tried& tried) {
         "look at it alone with the command in `reproduce`";
     return entry;
   }
-  if (tried.attempts < most_attempts) return nullptr;
+  if (tried.attempts < max_attempts) return nullptr;
   entry["kind"] = "CrashError";
   entry["message"] = "the run ended while this task ran, twice";
   entry["hint"] =
