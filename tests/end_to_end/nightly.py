@@ -107,7 +107,7 @@ class Nights(FolderTest):
 
         # Neighbours change a run's time by a tenth from minute to minute, so that a fifth more would be
         # told most times, not always: nightly_rule.py asks how often that is.
-        out, found = self.night(1, BURN="0.5")
+        out, found = self.night(1, BURN="1.5")
         words = self.words(found)
         self.assertEqual(words.get("tiny: processor time"), "slower")
         self.assertNotIn("worse", words.values())
