@@ -24,14 +24,14 @@ bool part_failed(const nlohmann::json& document) {
 void print_sounds(const nlohmann::json& sound) {
   if (sound.contains("failure")) {
     fmt::print("\nsound: {}\n", sound.at("failure").get<std::string>());
-  } else if (sound.contains("rungs")) {
+  } else if (sound.contains("levels")) {
     fmt::print("\nsound of {}, {} modes\n{:<14}{:>8}{:>12}{:>10}\n",
                sound.at("body").get<std::string>(), sound.at("modes").get<int>(), "", "", "s",
                "dB");
-    for (const nlohmann::json& rung : sound.at("rungs")) {
-      const nlohmann::json& error = rung.at("error_db");
-      fmt::print("{:<14}{:>8}{:>12.2g}{:>10}\n", rung.at("key").get<std::string>(),
-                 rung.at("value").get<int>(), rung.at("seconds").get<double>(),
+    for (const nlohmann::json& level : sound.at("levels")) {
+      const nlohmann::json& error = level.at("error_db");
+      fmt::print("{:<14}{:>8}{:>12.2g}{:>10}\n", level.at("key").get<std::string>(),
+                 level.at("value").get<int>(), level.at("seconds").get<double>(),
                  error.is_null() ? "silent" : fmt::format("{:.3g}", error.get<double>()));
     }
   }
@@ -40,19 +40,19 @@ void print_sounds(const nlohmann::json& sound) {
 void print_features(const nlohmann::json& features) {
   if (features.contains("failure")) {
     fmt::print("\nfeatures: {}\n", features.at("failure").get<std::string>());
-  } else if (features.contains("rungs")) {
+  } else if (features.contains("levels")) {
     const auto bounds = [](const nlohmann::json& value) {
       return value.is_null() ? "-" : fmt::format("{:.3g}", value.get<double>());
     };
     fmt::print(
         "\nfeatures, errors over the Cramer-Rao bound\n{:<8}{:>7}{:>8}{:>10}{:>8}{:>12}{:>12}\n",
         "method", "modes", "dB", "s", "found", "frequency", "decay rate");
-    for (const nlohmann::json& rung : features.at("rungs")) {
+    for (const nlohmann::json& level : features.at("levels")) {
       fmt::print("{:<8}{:>7}{:>8}{:>10.2g}{:>7.0f}%{:>12}{:>12}\n",
-                 rung.at("method").get<std::string>(), rung.at("modes").get<int>(),
-                 rung.at("snr_db").get<double>(), rung.at("seconds").get<double>(),
-                 100 * rung.at("found").get<double>(), bounds(rung.at("bounds_frequency")),
-                 bounds(rung.at("bounds_decay_rate")));
+                 level.at("method").get<std::string>(), level.at("modes").get<int>(),
+                 level.at("snr_db").get<double>(), level.at("seconds").get<double>(),
+                 100 * level.at("found").get<double>(), bounds(level.at("bounds_frequency")),
+                 bounds(level.at("bounds_decay_rate")));
     }
   }
 }
@@ -64,9 +64,9 @@ int run_accuracy(const eval::accuracy::AccuracyOptions& options, const mpi::Cont
     if (context.speaks()) text = core::read_text_file(options.config);
   });
   text = mpi::broadcast(text, 0, context.world);
-  eval::accuracy::LadderConfig config;
+  eval::accuracy::AccuracyConfig config;
   mpi::agreed(context.world, [&] {
-    config = eval::accuracy::read_ladder_config(text, options.config, options.overrides);
+    config = eval::accuracy::read_accuracy_config(text, options.config, options.overrides);
   });
 
   const std::filesystem::path output = options.output.empty() ? config.name : options.output;
@@ -76,7 +76,7 @@ int run_accuracy(const eval::accuracy::AccuracyOptions& options, const mpi::Cont
     std::filesystem::create_directories(output, error);
     if (error) throw core::FileError(fmt::format("{}: {}", output.string(), error.message()));
   });
-  const nlohmann::json document = eval::accuracy::measure_ladder(config, output, context);
+  const nlohmann::json document = eval::accuracy::measure_accuracy(config, output, context);
   bool failed = false;
   if (context.speaks()) {
     const nlohmann::json& objects = document.at("objects");
@@ -107,7 +107,7 @@ int run_accuracy(const eval::accuracy::AccuracyOptions& options, const mpi::Cont
 
 void add_accuracy(Program& program, mpi::Context& context) {
   Command& command = program.add(
-      "accuracy", "the accuracy-for-time ladder: seconds against pitch errors", Needs::solver);
+      "accuracy", "the convergence study: seconds against pitch errors", Needs::solver);
   auto options = std::make_shared<eval::accuracy::AccuracyOptions>();
   command.option("config", options->config, "YAML configuration").required();
   command.option("-o,--output", options->output,
@@ -119,7 +119,7 @@ void add_accuracy(Program& program, mpi::Context& context) {
   command.footer(
       "Examples:\n"
       "  carillon accuracy configs/accuracy.yaml\n"
-      "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o ladder\n"
+      "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o study\n"
       "Exit code 3: a body or a target could not be measured; the others are in accuracy.json.");
   command.does([&context, options] { context.exit_code = run_accuracy(*options, context); });
 }

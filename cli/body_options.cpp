@@ -54,14 +54,14 @@ void refuse_idle(const BodyOptions& options, const std::string& family) {
 
 /// Options of tetrahedra.
 void refuse_tetrahedral(const BodyOptions& options) {
-  const std::string why = "it belongs to tetrahedra, and the fourier solver has none";
+  const std::string why = "it belongs to tetrahedra, and the axisymmetric solver has none";
   const std::string hint = "leave it out; --element-size bounds the cells of the section";
   refuse(options.order.has_value(), "--order", why, hint);
   refuse(options.linear_solver.has_value(), "--linear-solver", why, hint);
   refuse(options.memory_limit.has_value(), "--memory-limit", why, hint);
   refuse(options.max_elements.has_value(), "--max-elements", why, hint);
   refuse(options.pitch_cents != 0, "--pitch-cents", why,
-         "leave it out; the fourier solver comes within 0.01 cents by itself");
+         "leave it out; the axisymmetric solver comes within 0.01 cents by itself");
 }
 
 solvers::eigen::SolveOptions solve_options(const BodyOptions& options) {
@@ -115,15 +115,15 @@ void add_body_options(Command& command, BodyOptions& options) {
       .show_default();
   command
       .option("--eigen-solver,--solver", options.solver,
-              "block_lanczos or krylov_schur on tetrahedra; fourier: harmonics about the axis "
+              "block_lanczos or krylov_schur on tetrahedra; axisymmetric: harmonics about the axis "
               "of a generated body of revolution")
-      .one_of({"block_lanczos", "krylov_schur", "fourier"})
+      .one_of({"block_lanczos", "krylov_schur", "axisymmetric"})
       .show_default();
   command
       .option("--pitch-cents", options.pitch_cents,
               "refine order and element size until the worst mode's estimated pitch error is "
               "below it; begins with --order and --element-size")
-      .range(solvers::pitch::least_pitch_target, 1e4);
+      .range(solvers::pitch::min_pitch_target, 1e4);
   command
       .option("--linear-solver", options.linear_solver,
               "direct: Cholesky; iterative: multigrid, modes are then "
@@ -159,7 +159,7 @@ solvers::mesh::MeshRequest mesh_request(const BodyOptions& options) {
 
 scene::BodyRequest body_request(const BodyOptions& options) {
   scene::BodyRequest request;
-  if (options.solver == "fourier") {
+  if (options.solver == "axisymmetric") {
     refuse_tetrahedral(options);
     request.solver = scene::BodySolver::axisymmetric;
   }

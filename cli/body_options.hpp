@@ -26,7 +26,7 @@ struct BodyOptions {
   std::optional<std::string> linear_solver;  ///< automatic when none is given
   std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
   std::optional<int> max_elements;           ///< 200,000 when none is given
-  std::string solver = "block_lanczos";      ///< or krylov_schur, fourier
+  std::string solver = "block_lanczos";      ///< or krylov_schur, axisymmetric
   double pitch_cents = 0;
 };
 

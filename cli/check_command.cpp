@@ -43,7 +43,7 @@ dataset::check::Finding guarded(const std::string& name,
 
 /// This rank's share of what takes time: every so many files and shards.
 /// @return {files: [what is wrong], scans: [...], broken: [shards that cannot be read]}
-json share_of(const json& work, int rank, int size) {
+json fraction_of(const json& work, int rank, int size) {
   const std::filesystem::path folder = work.at("folder").get<std::string>();
   json result = {{"files", json::array()}, {"scans", json::array()}, {"broken", json::array()}};
   const auto mine = [&](std::size_t i) {
@@ -126,20 +126,20 @@ void check_dataset(const CheckOptions& options, mpi::Context& context) {
   work = mpi::broadcast(work, 0, context.world);
   std::string own;
   mpi::agreed(context.world, [&] {
-    own = share_of(json::parse(work), mpi::rank(context.world), mpi::size(context.world))
+    own = fraction_of(json::parse(work), mpi::rank(context.world), mpi::size(context.world))
               .dump(-1, ' ', false, json::error_handler_t::replace);
   });
-  const std::vector<std::string> shares = mpi::all_gather(own, context.world);
+  const std::vector<std::string> fractions = mpi::all_gather(own, context.world);
   bool passed = false;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
     std::vector<std::string> wrong;
     std::vector<json> scans;
-    for (const std::string& text : shares) {
-      const json share = json::parse(text);
-      for (const json& file : share.at("files")) wrong.push_back(file.get<std::string>());
-      for (const json& file : share.at("broken")) wrong.push_back(file.get<std::string>());
-      for (const json& scan : share.at("scans")) scans.push_back(scan);
+    for (const std::string& text : fractions) {
+      const json fraction = json::parse(text);
+      for (const json& file : fraction.at("files")) wrong.push_back(file.get<std::string>());
+      for (const json& file : fraction.at("broken")) wrong.push_back(file.get<std::string>());
+      for (const json& scan : fraction.at("scans")) scans.push_back(scan);
     }
     std::sort(wrong.begin(), wrong.end());
     findings.push_back(checksums(folder, std::move(wrong)));

@@ -76,8 +76,8 @@ void print_modes(const ComparedFiles& compared) {
   fmt::print("matched modes: {} of {} and {}", modes.matched.size(),
              compared.reference.set.features.size(), compared.other.set.features.size());
   if (!std::isnan(modes.unmatched_level)) {
-    fmt::print("; {} % and {} % of the energy", figure(100 * modes.reference_share, 0, 2),
-               figure(100 * modes.other_share, 0, 2));
+    fmt::print("; {} % and {} % of the energy", figure(100 * modes.reference_fraction, 0, 2),
+               figure(100 * modes.other_fraction, 0, 2));
     if (std::isfinite(modes.unmatched_level)) {
       fmt::print(", {:.1f} dB of both unmatched", modes.unmatched_level);
     }
@@ -123,8 +123,8 @@ nlohmann::json to_json(const ComparedFiles& compared) {
       {"matched", matched},
       {"reference_only", only_json(compared.reference.set, modes.reference_only)},
       {"other_only", only_json(compared.other.set, modes.other_only)},
-      {"reference_matched_energy", core::number_or_null(modes.reference_share)},
-      {"other_matched_energy", core::number_or_null(modes.other_share)},
+      {"reference_matched_energy", core::number_or_null(modes.reference_fraction)},
+      {"other_matched_energy", core::number_or_null(modes.other_fraction)},
       {"unmatched_energy_db", core::number_or_null(modes.unmatched_level)},
       {"jnd",
        {{"pitch", summary_json(modes.pitch)},
@@ -132,7 +132,7 @@ nlohmann::json to_json(const ComparedFiles& compared) {
         {"level", summary_json(modes.level)}}},
       {"loudness",
        {{"rms_sone_per_bark", comparison.loudness.rms},
-        {"share", core::number_or_null(comparison.loudness.share)}}},
+        {"fraction", core::number_or_null(comparison.loudness.fraction)}}},
       {"spectra",
        {{"convergence", comparison.spectra.convergence},
         {"log_magnitude", comparison.spectra.log_magnitude},
@@ -149,7 +149,7 @@ void print_comparison(const ComparedFiles& compared) {
       "loudness: {:.1f} and {:.1f} sone at the loudest, differing by {:.3f} sone/Bark rms "
       "({} % of both)\n",
       comparison.loudness.reference_loudest, comparison.loudness.other_loudest,
-      comparison.loudness.rms, figure(100 * comparison.loudness.share, 0, 1));
+      comparison.loudness.rms, figure(100 * comparison.loudness.fraction, 0, 1));
   fmt::print("short-time spectra: {:.4f} (convergence {:.4f}, log magnitude {:.4f})\n",
              comparison.spectra.total(), comparison.spectra.convergence,
              comparison.spectra.log_magnitude);

@@ -35,7 +35,7 @@ std::string shapes() {
   return fmt::format("{}", fmt::join(names, " "));
 }
 
-bool takes_shape(const Command& command) {
+bool simulations_shape(const Command& command) {
   return command.has("--element-size");
 }
 
@@ -76,7 +76,7 @@ std::string bash_script(const Program& program) {
         others = fmt::format("{}", fmt::join(option.choices, " "));
       }
     }
-    if (takes_shape(command)) others = shapes();
+    if (simulations_shape(command)) others = shapes();
     cases += fmt::format(
         "    {})\n      options={}\n      others={}\n      case $previous in\n{}{}      esac\n     "
         " ;;\n",
@@ -144,7 +144,7 @@ std::string fish_script(const Program& program) {
       }
       script += fish_option(option, condition);
     }
-    if (takes_shape(command)) {
+    if (simulations_shape(command)) {
       script += fmt::format("complete -c carillon{} -a {}\n", condition, quoted(shapes()));
     }
   }

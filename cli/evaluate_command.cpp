@@ -60,7 +60,7 @@ int run_evaluate(dataset::run::BuildOptions options, Sections sections,
   const std::vector<AskedSection> asked = read_sections(options, sections, datasets, context.world);
   int exit_code = datasets.build(context);
   if (exit_code == mpi::exit_interrupted) return exit_code;
-  const mpi::FolderLock lock(datasets.output(), context.world, dataset::run::lock_patience_s);
+  const mpi::FolderLock lock(datasets.output(), context.world, dataset::run::lock_timeout_s);
   const std::filesystem::path folder = datasets.output() / "evaluation";
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;

@@ -55,7 +55,7 @@ std::vector<synth::modal::SurfacePoint> points_of(const FaustOptions& options,
 /// Modes at the points of a program, as `strike` would sound them.
 struct PointModes {
   Eigen::MatrixXd gains;         ///< modes x points [m/s per N s]
-  std::vector<double> loudness;  ///< mean square over 200 ms after the blow, loudest point
+  std::vector<double> loudness;  ///< mean square over 200 ms after the strike, loudest point
 };
 
 /// Mean square of a mode after the contact, over the 0.2 s over which the ear integrates a tone's
@@ -177,13 +177,13 @@ void check_options(const FaustOptions& options) {
   if (!options.at.empty() && options.points > 0) {
     throw core::InputError("--at and --points both say where", "give one of them");
   }
-  positive(options.impulse, core::Dimension::impulse, "--impulse", "it is the blow's at first");
+  positive(options.impulse, core::Dimension::impulse, "--impulse", "it is the strike's at first");
   const double contact = positive(
       options.contact_time, core::Dimension::time, "--contact-time",
       "an ideal impulse of 1 N s is one sample of the program's input, as high as its rate");
   if (contact < dataset::exporters::shortest_contact ||
       contact > dataset::exporters::longest_contact) {
-    throw core::InputError(fmt::format("--contact-time {}: the program's blows last 1 us to 1 s",
+    throw core::InputError(fmt::format("--contact-time {}: the program's strikes last 1 us to 1 s",
                                        options.contact_time));
   }
   if (!(options.gain > 0)) throw core::InputError("--gain is not positive");
@@ -229,11 +229,11 @@ void add_export_faust(Program& program, mpi::Context& context) {
   command.option("--seed", options->seed, "of points that are drawn").show_default();
   command
       .option("--loudest", options->loudest,
-              "at most so many modes: those with the most energy in the 200 ms after a blow, "
+              "at most so many modes: those with the most energy in the 200 ms after a strike, "
               "at the point where each is loudest (default: all)")
       .range(1, 100000);
-  command.option("--impulse", options->impulse, "of a blow, at first").show_default();
-  command.option("--contact-time", options->contact_time, "of a blow, at first").show_default();
+  command.option("--impulse", options->impulse, "of a strike, at first").show_default();
+  command.option("--contact-time", options->contact_time, "of a strike, at first").show_default();
   command.option("--gain", options->gain, "full scale per m/s, at first").show_default();
   command.footer(
       "Examples:\n"

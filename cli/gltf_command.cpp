@@ -60,7 +60,7 @@ ShownBody shown_body(const GltfOptions& options, int modes, const mpi::Context& 
       }
     });
   }
-  // The fourier solver has no tetrahedra, and one region.
+  // The axisymmetric solver has no tetrahedra, and one region.
   if (!shown.body.mesh.mesh.faces.empty())
     shown.regions = dataset::exporters::face_regions(shown.body.mesh.mesh);
   return shown;

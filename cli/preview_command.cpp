@@ -12,7 +12,7 @@
 #include "core/numbers.hpp"
 #include "dataset/run/build.hpp"
 #include "dataset/samples/sample_row.hpp"
-#include "dataset/samples/take_rows.hpp"
+#include "dataset/samples/simulation_rows.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/running_task.hpp"
 #include "scene/chain.hpp"

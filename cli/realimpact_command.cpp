@@ -17,7 +17,7 @@ namespace carillon::cli {
 
 namespace {
 
-/// Further off its vertex, the blow is on another part of the body [share of the longest side].
+/// Further off its vertex, the strike is on another part of the body [fraction of the longest side].
 constexpr double kOffTheMesh = 0.02;
 
 struct ImpactOptions {
@@ -83,24 +83,24 @@ eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options,
   return study;
 }
 
-/// Blows on the surface that was solved, where the folder has them.
-std::vector<eval::recorded_objects::ModelBlow> model_blows(
+/// Strikes on the surface that was solved, where the folder has them.
+std::vector<eval::recorded_objects::ModelStrike> model_strikes(
     const eval::recorded_objects::ImpactFolder& folder,
-    const std::vector<eval::recorded_objects::RecordedBlow>& blows,
+    const std::vector<eval::recorded_objects::RecordedStrike>& strikes,
     const solvers::modes::ModeSurface& surface, std::vector<std::string>& remarks) {
   const synth::modal::SurfaceSampler sampler(surface);
   const double size = solvers::mesh::bounding_box(surface.nodes).longest_side();
-  std::vector<eval::recorded_objects::ModelBlow> model;
-  for (const eval::recorded_objects::RecordedBlow& blow : blows) {
-    eval::recorded_objects::ModelBlow one;
-    one.point = sampler.nearest(folder.struck[blow.row]);
+  std::vector<eval::recorded_objects::ModelStrike> model;
+  for (const eval::recorded_objects::RecordedStrike& strike : strikes) {
+    eval::recorded_objects::ModelStrike one;
+    one.point = sampler.nearest(folder.struck[strike.row]);
     const synth::modal::PointFrame frame = synth::modal::frame_at(surface, one.point);
     one.direction = -frame.normal;
-    one.listener.position = folder.listeners[blow.row];
-    const double off = (frame.position - folder.struck[blow.row]).norm();
+    one.listener.position = folder.listeners[strike.row];
+    const double off = (frame.position - folder.struck[strike.row]).norm();
     if (off > kOffTheMesh * size) {
       remarks.push_back(fmt::format("vertex {} lies {:.2g} mm off the body that was solved",
-                                    blow.vertex, 1000 * off));
+                                    strike.vertex, 1000 * off));
     }
     model.push_back(one);
   }
@@ -122,37 +122,37 @@ double specific_modulus(const scene::Body& body, const std::string& mesh) {
 
 void study(const ImpactOptions& options, const eval::recorded_objects::StudyOptions& how,
            const eval::recorded_objects::ImpactFolder& folder,
-           const std::vector<eval::recorded_objects::RecordedBlow>& rows, const scene::Body& body,
+           const std::vector<eval::recorded_objects::RecordedStrike>& rows, const scene::Body& body,
            const mpi::Context& context) {
   core::Trace trace = body.trace;
   std::vector<std::string> remarks;
   const synth::material::Material& material = body.materials.front();
   const double modulus = specific_modulus(body, folder.mesh.string());
-  std::vector<eval::recorded_objects::ModelBlow> model =
-      model_blows(folder, rows, body.modes.surface, remarks);
+  std::vector<eval::recorded_objects::ModelStrike> model =
+      model_strikes(folder, rows, body.modes.surface, remarks);
   eval::recorded_objects::HeardBody given, fitted;
   {
     const core::ScopedTimer timer(trace.stages["radiation"]);
     given = eval::recorded_objects::hear_body(body.modes, modulus, modulus, model, how.radiation,
                                               context.cache);
   }
-  std::vector<eval::recorded_objects::StudiedBlow> blows;
+  std::vector<eval::recorded_objects::StudiedStrike> strikes;
   {
     const core::ScopedTimer timer(trace.stages["features"]);
-    blows = eval::recorded_objects::study_blows(folder, rows, how, model, given, remarks);
+    strikes = eval::recorded_objects::study_strikes(folder, rows, how, model, given, remarks);
   }
   std::optional<eval::recorded_objects::StudyFit> fit;
   if (!options.no_fit) {
     const core::ScopedTimer timer(trace.stages["fit"]);
-    fit = eval::recorded_objects::fit_material(blows, model, given, fitted, how, context.cache);
+    fit = eval::recorded_objects::fit_material(strikes, model, given, fitted, how, context.cache);
   }
   const std::vector<eval::recorded_objects::ModelVariant> variants =
-      eval::recorded_objects::compare_variants(blows, model, given, material.damping,
+      eval::recorded_objects::compare_variants(strikes, model, given, material.damping,
                                                fit ? &fitted : nullptr, fit ? &*fit : nullptr, how);
   const eval::recorded_objects::ImpactReport report{.folder = folder,
                                                     .options = how,
                                                     .material = material,
-                                                    .blows = blows,
+                                                    .strikes = strikes,
                                                     .model = model,
                                                     .given = given,
                                                     .fitted = fit ? &fitted : nullptr,
@@ -173,7 +173,7 @@ void run_realimpact(const ImpactOptions& options, mpi::Context& context) {
   const eval::recorded_objects::ListenerChoice choice =
       eval::recorded_objects::parse_listener_choice(options.listener);
   std::optional<eval::recorded_objects::ImpactFolder> folder;
-  std::vector<eval::recorded_objects::RecordedBlow> rows;
+  std::vector<eval::recorded_objects::RecordedStrike> rows;
   scene::BodyRequest body;
   mpi::agreed(context.world, [&] {
     folder = eval::recorded_objects::read_impact_folder(options.folder, options.mesh);
@@ -194,7 +194,7 @@ void add_study_options(Command& command, ImpactOptions& options) {
               "microphone: nearest to the body; angle=80,distance=333,mic=8 (degrees, mm; the "
               "nearest of what is left open); or the number of a row among those of a vertex")
       .show_default();
-  command.option("--vertex", options.vertices, "only blows on this vertex; may be repeated")
+  command.option("--vertex", options.vertices, "only strikes on this vertex; may be repeated")
       .one_value_each();
   command
       .option("--radiation", options.radiation,
@@ -248,7 +248,7 @@ void add_study_options(Command& command, ImpactOptions& options) {
 void add_realimpact(Program& program, mpi::Context& context) {
   Command& command =
       program.add("realimpact",
-                  "recorded blows on an object, in RealImpact's folder layout, and what the "
+                  "recorded strikes on an object, in RealImpact's folder layout, and what the "
                   "model makes of them",
                   Needs::solver);
   auto options = std::make_shared<ImpactOptions>();

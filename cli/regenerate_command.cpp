@@ -67,7 +67,7 @@ void add_regenerate(Program& program, mpi::Context& context) {
   command.option("dataset", options->dataset, "folder of a dataset").required();
   command
       .option("--sample", options->samples,
-              "row of index.h5, key (shape/material/size/strike-NNNN, take-NNNN) or id; may be "
+              "row of index.h5, key (shape/material/size/strike-NNNN, simulation-NNNN) or id; may be "
               "repeated")
       .required()
       .one_value_each();

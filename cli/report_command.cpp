@@ -23,13 +23,13 @@ namespace {
 /// Of sounds, of all datasets together.
 constexpr std::size_t sounds_bytes = 3'500'000;
 /// Objects have what the rest leaves of a page, and as much at the least.
-constexpr std::size_t full_page = 14'500'000, least_objects_bytes = 2'000'000;
+constexpr std::size_t full_page = 14'500'000, min_objects_bytes = 2'000'000;
 /// Of bodies and of tasks, of all datasets together: some 400 bytes a pair.
-constexpr std::size_t most_rows = 4000;
+constexpr std::size_t max_rows = 4000;
 /// Each has a configuration, effects and versions: some 15 kB.
-constexpr std::size_t most_datasets = 40;
-/// Of sweeps, ladders and evaluations each.
-constexpr std::size_t most_documents = 20;
+constexpr std::size_t max_datasets = 40;
+/// Of sweeps, studies and evaluations each.
+constexpr std::size_t max_documents = 20;
 constexpr std::size_t large_page = 15'000'000;
 
 struct ReportOptions {
@@ -80,13 +80,13 @@ using NamedDatasets = std::map<std::string, dataset::stored::StoredDataset>;
 /// @return the first of each name: variants of a sweep share theirs, and most of their bodies
 NamedDatasets add_datasets(const report::ReportFolders& found, const ReportOptions& options,
                            ordered_json& report) {
-  const auto shown = first_of(found.datasets, most_datasets, "datasets", report);
+  const auto shown = first_of(found.datasets, max_datasets, "datasets", report);
   const std::size_t count = shown.size();
   NamedDatasets by_name;
   for (const std::filesystem::path& folder : shown) {
     try_to_add(report, folder.string(), [&] {
       dataset::stored::StoredDataset dataset = dataset::stored::open_dataset(folder, "");
-      ordered_json entry = report::dataset_report(dataset, most_rows / count);
+      ordered_json entry = report::dataset_report(dataset, max_rows / count);
       entry["heard"] = ordered_json::array();
       const std::string name = entry.at("name");
       report["datasets"].push_back(std::move(entry));
@@ -125,15 +125,15 @@ void add_gallery(const NamedDatasets& datasets, std::size_t bytes, const ReportO
   }
 }
 
-/// Of the nights the last one, which tells of those before.
-void add_night(const report::ReportFolders& found, ordered_json& report) {
-  if (found.nights.empty()) return;
-  if (found.nights.size() > 1) {
+/// Of the nightly runs the last one, which tells of those before.
+void add_nightly(const report::ReportFolders& found, ordered_json& report) {
+  if (found.nightly_runs.empty()) return;
+  if (found.nightly_runs.size() > 1) {
     report["notes"].push_back(
-        fmt::format("of {} nights the last one is shown: name another one's folder to see it",
-                    found.nights.size()));
+        fmt::format("of {} nightly runs the last one is shown: name another one's folder to see it",
+                    found.nightly_runs.size()));
   }
-  add_document(report, "nights", found.nights.back(), "nightly.json", "measures");
+  add_document(report, "nightly_runs", found.nightly_runs.back(), "nightly.json", "measures");
 }
 
 ordered_json collect(const report::ReportFolders& found, const ReportOptions& options,
@@ -142,7 +142,7 @@ ordered_json collect(const report::ReportFolders& found, const ReportOptions& op
                          {"made", mpi::made_by(context)},
                          {"notes", ordered_json::array()}};
   for (const char* list :
-       {"datasets", "sweeps", "ladders", "damping", "classification", "transfer", "nights"}) {
+       {"datasets", "sweeps", "studies", "damping", "classification", "transfer", "nightly_runs"}) {
     report[list] = ordered_json::array();
   }
   report["gallery"] = {{"bodies", 0},
@@ -151,14 +151,14 @@ ordered_json collect(const report::ReportFolders& found, const ReportOptions& op
                        {"materials", report::gallery_materials()}};
   for (const std::string& why : found.unreadable) report["notes"].push_back(why);
   const NamedDatasets datasets = add_datasets(found, options, report);
-  for (const auto& folder : first_of(found.sweeps, most_documents, "sweeps", report)) {
+  for (const auto& folder : first_of(found.sweeps, max_documents, "sweeps", report)) {
     add_document(report, "sweeps", folder, "sweep.json", "variants");
   }
-  for (const auto& folder : first_of(found.ladders, most_documents, "ladders", report)) {
-    add_document(report, "ladders", folder, "accuracy.json", "objects");
+  for (const auto& folder : first_of(found.studies, max_documents, "studies", report)) {
+    add_document(report, "studies", folder, "accuracy.json", "objects");
   }
-  add_night(found, report);
-  for (const auto& folder : first_of(found.evaluations, most_documents, "evaluations", report)) {
+  add_nightly(found, report);
+  for (const auto& folder : first_of(found.evaluations, max_documents, "evaluations", report)) {
     const auto add = [&](const char* kind, const char* name, auto&& read) {
       if (!std::filesystem::is_regular_file(folder / name)) return;
       try_to_add(report, (folder / name).string(), [&] { report[kind].push_back(read(folder)); });
@@ -168,7 +168,7 @@ ordered_json collect(const report::ReportFolders& found, const ReportOptions& op
     add_document(report, "transfer", folder, "transfer.json", "rows");
   }
   const std::size_t rest = std::min(full_page, report::report_page(report).size());
-  add_gallery(datasets, std::max(least_objects_bytes, full_page - rest), options, report);
+  add_gallery(datasets, std::max(min_objects_bytes, full_page - rest), options, report);
   return report;
 }
 
@@ -188,7 +188,7 @@ void write_report(const ReportOptions& options, const mpi::Context& context) {
     fmt::print("{}\n", ordered_json{{"output", options.output},
                                     {"bytes", page.size()},
                                     {"datasets", report["datasets"].size()},
-                                    {"ladders", report["ladders"].size()},
+                                    {"studies", report["studies"].size()},
                                     {"objects", report["gallery"]["objects"].size()},
                                     {"notes", report["notes"]}}
                            .dump(1));

@@ -19,7 +19,7 @@
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/launcher.hpp"
-#include "mpi/patience.hpp"
+#include "mpi/backoff.hpp"
 #include "solvers/libraries/environment.hpp"
 
 namespace carillon::cli {
@@ -39,7 +39,7 @@ constexpr AddCommand commands[] = {
 bool everyone_arrives(MPI_Comm world, double seconds) {
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Ibarrier(world, &request);
-  return mpi::wait_patiently(request, seconds);
+  return mpi::wait_idly(request, seconds);
 }
 
 /// The lowest rank whose command failed, or as many as there are ranks.
@@ -61,13 +61,13 @@ int succeed(const mpi::Context& context) {
 }
 
 int fail(const mpi::Context& context, mpi::ExitCode code, const char* message) {
-  constexpr double patience_s = 5;
+  constexpr double timeout_s = 5;
   const auto tell = [&] {
     std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
   };
   if (context.speaks()) std::fprintf(stderr, "carillon: %s\n", message);
   if (context.world == MPI_COMM_NULL) return code;
-  if (!everyone_arrives(context.world, patience_s)) {
+  if (!everyone_arrives(context.world, timeout_s)) {
     // The others are in a collective call that this rank will never join: end them all.
     if (!context.speaks()) tell();
     MPI_Abort(context.world, code);

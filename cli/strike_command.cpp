@@ -141,7 +141,7 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
                      known_strike(options), sound);
   const double interval = core::parse_quantity(options.interval, core::Dimension::time);
   for (std::size_t i = 1; i < options.repeat; ++i) {
-    sound.blows.push_back(static_cast<double>(i) * interval);
+    sound.strikes.push_back(static_cast<double>(i) * interval);
   }
   chain.make(sound);
   core::write_wav(options.output, scene::clip_of(sound), scene.audio.dtype);

@@ -24,7 +24,7 @@ using Kind = ConfigTree::Kind;
 
 // A few lines of aliases to aliases can unfold into billions of values.
 constexpr std::size_t deepest_nesting = 64;
-constexpr std::size_t most_values = 1'000'000;
+constexpr std::size_t max_values = 1'000'000;
 
 bool is_continuation(char c) {
   return (static_cast<unsigned char>(c) & 0xc0) == 0x80;
@@ -154,8 +154,8 @@ class TreeBuilder : public YAML::EventHandler {
 
   void count(std::size_t more, const YAML::Mark& mark) {
     values_ += more;
-    if (values_ > most_values) {
-      fail(place(mark), "", fmt::format("more than {} values (aliases unfolded)", most_values));
+    if (values_ > max_values) {
+      fail(place(mark), "", fmt::format("more than {} values (aliases unfolded)", max_values));
     }
   }
 

@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint64_t largest_samples_bytes = std::uint64_t{1} << 30;
 constexpr int largest_side = 1 << 20;
 // Deflate makes at most 1032 bytes of one, of eight pixels each (zlib.net/zlib_tech.html).
-constexpr std::uint64_t most_pixels_per_byte = 1032 * 8;
+constexpr std::uint64_t max_pixels_per_byte = 1032 * 8;
 
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -155,7 +155,7 @@ ImageSamples read_png_samples(const std::filesystem::path& path) {
   }
   // A header alone must not take memory.
   if (std::uint64_t(image.width) * std::uint64_t(image.height) >
-      most_pixels_per_byte * std::filesystem::file_size(path)) {
+      max_pixels_per_byte * std::filesystem::file_size(path)) {
     throw FileError(fmt::format("{}: the file is too short for a picture of {} x {}", path.string(),
                                 image.width, image.height),
                     "the file is damaged");

@@ -25,15 +25,15 @@ double median(std::vector<double> values) {
   return 0.5 * (*std::max_element(values.begin(), middle) + *middle);
 }
 
-double quantile(std::span<const double> values, double share) {
+double quantile(std::span<const double> values, double fraction) {
   std::vector<double> sorted(values.begin(), values.end());
   std::sort(sorted.begin(), sorted.end());
-  return quantile_of_sorted(sorted, share);
+  return quantile_of_sorted(sorted, fraction);
 }
 
-double quantile_of_sorted(std::span<const double> ascending, double share) {
+double quantile_of_sorted(std::span<const double> ascending, double fraction) {
   if (ascending.empty()) return nan;
-  const double place = share * static_cast<double>(ascending.size() - 1);
+  const double place = fraction * static_cast<double>(ascending.size() - 1);
   const auto below = static_cast<std::size_t>(std::floor(place));
   const std::size_t above = std::min(below + 1, ascending.size() - 1);
   return std::lerp(ascending[below], ascending[above], place - static_cast<double>(below));

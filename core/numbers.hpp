@@ -25,9 +25,9 @@ double median(std::vector<double> values);
 /// none.
 /// @param values  in any order, finite
 /// @param share   0 to 1
-double quantile(std::span<const double> values, double share);
+double quantile(std::span<const double> values, double fraction);
 /// The same of values in ascending order.
-double quantile_of_sorted(std::span<const double> ascending, double share);
+double quantile_of_sorted(std::span<const double> ascending, double fraction);
 
 /// Largest magnitude of samples; 0 of none.
 double peak(std::span<const float> samples);

@@ -67,8 +67,8 @@ void Progress::draw(const std::string& note, bool last) {
   std::string line = label_;
   if (total_ > 0) {
     // Not 100 % before the end: estimates run over.
-    const double share = std::clamp(done_ / total_, 0.0, last ? 1.0 : 0.99);
-    line += fmt::format("  {:3.0f} %", std::floor(100 * share));
+    const double fraction = std::clamp(done_ / total_, 0.0, last ? 1.0 : 0.99);
+    line += fmt::format("  {:3.0f} %", std::floor(100 * fraction));
   }
   const double rate = elapsed > 0 ? done_ / elapsed : 0;
   line += fmt::format("  {:.3g}/s", rate);

@@ -11,7 +11,7 @@ namespace carillon::mpi {
 
 namespace {
 
-constexpr std::size_t least_tasks = 3;
+constexpr std::size_t min_tasks = 3;
 
 EstimateError error_of(const std::vector<double>& ratios) {
   constexpr double tail = 1.0 / 6;
@@ -42,7 +42,7 @@ void Calibration::add(const std::string& kind, double estimate, double seconds) 
 
 double Calibration::factor(const std::string& kind) const {
   const auto found = kinds_.find(kind);
-  if (found == kinds_.end() || found->second.tasks() < least_tasks) return 1;
+  if (found == kinds_.end() || found->second.tasks() < min_tasks) return 1;
   return std::exp(found->second.median());
 }
 

@@ -15,7 +15,7 @@
 #include "core/error.hpp"
 #include "core/termination_blocked.hpp"
 #include "mpi/failure.hpp"
-#include "mpi/patience.hpp"
+#include "mpi/backoff.hpp"
 
 namespace carillon::mpi {
 
@@ -68,7 +68,7 @@ void broadcast(void* data, std::size_t bytes, int root, MPI_Comm comm) {
     const auto piece = std::min<std::size_t>(bytes, INT_MAX / 2);
     MPI_Request request = MPI_REQUEST_NULL;
     MPI_Ibcast(next, static_cast<int>(piece), MPI_BYTE, root, comm, &request);
-    wait_patiently(request);
+    wait_idly(request);
     next += piece;
     bytes -= piece;
   }
@@ -88,7 +88,7 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm) {
   std::vector<std::uint64_t> lengths(ranks);
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallgather(&length, 1, MPI_UINT64_T, lengths.data(), 1, MPI_UINT64_T, comm, &request);
-  wait_patiently(request);
+  wait_idly(request);
   const std::uint64_t total = std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0});
   if (total > INT_MAX) {
     throw core::Error(fmt::format("texts of {} bytes together are too long to gather", total));
@@ -99,7 +99,7 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm) {
   std::string joined(total, '\0');
   MPI_Iallgatherv(text.data(), counts[static_cast<std::size_t>(rank(comm))], MPI_CHAR,
                   joined.data(), counts.data(), offsets.data(), MPI_CHAR, comm, &request);
-  wait_patiently(request);
+  wait_idly(request);
   std::vector<std::string> texts;
   texts.reserve(ranks);
   std::size_t begin = 0;
@@ -130,7 +130,7 @@ std::pair<std::string, int> agree_once(MPI_Comm comm, const std::exception_ptr& 
   std::array<int, 2> least{};
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallreduce(here.data(), least.data(), 2, MPI_INT, MPI_MIN, comm, &request);
-  if (!wait_patiently(request, patience)) leave_the_others(rank(comm), error);
+  if (!wait_idly(request, patience)) leave_the_others(rank(comm), error);
   if (least[0] == ranks) return {"", least[1]};
   const std::string record = here[0] == least[0] ? to_record(describe(error)) : std::string();
   return {broadcast(record, least[0], comm), least[1]};

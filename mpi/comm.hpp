@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/handle.hpp"
-#include "mpi/patience.hpp"
+#include "mpi/backoff.hpp"
 
 namespace carillon::mpi {
 
@@ -62,14 +62,14 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm);
 void agree(MPI_Comm comm, const std::exception_ptr& error, double patience = endless);
 
 /// The patience within a group, whose ranks work at the same task and cannot get far without one.
-constexpr double group_patience = 60;  // [s]
+constexpr double group_timeout = 60;  // [s]
 
 /// Ends a task of a group, as `agree` ends a stage of it, for errors that came between the stages
 /// too: a rank that is here early, with an error, takes part in the stages where the others are
 /// until they have failed as well and come here.
 /// @param patience  as for `agree`
 /// @note Collective.
-void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience = group_patience);
+void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience = group_timeout);
 
 /// What `work` threw, or null.
 template <class Work>
@@ -93,7 +93,7 @@ void agreed(MPI_Comm comm, Work&& work) {
 /// @note Collective.
 template <class Work>
 void agreed_in_group(MPI_Comm comm, Work&& work) {
-  agree(comm, error_of(work), group_patience);
+  agree(comm, error_of(work), group_timeout);
 }
 
 }  // namespace carillon::mpi

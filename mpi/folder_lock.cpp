@@ -85,7 +85,7 @@ bool means_no_locks(int error) {
 }
 
 /// @return false where the file system has no locks, and errno says why
-bool lock(int file, int kind, const std::filesystem::path& folder, double patience_s) {
+bool lock(int file, int kind, const std::filesystem::path& folder, double timeout_s) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
   bool told = false;
@@ -97,7 +97,7 @@ bool lock(int file, int kind, const std::filesystem::path& folder, double patien
                             "choose another output folder");
     }
     const double waited = std::chrono::duration<double>(Clock::now() - begin).count();
-    if (waited < patience_s) {
+    if (waited < timeout_s) {
       if (waited > 1 && !told) {
         spdlog::warn("{}: waiting for another build to leave this folder ({})", folder.string(),
                      read_holder(file));
@@ -126,7 +126,7 @@ void warn_of_no_locks(const std::filesystem::path& folder, int error) {
 
 }  // namespace
 
-FolderLock::FolderLock(const std::filesystem::path& folder, MPI_Comm comm, double patience_s) {
+FolderLock::FolderLock(const std::filesystem::path& folder, MPI_Comm comm, double timeout_s) {
   const std::filesystem::path path = folder / ".lock";
   try {
     agreed(comm, [&] {
@@ -141,14 +141,14 @@ FolderLock::FolderLock(const std::filesystem::path& folder, MPI_Comm comm, doubl
       file_ = open_lock_file(path);
       // Alone for a moment proves that nobody else is there; then shared, so that others can join.
       // The change is not atomic: a second build may slip in between, and then this one gives way.
-      if (!lock(file_, LOCK_EX, folder, patience_s)) warn_of_no_locks(folder, errno);
+      if (!lock(file_, LOCK_EX, folder, timeout_s)) warn_of_no_locks(folder, errno);
       write_holder(file_);
-      lock(file_, LOCK_SH, folder, patience_s);
+      lock(file_, LOCK_SH, folder, timeout_s);
     });
     agreed(comm, [&] {
       if (rank(comm) == 0) return;
       file_ = open_lock_file(path);
-      lock(file_, LOCK_SH, folder, patience_s);
+      lock(file_, LOCK_SH, folder, timeout_s);
     });
   } catch (...) {
     if (file_ >= 0) close(file_);

@@ -13,12 +13,12 @@ namespace carillon::mpi {
 class FolderLock {
  public:
   /// Rank 0 takes it, the others join. A missing folder is made.
-  /// @param patience_s  how long to wait for another build, as ranks of one that was killed take a
+  /// @param timeout_s  how long to wait for another build, as ranks of one that was killed take a
   ///                    moment to go; after a second of it a warning names who is waited for
   /// @throws core::FileError  another build holds it (the message names its processes and host), or
   ///                          the file cannot be locked; on every rank alike
   /// @note Collective on comm.
-  FolderLock(const std::filesystem::path& folder, MPI_Comm comm, double patience_s = 0);
+  FolderLock(const std::filesystem::path& folder, MPI_Comm comm, double timeout_s = 0);
   /// Gives up this rank's part.
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

@@ -13,7 +13,7 @@ namespace carillon::mpi {
 class ReadyTasks {
  public:
   explicit ReadyTasks(std::size_t places = 0)
-      : leaves_(std::bit_ceil(std::max<std::size_t>(places, 1))), least_(2 * leaves_, nothing) {}
+      : leaves_(std::bit_ceil(std::max<std::size_t>(places, 1))), min_(2 * leaves_, nothing) {}
 
   void put(std::size_t place, double memory) { set(place, memory); }
   void take(std::size_t place) { set(place, nothing); }
@@ -24,7 +24,7 @@ class ReadyTasks {
   template <class Fits>
   std::size_t first(const Fits& fits) const {
     const auto has_one = [&](std::size_t node) {
-      return least_[node] != nothing && fits(least_[node]);
+      return min_[node] != nothing && fits(min_[node]);
     };
     if (!has_one(1)) return none;
     std::size_t node = 1;
@@ -37,15 +37,15 @@ class ReadyTasks {
 
   void set(std::size_t place, double memory) {
     std::size_t node = leaves_ + place;
-    least_[node] = memory;
+    min_[node] = memory;
     while (node > 1) {
       node /= 2;
-      least_[node] = std::min(least_[2 * node], least_[2 * node + 1]);
+      min_[node] = std::min(min_[2 * node], min_[2 * node + 1]);
     }
   }
 
   std::size_t leaves_;
-  std::vector<double> least_;  ///< node n has the children 2 n and 2 n + 1, the root is 1
+  std::vector<double> min_;  ///< node n has the children 2 n and 2 n + 1, the root is 1
 };
 
 }  // namespace carillon::mpi

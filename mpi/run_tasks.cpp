@@ -8,7 +8,7 @@
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/interrupt.hpp"
-#include "mpi/patience.hpp"
+#include "mpi/backoff.hpp"
 #include "mpi/task_service.hpp"
 #include "mpi/work_clock.hpp"
 
@@ -36,7 +36,7 @@ Claim next_of_group(TaskService& service, MPI_Comm group) {
   }
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Ibcast(claimed.data(), 2, MPI_INT64_T, 0, group, &request);
-  wait_patiently(request);
+  wait_idly(request);
   return {static_cast<Claim::Kind>(claimed[0]), claimed[1]};
 }
 
@@ -46,7 +46,7 @@ WorkClock sum_on_leader(WorkClock own, MPI_Comm group) {
   if (size(group) > 1) {
     MPI_Request request = MPI_REQUEST_NULL;
     MPI_Ireduce(&own, &sum, 2, MPI_DOUBLE, MPI_SUM, 0, group, &request);
-    wait_patiently(request);
+    wait_idly(request);
   }
   return sum;
 }

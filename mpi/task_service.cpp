@@ -14,7 +14,7 @@
 #include "core/termination_blocked.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
-#include "mpi/patience.hpp"
+#include "mpi/backoff.hpp"
 
 namespace carillon::mpi {
 
@@ -97,14 +97,14 @@ Reply TaskService::Impl::answer(const Request& request, std::string record) {
 
 /// The helper thread of the host: takes one message after the other until all ranks are done.
 void TaskService::Impl::serve() {
-  Patience patience(longest_rest);
+  Backoff backoff(longest_rest);
   std::string message;
   while (!closing) {
     int there = 0;
     MPI_Status status;
     MPI_Iprobe(MPI_ANY_SOURCE, request_tag, comm.get(), &there, &status);
     if (there == 0) {
-      patience.pause();
+      backoff.pause();
       continue;
     }
     // What this rank's own task may take is no limit for the answers to all others.
@@ -114,10 +114,10 @@ void TaskService::Impl::serve() {
     try {
       message.resize(static_cast<std::size_t>(bytes));
     } catch (const std::bad_alloc&) {
-      patience.pause();  // the message waits where it is until there is room for it
+      backoff.pause();  // the message waits where it is until there is room for it
       continue;
     }
-    patience.reset();
+    backoff.reset();
     MPI_Recv(message.data(), bytes, MPI_BYTE, status.MPI_SOURCE, request_tag, comm.get(),
              MPI_STATUS_IGNORE);
     Request request;
@@ -145,8 +145,8 @@ Claim TaskService::Impl::ask(const Request& request, const std::string& record) 
     MPI_Irecv(&reply, sizeof(reply), MPI_BYTE, host_rank, reply_tag, comm.get(), &receiving);
     MPI_Isend(message.data(), static_cast<int>(message.size()), MPI_BYTE, host_rank, request_tag,
               comm.get(), &sending);
-    wait_patiently(sending);
-    wait_patiently(receiving);
+    wait_idly(sending);
+    wait_idly(receiving);
   }
   return {reply.kind, reply.task};
 }
@@ -156,7 +156,7 @@ void TaskService::Impl::close() {
   // A rank comes here after its last question was answered: when all are here, none is left.
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Ibarrier(comm.get(), &request);
-  wait_patiently(request);
+  wait_idly(request);
   closing = true;
   if (thread.joinable()) thread.join();
   closed = true;
@@ -170,13 +170,13 @@ TaskService::~TaskService() {
 }
 
 Claim TaskService::next(int width) {
-  Patience patience(longest_wait, 0);
+  Backoff backoff(longest_wait, 0);
   for (;;) {
     if (interrupt_requested()) stop();
     const Claim claim =
         impl_->ask({.ask = Ask::claim, .width = width, .first = rank(impl_->comm.get())});
     if (claim.kind != Claim::Kind::wait) return claim;
-    patience.pause();
+    backoff.pause();
   }
 }
 

@@ -11,7 +11,7 @@
 namespace carillon::render {
 namespace {
 
-constexpr int most_texels = 8192;  ///< a side
+constexpr int max_texels = 8192;  ///< a side
 constexpr int fine_texels = 1024;  ///< up to which samples lie half a texel apart
 
 void check(const maps::SurfaceMap& map) {
@@ -22,10 +22,10 @@ void check(const maps::SurfaceMap& map) {
            std::all_of(texels.begin(), texels.end(), [](float x) { return std::isfinite(x); });
   };
   const bool good = map.relief() ? full(map.heights) : full(map.slopes_u) && full(map.slopes_v);
-  if (count == 0 || !good || !(map.texel > 0) || std::max(map.width, map.height) > most_texels) {
+  if (count == 0 || !good || !(map.texel > 0) || std::max(map.width, map.height) > max_texels) {
     throw core::InputError(fmt::format("map {}: cannot be drawn with {} x {} texels of {} m",
                                        map.name, map.width, map.height, map.texel),
-                           fmt::format("finite values, and at most {} texels a side", most_texels));
+                           fmt::format("finite values, and at most {} texels a side", max_texels));
   }
 }
 

@@ -27,8 +27,8 @@ void look_in(const fs::path& folder, int depth, std::set<fs::path>& seen, Report
   const auto holds = [&](const char* name) { return fs::is_regular_file(folder / name); };
   if (holds("dataset.json")) found.datasets.push_back(folder);
   if (holds("sweep.json")) found.sweeps.push_back(folder);
-  if (holds("accuracy.json")) found.ladders.push_back(folder);
-  if (holds("nightly.json")) found.nights.push_back(folder);
+  if (holds("accuracy.json")) found.studies.push_back(folder);
+  if (holds("nightly.json")) found.nightly_runs.push_back(folder);
   if (fs::is_directory(folder / "evaluation")) found.evaluations.push_back(folder / "evaluation");
   if (depth == 0) return;
   std::vector<fs::path> below;
@@ -69,7 +69,7 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders) {
           "name folders that you may read");
     }
   }
-  if (found.datasets.empty() && found.ladders.empty() && found.nights.empty() &&
+  if (found.datasets.empty() && found.studies.empty() && found.nightly_runs.empty() &&
       found.evaluations.empty()) {
     throw core::InputError(
         fmt::format("{}: nothing to report, neither datasets nor accuracy.json nor evaluations",

@@ -23,9 +23,9 @@ using nlohmann::ordered_json;
 namespace {
 
 /// Of them a listener hears no more: without a limit, plates of a soft material have thousands.
-constexpr std::size_t most_modes = 256;
+constexpr std::size_t max_modes = 256;
 /// Fewer are no object to strike.
-constexpr std::size_t least_modes = 12;
+constexpr std::size_t min_modes = 12;
 /// Factors between which damping is tabulated: those of the page's sliders (stiffness 20, density
 /// 1/10, size 1/4) at their ends.
 constexpr double widest_factor = 3200;
@@ -139,10 +139,10 @@ void add_surface(const solvers::modes::ModeSurface& surface, const GallerySkin& 
 ordered_json object_of(const dataset::plan::Shape& shape, const dataset::plan::Variant& variant,
                        const solvers::modes::Modes& modes,
                        const std::vector<synth::material::Material>& materials, std::size_t bytes) {
-  const std::size_t wanted = std::min(modes.size(), most_modes);
+  const std::size_t wanted = std::min(modes.size(), max_modes);
   const GallerySkin skin = skin_that_fits(modes.surface, wanted, bytes);
   const std::size_t count = skin.modes;
-  if (count < std::min(wanted, least_modes)) return nullptr;
+  if (count < std::min(wanted, min_modes)) return nullptr;
 
   ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
                          {"body", shape.id},

@@ -72,7 +72,7 @@ std::string picture(std::span<const std::uint8_t> pixels, std::uint64_t height,
   return core::base64(core::png_bytes("frame", small(image)));
 }
 
-/// The body's frame, or of a take the one in the middle of its movie.
+/// The body's frame, or of a simulation the one in the middle of its movie.
 void add_picture(const Hdf5Group& index, std::uint64_t row, ordered_json& sample) {
   if (index.has("frames")) {
     const core::Extent extent = index.extent("frames");

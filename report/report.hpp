@@ -14,9 +14,9 @@ namespace carillon::report {
 struct ReportFolders {
   std::vector<std::filesystem::path> datasets;     ///< with dataset.json
   std::vector<std::filesystem::path> sweeps;       ///< with sweep.json
-  std::vector<std::filesystem::path> ladders;      ///< with accuracy.json
+  std::vector<std::filesystem::path> studies;      ///< with accuracy.json
   std::vector<std::filesystem::path> evaluations;  ///< `evaluation/`
-  std::vector<std::filesystem::path> nights;       ///< with nightly.json
+  std::vector<std::filesystem::path> nightly_runs;       ///< with nightly.json
   std::vector<std::string> unreadable;             ///< what could not be looked into, and why
 };
 

@@ -19,7 +19,7 @@ using RegionMaterials = std::map<std::string, synth::material::Material>;
 /// What the modes of a body are found with.
 enum class BodySolver {
   tetrahedra,   ///< any body: eigen::solve_modes()
-  axisymmetric  ///< generated bodies of revolution: axisymmetric::solve_fourier()
+  axisymmetric  ///< generated bodies of revolution: axisymmetric::solve_axisymmetric()
 };
 
 /// A body of one or more materials, and how its modes are to be found.

@@ -10,17 +10,17 @@ constexpr core::ColumnRule list[] = {
     // Of every sample.
     {"audio", "", "audio", "m/s|Pa", "always", "`gain` applied; int16: full scale 1.0 is 32,768"},
     {"mel", "float32", "mel", "power", "mel", "the definition's parameters are attributes"},
-    {"key", "text", "", "1", "always", "`shape/material/size/strike-NNNN`, or `take-NNNN`"},
+    {"key", "text", "", "1", "always", "`shape/material/size/strike-NNNN`, or `simulation-NNNN`"},
     {"id", "uint64", "", "1", "always", "first 8 bytes of the key's SHA-256"},
-    {"shape", "text", "", "1", "always", "label; of a take all that play, joined by commas"},
+    {"shape", "text", "", "1", "always", "label; of a simulation all that play, joined by commas"},
     {"family", "text", "", "1", "struck", "label"},
-    {"material", "text", "", "1", "always", "label; of a take all that play, joined by commas"},
+    {"material", "text", "", "1", "always", "label; of a simulation all that play, joined by commas"},
     {"size", "float64", "", "1", "struck", "label: factor of the shape's lengths"},
     {"strike", "int64", "", "1", "struck", "label: number of the strike on its shape"},
     {"split_shape", "text", "", "1", "always",
-     "`train`, `validation` or `test`, frozen: whole shapes held out, takes as wholes"},
+     "`train`, `validation` or `test`, frozen: whole shapes held out, simulations as wholes"},
     {"split_strike", "text", "", "1", "always",
-     "the same: strikes held out within each shape, takes as wholes"},
+     "the same: strikes held out within each shape, simulations as wholes"},
     {"position", "float64", "3", "m", "struck", "point struck, in the body's coordinates"},
     {"normal", "float64", "3", "1", "struck", "outward normal there"},
     {"direction", "float64", "3", "1", "struck", "way of the force"},
@@ -105,7 +105,7 @@ constexpr core::ColumnRule list[] = {
      "listeners so near the body that they are without the click"},
 
     // Motion.
-    {"take", "int64", "", "1", "motion", "number of the take"},
+    {"simulation", "int64", "", "1", "motion", "number of the simulation"},
     {"bodies", "text", "", "1", "motion",
      "JSON: `name`, `fixed`, `shape`, `material`, `size` and `mass_kg` of each body, in the order "
      "of "

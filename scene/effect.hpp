@@ -44,7 +44,7 @@ struct Sound {
   synth::modal::Strike strike;      ///< without a force over time until an effect gives it one
   double contact_time = 0;          ///< drawn or given [s]
   synth::modal::RingDown rings;     ///< what is about to ring; effects of modes change it
-  std::vector<double> blows = {0};  ///< times of the strike, which may be repeated [s]
+  std::vector<double> strikes = {0};  ///< times of the strike, which may be repeated [s]
   std::vector<float> audio;         ///< rows (listeners, or one) x samples
   std::vector<float> direct;        ///< audio before a room's early reflections, with what air has
                                     ///< taken from it; empty without them
@@ -66,7 +66,7 @@ struct Sound {
 /// room responses) and belong to one thread.
 struct EffectParts {
   std::function<void(RingingBody&)> body;  ///< once per body
-  std::function<void(Sound&)> strike;      ///< the blow is drawn, nothing rings yet
+  std::function<void(Sound&)> strike;      ///< the strike is drawn, nothing rings yet
   std::function<void(Sound&)> rings;       ///< modes, their damping and gains are known
   std::function<void(Sound&)> audio;       ///< samples are there, in m/s or Pa
   std::function<void(Sound&)> full_scale;  ///< gain is applied: 1 is full scale

@@ -42,7 +42,7 @@ OctaveValues read_absorption(ConfigNode& node, const std::string& key) {
   for (const double a : values) {
     if (!(a >= 0 && a <= 1)) {
       node.fail(key, fmt::format("an absorption of {}", a),
-                "it is the share of energy that a wall does not reflect: 0 to 1");
+                "it is the fraction of energy that a wall does not reflect: 0 to 1");
     }
   }
   return values;

@@ -60,7 +60,7 @@ void refuse_strikes(const ConfigNode& root) {
   for (const char* key : {"strikes", "striker", "supports"}) {
     if (!root.has(key)) continue;
     root.fail(key, "goes with bodies that are struck, not with `motion`",
-              "blows and supports follow from the motion; remove one of the two");
+              "strikes and supports follow from the motion; remove one of the two");
   }
 }
 
@@ -123,7 +123,7 @@ std::size_t Scene::strikes_per_body() const {
 
 namespace {
 
-/// Of one sound, with its share of what is done once for its body.
+/// Of one sound, with its fraction of what is done once for its body.
 double effect_seconds(const Scene& scene, const SceneEffect& effect, int modes) {
   double seconds = effect.seconds_per_sound * static_cast<double>(scene.rows());
   if (effect.seconds_by_modes) seconds += effect.seconds_by_modes(modes);
@@ -174,7 +174,7 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
     SceneEffect in_scene = effect.read(root, scene);
     const std::string_view stage = effect.stage;
     if (moves && (stage == "strike" || stage == "rings")) {
-      in_scene.reason_off = fmt::format("blows follow from the motion: ({})", root.where("motion"));
+      in_scene.reason_off = fmt::format("strikes follow from the motion: ({})", root.where("motion"));
     }
     scene.effects.push_back(decide(effect, std::move(in_scene), switches, around.with_files));
   }

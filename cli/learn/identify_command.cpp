@@ -63,7 +63,7 @@ ordered_json to_json(const Answer& answer) {
   return {{"known", recognised.known},
           {"class", answer.best()},
           {"confidence", recognised.probabilities[answer.order.front()]},
-          {"least_confidence", 1 / (1 + std::exp(-answer.recogniser->threshold()))},
+          {"min_confidence", 1 / (1 + std::exp(-answer.recogniser->threshold()))},
           {"knows_of_others", answer.recogniser->knows_of_others()},
           {"measured", answer.recogniser->measured()},
           {"classes", classes},

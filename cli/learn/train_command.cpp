@@ -128,7 +128,7 @@ int run_train(const TrainOptions& wanted, const mpi::Context& context) {
   const eval::studies::EvaluatedDatasets datasets(options, context.world);
   const int exit_code = datasets.build(context);
   if (exit_code == mpi::exit_interrupted) return exit_code;
-  const mpi::FolderLock lock(datasets.output(), context.world, dataset::run::lock_patience_s);
+  const mpi::FolderLock lock(datasets.output(), context.world, dataset::run::lock_timeout_s);
   const mpi::InterruptGuard guard;
   if (wanted.search) {
     const int code = search(searches, config, datasets, context);

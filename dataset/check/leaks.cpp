@@ -52,7 +52,7 @@ bool is_part(const std::string& part) {
   return part == "train" || part == "validation" || part == "test";
 }
 
-/// Shapes of a scene that moves which play in the takes of their own part only.
+/// Shapes of a scene that moves which play in the simulations of their own part only.
 std::set<std::string> held_out_shapes(const DatasetFolder& folder) {
   std::set<std::string> held;
   const configuration::BuildConfig& config = folder.dataset.build.config;
@@ -79,10 +79,10 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
     if (!is_part(row.split_shape)) {
       items.push_back(fmt::format("{}: \"{}\" is no part", row.key, row.split_shape));
     }
-    // A take's own bodies count where the configuration has enough of them to hold some out.
-    const std::vector<std::string> own = row.take ? row.played : std::vector{row.shape};
+    // A simulation's own bodies count where the configuration has enough of them to hold some out.
+    const std::vector<std::string> own = row.simulation ? row.played : std::vector{row.shape};
     for (const std::string& shape : own) {
-      if (row.take && !held.contains(shape)) continue;
+      if (row.simulation && !held.contains(shape)) continue;
       const auto [first, is_new] = parts.emplace(shape, row.split_shape);
       if (!is_new && first->second != row.split_shape) {
         items.push_back(fmt::format("{} is in {} and, at {}, in {}", shape, first->second, row.key,
@@ -114,7 +114,7 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
       fmt::format("{} shapes, {} of them distinct, none in two parts", parts.size(), distinct);
   return judged("split_shape", std::move(items),
                 folder.dataset.build.config.motion
-                    ? fmt::format("{} takes of {} shapes; held out: {}", rows.size(), shapes.size(),
+                    ? fmt::format("{} simulations of {} shapes; held out: {}", rows.size(), shapes.size(),
                                   held_text)
                     : held_text,
                 "a shape is in two parts, or not where it should be",
@@ -170,10 +170,10 @@ Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& 
       }
     }
   }
-  const bool takes = folder.dataset.build.config.motion.has_value();
+  const bool simulations = folder.dataset.build.config.motion.has_value();
   return judged(
       "split_strike", std::move(items),
-      fmt::format("{} {}, none in two parts", strikes.size(), takes ? "takes" : "strikes"),
+      fmt::format("{} {}, none in two parts", strikes.size(), simulations ? "simulations" : "strikes"),
       "a strike is in two parts, or not where it should be",
       "give each point once in strikes.csv; then build into a new folder");
 }

@@ -30,12 +30,12 @@ bool all_pass(const std::vector<Finding>& findings) {
 }
 
 void print(const std::vector<Finding>& findings) {
-  constexpr std::size_t most_lines = 5;
+  constexpr std::size_t max_lines = 5;
   for (const Finding& finding : findings) {
     const bool failed = finding.verdict == Verdict::fail;
     fmt::print("  {}  {:<13} {}\n", failed ? "FAIL" : name_of(finding.verdict), finding.check,
                finding.text);
-    const std::size_t lines = std::min(finding.items.size(), most_lines);
+    const std::size_t lines = std::min(finding.items.size(), max_lines);
     for (std::size_t i = 0; i < lines; ++i) fmt::print("{:22}{}\n", "", finding.items[i]);
     if (lines < finding.items.size()) {
       fmt::print("{:22}and {} more (--json lists all)\n", "", finding.items.size() - lines);

@@ -33,11 +33,11 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
     const auto keys = texts("key"), shapes = texts("shape"), materials = texts("material");
     const auto split_shapes = texts("split_shape"), split_strikes = texts("split_strike");
     const auto ids = shard.read<std::uint64_t>("id");
-    const bool takes = shard.has("take");
-    const auto bodies = takes ? texts("bodies") : std::vector<std::string>{};
-    const auto numbers = shard.read<std::int64_t>(takes ? "take" : "strike");
+    const bool simulations = shard.has("simulation");
+    const auto bodies = simulations ? texts("bodies") : std::vector<std::string>{};
+    const auto numbers = shard.read<std::int64_t>(simulations ? "simulation" : "strike");
     std::vector<double> sizes(keys.size(), 1), points(3 * keys.size(), 0);
-    if (!takes) {
+    if (!simulations) {
       sizes = shard.read<double>("size");
       points = shard.read<double>("position");
     }
@@ -53,15 +53,15 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
     for (std::size_t i = 0; i < keys.size(); ++i) {
       Row row;
       row.key = keys[i];
-      row.shape = takes ? keys[i] : shapes[i];  // a take is held out by itself
+      row.shape = simulations ? keys[i] : shapes[i];  // a simulation is held out by itself
       row.material = materials[i];
       row.split_shape = split_shapes[i];
       row.split_strike = split_strikes[i];
       row.id = ids[i];
       row.size = sizes[i];
       row.strike = numbers[i];
-      row.take = takes;
-      if (takes) row.played = shapes_of_bodies(bodies[i]);
+      row.simulation = simulations;
+      if (simulations) row.played = shapes_of_bodies(bodies[i]);
       row.point = Vec3(&points[3 * i]) / sizes[i];
       if (has_room) {
         row.room = rooms[i];
@@ -85,7 +85,7 @@ Finding check_ids(const DatasetFolder& folder, const std::vector<Row>& rows) {
   std::map<std::uint64_t, std::string> seen;
   std::vector<std::string> items;
   for (const Row& row : rows) {
-    const std::string key = row.take ? fmt::format("take-{:04}", row.strike)
+    const std::string key = row.simulation ? fmt::format("simulation-{:04}", row.strike)
                                      : fmt::format("{}/{}/{}/strike-{:04}", row.shape, row.material,
                                                    row.size, row.strike);
     if (row.key != key) items.push_back(fmt::format("{}: its labels make {}", row.key, key));

@@ -14,9 +14,9 @@ struct Row {
   std::string key, shape, material, split_shape, split_strike;
   std::uint64_t id = 0;
   double size = 1;
-  std::int64_t strike = 0;           ///< or take
-  bool take = false;                 ///< of a scene that moves; its shape is itself
-  std::vector<std::string> played;   ///< shapes of a take's bodies
+  std::int64_t strike = 0;           ///< or simulation
+  bool simulation = false;                 ///< of a scene that moves; its shape is itself
+  std::vector<std::string> played;   ///< shapes of a simulation's bodies
   Vec3 point = Vec3::Zero();         ///< struck, on the body at size 1 [m]
   std::optional<std::int64_t> room;  ///< number
   std::string room_text;             ///< its size, place and reverberation

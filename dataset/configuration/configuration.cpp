@@ -49,9 +49,9 @@ void read_modes(ConfigNode node, BuildConfig& config) {
 
 void read_solver(ConfigNode node, BuildConfig& config) {
   config.pitch_cents = node.not_negative("pitch_cents", Dimension::none, 0);
-  if (config.pitch_cents > 0 && config.pitch_cents < solvers::pitch::least_pitch_target) {
+  if (config.pitch_cents > 0 && config.pitch_cents < solvers::pitch::min_pitch_target) {
     node.fail("pitch_cents", fmt::format("must be at least {} cents, or 0 for none",
-                                         solvers::pitch::least_pitch_target));
+                                         solvers::pitch::min_pitch_target));
   }
   config.solver.linear_solver = solvers::modes::parse_linear_solver(
       node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));
@@ -111,7 +111,7 @@ SplitConfig read_split(ConfigNode node) {
   split.validation = node.quantity("validation", Dimension::none, 0.1);
   split.test = node.quantity("test", Dimension::none, 0.1);
   if (!(split.validation >= 0 && split.test >= 0 && split.validation + split.test <= 1)) {
-    node.fail("test", "validation and test are shares of the whole and add up to at most 1");
+    node.fail("test", "validation and test are fractions of the whole and add up to at most 1");
   }
   return split;
 }
@@ -146,7 +146,7 @@ std::vector<scene::motion::CastObject> cast_objects(const BuildConfig& config) {
   return objects;
 }
 
-/// Nothing is solved that no take needs, and bodies that move radiate by equivalent sources.
+/// Nothing is solved that no simulation needs, and bodies that move radiate by equivalent sources.
 void check_cast(ConfigNode& root, const BuildConfig& config) {
   const std::vector<scene::motion::CastBody>& bodies = config.motion->bodies;
   for (std::size_t i = 0; i < config.objects.size(); ++i) {

@@ -23,7 +23,7 @@ namespace carillon::dataset::configuration {
 struct SplitConfig {
   double validation = 0.1;
   double test = 0.1;
-  /// Parts of either split that have a share, in the order of Sound::part.
+  /// Parts of either split that have a fraction, in the order of Sound::part.
   std::vector<std::string> names() const;
   /// Cells that a sample can fall into by both splits, whose rooms and noises differ.
   std::size_t parts() const { return names().size() * names().size(); }
@@ -45,7 +45,7 @@ struct BuildConfig {
   RanksConfig ranks;
   TaskLimits limits;
   scene::Scene scene;
-  std::optional<scene::motion::MotionConfig> motion;  ///< samples are takes of it, not strikes
+  std::optional<scene::motion::MotionConfig> motion;  ///< samples are simulations of it, not strikes
   std::optional<synth::signal::MelOptions> mel;
   std::optional<render::VoxelOptions> voxels;
   std::optional<render::Camera> camera;

@@ -61,11 +61,11 @@ void read_labels(const core::Hdf5Group& index, const ExportedRows::Column& colum
                  std::span<const std::size_t> rows, std::span<const std::size_t> order,
                  std::vector<ordered_json>& labels) {
   // What lies so close together is read at once, as opening costs more than the rows between.
-  constexpr std::size_t most_rows = 65536;
+  constexpr std::size_t max_rows = 65536;
   const std::size_t width = column.labels.size();
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     const std::size_t first = rows[order[begin]];
-    while (end < order.size() && rows[order[end]] - first < most_rows) ++end;
+    while (end < order.size() && rows[order[end]] - first < max_rows) ++end;
     const std::size_t count = rows[order[end - 1]] - first + 1;
     const std::vector<T> values = index.read_rows<T>(column.name, first, count);
     for (const std::size_t place : order.subspan(begin, end - begin)) {

@@ -34,7 +34,7 @@ FaustDamping rayleigh_of_one(const synth::damping::DampingModel& model, std::siz
   return damping;
 }
 
-/// c = sum over regions of alpha1 kinetic_share + alpha2 lambda strain_share.
+/// c = sum over regions of alpha1 kinetic_fraction + alpha2 lambda strain_fraction.
 FaustDamping rayleigh_of_regions(const solvers::modes::Modes& modes,
                                  std::span<const synth::material::Material> materials) {
   FaustDamping damping;
@@ -44,12 +44,12 @@ FaustDamping rayleigh_of_regions(const solvers::modes::Modes& modes,
       "rate(a1, a2, lambda) = (alpha1*a1 + alpha2*a2*lambda)/2;\n",
       factor_slider("v:body/[3]alpha1 of all materials, times"),
       factor_slider("v:body/[4]alpha2 of all materials, times"));
-  for (Eigen::Index i = 0; i < modes.kinetic_share.rows(); ++i) {
+  for (Eigen::Index i = 0; i < modes.kinetic_fraction.rows(); ++i) {
     double alpha1 = 0, alpha2 = 0;
     for (std::size_t r = 0; r < materials.size(); ++r) {
       const auto region = static_cast<Eigen::Index>(r);
-      alpha1 += materials[r].damping.parameters[0] * modes.kinetic_share(i, region);
-      alpha2 += materials[r].damping.parameters[1] * modes.strain_share(i, region);
+      alpha1 += materials[r].damping.parameters[0] * modes.kinetic_fraction(i, region);
+      alpha2 += materials[r].damping.parameters[1] * modes.strain_fraction(i, region);
     }
     damping.rates.push_back(
         fmt::format("rate({}, {})", faust_number(alpha1), faust_number(alpha2)));

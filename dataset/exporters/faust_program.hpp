@@ -34,7 +34,7 @@ struct FaustMode {
   std::string remark;
 };
 
-/// Contacts that a program's blows may last [s].
+/// Contacts that a program's strikes may last [s].
 constexpr double shortest_contact = 1e-6, longest_contact = 1;
 
 /// What a Faust program of one body is made from.
@@ -42,7 +42,7 @@ struct FaustProgram {
   std::string name;
   std::vector<std::string> remarks;  ///< lines of the header
   std::vector<Vec3> points;          ///< that can be struck [m]
-  double impulse = 0;                ///< of a blow, at first [N s]
+  double impulse = 0;                ///< of a strike, at first [N s]
   double contact_time = 0;           ///< likewise [s]
   double gain = 1;                   ///< likewise, full scale per m/s
   std::string damping;               ///< FaustDamping::definitions

@@ -39,7 +39,7 @@ std::string header(const FaustProgram& program) {
     text += remark.empty() ? "//\n" : fmt::format("// {}\n", plain(remark));
   }
   text += R"(//
-// process: a blow by the button `strike`, and an input for any other force on the point [N]; the
+// process: a strike by the button `strike`, and an input for any other force on the point [N]; the
 // output is the velocity of the struck point along its outward normal [m/s], times the gain. A
 // force points inward. `body(position, force)`, in other programs: component("FILE.dsp").body.
 //
@@ -63,12 +63,12 @@ std::string sliders(const FaustProgram& program) {
   const double milliseconds = 1000 * program.contact_time;
   const double last = static_cast<double>(program.points.size() - 1);
   std::string text = "\n// ---- What can be set\n\n";
-  text += "strike = button(\"v:blow/[1]strike\");\n";
+  text += "strike = button(\"v:strike/[1]strike\");\n";
   text += fmt::format(
       "contactTime = max({}, min({}, {}/1000));\n", shortest_contact, longest_contact,
-      faust_slider("v:blow/[2]contact time[unit:ms][scale:log]", milliseconds, 0.02, 20));
+      faust_slider("v:strike/[2]contact time[unit:ms][scale:log]", milliseconds, 0.02, 20));
   text += fmt::format("impulse = {};\n",
-                      faust_slider("v:blow/[3]impulse[unit:N s][scale:log]", program.impulse,
+                      faust_slider("v:strike/[3]impulse[unit:N s][scale:log]", program.impulse,
                                    program.impulse / 100, program.impulse * 100));
   text += fmt::format("position = nentry(\"v:body/[1]position\", 0, 0, {}, 1);\n", last);
   text += fmt::format("size = max(1e-3, min(1000, {}));\n",
@@ -108,7 +108,7 @@ std::string faust_text(const FaustProgram& program) {
   text += R"(  :> _;
 
 body(position, force) = bank(position, 0, 0, 0, 0, force);
-process(force) = bank(position, blow(strike > strike', impulse), force)*gain;
+process(force) = bank(position, contact(strike > strike', impulse), force)*gain;
 )";
   return text;
 }

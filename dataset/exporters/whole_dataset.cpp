@@ -63,10 +63,10 @@ void require_whole(const fs::path& folder, const core::Hdf5Group& index,
   }
   if (!missing.empty()) {
     std::vector<std::string> named(missing.begin(), missing.end());
-    constexpr std::size_t most_named = 5;
-    if (named.size() > most_named) {
-      named.resize(most_named);
-      named.push_back(fmt::format("{} more", missing.size() - most_named));
+    constexpr std::size_t max_named = 5;
+    if (named.size() > max_named) {
+      named.resize(max_named);
+      named.push_back(fmt::format("{} more", missing.size() - max_named));
     }
     throw core::InputError(
         fmt::format("{} lacks files: {}", folder.string(), fmt::join(named, ", ")),

@@ -4,8 +4,8 @@ namespace carillon::dataset::plan {
 
 namespace {
 
-/// Of what a take has beside its sound.
-double take_bytes(const configuration::BuildConfig& config) {
+/// Of what a simulation has beside its sound.
+double simulation_bytes(const configuration::BuildConfig& config) {
   const scene::motion::MotionConfig& motion = *config.motion;
   const double seconds = config.scene.audio.seconds;
   constexpr double pose = 7 * 8, strike = 15 * 8, tick = 9 * 8;
@@ -29,7 +29,7 @@ double sample_bytes(const configuration::BuildConfig& config) {
                          ? 4.0 * config.mel->bands *
                                synth::signal::mel_frames(config.scene.audio.samples(), *config.mel)
                          : 0;
-  return rows * (audio * (config.wav ? 2 : 1) + mel) + (config.motion ? take_bytes(config) : 0);
+  return rows * (audio * (config.wav ? 2 : 1) + mel) + (config.motion ? simulation_bytes(config) : 0);
 }
 
 }  // namespace carillon::dataset::plan

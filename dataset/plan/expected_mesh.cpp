@@ -15,8 +15,8 @@ namespace carillon::dataset::plan {
 namespace {
 
 /// @param share  of the box that the body fills
-ExpectedBody box(double x, double y, double z, double share = 1) {
-  return {share * x * y * z, x * y * z / (x * y + y * z + z * x), std::max({x, y, z}), {}};
+ExpectedBody box(double x, double y, double z, double fraction = 1) {
+  return {fraction * x * y * z, x * y * z / (x * y + y * z + z * x), std::max({x, y, z}), {}};
 }
 
 constexpr double ellipsoid = std::numbers::pi / 6;
@@ -35,10 +35,10 @@ ExpectedBody generated(const solvers::mesh::GeneratedShape& shape) {
   // Volumes of ellipsoids beside those of their boxes.
   if (shape.family == "pebble") return box(at("length"), at("width"), at("height"), ellipsoid);
   if (shape.family == "box" || shape.family == "bauble") {
-    const double share = shape.family == "box" ? 1 : ellipsoid, wall = at("wall");
-    ExpectedBody body = box(at("length"), at("width"), at("height"), share);
+    const double fraction = shape.family == "box" ? 1 : ellipsoid, wall = at("wall");
+    ExpectedBody body = box(at("length"), at("width"), at("height"), fraction);
     body.volume -=
-        share * (at("length") - 2 * wall) * (at("width") - 2 * wall) * (at("height") - 2 * wall);
+        fraction * (at("length") - 2 * wall) * (at("width") - 2 * wall) * (at("height") - 2 * wall);
     body.thickness = wall;
     return body;
   }
@@ -132,7 +132,7 @@ solvers::pitch::MeshSize count_mesh(const ExpectedBody& body, const Shape& shape
   return mesh;
 }
 
-/// Tetrahedra that stand in a file, taken as they are: about 40 bytes each with their share of the
+/// Tetrahedra that stand in a file, taken as they are: about 40 bytes each with their fraction of the
 /// nodes, as text or binary.
 void count_tetrahedra(const Shape& shape, ExpectedBody& body) {
   std::error_code error;

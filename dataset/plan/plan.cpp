@@ -33,7 +33,7 @@ std::string part_of_split(const configuration::BuildConfig& config, const std::s
 
 namespace {
 
-/// Where its folder says train or test, validation is a share of train.
+/// Where its folder says train or test, validation is a fraction of train.
 std::string part_of_shape(const configuration::BuildConfig& config, const Shape& shape) {
   if (shape.given_part == "test") return "test";
   if (shape.given_part.empty()) return part_of_split(config, shape.identity, "split.shape");
@@ -42,10 +42,10 @@ std::string part_of_shape(const configuration::BuildConfig& config, const Shape&
 }
 
 constexpr std::size_t samples_per_task = 256;
-/// A task of takes holds about so many bytes of them at once.
+/// A task of simulations holds about so many bytes of them at once.
 constexpr double bytes_per_task = 2.5e8;
-/// A take is seconds of work.
-constexpr double takes_per_task = 4;
+/// A simulation is seconds of work.
+constexpr double simulations_per_task = 4;
 
 /// An instance's own size, drawn within three deviations; six digits, for its key. Not one of
 /// those that are given: equal variants would be the same samples twice.
@@ -222,7 +222,7 @@ void add_samples(const configuration::BuildConfig& config, std::size_t shape_ind
   }
 }
 
-void add_takes(const configuration::BuildConfig& config, BuildPlan& plan) {
+void add_simulations(const configuration::BuildConfig& config, BuildPlan& plan) {
   std::vector<std::size_t> cast;
   for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
     const std::string& object = config.objects[plan.shapes[s].source].name;
@@ -232,9 +232,9 @@ void add_takes(const configuration::BuildConfig& config, BuildPlan& plan) {
       cast.push_back(s);
     }
   }
-  for (int number = 0; number < config.motion->takes; ++number) {
+  for (int number = 0; number < config.motion->simulations; ++number) {
     Sample sample;
-    sample.key = fmt::format("take-{:04}", number);
+    sample.key = fmt::format("simulation-{:04}", number);
     sample.id = core::stable_hash(sample.key);
     sample.shape = cast.front();
     sample.variant = 0;
@@ -242,11 +242,11 @@ void add_takes(const configuration::BuildConfig& config, BuildPlan& plan) {
     plan.samples.push_back(std::move(sample));
   }
   const auto each = static_cast<std::size_t>(
-      std::clamp(bytes_per_task / sample_bytes(config), 1.0, takes_per_task));
+      std::clamp(bytes_per_task / sample_bytes(config), 1.0, simulations_per_task));
   for (std::size_t from = 0; from < plan.samples.size(); from += each) {
     BuildTask task;
     task.kind = TaskKind::samples;
-    task.key = fmt::format("samples/takes-{:04}", from / each);
+    task.key = fmt::format("samples/simulations-{:04}", from / each);
     task.shape = cast.front();
     task.first = from;
     task.count = std::min(each, plan.samples.size() - from);
@@ -278,7 +278,7 @@ BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& 
     plan.tasks.push_back({TaskKind::modes, "modes/" + plan.shapes[i].id, i, 0, 0});
   }
   if (config.motion) {
-    add_takes(config, plan);
+    add_simulations(config, plan);
     return plan;
   }
   check_given_strikes(config, ids);

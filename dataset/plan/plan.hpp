@@ -43,11 +43,11 @@ struct Shape {
 
 /// One sound. Its values are a pure function of the configuration and its key.
 struct Sample {
-  std::string key;    ///< shape/material/size/strike-number, or take-number
+  std::string key;    ///< shape/material/size/strike-number, or simulation-number
   std::uint64_t id;   ///< stable hash of the key
-  std::size_t shape;  ///< takes: one of the cast's
+  std::size_t shape;  ///< simulations: one of the cast's
   std::size_t variant;
-  int strike;  ///< strike number within the shape; takes: the take's number
+  int strike;  ///< strike number within the shape; simulations: the simulation's number
 };
 
 enum class TaskKind { modes, samples };
@@ -55,9 +55,9 @@ enum class TaskKind { modes, samples };
 struct BuildTask {
   TaskKind kind;
   std::string key;
-  std::size_t shape;                   ///< takes: one of the cast's
+  std::size_t shape;                   ///< simulations: one of the cast's
   std::size_t first = 0, count = 0;    ///< samples of a samples task
-  std::vector<std::size_t> cast = {};  ///< takes: all shapes that they may need
+  std::vector<std::size_t> cast = {};  ///< simulations: all shapes that they may need
   /// Shapes whose modes must be there before a samples task begins.
   std::vector<std::size_t> needs() const {
     return cast.empty() ? std::vector<std::size_t>{shape} : cast;

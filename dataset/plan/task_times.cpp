@@ -63,7 +63,7 @@ double last_start(const json& rows, int run) {
 
 }  // namespace
 
-double busy_share(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
+double busy_fraction(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
   const double last = last_start(rows, run);
   double cpu = 0, in_tasks = 0, queued = 0;
   for (const mpi::RankTimes& rank : ranks) queued += rank.queued;
@@ -87,7 +87,7 @@ double busy_share(const json& rows, int run, const std::vector<mpi::RankTimes>& 
   return cpu + idle > 0 ? cpu / (cpu + idle) : 1;
 }
 
-double computing_share(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
+double computing_fraction(const json& rows, int run, const std::vector<mpi::RankTimes>& ranks) {
   const double last = last_start(rows, run);
   double cpu = 0, queued = 0;
   for (const mpi::RankTimes& rank : ranks) queued += rank.queued;
@@ -121,8 +121,8 @@ json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
                             {"queued_s", rank.queued},
                             {"peak_memory_bytes", rank.peak_memory}});
   }
-  out["busy_share"] = busy_share(rows, run, ranks);
-  out["computing_share"] = computing_share(rows, run, ranks);
+  out["busy_fraction"] = busy_fraction(rows, run, ranks);
+  out["computing_fraction"] = computing_fraction(rows, run, ranks);
   for (const auto& [kind, report] : calibration.report()) {
     out["estimates"][kind] = {{"tasks", report.tasks},
                               {"before", to_json(report.before)},
@@ -174,10 +174,10 @@ std::string run_text(const json& run) {
   std::string text = fmt::format("{} on {} {}, busy {:.1f} % of the time until the last task began",
                                  core::human_duration(wall), run.at("ranks").size(),
                                  run.at("ranks").size() == 1 ? "rank" : "ranks",
-                                 100 * run.at("busy_share").get<double>());
+                                 100 * run.at("busy_fraction").get<double>());
   // Runs of earlier versions do not tell.
-  if (run.contains("computing_share")) {
-    text += fmt::format(", computing {:.1f} %", 100 * run.at("computing_share").get<double>());
+  if (run.contains("computing_fraction")) {
+    text += fmt::format(", computing {:.1f} %", 100 * run.at("computing_fraction").get<double>());
   }
   text += "\n";
   text += idle_text(run.at("ranks"));

@@ -30,17 +30,17 @@ nlohmann::json task_rows(const std::map<std::string, nlohmann::json>& finished);
 /// @param rows   of task_rows()
 /// @param ranks  of this run
 /// @return 1 where no time passed
-double busy_share(const nlohmann::json& rows, int run, const std::vector<mpi::RankTimes>& ranks);
+double busy_fraction(const nlohmann::json& rows, int run, const std::vector<mpi::RankTimes>& ranks);
 
 /// The stricter share: seconds that processors computed for tasks until the last one began, over
 /// all the time that the ranks had until then, but for what other programs took of it. Whatever a
 /// task waits for (the disk, another thread) counts as not busy, in it or between tasks.
 /// @return 1 where no time passed
-double computing_share(const nlohmann::json& rows, int run,
+double computing_fraction(const nlohmann::json& rows, int run,
                        const std::vector<mpi::RankTimes>& ranks);
 
 /// The trace's entry of a run: `{run, ranks: [{busy_s, idle_s, cpu_s, queued_s,
-/// peak_memory_bytes}], busy_share, computing_share,
+/// peak_memory_bytes}], busy_fraction, computing_fraction,
 /// estimates: {KIND: {tasks, before: {median, spread}, after: {median, spread}}}}`.
 nlohmann::json describe_run(int run, const std::vector<mpi::RankTimes>& ranks,
                             const mpi::Calibration& calibration, const nlohmann::json& rows);

@@ -54,9 +54,9 @@ int run_build(LoadedBuild build, const BuildOptions& options, const mpi::Context
   run.folders = {output, context.cache};
   std::optional<mpi::FolderLock> sweep_lock;
   if (const fs::path sweep = sweep_around(output, context); !sweep.empty()) {
-    sweep_lock.emplace(sweep, context.world, lock_patience_s);
+    sweep_lock.emplace(sweep, context.world, lock_timeout_s);
   }
-  const mpi::FolderLock lock(run.folders.output, context.world, lock_patience_s);
+  const mpi::FolderLock lock(run.folders.output, context.world, lock_timeout_s);
   mpi::agreed(context.world, [&] {
     if (context.speaks()) refuse_sweep(output);
   });

@@ -36,7 +36,7 @@ std::int64_t modified_ns(const std::filesystem::path& file) {
 }
 
 void drop_damaged(std::map<std::string, json>& entries, const std::filesystem::path& output) {
-  constexpr int most_lines = 20;
+  constexpr int max_lines = 20;
   std::uint64_t total = 0;
   for (const auto& [task, entry] : entries) {
     for (const json& file : entry.value("files", json::array())) {
@@ -56,15 +56,15 @@ void drop_damaged(std::map<std::string, json>& entries, const std::filesystem::p
       const std::string what = damage_of(output / name, files[i], read_it);
       if (what.empty()) continue;
       whole = false;
-      if (++damaged <= most_lines) {
+      if (++damaged <= max_lines) {
         spdlog::warn("{} {}: {} runs again", (output / name).string(), what, item.first);
       }
     }
     return !whole;
   });
-  if (damaged > most_lines) {
+  if (damaged > max_lines) {
     spdlog::warn("{}: {} more files are missing or damaged: their tasks run again", output.string(),
-                 damaged - most_lines);
+                 damaged - max_lines);
   }
 }
 

@@ -64,11 +64,11 @@ double matrix_bytes(const solvers::pitch::MeshSize& mesh) {
 /// many modes as are judged at a time, and local solves, or, where elements are wide against a thin
 /// wall, a factor of that order (solvers/finer_factor.hpp). Every rank of a group has whole fields.
 double judging_bytes(const solvers::pitch::MeshSize& mesh, double modes, int ranks) {
-  constexpr double wide = 3.5, most_at_once = 128, fields_each = 9;
+  constexpr double wide = 3.5, max_at_once = 128, fields_each = 9;
   const solvers::pitch::MeshSize finer = solvers::pitch::resized(mesh, mesh.order + 1, 1);
   const double nodes = (finer.order + 1) * (finer.order + 2) * (finer.order + 3) / 6.0;
   const double kept = 80 * nodes * nodes * mesh.elements;
-  const double fields = ranks * fields_each * 8 * finer.unknowns() * std::min(modes, most_at_once);
+  const double fields = ranks * fields_each * 8 * finer.unknowns() * std::min(modes, max_at_once);
   const double local = 4 * 9 * nodes * nodes * mesh.elements;
   const bool factored = mesh.element_size > wide * mesh.thickness;
   return 1.15 * (kept + fields) +
@@ -112,7 +112,7 @@ mpi::Task samples_task(const configuration::BuildConfig& config, const plan::Bui
   // Reading the modes, and writing and syncing what was made.
   task.cost =
       0.02 + 1e-8 * values + count * config.scene.seconds_per_sound(static_cast<int>(modes));
-  // Columns of takes hold far more than their sound.
+  // Columns of simulations hold far more than their sound.
   const double columns = config.motion ? count * plan::sample_bytes(config) : values * 4;
   task.memory = columns + 6e7;
   for (const scene::EffectDecision& effect : config.scene.effects) {

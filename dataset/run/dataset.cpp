@@ -83,7 +83,7 @@ void write_index(const configuration::BuildConfig& config, const plan::BuildPlan
     }
     if (config.mel) samples::write_mel_attributes(*config.mel, index);
     const auto rows = write_shapes(index, plan, done, folders, joined);
-    if (!config.motion) {  // a take is of several shapes, which its `bodies` name
+    if (!config.motion) {  // a simulation is of several shapes, which its `bodies` name
       std::vector<std::int64_t> shape_index;
       for (const std::size_t t : done) {
         shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));

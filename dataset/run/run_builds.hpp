@@ -47,7 +47,7 @@ struct RunOutcome {
 };
 
 /// Ranks of a build that was killed take a few seconds to go: how long to wait for its lock [s].
-constexpr double lock_patience_s = 10;
+constexpr double lock_timeout_s = 10;
 
 /// Runs what is left to do of all builds on one board, so that no rank is idle while another has
 /// tasks; claims their folders and writes their journals and indices. Then calls `finish` on every

@@ -86,7 +86,7 @@ json describe(const mpi::Schedule& schedule, const std::vector<mpi::Task>& tasks
           {"efficiency", schedule.efficiency},
           {"all_at_work_until_s", schedule.all_at_work_until},
           {"half_at_work_until_s", schedule.half_at_work_until},
-          {"straggler_share", span > 0 ? 1 - schedule.all_at_work_until / span : 0},
+          {"straggler_fraction", span > 0 ? 1 - schedule.all_at_work_until / span : 0},
           {"shared_work_s", schedule.shared_work},
           {"longest_chain_s", schedule.longest_chain},
           {"last_task", schedule.last_task < 0 ? "" : tasks[last].key},

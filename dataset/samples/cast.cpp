@@ -121,10 +121,10 @@ bool held_out(const configuration::BuildConfig& config, const plan::BuildPlan& p
 }
 
 std::vector<Role> draw_roles(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
-                             std::uint64_t take_id, const std::string& part) {
+                             std::uint64_t simulation_id, const std::string& part) {
   std::vector<Role> roles;
   for (const scene::motion::CastBody& body : config.motion->bodies) {
-    core::RandomStream random(config.seed, take_id, "motion." + body.name);
+    core::RandomStream random(config.seed, simulation_id, "motion." + body.name);
     Role role;
     role.name = body.name;
     std::vector<std::size_t> shapes = instances(config, plan, body.object);
@@ -238,10 +238,10 @@ synth::motion::MovingBody make_body(const scene::motion::CastBody& cast, const R
 
 }  // namespace
 
-TakeStage set_stage(const configuration::BuildConfig& config, const std::vector<Role>& roles,
+SimulationStage set_stage(const configuration::BuildConfig& config, const std::vector<Role>& roles,
                     Actors& actors, scene::motion::Textures& textures) {
   const scene::motion::MotionConfig& motion = *config.motion;
-  TakeStage stage;
+  SimulationStage stage;
   if (motion.ground) {
     stage.names.push_back("ground");
     stage.actors.push_back(nullptr);

@@ -25,7 +25,7 @@ struct Actor {
   solvers::mesh::Box box;
 };
 
-/// Bodies that takes are cast with, each made once.
+/// Bodies that simulations are cast with, each made once.
 class Actors {
  public:
   Actors(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
@@ -46,7 +46,7 @@ class Actors {
   std::map<std::tuple<std::size_t, std::string, double>, std::unique_ptr<Actor>> actors_;
 };
 
-/// Who plays in a take: what was drawn for each body of the cast.
+/// Who plays in a simulation: what was drawn for each body of the cast.
 struct Role {
   std::string name;
   std::size_t shape = 0;
@@ -56,27 +56,27 @@ struct Role {
   synth::motion::BodyState start;
 };
 
-/// Whether an object's instances are kept to the takes of their own part of split_shape. Where a
-/// part would have none, takes of all parts draw from all of them.
+/// Whether an object's instances are kept to the simulations of their own part of split_shape. Where a
+/// part would have none, simulations of all parts draw from all of them.
 bool held_out(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
               const std::string& object);
 
-/// Draws a take: each body's instance (among those of the take's part where they are held out), its
-/// material, place, turn and motion. Streams are keyed by (seed, take's id, body's name).
-/// @param part  of split_shape that the take is in
+/// Draws a simulation: each body's instance (among those of the simulation's part where they are held out), its
+/// material, place, turn and motion. Streams are keyed by (seed, simulation's id, body's name).
+/// @param part  of split_shape that the simulation is in
 std::vector<Role> draw_roles(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
-                             std::uint64_t take_id, const std::string& part);
+                             std::uint64_t simulation_id, const std::string& part);
 
-/// A take ready to move: the ground first, where there is one, then the cast. Numbers of bodies are
+/// A simulation ready to move: the ground first, where there is one, then the cast. Numbers of bodies are
 /// the same everywhere.
-struct TakeStage {
+struct SimulationStage {
   std::vector<std::string> names;
   std::vector<const Actor*> actors;  ///< null: the ground
   std::vector<synth::motion::MovingBody> moving;
   std::vector<synth::motion::SoundingBody> sounding;
   std::vector<synth::motion::MotionString> strings;
 };
-TakeStage set_stage(const configuration::BuildConfig& config, const std::vector<Role>& roles,
+SimulationStage set_stage(const configuration::BuildConfig& config, const std::vector<Role>& roles,
                     Actors& actors, scene::motion::Textures& textures);
 
 }  // namespace carillon::dataset::samples

@@ -39,8 +39,8 @@ std::vector<Vec3> hand_path(const scene::motion::StylusConfig& config,
 
 }  // namespace
 
-TakeTouch draw_take_stylus(const configuration::BuildConfig& config, std::uint64_t take_id,
-                           TakeStage& stage, synth::motion::Motion& motion,
+SimulationTouch draw_stylus(const configuration::BuildConfig& config, std::uint64_t simulation_id,
+                           SimulationStage& stage, synth::motion::Motion& motion,
                            const std::shared_ptr<synth::motion::TracedMaps>& traced) {
   const scene::motion::StylusConfig& stylus = *config.motion->stylus;
   const std::size_t touched = static_cast<std::size_t>(
@@ -48,12 +48,12 @@ TakeTouch draw_take_stylus(const configuration::BuildConfig& config, std::uint64
   const render::maps::TexturedFace& face = *stage.moving[touched].texture;
   const synth::motion::Pose pose = motion.states.front()[touched].pose;  // it is fixed
   const double rate = 1 / motion.step;
-  core::RandomStream random(config.seed, take_id, "motion.stylus");
+  core::RandomStream random(config.seed, simulation_id, "motion.stylus");
   const std::vector<Vec3> hand = hand_path(stylus, face, random, rate, motion.states.size());
   const synth::touch::Touch felt =
       synth::touch::draw_stylus(face, hand, stylus.stylus, {rate, traced});
 
-  TakeTouch touch;
+  SimulationTouch touch;
   touch.rate = rate;
   touch.limited = felt.limited;
   touch.held_back = felt.held_back;

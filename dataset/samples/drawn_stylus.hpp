@@ -5,8 +5,8 @@
 
 namespace carillon::dataset::samples {
 
-/// What a take's stylus felt, in the world's axes.
-struct TakeTouch {
+/// What a simulation's stylus felt, in the world's axes.
+struct SimulationTouch {
   double rate = 0;           ///< [Hz]
   std::vector<Vec3> hand;    ///< [m], one a tick
   std::vector<Vec3> tip;     ///< [m]
@@ -14,12 +14,12 @@ struct TakeTouch {
   std::size_t limited = 0, held_back = 0;
 };
 
-/// Draws the configuration's stylus over its face, from the take's start on, and adds it to stage
+/// Draws the configuration's stylus over its face, from the simulation's start on, and adds it to stage
 /// and motion as the last body, with its lasting contacts. Path and speed are drawn by (seed,
-/// take's id, "motion.stylus"). The face's body must be fixed.
-/// @param traced  maps traced for earlier takes
-TakeTouch draw_take_stylus(const configuration::BuildConfig& config, std::uint64_t take_id,
-                           TakeStage& stage, synth::motion::Motion& motion,
+/// simulation's id, "motion.stylus"). The face's body must be fixed.
+/// @param traced  maps traced for earlier simulations
+SimulationTouch draw_stylus(const configuration::BuildConfig& config, std::uint64_t simulation_id,
+                           SimulationStage& stage, synth::motion::Motion& motion,
                            const std::shared_ptr<synth::motion::TracedMaps>& traced);
 
 /// A pen whose tip is the origin, leaning back from the way it is drawn.

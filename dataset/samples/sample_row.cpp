@@ -2,7 +2,7 @@
 
 #include "core/audio.hpp"
 #include "dataset/samples/damping_columns.hpp"
-#include "dataset/samples/take_rows.hpp"
+#include "dataset/samples/simulation_rows.hpp"
 
 namespace carillon::dataset::samples {
 
@@ -112,9 +112,9 @@ SampleResult SampleRows::add(const plan::Sample& sample, core::Columns& columns)
 AddRow row_maker(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
                  std::size_t shape, const BuildFolders& folders, core::Trace& trace) {
   if (config.motion) {
-    auto takes = std::make_shared<TakeRows>(config, plan, folders, trace);
-    return [takes](const plan::Sample& sample, core::Columns& columns) {
-      return takes->add(sample, columns);
+    auto simulations = std::make_shared<SimulationRows>(config, plan, folders, trace);
+    return [simulations](const plan::Sample& sample, core::Columns& columns) {
+      return simulations->add(sample, columns);
     };
   }
   auto rows = std::make_shared<SampleRows>(config, plan.shapes[shape], folders, trace);

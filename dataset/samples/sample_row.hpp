@@ -18,7 +18,7 @@ void add_sound_columns(const configuration::BuildConfig& config, const SampleRes
 /// Adds one sample's row, with every column that its shard stores.
 using AddRow = std::function<SampleResult(const plan::Sample&, core::Columns&)>;
 
-/// Of the samples of a task that have this shape, or of takes. All must outlive it.
+/// Of the samples of a task that have this shape, or of simulations. All must outlive it.
 /// @throws FileError  a modes file is missing or damaged
 AddRow row_maker(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
                  std::size_t shape, const BuildFolders& folders, core::Trace& trace);

@@ -8,7 +8,7 @@
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "dataset/samples/sample_row.hpp"
-#include "dataset/samples/take_rows.hpp"
+#include "dataset/samples/simulation_rows.hpp"
 #include "scene/chain.hpp"
 #include "scene/columns.hpp"
 #include "synth/recording/recording_chain.hpp"
@@ -29,7 +29,7 @@ void write_mel_attributes(const synth::signal::MelOptions& mel, const core::Hdf5
 
 namespace {
 
-/// sounds/cup-001/glass-1-strike-0003.wav, sounds/take-0003.wav
+/// sounds/cup-001/glass-1-strike-0003.wav, sounds/simulation-0003.wav
 std::filesystem::path sound_path(const configuration::BuildConfig& config, const plan::Shape& shape,
                                  const plan::Sample& sample) {
   if (config.motion) return std::filesystem::path("sounds") / (sample.key + ".wav");

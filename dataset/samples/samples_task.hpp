@@ -18,7 +18,7 @@ struct SampleResult {
   double peak = 0;                 ///< largest magnitude in the audio
   double complete_to_hz = 0;
   double pitch_error = 0;                  ///< worst estimated one of the body's modes [cents]
-  std::vector<render::SceneFrame> frames;  ///< of a take
+  std::vector<render::SceneFrame> frames;  ///< of a simulation
 };
 
 /// Makes samples of one shape from its modes file; modes of a variant are rescaled once.

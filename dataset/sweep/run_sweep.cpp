@@ -185,7 +185,7 @@ int run_sweep(const LoadedSweep& loaded, const run::BuildOptions& options,
               const mpi::Context& context) {
   const std::filesystem::path output(options.output.empty() ? loaded.name : options.output);
   const bool host = context.speaks();
-  const mpi::FolderLock lock(output, context.world, run::lock_patience_s);
+  const mpi::FolderLock lock(output, context.world, run::lock_timeout_s);
   mpi::agreed(context.world, [&] {
     if (!host) return;
     refuse_dataset(output);

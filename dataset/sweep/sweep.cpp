@@ -121,10 +121,10 @@ std::vector<Row> grid(const std::vector<SweptKey>& keys, const ConfigNode& node)
   std::string factors;
   for (const SweptKey& key : keys) {
     factors += (factors.empty() ? "" : " x ") + std::to_string(key.values.size());
-    product = product > most_variants ? product : product * key.values.size();
+    product = product > max_variants ? product : product * key.values.size();
   }
-  if (product > most_variants) {
-    node.fail("keys", fmt::format("{} are more than {} variants", factors, most_variants),
+  if (product > max_variants) {
+    node.fail("keys", fmt::format("{} are more than {} variants", factors, max_variants),
               "sweep fewer values, or draw some of them with `mode: random` and `count`");
   }
   std::vector<Row> rows = {{}};
@@ -143,7 +143,7 @@ std::vector<Row> grid(const std::vector<SweptKey>& keys, const ConfigNode& node)
 
 std::vector<Row> zip(const std::vector<SweptKey>& keys) {
   std::vector<Row> rows(keys.front().values.size());
-  if (rows.size() > most_variants) refuse(keys.front(), "has more values than a sweep may have");
+  if (rows.size() > max_variants) refuse(keys.front(), "has more values than a sweep may have");
   for (const SweptKey& key : keys) {
     if (key.values.size() != rows.size()) {
       refuse(key,
@@ -159,7 +159,7 @@ std::vector<Row> zip(const std::vector<SweptKey>& keys) {
 
 std::vector<Row> random_rows(const std::vector<SweptKey>& keys, ConfigNode& node) {
   const auto count =
-      static_cast<std::size_t>(node.integer("count", 1, static_cast<std::int64_t>(most_variants)));
+      static_cast<std::size_t>(node.integer("count", 1, static_cast<std::int64_t>(max_variants)));
   const auto seed = static_cast<std::uint64_t>(
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   std::vector<Row> rows;
@@ -237,7 +237,7 @@ std::optional<Sweep> read_sweep(const std::string& text, const std::string& file
   node.leave_alone({"keys"});
   node.leave_alone(place.others);
   if (sweep.mode == "random") {
-    node.integer("count", 1, static_cast<std::int64_t>(most_variants));
+    node.integer("count", 1, static_cast<std::int64_t>(max_variants));
     node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0);
   }
   node.finish();

@@ -9,7 +9,7 @@
 namespace carillon::dataset::sweep {
 
 /// More than so many variants are refused: mostly slips in a grid.
-constexpr std::size_t most_variants = 10000;
+constexpr std::size_t max_variants = 10000;
 
 /// One build of a sweep: the configuration with these values in place of its own.
 struct SweepVariant {

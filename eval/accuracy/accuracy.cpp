@@ -29,7 +29,7 @@ double load_average() {
 
 /// A body whose file is missing gets its stand-in, or is passed over.
 /// @return whether there is a body to measure
-bool find_body(LadderObject& object, Findings& findings, const std::filesystem::path& output,
+bool find_body(StudiedObject& object, Findings& findings, const std::filesystem::path& output,
                const mpi::Context& context, MPI_Comm comm) {
   const std::string& path = object.request.file.path;
   if (path.empty() || std::filesystem::exists(path)) return true;
@@ -52,7 +52,7 @@ bool find_body(LadderObject& object, Findings& findings, const std::filesystem::
 }
 
 /// Fills in the findings as they come: what stands when something throws stays.
-void climb(const LadderConfig& config, const LadderObject& object, RungRunner& runner,
+void climb(const AccuracyConfig& config, const StudiedObject& object, LevelRunner& runner,
            Findings& findings, const std::function<void(const std::string&)>& tell) {
   tell("reference of " + object.name);
   findings.reference = runner.reference();
@@ -73,19 +73,19 @@ void climb(const LadderConfig& config, const LadderObject& object, RungRunner& r
     choice.command = modes_line(object, runner.target_band(), config.max_elements, cents);
     try {
       choice.report = runner.choose(cents);
-      for (const auto& step : choice.report.steps) choice.steps.push_back(&runner.rung_of(step));
+      for (const auto& step : choice.report.steps) choice.steps.push_back(&runner.level_of(step));
     } catch (const core::Error& error) {
       choice.failure = error.message();
     }
   }
 }
 
-json measure_object(const LadderConfig& config, LadderObject object,
+json measure_object(const AccuracyConfig& config, StudiedObject object,
                     const std::filesystem::path& output, const mpi::Context& context, MPI_Comm comm,
                     const std::function<void(const std::string&)>& tell) {
   Findings findings;
   findings.name = object.name;
-  RungRunner runner(config, object, context, comm);
+  LevelRunner runner(config, object, context, comm);
   try {
     if (find_body(object, findings, output, context, comm)) {
       climb(config, object, runner, findings, tell);
@@ -93,7 +93,7 @@ json measure_object(const LadderConfig& config, LadderObject object,
   } catch (const core::Error& error) {
     findings.failure = error.message();
   }
-  for (const auto& rung : runner.rungs()) findings.rungs.push_back(rung.get());
+  for (const auto& level : runner.levels()) findings.levels.push_back(level.get());
   return to_json(config, findings);
 }
 
@@ -106,7 +106,7 @@ json found_or_failure(const std::function<nlohmann::ordered_json()>& climb) {
   }
 }
 
-json measure(const LadderConfig& config, const std::filesystem::path& output,
+json measure(const AccuracyConfig& config, const std::filesystem::path& output,
              const mpi::Context& context, MPI_Comm comm) {
   const double start = core::monotonic_seconds();
   core::Progress progress("accuracy", static_cast<double>(config.objects.size()),
@@ -135,11 +135,11 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
   };
   if (config.sound) {
     document["sound"] =
-        found_or_failure([&] { return climb_sounds(*config.sound, comm, context.cache); });
+        found_or_failure([&] { return measure_sounds(*config.sound, comm, context.cache); });
     keep();
   }
   if (config.features) {
-    document["features"] = found_or_failure([&] { return climb_features(*config.features); });
+    document["features"] = found_or_failure([&] { return measure_features(*config.features); });
     keep();
   }
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
@@ -161,7 +161,7 @@ json measure(const LadderConfig& config, const std::filesystem::path& output,
 
 }  // namespace
 
-json measure_ladder(const LadderConfig& config, const std::filesystem::path& output,
+json measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
                     const mpi::Context& context) {
   if (config.all_ranks) return measure(config, output, context, context.world);
   json document;

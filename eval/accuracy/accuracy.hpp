@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/accuracy/ladder_config.hpp"
+#include "eval/accuracy/accuracy_config.hpp"
 #include "mpi/context.hpp"
 
 namespace carillon::eval::accuracy {
@@ -16,13 +16,13 @@ struct AccuracyOptions {
   std::vector<std::string> overrides;
 };
 
-/// Measures the ladder of a configuration: on rank 0 while the others wait, or on all ranks.
-/// What is known is rewritten as accuracy.json after each body, so that a ladder that is cut short
+/// Measures the study of a configuration: on rank 0 while the others wait, or on all ranks.
+/// What is known is rewritten as accuracy.json after each body, so that a study that is cut short
 /// keeps what it measured. A body that fails does not spoil the others.
 /// @param output  folder that exists, for accuracy.json and stand-ins
 /// @return the document of accuracy.json, the same on every rank that measures
 /// @note Collective on the context's world.
-nlohmann::json measure_ladder(const LadderConfig& config, const std::filesystem::path& output,
+nlohmann::json measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
                               const mpi::Context& context);
 
 }  // namespace carillon::eval::accuracy

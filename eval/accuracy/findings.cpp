@@ -80,33 +80,33 @@ std::vector<double> frequencies_of(const solvers::modes::Modes& modes, std::size
   return out;
 }
 
-double time_of(const LadderConfig& config, const Rung& rung) {
-  return config.cpu_time ? rung.cpu_seconds : rung.seconds;
+double time_of(const AccuracyConfig& config, const RefinementLevel& level) {
+  return config.cpu_time ? level.cpu_seconds : level.seconds;
 }
 
-json rung_json(const LadderConfig& config, const Rung& rung, const Reference& reference) {
-  json out = {{"order", rung.options.order},
+json level_json(const AccuracyConfig& config, const RefinementLevel& level, const Reference& reference) {
+  json out = {{"order", level.options.order},
               {"element_size_m", nullptr},
-              {"automatic_size", rung.options.element_size <= 0},
+              {"automatic_size", level.options.element_size <= 0},
               {"size_factor", nullptr},
-              {"tolerance", rung.tolerance}};
-  if (std::isfinite(rung.element_size)) out["element_size_m"] = rung.element_size;
-  if (rung.size_factor > 0) out["size_factor"] = rung.size_factor;
-  if (!rung.failure.empty()) out["failure"] = rung.failure;
-  if (rung.error) return out;
-  out["elements"] = rung.mesh.mesh.element_count();
-  out["unknowns"] = rung.modes.certificate.unknowns;
-  out["seconds"] = time_of(config, rung);
-  out["wall_seconds"] = rung.seconds;
-  out["processor_seconds"] = rung.cpu_seconds;
-  out["runs"] = rung.runs;
-  for (const auto& [stage, seconds] : rung.stages) out["stages"][stage + "_s"] = seconds;
+              {"tolerance", level.tolerance}};
+  if (std::isfinite(level.element_size)) out["element_size_m"] = level.element_size;
+  if (level.size_factor > 0) out["size_factor"] = level.size_factor;
+  if (!level.failure.empty()) out["failure"] = level.failure;
+  if (level.error) return out;
+  out["elements"] = level.mesh.mesh.element_count();
+  out["unknowns"] = level.modes.certificate.unknowns;
+  out["seconds"] = time_of(config, level);
+  out["wall_seconds"] = level.seconds;
+  out["processor_seconds"] = level.cpu_seconds;
+  out["runs"] = level.runs;
+  for (const auto& [stage, seconds] : level.stages) out["stages"][stage + "_s"] = seconds;
   const std::size_t first = reference.first, count = reference.compared();
-  const auto frequencies = frequencies_of(rung.modes, first, count);
+  const auto frequencies = frequencies_of(level.modes, first, count);
   out["modes"] = frequencies.size();
   out["frequencies_hz"] = frequencies;
   // Ranks without a partner say nothing of the others' errors.
-  if (!rung.failure.empty()) return out;
+  if (!level.failure.empty()) return out;
   const auto errors =
       errors_in_cents(frequencies, std::span(reference.frequencies).subspan(first), count);
   out["errors_cents"] = errors;
@@ -116,8 +116,8 @@ json rung_json(const LadderConfig& config, const Rung& rung, const Reference& re
   out["estimated_worst_cents"] = nullptr;
   out["estimated_median_cents"] = nullptr;
   out["estimated_errors_cents"] = json::array();
-  if (!rung.modes.pitch_errors.empty()) {
-    const auto from = rung.modes.pitch_errors.begin() + static_cast<std::ptrdiff_t>(first);
+  if (!level.modes.pitch_errors.empty()) {
+    const auto from = level.modes.pitch_errors.begin() + static_cast<std::ptrdiff_t>(first);
     const std::vector<double> estimates(from, from + static_cast<std::ptrdiff_t>(count));
     const Summary estimate = summary(estimates);
     out["estimated_errors_cents"] = estimates;
@@ -127,8 +127,8 @@ json rung_json(const LadderConfig& config, const Rung& rung, const Reference& re
   return out;
 }
 
-json choice_json(const LadderConfig& config, const Choice& choice,
-                 const std::vector<const Rung*>& rungs) {
+json choice_json(const AccuracyConfig& config, const Choice& choice,
+                 const std::vector<const RefinementLevel*>& levels) {
   json out = {{"asked_cents", choice.cents}, {"met", false}};
   if (!choice.failure.empty()) {
     out["failure"] = choice.failure;
@@ -143,10 +143,10 @@ json choice_json(const LadderConfig& config, const Choice& choice,
     all += seconds;
     out["steps"][i]["seconds"] = seconds;
   }
-  const Rung* chosen = choice.steps.at(choice.report.chosen);
+  const RefinementLevel* chosen = choice.steps.at(choice.report.chosen);
   out["seconds"] = time_of(config, *chosen);
   out["search_seconds"] = all;
-  out["rung"] = std::find(rungs.begin(), rungs.end(), chosen) - rungs.begin();
+  out["level"] = std::find(levels.begin(), levels.end(), chosen) - levels.begin();
   return out;
 }
 
@@ -156,7 +156,7 @@ std::string number(const json& value, double factor = 1) {
 
 }  // namespace
 
-json to_json(const LadderConfig& config, const Findings& findings) {
+json to_json(const AccuracyConfig& config, const Findings& findings) {
   json out = {{"name", findings.name}};
   if (!findings.note.empty()) out["note"] = findings.note;
   if (!findings.failure.empty()) {
@@ -180,29 +180,29 @@ json to_json(const LadderConfig& config, const Findings& findings) {
     out["reference"]["element_size_m"] = reference.element_size;
   }
   std::vector<CostPoint> points;
-  std::vector<std::size_t> place;  // of each point among the rungs
-  out["rungs"] = json::array();
-  for (const Rung* rung : findings.rungs) {
-    json entry = rung_json(config, *rung, reference);
+  std::vector<std::size_t> place;  // of each point among the levels
+  out["levels"] = json::array();
+  for (const RefinementLevel* level : findings.levels) {
+    json entry = level_json(config, *level, reference);
     entry["on_front"] = false;
-    if (rung->failure.empty()) {
+    if (level->failure.empty()) {
       points.push_back({entry.at("seconds"), entry.at("worst_cents")});
-      place.push_back(out["rungs"].size());
+      place.push_back(out["levels"].size());
     }
-    out["rungs"].push_back(std::move(entry));
+    out["levels"].push_back(std::move(entry));
   }
   std::vector<CostPoint> front;
   out["front"] = json::array();
   for (const std::size_t i : pareto_front(points)) {
     front.push_back(points[i]);
     out["front"].push_back(place[i]);
-    out["rungs"][place[i]]["on_front"] = true;
+    out["levels"][place[i]]["on_front"] = true;
   }
   out["half_the_error_costs"] = nullptr;
   if (const auto factor = cost_of_half_the_error(front)) out["half_the_error_costs"] = *factor;
   out["chosen"] = json::array();
   for (const Choice& choice : findings.choices)
-    out["chosen"].push_back(choice_json(config, choice, findings.rungs));
+    out["chosen"].push_back(choice_json(config, choice, findings.levels));
   return out;
 }
 
@@ -215,36 +215,36 @@ bool has_failed(const json& object) {
 
 namespace {
 
-void print_rung(const json& rung) {
-  fmt::print("{:>5} {:>10} {:>9.0e} ", rung.at("order").get<int>(),
-             number(rung.at("element_size_m"), 1e3), rung.at("tolerance").get<double>());
-  if (rung.contains("elements")) {
-    fmt::print("{:>9} {:>9} {:>9.2f} ", rung.at("elements").get<std::int64_t>(),
-               rung.at("unknowns").get<std::int64_t>(), rung.at("seconds").get<double>());
+void print_level(const json& level) {
+  fmt::print("{:>5} {:>10} {:>9.0e} ", level.at("order").get<int>(),
+             number(level.at("element_size_m"), 1e3), level.at("tolerance").get<double>());
+  if (level.contains("elements")) {
+    fmt::print("{:>9} {:>9} {:>9.2f} ", level.at("elements").get<std::int64_t>(),
+               level.at("unknowns").get<std::int64_t>(), level.at("seconds").get<double>());
   }
-  if (rung.contains("failure")) {
-    fmt::print("{}\n", rung.at("failure").get<std::string>());
+  if (level.contains("failure")) {
+    fmt::print("{}\n", level.at("failure").get<std::string>());
     return;
   }
-  fmt::print("| {:>9} {:>9} | {:>9} {:>9} {}\n", number(rung["worst_cents"]),
-             number(rung["estimated_worst_cents"]), number(rung["median_cents"]),
-             number(rung["estimated_median_cents"]), rung.at("on_front") ? "front" : "");
+  fmt::print("| {:>9} {:>9} | {:>9} {:>9} {}\n", number(level["worst_cents"]),
+             number(level["estimated_worst_cents"]), number(level["median_cents"]),
+             number(level["estimated_median_cents"]), level.at("on_front") ? "front" : "");
 }
 
-void print_choice(const json& choice, const json& rungs) {
+void print_choice(const json& choice, const json& levels) {
   fmt::print("--pitch-cents {:<4} ", number(choice["asked_cents"]));
   if (choice.contains("failure")) {
     fmt::print("failed: {}\n", choice.at("failure").get<std::string>());
     return;
   }
-  const json& rung = rungs.at(choice.at("rung").get<std::size_t>());
+  const json& level = levels.at(choice.at("level").get<std::size_t>());
   const bool met = choice.at("met");
   fmt::print("{}: order {}, {} mm, {:.2f} s ({:.2f} s with the steps to it), {}{}\n",
-             met ? "met" : "not met", rung.at("order").get<int>(),
-             number(rung.at("element_size_m"), 1e3), choice.at("seconds").get<double>(),
+             met ? "met" : "not met", level.at("order").get<int>(),
+             number(level.at("element_size_m"), 1e3), choice.at("seconds").get<double>(),
              choice.at("search_seconds").get<double>(),
-             rung.contains("failure") ? rung.at("failure").get<std::string>()
-                                      : fmt::format("worst {} cents", number(rung["worst_cents"])),
+             level.contains("failure") ? level.at("failure").get<std::string>()
+                                      : fmt::format("worst {} cents", number(level["worst_cents"])),
              met ? "" : "; " + choice.at("reason").get<std::string>());
 }
 
@@ -270,8 +270,8 @@ void print_findings(const json& object) {
   fmt::print("{:>5} {:>10} {:>9} {:>9} {:>9} {:>9} | {:>9} {:>9} | {:>9} {:>9}\n", "order",
              "size [mm]", "tolerance", "elements", "unknowns", "time [s]", "worst", "estimate",
              "median", "estimate");
-  for (const json& rung : object.at("rungs")) print_rung(rung);
-  for (const json& choice : object.at("chosen")) print_choice(choice, object.at("rungs"));
+  for (const json& level : object.at("levels")) print_level(level);
+  for (const json& choice : object.at("chosen")) print_choice(choice, object.at("levels"));
   if (!object.at("half_the_error_costs").is_null()) {
     fmt::print("half the error costs {:.2f} times the time\n",
                object.at("half_the_error_costs").get<double>());

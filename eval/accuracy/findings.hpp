@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/accuracy/rungs.hpp"
+#include "eval/accuracy/refinement_levels.hpp"
 
 namespace carillon::eval::accuracy {
 
@@ -18,7 +18,7 @@ namespace carillon::eval::accuracy {
 std::vector<double> errors_in_cents(std::span<const double> frequencies,
                                     std::span<const double> reference, std::size_t most);
 
-/// A rung as the front sees it.
+/// A level as the front sees it.
 struct CostPoint {
   double seconds = 0;
   double cents = 0;  ///< worst true error
@@ -39,7 +39,7 @@ struct Choice {
   std::string command;  ///< that chooses the same; "": there is none
   std::string failure;  ///< why nothing was chosen, else ""
   solvers::pitch::PitchReport report;
-  std::vector<const Rung*> steps;  ///< rungs of the report's steps
+  std::vector<const RefinementLevel*> steps;  ///< levels of the report's steps
 };
 
 /// What was found for one body.
@@ -49,14 +49,14 @@ struct Findings {
   std::string failure;       ///< what ended the measurements, else ""
   bool passed_over = false;  ///< an optional file is missing: nothing failed
   Reference reference;
-  std::vector<const Rung*> rungs;
+  std::vector<const RefinementLevel*> levels;
   std::vector<Choice> choices;
 };
 
 /// The schema is in docs/accuracy.md.
-nlohmann::json to_json(const LadderConfig& config, const Findings& findings);
+nlohmann::json to_json(const AccuracyConfig& config, const Findings& findings);
 
-/// Whether a body, or one of its targets, could not be had. A target that is not met, a rung that
+/// Whether a body, or one of its targets, could not be had. A target that is not met, a level that
 /// fails and an optional file that is missing are findings like any other.
 bool has_failed(const nlohmann::json& object);
 

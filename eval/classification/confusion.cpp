@@ -14,7 +14,7 @@ namespace {
 
 using core::nan;
 
-double share(std::size_t part, std::size_t whole) {
+double fraction(std::size_t part, std::size_t whole) {
   return whole == 0 ? nan : static_cast<double>(part) / static_cast<double>(whole);
 }
 
@@ -48,13 +48,13 @@ double accuracy(const Confusion& confusion) {
     right += confusion.at(c, c);
     all += row_sum(confusion, c);
   }
-  return share(right, all);
+  return fraction(right, all);
 }
 
 std::vector<double> recalls(const Confusion& confusion) {
   std::vector<double> values;
   for (std::size_t c = 0; c < confusion.classes; ++c) {
-    values.push_back(share(confusion.at(c, c), row_sum(confusion, c)));
+    values.push_back(fraction(confusion.at(c, c), row_sum(confusion, c)));
   }
   return values;
 }
@@ -70,15 +70,15 @@ double balanced_accuracy(const Confusion& confusion) {
   return occurring == 0 ? nan : sum / static_cast<double>(occurring);
 }
 
-std::vector<double> row_shares(const Confusion& confusion) {
-  std::vector<double> shares;
+std::vector<double> row_fractions(const Confusion& confusion) {
+  std::vector<double> fractions;
   for (std::size_t r = 0; r < confusion.classes; ++r) {
     const std::size_t samples = row_sum(confusion, r);
     for (std::size_t c = 0; c < confusion.classes; ++c) {
-      shares.push_back(share(confusion.at(r, c), samples));
+      fractions.push_back(fraction(confusion.at(r, c), samples));
     }
   }
-  return shares;
+  return fractions;
 }
 
 ConfusionDifference confusion_difference(const Confusion& a, const Confusion& b) {
@@ -86,7 +86,7 @@ ConfusionDifference confusion_difference(const Confusion& a, const Confusion& b)
     throw core::InputError(fmt::format(
         "confusion matrices of {} and of {} classes cannot be compared", a.classes, b.classes));
   }
-  const std::vector<double> first = row_shares(a), second = row_shares(b);
+  const std::vector<double> first = row_fractions(a), second = row_fractions(b);
   ConfusionDifference difference;
   double squares = 0;
   for (std::size_t r = 0; r < a.classes; ++r) {

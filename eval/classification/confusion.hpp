@@ -38,7 +38,7 @@ std::vector<double> recalls(const Confusion& confusion);
 double balanced_accuracy(const Confusion& confusion);
 
 /// The matrix with rows that sum to 1; NaN in the rows of classes that do not occur.
-std::vector<double> row_shares(const Confusion& confusion);
+std::vector<double> row_fractions(const Confusion& confusion);
 
 /// How far two patterns of errors are apart.
 struct ConfusionDifference {

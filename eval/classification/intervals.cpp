@@ -146,16 +146,16 @@ double expanded(double probability, double groups) {
 core::Range wilson_interval(double right, double samples, double probability) {
   check_probability(probability);
   if (!(right >= 0 && right <= samples) || !std::isfinite(samples)) {
-    throw core::InputError(fmt::format("{} of {} samples are no share", right, samples));
+    throw core::InputError(fmt::format("{} of {} samples are no fraction", right, samples));
   }
   if (samples == 0) return {0, 1};
   const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * probability);
-  const double share = right / samples, square = z * z / samples;
-  const double middle = (share + square / 2) / (1 + square);
+  const double fraction = right / samples, square = z * z / samples;
+  const double middle = (fraction + square / 2) / (1 + square);
   const double half =
-      z * std::sqrt(share * (1 - share) / samples + square / (4 * samples)) / (1 + square);
+      z * std::sqrt(fraction * (1 - fraction) / samples + square / (4 * samples)) / (1 + square);
   // Rounding must not cut off what was seen.
-  return {std::clamp(middle - half, 0.0, share), std::clamp(middle + half, share, 1.0)};
+  return {std::clamp(middle - half, 0.0, fraction), std::clamp(middle + half, fraction, 1.0)};
 }
 
 core::Range grouped_interval(const TestedSamples& tested, std::span<const std::size_t> predicted,

@@ -10,7 +10,7 @@
 
 namespace carillon::eval::classification {
 
-/// Interval of a share of independent samples (Wilson 1927): never empty, never beyond 0 and 1,
+/// Interval of a fraction of independent samples (Wilson 1927): never empty, never beyond 0 and 1,
 /// wide where there are few. [0, 1] for no samples. Sounds of one body are not independent: for
 /// them `grouped_interval`.
 /// @param right  of `samples`; need not be a whole number
@@ -18,8 +18,8 @@ namespace carillon::eval::classification {
 core::Range wilson_interval(double right, double samples, double probability = 0.95);
 
 enum class AccuracyKind {
-  plain,    ///< share of all samples that are right
-  balanced  ///< mean over the classes that occur of the share of each that is right
+  plain,    ///< fraction of all samples that are right
+  balanced  ///< mean over the classes that occur of the fraction of each that is right
 };
 
 /// What classifiers are tested on.

@@ -29,11 +29,11 @@ std::vector<double> sorted_scores(std::span<const double> scores, const char* na
 }
 
 /// Variance of a mean of shares whose groups stand and fall together.
-statistics::Variance clustered(const std::vector<double>& shares, double mean,
+statistics::Variance clustered(const std::vector<double>& fractions, double mean,
                                std::span<const std::size_t> groups) {
   std::map<std::size_t, double> sums;
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    sums[groups[i]] += (shares[i] - mean) / static_cast<double>(shares.size());
+  for (std::size_t i = 0; i < fractions.size(); ++i) {
+    sums[groups[i]] += (fractions[i] - mean) / static_cast<double>(fractions.size());
   }
   std::vector<double> influences;
   for (const auto& [group, sum] : sums) influences.push_back(sum);
@@ -65,14 +65,14 @@ core::Range auroc_interval(std::span<const double> known, std::span<const std::s
   }
   const auto places = [](std::span<const double> of, std::span<const double> among) {
     const std::vector<double> sorted = sorted_scores(among, "other");
-    std::vector<double> shares;  // of `among` below each, equal ones half
+    std::vector<double> fractions;  // of `among` below each, equal ones half
     for (const double score : of) {
       const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), score);
-      shares.push_back(0.5 *
+      fractions.push_back(0.5 *
                        static_cast<double>((first - sorted.begin()) + (last - sorted.begin())) /
                        static_cast<double>(sorted.size()));
     }
-    return shares;
+    return fractions;
   };
   const statistics::Variance of_known = clustered(places(known, novel), area, known_groups);
   const statistics::Variance of_novel = clustered(places(novel, known), 1 - area, novel_groups);
@@ -104,7 +104,7 @@ double threshold_at(std::span<const double> known, double rate) {
   return sorted[sorted.size() - wanted];
 }
 
-double share_reaching(std::span<const double> scores, double threshold) {
+double fraction_reaching(std::span<const double> scores, double threshold) {
   const std::vector<double> sorted = sorted_scores(scores, "novel");
   if (sorted.empty()) return nan;
   const auto first = std::lower_bound(sorted.begin(), sorted.end(), threshold);

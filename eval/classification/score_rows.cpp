@@ -54,19 +54,19 @@ double log_sum_exp(std::span<const double> row) {
 std::vector<double> softmax(const ScoreRows& logits, double temperature) {
   check_rows(logits, "logits");
   check_temperature(temperature);
-  std::vector<double> shares;
-  shares.reserve(logits.values.size());
+  std::vector<double> fractions;
+  fractions.reserve(logits.values.size());
   for (std::size_t i = 0; i < logits.samples(); ++i) {
     const auto row = logits.row(i);
     const double greatest = *std::max_element(row.begin(), row.end());
     double sum = 0;
     for (const double z : row) {
-      shares.push_back(std::exp((z - greatest) / temperature));
-      sum += shares.back();
+      fractions.push_back(std::exp((z - greatest) / temperature));
+      sum += fractions.back();
     }
-    for (std::size_t c = 0; c < logits.columns; ++c) shares[i * logits.columns + c] /= sum;
+    for (std::size_t c = 0; c < logits.columns; ++c) fractions[i * logits.columns + c] /= sum;
   }
-  return shares;
+  return fractions;
 }
 
 std::vector<std::size_t> predicted_classes(const ScoreRows& scores) {

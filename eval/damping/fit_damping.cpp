@@ -31,20 +31,20 @@ struct Work {
   const FitOptions& options;
   ScaledLaw scaled;
   VectorXd target;         ///< c / scale
-  double least_sigma = 0;  ///< in the same unit
+  double min_sigma = 0;  ///< in the same unit
   double points() const { return static_cast<double>(target.size()); }
   bool relative() const { return options.estimator == Estimator::emg_relative; }
 };
 
 /// The features' own error. Without it likelihoods get corners at every curve through some points
 /// as sigma shrinks, and grow without end where all points lie on one.
-double least_sigma(const DampingData& data, bool relative) {
+double min_sigma(const DampingData& data, bool relative) {
   if (relative) {
-    std::vector<double> shares;
+    std::vector<double> fractions;
     for (std::size_t i = 0; i < data.errors.size(); ++i) {
-      shares.push_back(data.errors[i] / data.coefficients[i]);
+      fractions.push_back(data.errors[i] / data.coefficients[i]);
     }
-    return shares.empty() ? 0.01 : std::max(core::median(shares), 1e-6);
+    return fractions.empty() ? 0.01 : std::max(core::median(fractions), 1e-6);
   }
   const double c = core::median(data.coefficients);
   if (data.errors.empty()) return 0.01 * c;
@@ -56,7 +56,7 @@ Work prepare(const DampingData& data, const DampingLaw& law, const FitOptions& o
   work.target =
       Eigen::Map<const VectorXd>(data.coefficients.data(), Index(data.size())) / work.scaled.scale;
   const double unit = work.relative() ? 1 : work.scaled.scale;
-  work.least_sigma = least_sigma(data, work.relative()) / unit;
+  work.min_sigma = min_sigma(data, work.relative()) / unit;
   if (law.kind == DampingKind::expression && !work.scaled.is_linear()) {
     work.scaled = settled_law(work.scaled, work.target, [&](const std::vector<double>& near) {
       return scaled_law(law, data, {}, near);
@@ -113,7 +113,7 @@ double mean_square(const Work& work, const VectorXd& x) {
 
 /// Sets sigma, eta and the likelihood of a Gaussian about the curve.
 void set_gaussian(DampingFit& fit, const Work& work, double misfit) {
-  const double sigma = std::max(std::sqrt(misfit), work.least_sigma);
+  const double sigma = std::max(std::sqrt(misfit), work.min_sigma);
   fit.sigma = sigma * work.scaled.scale;
   fit.eta = infinity;
   fit.log_likelihood =
@@ -155,8 +155,8 @@ DampingFit fit_lower_bound(const Work& work) {
   DampingFit fit = begin_fit(work, found.x, found.converged, found.iterations);
   fit.history = std::move(history);
   const double excess = (work.target - work.scaled.curve(found.x).values).mean();
-  const double mean = std::max(excess, work.least_sigma) * work.scaled.scale;
-  fit.eta = excess > work.least_sigma ? 1 / mean : infinity;
+  const double mean = std::max(excess, work.min_sigma) * work.scaled.scale;
+  fit.eta = excess > work.min_sigma ? 1 / mean : infinity;
   fit.log_likelihood = -work.points() * (std::log(mean) + excess * work.scaled.scale / mean);
   if (work.options.confidence) {
     fit.confidence95 = lower_bound_intervals(work.scaled, work.target, found.x);
@@ -171,7 +171,7 @@ void emg_intervals(DampingFit& fit, const Work& work, double log_sigma, double l
     VectorXd best(law.size() + 2);
     best << law.parameters(fit.model.parameters), log_sigma, log_kappa;
     const Likelihood likelihood{emg_objective(law, work.target, work.relative()),
-                                emg_box(law, work.least_sigma), best, work.points()};
+                                emg_box(law, work.min_sigma), best, work.points()};
     fit.confidence95.push_back(profile_interval(law, likelihood, k, drop));
   }
 }
@@ -181,7 +181,7 @@ DampingFit fit_emg(const Work& work) {
   const Estimate squares = least_squares(work.scaled, work.target);
   const Estimate bound = lower_bound(work.scaled, work.target, &squares.x);
   const EmgEstimate found =
-      emg_fit(work.scaled, work.target, work.least_sigma, work.relative(), squares, bound,
+      emg_fit(work.scaled, work.target, work.min_sigma, work.relative(), squares, bound,
               [&](int start) { return keep_steps(work, start, history); });
   const Index n = work.scaled.size();
   if (found.best.x.size() == 0) {
@@ -217,7 +217,7 @@ DampingFit fit_emg(const Work& work) {
     fit.log_likelihood = log_likelihood;
   }
   if (work.options.confidence) emg_intervals(fit, work, log_sigma, log_kappa);
-  add_emg_remarks(fit, gaussian, work.data, least_sigma(work.data, relative));
+  add_emg_remarks(fit, gaussian, work.data, min_sigma(work.data, relative));
   return fit;
 }
 

@@ -47,7 +47,7 @@ struct FitStep {
 struct DampingFit {
   Estimator estimator = Estimator::emg;
   synth::damping::DampingModel model;  ///< with the numbers found
-  double sigma = 0;  ///< of the Gaussian error of c [1/s], of emg_relative as a share of the law's
+  double sigma = 0;  ///< of the Gaussian error of c [1/s], of emg_relative as a fraction of the law's
                      ///< c; 0 for the lower bound
   double eta = 0;    ///< rate of the exponential excess of c [s]; infinite where there is none
   double log_likelihood = 0;              ///< of the data under the estimator's own assumption

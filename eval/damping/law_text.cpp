@@ -13,16 +13,16 @@ using synth::damping::DampingKind;
 
 DampingLaw damping_law(const std::string& word) {
   constexpr std::size_t usual_terms = 3;  // as in Sterling 2019, Table 3.1
-  constexpr std::size_t most_terms = 20;
+  constexpr std::size_t max_terms = 20;
   const std::string series = synth::damping::form_of(DampingKind::caughey).name;
   if (word == series) return {DampingKind::caughey, usual_terms, ""};
   if (word.starts_with(series + ":")) {
     std::size_t terms = 0;
     const char* end = word.data() + word.size();
     const auto read = std::from_chars(word.data() + series.size() + 1, end, terms);
-    if (read.ec != std::errc() || read.ptr != end || terms < 1 || terms > most_terms) {
+    if (read.ec != std::errc() || read.ptr != end || terms < 1 || terms > max_terms) {
       throw core::InputError(fmt::format("\"{}\" is no Caughey series", word),
-                             fmt::format("caughey:3 for three terms; 1 to {}", most_terms));
+                             fmt::format("caughey:3 for three terms; 1 to {}", max_terms));
     }
     return {DampingKind::caughey, terms, ""};
   }

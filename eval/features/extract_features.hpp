@@ -47,7 +47,7 @@ struct FeatureSet {
   double onset = 0;         ///< [s] from the beginning of the recording
   double begin = 0;         ///< what was analysed [s]: after contact and after what was clipped,
   double end = 0;           ///< and before the next strike or the end
-  double explained = 0;     ///< share of the energy from begin to end, without the hums, that the
+  double explained = 0;     ///< fraction of the energy from begin to end, without the hums, that the
                             ///< features make up
   std::size_t clipped = 0;  ///< samples at full scale
   std::vector<double> residual;      ///< from begin to end: what neither features nor hums are

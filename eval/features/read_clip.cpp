@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kSameMode = 3;  ///< standard errors
 /// Of the half width of a line: channels hear a mode this alike only, with whatever else they hear.
-constexpr double kLeastError = 0.05;
+constexpr double kMinError = 0.05;
 constexpr double kSameHum = 0.5;  ///< [Hz]
 
 /// Distance of two features in standard errors of their difference; without errors, in half widths
@@ -24,7 +24,7 @@ double distance(const Feature& a, const Feature& b) {
   const auto apart = [](double x, double y, double ex, double ey, double width) {
     const double error = std::hypot(ex, ey);
     const bool known = std::isfinite(error) && error > 0;
-    return std::abs(x - y) / (known ? std::max(error, kLeastError * width) : width);
+    return std::abs(x - y) / (known ? std::max(error, kMinError * width) : width);
   };
   const double width = 0.5 * (a.decay_rate + b.decay_rate);
   return std::max(apart(a.frequency, b.frequency, a.frequency_error, b.frequency_error,

@@ -14,10 +14,10 @@ namespace {
 
 constexpr double kFrame = 0.001;        ///< [s]
 constexpr double kSilent = 1e-7;        ///< of full scale, -140 dB
-constexpr double kOnsetShare = 0.01;    ///< of the loudest energy
+constexpr double kOnsetFraction = 0.01;    ///< of the loudest energy
 constexpr double kStrikeRise = 4;       ///< 6 dB
-constexpr double kStrikeShare = 1e-3;   ///< -30 dB of the first
-constexpr double kLeastSteps = 100;     ///< of a converter, that a clipped value is large
+constexpr double kStrikeFraction = 1e-3;   ///< -30 dB of the first
+constexpr double kMinSteps = 100;     ///< of a converter, that a clipped value is large
 constexpr std::size_t kStrikeGap = 20;  ///< frames after an onset that belong to it
 constexpr std::size_t kStrikeBefore = 50;
 constexpr std::size_t kStrikeWithin = 5;
@@ -62,7 +62,7 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
     // A sound that already rings has no quiet before it.
     if (before > 0.1 * level[loudest]) before = 0;
   }
-  const double threshold = std::max(kOnsetShare * level[loudest], 6 * before);
+  const double threshold = std::max(kOnsetFraction * level[loudest], 6 * before);
   std::size_t first = loudest;
   while (first > 0 && level[first - 1] > threshold) --first;
   // To the sample: the first that is larger than all noise, or a hundredth of the largest.
@@ -89,7 +89,7 @@ std::optional<std::size_t> next_strike(const std::vector<double>& energy, std::s
     const std::size_t from = std::max(onset, k > kStrikeBefore ? k - kStrikeBefore : 0);
     for (std::size_t i = from; i < k; ++i) before = std::max(before, energy[i]);
     for (std::size_t i = k; i < k + kStrikeWithin; ++i) after = std::max(after, energy[i]);
-    if (after > kStrikeRise * before && after > kStrikeShare * first) return k;
+    if (after > kStrikeRise * before && after > kStrikeFraction * first) return k;
   }
   return std::nullopt;
 }
@@ -111,7 +111,7 @@ Clipping find_clipping(std::span<const double> samples, std::size_t from, std::s
     if (difference > 0) step = std::min(step, difference);
   }
   for (const double extreme : {*low, *high}) {
-    if (std::abs(extreme) < kLeastSteps * step) continue;
+    if (std::abs(extreme) < kMinSteps * step) continue;
     for (std::size_t n = from; n < to;) {
       std::size_t last = n;
       while (last < to && samples[last] == extreme) ++last;

@@ -78,9 +78,9 @@ class DatasetSource final : public SampleSource {
   std::vector<std::string> body_names() const override {
     std::vector<std::string> names = labels("shape");
     // Takes are of all bodies that play in them, which a seed draws.
-    const bool of_takes = !file_.has("shape_index");
+    const bool of_simulations = !file_.has("shape_index");
     for (std::size_t i = 0; i < names.size(); ++i) {
-      if (of_takes) {
+      if (of_simulations) {
         names[i].insert(0, seed_);
       } else if (!shapes_.empty()) {
         names[i] = shapes_.at(bodies_[i]);

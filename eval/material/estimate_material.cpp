@@ -40,7 +40,7 @@ void check(const StruckModes& modes) {
   }
   const auto heard = [](double gain) { return gain != 0; };
   if (std::none_of(modes.gains.begin(), modes.gains.end(), heard)) {
-    throw core::InputError("a blow at this point and in this direction rings no mode there",
+    throw core::InputError("a strike at this point and in this direction rings no mode there",
                            "check --at and --direction");
   }
 }
@@ -99,7 +99,7 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
     throw core::InputError(
         fmt::format("no specific modulus between {:.3g} and {:.3g} m^2/s^2 makes a mode of the "
                     "assumed body sound like a feature",
-                    options.starts.least_modulus, options.starts.most_modulus),
+                    options.starts.min_modulus, options.starts.max_modulus),
         "check the body's size, and whether the recording is of this body");
   }
 
@@ -136,7 +136,7 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
   Reference settled = reference;
   const Objective finish{settled, modes, options.motion, coordinates, options.starts};
   for (int again = 0; again < 2; ++again) {
-    double& least = settled.options.least_difference;
+    double& least = settled.options.min_difference;
     if (least > 0) least = std::max(least, kUnexplained * minima.front().value.psychoacoustic);
     minima.front().value = finish.value_of(minima.front().candidate);
     minima.front() = search(finish, minima.front(), kFinely, kFineEvaluations);

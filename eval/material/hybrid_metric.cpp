@@ -15,7 +15,7 @@ namespace carillon::eval::material {
 namespace {
 
 /// Match ratios below count as this, so that every candidate has a finite metric.
-constexpr double kLeastMatch = 1e-3;
+constexpr double kMinMatch = 1e-3;
 /// What a candidate whose damping is negative everywhere pays.
 constexpr double kNegative = 10;
 /// The least range of levels among features [dB], and what is added to that of the recording's.
@@ -134,9 +134,9 @@ MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& cand
     sum += difference * difference;
   }
   value.psychoacoustic = sum / reference.loudness_squared;
-  value.metric = (value.psychoacoustic + options.least_difference) /
-                 (std::max(value.recording_match, kLeastMatch) *
-                  std::max(value.candidate_match, kLeastMatch)) *
+  value.metric = (value.psychoacoustic + options.min_difference) /
+                 (std::max(value.recording_match, kMinMatch) *
+                  std::max(value.candidate_match, kMinMatch)) *
                  (1 + kNegative * candidate.negative);
   return value;
 }

@@ -13,10 +13,10 @@ namespace carillon::eval::material {
 struct MetricOptions {
   MatchScale match;
   double loudest_level = 80;  ///< that the clip's loudest moment is taken to have [dB re 20 uPa]
-  /// Added to Pi_psycho, which is a share of the clip's own sum: what it comes to even for the
+  /// Added to Pi_psycho, which is a fraction of the clip's own sum: what it comes to even for the
   /// right material where amplitudes are 6 dB off or a third of the modes is missing. Differences
   /// below tell of amplitudes more than of the material. 0: the papers' metric.
-  double least_difference = 0.05;
+  double min_difference = 0.05;
 };
 
 /// A recording as candidates are compared with it; prepared once.
@@ -45,9 +45,9 @@ struct MetricValue {
   double candidate_match = 0;  ///< R(assumed, extracted)
 };
 
-/// Sterling 2019, eq. 3.5 to 3.9 with the slip of 3.9 mended: (Pi_psycho + least_difference)
+/// Sterling 2019, eq. 3.5 to 3.9 with the slip of 3.9 mended: (Pi_psycho + min_difference)
 /// / (R R). Pi_psycho is the squared difference of specific loudness over frames and bands, as a
-/// share of the recording's squared loudness. Always finite: candidates with negative damping pay
+/// fraction of the recording's squared loudness. Always finite: candidates with negative damping pay
 /// up to eleven times as much.
 MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& candidate);
 

@@ -9,11 +9,11 @@
 
 namespace carillon::eval::material {
 
-/// A blow on a body, recorded.
+/// A strike on a body, recorded.
 struct StruckRecording {
   std::span<const double> samples;
   const features::FeatureSet* set = nullptr;  ///< extracted from them
-  StruckModes modes;  ///< as this blow strikes them and this recording hears them
+  StruckModes modes;  ///< as this strike strikes them and this recording hears them
 };
 
 struct JointEstimate {

@@ -18,7 +18,7 @@ constexpr double kPi = std::numbers::pi;
 /// Short against the decay of most modes, long enough to tell critical bands apart [s].
 constexpr double kWindow = 0.0232;
 /// More frames would cost time and tell nothing new.
-constexpr std::size_t kMostFrames = 400;
+constexpr std::size_t kMaxFrames = 400;
 /// Zwicker's exponent of intensity.
 constexpr double kExponent = 0.23;
 
@@ -59,7 +59,7 @@ SpectrogramGrid make_grid(std::size_t count, double sample_rate, double begin) {
   grid.begin = begin;
   grid.window = synth::signal::good_fft_size(
       std::max<std::size_t>(16, static_cast<std::size_t>(kWindow * sample_rate)));
-  grid.hop = std::max(grid.window / 2, count / kMostFrames + 1);
+  grid.hop = std::max(grid.window / 2, count / kMaxFrames + 1);
   grid.frames = count > grid.window ? (count - grid.window) / grid.hop + 1 : 1;
   for (std::size_t k = 0; k <= grid.window / 2; ++k) {
     const double frequency =

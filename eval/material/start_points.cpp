@@ -77,7 +77,7 @@ std::vector<synth::damping::DampingModel> damping_starts(
   const std::vector<double> weights = prominences(dry, scale);
   const std::vector<std::size_t> dominant = heaviest(weights, options.dominant);
   const auto part =
-      static_cast<std::size_t>(std::ceil(options.share * static_cast<double>(dominant.size())));
+      static_cast<std::size_t>(std::ceil(options.fraction * static_cast<double>(dominant.size())));
   std::size_t count = std::max(part, law.parameters + 1);
   std::vector<synth::damping::DampingModel> models;
   std::string reason;
@@ -117,8 +117,8 @@ std::vector<Start> start_points(std::span<const features::Feature> features,
   std::vector<double> loudness;
   for (std::size_t i = 0; i < modes.gains.size(); ++i) loudness.push_back(std::abs(modes.gains[i]));
   const auto struck = heaviest(loudness, options.modes);
-  const double low = modes.eigenvalues.front() * options.least_modulus / modes.specific_modulus;
-  const double high = modes.eigenvalues.back() * options.most_modulus / modes.specific_modulus;
+  const double low = modes.eigenvalues.front() * options.min_modulus / modes.specific_modulus;
+  const double high = modes.eigenvalues.back() * options.max_modulus / modes.specific_modulus;
 
   std::vector<Start> starts;
   for (std::size_t s = 0; s < damping.size(); ++s) {
@@ -136,7 +136,7 @@ std::vector<Start> start_points(std::span<const features::Feature> features,
           start.candidate.damping = damping[s];
           start.candidate.contact_time = contact_time;
           const double modulus = modes.specific_modulus * lambda / modes.eigenvalues[m];
-          if (!(modulus >= options.least_modulus && modulus <= options.most_modulus)) continue;
+          if (!(modulus >= options.min_modulus && modulus <= options.max_modulus)) continue;
           start.candidate.specific_modulus = modulus;
           HeardCandidate heard =
               heard_candidate(modes, start.candidate, motion, reference.low, reference.high);

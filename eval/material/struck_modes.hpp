@@ -34,7 +34,7 @@ struct StruckModes {
 
 /// Modes of equal frequency (within 0.1 cents) are one, whose gain is the sum: it does not depend
 /// on the basis that a solver found for them.
-/// @param direction  unit vector the blow points along
+/// @param direction  unit vector the strike points along
 /// @throws InputError  a point or direction that is none
 StruckModes struck_modes(const solvers::modes::Modes& modes,
                          const synth::modal::SurfacePoint& point, const Vec3& direction,

@@ -58,15 +58,15 @@ torch::Tensor nearest_labels(const torch::Tensor& asked, learning::BatchReader& 
   return labels.contiguous();
 }
 
-/// Each neighbour's vote as a share; of equally many the nearest one's class wins.
-void vote(const std::int64_t* label, std::int64_t count, std::span<float> share) {
+/// Each neighbour's vote as a fraction; of equally many the nearest one's class wins.
+void vote(const std::int64_t* label, std::int64_t count, std::span<float> fraction) {
   const float one = 1 / static_cast<float>(count);
-  for (std::int64_t n = 0; n < count; ++n) share[static_cast<std::size_t>(label[n])] += one;
-  const float most = *std::max_element(share.begin(), share.end());
+  for (std::int64_t n = 0; n < count; ++n) fraction[static_cast<std::size_t>(label[n])] += one;
+  const float most = *std::max_element(fraction.begin(), fraction.end());
   const std::int64_t* first = std::find_if(label, label + count, [&](std::int64_t c) {
-    return share[static_cast<std::size_t>(c)] == most;
+    return fraction[static_cast<std::size_t>(c)] == most;
   });
-  share[static_cast<std::size_t>(*first)] += one / 2;
+  fraction[static_cast<std::size_t>(*first)] += one / 2;
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ std::vector<float> ask_neighbours(const learning::Method& method, learning::Samp
                                   const std::vector<std::uint32_t>& rows,
                                   const LearningRanks& ranks) {
   const std::size_t classes = samples.classes.size();
-  std::vector<float> shares(rows.size() * classes, 0.0F);
+  std::vector<float> fractions(rows.size() * classes, 0.0F);
   std::exception_ptr error;
   try {
     const torch::NoGradGuard no_gradient;
@@ -95,15 +95,15 @@ std::vector<float> ask_neighbours(const learning::Method& method, learning::Samp
         const auto row = static_cast<std::size_t>(
             std::lower_bound(rows.begin(), rows.end(), asked.rows[i]) - rows.begin());
         vote(labels.data_ptr<std::int64_t>() + static_cast<std::int64_t>(i) * labels.size(1),
-             labels.size(1), std::span(shares).subspan(row * classes, classes));
+             labels.size(1), std::span(fractions).subspan(row * classes, classes));
       }
     }
   } catch (...) {
     error = std::current_exception();
   }
   ranks.agree(error);
-  ranks.sum(shares);
-  return shares;
+  ranks.sum(fractions);
+  return fractions;
 }
 
 }  // namespace carillon::eval::networks

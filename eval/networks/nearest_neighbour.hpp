@@ -10,7 +10,7 @@ namespace carillon::eval::networks {
 /// Answers of the k nearest training samples, by Euclidean distance of all values of all senses
 /// together.
 /// @param rows  that are asked for, ascending
-/// @return of each row the share of its neighbours in each class, rows x classes; where classes
+/// @return of each row the fraction of its neighbours in each class, rows x classes; where classes
 /// have
 ///         equal shares, that of the nearest among them is raised by half of one neighbour
 /// @note Collective on the ranks.

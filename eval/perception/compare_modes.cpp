@@ -15,7 +15,7 @@ namespace {
 
 using core::nan;
 /// So that modes too weak to weigh anything find partners too, after all others have.
-constexpr double kLeastWeight = 1e-6;
+constexpr double kMinWeight = 1e-6;
 /// Decay rates below ring for longer than any clip [1/s].
 constexpr double kSlowest = 1e-3;
 
@@ -74,7 +74,7 @@ struct Energies {
   double all = 0;
   double matched = 0;
 
-  double share() const { return all > 0 ? matched / all : nan; }
+  double fraction() const { return all > 0 ? matched / all : nan; }
 };
 
 }  // namespace
@@ -92,7 +92,7 @@ ModeComparison compare_modes(std::span<const features::Feature> reference,
     for (std::size_t j = 0; j < other.size(); ++j) {
       if (std::abs(cents_between(reference[i], other[j])) > options.widest) continue;
       const double weight =
-          std::sqrt((kLeastWeight + places[i].prominence) * (kLeastWeight + others[j].prominence));
+          std::sqrt((kMinWeight + places[i].prominence) * (kMinWeight + others[j].prominence));
       gains[i * other.size() + j] =
           weight * material::similarity(places[i], others[j], options.match);
     }
@@ -126,8 +126,8 @@ ModeComparison compare_modes(std::span<const features::Feature> reference,
             [&](const MatchedMode& a, const MatchedMode& b) {
               return reference[a.reference].frequency < reference[b.reference].frequency;
             });
-  comparison.reference_share = first.share();
-  comparison.other_share = second.share();
+  comparison.reference_fraction = first.fraction();
+  comparison.other_fraction = second.fraction();
   const bool whole = comparison.reference_only.empty() && comparison.other_only.empty();
   const double unmatched =
       whole ? 0 : std::max(0.0, first.all - first.matched + second.all - second.matched);

@@ -44,9 +44,9 @@ struct ModeComparison {
   std::vector<MatchedMode> matched;         ///< by the reference's frequency, ascending
   std::vector<std::size_t> reference_only;  ///< ascending places
   std::vector<std::size_t> other_only;
-  double reference_share =
+  double reference_fraction =
       0;  ///< of the reference's energy a^2 / (4 d) in matched modes; NaN: none
-  double other_share = 0;
+  double other_fraction = 0;
   /// Energy of what is not matched in either over the energy of both [dB]: -infinity where all is
   /// matched, NaN where there are no modes.
   double unmatched_level = 0;

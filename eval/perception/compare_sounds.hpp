@@ -19,7 +19,7 @@ struct LoudnessDifference {
   double rms = 0;  ///< of the difference, over frames and bands [sone/Bark]
   /// The same over the rms of the two sounds' own: 0 for equal sounds, sqrt(2) for sounds that
   /// share no band and moment, or for one against silence. NaN where neither can be heard.
-  double share = 0;
+  double fraction = 0;
   double reference_loudest = 0;  ///< loudness of the loudest frame [sone]
   double other_loudest = 0;
 };

@@ -16,7 +16,7 @@ struct SpectralDistance {
 /// windows of 600, 1200 and 240, frames centred on multiples of the hop, the signal mirrored at its
 /// ends, powers not below 1e-7. The numbers of samples are theirs at 24 kHz, whatever the rate.
 ///
-/// 0 for equal sounds. The second part is symmetric, the first is not: it is a share of the
+/// 0 for equal sounds. The second part is symmetric, the first is not: it is a fraction of the
 /// reference. The floor is absolute, so quiet sounds are closer than loud ones; it makes silence
 /// against silence 0, and silence against a sound finite.
 /// @throws InputError  no samples, or not as many in both

@@ -49,7 +49,7 @@ struct Scored {
 RecognitionTrial::Novel against(const Scored& known, const Scored& novel, double threshold) {
   return {novel.scores.size(), classification::auroc(known.scores, novel.scores),
           classification::auroc_interval(known.scores, known.groups, novel.scores, novel.groups),
-          classification::share_reaching(novel.scores, threshold)};
+          classification::fraction_reaching(novel.scores, threshold)};
 }
 
 std::vector<double> noise_log_odds(const Recognition& recognition, const networks::Learner& learner,
@@ -88,7 +88,7 @@ Recognition learn_recognition(networks::Learner& learner, learning::SampleSource
         {logits, classes}, labels_of(samples, samples.rows(learning::Part::validation)));
   }
   recognition.threshold = classification::threshold_at(
-      log_odds(known, classes, recognition.temperature), accepted_share);
+      log_odds(known, classes, recognition.temperature), accepted_fraction);
   return recognition;
 }
 
@@ -137,7 +137,7 @@ RecognitionTrial try_recognition(const Recognition& recognition, networks::Learn
   }
   const Scored known{log_odds(test, classes, recognition.temperature),
                      {test_groups.begin(), test_groups.end()}};
-  trial.accepted = classification::share_reaching(known.scores, recognition.threshold);
+  trial.accepted = classification::fraction_reaching(known.scores, recognition.threshold);
   Rows others;
   for (std::size_t i = 0; i < samples.label.size(); ++i) {
     if (samples.label[i] == learning::left_out) others.push_back(static_cast<std::uint32_t>(i));

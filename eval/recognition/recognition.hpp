@@ -18,11 +18,11 @@ namespace carillon::eval::recognition {
 struct Recognition {
   learning::ClipFormat format;
   double temperature = 1;  ///< divides logits (Guo et al. 2017), from the validation samples
-  double threshold = 0;    ///< log odds that `accepted_share` of the validation samples reach
+  double threshold = 0;    ///< log odds that `accepted_fraction` of the validation samples reach
 };
 
 /// Share of known sounds that are to be taken for known.
-inline constexpr double accepted_share = 0.95;
+inline constexpr double accepted_fraction = 0.95;
 
 /// Answer for one sound.
 struct Recognised {
@@ -51,7 +51,7 @@ struct RecognitionTrial {
   double calibration_error = 0, uncalibrated_error = 0;
   /// What the error would be if the confidences were right, and groups stood and fell together.
   double calibration_by_chance = 0;
-  double accepted = 0;  ///< share of test samples that are taken for known
+  double accepted = 0;  ///< fraction of test samples that are taken for known
   /// Of sounds of none of the classes: area under the receiver operating characteristic against the
   /// test samples, and the share that is taken for known.
   struct Novel {

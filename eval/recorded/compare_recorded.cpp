@@ -34,11 +34,11 @@ double energy_of(std::span<const features::Feature> tones) {
 }
 
 /// The gain that makes all energies together equal; 1 where either side is silent.
-double energy_gain(std::span<const RecordedTones> blows,
+double energy_gain(std::span<const RecordedTones> strikes,
                    const std::vector<std::vector<features::Feature>>& synthetic) {
   double recorded = 0, made = 0;
-  for (std::size_t i = 0; i < blows.size(); ++i) {
-    recorded += energy_of(blows[i].recorded);
+  for (std::size_t i = 0; i < strikes.size(); ++i) {
+    recorded += energy_of(strikes[i].recorded);
     made += energy_of(synthetic[i]);
   }
   return recorded > 0 && made > 0 ? std::sqrt(recorded / made) : 1;
@@ -51,19 +51,19 @@ void amplify(std::vector<std::vector<features::Feature>>& synthetic, double gain
 }
 
 /// Compares with the present gain.
-void compare(std::span<const RecordedTones> blows, const RecordedOptions& options,
+void compare(std::span<const RecordedTones> strikes, const RecordedOptions& options,
              RecordedComparison& comparison) {
-  comparison.blows.clear();
-  for (std::size_t i = 0; i < blows.size(); ++i) {
-    comparison.blows.push_back(
-        perception::compare_modes(blows[i].recorded, comparison.synthetic[i], options.modes));
+  comparison.strikes.clear();
+  for (std::size_t i = 0; i < strikes.size(); ++i) {
+    comparison.strikes.push_back(
+        perception::compare_modes(strikes[i].recorded, comparison.synthetic[i], options.modes));
   }
 }
 
 std::vector<double> levels_of(const RecordedComparison& comparison) {
   std::vector<double> levels;
-  for (const perception::ModeComparison& blow : comparison.blows) {
-    for (const perception::MatchedMode& pair : blow.matched) levels.push_back(pair.level);
+  for (const perception::ModeComparison& strike : comparison.strikes) {
+    for (const perception::MatchedMode& pair : strike.matched) levels.push_back(pair.level);
   }
   return levels;
 }
@@ -78,17 +78,17 @@ void settle_gain(RecordedComparison& comparison, bool tell) {
   comparison.gain *= gain;
   amplify(comparison.synthetic, gain);
   if (!tell) return;
-  for (perception::ModeComparison& blow : comparison.blows) {
-    for (perception::MatchedMode& pair : blow.matched) pair.level -= excess;
+  for (perception::ModeComparison& strike : comparison.strikes) {
+    for (perception::MatchedMode& pair : strike.matched) pair.level -= excess;
   }
 }
 
-double mean_share(const std::vector<perception::ModeComparison>& blows,
-                  double perception::ModeComparison::*share) {
+double mean_fraction(const std::vector<perception::ModeComparison>& strikes,
+                  double perception::ModeComparison::*fraction) {
   double sum = 0, count = 0;
-  for (const perception::ModeComparison& blow : blows) {
-    if (std::isnan(blow.*share)) continue;
-    sum += blow.*share;
+  for (const perception::ModeComparison& strike : strikes) {
+    if (std::isnan(strike.*fraction)) continue;
+    sum += strike.*fraction;
     ++count;
   }
   return sum / count;
@@ -100,25 +100,25 @@ std::vector<double> frequencies(std::span<const features::Feature> tones) {
   return all;
 }
 
-RecordedSummary summarise(std::span<const RecordedTones> blows,
+RecordedSummary summarise(std::span<const RecordedTones> strikes,
                           const RecordedComparison& comparison, double widest) {
   RecordedSummary all;
   std::vector<double> cents, distances, ratios, levels;
-  for (std::size_t i = 0; i < blows.size(); ++i) {
-    all.recorded += blows[i].recorded.size();
+  for (std::size_t i = 0; i < strikes.size(); ++i) {
+    all.recorded += strikes[i].recorded.size();
     all.synthetic += comparison.synthetic[i].size();
-    all.matched += comparison.blows[i].matched.size();
+    all.matched += comparison.strikes[i].matched.size();
     all.matched_by_chance += pairs_by_chance(frequencies(comparison.synthetic[i]),
-                                             frequencies(blows[i].recorded), widest);
-    for (const perception::MatchedMode& pair : comparison.blows[i].matched) {
+                                             frequencies(strikes[i].recorded), widest);
+    for (const perception::MatchedMode& pair : comparison.strikes[i].matched) {
       cents.push_back(pair.cents);
       distances.push_back(std::abs(pair.cents));
       levels.push_back(std::abs(pair.level));
       if (!std::isnan(pair.decay_jnd)) ratios.push_back(pair.decay_ratio);
     }
   }
-  all.recorded_share = mean_share(comparison.blows, &perception::ModeComparison::reference_share);
-  all.synthetic_share = mean_share(comparison.blows, &perception::ModeComparison::other_share);
+  all.recorded_fraction = mean_fraction(comparison.strikes, &perception::ModeComparison::reference_fraction);
+  all.synthetic_fraction = mean_fraction(comparison.strikes, &perception::ModeComparison::other_fraction);
   all.cents = spread_of(cents);
   all.distance = spread_of(distances);
   all.decay_ratio = spread_of(ratios);
@@ -132,19 +132,19 @@ Spread spread_of(std::span<const double> values) {
   return {core::quantile(values, 0.5), core::quantile(values, 0.1), core::quantile(values, 0.9)};
 }
 
-RecordedComparison compare_recorded(std::span<const RecordedTones> blows,
+RecordedComparison compare_recorded(std::span<const RecordedTones> strikes,
                                     const RecordedOptions& options) {
   RecordedComparison comparison;
-  for (const RecordedTones& blow : blows) {
-    comparison.synthetic.push_back(audible(blow.synthetic, options.min_level));
+  for (const RecordedTones& strike : strikes) {
+    comparison.synthetic.push_back(audible(strike.synthetic, options.min_level));
   }
-  comparison.gain = energy_gain(blows, comparison.synthetic);
+  comparison.gain = energy_gain(strikes, comparison.synthetic);
   amplify(comparison.synthetic, comparison.gain);
-  compare(blows, options, comparison);
+  compare(strikes, options, comparison);
   settle_gain(comparison, false);
-  compare(blows, options, comparison);
+  compare(strikes, options, comparison);
   settle_gain(comparison, true);
-  comparison.all = summarise(blows, comparison, options.modes.widest);
+  comparison.all = summarise(strikes, comparison, options.modes.widest);
   return comparison;
 }
 

@@ -7,11 +7,11 @@
 
 namespace carillon::eval::recorded {
 
-/// Modes of one blow, recorded and synthetic.
+/// Modes of one strike, recorded and synthetic.
 struct RecordedTones {
   std::span<const features::Feature> recorded;
   std::vector<features::Feature>
-      synthetic;  ///< amplitudes in a unit of their own, the same for all blows
+      synthetic;  ///< amplitudes in a unit of their own, the same for all strikes
 };
 
 /// The middle of values and how far they spread.
@@ -21,14 +21,14 @@ struct Spread {
   double high = 0;    ///< a tenth are above
 };
 
-/// Over all blows; pairs count alike.
+/// Over all strikes; pairs count alike.
 struct RecordedSummary {
   std::size_t recorded = 0;   ///< modes
-  std::size_t synthetic = 0;  ///< that are not `min_level` below the blow's strongest
+  std::size_t synthetic = 0;  ///< that are not `min_level` below the strike's strongest
   std::size_t matched = 0;
-  double matched_by_chance = 0;  ///< pairs_by_chance() of the blows
-  double recorded_share = 0;     ///< of the recorded energy a^2 / (4 d) in matched modes, mean
-  double synthetic_share = 0;    ///< over blows that have any
+  double matched_by_chance = 0;  ///< pairs_by_chance() of the strikes
+  double recorded_fraction = 0;     ///< of the recorded energy a^2 / (4 d) in matched modes, mean
+  double synthetic_fraction = 0;    ///< over strikes that have any
   Spread cents;                  ///< synthetic above recorded
   Spread distance;               ///< magnitude of it [cents]
   Spread decay_ratio;            ///< synthetic over recorded
@@ -36,25 +36,25 @@ struct RecordedSummary {
 };
 
 struct RecordedComparison {
-  /// Of each blow, recorded first. Levels are told after `gain`; places of synthetic modes are
+  /// Of each strike, recorded first. Levels are told after `gain`; places of synthetic modes are
   /// those of `synthetic`.
-  std::vector<perception::ModeComparison> blows;
+  std::vector<perception::ModeComparison> strikes;
   std::vector<std::vector<features::Feature>> synthetic;  ///< what was compared, with `gain`
-  double gain = 0;  ///< of all blows alike [recording's unit per synthetic unit]: matched modes'
+  double gain = 0;  ///< of all strikes alike [recording's unit per synthetic unit]: matched modes'
                     ///< median level is 0 dB
   RecordedSummary all;
 };
 
 struct RecordedOptions {
   perception::ModeComparisonOptions modes;
-  double min_level = -60;  ///< energy of synthetic modes against their blow's strongest [dB]
+  double min_level = -60;  ///< energy of synthetic modes against their strike's strongest [dB]
 };
 
-/// Compares recorded and synthetic modes of several blows on one body, whose recordings have one
+/// Compares recorded and synthetic modes of several strikes on one body, whose recordings have one
 /// unknown gain. Pairs are chosen with a gain that makes the energies of both equal, then again
 /// with the gain of the pairs found.
 /// @throws InputError  as compare_modes()
-RecordedComparison compare_recorded(std::span<const RecordedTones> blows,
+RecordedComparison compare_recorded(std::span<const RecordedTones> strikes,
                                     const RecordedOptions& options);
 
 /// Of values in any order.

@@ -35,7 +35,7 @@ double pairs_by_chance(std::span<const double> modes, std::span<const double> ot
 PeakMatch match_peaks(std::span<const double> modes, std::span<const SpectralPeak> peaks,
                       double widest);
 
-/// Of several blows: numbers add up, mean squares are those of all.
+/// Of several strikes: numbers add up, mean squares are those of all.
 PeakMatch joined(std::span<const PeakMatch> matches);
 
 /// Which peak the lowest mode is scaled to.

@@ -17,7 +17,7 @@ Vec3 centre_of(const solvers::modes::Modes& modes) {
 }  // namespace
 
 HeardBody hear_body(const solvers::modes::Modes& modes, double assumed, double specific_modulus,
-                    const std::vector<ModelBlow>& blows, bool radiation,
+                    const std::vector<ModelStrike>& strikes, bool radiation,
                     const std::filesystem::path& cache) {
   HeardBody body;
   body.modes = solvers::modes::rescale(modes, 1, specific_modulus / assumed, 1);
@@ -30,56 +30,56 @@ HeardBody hear_body(const solvers::modes::Modes& modes, double assumed, double s
       std::count_if(fit.residuals.begin(), fit.residuals.end(),
                     [](double residual) { return residual > synth::radiation::kResidualLimit; }));
   std::vector<synth::modal::Listener> listeners;
-  for (const ModelBlow& blow : blows) listeners.push_back(blow.listener);
+  for (const ModelStrike& strike : strikes) listeners.push_back(strike.listener);
   body.pressure = synth::radiation::SourceField(std::move(fit)).pressure_at(listeners);
   return body;
 }
 
-void keep_blows(const std::vector<std::size_t>& kept, std::vector<ModelBlow>& blows,
+void keep_strikes(const std::vector<std::size_t>& kept, std::vector<ModelStrike>& strikes,
                 HeardBody& body) {
-  std::vector<ModelBlow> left;
-  for (const std::size_t blow : kept) left.push_back(blows[blow]);
-  blows = std::move(left);
+  std::vector<ModelStrike> left;
+  for (const std::size_t strike : kept) left.push_back(strikes[strike]);
+  strikes = std::move(left);
   if (!body.pressure) return;
   synth::radiation::ModalPressure pressure{body.pressure->pressure(kept, Eigen::all), {}};
-  for (const std::size_t blow : kept) pressure.delays.push_back(body.pressure->delays[blow]);
+  for (const std::size_t strike : kept) pressure.delays.push_back(body.pressure->delays[strike]);
   body.pressure = std::move(pressure);
 }
 
-material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelBlow>& blows,
-                                std::size_t blow) {
-  const ModelBlow& blown = blows[blow];
+material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelStrike>& strikes,
+                                std::size_t strike) {
+  const ModelStrike& struck = strikes[strike];
   return body.pressure
-             ? material::radiated_modes(body.modes, blown.point, blown.direction,
-                                        body.specific_modulus, *body.pressure, blow, body.radiated)
-             : material::struck_modes(body.modes, blown.point, blown.direction,
+             ? material::radiated_modes(body.modes, struck.point, struck.direction,
+                                        body.specific_modulus, *body.pressure, strike, body.radiated)
+             : material::struck_modes(body.modes, struck.point, struck.direction,
                                       body.specific_modulus);
 }
 
-double arrival(const HeardBody& body, const std::vector<ModelBlow>& blows, std::size_t blow) {
-  if (body.pressure) return body.pressure->delays[blow];
-  return (blows[blow].listener.position - centre_of(body.modes)).norm() / synth::modal::kSoundSpeed;
+double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t strike) {
+  if (body.pressure) return body.pressure->delays[strike];
+  return (strikes[strike].listener.position - centre_of(body.modes)).norm() / synth::modal::kSoundSpeed;
 }
 
-std::vector<double> synthetic_recording(const HeardBody& body, const std::vector<ModelBlow>& blows,
-                                        std::size_t blow,
+std::vector<double> synthetic_recording(const HeardBody& body, const std::vector<ModelStrike>& strikes,
+                                        std::size_t strike,
                                         const synth::damping::DampingModel& damping,
                                         double sample_rate, std::size_t count) {
   auto decay = synth::damping::clamped_decay_rates(body.modes, std::vector{damping});
   for (std::size_t i = 0; i < body.radiated.size(); ++i) decay.values[i] += body.radiated[i];
   synth::modal::Readout readout;
   if (body.pressure) {
-    const auto row = static_cast<Eigen::Index>(blow);
+    const auto row = static_cast<Eigen::Index>(strike);
     const synth::radiation::ModalPressure one{body.pressure->pressure.row(row),
-                                              {body.pressure->delays[blow]}};
+                                              {body.pressure->delays[strike]}};
     readout = synth::radiation::pressure_readout(one, body.modes, decay.values);
   } else {
-    readout = synth::modal::point_velocity(body.modes, blows[blow].point);
+    readout = synth::modal::point_velocity(body.modes, strikes[strike].point);
     readout.velocity.swap(readout.acceleration);
-    readout.delays = {arrival(body, blows, blow)};
+    readout.delays = {arrival(body, strikes, strike)};
   }
   const synth::modal::Strike strike{
-      .point = blows[blow].point, .direction = blows[blow].direction, .impulse = 1, .force = {}};
+      .point = strikes[strike].point, .direction = strikes[strike].direction, .impulse = 1, .force = {}};
   synth::modal::RingDown rings = synth::modal::ring_down(body.modes, decay.values, strike, readout);
   synth::modal::leave_out(rings, decay.negative);
   const std::vector<float> sound =

@@ -12,19 +12,19 @@
 
 namespace carillon::eval::recorded_objects {
 
-/// A blow as the model makes it: an ideal impulse of 1 N s into the surface, which a recording that
+/// A strike as the model makes it: an ideal impulse of 1 N s into the surface, which a recording that
 /// was deconvolved by the hammer's force is the answer to.
-struct ModelBlow {
+struct ModelStrike {
   synth::modal::SurfacePoint point;
   Vec3 direction;                   ///< inward along the normal
   synth::modal::Listener listener;  ///< [m], in the body's coordinates
 };
 
-/// A body of one specific modulus as the microphones of some blows hear it.
+/// A body of one specific modulus as the microphones of some strikes hear it.
 struct HeardBody {
   solvers::modes::Modes modes;
   double specific_modulus = 0;  ///< E / density [m^2/s^2]
-  /// Pressure at the listener of each blow; none: the acceleration of the struck point instead, as
+  /// Pressure at the listener of each strike; none: the acceleration of the struck point instead, as
   /// a contact microphone takes it.
   std::optional<synth::radiation::ModalPressure> pressure;
   std::vector<double> radiated;  ///< decay rate of each mode by radiation [1/s]; empty: none
@@ -35,24 +35,24 @@ struct HeardBody {
 /// @param cache   folder of what is dear to compute; empty: none
 /// @throws InputError  a listener inside the body or too near to it
 HeardBody hear_body(const solvers::modes::Modes& modes, double assumed, double specific_modulus,
-                    const std::vector<ModelBlow>& blows, bool radiation,
+                    const std::vector<ModelStrike>& strikes, bool radiation,
                     const std::filesystem::path& cache);
 
-/// Leaves of the blows, and of what is heard of them, those whose numbers are in `kept`.
+/// Leaves of the strikes, and of what is heard of them, those whose numbers are in `kept`.
 /// @param kept  ascending
-void keep_blows(const std::vector<std::size_t>& kept, std::vector<ModelBlow>& blows,
+void keep_strikes(const std::vector<std::size_t>& kept, std::vector<ModelStrike>& strikes,
                 HeardBody& body);
 
-/// Modes as blow number `blow` strikes them and its listener hears them.
-material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelBlow>& blows,
-                                std::size_t blow);
+/// Modes as strike number `strike` strikes them and its listener hears them.
+material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelStrike>& strikes,
+                                std::size_t strike);
 
-/// When the first sound of a blow comes to its listener [s].
-double arrival(const HeardBody& body, const std::vector<ModelBlow>& blows, std::size_t blow);
+/// When the first sound of a strike comes to its listener [s].
+double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t strike);
 
-/// The model's own recording of a blow, sample 0 at the impulse [Pa per N s, or m/s^2 per N s].
-std::vector<double> synthetic_recording(const HeardBody& body, const std::vector<ModelBlow>& blows,
-                                        std::size_t blow,
+/// The model's own recording of a strike, sample 0 at the impulse [Pa per N s, or m/s^2 per N s].
+std::vector<double> synthetic_recording(const HeardBody& body, const std::vector<ModelStrike>& strikes,
+                                        std::size_t strike,
                                         const synth::damping::DampingModel& damping,
                                         double sample_rate, std::size_t count);
 

@@ -37,11 +37,11 @@ std::string modes_csv(const ImpactReport& report) {
                       "recorded_amplitude", "synthetic_hz", "synthetic_decay_per_s",
                       "synthetic_amplitude", "pitch_cents", "decay_ratio", "level_db"});
   for (const ModelVariant& variant : report.variants) {
-    for (std::size_t i = 0; i < report.blows.size(); ++i) {
-      const auto& recorded = report.blows[i].set.features;
+    for (std::size_t i = 0; i < report.strikes.size(); ++i) {
+      const auto& recorded = report.strikes[i].set.features;
       const auto& synthetic = variant.modes.synthetic[i];
-      const perception::ModeComparison& modes = variant.modes.blows[i];
-      const RecordedBlow& recorded_strike = report.blows[i].recorded;
+      const perception::ModeComparison& modes = variant.modes.strikes[i];
+      const RecordedStrike& recorded_strike = report.strikes[i].recorded;
       const std::vector<std::string> labels = {std::to_string(recorded_strike.vertex),
                                                std::to_string(recorded_strike.row), variant.name};
       for (const perception::MatchedMode& pair : modes.matched) {
@@ -58,20 +58,20 @@ std::string modes_csv(const ImpactReport& report) {
   return text;
 }
 
-/// The model's clips of a blow, in the recording's unit: as given, and fitted if there is a fit.
+/// The model's clips of a strike, in the recording's unit: as given, and fitted if there is a fit.
 struct ModelClips {
   std::vector<double> given, fitted;
 };
 
-ModelClips model_clips(const ImpactReport& report, std::size_t blow, std::size_t count) {
+ModelClips model_clips(const ImpactReport& report, std::size_t strike, std::size_t count) {
   const double rate = report.options.sample_rate;
   ModelClips clips;
   clips.given =
-      synthetic_recording(report.given, report.model, blow, report.material.damping, rate, count);
+      synthetic_recording(report.given, report.model, strike, report.material.damping, rate, count);
   for (double& sample : clips.given) sample *= report.variants.front().modes.gain;
   if (report.fit == nullptr) return clips;
   clips.fitted =
-      synthetic_recording(*report.fitted, report.model, blow, report.fit->damping, rate, count);
+      synthetic_recording(*report.fitted, report.model, strike, report.fit->damping, rate, count);
   for (double& sample : clips.fitted) sample *= report.variants.back().modes.gain;
   return clips;
 }
@@ -80,8 +80,8 @@ std::string spectra_csv(const ImpactReport& report) {
   std::vector<std::string> cells = {"vertex", "row", "frequency_hz", "recorded_db", "as_given_db"};
   if (report.fit != nullptr) cells.push_back("fitted_db");
   std::string text = core::csv_line(cells);
-  for (std::size_t i = 0; i < report.blows.size(); ++i) {
-    const recorded::WindowSpectrum& recorded = report.blows[i].spectrum;
+  for (std::size_t i = 0; i < report.strikes.size(); ++i) {
+    const recorded::WindowSpectrum& recorded = report.strikes[i].spectrum;
     const ModelClips clips = model_clips(report, i, report.options.stretch.end);
     const auto spectrum = [&](const std::vector<double>& clip) {
       return recorded::window_spectrum(clip, report.options.sample_rate, report.options.stretch);
@@ -91,8 +91,8 @@ std::string spectra_csv(const ImpactReport& report) {
       const auto level = [bin](const recorded::WindowSpectrum& of) {
         return fmt::format("{:.2f}", core::amplitude_decibels(std::max(of.amplitudes[bin], 1e-30)));
       };
-      cells = {std::to_string(report.blows[i].recorded.vertex),
-               std::to_string(report.blows[i].recorded.row),
+      cells = {std::to_string(report.strikes[i].recorded.vertex),
+               std::to_string(report.strikes[i].recorded.row),
                fmt::format("{:.3f}", static_cast<double>(bin) * recorded.bin_width),
                level(recorded), level(given)};
       if (report.fit != nullptr) cells.push_back(level(fitted));
@@ -114,19 +114,19 @@ void write_clip(const std::filesystem::path& path, const std::vector<double>& sa
 void write_clips(const std::filesystem::path& folder, const ImpactReport& report) {
   double peak = 0;
   std::vector<ModelClips> made;
-  for (std::size_t i = 0; i < report.blows.size(); ++i) {
-    const StudiedBlow& blow = report.blows[i];
-    made.push_back(model_clips(report, i, blow.samples.size()));
-    peak = std::max(peak, core::peak(blow.samples));
+  for (std::size_t i = 0; i < report.strikes.size(); ++i) {
+    const StudiedStrike& strike = report.strikes[i];
+    made.push_back(model_clips(report, i, strike.samples.size()));
+    peak = std::max(peak, core::peak(strike.samples));
   }
   const double gain = 0.5 / peak;
-  for (std::size_t i = 0; i < report.blows.size(); ++i) {
-    const StudiedBlow& blow = report.blows[i];
+  for (std::size_t i = 0; i < report.strikes.size(); ++i) {
+    const StudiedStrike& strike = report.strikes[i];
     const auto path = [&](const char* kind) {
-      return folder / fmt::format("vertex-{}-{}.wav", blow.recorded.vertex, kind);
+      return folder / fmt::format("vertex-{}-{}.wav", strike.recorded.vertex, kind);
     };
     const double rate = report.options.sample_rate;
-    write_clip(path("recorded"), blow.samples, gain, rate);
+    write_clip(path("recorded"), strike.samples, gain, rate);
     if (report.fit != nullptr) {
       write_clip(path("fitted"), made[i].fitted, gain, rate);
     } else {

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kRecordings = "deconvolved_0db.npy";
 constexpr const char* kMesh = "transformed.obj";
-/// How far a vertex of the mesh may lie from where the folder says it is, as a share of the
+/// How far a vertex of the mesh may lie from where the folder says it is, as a fraction of the
 /// body's longest side.
 constexpr double kElsewhere = 0.02;
 

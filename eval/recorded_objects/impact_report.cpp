@@ -42,18 +42,18 @@ json summary_json(const recorded::RecordedSummary& all) {
           {"synthetic", all.synthetic},
           {"matched", all.matched},
           {"matched_by_chance", all.matched_by_chance},
-          {"recorded_energy_share", core::number_or_null(all.recorded_share)},
-          {"synthetic_energy_share", core::number_or_null(all.synthetic_share)},
+          {"recorded_energy_fraction", core::number_or_null(all.recorded_fraction)},
+          {"synthetic_energy_fraction", core::number_or_null(all.synthetic_fraction)},
           {"pitch_cents", spread_json(all.cents)},
           {"distance_cents", spread_json(all.distance)},
           {"decay_ratio", spread_json(all.decay_ratio)},
           {"level_error_db", spread_json(all.level_error)}};
 }
 
-json blow_json(const ImpactReport& report, const ModelVariant& variant, std::size_t blow) {
-  const auto& recorded = report.blows[blow].set.features;
-  const auto& synthetic = variant.modes.synthetic[blow];
-  const perception::ModeComparison& modes = variant.modes.blows[blow];
+json strike_json(const ImpactReport& report, const ModelVariant& variant, std::size_t strike) {
+  const auto& recorded = report.strikes[strike].set.features;
+  const auto& synthetic = variant.modes.synthetic[strike];
+  const perception::ModeComparison& modes = variant.modes.strikes[strike];
   json matched = json::array(), only = json::array(), other = json::array();
   for (const perception::MatchedMode& pair : modes.matched) {
     matched.push_back({{"recorded", mode_json(recorded[pair.reference])},
@@ -65,22 +65,22 @@ json blow_json(const ImpactReport& report, const ModelVariant& variant, std::siz
   for (const std::size_t place : modes.reference_only) only.push_back(mode_json(recorded[place]));
   for (const std::size_t place : modes.other_only) other.push_back(mode_json(synthetic[place]));
   return {{"variant", variant.name},
-          {"frequency_scale", variant.scales[blow]},
-          {"peaks", peaks_json(variant.peaks[blow])},
+          {"frequency_scale", variant.scales[strike]},
+          {"peaks", peaks_json(variant.peaks[strike])},
           {"matched", matched},
           {"recorded_only", only},
           {"synthetic_only", other},
           {"level_db", spread_json(recorded::spread_of(levels_of(modes)))}};
 }
 
-json vertex_json(const ImpactReport& report, std::size_t blow) {
-  const StudiedBlow& studied = report.blows[blow];
+json vertex_json(const ImpactReport& report, std::size_t strike) {
+  const StudiedStrike& studied = report.strikes[strike];
   const std::size_t row = studied.recorded.row;
   const auto list = [](const Vec3& v) { return std::vector(v.begin(), v.end()); };
   json vertex = {{"vertex", studied.recorded.vertex},
                  {"row", row},
                  {"struck_m", list(report.folder.struck[row])},
-                 {"direction", list(report.model[blow].direction)},
+                 {"direction", list(report.model[strike].direction)},
                  {"listener_m", list(report.folder.listeners[row])},
                  {"onset_s", studied.set.onset},
                  {"recorded_modes", studied.set.features.size()},
@@ -94,7 +94,7 @@ json vertex_json(const ImpactReport& report, std::size_t blow) {
   label("distance_mm", report.folder.distances);
   label("microphone", report.folder.microphones);
   for (const ModelVariant& variant : report.variants) {
-    vertex["variants"].push_back(blow_json(report, variant, blow));
+    vertex["variants"].push_back(strike_json(report, variant, strike));
   }
   return vertex;
 }
@@ -157,7 +157,7 @@ json to_json(const ImpactReport& report) {
   for (const ModelVariant& variant : report.variants)
     out["variants"].push_back(variant_json(variant));
   if (report.fit != nullptr) out["fit"] = fit_json(report);
-  for (std::size_t i = 0; i < report.blows.size(); ++i) {
+  for (std::size_t i = 0; i < report.strikes.size(); ++i) {
     out["vertices"].push_back(vertex_json(report, i));
   }
   for (const auto& [stage, entry] : report.trace.stages) {

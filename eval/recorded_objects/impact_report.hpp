@@ -16,8 +16,8 @@ struct ImpactReport {
   const ImpactFolder& folder;
   const StudyOptions& options;
   const synth::material::Material& material;  ///< as given
-  const std::vector<StudiedBlow>& blows;
-  const std::vector<ModelBlow>& model;
+  const std::vector<StudiedStrike>& strikes;
+  const std::vector<ModelStrike>& model;
   const HeardBody& given;
   const HeardBody* fitted = nullptr;  ///< null without a fit
   const StudyFit* fit = nullptr;
@@ -33,8 +33,8 @@ std::vector<double> levels_of(const perception::ModeComparison& modes);
 nlohmann::json to_json(const ImpactReport& report);
 void print_report(const ImpactReport& report);
 
-/// report.json; modes.csv, every recorded and synthetic mode of every blow and variant;
-/// spectra.csv, Hiner's spectra side by side; and each blow as it was recorded and as the last
+/// report.json; modes.csv, every recorded and synthetic mode of every strike and variant;
+/// spectra.csv, Hiner's spectra side by side; and each strike as it was recorded and as the last
 /// variant makes it, as WAV files of one gain, the loudest sample at half of full scale.
 /// @throws FileError  cannot be written
 void write_report(const std::filesystem::path& folder, const ImpactReport& report);

@@ -12,14 +12,14 @@ namespace carillon::eval::recorded_objects {
 
 namespace {
 
-/// Between moduli of one blow and of all: ten times what a good recording scatters.
+/// Between moduli of one strike and of all: ten times what a good recording scatters.
 constexpr double kDisagrees = 0.02;
 /// Twice and six times what a single recording of a known level is fitted with (hybrid_metric.hpp).
-constexpr double kLevelScale = 20, kLeastDifference = 0.3;
+constexpr double kLevelScale = 20, kMinDifference = 0.3;
 /// A fit has so many times the pairs of chance within a quarter of the widest distance.
 constexpr double kBeyondChance = 1.5, kNear = 0.25;
 
-/// What of a candidate of a body is heard in the band of one blow.
+/// What of a candidate of a body is heard in the band of one strike.
 material::HeardCandidate heard(const material::StruckModes& modes, double specific_modulus,
                                const synth::damping::DampingModel& damping,
                                const StudyOptions& options) {
@@ -42,30 +42,30 @@ std::vector<double> lowest_modes(const solvers::modes::Modes& modes, std::size_t
 /// Takes out of a comparison what was reckoned with the pressure at other frequencies.
 void leave_frequencies(recorded::RecordedComparison& modes) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  for (perception::ModeComparison& blow : modes.blows) {
-    for (perception::MatchedMode& pair : blow.matched) pair.decay_ratio = pair.level = none;
+  for (perception::ModeComparison& strike : modes.strikes) {
+    for (perception::MatchedMode& pair : strike.matched) pair.decay_ratio = pair.level = none;
   }
   for (std::vector<features::Feature>& tones : modes.synthetic) {
     for (features::Feature& tone : tones) tone.decay_rate = tone.amplitude = none;
   }
-  modes.gain = modes.all.synthetic_share = none;
+  modes.gain = modes.all.synthetic_fraction = none;
   modes.all.decay_ratio = modes.all.level_error = {none, none, none};
 }
 
-/// A body with one damping model, whose frequencies are scaled blow by blow.
-ModelVariant make_variant(const std::string& name, const std::vector<StudiedBlow>& blows,
-                          const std::vector<ModelBlow>& model, const HeardBody& body,
+/// A body with one damping model, whose frequencies are scaled strike by strike.
+ModelVariant make_variant(const std::string& name, const std::vector<StudiedStrike>& strikes,
+                          const std::vector<ModelStrike>& model, const HeardBody& body,
                           const synth::damping::DampingModel& damping,
                           const std::vector<double>& factors, const StudyOptions& options) {
   ModelVariant variant{
       .name = name, .frequencies_alone = false, .scales = factors, .peaks = {}, .modes = {}};
   std::vector<recorded::RecordedTones> tones;
-  for (std::size_t i = 0; i < blows.size(); ++i) {
+  for (std::size_t i = 0; i < strikes.size(); ++i) {
     const auto frequencies = lowest_modes(body.modes, options.peaks, factors[i]);
     std::vector<recorded::SpectralPeak> peaks =
-        recorded::highest_peaks(blows[i].spectrum, frequencies.size(), options.min_frequency);
+        recorded::highest_peaks(strikes[i].spectrum, frequencies.size(), options.min_frequency);
     variant.peaks.push_back(recorded::match_peaks(frequencies, peaks, options.widest));
-    tones.push_back({blows[i].set.features,
+    tones.push_back({strikes[i].set.features,
                      heard(struck_by(body, model, i),
                            body.specific_modulus * factors[i] * factors[i], damping, options)
                          .tones});
@@ -97,13 +97,13 @@ double radiated_near(const HeardBody& body, double frequency) {
 }
 
 /// Damping of the material at the recorded modes that have a partner.
-damping::DampingData matched_damping(const std::vector<StudiedBlow>& blows, const HeardBody& body,
+damping::DampingData matched_damping(const std::vector<StudiedStrike>& strikes, const HeardBody& body,
                                      const recorded::RecordedComparison& comparison,
                                      std::size_t& radiating) {
   damping::DampingData data;
-  for (std::size_t i = 0; i < blows.size(); ++i) {
-    for (const perception::MatchedMode& pair : comparison.blows[i].matched) {
-      const features::Feature& mode = blows[i].set.features[pair.reference];
+  for (std::size_t i = 0; i < strikes.size(); ++i) {
+    for (const perception::MatchedMode& pair : comparison.strikes[i].matched) {
+      const features::Feature& mode = strikes[i].set.features[pair.reference];
       const features::Feature& partner = comparison.synthetic[i][pair.other];
       const double rate = mode.decay_rate - radiated_near(body, partner.frequency);
       if (mode.reverberant || !(rate > 0)) {
@@ -118,22 +118,22 @@ damping::DampingData matched_damping(const std::vector<StudiedBlow>& blows, cons
 }
 
 /// What a user should know of the modulus that was found.
-void remark_on_modulus(const std::vector<StudiedBlow>& blows, const HeardBody& fitted,
+void remark_on_modulus(const std::vector<StudiedStrike>& strikes, const HeardBody& fitted,
                        StudyFit& fit) {
   const double modulus = fitted.specific_modulus;
-  for (std::size_t i = 0; i < blows.size(); ++i) {
+  for (std::size_t i = 0; i < strikes.size(); ++i) {
     const auto& alone = fit.joint.alone[i];
     if (!alone) continue;
     const double ratio = alone->candidate.specific_modulus / modulus;
     if (std::abs(std::log(ratio)) < kDisagrees) continue;
     fit.remarks.push_back(
         fmt::format("vertex {} alone would have a specific modulus {:.3f} times that of all",
-                    blows[i].recorded.vertex, ratio));
+                    strikes[i].recorded.vertex, ratio));
   }
   const double known = fitted.modes.certificate.complete_to_hz;
   std::size_t above = 0;
-  for (const StudiedBlow& blow : blows) {
-    for (const features::Feature& mode : blow.set.features)
+  for (const StudiedStrike& strike : strikes) {
+    for (const features::Feature& mode : strike.set.features)
       above += mode.frequency > known ? 1U : 0U;
   }
   if (above > 0) {
@@ -145,7 +145,7 @@ void remark_on_modulus(const std::vector<StudiedBlow>& blows, const HeardBody& f
 }
 
 /// Whether chance would have matched as many modes as closely.
-void remark_on_chance(const std::vector<StudiedBlow>& blows,
+void remark_on_chance(const std::vector<StudiedStrike>& strikes,
                       const recorded::RecordedComparison& comparison, double widest,
                       StudyFit& fit) {
   const auto frequencies = [](const std::vector<features::Feature>& tones) {
@@ -155,12 +155,12 @@ void remark_on_chance(const std::vector<StudiedBlow>& blows,
   };
   std::size_t near = 0;
   double chance = 0;
-  for (std::size_t i = 0; i < blows.size(); ++i) {
-    for (const perception::MatchedMode& pair : comparison.blows[i].matched) {
+  for (std::size_t i = 0; i < strikes.size(); ++i) {
+    for (const perception::MatchedMode& pair : comparison.strikes[i].matched) {
       near += std::abs(pair.cents) <= kNear * widest ? 1U : 0U;
     }
     chance += recorded::pairs_by_chance(frequencies(comparison.synthetic[i]),
-                                        frequencies(blows[i].set.features), kNear * widest);
+                                        frequencies(strikes[i].set.features), kNear * widest);
   }
   if (static_cast<double>(near) >= kBeyondChance * chance) return;
   fit.remarks.push_back(
@@ -170,11 +170,11 @@ void remark_on_chance(const std::vector<StudiedBlow>& blows,
 }
 
 /// @throws InputError  nothing to compare; as features::extract_features()
-StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, double onset,
+StudiedStrike study_strike(const ImpactFolder& folder, const RecordedStrike& strike, double onset,
                        const StudyOptions& options) {
-  StudiedBlow studied;
-  studied.recorded = blow;
-  studied.samples = read_recording(folder, blow.row);
+  StudiedStrike studied;
+  studied.recorded = strike;
+  studied.samples = read_recording(folder, strike.row);
   features::FeatureOptions features;
   features.onset = onset;
   features.contact_time = options.skip;
@@ -187,57 +187,57 @@ StudiedBlow study_blow(const ImpactFolder& folder, const RecordedBlow& blow, dou
   studied.peaks = recorded::highest_peaks(studied.spectrum, options.peaks, options.min_frequency);
   if (studied.peaks.empty()) {
     throw core::InputError(
-        fmt::format("row {} of {} is silent", blow.row, folder.recordings.path().string()));
+        fmt::format("row {} of {} is silent", strike.row, folder.recordings.path().string()));
   }
   return studied;
 }
 
 }  // namespace
 
-std::vector<StudiedBlow> study_blows(const ImpactFolder& folder,
-                                     const std::vector<RecordedBlow>& rows,
-                                     const StudyOptions& options, std::vector<ModelBlow>& model,
+std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
+                                     const std::vector<RecordedStrike>& rows,
+                                     const StudyOptions& options, std::vector<ModelStrike>& model,
                                      HeardBody& given, std::vector<std::string>& remarks) {
-  std::vector<StudiedBlow> blows;
+  std::vector<StudiedStrike> strikes;
   std::vector<std::size_t> kept;
   std::string why = "there are none";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     try {
-      blows.push_back(study_blow(folder, rows[i], arrival(given, model, i), options));
+      strikes.push_back(study_strike(folder, rows[i], arrival(given, model, i), options));
       kept.push_back(i);
     } catch (const core::InputError& error) {
       why = error.message();
       remarks.push_back(fmt::format("vertex {} is left out: {}", rows[i].vertex, why));
     }
   }
-  if (blows.empty()) {
+  if (strikes.empty()) {
     throw core::InputError("no recording can be compared: " + why,
                            "name other vertices with --vertex, or another microphone with "
                            "--listener");
   }
-  keep_blows(kept, model, given);
-  return blows;
+  keep_strikes(kept, model, given);
+  return strikes;
 }
 
-StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<ModelBlow>& model,
+StudyFit fit_material(const std::vector<StudiedStrike>& strikes, const std::vector<ModelStrike>& model,
                       const HeardBody& given, HeardBody& fitted, const StudyOptions& options,
                       const std::filesystem::path& cache) {
   material::MaterialOptions material;
   material.law = options.law;
   material.motion = material::HeardMotion::acceleration;
   material.contact_time = 0;  // the hammer's force is deconvolved
-  material.starts.least_modulus = given.specific_modulus / options.modulus_range;
-  material.starts.most_modulus = given.specific_modulus * options.modulus_range;
-  // Microphones, the mesh and a blow that is not quite straight change levels: they count for less.
+  material.starts.min_modulus = given.specific_modulus / options.modulus_range;
+  material.starts.max_modulus = given.specific_modulus * options.modulus_range;
+  // Microphones, the mesh and a strike that is not quite straight change levels: they count for less.
   material.metric.match.level = kLevelScale;
-  material.metric.least_difference = kLeastDifference;
+  material.metric.min_difference = kMinDifference;
   StudyFit fit;
   fitted = given;
   // What is radiated depends on the modulus that is sought: the second round knows it.
   for (int round = 0; round < 2; ++round) {
     std::vector<material::StruckRecording> recordings;
-    for (std::size_t i = 0; i < blows.size(); ++i) {
-      recordings.push_back({blows[i].samples, &blows[i].set, struck_by(fitted, model, i)});
+    for (std::size_t i = 0; i < strikes.size(); ++i) {
+      recordings.push_back({strikes[i].samples, &strikes[i].set, struck_by(fitted, model, i)});
     }
     fit.joint = material::estimate_jointly(recordings, material);
     const double found = fit.joint.candidate.specific_modulus;
@@ -246,14 +246,14 @@ StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<M
     if (settled || !options.radiation) break;
   }
   fit.remarks = fit.joint.remarks;
-  remark_on_modulus(blows, fitted, fit);
+  remark_on_modulus(strikes, fitted, fit);
 
   fit.damping = fit.joint.candidate.damping;
-  const std::vector<double> ones(blows.size(), 1.0);
-  const ModelVariant matched = make_variant("", blows, model, fitted, fit.damping, ones, options);
-  remark_on_chance(blows, matched.modes, options.widest, fit);
+  const std::vector<double> ones(strikes.size(), 1.0);
+  const ModelVariant matched = make_variant("", strikes, model, fitted, fit.damping, ones, options);
+  remark_on_chance(strikes, matched.modes, options.widest, fit);
   std::size_t radiating = 0;
-  const damping::DampingData data = matched_damping(blows, fitted, matched.modes, radiating);
+  const damping::DampingData data = matched_damping(strikes, fitted, matched.modes, radiating);
   if (radiating > 0) {
     fit.remarks.push_back(fmt::format(
         "{} matched mode{} no faster than the model radiates: left out of the damping's fit",
@@ -272,28 +272,28 @@ StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<M
   return fit;
 }
 
-std::vector<ModelVariant> compare_variants(const std::vector<StudiedBlow>& blows,
-                                           const std::vector<ModelBlow>& model,
+std::vector<ModelVariant> compare_variants(const std::vector<StudiedStrike>& strikes,
+                                           const std::vector<ModelStrike>& model,
                                            const HeardBody& given,
                                            const synth::damping::DampingModel& damping,
                                            const HeardBody* fitted, const StudyFit* fit,
                                            const StudyOptions& options) {
-  const std::vector<double> ones(blows.size(), 1.0);
+  const std::vector<double> ones(strikes.size(), 1.0);
   std::vector<ModelVariant> variants = {
-      make_variant("as given", blows, model, given, damping, ones, options)};
+      make_variant("as given", strikes, model, given, damping, ones, options)};
   for (const auto& [name, choice] :
        {std::pair("scaled to the highest peak", recorded::ScalePeak::highest),
         std::pair("scaled to the lowest of ten", recorded::ScalePeak::lowest_of_ten)}) {
     std::vector<double> factors;
-    for (const StudiedBlow& blow : blows) {
-      factors.push_back(recorded::scale_frequency(blow.peaks, choice) / given.modes.frequency(0));
+    for (const StudiedStrike& strike : strikes) {
+      factors.push_back(recorded::scale_frequency(strike.peaks, choice) / given.modes.frequency(0));
     }
-    variants.push_back(make_variant(name, blows, model, given, damping, factors, options));
+    variants.push_back(make_variant(name, strikes, model, given, damping, factors, options));
   }
   if (fit != nullptr) {
-    variants.push_back(make_variant("fitted", blows, model, *fitted, fit->damping, ones, options));
+    variants.push_back(make_variant("fitted", strikes, model, *fitted, fit->damping, ones, options));
     const double factor = std::sqrt(fitted->specific_modulus / given.specific_modulus);
-    variants.back().scales.assign(blows.size(), factor);
+    variants.back().scales.assign(strikes.size(), factor);
   }
   return variants;
 }

@@ -33,8 +33,8 @@ struct StudyOptions {
 };
 
 /// One recording and what is taken from it.
-struct StudiedBlow {
-  RecordedBlow recorded;
+struct StudiedStrike {
+  RecordedStrike recorded;
   std::vector<double> samples;
   features::FeatureSet set;
   recorded::WindowSpectrum spectrum;
@@ -47,8 +47,8 @@ struct ModelVariant {
   /// Levels, decay rates and the gain are not known (NaN): pressure and what is radiated go with
   /// the frequencies, and are those of other ones.
   bool frequencies_alone = false;
-  std::vector<double> scales;              ///< of each blow's mode frequencies against those given
-  std::vector<recorded::PeakMatch> peaks;  ///< of each blow
+  std::vector<double> scales;              ///< of each strike's mode frequencies against those given
+  std::vector<recorded::PeakMatch> peaks;  ///< of each strike
   recorded::RecordedComparison modes;
 };
 
@@ -65,29 +65,29 @@ struct StudyFit {
 
 /// What the recordings hold. One that holds nothing to compare (a sample that is not finite,
 /// silence) is left out, of `model` and `given` too.
-/// @param rows     one for each blow of `model`
+/// @param rows     one for each strike of `model`
 /// @param remarks  get a line for each recording that is left out
 /// @throws InputError  none is left; says why
-std::vector<StudiedBlow> study_blows(const ImpactFolder& folder,
-                                     const std::vector<RecordedBlow>& rows,
-                                     const StudyOptions& options, std::vector<ModelBlow>& model,
+std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
+                                     const std::vector<RecordedStrike>& rows,
+                                     const StudyOptions& options, std::vector<ModelStrike>& model,
                                      HeardBody& given, std::vector<std::string>& remarks);
 
-/// Specific modulus and damping from all blows, with the body as the fitted material radiates.
+/// Specific modulus and damping from all strikes, with the body as the fitted material radiates.
 /// @param given  the body with the material it is taken to be of
 /// @param fitted  becomes the body with the specific modulus found
 /// @throws InputError  no recording that a material can be estimated from
-StudyFit fit_material(const std::vector<StudiedBlow>& blows, const std::vector<ModelBlow>& model,
+StudyFit fit_material(const std::vector<StudiedStrike>& strikes, const std::vector<ModelStrike>& model,
                       const HeardBody& given, HeardBody& fitted, const StudyOptions& options,
                       const std::filesystem::path& cache);
 
-/// The model beside the recordings: as given, with each blow's lowest mode scaled to the highest
+/// The model beside the recordings: as given, with each strike's lowest mode scaled to the highest
 /// peak, to the lowest of the ten highest, and fitted if there is a fit. Where sound is radiated,
 /// the scaled ones have frequencies alone: equivalent sources of every recording's own scale would
 /// take many times as long as all the rest.
 /// @param damping  of the material given
-std::vector<ModelVariant> compare_variants(const std::vector<StudiedBlow>& blows,
-                                           const std::vector<ModelBlow>& model,
+std::vector<ModelVariant> compare_variants(const std::vector<StudiedStrike>& strikes,
+                                           const std::vector<ModelStrike>& model,
                                            const HeardBody& given,
                                            const synth::damping::DampingModel& damping,
                                            const HeardBody* fitted, const StudyFit* fit,

@@ -50,7 +50,7 @@ void print_modes(const ImpactReport& report) {
     const recorded::RecordedSummary& all = variant.modes.all;
     fmt::print("  {:<28} {:>13} {:>10.1f} {} % {} {} {} {} {}\n", variant.name,
                fmt::format("{} of {}, {}", all.matched, all.recorded, all.synthetic),
-               all.matched_by_chance, figure(100 * all.recorded_share, 6, 1),
+               all.matched_by_chance, figure(100 * all.recorded_fraction, 6, 1),
                figure(all.distance.median, 8, 1), figure(all.distance.high, 7, 1),
                decay_text(all.decay_ratio), figure(all.level_error.median, 8, 1),
                figure(all.level_error.high, 8, 1));
@@ -70,20 +70,20 @@ void print_vertices(const ImpactReport& report) {
   fmt::print("\n{}, vertex by vertex:\n", variant.name);
   fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8} {:>16} {:>9} {:>9}\n", "vertex", "row",
              "microphone at [m]", "peaks", "chance", "modes matched", "cents", "level dB");
-  for (std::size_t i = 0; i < report.blows.size(); ++i) {
-    const RecordedBlow& blow = report.blows[i].recorded;
-    const Vec3& ear = report.folder.listeners[blow.row];
-    const perception::ModeComparison& modes = variant.modes.blows[i];
+  for (std::size_t i = 0; i < report.strikes.size(); ++i) {
+    const RecordedStrike& strike = report.strikes[i].recorded;
+    const Vec3& ear = report.folder.listeners[strike.row];
+    const perception::ModeComparison& modes = variant.modes.strikes[i];
     std::vector<double> distances;
     for (const perception::MatchedMode& pair : modes.matched) {
       distances.push_back(std::abs(pair.cents));
     }
-    fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8.1f} {:>16} {} {}\n", blow.vertex, blow.row,
+    fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8.1f} {:>16} {} {}\n", strike.vertex, strike.row,
                fmt::format("{:.3f},{:.3f},{:.3f}", ear.x(), ear.y(), ear.z()),
                fmt::format("{} of {}", variant.peaks[i].matched, variant.peaks[i].modes),
                variant.peaks[i].matched_by_chance,
                fmt::format("{} of {}, {}", modes.matched.size(),
-                           report.blows[i].set.features.size(), variant.modes.synthetic[i].size()),
+                           report.strikes[i].set.features.size(), variant.modes.synthetic[i].size()),
                figure(recorded::spread_of(distances).median, 9, 1),
                figure(recorded::spread_of(levels_of(modes)).median, 9, 1));
   }

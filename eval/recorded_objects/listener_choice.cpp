@@ -101,7 +101,7 @@ ListenerChoice parse_listener_choice(const std::string& text) {
   return choice;
 }
 
-std::vector<RecordedBlow> choose_rows(const ImpactFolder& folder, const ListenerChoice& choice,
+std::vector<RecordedStrike> choose_rows(const ImpactFolder& folder, const ListenerChoice& choice,
                                       std::span<const std::int64_t> wanted) {
   const std::vector<StruckVertex> all = struck_vertices(folder);
   for (const std::int64_t vertex : wanted) {
@@ -112,13 +112,13 @@ std::vector<RecordedBlow> choose_rows(const ImpactFolder& folder, const Listener
     throw InputError(fmt::format("--vertex {}: it was not struck", vertex),
                      fmt::format("there are {}", fmt::join(there, ", ")));
   }
-  std::vector<RecordedBlow> blows;
+  std::vector<RecordedStrike> strikes;
   for (const StruckVertex& struck : all) {
     if (wanted.empty() || std::find(wanted.begin(), wanted.end(), struck.vertex) != wanted.end()) {
-      blows.push_back({struck.vertex, choose(folder, choice, struck)});
+      strikes.push_back({struck.vertex, choose(folder, choice, struck)});
     }
   }
-  return blows;
+  return strikes;
 }
 
 }  // namespace carillon::eval::recorded_objects

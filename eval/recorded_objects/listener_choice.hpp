@@ -23,8 +23,8 @@ struct ListenerChoice {
 /// @throws InputError
 ListenerChoice parse_listener_choice(const std::string& text);
 
-/// A blow and the recording of it that is compared.
-struct RecordedBlow {
+/// A strike and the recording of it that is compared.
+struct RecordedStrike {
   std::int64_t vertex = 0;
   std::size_t row = 0;
 };
@@ -32,7 +32,7 @@ struct RecordedBlow {
 /// One row for each vertex, in the order in which vertices come first.
 /// @param wanted  vertices; empty: all
 /// @throws InputError  a vertex that was not struck, no row that fits, or a label without file
-std::vector<RecordedBlow> choose_rows(const ImpactFolder& folder, const ListenerChoice& choice,
+std::vector<RecordedStrike> choose_rows(const ImpactFolder& folder, const ListenerChoice& choice,
                                       std::span<const std::int64_t> wanted);
 
 }  // namespace carillon::eval::recorded_objects

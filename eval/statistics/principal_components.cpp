@@ -37,7 +37,7 @@ PrincipalComponents principal_components(std::span<const double> values, std::si
     Eigen::Index largest = 0;
     direction.cwiseAbs().maxCoeff(&largest);
     if (direction[largest] < 0) direction = -direction;
-    found.shares.push_back(variance / all);
+    found.fractions.push_back(variance / all);
     found.components.insert(found.components.end(), direction.begin(), direction.end());
     directions.push_back(std::move(direction));
   }

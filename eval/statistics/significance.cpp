@@ -74,10 +74,10 @@ SignedRank signed_rank_test(std::span<const double> a, std::span<const double> b
       (differences[first].positive ? test.positive : test.negative) += rank;
     }
   }
-  constexpr std::size_t most_exact = 50;
+  constexpr std::size_t max_exact = 50;
   const double smaller = std::min(test.positive, test.negative);
   const double n = static_cast<double>(test.pairs);
-  if (test.pairs == a.size() && test.pairs <= most_exact && ties == 0) {
+  if (test.pairs == a.size() && test.pairs <= max_exact && ties == 0) {
     test.p = exact_probability(smaller, test.pairs);
     return test;
   }

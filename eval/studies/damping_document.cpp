@@ -209,7 +209,7 @@ ordered_json found_features(const DampingValidation& validation, const Evaluated
                       {"sounds", counts.size()},
                       {"sounds_without", without},
                       {"median_per_sound", core::number_or_null(core::median(counts))},
-                      {"reverberant_share", core::number_or_null(static_cast<double>(reverberant) /
+                      {"reverberant_fraction", core::number_or_null(static_cast<double>(reverberant) /
                                                                  static_cast<double>(features))}});
     }
   }

@@ -15,7 +15,7 @@ namespace carillon::eval::validation {
 namespace {
 
 /// What double precision cannot tell from no error at all, in place of the logarithm of zero.
-constexpr double least_error = std::numeric_limits<double>::epsilon();
+constexpr double min_error = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
@@ -52,8 +52,8 @@ EstimatorComparison compare_errors(std::span<const double> a, std::span<const do
     first.push_back(std::abs(a[i]));
     second.push_back(std::abs(b[i]));
     differences.push_back(first.back() - second.back());
-    first_log.push_back(std::log(std::max(first.back(), least_error)));
-    second_log.push_back(std::log(std::max(second.back(), least_error)));
+    first_log.push_back(std::log(std::max(first.back(), min_error)));
+    second_log.push_back(std::log(std::max(second.back(), min_error)));
   }
   return {first.size(), core::median(differences), statistics::signed_rank_test(first, second),
           statistics::welch_test(first_log, second_log)};

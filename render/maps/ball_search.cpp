@@ -61,10 +61,10 @@ double BallSearch::value(const Eigen::Vector2d& uv, const Eigen::Vector2d& conta
 
 /// From a place near the contact to the contact: Newton's method, in steps that rise.
 double BallSearch::climb(const Eigen::Vector2d& uv, Eigen::Vector2d& contact) const {
-  constexpr int most_steps = 20;
+  constexpr int max_steps = 20;
   const double longest = std::min(relief_.texel, radius_) / 2;
   double best = value(uv, contact);
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     const SurfaceDetail detail = detail_at(relief_, contact);
     const Eigen::Vector2d off = contact - uv;
     const double under = std::sqrt(std::max(radius_ * radius_ - off.squaredNorm(), 1e-30));

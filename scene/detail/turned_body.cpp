@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
-#include "solvers/axisymmetric/fourier_modes.hpp"
+#include "solvers/axisymmetric/solve_axisymmetric.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/modes/modes_broadcast.hpp"
 
@@ -24,12 +24,12 @@ const solvers::families::Family& turned_family(const solvers::mesh::MeshRequest&
   }
   const auto hint = fmt::format("bodies of revolution: {}", fmt::join(names, ", "));
   if (request.shape.family.empty()) {
-    throw core::InputError("the fourier solver needs a generated shape, not a file", hint);
+    throw core::InputError("the axisymmetric solver needs a generated shape, not a file", hint);
   }
   const auto& family = solvers::families::find_family(request.shape.family);
   if (!family.meridian) {
     throw core::InputError(
-        fmt::format("{} is not a body of revolution, which the fourier solver needs", family.name),
+        fmt::format("{} is not a body of revolution, which the axisymmetric solver needs", family.name),
         hint);
   }
   return family;
@@ -45,10 +45,10 @@ Body solve_turned(const BodyRequest& request, MPI_Comm comm) {
     body.mesh.mesh.region_names = {"body"};
     body.materials = assign_materials(request.materials, body.mesh.mesh.region_names);
     if (mpi::rank(comm) != 0) return;
-    solvers::axisymmetric::FourierOptions fourier;
-    fourier.cell = request.mesh.options.element_size;
-    body.modes = solvers::axisymmetric::solve_fourier(meridian, body.materials.front().elastic,
-                                                      request.solve, fourier, body.trace);
+    solvers::axisymmetric::AxisymmetricOptions axisymmetric;
+    axisymmetric.cell = request.mesh.options.element_size;
+    body.modes = solvers::axisymmetric::solve_axisymmetric(meridian, body.materials.front().elastic,
+                                                      request.solve, axisymmetric, body.trace);
   });
   solvers::modes::broadcast(body.modes, comm);
   return body;

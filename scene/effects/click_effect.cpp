@@ -52,10 +52,10 @@ void add_click(Sound& sound, const Bodies& bodies) {
   for (std::size_t r = 0; r < sound.rows; ++r) {
     if (!jumping.heard[r]) continue;
     const auto row = sound.row(r);
-    for (const double blow : sound.blows) {
+    for (const double strike : sound.strikes) {
       const std::vector<float> click = synth::contact::acceleration_click(
           jumping.source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
-          body.listeners[r].position, sound.sample_rate, row.size(), blow);
+          body.listeners[r].position, sound.sample_rate, row.size(), strike);
       for (std::size_t n = 0; n < row.size(); ++n) row[n] += click[n];
       peak = std::max(peak, core::peak(std::span(click).first(row.size())));
     }
@@ -84,7 +84,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     effect.asked_by = fmt::format("listeners: ({})", root.where("listeners"));
   }
   effect.seconds_per_sound = 6e-5;
-  if (root.has("motion")) return effect;  // the motion's sound has the clicks of its blows
+  if (root.has("motion")) return effect;  // the motion's sound has the clicks of its strikes
   effect.start = [wanted](const std::filesystem::path&) {
     const auto bodies = std::make_shared<Bodies>();
     EffectParts parts;

@@ -72,15 +72,15 @@ DrawnNoise draw_audible(const NoiseSource& source, synth::recording::NoiseFolder
   core::RandomStream random(sound.seed, sound.id, "noise.samples");
   const synth::recording::ActivePart whole{0, sound.audio.size() / sound.rows};
   DrawnNoise best;
-  double best_share = -1;
-  for (int i = 0; i < tries && best_share < synth::recording::least_noise_share; ++i) {
+  double best_fraction = -1;
+  for (int i = 0; i < tries && best_fraction < synth::recording::min_noise_fraction; ++i) {
     DrawnNoise noise = draw(source, folder, sound, random);
     const std::span<const double> samples = noise.samples;
     const double all = synth::recording::mean_power(samples, sound.rows, whole);
-    const double share =
+    const double fraction =
         all > 0 ? synth::recording::mean_power(samples, sound.rows, active) / all : 0;
-    if (share <= best_share) continue;
-    best_share = share;
+    if (fraction <= best_fraction) continue;
+    best_fraction = fraction;
     best = std::move(noise);
   }
   return best;

@@ -52,7 +52,7 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
         body.id, 100 * synth::radiation::kResidualLimit, findings.doubtful_modes,
         fit.residuals.size(), 100 * findings.largest_residual);
     if (config.doubtful == "stop") {
-      throw core::InputError(message, "raise radiation.most_sources or lower modes.max_frequency");
+      throw core::InputError(message, "raise radiation.max_sources or lower modes.max_frequency");
     }
     spdlog::warn("{}: {}", message, config.doubtful == "drop" ? "silenced" : "used as they are");
   }
@@ -101,8 +101,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     config.damping = node.flag("damping", true);
     config.doubtful = node.choice("doubtful", {"keep", "drop", "stop"}, "keep");
     config.sources.per_wavelength = static_cast<double>(node.integer("per_wavelength", 1, 100, 4));
-    config.sources.least = static_cast<int>(node.integer("least_sources", 10, 5000, 200));
-    config.sources.most = static_cast<int>(node.integer("most_sources", config.sources.least, 5000,
+    config.sources.least = static_cast<int>(node.integer("min_sources", 10, 5000, 200));
+    config.sources.most = static_cast<int>(node.integer("max_sources", config.sources.least, 5000,
                                                         std::max(400, config.sources.least)));
   }
   SceneEffect effect;

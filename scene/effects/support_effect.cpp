@@ -172,7 +172,7 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
   if (!config.fixed()) {
     effect.seconds_by_modes = [full = config.full](int modes) {
       // Beyond the most that can be coupled there is an error rather than a cost.
-      const double n = std::min(modes, static_cast<int>(synth::support::kMostCoupledModes));
+      const double n = std::min(modes, static_cast<int>(synth::support::kMaxCoupledModes));
       return full ? kCoupledSeconds * n * n * n : kEstimateSeconds * modes * modes;
     };
   }

@@ -19,7 +19,7 @@ using core::Range;
 
 namespace {
 
-constexpr std::size_t kMostInMasks = 255;  ///< bodies of a picture (render::Scene)
+constexpr std::size_t kMaxInMasks = 255;  ///< bodies of a picture (render::Scene)
 
 Ranges3 three(ConfigNode& node, const std::string& key, Dimension dimension) {
   Ranges3 values{};
@@ -260,7 +260,7 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
                          const std::vector<CastObject>& objects,
                          const std::vector<synth::material::Material>& own_materials) {
   MotionConfig motion;
-  motion.takes = static_cast<int>(node.integer("takes", 1, 1000000, 1));
+  motion.simulations = static_cast<int>(node.integer("simulations", 1, 1000000, 1));
   motion.options.step = node.quantity("step", Dimension::time, 0.001);
   if (!(motion.options.step >= 1e-5 && motion.options.step <= 0.02)) {
     node.fail("step", "must lie between 10 us and 20 ms");
@@ -268,7 +268,7 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   const std::vector<double> gravity =
       node.quantities("gravity", Dimension::none, 3, std::vector<double>{0, 0, -9.80665});
   motion.options.gravity = {gravity[0], gravity[1], gravity[2]};
-  motion.options.least_speed = node.not_negative("least_speed", Dimension::speed, 0.01);
+  motion.options.min_speed = node.not_negative("min_speed", Dimension::speed, 0.01);
   motion.options.world_radius = node.positive("world_radius", Dimension::length, 50);
   motion.state_rate = node.quantity("state_rate", Dimension::frequency, 100);
   if (!(motion.state_rate > 0 && motion.state_rate * motion.options.step <= 1 + 1e-9)) {
@@ -284,10 +284,10 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   read_strings(node, motion);
   if (node.has("stylus")) motion.stylus = read_stylus(node.child("stylus"), motion);
   const std::size_t pictured = motion.bodies.size() + (motion.stylus ? 1 : 0);
-  if (motion.camera && pictured > kMostInMasks) {
+  if (motion.camera && pictured > kMaxInMasks) {
     node.fail("camera",
               fmt::format("{} bodies{}: pictures can tell {} apart", pictured,
-                          motion.stylus ? " with the stylus" : "", kMostInMasks),
+                          motion.stylus ? " with the stylus" : "", kMaxInMasks),
               "leave out the camera, or some bodies");
   }
   return motion;

@@ -24,7 +24,7 @@ struct SurfaceConfig {
   double restitution = 0.6;
 };
 
-/// One body of the cast. Every range is drawn for each take.
+/// One body of the cast. Every range is drawn for each simulation.
 struct CastBody {
   std::size_t entry = 0;  ///< of `motion.bodies`
   std::string name;
@@ -67,12 +67,12 @@ struct MotionCamera {
   double rate = 25;  ///< [Hz]
   bool depth = true;
   bool masks = true;
-  bool movie = false;  ///< an MP4 of each take, with its sound
+  bool movie = false;  ///< an MP4 of each simulation, with its sound
 
   std::size_t frames(double seconds) const {
     return static_cast<std::size_t>(seconds * rate + 1e-9) + 1;
   }
-  /// Of all frames of a take.
+  /// Of all frames of a simulation.
   double pixels(double seconds) const {
     return static_cast<double>(view.width) * view.height * static_cast<double>(frames(seconds));
   }
@@ -86,9 +86,9 @@ struct StylusConfig {
   synth::touch::Stylus stylus;
 };
 
-/// `motion:` of a configuration: its samples are takes of a scene that moves.
+/// `motion:` of a configuration: its samples are simulations of a scene that moves.
 struct MotionConfig {
-  int takes = 1;
+  int simulations = 1;
   synth::motion::MotionOptions options;  ///< all but the seconds, which are those of the audio
   double state_rate = 100;               ///< of the column `poses` [Hz]
   int kept_strikes = 256;                ///< rows of the strikes' columns, the strongest ones

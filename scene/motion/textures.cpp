@@ -32,7 +32,7 @@ std::shared_ptr<const render::maps::SurfaceMap> Textures::of(const TextureConfig
 namespace {
 
 /// Least part of a side's rectangle that is flat: a disc's is 0.79, a ball's 0.
-constexpr double kLeastFlat = 0.25;
+constexpr double kMinFlat = 0.25;
 
 /// Part of the face's rectangle that the body's flat side takes.
 double flat_part(const render::maps::TexturedFace& face,
@@ -55,12 +55,12 @@ std::string side_of(const TextureConfig& texture) {
   return fmt::format("{}{}", texture.towards_plus ? '+' : '-', texture.axis);
 }
 
-/// A blow pushes a body out of another by the shorter way: through a relief that is deep it would
+/// A strike pushes a body out of another by the shorter way: through a relief that is deep it would
 /// be the wrong one.
 void check_face(const TextureConfig& texture, const render::maps::TexturedFace& face,
                 double thickness, const solvers::mesh::SurfaceMesh* surface) {
   const double flat = surface != nullptr ? flat_part(face, *surface) : 1;
-  if (flat < kLeastFlat) {
+  if (flat < kMinFlat) {
     throw core::InputError(
         fmt::format("its side {} is not flat ({:.0f} % of the rectangle around it): a texture "
                     "needs a plane",

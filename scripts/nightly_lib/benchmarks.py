@@ -1,4 +1,4 @@
-"""What is run every night: lines of a list, and one run of one of them."""
+"""What a nightly run runs: lines of a list, and one run of one of them."""
 import hashlib
 import os
 import pathlib
@@ -16,7 +16,7 @@ FINISHED = (0, 3)  # 3: some tasks failed; how many is a measure
 
 
 class Unusable(Exception):
-    """The night cannot run at all; says why."""
+    """The nightly run cannot run at all; says why."""
 
 
 @dataclass
@@ -67,8 +67,8 @@ def _command_for(path):
         raise Unusable(f"{path}: {error.strerror}") from error
     if "evaluate" in keys:
         return "evaluate"
-    ladder = {"orders", "tolerances", "pitch_cents", "reference", "repeats"}
-    return "accuracy" if keys & ladder else "build"
+    study = {"orders", "tolerances", "pitch_cents", "reference", "repeats"}
+    return "accuracy" if keys & study else "build"
 
 
 def _benchmark(words, place, earlier):

@@ -1,4 +1,4 @@
-"""A load that never changes: its processor time says how fast tonight's processors are.
+"""A load that never changes: its processor time says how fast this run's processors are.
 
 usage: calibration.py    prints its seconds
 Half of it multiplies matrices that fit the cache, half gathers numbers from all over 32 MiB, as
@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 
-LOAD = 1  # version of the load; nights with another are not compared
+LOAD = 1  # version of the load; nightly runs with another are not compared
 SLICES = 5
 ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 

@@ -1,4 +1,4 @@
-"""The file of all nights: one JSON object a line, appended and synced; docs/nightly.md has its keys."""
+"""The file of all nightly runs: one JSON object a line, appended and synced; docs/nightly.md has its keys."""
 import contextlib
 import fcntl
 import fnmatch
@@ -54,36 +54,36 @@ def append(path, record):
 
 @contextlib.contextmanager
 def locked(*paths):
-    """Holds lock files until the end of the block; Unusable where another night has one."""
+    """Holds lock files until the end of the block; Unusable where another nightly run has one."""
     with contextlib.ExitStack() as stack:
         for path in sorted({str(pathlib.Path(path).resolve()) for path in paths}):
             file = stack.enter_context(open(path, "a"))
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
-                raise Unusable(f"another night is running: it holds {path}") from error
+                raise Unusable(f"another nightly run is running: it holds {path}") from error
         yield
 
 
 def accept(path, reason, patterns):
-    """Marks what the last night told as accepted; returns the names of those measures."""
+    """Marks what the last nightly run told as accepted; returns the names of those measures."""
     records, _ = read(path)
-    nights = [record for record in records if "runs" in record]
-    if not nights:
-        raise Unusable(f"{path}: no night to accept")
-    names = [f"{run['name']}: {name}" for run in nights[-1]["runs"]
+    nightly_runs = [record for record in records if "runs" in record]
+    if not nightly_runs:
+        raise Unusable(f"{path}: no nightly run to accept")
+    names = [f"{run['name']}: {name}" for run in nightly_runs[-1]["runs"]
              for name, row in run.get("measures", {}).items()
              if row["verdict"] in FLAGGED]
     names = [name for name in names
              if not patterns or any(fnmatch.fnmatchcase(name, one) for one in patterns)]
     if not names:
-        raise Unusable("the last night told no change" + (" of these measures" if patterns else ""))
-    append(path, {"accept": reason, "night": nights[-1]["date"], "measures": names})
+        raise Unusable("the last nightly run told no change" + (" of these measures" if patterns else ""))
+    append(path, {"accept": reason, "nightly_run": nightly_runs[-1]["date"], "measures": names})
     return names
 
 
 class Past:
-    """What earlier nights found of one benchmark on the same processors with the same ranks."""
+    """What earlier nightly runs found of one benchmark on the same processors with the same ranks."""
 
     def __init__(self, records, machine, name, digest):
         self.rows = [(i, record["date"], run) for i, record in enumerate(records)
@@ -105,13 +105,13 @@ class Past:
         return past, baseline_start(past, accepted)
 
     def reference(self, label):
-        """The spectrum that drift is measured from; None on a first night."""
+        """The spectrum that drift is measured from; None on a first nightly run."""
         rows = [run["spectra"][label] for _, _, run in self.rows if label in run["spectra"]]
         _, start = self.of(f"{label} pitch")
         return self.spectra.get(rows[start]) if start < len(rows) else None
 
     def missing(self, found):
-        """Measures of the last night that tonight lacks, without those whose end was accepted."""
+        """Measures of the last nightly run that this run lacks, without those whose end was accepted."""
         if not self.rows:
             return []
         i, _, run = self.rows[-1]
@@ -122,9 +122,9 @@ class Past:
 
 
 def series(past, found, spectra, same_program):
-    """Tonight's measures of a benchmark with their earlier nights.
+    """This run's measures of a benchmark with their earlier nightly runs.
 
-    same_program: of the last night's version, commit and libraries: only then do other bits tell
+    same_program: of the last nightly run's version, commit and libraries: only then do other bits tell
     that something is wrong.
     """
     found = dict(found)

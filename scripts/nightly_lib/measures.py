@@ -92,55 +92,55 @@ def _task(found, line):
     kind, name = line["task"].rsplit("/", 2)[-2:]
     found.add_time(f"modes of {name}" if kind == "modes" else "samples", times["cpu_s"])
     own = times["queued_s"] / max(1, times.get("width", 1))
-    share = max(0.0, 1 - own / times["seconds"]) if times["seconds"] > 0 else 1.0
+    fraction = max(0.0, 1 - own / times["seconds"]) if times["seconds"] > 0 else 1.0
     for group in ("stages", "effects"):
         for stage, entry in line.get("trace", {}).get(group, {}).items():
-            found.add_time(stage, entry["seconds"] * share, "stage")
+            found.add_time(stage, entry["seconds"] * fraction, "stage")
 
 
 def _accuracy(found, document):
-    """True errors of every rung, how well they were estimated, seconds of each body's rungs."""
+    """True errors of every level, how well they were estimated, seconds of each body's levels."""
     failures = 0
     for body in document["objects"]:
         name, ratios = body["name"], []
         failures += bool(body.get("failure")) and not body.get("passed_over")
         if "reference" in body and "frequencies_hz" in body["reference"]:
             found.spectra[f"{name} reference"] = [body["reference"]["frequencies_hz"]]
-        for rung in body.get("rungs", []):
-            if "failure" in rung or "worst_cents" not in rung:
+        for level in body.get("levels", []):
+            if "failure" in level or "worst_cents" not in level:
                 continue
-            label = (f"{name} order {rung['order']}, size {rung['size_factor'] or 'chosen'}, "
-                     f"{rung['element_size_m'] * 1e3:.3g} mm, {rung['tolerance']:g}")
-            worst = rung["worst_cents"]
+            label = (f"{name} order {level['order']}, size {level['size_factor'] or 'chosen'}, "
+                     f"{level['element_size_m'] * 1e3:.3g} mm, {level['tolerance']:g}")
+            worst = level["worst_cents"]
             found.add(f"{label} error", "accuracy", "cents", worst,
                       max(PITCH_TOLERANCE, 0.01 * worst))
-            found.add_time(f"{name} rungs", rung["processor_seconds"])
-            if worst > PITCH_TOLERANCE and rung["estimated_worst_cents"] > 0:
-                ratios.append(abs(math.log(rung["estimated_worst_cents"] / worst)))
+            found.add_time(f"{name} levels", level["processor_seconds"])
+            if worst > PITCH_TOLERANCE and level["estimated_worst_cents"] > 0:
+                ratios.append(abs(math.log(level["estimated_worst_cents"] / worst)))
         if ratios:
             found.add(f"{name} estimate off by a factor", "accuracy", "",
                       math.exp(max(ratios)), 0.05 * math.exp(max(ratios)))
         for chosen in body.get("chosen", []):
             failures += "failure" in chosen
-    return failures + _ladders(found, document)
+    return failures + _studies(found, document)
 
 
-def _ladders(found, document):
+def _studies(found, document):
     """How far sounds with less and features of recordings are from what they should be."""
     sound, features = (document.get(key, {}) for key in ("sound", "features"))
-    for rung in sound.get("rungs", []):
-        found.add_time("sound rungs", rung["seconds"])
-        if rung["error_db"]:
-            found.add(f"sound {rung['key']} {rung['value']} error", "accuracy", "dB",
-                      rung["error_db"], max(0.01, 0.01 * rung["error_db"]))
-    for rung in features.get("rungs", []):
-        label = f"features {rung['method']} {rung['modes']} modes {rung['snr_db']:g} dB"
-        found.add_time(f"features {rung['method']}", rung["seconds"])
-        found.add(f"{label} found", "score", "", rung["found"], 0.01)
+    for level in sound.get("levels", []):
+        found.add_time("sound levels", level["seconds"])
+        if level["error_db"]:
+            found.add(f"sound {level['key']} {level['value']} error", "accuracy", "dB",
+                      level["error_db"], max(0.01, 0.01 * level["error_db"]))
+    for level in features.get("levels", []):
+        label = f"features {level['method']} {level['modes']} modes {level['snr_db']:g} dB"
+        found.add_time(f"features {level['method']}", level["seconds"])
+        found.add(f"{label} found", "score", "", level["found"], 0.01)
         for key in ("bounds_frequency", "bounds_decay_rate"):
-            if rung[key] is not None:
+            if level[key] is not None:
                 found.add(f"{label} {key.removeprefix('bounds_').replace('_', ' ')} error",
-                          "accuracy", "bounds", rung[key], 0.05 * rung[key])
+                          "accuracy", "bounds", level[key], 0.05 * level[key])
     return ("failure" in sound) + ("failure" in features)
 
 

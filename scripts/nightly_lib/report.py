@@ -1,11 +1,11 @@
-"""What a night tells: nightly.json, the page of `carillon report`, and a screen of text."""
+"""What a nightly run tells: nightly.json, the page of `carillon report`, and a screen of text."""
 import json
 import os
 import subprocess
 
 from nightly_lib import verdicts
 
-SHOWN = 30   # nights of a measure in nightly.json
+SHOWN = 30   # nightly runs of a measure in nightly.json
 LINES = 25   # of changes on the screen
 TOLD = ("worse", "slower", "better", "faster")  # in this order
 
@@ -36,7 +36,7 @@ def document(outcomes, about):
              "name": outcome.benchmark.name, "folder": outcome.output.name,
              "seconds": outcome.seconds, "ok": outcome.ok, "message": outcome.message}
             for outcome in outcomes]
-    return {"format": 1, **about, "nights": compared, "verdict": verdict_of(outcomes),
+    return {"format": 1, **about, "nightly_runs": compared, "verdict": verdict_of(outcomes),
             "measures": measures, "runs": runs}
 
 
@@ -66,7 +66,7 @@ def text(found, folder):
     """A screen of it: what failed and what changed, worst first."""
     lines = [f"{found['verdict']}: {found['version']}, {found['commit'] or 'no commit'}, "
              f"{found['date']}, {found['host']}, {found['ranks']} ranks, compared with "
-             f"{found['nights']} nights"]
+             f"{found['nightly_runs']} nightly runs"]
     lines += [f"  FAILED   {run['name']}: {run['message']}" for run in found["runs"]
               if not run["ok"]]
     order = {word: i for i, word in enumerate(TOLD)}

@@ -1,20 +1,20 @@
-"""What became slower or less accurate beyond noise: a pure function of tonight's values and earlier
-nights'. docs/nightly.md states the rule and its error rates; tests/end_to_end/nightly.py measures
+"""What became slower or less accurate beyond noise: a pure function of this run's values and earlier
+nightly runs'. docs/nightly.md states the rule and its error rates; tests/end_to_end/nightly.py measures
 them."""
 import math
 import statistics
 from dataclasses import dataclass, field
 
-LEARNING = 5       # nights before times are judged
-RECENT = 20        # nights that tonight is compared with
-FIRST = 7          # nights of a baseline that its beginning is taken from
-LAST = 5           # nights, with tonight, that are compared with the beginning: slow drift
-IMPROVED = 5       # nights in a row after which an improvement is the new baseline by itself
-FALSE_ALARMS = 1e-3   # wanted: nights with a false alarm, if noise were normal and known
-LEAST_CHANGE = 0.05   # of a time: less is never told
-LEAST_SECONDS = 0.05  # likewise
+LEARNING = 5       # nightly runs before times are judged
+RECENT = 20        # nightly runs that this run is compared with
+FIRST = 7          # nightly runs of a baseline that its beginning is taken from
+LAST = 5           # nightly runs, with this run, that are compared with the beginning: slow drift
+IMPROVED = 5       # nightly runs in a row after which an improvement is the new baseline by itself
+FALSE_ALARMS = 1e-3   # wanted: nightly runs with a false alarm, if noise were normal and known
+MIN_CHANGE = 0.05   # of a time: less is never told
+MIN_SECONDS = 0.05  # likewise
 PRIOR = 3             # degrees of freedom that the noise of other measures counts for
-LEAST_NOISE = 0.01    # of a time from night to night: none is assumed to be quieter
+MIN_NOISE = 0.01    # of a time from run to run: none is assumed to be quieter
 NOISY = ("time", "memory")
 ALARMS = ("slower", "worse")
 DIFFERS = "differs between repetitions"
@@ -23,7 +23,7 @@ FLAGGED = ("slower", "faster", "worse", "better")
 
 @dataclass
 class Measure:
-    """One number of a night.
+    """One number of a nightly run.
 
     kind: time and memory (noisy; less is better), accuracy (an error; less is better), score (more is
     better), pitch (drift from the baseline in cents), count (failures; less is better), number (any
@@ -40,9 +40,9 @@ class Measure:
 
 @dataclass
 class Series:
-    """A measure with its earlier nights, oldest first.
+    """A measure with its earlier nightly runs, oldest first.
 
-    past: (date, value, verdict) of comparable nights. start: index of the first that belongs to the
+    past: (date, value, verdict) of comparable nightly runs. start: index of the first that belongs to the
     present baseline. note: said beside the verdict.
     """
     measure: Measure
@@ -54,7 +54,7 @@ class Series:
         return [math.log(value) for _, value, _ in self.past if _positive(value)]
 
     def baseline(self):
-        """Values that tonight is held against: without those that raised an alarm since it began."""
+        """Values that this run is held against: without those that raised an alarm since it began."""
         since = self.past[self.start:]
         return [value for i, (_, value, verdict) in enumerate(since)
                 if value is not None and (i == 0 or verdict not in FLAGGED)]
@@ -73,9 +73,9 @@ def _positive(value):
 
 
 def own_noise(logs):
-    """Standard deviation of one night's log value; None from fewer than 5 nights.
+    """Standard deviation of one nightly run's log value; None from fewer than 5 nightly runs.
 
-    Median magnitude of the differences of successive nights: steps and slow drift hardly change it.
+    Median magnitude of the differences of successive nightly runs: steps and slow drift hardly change it.
     """
     if len(logs) < LEARNING:
         return None
@@ -88,14 +88,14 @@ def pooled_noise(series):
     known = {}
     for one in series:
         noise = own_noise(one.logs()[-RECENT:]) if one.measure.kind in NOISY else None
-        if noise is not None and _typical(one) >= LEAST_SECONDS:
+        if noise is not None and _typical(one) >= MIN_SECONDS:
             known.setdefault(one.measure.pool, []).append(noise)
-    return {pool: max(LEAST_NOISE, statistics.median(found)) for pool, found in known.items()}
+    return {pool: max(MIN_NOISE, statistics.median(found)) for pool, found in known.items()}
 
 
-def _moderated(own, nights, pooled):
-    """A measure's own noise, drawn to the others' as long as few nights tell it (Smyth 2004)."""
-    degrees = 0.4 * (nights - 1)  # what a median of magnitudes is worth against squares
+def _moderated(own, nightly_runs, pooled):
+    """A measure's own noise, drawn to the others' as long as few nightly runs tell it (Smyth 2004)."""
+    degrees = 0.4 * (nightly_runs - 1)  # what a median of magnitudes is worth against squares
     return math.sqrt((PRIOR * pooled**2 + degrees * own**2) / (PRIOR + degrees))
 
 
@@ -105,11 +105,11 @@ def _typical(one):
 
 
 def judge(series):
-    """One Verdict for each of the night's Series."""
+    """One Verdict for each of the nightly run's Series."""
     pooled = pooled_noise(series)
     count = max(1, sum(one.measure.kind in NOISY for one in series))
     factor = statistics.NormalDist().inv_cdf(1 - FALSE_ALARMS / count)
-    return [_judge_noisy(one, pooled.get(one.measure.pool, LEAST_NOISE), factor) if one.measure.kind in NOISY
+    return [_judge_noisy(one, pooled.get(one.measure.pool, MIN_NOISE), factor) if one.measure.kind in NOISY
             else _judge_exact(one) for one in series]
 
 
@@ -127,10 +127,10 @@ def _judge_noisy(one, pooled, factor):
     if own is None:
         return Verdict("learning", typical, None, words)
     noise = max(pooled, _moderated(own, len(logs[-RECENT:]), pooled))
-    bound = max(LEAST_CHANGE, factor * noise * _spread_of_difference(len(baseline[-RECENT:])))
+    bound = max(MIN_CHANGE, factor * noise * _spread_of_difference(len(baseline[-RECENT:])))
     limit = typical * math.exp(bound)
-    if abs(value - typical) < LEAST_SECONDS and one.measure.kind == "time":
-        return Verdict("steady", typical, max(limit - typical, LEAST_SECONDS), words)
+    if abs(value - typical) < MIN_SECONDS and one.measure.kind == "time":
+        return Verdict("steady", typical, max(limit - typical, MIN_SECONDS), words)
     word = "slower" if change > bound else "faster" if change < -bound else "steady"
     if word == "steady":
         drift = _drift(one, factor * noise)
@@ -142,25 +142,25 @@ def _judge_noisy(one, pooled, factor):
     return Verdict(word, typical, limit - typical, words)
 
 
-def _spread_of_difference(nights):
-    """Standard deviation of (tonight - median of so many nights), of one night's being 1."""
-    variance_of_median = {1: 1.0, 2: 0.5}.get(nights, math.pi / 2 / nights)
+def _spread_of_difference(nightly_runs):
+    """Standard deviation of (this run - median of so many nightly runs), where one nightly run's is 1."""
+    variance_of_median = {1: 1.0, 2: 0.5}.get(nightly_runs, math.pi / 2 / nightly_runs)
     return math.sqrt(1 + variance_of_median)
 
 
 def _drift(one, scaled_noise):
-    """Logarithm by which the last nights are above the first of the baseline; 0 within noise."""
+    """Logarithm by which the last nightly runs are above the first of the baseline; 0 within noise."""
     since = [math.log(value) for _, value, _ in one.past[one.start:] if _positive(value)]
     if len(since) < FIRST + LAST - 1:
         return 0.0
     last = since[-(LAST - 1):] + [math.log(one.measure.value)]
     rise = statistics.median(last) - statistics.median(since[:FIRST])
     spread = math.sqrt(math.pi / 2 * (1 / FIRST + 1 / LAST))
-    return rise if rise > max(LEAST_CHANGE, scaled_noise * spread) else 0.0
+    return rise if rise > max(MIN_CHANGE, scaled_noise * spread) else 0.0
 
 
 def _judge_exact(one):
-    """Values that repeat: tonight against the baseline's first night."""
+    """Values that repeat: this run against the baseline's first nightly run."""
     measure, kept = one.measure, one.baseline()
     if not kept and measure.value is not None and measure.value != DIFFERS:
         return Verdict("new", None, None, "")
@@ -190,9 +190,9 @@ def _judge_bits(one, typical):
 
 
 def baseline_start(past, accepted):
-    """Index of the first night of a measure's baseline.
+    """Index of the first nightly run of a measure's baseline.
 
-    past: (date, value, verdict); accepted: indices into past of the nights after which somebody
+    past: (date, value, verdict); accepted: indices into past of the nightly runs after which somebody
     accepted the value. A change that was accepted begins where it was first told; so does an
     improvement that lasts.
     """
@@ -215,7 +215,7 @@ def _first_of_run(past, last):
 
 
 def _lasting(past, start):
-    """Where the last run of so many improved nights after `start` began; `start` if there is none."""
+    """Where the last run of so many improved nightly runs after `start` began; `start` if there is none."""
     run = 0
     for i in range(start, len(past)):
         run = run + 1 if past[i][2] in ("faster", "better") else 0

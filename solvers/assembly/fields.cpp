@@ -8,7 +8,7 @@ namespace carillon::solvers::assembly {
 namespace {
 
 /// Fields treated at a time: every rank holds those of all nodes.
-constexpr Eigen::Index most_values = 1 << 25, widest_batch = 256, narrowest_batch = 16;
+constexpr Eigen::Index max_values = 1 << 25, widest_batch = 256, narrowest_batch = 16;
 
 /// Products of one batch, written to `out`'s columns from `first`.
 void write_products(const mesh::TetMesh& mesh, const System& system,
@@ -102,7 +102,7 @@ std::vector<Eigen::MatrixXd> apply_stiffness(
   mpi::agreed_in_group(comm, [&] {
     out.assign(materials.size(), Eigen::MatrixXd(system.owned_unknowns(), fields.cols()));
   });
-  const auto fitting = most_values / std::max<Eigen::Index>(1, system.unknowns());
+  const auto fitting = max_values / std::max<Eigen::Index>(1, system.unknowns());
   const auto batch = std::clamp(fitting, narrowest_batch, widest_batch);
   for (Eigen::Index first = 0; first < fields.cols(); first += batch) {
     const auto count = std::min(batch, fields.cols() - first);

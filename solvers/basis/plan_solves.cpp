@@ -13,7 +13,7 @@ constexpr double lowest_ratio = 0, highest_ratio = 0.46;
 constexpr double three_snapshots[] = {0.10, 0.30, 0.44};
 /// Ratios this close to each other need two snapshots only.
 constexpr double narrow = 0.12;
-constexpr std::size_t least_snapshots = 2;
+constexpr std::size_t min_snapshots = 2;
 /// Doing without one basis for all must bring the cost down to this part.
 constexpr double worth_splitting = 2.0 / 3;
 
@@ -21,7 +21,7 @@ bool close(double a, double b) {
   return std::abs(a - b) <= 1e-12 * std::abs(b);
 }
 
-bool can_share(const ModeRequest& request) {
+bool can_fraction(const ModeRequest& request) {
   const double ratio = request.regions[0].poisson_ratio;
   return ratio >= lowest_ratio && ratio <= highest_ratio &&
          std::all_of(request.regions.begin(), request.regions.end(),
@@ -45,7 +45,7 @@ bool same_contrasts(const std::vector<elements::Elastic>& a,
 std::vector<double> modes_of_solves(const mesh::TetMesh& mesh,
                                     std::span<const ModeRequest> requests) {
   std::vector<double> modes(requests.size(), 0.0);
-  if (requests.size() <= least_snapshots) return modes;
+  if (requests.size() <= min_snapshots) return modes;
   const double volume = mesh::measure_quality(mesh).volume, thickness = mesh::mean_thickness(mesh);
   for (std::size_t i = 0; i < requests.size(); ++i) {
     const auto& [regions, band] = requests[i];
@@ -162,7 +162,7 @@ std::vector<SolveGroup> plan_solves(const mesh::TetMesh& mesh,
   std::vector<std::vector<std::size_t>> classes;
   std::vector<SolveGroup> groups;
   for (std::size_t i = 0; i < requests.size(); ++i) {
-    if (!can_share(requests[i])) {
+    if (!can_fraction(requests[i])) {
       groups.push_back({{i}, {}});
       continue;
     }

@@ -128,8 +128,8 @@ ModeFields extract_fields(const mesh::TetMesh& mesh, std::span<const elements::E
   for (Eigen::Index k = 0; k < modes; ++k) {
     out.eigenvalues.push_back(total_strain[k] / total_kinetic[k] * scales.eigenvalue());
   }
-  out.strain_share = strain.colwise() / total_strain;
-  out.kinetic_share = kinetic.colwise() / total_kinetic;
+  out.strain_fraction = strain.colwise() / total_strain;
+  out.kinetic_fraction = kinetic.colwise() / total_kinetic;
   return out;
 }
 

@@ -32,7 +32,7 @@ constexpr double uncancelled = 0.04;
 /// [cents] Below this the solvers' tolerances count.
 constexpr double smallest_error = 0.01;
 /// Modes treated at once: as many as memory allows, and enough for neighbours to be told apart.
-constexpr std::int64_t least_block = 8, largest_block = 128;
+constexpr std::int64_t min_block = 8, largest_block = 128;
 /// Arrays as large as the fields that live at the same time.
 constexpr std::int64_t field_arrays = 9;
 
@@ -80,16 +80,16 @@ class RigidPart {
   }
 
   void remove_from(Fields& x) const {
-    std::vector<Eigen::MatrixXd> share(gram_.size(), Eigen::MatrixXd::Zero(6, x.rows()));
+    std::vector<Eigen::MatrixXd> fraction(gram_.size(), Eigen::MatrixXd::Zero(6, x.rows()));
     for (std::size_t n = 0; n < component_.size(); ++n) {
-      share[component(n)] +=
+      fraction[component(n)] +=
           inert_.middleCols<3>(column(n)) * x.middleCols<3>(column(n)).transpose();
     }
     for (std::size_t c = 0; c < gram_.size(); ++c)
-      share[c] = gram_[c].ldlt().solve(share[c]).eval();
+      fraction[c] = gram_[c].ldlt().solve(fraction[c]).eval();
     for (std::size_t n = 0; n < component_.size(); ++n) {
       x.middleCols<3>(column(n)) -=
-          share[component(n)].transpose() * motions_.middleCols<3>(column(n));
+          fraction[component(n)].transpose() * motions_.middleCols<3>(column(n));
     }
   }
 
@@ -153,17 +153,17 @@ TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
                                                             whitened);
   // The given modes' successors lie nearest to their span; the others are remnants of corrections.
   const Eigen::MatrixXd products = form.m.topRows(fields) * whitened * ritz.eigenvectors();
-  const Eigen::MatrixXd shares = form.m.topLeftCorner(fields, fields).ldlt().solve(products);
-  const Eigen::ArrayXd overlap = products.cwiseProduct(shares).colwise().sum().transpose();
+  const Eigen::MatrixXd fractions = form.m.topLeftCorner(fields, fields).ldlt().solve(products);
+  const Eigen::ArrayXd overlap = products.cwiseProduct(fractions).colwise().sum().transpose();
   std::vector<Eigen::Index> order(static_cast<std::size_t>(kept));
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&overlap](Eigen::Index i, Eigen::Index j) { return overlap[i] > overlap[j]; });
-  TrueModes out{{}, shares(Eigen::all, std::vector(order.begin(), order.begin() + fields))};
+  TrueModes out{{}, fractions(Eigen::all, std::vector(order.begin(), order.begin() + fields))};
   for (Eigen::Index k = 0; k < fields; ++k) {
     const auto j = order[static_cast<std::size_t>(k)];
     // Where this shape lay at the solved order, whatever mixture of modes it was there.
-    const Eigen::ArrayXd weight = shares.col(j).array().square().square();
+    const Eigen::ArrayXd weight = fractions.col(j).array().square().square();
     const double before = (weight * values).sum() / weight.sum();
     const double after = std::max(ritz.eigenvalues()[j] + shift, 0.0);
     // The same field, not yet corrected, on the next order's geometry.
@@ -246,20 +246,20 @@ class Estimator {
 /// How many modes to treat at once: blocks of equal size within the bounds.
 Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memory) {
   const auto by_mode = field_arrays * 24 * static_cast<std::int64_t>(nodes);
-  const auto most = std::clamp(memory / by_mode, least_block, largest_block);
+  const auto most = std::clamp(memory / by_mode, min_block, largest_block);
   const auto blocks = (modes + most - 1) / most;
   return (modes + blocks - 1) / blocks;
 }
 
 }  // namespace
 
-std::int64_t least_estimate_bytes(const mesh::TetMesh& mesh, MPI_Comm comm) {
+std::int64_t min_estimate_bytes(const mesh::TetMesh& mesh, MPI_Comm comm) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   const int next = mesh.order + 1;
   const auto blocks = LocalSolves::bytes(mesh.element_count(), next);
   const double nodes = static_cast<double>(mesh.nodes.size()) * std::pow(next / (next - 1.0), 3);
-  return blocks + ranks * least_block * field_arrays * static_cast<std::int64_t>(24 * nodes);
+  return blocks + ranks * min_block * field_arrays * static_cast<std::int64_t>(24 * nodes);
 }
 
 std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth) {
@@ -309,7 +309,7 @@ TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const element
       values[k] = eigenvalues[mode] / unit;
     }
     const auto truth = estimator.true_modes_of(owned, values);
-    out.shares.block(first, first, size, size) = truth.shares;
+    out.fractions.block(first, first, size, size) = truth.fractions;
     for (Eigen::Index k = 0; k < size; ++k) {
       const auto& mode = truth.modes[static_cast<std::size_t>(k)];
       out.modes[static_cast<std::size_t>(first + k)] = {unit * mode.found, unit * mode.eigenvalue,
@@ -318,7 +318,7 @@ TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const element
   }
   MPI_Bcast(out.modes.data(), static_cast<int>(sizeof(TrueMode) * out.modes.size()), MPI_BYTE, 0,
             comm);
-  MPI_Bcast(out.shares.data(), static_cast<int>(out.shares.size()), MPI_DOUBLE, 0, comm);
+  MPI_Bcast(out.fractions.data(), static_cast<int>(out.fractions.size()), MPI_DOUBLE, 0, comm);
   return out;
 }
 

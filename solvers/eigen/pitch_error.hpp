@@ -25,7 +25,7 @@ struct TrueMode {
 
 struct TrueModes {
   std::vector<TrueMode> modes;  ///< as many as were found, in no order
-  Eigen::MatrixXd shares;       ///< of the found modes in each: found x modes
+  Eigen::MatrixXd fractions;       ///< of the found modes in each: found x modes
 };
 
 /// The k-th of the eigenvalues `found`, ascending, is compared with the k-th of those that should
@@ -46,7 +46,7 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
 /// @param eigenvalues  of the chosen pairs, ascending [rad^2/s^2]
 /// @param memory       [byte] for all ranks together; what it bounds is how many modes are treated
 ///                     at once, whether element matrices are kept, and whether flat elements get a
-///                     factor of the next order; least_estimate_bytes() at least
+///                     factor of the next order; min_estimate_bytes() at least
 /// @return with infinite eigenvalues where the next order's elements are turned inside out
 /// @note Collective on comm; the same on every rank.
 TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
@@ -57,6 +57,6 @@ TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const element
 
 /// Bytes that an estimate takes at least beside the pairs, all ranks together: whole fields of a
 /// few modes on each, and the blocks that smooth.
-std::int64_t least_estimate_bytes(const mesh::TetMesh& mesh, MPI_Comm comm);
+std::int64_t min_estimate_bytes(const mesh::TetMesh& mesh, MPI_Comm comm);
 
 }  // namespace carillon::solvers::eigen

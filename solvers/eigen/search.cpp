@@ -23,9 +23,9 @@ namespace {
 /// gap in which to count.
 constexpr std::int64_t spare_modes = 4;
 /// Solves for more modes, before a set is judged as it is.
-constexpr int most_solves = 4;
+constexpr int max_solves = 4;
 /// Tolerance of the eigensolver where linear solves are iterative, and what they need of it.
-constexpr double tightest_iterative = 1e-10, inner_share = 0.01;
+constexpr double tightest_iterative = 1e-10, inner_fraction = 0.01;
 /// Modes asked for at first where they cannot be counted before.
 constexpr std::int64_t first_batch = 20;
 /// An eigenvalue this close (relative) to where modes were counted may lie on either side of it.
@@ -189,8 +189,8 @@ class Search {
         const auto enough = found_below(bottom_) + options_.band.max_modes;
         if (highest() > top_ || wanted >= enough || all_found()) break;
         // Modes crowd as f^1 (plates) to f^3 (solids); more than enough costs less than once more.
-        const double share = std::pow(top_ / highest(), 0.75);
-        const double guess = std::clamp(1.2 * share, 1.5, 4.0) * static_cast<double>(wanted);
+        const double fraction = std::pow(top_ / highest(), 0.75);
+        const double guess = std::clamp(1.2 * fraction, 1.5, 4.0) * static_cast<double>(wanted);
         wanted = std::min(enough, static_cast<std::int64_t>(guess));
       }
       double beside = 0;
@@ -223,7 +223,7 @@ class Search {
   std::int64_t solve_for_band(std::int64_t wanted) {
     for (int solves = 1;; ++solves) {
       solve_well(wanted);
-      if (wanted >= below_counted_ || solves == most_solves) return wanted;
+      if (wanted >= below_counted_ || solves == max_solves) return wanted;
       // The band's bottom was not counted: what was found tells how many lie below it.
       const auto missing = found_below(bottom_) + options_.band.max_modes - wanted;
       if (missing <= 0) return wanted;
@@ -294,7 +294,7 @@ class Search {
     if (memory_.linear_solver == modes::LinearSolver::direct) {
       result_.shifted = factor_shifted(system_, shift_, plan_, comm_);
     } else {
-      const IterativeOptions options{shift_, inner_share * tolerance(), memory_.coarse_factor};
+      const IterativeOptions options{shift_, inner_fraction * tolerance(), memory_.coarse_factor};
       result_.shifted = iterative_shifted(mesh_, regions_, system_, component_, options, comm_);
     }
     result_.shifted.inverse = timed(std::move(result_.shifted.inverse));

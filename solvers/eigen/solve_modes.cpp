@@ -116,8 +116,8 @@ modes::Modes select_modes(const mesh::TetMesh& mesh, std::span<const elements::E
   const auto rows = static_cast<Eigen::Index>(order.size());
   const auto region_count = static_cast<Eigen::Index>(regions.size());
   modes.shapes.resize(rows, fields.shapes.cols());
-  modes.kinetic_share.resize(rows, region_count);
-  modes.strain_share.resize(rows, region_count);
+  modes.kinetic_fraction.resize(rows, region_count);
+  modes.strain_fraction.resize(rows, region_count);
   for (Eigen::Index row = 0; row < rows; ++row) {
     const auto k = order[static_cast<std::size_t>(row)];
     const auto from = static_cast<Eigen::Index>(k);
@@ -125,8 +125,8 @@ modes::Modes select_modes(const mesh::TetMesh& mesh, std::span<const elements::E
     if (chosen) chosen->push_back(found.flexible[k]);
     modes.residuals.push_back(found.pairs.residuals[found.flexible[k]]);
     modes.shapes.row(row) = fields.shapes.row(from);
-    modes.kinetic_share.row(row) = fields.kinetic_share.row(from);
-    modes.strain_share.row(row) = fields.strain_share.row(from);
+    modes.kinetic_fraction.row(row) = fields.kinetic_fraction.row(from);
+    modes.strain_fraction.row(row) = fields.strain_fraction.row(from);
   }
 
   auto& certificate = modes.certificate;

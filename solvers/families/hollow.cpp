@@ -101,7 +101,7 @@ mesh::Meridian can_meridian(const mesh::GeneratedShape& shape) {
   return turned_family().meridian(turned_can(shape));
 }
 
-/// Cells of a cube's surface blown up to an ellipsoid, of nearly equal angles.
+/// Cells of a cube's surface struck up to an ellipsoid, of nearly equal angles.
 mesh::MeshResult mesh_bauble(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
   check_box(shape);
   const Vec3 half = sides_of(shape) / 2;

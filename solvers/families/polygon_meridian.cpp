@@ -25,7 +25,7 @@ using Criteria = CGAL::Delaunay_mesh_size_criteria_2<Triangulation>;
 /// Square of the sine of the smallest angle.
 constexpr double angle_bound = 0.01;
 /// Corners that turn further into the body have stresses worth grading for.
-constexpr double least_reentrant = 15 * std::numbers::pi / 180;
+constexpr double min_reentrant = 15 * std::numbers::pi / 180;
 constexpr int grading_steps = 4;
 
 Vec2 at(const ProfilePolygon& profile, std::size_t i) {
@@ -103,7 +103,7 @@ mesh::Meridian polygon_meridian(const ProfilePolygon& profile) {
   }
   mesh::Meridian out = blocks.take();
   for (std::size_t i = 0; i < profile.size(); ++i) {
-    if (right_turn(profile, i) > least_reentrant) {
+    if (right_turn(profile, i) > min_reentrant) {
       mesh::grade_towards(out, vertices[i]->info(), grading_steps);
     }
   }

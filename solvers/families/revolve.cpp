@@ -119,10 +119,10 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
     wanted.push_back(wanted.back() + edges[i].length / longest);
   }
   std::vector<Ring> rings;
-  const auto add = [&](std::size_t edge, double share) {
+  const auto add = [&](std::size_t edge, double fraction) {
     const Vec2 p =
-        share <= 0 ? chain[edge] : Vec2((1 - share) * chain[edge] + share * chain[edge + 1]);
-    const auto& before = share > 0 ? edges[edge]
+        fraction <= 0 ? chain[edge] : Vec2((1 - fraction) * chain[edge] + fraction * chain[edge + 1]);
+    const auto& before = fraction > 0 ? edges[edge]
                                    : edges[edge > 0 ? edge - 1
                                            : closed ? edges.size() - 1
                                                     : 0];

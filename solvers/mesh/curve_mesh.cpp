@@ -144,7 +144,7 @@ class NodeMover {
   }
 
  private:
-  double share(int weight) const { return static_cast<double>(weight) / base_.order; }
+  double fraction(int weight) const { return static_cast<double>(weight) / base_.order; }
   const Vec3& node(std::int32_t n) const { return base_.nodes[static_cast<std::size_t>(n)]; }
   std::ptrdiff_t zeros_of(std::size_t n) const {
     return std::count(lattice_[n].begin(), lattice_[n].end(), 0);
@@ -163,7 +163,7 @@ class NodeMover {
     const double t = 0.5 * (1 + b_to - b_from);
     Vec3 sum = Vec3::Zero();
     for (int k = 1; k < order; ++k) {
-      double basis = 1 / (share(k) * (1 - share(k)));
+      double basis = 1 / (fraction(k) * (1 - fraction(k)));
       for (int j = 1; j < order; ++j)
         if (j != k) basis *= (t * order - j) / (k - j);
       sum += basis * found->second[static_cast<std::size_t>(k - 1)];
@@ -178,7 +178,7 @@ class NodeMover {
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = i + 1; j < 4; ++j)
         if (at[i] > 0 && at[j] > 0)
-          sum += edge_blend(corners[i], corners[j], share(at[i]), share(at[j]));
+          sum += edge_blend(corners[i], corners[j], fraction(at[i]), fraction(at[j]));
     return sum;
   }
 
@@ -203,7 +203,7 @@ class NodeMover {
   double bubble(std::size_t n, std::size_t opposite) const {
     double product = 1;
     for (std::size_t i = 0; i < 4; ++i)
-      if (i != opposite) product *= share(lattice_[n][i]);
+      if (i != opposite) product *= fraction(lattice_[n][i]);
     return product;
   }
 
@@ -230,7 +230,7 @@ std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> sampled_gradients(int orde
 
 /// Elements whose Jacobian falls below a twentieth of the straight element's somewhere.
 std::vector<std::size_t> folded_elements(const TetMesh& mesh) {
-  constexpr double least_share = 0.05;
+  constexpr double min_fraction = 0.05;
   const auto gradients = sampled_gradients(mesh.order);
   std::vector<std::size_t> folded;
   Eigen::Matrix<double, 3, Eigen::Dynamic> nodes(3, elements::nodes_per_tetrahedron(mesh.order));
@@ -240,7 +240,7 @@ std::vector<std::size_t> folded_elements(const TetMesh& mesh) {
       nodes.col(static_cast<Eigen::Index>(n)) = mesh.nodes[static_cast<std::size_t>(element[n])];
     const double straight = six_volumes(mesh, e);
     for (const auto& gradient : gradients)
-      if ((nodes * gradient).determinant() < least_share * straight) {
+      if ((nodes * gradient).determinant() < min_fraction * straight) {
         folded.push_back(e);
         break;
       }

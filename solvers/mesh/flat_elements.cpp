@@ -12,7 +12,7 @@ namespace {
 using Node = std::int32_t;
 using FlatFace = std::array<Node, 3>;
 
-constexpr double flat_share = 1e-9;
+constexpr double flat_fraction = 1e-9;
 
 FlatFace face_opposite(std::span<const Node> corners, std::size_t i) {
   FlatFace face{corners[(i + 1) % 4], corners[(i + 2) % 4], corners[(i + 3) % 4]};
@@ -26,7 +26,7 @@ bool is_flat(const TetMesh& mesh, std::size_t element) {
   double longest = 0;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < i; ++j) longest = std::max(longest, (at(i) - at(j)).norm());
-  return six_volumes(mesh, element) / 6 < flat_share * std::pow(longest, 3);
+  return six_volumes(mesh, element) / 6 < flat_fraction * std::pow(longest, 3);
 }
 
 /// What the boundary consists of, and how many elements share a node.

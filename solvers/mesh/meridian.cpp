@@ -14,7 +14,7 @@
 namespace carillon::solvers::mesh {
 namespace {
 
-constexpr std::size_t most_nodes = 200000;
+constexpr std::size_t max_nodes = 200000;
 
 using Edge = std::pair<int, int>;  ///< corner numbers, lower first
 
@@ -113,14 +113,14 @@ class Builder {
   }
 
   [[noreturn]] static void refuse_size() {
-    throw core::LimitError(fmt::format("the section needs more than {} nodes", most_nodes),
+    throw core::LimitError(fmt::format("the section needs more than {} nodes", max_nodes),
                            "ask for a lower max_frequency, fewer modes, or a larger element size");
   }
 
   std::int32_t new_node(Vec2 at) {
     // The formulas of blocks on the axis give a radius within rounding of zero.
     if (std::abs(at.x()) < 1e-14 * (1 + std::abs(at.y()))) at.x() = 0;
-    if (mesh_.nodes.size() >= most_nodes) refuse_size();
+    if (mesh_.nodes.size() >= max_nodes) refuse_size();
     mesh_.nodes.push_back(at);
     return static_cast<std::int32_t>(mesh_.nodes.size() - 1);
   }
@@ -158,7 +158,7 @@ class Builder {
     const int p = mesh_.order;
     Lattice lattice{divisions_.of(block, 0), divisions_.of(block, 1), p, {}};
     const int w = lattice.width(), h = lattice.height();
-    if (static_cast<double>(w) * h > most_nodes) refuse_size();
+    if (static_cast<double>(w) * h > max_nodes) refuse_size();
     lattice.node.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
     const auto& c = block.corners;
     for (int j = 0; j < h; ++j) {

@@ -19,7 +19,7 @@ using ShapeSignature = std::vector<double>;
 /// @param mesh  any unit of length
 ShapeSignature shape_signature(const SurfaceMesh& mesh);
 
-/// Largest difference of two signatures: about that of the surfaces, as a share of their size;
+/// Largest difference of two signatures: about that of the surfaces, as a fraction of their size;
 /// infinite where one is empty.
 double signature_difference(const ShapeSignature& a, const ShapeSignature& b);
 

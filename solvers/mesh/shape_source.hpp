@@ -27,7 +27,7 @@ struct MeshFile {
   double length = 0;    ///< longest side [m] the body is scaled to; 0: the file is in metres
   bool any_size = false;          ///< lets a body outside 1 mm to 10 m pass
   double thickness = 0;           ///< [m] given to open sheets; 0: an open sheet is not a body
-  double wrap_tolerance = 0.002;  ///< alpha-wrap offset as a share of the box diagonal
+  double wrap_tolerance = 0.002;  ///< alpha-wrap offset as a fraction of the box diagonal
 };
 
 /// How fine the tetrahedra are.

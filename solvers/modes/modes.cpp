@@ -86,8 +86,8 @@ Modes restrict_to(const Modes& modes, const Band& band) {
     if (!modes.harmonics.empty()) out.harmonics.push_back(modes.harmonics[mode]);
   }
   out.shapes = modes.shapes(inside, Eigen::all);
-  out.kinetic_share = modes.kinetic_share(inside, Eigen::all);
-  out.strain_share = modes.strain_share(inside, Eigen::all);
+  out.kinetic_fraction = modes.kinetic_fraction(inside, Eigen::all);
+  out.strain_fraction = modes.strain_fraction(inside, Eigen::all);
 
   auto& certificate = out.certificate;
   certificate.min_frequency = band.min_frequency;

@@ -39,8 +39,8 @@ void broadcast(Modes& modes, MPI_Comm comm) {
   list(modes.pitch_errors, comm);
   list(modes.harmonics, comm);
   matrix(modes.shapes, comm);
-  matrix(modes.kinetic_share, comm);
-  matrix(modes.strain_share, comm);
+  matrix(modes.kinetic_fraction, comm);
+  matrix(modes.strain_fraction, comm);
   plain(modes.surface.order, comm);
   std::size_t nodes = modes.surface.nodes.size();
   plain(nodes, comm);

@@ -114,8 +114,8 @@ void write_modes(const Hdf5Group& group, const Modes& modes) {
   group.write<float>("shapes", {modes.shapes.data(), static_cast<std::size_t>(modes.shapes.size())},
                      shape, compressed_rows(count));
   group.write_attribute("unit", std::string("kg^-1/2"), "shapes");
-  write_matrix(group, "kinetic_share", modes.kinetic_share);
-  write_matrix(group, "strain_share", modes.strain_share);
+  write_matrix(group, "kinetic_fraction", modes.kinetic_fraction);
+  write_matrix(group, "strain_fraction", modes.strain_fraction);
   write_surface(group.create_group("surface"), modes.surface);
   group.write_attribute("mass_kg", modes.mass);
   write_certificate(group.create_group("certificate"), modes.certificate);
@@ -147,8 +147,8 @@ Modes read_modes(const Hdf5Group& group) {
   using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   modes.shapes = Eigen::Map<const Rows>(shapes.data(), static_cast<Eigen::Index>(modes.size()),
                                         3 * static_cast<Eigen::Index>(modes.surface.nodes.size()));
-  modes.kinetic_share = read_matrix(group, "kinetic_share");
-  modes.strain_share = read_matrix(group, "strain_share");
+  modes.kinetic_fraction = read_matrix(group, "kinetic_fraction");
+  modes.strain_fraction = read_matrix(group, "strain_fraction");
   modes.mass = group.number_attribute("mass_kg");
   modes.certificate = read_certificate(group.open_group("certificate"));
   return modes;

@@ -19,17 +19,17 @@ namespace {
 
 /// [semitones] Modes are seldom more than this too sharp where a target is nearly met.
 constexpr double judged_above = 2;
-constexpr std::size_t most_steps = 8;
+constexpr std::size_t max_steps = 8;
 /// A prediction aims below the target by this: it is right within a factor of two, and another
 /// step would cost more than the margin.
 constexpr double aim = 0.6;
 /// Work of a step may be so much more than that of the best one so far: predictions far away are
 /// not to be trusted with hours.
-constexpr double most_growth = 40;
+constexpr double max_growth = 40;
 /// What stands, times the target, for the error of modes that were not found.
 constexpr double unknown = 30;
 /// An error that falls by less than this factor has not moved.
-constexpr double least_gain = 0.9;
+constexpr double min_gain = 0.9;
 
 /// A setting that could come next.
 struct Candidate {
@@ -151,15 +151,15 @@ class Search {
       stop("no_progress",
            fmt::format("two refinements did not bring the worst mode below {:.3g} cents",
                        report().reached_cents));
-    } else if (!met() && steps.size() == most_steps) {
-      stop("steps", fmt::format("{} settings were tried", most_steps));
+    } else if (!met() && steps.size() == max_steps) {
+      stop("steps", fmt::format("{} settings were tried", max_steps));
     }
   }
 
   /// Compares a step with its prediction: where corners or a rough surface slow convergence down,
   /// later predictions promise less.
   void learn(double before, double now) {
-    stuck_ = now > least_gain * before ? stuck_ + 1 : 0;
+    stuck_ = now > min_gain * before ? stuck_ + 1 : 0;
     const double promised = std::log(before / predicted_);
     if (promised < 0.2) return;
     const double gained = now > 0 ? std::log(before / now) : promised;
@@ -224,7 +224,7 @@ class Search {
                   target_.linear_solver == modes::LinearSolver::iterative
                       ? none
                       : static_cast<double>(target_.memory_limit),
-                  most_growth * relative_cost(best_)};
+                  max_growth * relative_cost(best_)};
     const Candidate* next = best_of(all, bounds, goal);
     if (next != nullptr && (next->error <= goal || next->error < 0.8 * reached)) return *next;
 
@@ -250,7 +250,7 @@ class Search {
     } else {
       stop("no_progress", fmt::format("refining by a factor of {} in work would gain nothing that "
                                       "counts",
-                                      most_growth));
+                                      max_growth));
     }
     return std::nullopt;
   }
@@ -262,7 +262,7 @@ class Search {
   MeshSize best_;           ///< mesh of the best step
   double asked_size_ = 0;   ///< and the size it was asked with
   double predicted_ = 0;    ///< error of the step under way
-  double trust_ = 1;        ///< share of a predicted gain (in logarithms) that comes true
+  double trust_ = 1;        ///< fraction of a predicted gain (in logarithms) that comes true
   bool was_empty_ = false;  ///< the last step found no mode
   int stuck_ = 0;           ///< steps in a row that gained nothing
   int refused_ = 0;         ///< settings that took more elements than predicted and allowed
@@ -285,10 +285,10 @@ modes::Modes without_margin(const modes::Modes& modes) {
 
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
                         const ModeSolver& solve) {
-  if (!(target.cents >= least_pitch_target) || !std::isfinite(target.cents)) {
+  if (!(target.cents >= min_pitch_target) || !std::isfinite(target.cents)) {
     throw core::InputError(
         fmt::format("a pitch target of {} cents cannot be met", target.cents),
-        fmt::format("{} is the least that estimates can tell", least_pitch_target));
+        fmt::format("{} is the least that estimates can tell", min_pitch_target));
   }
   return Search(target, make_mesh, solve).run();
 }

@@ -12,7 +12,7 @@ namespace carillon::solvers::pitch {
 
 /// Estimates say nothing below this [cent]: the least that can be asked for. What the eigensolver's
 /// usual tolerance leaves is ten times less, so there is nothing to refine about it.
-constexpr double least_pitch_target = 0.01;
+constexpr double min_pitch_target = 0.01;
 
 /// How accurate pitches are to be, and where to begin.
 struct PitchTarget {
@@ -78,7 +78,7 @@ modes::Modes without_margin(const modes::Modes& modes);
 /// has free, so it is the same everywhere: a step that runs out of time or memory ends the search
 /// with its error.
 ///
-/// @throws InputError   the target is below least_pitch_target or no number, or modes come without
+/// @throws InputError   the target is below min_pitch_target or no number, or modes come without
 /// pitch_errors; and
 ///                      what make_mesh and solve throw
 /// @throws SolverError  the first setting failed

@@ -161,7 +161,7 @@ std::vector<float> acceleration_click(const RigidSource& source, const Vec3& imp
   check(source, impulse, force, listener, sample_rate);
   if (!(begin >= 0) || !std::isfinite(begin)) {
     throw core::InputError(
-        fmt::format("click: a blow must not begin before the clip, not at {} s", begin));
+        fmt::format("click: a strike must not begin before the clip, not at {} s", begin));
   }
   const Vec3 offset = listener - source.centre;
   const double distance = offset.norm();

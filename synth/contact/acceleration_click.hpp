@@ -48,7 +48,7 @@ bool hears_click(const RigidSource& source, const Vec3& listener);
 ///
 /// @param impulse   [N s] of the force, in the body's coordinates
 /// @param listener  [m], in the body's coordinates
-/// @param begin     time of the blow [s], >= 0
+/// @param begin     time of the strike [s], >= 0
 /// @return `count` values [Pa]
 /// @throws InputError  a listener inside one of the three spheres, values that are not finite or
 ///                     not physical, pressure beyond single precision

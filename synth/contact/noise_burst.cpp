@@ -15,7 +15,7 @@ namespace {
 /// The filter rings on after the burst; it is followed down to this share (-120 dB).
 constexpr double kFilterTail = 1e-6;
 
-void check_share(double value, const char* what) {
+void check_part(double value, const char* what) {
   if (!(value >= 0 && value <= 1)) {
     throw core::InputError(
         fmt::format("noise burst: {} must lie between 0 and 1, not {}", what, value));
@@ -58,8 +58,8 @@ double burst_cutoff(const NoiseBurst& burst) {
 
 modal::ContactForce noise_burst(const NoiseBurst& burst, double sample_rate,
                                 core::RandomStream& random) {
-  check_share(burst.hardness, "hardness");
-  check_share(burst.size, "size");
+  check_part(burst.hardness, "hardness");
+  check_part(burst.size, "size");
   if (!(sample_rate > 0 && sample_rate <= 1e8)) {
     throw core::InputError(fmt::format(
         "noise burst: the sample rate must lie between 0 and 100 MHz, not {} Hz", sample_rate));

@@ -19,7 +19,7 @@ double burst_cutoff(const NoiseBurst& burst);
 
 /// The burst as a force sampled at the audio rate, with 0 at both ends. Noise is uniform. It is
 /// scaled so that below the cut-off its power spectrum is 1 on average over draws: it then excites
-/// a mode as strongly as an ideal blow of unit impulse does on average, although its own integral
+/// a mode as strongly as an ideal strike of unit impulse does on average, although its own integral
 /// is as random as the rest. A cut-off at or above half the sample rate filters nothing.
 /// @throws InputError  hardness or size outside [0, 1], a sample rate that is not positive or
 ///                     above 100 MHz

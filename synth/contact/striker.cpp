@@ -15,7 +15,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// A hollow tighter than the striker is met as if 1/R were this share of the striker's.
+/// A hollow tighter than the striker is met as if 1/R were this fraction of the striker's.
 constexpr double kTightestHollow = 0.1;
 
 double positive(double value, const char* what) {

@@ -24,10 +24,10 @@ double eigenvalue_at(double frequency) {
 void check_regions(const solvers::modes::Modes& modes, std::size_t models) {
   const auto count = static_cast<Eigen::Index>(modes.size());
   const auto regions = static_cast<Eigen::Index>(models);
-  if (modes.kinetic_share.rows() != count || modes.strain_share.rows() != count ||
-      modes.kinetic_share.cols() != regions || modes.strain_share.cols() != regions) {
+  if (modes.kinetic_fraction.rows() != count || modes.strain_fraction.rows() != count ||
+      modes.kinetic_fraction.cols() != regions || modes.strain_fraction.cols() != regions) {
     throw InputError(fmt::format("decay rates: {} dampings for modes of {} regions", models,
-                                 modes.kinetic_share.cols()));
+                                 modes.kinetic_fraction.cols()));
   }
 }
 
@@ -70,8 +70,8 @@ DecayRates clamped_decay_rates(const solvers::modes::Modes& modes,
     } else {
       for (std::size_t r = 0; r < functions.size(); ++r) {
         const auto column = static_cast<Eigen::Index>(r);
-        c += region_part(functions[r], at_rest[r], lambda, modes.kinetic_share(row, column),
-                         modes.strain_share(row, column));
+        c += region_part(functions[r], at_rest[r], lambda, modes.kinetic_fraction(row, column),
+                         modes.strain_fraction(row, column));
       }
     }
     if (!std::isfinite(c)) {

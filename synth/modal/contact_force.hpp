@@ -4,7 +4,7 @@
 
 namespace carillon::synth::modal {
 
-/// Force of a blow of unit impulse over time.
+/// Force of a strike of unit impulse over time.
 struct ContactForce {
   double duration = 0;  ///< [s]; 0: an ideal impulse
   /// Force of unit impulse [1/s] at equal steps over the duration, the first at 0 and the last at

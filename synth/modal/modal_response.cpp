@@ -13,7 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
-/// Poles nearer than this share of d are treated as one pair: a sum of two exponentials would lose
+/// Poles nearer than this fraction of d are treated as one pair: a sum of two exponentials would lose
 /// more than a digit.
 constexpr double kNearCritical = 0.1;
 
@@ -61,7 +61,7 @@ double contact_force(double contact_time, double t) {
   return 2 * sine * sine / contact_time;
 }
 
-double slow_share(double omega, double contact_time) {
+double slow_fraction(double omega, double contact_time) {
   return 1 / (1 + std::pow(2 * pi / (omega * contact_time), 8));
 }
 
@@ -69,7 +69,7 @@ ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contac
     : ModalResponse(eigenvalue, decay_rate, ModalMotion{0, 1, -2 * decay_rate}) {
   contact_time_ = contact_time;
   given_ = !(contact_time > 0);
-  slow_share_ = given_ ? 0 : slow_share(std::sqrt(eigenvalue), contact_time);
+  slow_share_ = given_ ? 0 : slow_fraction(std::sqrt(eigenvalue), contact_time);
   if (given_ || near_critical_) return;
   const Complex first = first_pole() * contact_time;
   contact_splits_ = std::abs(first) >= kApart && std::abs(first - Complex(0, 2 * pi)) >= kApart;

@@ -42,12 +42,12 @@ struct ForcedMotion {
   std::complex<double> turning;
 };
 
-/// Force of a blow of unit impulse: the raised cosine (1 - cos(2 pi t / T)) / T on 0 <= t <= T [N].
+/// Force of a strike of unit impulse: the raised cosine (1 - cos(2 pi t / T)) / T on 0 <= t <= T [N].
 double contact_force(double contact_time, double t);
 
 /// How far the force of a contact is slow against a mode of angular frequency omega: 0 for short
 /// contacts, 1 for long ones, a half where it lasts one period.
-double slow_share(double omega, double contact_time);
+double slow_fraction(double omega, double contact_time);
 
 /// A mode at rest, q'' + 2 d q' + lambda q = F(t), struck by contact_force() of duration T, in
 /// closed form. With the poles s of s^2 + 2 d s + lambda = 0 and I(s, t) the convolution of F with

@@ -19,7 +19,7 @@ struct NearCritical {
   double end;  ///< bound below which it is gone
 };
 
-/// Adds what a blow has left to the modes that ring already, or begins them.
+/// Adds what a strike has left to the modes that ring already, or begins them.
 void add_motions(const Resonances& resonances, const std::vector<NearCriticalMotion>& motions,
                  std::vector<NearCritical>& modes);
 

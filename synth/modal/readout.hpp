@@ -24,7 +24,7 @@ struct Listener {
 /// How motion becomes an output: row r is the sum over coordinates i of displacement(r, i) q_i +
 /// velocity(r, i) q_i' + acceleration(r, i) q_i'' + force_rate(r, i) F_i', delays[r] later, where
 /// F_i' is the rate of the force on the coordinate as far as that is slow against it
-/// (slow_share()). Coordinates are those of modes, or of any other second-order oscillators. A
+/// (slow_fraction()). Coordinates are those of modes, or of any other second-order oscillators. A
 /// matrix without entries is zero.
 struct Readout {
   Eigen::MatrixXd displacement;

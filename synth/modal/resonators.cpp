@@ -18,7 +18,7 @@ HWY_BEFORE_NAMESPACE();
 namespace carillon::synth::modal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Lanes = hn::CappedTag<double, kMostLanes>;
+using Lanes = hn::CappedTag<double, kMaxLanes>;
 using Vector = hn::Vec<Lanes>;
 
 /// One voice: its last two vectors and the recursion's coefficients.
@@ -159,7 +159,7 @@ Rotation make_rotation(double decay_rate, long double angular_frequency, double 
   }
   rotation.real[0] = 1;
   rotation.imag[0] = 0;
-  for (std::size_t power = 0, filled = 1; filled < kMostLanes; ++power, filled *= 2) {
+  for (std::size_t power = 0, filled = 1; filled < kMaxLanes; ++power, filled *= 2) {
     const double step_re = rotation.powers[power].real();
     const double step_im = rotation.powers[power].imag();
     for (std::size_t k = 0; k < filled; ++k) {

@@ -14,7 +14,7 @@ namespace carillon::synth::modal {
 /// grows with them, stays near 1e-13.
 inline constexpr std::size_t kBlock = 512;
 /// Most samples in one vector.
-inline constexpr std::size_t kMostLanes = 8;
+inline constexpr std::size_t kMaxLanes = 8;
 inline constexpr std::size_t kStepPowers = 10;
 
 /// Sums of one block.
@@ -24,8 +24,8 @@ struct alignas(128) SampleBlock {
 
 /// How a partial goes on from sample to sample: powers of its step exp((-d + i omega) / rate).
 struct alignas(64) Rotation {
-  std::array<double, kMostLanes> real;  ///< step^k
-  std::array<double, kMostLanes> imag;
+  std::array<double, kMaxLanes> real;  ///< step^k
+  std::array<double, kMaxLanes> imag;
   std::array<std::complex<double>, kStepPowers> powers;  ///< step^(2^j), up to a block
 };
 

@@ -49,7 +49,7 @@ class SurfaceSampler {
 /// @throws InputError  no such face, or not a point of a face
 Eigen::MatrixX3d shapes_at(const solvers::modes::Modes& modes, const SurfacePoint& point);
 
-/// One blow: where, which way, how hard, how long.
+/// One strike: where, which way, how hard, how long.
 struct Strike {
   SurfacePoint point;
   Vec3 direction;      ///< unit vector the force points along (usually inward)

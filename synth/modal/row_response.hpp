@@ -33,21 +33,21 @@ struct Resonances {
 Resonances make_resonances(std::span<const double> eigenvalues, std::span<const double> decay_rates,
                            double sample_rate);
 
-/// When samples fall relative to a blow.
-struct BlowTiming {
+/// When samples fall relative to a strike.
+struct StrikeTiming {
   std::size_t contact_samples = 0;  ///< taken while the force acts
-  long double first = 0;            ///< time of the first sample after the blow's begin [s]
+  long double first = 0;            ///< time of the first sample after the strike's begin [s]
   long double free = 0;             ///< time of the first free sample after the force's end [s]
 };
 
-/// A near-critical mode after a blow: its two exponentials cannot be told apart.
+/// A near-critical mode after a strike: its two exponentials cannot be told apart.
 struct NearCriticalMotion {
   std::size_t index;  ///< of the mode
   Weights gains;      ///< of its motion in the row
   ModalMotion start;  ///< at the first free sample
 };
 
-/// What a blow adds to one row.
+/// What a strike adds to one row.
 struct RowResponse {
   /// Per rotation: added to its voice's value at the first sample and at the first free sample.
   std::vector<std::complex<double>> begin, end;
@@ -58,10 +58,10 @@ struct RowResponse {
   std::vector<NearCriticalMotion> near_critical;
 };
 
-/// What a blow adds to a row: excitation [N s kg^-1/2] of every mode times the force.
+/// What a strike adds to a row: excitation [N s kg^-1/2] of every mode times the force.
 /// @param response  filled anew; keeps its memory
 void respond(const Resonances& resonances, const Readout& readout, Eigen::Index row,
-             const Eigen::VectorXd& excitation, const ContactForce& force, const BlowTiming& timing,
+             const Eigen::VectorXd& excitation, const ContactForce& force, const StrikeTiming& timing,
              RowResponse& response);
 
 }  // namespace carillon::synth::modal

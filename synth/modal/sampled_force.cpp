@@ -10,7 +10,7 @@ namespace carillon::synth::modal {
 
 namespace {
 
-/// Times nearer than this share of an output sample are one: a phase error below 1e-10 rad.
+/// Times nearer than this fraction of an output sample are one: a phase error below 1e-10 rad.
 constexpr double kSameTime = 1e-11;
 
 }  // namespace
@@ -102,8 +102,8 @@ ForceSchedule cut_force(const ContactForce& force, double first, double sample_r
     const bool samples_next = sample < count && sample_time(sample) <= bend + same;
     const bool bends = !samples_next || sample_time(sample) >= bend - same;
     const double end = bends ? bend : std::max(time, sample_time(sample));
-    const double share = bends ? 1 : std::clamp((end - knot(k)) / step, 0.0, 1.0);
-    const double end_value = force.samples[k] + share * (force.samples[k + 1] - force.samples[k]);
+    const double fraction = bends ? 1 : std::clamp((end - knot(k)) / step, 0.0, 1.0);
+    const double end_value = force.samples[k] + fraction * (force.samples[k + 1] - force.samples[k]);
     schedule.stretches.push_back({length_index(end - time), samples_next, value, end_value});
     time = end;
     value = end_value;

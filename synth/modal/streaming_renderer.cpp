@@ -98,26 +98,26 @@ void StreamingRenderer::strike(std::size_t body, const Eigen::VectorXd& excitati
     throw core::InputError(
         fmt::format("streaming renderer: a contact of {:.4g} s is longer than {:.4g} s",
                     force.duration, kLongestContact / sample_rate_),
-        "shorten the force, or use synthesize() for a single blow");
+        "shorten the force, or use synthesize() for a single strike");
   }
   for (std::size_t r = 0; r < rows_; ++r) {
     Row& row = struck.rows[r];
-    if (row.waiting == row.blows.size()) row.blows.emplace_back();
-    Blow& blow = row.blows[row.waiting++];
+    if (row.waiting == row.strikes.size()) row.strikes.emplace_back();
+    Strike& strike = row.strikes[row.waiting++];
     const long double start = static_cast<long double>(delay) + struck.readout.delays[r];
     const long double stop = start + force.duration;
     const long double first = std::ceil(start * sample_rate_);
     const long double free = std::ceil(stop * sample_rate_);
-    blow.first = position_ + static_cast<std::uint64_t>(first);
-    blow.free = position_ + static_cast<std::uint64_t>(free);
-    blow.begun = false;
-    const BlowTiming timing = {static_cast<std::size_t>(free - first),
+    strike.first = position_ + static_cast<std::uint64_t>(first);
+    strike.free = position_ + static_cast<std::uint64_t>(free);
+    strike.begun = false;
+    const StrikeTiming timing = {static_cast<std::size_t>(free - first),
                                std::max(0.0L, first / sample_rate_ - start),
                                std::max(0.0L, free / sample_rate_ - stop)};
     respond(struck.resonances, struck.readout, static_cast<Eigen::Index>(r), excitation, force,
-            timing, blow.response);
-    if (blow.response.forced.turning != 0.0) {
-      blow.turn =
+            timing, strike.response);
+    if (strike.response.forced.turning != 0.0) {
+      strike.turn =
           make_rotation(0, 2 * std::numbers::pi_v<long double> / force.duration, sample_rate_);
     }
   }
@@ -156,20 +156,20 @@ void StreamingRenderer::render_row(const Body& body, Row& row, std::size_t count
     const std::uint64_t now = position_ + offset;
     std::uint64_t next = position_ + count;
     for (std::size_t i = 0; i < row.waiting;) {
-      Blow& blow = row.blows[i];
-      if (!blow.begun && blow.first <= now) {
-        blow.begun = true;
+      Strike& strike = row.strikes[i];
+      if (!strike.begun && strike.first <= now) {
+        strike.begun = true;
         row.peak = 0;
-        row.next_check = blow.free + kBlock;
-        add_values(body.resonances, blow.response.begin, row.voices);
+        row.next_check = strike.free + kBlock;
+        add_values(body.resonances, strike.response.begin, row.voices);
       }
-      if (blow.free <= now) {
-        add_values(body.resonances, blow.response.end, row.voices);
-        add_motions(body.resonances, blow.response.near_critical, row.near_critical);
-        std::swap(blow, row.blows[--row.waiting]);
+      if (strike.free <= now) {
+        add_values(body.resonances, strike.response.end, row.voices);
+        add_motions(body.resonances, strike.response.near_critical, row.near_critical);
+        std::swap(strike, row.strikes[--row.waiting]);
         continue;
       }
-      next = std::min(next, blow.begun ? blow.free : blow.first);
+      next = std::min(next, strike.begun ? strike.free : strike.first);
       ++i;
     }
     const auto stretch = static_cast<std::size_t>(next - now);
@@ -187,19 +187,19 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
     drop_gone(body.resonances, row.near_critical);
   }
   // Vectors may read a little beyond what is asked for.
-  std::fill_n(block_.samples.begin(), std::min(kBlock, count + 2 * kMostLanes), 0.0);
+  std::fill_n(block_.samples.begin(), std::min(kBlock, count + 2 * kMaxLanes), 0.0);
   for (std::size_t i = 0; i < row.waiting; ++i) {
-    Blow& blow = row.blows[i];
-    if (!blow.begun) continue;
-    const auto into = static_cast<std::size_t>(begin - blow.first);
+    Strike& strike = row.strikes[i];
+    if (!strike.begun) continue;
+    const auto into = static_cast<std::size_t>(begin - strike.first);
     for (std::size_t n = 0; n < count; ++n) {
-      block_.samples[n] += blow.response.direct[into + n] + blow.response.forced.constant;
+      block_.samples[n] += strike.response.direct[into + n] + strike.response.forced.constant;
     }
-    if (blow.response.forced.turning != 0.0) {
-      Voice turning = {&blow.turn, blow.response.forced.turning};
+    if (strike.response.forced.turning != 0.0) {
+      Voice turning = {&strike.turn, strike.response.forced.turning};
       add_voices({&turning, 1}, count, block_);
       move_on({&turning, 1}, count);
-      blow.response.forced.turning = turning.value;
+      strike.response.forced.turning = turning.value;
     }
   }
   ring_on(body.resonances, row.near_critical, std::span(block_.samples).first(count));
@@ -209,7 +209,7 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
   for (std::size_t n = 0; n < count; ++n) sum_.samples[offset + n] += block_.samples[n];
 }
 
-std::vector<float> synthesize_blows(const RingDown& rings, const ContactForce& force,
+std::vector<float> synthesize_strikes(const RingDown& rings, const ContactForce& force,
                                     std::span<const double> times, double sample_rate,
                                     std::size_t count) {
   StreamingRenderer renderer(rings.readout.delays.size(), sample_rate);

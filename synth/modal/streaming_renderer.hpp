@@ -12,16 +12,16 @@
 
 namespace carillon::synth::modal {
 
-/// Longest contact of a streamed blow in samples: 227 s at 44.1 kHz, 80 MB for each row.
+/// Longest contact of a streamed strike in samples: 227 s at 44.1 kHz, 80 MB for each row.
 inline constexpr double kLongestContact = 1e7;
 
 /// Many bodies that are struck at any time, heard together in blocks of samples of any size.
 ///
-/// A blow adds to the values its body's modes have, as their motion is linear: state does not grow
-/// with the number of blows. What comes out is what synthesize() gives for each blow, delayed and
-/// added up, to -120 dB of the peak since the last blow on that body (what ends early included).
+/// A strike adds to the values its body's modes have, as their motion is linear: state does not grow
+/// with the number of strikes. What comes out is what synthesize() gives for each strike, delayed and
+/// added up, to -120 dB of the peak since the last strike on that body (what ends early included).
 /// Modes that have decayed are taken out: silence costs nothing but a look at each body that rings.
-/// Once blows have been as long and as many at a time as they will be, render() allocates nothing,
+/// Once strikes have been as long and as many at a time as they will be, render() allocates nothing,
 /// and strike() only for a sampled force.
 class StreamingRenderer {
  public:
@@ -41,7 +41,7 @@ class StreamingRenderer {
   std::size_t add_body(std::span<const double> eigenvalues, std::span<const double> decay_rates,
                        const Readout& readout);
 
-  /// A blow `delay` seconds after the next sample (any fraction of one); each row hears it after
+  /// A strike `delay` seconds after the next sample (any fraction of one); each row hears it after
   /// its own time of flight.
   /// @param excitation  phi . impulse of the body's modes [N s kg^-1/2]
   /// @throws InputError  no such body, sizes, values that are not finite, a negative delay or one
@@ -56,8 +56,8 @@ class StreamingRenderer {
   std::size_t voices() const;                           ///< partials that ring
 
  private:
-  /// One blow in one row, until its contact is over.
-  struct Blow {
+  /// One strike in one row, until its contact is over.
+  struct Strike {
     std::uint64_t first = 0, free = 0;  ///< samples
     bool begun = false;
     RowResponse response;
@@ -66,9 +66,9 @@ class StreamingRenderer {
   struct Row {
     std::vector<Voice> voices;
     std::vector<NearCritical> near_critical;
-    std::vector<Blow> blows;  ///< the first `waiting` are in use, the others keep their memory
+    std::vector<Strike> strikes;  ///< the first `waiting` are in use, the others keep their memory
     std::size_t waiting = 0;
-    double peak = 0;  ///< since the last blow's begin
+    double peak = 0;  ///< since the last strike's begin
     std::uint64_t next_check = 0;
   };
   struct Body {
@@ -95,10 +95,10 @@ class StreamingRenderer {
   SampleBlock sum_{};    ///< of all
 };
 
-/// Samples of each row, as synthesize() gives them, of one blow after another on the same body.
-/// @param times  of the blows [s], any order
+/// Samples of each row, as synthesize() gives them, of one strike after another on the same body.
+/// @param times  of the strikes [s], any order
 /// @throws InputError  as synthesize(), or a time that is negative or not finite
-std::vector<float> synthesize_blows(const RingDown& rings, const ContactForce& force,
+std::vector<float> synthesize_strikes(const RingDown& rings, const ContactForce& force,
                                     std::span<const double> times, double sample_rate,
                                     std::size_t count);
 

@@ -88,7 +88,7 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
   const auto time_after = [&](std::size_t sample, long double origin) {
     return std::max(0.0L, static_cast<long double>(sample) / rate - origin);
   };
-  const BlowTiming timing = {free - first, time_after(first, delay), time_after(free, contact_end)};
+  const StrikeTiming timing = {free - first, time_after(first, delay), time_after(free, contact_end)};
   RowResponse response;
   respond(resonances, rings.readout, row, rings.excitation, force, timing, response);
 
@@ -104,11 +104,11 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
   std::vector<NearCritical> near_critical;
   add_motions(resonances, response.near_critical, near_critical);
   drop_below(0, voices);
-  const double share = voices.empty() ? 0 : kInaudible / static_cast<double>(voices.size());
+  const double fraction = voices.empty() ? 0 : kInaudible / static_cast<double>(voices.size());
   SampleBlock block;
   for (std::size_t begin = free; begin < samples.size(); begin += kBlock) {
     const std::size_t count = std::min(kBlock, samples.size() - begin);
-    drop_below(share * peak, voices);
+    drop_below(fraction * peak, voices);
     block.samples.fill(0);
     ring_on(resonances, near_critical, std::span(block.samples).first(count));
     drop_gone(resonances, near_critical);

@@ -12,7 +12,7 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr int kMostOctaves = 24;
+constexpr int kMaxOctaves = 24;
 /// Mean variance of one octave: 8 corners x 2/3 (of a random gradient) x 3 A B^2, with A and B the
 /// integrals of (1 - fade)^2 t^2 and (1 - fade)^2 over a cell.
 constexpr double kVariance = 0.072918945691195;
@@ -89,11 +89,11 @@ Eigen::Vector2d FractalNoise::at(const Vec3& place, double shortest) const {
   double variance = (1 - fall) / kVariance;
   double wave = longest_;
   Eigen::Array2d sum = Eigen::Array2d::Zero();
-  for (int octave = 0; octave < kMostOctaves; ++octave) {
+  for (int octave = 0; octave < kMaxOctaves; ++octave) {
     // Present from twice the shortest wave on.
-    const double share = std::min(1.0, wave / shortest - 1);
-    if (share <= 0) break;
-    sum += share * std::sqrt(variance) *
+    const double fraction = std::min(1.0, wave / shortest - 1);
+    if (fraction <= 0) break;
+    sum += fraction * std::sqrt(variance) *
            gradient_noise(key_ + static_cast<std::uint64_t>(octave), place / wave);
     variance *= fall;
     wave /= 2;

@@ -35,7 +35,7 @@ Value between(const std::vector<Value>& values, double place) {
 }
 
 /// 0 at rest, 1 in motion.
-double moving_share(double speed) {
+double moving_fraction(double speed) {
   return std::clamp((speed - kStill) / (kSlow - kStill), 0.0, 1.0);
 }
 
@@ -102,10 +102,10 @@ LastingForces::LastingForces(const Motion& motion, std::span<const MovingBody> b
   }
   for (std::size_t c = 0; c < motion.contacts.size(); ++c) {
     const LastingContact& contact = motion.contacts[c];
-    std::vector<double>& shares = share_.emplace_back();
+    std::vector<double>& fractions = share_.emplace_back();
     for (std::size_t k = 0; k < contact.steps.size(); ++k) {
       const double sum = sums[{contact.bodies, contact.first_step + k}];
-      shares.push_back(sum > 0 ? normal_[c][k] / sum : 0);
+      fractions.push_back(sum > 0 ? normal_[c][k] / sum : 0);
     }
   }
 }
@@ -204,7 +204,7 @@ LastingForces::Felt LastingForces::feel(const LastingContact& contact, std::size
   Felt felt;
   const ContactPath::Place at = own.path.at(time);
   const double speed = at.velocity.norm();
-  const double moving = moving_share(speed);
+  const double moving = moving_fraction(speed);
   if (moving == 0) return felt;
   const double way_between = speed / options_.sample_rate;
   const double place = time / motion_.step;
@@ -263,7 +263,7 @@ void LastingForces::add_profile(std::size_t number, LastingForce& result) {
                           rough * (a.noise + b.noise));
     const Vec3 slip = between(slips, place);
     const double speed = slip.norm();
-    const Vec3 rubs = speed > 0 ? Vec3(friction * moving_share(speed) / speed * slip) : slip;
+    const Vec3 rubs = speed > 0 ? Vec3(friction * moving_fraction(speed) / speed * slip) : slip;
     result.force.col(n) = fade(time, length) *
                           ((normal - force) * between(normals, place) + normal * (a.lean + b.lean) -
                            (normal - force + rough * (a.cross_noise + b.cross_noise)) * rubs);
@@ -275,11 +275,11 @@ void LastingForces::add_impulse(const Vec3& impulse, double time, LastingForce& 
   const double place = time * options_.sample_rate - static_cast<double>(result.first_sample);
   const double whole = std::floor(place);
   const auto sample = static_cast<Eigen::Index>(whole);
-  const double share = place - whole;
+  const double fraction = place - whole;
   const Vec3 force = impulse * options_.sample_rate;
-  if (sample >= 0 && sample < result.force.cols()) result.force.col(sample) += (1 - share) * force;
+  if (sample >= 0 && sample < result.force.cols()) result.force.col(sample) += (1 - fraction) * force;
   if (sample + 1 >= 0 && sample + 1 < result.force.cols()) {
-    result.force.col(sample + 1) += share * force;
+    result.force.col(sample + 1) += fraction * force;
   }
 }
 

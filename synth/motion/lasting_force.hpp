@@ -52,7 +52,7 @@ struct LastingForce {
 /// corners hop; the way between is gone at no more than 1.25 times the speed of sliding and
 /// turning. Below the texel both faces add roughness times F times their fractal noise at the place
 /// of contact, along the normal and, times friction, across. What creeps slower than 0.1 mm/s rests
-/// and makes nothing. Contacts fade in and out over 5 ms: their blows are the impacts.
+/// and makes nothing. Contacts fade in and out over 5 ms: their strikes are the impacts.
 class LastingForces {
  public:
   /// @param bodies  of the motion

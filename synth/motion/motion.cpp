@@ -11,8 +11,8 @@ Pose pose_at(const Motion& motion, std::size_t body, double time) {
   const Pose& from = motion.states[step][body].pose;
   if (step == last) return from;
   const Pose& to = motion.states[step + 1][body].pose;
-  const double share = place - static_cast<double>(step);
-  return {from.turn.slerp(share, to.turn), from.origin + share * (to.origin - from.origin)};
+  const double fraction = place - static_cast<double>(step);
+  return {from.turn.slerp(fraction, to.turn), from.origin + fraction * (to.origin - from.origin)};
 }
 
 }  // namespace carillon::synth::motion

@@ -58,18 +58,18 @@ struct MotionString {
 };
 
 /// Into which a step is cut at the most.
-inline constexpr int kMostSubsteps = 64;
+inline constexpr int kMaxSubsteps = 64;
 
 struct MotionOptions {
   double seconds = 1;
   double step = 1e-3;  ///< [s]
   Vec3 gravity = {0, 0, -9.80665};
-  double least_speed = 0.01;   ///< of approach that counts as a strike [m/s]
+  double min_speed = 0.01;   ///< of approach that counts as a strike [m/s]
   double world_radius = 50;    ///< bodies farther than this from the origin have left [m]
   core::TimeLimit limit = {};  ///< asked after each step
 };
 
-/// A blow between two bodies.
+/// A strike between two bodies.
 struct Impact {
   double time = 0;                      ///< [s], within the step
   std::array<std::size_t, 2> bodies{};  ///< the first has the smaller number
@@ -113,8 +113,8 @@ struct Motion {
   std::vector<LastingContact> contacts;        ///< in order of their begin
   std::vector<std::vector<double>> tensions;   ///< [steps][strings], mean over the step [N]
   std::vector<double> energy;                  ///< kinetic and potential [J], steps + 1 values
-  int most_substeps = 1;  ///< into which a step was cut for bodies that are fast and thin
-  /// When a body was first so fast and thin that kMostSubsteps were too few: things may then pass
+  int max_substeps = 1;  ///< into which a step was cut for bodies that are fast and thin
+  /// When a body was first so fast and thin that kMaxSubsteps were too few: things may then pass
   /// through one another [s].
   std::optional<double> too_fast;
   std::vector<Overlap> overlaps;  ///< of more than a thousandth of the smaller body

@@ -23,7 +23,7 @@ struct MotionSoundOptions {
   bool clicks = true;            ///< of bodies that have one, where there are listeners
   bool moving_radiation = true;  ///< poses and Doppler; false: all are heard from where they start
 
-  bool hertz_pulses = false;     ///< the blows' course; false: the raised cosine
+  bool hertz_pulses = false;     ///< the strikes' course; false: the raised cosine
   double turn = 0.05;            ///< between key poses of the radiation [rad]
   LastingForceOptions contacts;  ///< its sample rate is the clip's
   core::TimeLimit limit = {};    ///< asked after each body
@@ -35,10 +35,10 @@ struct MotionSound {
   std::string unit;            ///< "Pa", or "m/s" (dry)
 
   EffectUse ringing;           ///< blocks of modes that were not at rest
-  EffectUse impacts;           ///< blows on bodies that sound: two for each impact
+  EffectUse impacts;           ///< strikes on bodies that sound: two for each impact
   EffectUse lasting_contacts;  ///< blocks in which a contact drove a body
   EffectUse contact_damping;   ///< blocks of contacts and strings that damped a body
-  EffectUse clicks;            ///< of a blow at a listener
+  EffectUse clicks;            ///< of a strike at a listener
   EffectUse moving_radiation;  ///< poses at which gains were computed
   std::uint64_t mode_samples = 0;
 };

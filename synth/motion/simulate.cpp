@@ -112,11 +112,11 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
       }
     }
     const int wanted = world.parts(options.step);
-    const int parts = std::min(wanted, kMostSubsteps);
-    if (wanted > kMostSubsteps && !motion.too_fast) {
+    const int parts = std::min(wanted, kMaxSubsteps);
+    if (wanted > kMaxSubsteps && !motion.too_fast) {
       motion.too_fast = static_cast<double>(k) * options.step;
     }
-    motion.most_substeps = std::max(motion.most_substeps, parts);
+    motion.max_substeps = std::max(motion.max_substeps, parts);
     const double part = options.step / parts;
     std::vector<double> tensions(strings.size(), 0);
     for (int p = 0; p < parts; ++p) {

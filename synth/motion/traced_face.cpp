@@ -10,7 +10,7 @@ namespace carillon::synth::motion {
 namespace {
 
 constexpr double kBeside = 2e-3;  ///< of a face a contact still is on it [m]
-constexpr int kMostLevels = 8;
+constexpr int kMaxLevels = 8;
 
 /// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, twice along both axes: k such
 /// steps with strides 1, 2, ... make two triangles of 2^k texels, one after the other.
@@ -72,7 +72,7 @@ std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double rad
   const std::shared_ptr<TracedMap> traced = made(map, radius);
   std::vector<SharedMap>& levels = traced->levels;
   const int most = std::max(levels.front()->width, levels.front()->height);
-  for (auto k = static_cast<int>(levels.size()); k <= kMostLevels && (1 << k) <= most; ++k) {
+  for (auto k = static_cast<int>(levels.size()); k <= kMaxLevels && (1 << k) <= most; ++k) {
     levels.push_back(
         std::make_shared<const render::maps::SurfaceMap>(blurred(*levels.back(), 1 << (k - 1))));
   }
@@ -83,7 +83,7 @@ std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double rad
 void TracedMaps::drop_oldest() {
   std::size_t texels = 0;
   for (const Made& one : made_) texels += one.texels();
-  while (texels > kMostTracedTexels && made_.size() > 1) {
+  while (texels > kMaxTracedTexels && made_.size() > 1) {
     texels -= made_.front().texels();
     made_.pop_front();
   }
@@ -116,12 +116,12 @@ render::maps::SurfaceDetail TracedFace::detail(const Eigen::Vector2d& uv, double
   const double level = texels > 1 ? std::log2(texels) : 0;
   const auto below = std::min(static_cast<std::size_t>(level), levels.size() - 1);
   render::maps::SurfaceDetail detail = render::maps::detail_at(*levels[below], uv);
-  const double share = level - static_cast<double>(below);
-  if (share <= 0 || below + 1 >= levels.size()) return detail;
+  const double fraction = level - static_cast<double>(below);
+  if (fraction <= 0 || below + 1 >= levels.size()) return detail;
   const render::maps::SurfaceDetail above = render::maps::detail_at(*levels[below + 1], uv);
-  detail.height += share * (above.height - detail.height);
-  detail.slope += share * (above.slope - detail.slope);
-  detail.curvature += share * (above.curvature - detail.curvature);
+  detail.height += fraction * (above.height - detail.height);
+  detail.slope += fraction * (above.slope - detail.slope);
+  detail.curvature += fraction * (above.curvature - detail.curvature);
   return detail;
 }
 

@@ -20,8 +20,8 @@ namespace carillon::synth::radiation {
 namespace {
 
 constexpr double kPointsPerWavelength = 8;
-constexpr double kLeastTriangles = 4000;
-constexpr double kMostTriangles = 40000;
+constexpr double kMinTriangles = 4000;
+constexpr double kMaxTriangles = 40000;
 /// A triangle belongs to a face when its normal is this near to the sheet's.
 constexpr double kFaceCosine = 0.9;
 
@@ -127,7 +127,7 @@ ModalPressure rayleigh_pressure(const solvers::modes::Modes& modes,
   const double per_metre = kPointsPerWavelength * highest / (2 * std::numbers::pi);
   const double area = surface::outer_triangles(modes.surface, 1).area;
   const double wanted =
-      std::clamp(2 * area * per_metre * per_metre, kLeastTriangles, kMostTriangles);
+      std::clamp(2 * area * per_metre * per_metre, kMinTriangles, kMaxTriangles);
   const Sheet sheet = flat_sheet(modes.surface, static_cast<std::size_t>(wanted));
   const Eigen::MatrixXd volume_velocity = modes.shapes.cast<double>() * sheet.surface.flux_weights;
   const Vec3 centroid = surface::outer_hull(modes.surface).centroid;

@@ -6,10 +6,10 @@
 
 namespace carillon::synth::radiation {
 
-/// A body is a flat sheet when it is at most this share as thick as it is wide (its smaller lateral
+/// A body is a flat sheet when it is at most this fraction as thick as it is wide (its smaller lateral
 /// extent; thickness with any bulge), ...
 inline constexpr double kSheetThickness = 0.05;
-/// ... and each of its two faces lies within this share of its width of a plane.
+/// ... and each of its two faces lies within this fraction of its width of a plane.
 inline constexpr double kSheetFlatness = 0.005;
 
 /// Pressure at listeners from a flat sheet in a rigid baffle of the same plane (Rayleigh's

@@ -105,7 +105,7 @@ ModalPressure SourceField::pressure_at(std::span<const modal::Listener> listener
       steady[point] = (cosine / r + 1 / sources_.size) / (4 * std::numbers::pi * r);
       moving[point] = (cosine + 1) / (4 * std::numbers::pi * r);
     }
-    // What all points share of their distance is no matter of phase, and far listeners keep it
+    // What all points fraction of their distance is no matter of phase, and far listeners keep it
     // small.
     const double shared = distances.head(count).minCoeff();
     distances.head(count) -= shared;

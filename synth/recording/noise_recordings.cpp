@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kFade = 0.02;           // [s]
 constexpr double kShortestRun = 0.001;   // [s]
-constexpr double kLeastSound = 0.1;      // [s] of audio that a part must have
+constexpr double kMinSound = 0.1;      // [s] of audio that a part must have
 constexpr std::size_t kNamedFiles = 20;  // in an error
 
 /// A run of a recording that belongs to one part.
@@ -62,7 +62,7 @@ void add_piece(Division& division, std::size_t part, std::size_t recording, Run 
 
 bool all_have_sound(const Division& division) {
   return std::all_of(division.seconds.begin(), division.seconds.end(),
-                     [](double seconds) { return seconds >= kLeastSound; });
+                     [](double seconds) { return seconds >= kMinSound; });
 }
 
 }  // namespace
@@ -93,11 +93,11 @@ void check_noise_folder(const std::filesystem::path& folder, std::size_t parts) 
                                        folder.string(), files.size(), unreadable),
                            remedy);
   }
-  if (seconds < kLeastSound * static_cast<double>(parts)) {
+  if (seconds < kMinSound * static_cast<double>(parts)) {
     throw core::InputError(
         fmt::format("{}: {:.3g} s in {} recordings are less than {} s for each of {} parts that "
                     "share no noise",
-                    folder.string(), seconds, readable, kLeastSound, parts),
+                    folder.string(), seconds, readable, kMinSound, parts),
         "add recordings, or longer ones");
   }
 }
@@ -201,7 +201,7 @@ struct NoiseFolder::Impl {
       throw core::InputError(
           fmt::format("{}: {} recordings leave {:.3g} s for one of {} parts that share no noise; "
                       "{} s is the least",
-                      folder.string(), recordings.size(), least, parts, kLeastSound),
+                      folder.string(), recordings.size(), least, parts, kMinSound),
           "add recordings, or longer ones");
     }
     return divisions.emplace(parts, std::move(division)).first->second;

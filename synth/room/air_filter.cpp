@@ -29,7 +29,7 @@ std::vector<double> air_response(double distance, const Air& air, double sample_
                                        distance, sample_rate));
   }
   // Losses grow with frequency.
-  if (air_loss(sample_rate / 2, distance, air) < kLeastAirLoss) return {};
+  if (air_loss(sample_rate / 2, distance, air) < kMinAirLoss) return {};
   const std::size_t size = signal::good_fft_size(std::max<std::size_t>(
       256, static_cast<std::size_t>(std::ceil(kFilterSeconds * sample_rate))));
   signal::RealFft fft(size);

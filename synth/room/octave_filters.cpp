@@ -34,16 +34,16 @@ double crossing(double frequency, double edge, double half_width) {
   return 0.5 - 0.5 * std::cos(std::numbers::pi * std::clamp(x, 0.0, 1.0));
 }
 
-OctaveValues octave_shares(double frequency, std::size_t octaves, double half_width) {
-  OctaveValues shares{};
+OctaveValues octave_fractions(double frequency, std::size_t octaves, double half_width) {
+  OctaveValues fractions{};
   double left = 1;  // of the octaves from b on
   for (std::size_t b = 0; b + 1 < octaves; ++b) {
     const double above = crossing(frequency, upper_edge(b), half_width);
-    shares[b] = left * (1 - above);
+    fractions[b] = left * (1 - above);
     left *= above;
   }
-  shares[octaves - 1] = left;
-  return shares;
+  fractions[octaves - 1] = left;
+  return fractions;
 }
 
 ReflectionFilters::ReflectionFilters(double sample_rate) {
@@ -57,14 +57,14 @@ ReflectionFilters::ReflectionFilters(double sample_rate) {
   for (std::size_t b = 0; b < octaves_; ++b) {
     for (std::size_t k = 0; k < fft.bins(); ++k) {
       const double f = static_cast<double>(k) * sample_rate / static_cast<double>(size_);
-      fft.spectrum()[k] = octave_shares(f, octaves_, kReflectionHalfWidth)[b];
+      fft.spectrum()[k] = octave_fractions(f, octaves_, kReflectionHalfWidth)[b];
     }
     signal::to_minimum_phase(fft);
     log_spectra_[b].assign(fft.spectrum().begin(), fft.spectrum().end());
     const double low = lower_edge(b);
     const double high = std::min(upper_edge(b), sample_rate / 2);
     for (int i = 0; i < kPoints; ++i) {
-      points_.push_back({b, octave_shares(low + (high - low) * (i + 0.5) / kPoints, octaves_,
+      points_.push_back({b, octave_fractions(low + (high - low) * (i + 0.5) / kPoints, octaves_,
                                           kReflectionHalfWidth)});
     }
   }
@@ -83,7 +83,7 @@ OctaveValues ReflectionFilters::exponents(const OctaveValues& gains) const {
     OctaveValues energy{};
     for (const Point& point : points_) {
       double log_gain = 0;
-      for (std::size_t b = 0; b < octaves_; ++b) log_gain += point.shares[b] * x[b];
+      for (std::size_t b = 0; b < octaves_; ++b) log_gain += point.fractions[b] * x[b];
       energy[point.octave] += std::exp(2 * log_gain) / kPoints;
     }
     for (std::size_t b = 0; b < octaves_; ++b) {

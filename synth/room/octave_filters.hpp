@@ -17,7 +17,7 @@ double crossing(double frequency, double edge, double half_width);
 /// edges between neighbours. Below the lowest edge all belongs to the lowest octave, above the
 /// highest to the highest of `octaves`.
 /// @param half_width  of the crossing [octaves], at most 1/2
-OctaveValues octave_shares(double frequency, std::size_t octaves, double half_width);
+OctaveValues octave_fractions(double frequency, std::size_t octaves, double half_width);
 
 /// Minimum-phase filters with a gain in each octave: what a wave has lost at walls and in air.
 ///
@@ -39,7 +39,7 @@ class ReflectionFilters {
  private:
   struct Point {
     std::size_t octave;  ///< whose mean it belongs to
-    OctaveValues shares;
+    OctaveValues fractions;
   };
   OctaveValues exponents(const OctaveValues& gains) const;
 

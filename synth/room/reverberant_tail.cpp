@@ -30,7 +30,7 @@ constexpr std::size_t kFew = 4;          ///< octaves whose decay is set right a
 constexpr double kStretch = 0.1;         ///< between corrections, in reverberation times: 6 dB
 constexpr std::size_t kStretches = 10;   ///< 60 dB; what is later stays as the last one
 constexpr int kCorrections = 4;          ///< rounds
-constexpr double kMostAtOnce = 1.0;      ///< of a correction [Np]
+constexpr double kMaxAtOnce = 1.0;      ///< of a correction [Np]
 
 /// Mean over a box of 2 half + 1 samples of a periodic signal.
 void smooth(std::vector<double>& values, std::size_t half) {
@@ -77,11 +77,11 @@ void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count
   double energy = 0;
   for (std::size_t k = first; static_cast<double>(k) * step < to && 2 * k < count; ++k) {
     const double f = static_cast<double>(k) * step;
-    const double share =
+    const double fraction =
         (band.low == kLowest ? 1 : crossing(f, band.low, kHalfWidth)) *
         (2 * band.high >= sample_rate ? 1 : 1 - crossing(f, band.high, kHalfWidth));
-    amplitudes.push_back(std::sqrt(share));
-    energy += share;
+    amplitudes.push_back(std::sqrt(fraction));
+    energy += fraction;
   }
   if (energy == 0) return;
 
@@ -210,7 +210,7 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
       mean += levels[s] / static_cast<double>(stretches);
     }
     for (std::size_t s = 0; s < stretches; ++s) {
-      gains[s] *= std::exp(std::clamp((mean - levels[s]) / 2, -kMostAtOnce, kMostAtOnce));
+      gains[s] *= std::exp(std::clamp((mean - levels[s]) / 2, -kMaxAtOnce, kMaxAtOnce));
     }
   }
   for (int round = 0; round < kCorrections; ++round) {

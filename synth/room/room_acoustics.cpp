@@ -31,7 +31,7 @@ void check_absorption(const OctaveValues& absorption) {
     if (!(absorption[b] >= 0 && absorption[b] <= 1)) {
       throw InputError(
           fmt::format("absorption {} in the octave of {} Hz", absorption[b], kOctaveCentres[b]),
-          "it is the share of energy that a wall does not reflect: 0 to 1");
+          "it is the fraction of energy that a wall does not reflect: 0 to 1");
     }
   }
 }
@@ -144,7 +144,7 @@ OctaveValues absorption_for(const Eigen::Vector3d& size, const OctaveValues& tim
   std::string impossible;
   for (std::size_t b = 0; b < octaves; ++b) {
     const ReverberationLimits limits = reverberation_limits(size, b, air);
-    // A share of 1e-9 for what was computed from an absorption at a limit.
+    // A fraction of 1e-9 for what was computed from an absorption at a limit.
     if (!(times[b] >= limits.low * (1 - 1e-9) && times[b] <= limits.high * (1 + 1e-9))) {
       impossible += fmt::format(
           "{}{} Hz: {:.4g} s is {}", impossible.empty() ? "" : "; ", kOctaveCentres[b], times[b],

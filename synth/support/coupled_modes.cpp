@@ -160,15 +160,15 @@ std::vector<PolePair> pair_poles(const Eigen::VectorXcd& poles) {
 }
 
 /// Gives each mode a pole pair, largest shares first; -1 for pairs that are left, those of rigid
-/// motion. `shares` is modes x pairs.
-std::vector<int> match(const Eigen::MatrixXd& shares) {
-  const Eigen::Index m = shares.rows();
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(shares.size()));
+/// motion. `fractions` is modes x pairs.
+std::vector<int> match(const Eigen::MatrixXd& fractions) {
+  const Eigen::Index m = fractions.rows();
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(fractions.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return shares.data()[a] != shares.data()[b] ? shares.data()[a] > shares.data()[b] : a < b;
+    return fractions.data()[a] != fractions.data()[b] ? fractions.data()[a] > fractions.data()[b] : a < b;
   });
-  std::vector<int> mode_of(static_cast<std::size_t>(shares.cols()), -1);
+  std::vector<int> mode_of(static_cast<std::size_t>(fractions.cols()), -1);
   std::vector<bool> taken(static_cast<std::size_t>(m), false);
   for (const Eigen::Index entry : order) {
     const auto mode = static_cast<std::size_t>(entry % m);
@@ -199,14 +199,14 @@ bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
   const Eigen::MatrixXd velocity = form.turn * columns.topRows(v);
   vectors->velocity = velocity.topRows(m);
   vectors->displacement = columns.bottomRows(m);
-  Eigen::MatrixXd shares(m, (m + v) / 2);
-  for (Eigen::Index j = 0; j < shares.cols(); ++j) {
+  Eigen::MatrixXd fractions(m, (m + v) / 2);
+  for (Eigen::Index j = 0; j < fractions.cols(); ++j) {
     Eigen::VectorXd energy = velocity.middleCols<2>(2 * j).rowwise().squaredNorm();
     energy.head(m) += vectors->displacement.middleCols<2>(2 * j).rowwise().squaredNorm();
-    shares.col(j) = energy.head(m) / energy.sum();
+    fractions.col(j) = energy.head(m) / energy.sum();
   }
   vectors->displacement = form.omega.cwiseInverse().asDiagonal() * vectors->displacement;
-  const std::vector<int> mode_of = match(shares);
+  const std::vector<int> mode_of = match(fractions);
   for (std::size_t j = 0; j < pairs.size(); ++j) {
     if (mode_of[j] < 0) {
       vectors->oscillator.push_back(static_cast<int>(modes.eigenvalues.size()));
@@ -219,7 +219,7 @@ bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
     vectors->oscillator.push_back(static_cast<int>(place));
     modes.eigenvalues[place] = pairs[j].eigenvalue;
     modes.decay_rates[place] = pairs[j].decay_rate;
-    modes.overlaps[place] = shares(mode_of[j], static_cast<Eigen::Index>(j));
+    modes.overlaps[place] = fractions(mode_of[j], static_cast<Eigen::Index>(j));
   }
   modes.vectors = std::move(vectors);
   return true;
@@ -247,10 +247,10 @@ std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
     }
   }
   if (modes.coupled.empty()) return modes;
-  if (modes.coupled.size() > kMostCoupledModes) {
+  if (modes.coupled.size() > kMaxCoupledModes) {
     throw core::InputError(
         fmt::format("coupled modes: the supports touch {} modes, and at most {} can be coupled",
-                    modes.coupled.size(), kMostCoupledModes),
+                    modes.coupled.size(), kMaxCoupledModes),
         "lower modes.max_modes or modes.max_frequency, or take supports.coupling: diagonal");
   }
   for (const double perturbation : {0.0, 1e-6, 1e-5, 1e-4}) {
@@ -293,7 +293,7 @@ modal::RingDown coupled_ring_down(const CoupledModes& modes, const modal::RingDo
   out.readout.force_rate = scaled(in.force_rate);
   if (!modes.vectors) return out;
 
-  // A unit impulse sets the coupled modes in motion with velocity e; oscillator j's share of that
+  // A unit impulse sets the coupled modes in motion with velocity e; oscillator j's fraction of that
   // start is displacement q0 and velocity v0 of the modes (sums over j: 0 and e).
   const CoupledModes::Vectors& vectors = *modes.vectors;
   const auto m = static_cast<Eigen::Index>(modes.coupled.size());

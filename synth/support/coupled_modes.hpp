@@ -12,7 +12,7 @@ namespace carillon::synth::support {
 
 /// A damped body whose modes are coupled by what holds it, q'' + (2 diag(d) + L L^T) q' +
 /// diag(lambda) q = f, as second-order oscillators, each of one conjugate pair of poles or of two
-/// real ones. Of n modes, oscillator i < n carries on mode i: pairs are matched by their share of
+/// real ones. Of n modes, oscillator i < n carries on mode i: pairs are matched by their fraction of
 /// energy. Rigid coordinates (lambda = 0) have a velocity and no place, one pole each; oscillators
 /// beyond n, at most half as many, are of such poles: the slow creep of the body as a whole.
 struct CoupledModes {
@@ -31,7 +31,7 @@ struct CoupledModes {
 };
 
 /// Modes that couple() takes: 600 are 1,206 rows and some seconds, and time grows with the cube.
-inline constexpr std::size_t kMostCoupledModes = 600;
+inline constexpr std::size_t kMaxCoupledModes = 600;
 
 /// Solves the damped problem in modal coordinates by its first-order form of 2 n rows, and one for
 /// each rigid coordinate (LAPACK dgeev). Velocities are turned so that the dashpots act on as few
@@ -49,7 +49,7 @@ inline constexpr std::size_t kMostCoupledModes = 600;
 /// @return nothing when the eigenvectors stay dependent all the same: the caller keeps the diagonal
 ///         answer
 /// @throws InputError   sizes that do not match, a mode without stiffness (lambda = 0), a value
-///                      that is negative or not finite, more than kMostCoupledModes modes that the
+///                      that is negative or not finite, more than kMaxCoupledModes modes that the
 ///                      supports touch
 /// @throws SolverError  LAPACK finds no eigenvalues
 std::optional<CoupledModes> couple(std::span<const double> eigenvalues,

@@ -31,8 +31,8 @@ std::array<Corners, 4> quarters(const Corners& c) {
 
 void share_out(std::vector<Contact>& contacts) {
   double total = 0;
-  for (const Contact& contact : contacts) total += contact.share;
-  for (Contact& contact : contacts) contact.share /= total;
+  for (const Contact& contact : contacts) total += contact.fraction;
+  for (Contact& contact : contacts) contact.fraction /= total;
 }
 
 /// Adds what lies within the radius; pieces are cut until they are small beside it.
@@ -74,23 +74,23 @@ void add_below(const surface::SurfaceTriangle& triangle, const Vec3& down, doubl
                         t * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(next)));
     }
   }
-  double share = 0;  // of the triangle's area
+  double fraction = 0;  // of the triangle's area
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   for (std::size_t k = 2; k < polygon.size(); ++k) {
     Eigen::Matrix3d part;
     part << polygon[0], polygon[k - 1], polygon[k];
     const double size = std::abs(part.determinant());
-    share += size;
+    fraction += size;
     centroid += size * (polygon[0] + polygon[k - 1] + polygon[k]) / 3;
   }
-  if (!(share > 0)) return;
-  centroid /= share;
+  if (!(fraction > 0)) return;
+  centroid /= fraction;
   Eigen::Vector3d on_face = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
     on_face += centroid[static_cast<Eigen::Index>(k)] * triangle.corners[k];
   }
   contacts.push_back(
-      {{triangle.face, on_face}, down, share * surface::area_vector(triangle).norm()});
+      {{triangle.face, on_face}, down, fraction * surface::area_vector(triangle).norm()});
 }
 
 void check_length(double length, const char* name) {
@@ -190,7 +190,7 @@ std::vector<Contact> edge_contacts(const solvers::modes::ModeSurface& surface,
 Vec3 centre_of(const solvers::modes::ModeSurface& surface, std::span<const Contact> contacts) {
   Vec3 centre = Vec3::Constant(0);
   for (const Contact& contact : contacts) {
-    centre += contact.share * modal::frame_at(surface, contact.point).position;
+    centre += contact.fraction * modal::frame_at(surface, contact.point).position;
   }
   return centre;
 }

@@ -13,7 +13,7 @@ namespace carillon::synth::support {
 struct Contact {
   modal::SurfacePoint point;
   Vec3 normal;       ///< unit vector of the contact; its sign does not matter
-  double share = 1;  ///< of the support's force; the shares of one support sum to 1
+  double fraction = 1;  ///< of the support's force; the fractions of one support sum to 1
 };
 
 /// One point, with the surface's own normal.

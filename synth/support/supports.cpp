@@ -87,9 +87,9 @@ Eigen::MatrixXd unit_dashpots(const solvers::modes::Modes& modes, std::span<cons
       throw core::InputError(fmt::format(
           "support: the normal must be a unit vector, its length is {}", contact.normal.norm()));
     }
-    if (!finite_and_not_negative(contact.share)) {
+    if (!finite_and_not_negative(contact.fraction)) {
       throw core::InputError(fmt::format(
-          "support: a contact's share of the force must not be negative, not {}", contact.share));
+          "support: a contact's fraction of the force must not be negative, not {}", contact.fraction));
     }
     Eigen::MatrixX3d shapes(rows, 3);
     shapes.topRows(n) = modal::shapes_at(modes, contact.point);
@@ -97,7 +97,7 @@ Eigen::MatrixXd unit_dashpots(const solvers::modes::Modes& modes, std::span<cons
       shapes.bottomRows<6>() =
           surface::rigid_shapes_at(*rigid, modal::frame_at(modes.surface, contact.point).position);
     }
-    shapes *= std::sqrt(contact.share);
+    shapes *= std::sqrt(contact.fraction);
     columns.col(column++) = shapes * contact.normal;
     if (directions == 1) continue;
     const Vec3 side = contact.normal.unitOrthogonal();

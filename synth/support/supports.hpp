@@ -16,7 +16,7 @@ namespace carillon::synth::support {
 struct SupportKind {
   std::string name;
   double coefficient = 0;  ///< dashpot per contact force [s/m], >= 0
-  double friction = 0;     ///< mu: share of the dashpot that acts along the surface, >= 0
+  double friction = 0;     ///< mu: fraction of the dashpot that acts along the surface, >= 0
   std::string source;
 };
 
@@ -40,7 +40,7 @@ void check_support(const SupportKind& kind);
 /// @param rigid  the body as a whole, whose six shapes follow below those of the modes; null: none
 /// @return n rows, and six with `rigid` [kg^-1/2], at most 3 columns per contact and as many as
 /// rows
-/// @throws InputError  friction negative or not finite, a normal that is no unit vector, a share
+/// @throws InputError  friction negative or not finite, a normal that is no unit vector, a fraction
 ///                     that is negative or not finite, a point that is not on the surface
 Eigen::MatrixXd unit_dashpots(const solvers::modes::Modes& modes, std::span<const Contact> contacts,
                               double friction, const surface::RigidBody* rigid = nullptr);

@@ -14,7 +14,7 @@ namespace carillon::synth::surface {
 
 namespace {
 
-constexpr int kMostCuts = 12;
+constexpr int kMaxCuts = 12;
 
 /// Vertices of a face cut into cuts^2, by their places (i, j): i / cuts and j / cuts are the second
 /// and third barycentric coordinate.
@@ -53,15 +53,15 @@ using VertexKey = std::array<std::int64_t, 4>;
 
 VertexKey vertex_key(std::span<const std::int32_t> nodes, std::int64_t face,
                      const std::array<int, 2>& place, int cuts) {
-  const std::array<int, 3> share = {cuts - place[0] - place[1], place[0], place[1]};
+  const std::array<int, 3> fraction = {cuts - place[0] - place[1], place[0], place[1]};
   for (std::size_t c = 0; c < 3; ++c) {
-    if (share[c] == cuts) return {0, nodes[c], 0, 0};
+    if (fraction[c] == cuts) return {0, nodes[c], 0, 0};
   }
   for (std::size_t c = 0; c < 3; ++c) {
-    if (share[c] != 0) continue;
+    if (fraction[c] != 0) continue;
     const std::size_t a = (c + 1) % 3, b = (c + 2) % 3;
-    return nodes[a] < nodes[b] ? VertexKey{1, nodes[a], nodes[b], share[a]}
-                               : VertexKey{1, nodes[b], nodes[a], share[b]};
+    return nodes[a] < nodes[b] ? VertexKey{1, nodes[a], nodes[b], fraction[a]}
+                               : VertexKey{1, nodes[b], nodes[a], fraction[b]};
   }
   return {2, face, place[0], place[1]};
 }
@@ -95,7 +95,7 @@ OuterTriangles outer_triangles(const solvers::modes::ModeSurface& surface, std::
     throw core::InputError("the body has no outer surface: no faces, or all of them look inward");
   }
   int cuts = 1;
-  while (cuts < kMostCuts && faces * static_cast<std::size_t>(cuts * cuts) < count) ++cuts;
+  while (cuts < kMaxCuts && faces * static_cast<std::size_t>(cuts * cuts) < count) ++cuts;
   const CutFace pattern = cut_face(surface.order, cuts);
 
   OuterTriangles cut;

@@ -11,11 +11,11 @@ namespace carillon::synth::touch {
 
 namespace {
 
-constexpr double kMostTicks = 1e7;
+constexpr double kMaxTicks = 1e7;
 constexpr double kStepsPerSecond = 8000;  ///< at least; springs of 50 kN/m take 4 ms a swing
-constexpr double kMostSteps = 512;        ///< of a tick
+constexpr double kMaxSteps = 512;        ///< of a tick
 constexpr double kStepsPerTexel = 4;
-/// A tick is held back where the spring is compressed by less than this share of the tip's depth.
+/// A tick is held back where the spring is compressed by less than this fraction of the tip's depth.
 constexpr double kHeldBack = 0.9;
 
 void check(const Stylus& stylus, const render::maps::TexturedFace& face, std::span<const Vec3> hand,
@@ -207,7 +207,7 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
     if (k > 0) ways.push_back(length += (corners[k] - corners[k - 1]).norm());
   }
   const double ticks = length / speed * rate;
-  if (!(ticks <= kMostTicks)) {
+  if (!(ticks <= kMaxTicks)) {
     throw core::InputError(
         fmt::format("stylus: a path of {:.4g} m at {:.4g} m/s takes {:.3g} ticks", length, speed,
                     ticks),
@@ -223,8 +223,8 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
       continue;
     }
     const double whole = ways[piece + 1] - ways[piece];
-    const double share = whole > 0 ? std::min(1.0, (way - ways[piece]) / whole) : 0;
-    path.push_back(corners[piece] + share * (corners[piece + 1] - corners[piece]));
+    const double fraction = whole > 0 ? std::min(1.0, (way - ways[piece]) / whole) : 0;
+    path.push_back(corners[piece] + fraction * (corners[piece + 1] - corners[piece]));
   }
   // The rest of a tick's way, to the end itself.
   if (ticks - std::floor(ticks) > 1e-6) path.push_back(corners.back());
@@ -257,7 +257,7 @@ Touch draw_stylus(const render::maps::TexturedFace& face, std::span<const Vec3> 
     const double way = (to - from).norm() + (tip.speed() + gains) / options.rate;
     const double steps = std::clamp(
         std::ceil(std::max(kStepsPerTexel * way / face.map->texel, kStepsPerSecond / options.rate)),
-        1.0, kMostSteps);
+        1.0, kMaxSteps);
     const double h = 1 / (options.rate * steps);
     const Vec3 velocity = (to - from) * options.rate;
     tip.held_back = false;

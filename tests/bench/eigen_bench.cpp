@@ -76,7 +76,7 @@ void print_row(const std::string& body, std::int64_t unknowns, const std::string
 }
 
 /// @return the summary's row
-std::string run(const Body& body, double unknowns, int modes, double most_flops) {
+std::string run(const Body& body, double unknowns, int modes, double max_flops) {
   std::vector<Stage> stages;
   const auto mesh = mesh_of(body, unknowns, stages);
   const std::vector<solvers::elements::Elastic> regions(mesh.region_names.size(), steel);
@@ -94,7 +94,7 @@ std::string run(const Body& body, double unknowns, int modes, double most_flops)
   print_row(body.name, system.unknowns(), "Carillon", all);
   const auto slepc = slepc_route(system, shift, pairs);
   print_row(body.name, system.unknowns(), "Krylov-Schur, MUMPS", slepc.stages);
-  const auto spectra = spectra_route(system, shift, pairs, most_flops);
+  const auto spectra = spectra_route(system, shift, pairs, max_flops);
   if (spectra.refused.empty()) {
     print_row(body.name, system.unknowns(), "Spectra, SimplicialLDLT", spectra.stages);
   }
@@ -121,12 +121,12 @@ int main(int argc, char** argv) {
   std::vector<double> sizes = {1e4, 5e4, 2e5};
   std::vector<std::string> names = {"bowl", "tile", "block"};
   int modes = 60;
-  double most_flops = 1e12;
+  double max_flops = 1e12;
   CLI::App app("Seconds and memory of modes by three routes, in one run");
   app.add_option("--unknowns", sizes, "sizes of the bodies");
   app.add_option("--bodies", names, "bowl, tile, block");
   app.add_option("--modes", modes, "flexible modes asked for");
-  app.add_option("--spectra-flops", most_flops,
+  app.add_option("--spectra-flops", max_flops,
                  "largest factorisation that the Spectra route is given [flop]");
   CLI11_PARSE(app, argc, argv);
   MPI_Init(&argc, &argv);
@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
     for (const double size : sizes) {
       for (const auto& body : bench::bodies()) {
         if (std::find(names.begin(), names.end(), body.name) == names.end()) continue;
-        summary.push_back(bench::run(body, size, modes, most_flops));
+        summary.push_back(bench::run(body, size, modes, max_flops));
       }
     }
     fmt::print(

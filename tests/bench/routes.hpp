@@ -23,8 +23,8 @@ Answer carillon_route(const solvers::assembly::System& system, double shift, int
 Answer slepc_route(const solvers::assembly::System& system, double shift, int pairs);
 
 /// Eigen's SimplicialLDLT with Spectra's shift-and-invert solver, both by default.
-/// @param most_flops  of the factorisation; beyond, the route is refused
+/// @param max_flops  of the factorisation; beyond, the route is refused
 Answer spectra_route(const solvers::assembly::System& system, double shift, int pairs,
-                     double most_flops);
+                     double max_flops);
 
 }  // namespace carillon::bench

@@ -43,7 +43,7 @@ using Clock = std::chrono::steady_clock;
 
 /// Least seconds of some calls.
 template <class Call>
-double least_seconds(int calls, const Call& call) {
+double min_seconds(int calls, const Call& call) {
   double least = 1e9;
   for (int i = 0; i < calls; ++i) {
     const auto start = Clock::now();
@@ -76,11 +76,11 @@ void time_frames(Scene scene, const std::filesystem::path& folder, Costs& costs)
     frame = renderer.draw(poses);
   };
   render::SceneRenderer renderer(scene);
-  costs.frame = least_seconds(5, [&](int i) { draw(renderer, i); });
+  costs.frame = min_seconds(5, [&](int i) { draw(renderer, i); });
   if (!folder.empty()) write_png(folder / (costs.name + ".png"), frame.color);
   scene.camera.samples = 1;
   render::SceneRenderer plain(scene);
-  costs.plain_frame = least_seconds(5, [&](int i) { draw(plain, i); });
+  costs.plain_frame = min_seconds(5, [&](int i) { draw(plain, i); });
 }
 
 /// A ball that rolls over the textured face for half a second: what a step takes more than without
@@ -97,7 +97,7 @@ double seconds_a_step(const render::maps::TexturedFace& face) {
   synth::motion::MotionOptions options;
   const auto seconds_of = [&](double steps) {
     options.seconds = steps * options.step;
-    return least_seconds(5, [&](int) { synth::motion::simulate_motion(bodies, {}, options); });
+    return min_seconds(5, [&](int) { synth::motion::simulate_motion(bodies, {}, options); });
   };
   // What is prepared once is not a step's.
   return (seconds_of(501) - seconds_of(1)) / 500;
@@ -134,7 +134,7 @@ void time_triangles(const Triangles& triangles, Costs& costs) {
   btRigidBody ball(mass, nullptr, &sphere, inertia);
   ball.setActivationState(DISABLE_DEACTIVATION);
   world.addRigidBody(&ball);
-  costs.motion = least_seconds(5,
+  costs.motion = min_seconds(5,
                                [&](int) {
                                  btTransform start = btTransform::getIdentity();
                                  start.setOrigin({0.1, 0.15, 0.0155});
@@ -145,7 +145,7 @@ void time_triangles(const Triangles& triangles, Costs& costs) {
                                }) /
                  500;
   costs.touch =
-      least_seconds(5,
+      min_seconds(5,
                     [&](int) {
                       for (int k = 0; k < 1000; ++k) {
                         const btVector3 from(0.1 + 2e-4 * k, 0.15, 0.01),
@@ -178,7 +178,7 @@ Costs of_map(const std::string& name, const render::maps::TexturedFace& face,
   const std::vector<Vec3> corners = {{0.05, 0.15, 0}, {0.35, 0.15, 0}};
   const std::vector<Vec3> hand = synth::touch::drawn_path(corners, 0.2, 1000);
   const synth::touch::TouchOptions options{1000, std::make_shared<synth::motion::TracedMaps>()};
-  costs.touch = least_seconds(5, [&](int) { synth::touch::draw_stylus(copy, hand, {}, options); }) /
+  costs.touch = min_seconds(5, [&](int) { synth::touch::draw_stylus(copy, hand, {}, options); }) /
                 static_cast<double>(hand.size());
   time_frames(scene_of(copy, plate, true), folder, costs);
   return costs;

@@ -29,8 +29,8 @@ synth::modal::RingDown modes_of(std::size_t modes, double damping) {
   rings.readout.velocity.resize(1, n);
   rings.readout.delays = {0};
   for (std::size_t i = 0; i < modes; ++i) {
-    const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(modes);
-    const double omega = 2 * std::numbers::pi * 60 * std::pow(300.0, share);
+    const double fraction = (static_cast<double>(i) + 0.5) / static_cast<double>(modes);
+    const double omega = 2 * std::numbers::pi * 60 * std::pow(300.0, fraction);
     rings.eigenvalues.push_back(omega * omega);
     rings.decay_rates.push_back(damping * (6 + 1e-7 * omega * omega) / 2);
     rings.readout.velocity(0, static_cast<Eigen::Index>(i)) = std::cos(static_cast<double>(i * i));

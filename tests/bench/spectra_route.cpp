@@ -75,14 +75,14 @@ class Inverse {
 
 }  // namespace
 
-Answer spectra_route(const System& system, double shift, int pairs, double most_flops) {
+Answer spectra_route(const System& system, double shift, int pairs, double max_flops) {
   Answer answer;
   const Sparse matrix = lower_triangle(system, shift, false);
   const Sparse mass = lower_triangle(system, 0, true);
   Ldlt factor;
   measure_stage(answer.stages, "factor", [&] {
     factor.analyzePattern(matrix);
-    if (factor.flops() > most_flops) {
+    if (factor.flops() > max_flops) {
       answer.refused = fmt::format("{:.1f} TFlop to factor", 1e-12 * factor.flops());
       return;
     }

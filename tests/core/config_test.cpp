@@ -21,7 +21,7 @@ TEST(Config, ReadsQuantitiesInSi) {
   EXPECT_EQ(root.quantity("quoted", Dimension::frequency), 20000);
   EXPECT_EQ(root.quantity("bare", Dimension::time), 0.5);
   EXPECT_EQ(root.quantity("exponent", Dimension::pressure), 2.1e11);
-  EXPECT_EQ(root.quantity("share", Dimension::none), 0.05);
+  EXPECT_EQ(root.quantity("fraction", Dimension::none), 0.05);
   EXPECT_EQ(root.quantity("absent", Dimension::mass, 3.0), 3.0);
   root.finish();
 }

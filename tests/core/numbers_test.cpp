@@ -18,9 +18,9 @@ TEST(Median, IsTheMiddleOrTheMeanOfTheTwo) {
 TEST(Quantile, IsNumPys) {
   const std::vector<double> values = {3, 1, 4, 1, 5, 9, 2, 6};
   // numpy.quantile(values, [0, 0.1, 0.25, 0.5, 0.9, 1])
-  const double shares[] = {0, 0.1, 0.25, 0.5, 0.9, 1};
+  const double fractions[] = {0, 0.1, 0.25, 0.5, 0.9, 1};
   const double expected[] = {1, 1, 1.75, 3.5, 6.9, 9};
-  for (int k = 0; k < 6; ++k) EXPECT_NEAR(quantile(values, shares[k]), expected[k], 1e-14);
+  for (int k = 0; k < 6; ++k) EXPECT_NEAR(quantile(values, fractions[k]), expected[k], 1e-14);
   EXPECT_EQ(quantile(values, 0.5), median(values));
   EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
 }

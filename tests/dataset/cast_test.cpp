@@ -6,7 +6,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "dataset/samples/detail/take_parts.hpp"
+#include "dataset/samples/detail/simulation_parts.hpp"
 
 namespace carillon::dataset {
 namespace {
@@ -18,7 +18,7 @@ configuration::BuildConfig scene_of(const std::string& motion, int bars) {
       "scene.yaml", {});
 }
 
-const char* const kOneBar = "motion:\n  takes: 60\n  bodies: [{object: bars, at: [0, 0, 0.1]}]\n";
+const char* const kOneBar = "motion:\n  simulations: 60\n  bodies: [{object: bars, at: [0, 0, 0.1]}]\n";
 
 // What is tested on has not been learned from.
 TEST(Cast, InstancesAreKeptToTheirPart) {
@@ -27,7 +27,7 @@ TEST(Cast, InstancesAreKeptToTheirPart) {
   ASSERT_TRUE(samples::held_out(config, plan, "bars"));
   std::map<std::string, std::set<std::size_t>> played;
   for (const plan::Sample& sample : plan.samples) {
-    const std::string part = samples::split_take(config, sample);
+    const std::string part = samples::split_of_simulation(config, sample);
     const std::vector<samples::Role> roles = samples::draw_roles(config, plan, sample.id, part);
     EXPECT_EQ(plan.shapes[roles.at(0).shape].split_shape, part);
     played[part].insert(roles[0].shape);
@@ -43,7 +43,7 @@ TEST(Cast, TooFewInstancesAreShared) {
   ASSERT_FALSE(samples::held_out(config, plan, "bars"));
   std::map<std::string, std::set<std::size_t>> played;
   for (const plan::Sample& sample : plan.samples) {
-    const std::string part = samples::split_take(config, sample);
+    const std::string part = samples::split_of_simulation(config, sample);
     played[part].insert(samples::draw_roles(config, plan, sample.id, part).at(0).shape);
   }
   for (const auto& [part, shapes] : played) EXPECT_EQ(shapes.size(), 2u) << part;

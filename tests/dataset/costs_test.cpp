@@ -92,36 +92,36 @@ TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
   // it was kept from a processor for 1 s.
   const nlohmann::json rows{row(0, 10, 10, 0), row(0, 4, 3, 1), row(6, 8, 8, 0), row(10, 5, 5, 0)};
   std::vector<mpi::RankTimes> ranks(2);
-  EXPECT_NEAR(plan::busy_share(rows, 1, ranks), 17.0 / 19, 1e-12);
+  EXPECT_NEAR(plan::busy_fraction(rows, 1, ranks), 17.0 / 19, 1e-12);
   ranks[1].queued = 2;
-  EXPECT_NEAR(plan::busy_share(rows, 1, ranks), 17.0 / 18, 1e-12);
-  EXPECT_EQ(plan::busy_share(rows, 2, ranks), 1);
+  EXPECT_NEAR(plan::busy_fraction(rows, 1, ranks), 17.0 / 18, 1e-12);
+  EXPECT_EQ(plan::busy_fraction(rows, 2, ranks), 1);
   // Strictly: 17 of 20 s, of which others took 2.
-  EXPECT_NEAR(plan::computing_share(rows, 1, ranks), 17.0 / 18, 1e-12);
+  EXPECT_NEAR(plan::computing_fraction(rows, 1, ranks), 17.0 / 18, 1e-12);
   ranks[1].queued = 0;
-  EXPECT_NEAR(plan::computing_share(rows, 1, ranks), 17.0 / 20, 1e-12);
-  EXPECT_EQ(plan::computing_share(rows, 2, ranks), 1);
+  EXPECT_NEAR(plan::computing_fraction(rows, 1, ranks), 17.0 / 20, 1e-12);
+  EXPECT_EQ(plan::computing_fraction(rows, 2, ranks), 1);
   // What a task waits for within itself shows there alone.
   const nlohmann::json waits{row(0, 10, 5, 0), row(10, 1, 1, 0)};
-  EXPECT_EQ(plan::busy_share(waits, 1, std::vector<mpi::RankTimes>(1)), 1);
-  EXPECT_NEAR(plan::computing_share(waits, 1, std::vector<mpi::RankTimes>(1)), 0.5, 1e-12);
+  EXPECT_EQ(plan::busy_fraction(waits, 1, std::vector<mpi::RankTimes>(1)), 1);
+  EXPECT_NEAR(plan::computing_fraction(waits, 1, std::vector<mpi::RankTimes>(1)), 0.5, 1e-12);
   // Others took 4 s of a task of which a half lies before the last one's beginning.
   const nlohmann::json taken{row(0, 20, 16, 4), row(10, 1, 1, 0)};
   std::vector<mpi::RankTimes> two(2);
   two[0].queued = 4;
-  EXPECT_NEAR(plan::computing_share(taken, 1, two), 8.0 / 18, 1e-12);
+  EXPECT_NEAR(plan::computing_fraction(taken, 1, two), 8.0 / 18, 1e-12);
 
   // A group of two computes 12 s in 10, is kept from processors for 2 s, and waits for itself 6 s.
   nlohmann::json wide = row(0, 10, 12, 2);
   wide["width"] = 2;
-  EXPECT_NEAR(plan::busy_share({wide, row(10, 1, 1, 0)}, 1, std::vector<mpi::RankTimes>(2)),
+  EXPECT_NEAR(plan::busy_fraction({wide, row(10, 1, 1, 0)}, 1, std::vector<mpi::RankTimes>(2)),
               12.0 / 18, 1e-12);
 }
 
 TEST(RunText, TellsWhatEachRankWasIdle) {
   const auto text_of = [](std::size_t ranks) {
     nlohmann::json run = {
-        {"busy_share", 0.75}, {"computing_share", 0.5}, {"estimates", nlohmann::json::object()}};
+        {"busy_fraction", 0.75}, {"computing_fraction", 0.5}, {"estimates", nlohmann::json::object()}};
     for (std::size_t r = 0; r < ranks; ++r) {
       run["ranks"].push_back({{"busy_s", 20}, {"idle_s", 0.4 + double((r * 7) % ranks)}});
     }

@@ -78,11 +78,11 @@ TEST(Plan, SeedsDrawOtherShapesAndZeroIsASeed) {
 
 TEST(Plan, SplitsHaveTheirShares) {
   const configuration::BuildConfig config = bars(2000, 1, "split: {validation: 0.2, test: 0.3}\n");
-  std::map<std::string, int> shares;
-  for (const plan::Shape& shape : plan::make_plan(config).shapes) ++shares[shape.split_shape];
-  EXPECT_NEAR(shares["test"] / 2000.0, 0.3, 0.04);
-  EXPECT_NEAR(shares["validation"] / 2000.0, 0.2, 0.04);
-  EXPECT_NEAR(shares["train"] / 2000.0, 0.5, 0.04);
+  std::map<std::string, int> fractions;
+  for (const plan::Shape& shape : plan::make_plan(config).shapes) ++fractions[shape.split_shape];
+  EXPECT_NEAR(fractions["test"] / 2000.0, 0.3, 0.04);
+  EXPECT_NEAR(fractions["validation"] / 2000.0, 0.2, 0.04);
+  EXPECT_NEAR(fractions["train"] / 2000.0, 0.5, 0.04);
 }
 
 TEST(Plan, EqualFilesFallIntoOnePart) {

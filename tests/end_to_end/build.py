@@ -124,7 +124,7 @@ class Build(FolderTest):
             written.update(item.attrs)
 
         turned = self.folder / "turned.h5"
-        run_json("modes", "ring", "-m", "steel", "--solver", "fourier", "-o", turned)
+        run_json("modes", "ring", "-m", "steel", "--solver", "axisymmetric", "-o", turned)
         for file in (self.output / "index.h5", turned, *self.output.rglob("modes/*.h5"),
                      *self.output.rglob("samples/*.h5")):
             with h5py.File(file) as opened:

@@ -8,7 +8,7 @@ import unittest
 
 from program import CONFIGS, FolderTest, run
 
-LEAST_SHARE = 0.95
+MIN_SHARE = 0.95
 
 
 class Busy(FolderTest):
@@ -42,16 +42,16 @@ class Busy(FolderTest):
         for task in trace["tasks"]:
             late = 1 - min(1, (last - task["start_s"]) / task["seconds"])
             queued -= task["queued_s"] * late
-        share = cpu / (cpu + max(0, between))
-        self.assertAlmostEqual(share, trace["runs"][-1]["busy_share"], 3)
+        fraction = cpu / (cpu + max(0, between))
+        self.assertAlmostEqual(fraction, trace["runs"][-1]["busy_fraction"], 3)
         # Strictly: whatever a task waits for counts as not busy.
         strict = cpu / (len(ranks) * last - queued)
         print(f"busy {share:.4f}, computing {strict:.4f}")
-        self.assertAlmostEqual(strict, trace["runs"][-1]["computing_share"], 3)
-        self.assertGreater(share, LEAST_SHARE)
+        self.assertAlmostEqual(strict, trace["runs"][-1]["computing_fraction"], 3)
+        self.assertGreater(fraction, MIN_SHARE)
         # Where others take much, the mesher's process waits for a processor, and its rank for it.
         if taken < 0.05:
-            self.assertGreater(strict, LEAST_SHARE)
+            self.assertGreater(strict, MIN_SHARE)
 
 
 if __name__ == "__main__":

@@ -63,11 +63,11 @@ class Classify(FolderTest):
                 files = sorted((self.evaluation / "models" / task / method).rglob("answers.h5"))
                 self.assertEqual((len(files), len(line["seeds"])), (seeds, seeds))
                 told = [answers(file) for file in files]
-                shares = [numpy.mean(truth == taken) for truth, taken, _ in told]
-                self.assertAlmostEqual(line["accuracy"]["mean"], numpy.mean(shares), 12)
+                fractions = [numpy.mean(truth == taken) for truth, taken, _ in told]
+                self.assertAlmostEqual(line["accuracy"]["mean"], numpy.mean(fractions), 12)
                 if seeds > 1:
                     self.assertAlmostEqual(line["accuracy"]["deviation"],
-                                           numpy.std(shares, ddof=1), 12)
+                                           numpy.std(fractions, ddof=1), 12)
                 counts = numpy.zeros((2, 2), int)
                 balanced = []
                 for truth, taken, _ in told:

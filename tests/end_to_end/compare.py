@@ -44,7 +44,7 @@ class Compare(FolderTest):
         self.assertEqual(result["reference_matched_energy"], 1)
         self.assertEqual(result["other_matched_energy"], 1)
         self.assertIsNone(result["unmatched_energy_db"])
-        self.assertEqual(result["loudness"], {"rms_sone_per_bark": 0, "share": 0})
+        self.assertEqual(result["loudness"], {"rms_sone_per_bark": 0, "fraction": 0})
         self.assertEqual(result["spectra"], {"convergence": 0, "log_magnitude": 0, "total": 0})
         self.assertEqual(result["reference"]["modes"], 3)
         self.assertGreater(result["reference"]["loudest_sone"], 1)
@@ -70,7 +70,7 @@ class Compare(FolderTest):
         self.assertAlmostEqual(result["jnd"]["level"]["mean"], 6, delta=0.1)
         self.assertAlmostEqual(result["other"]["onset_s"], 0.2, delta=1e-3)
         self.assertLess(result["jnd"]["pitch"]["worst"], 0.1)
-        self.assertGreater(result["loudness"]["share"], 0.1)
+        self.assertGreater(result["loudness"]["fraction"], 0.1)
 
     def test_a_mode_is_missing_and_one_is_new(self):
         result = self.compare([*BOWL[:2], (5200, 60, 0.25, 2)])
@@ -79,9 +79,9 @@ class Compare(FolderTest):
         self.assertAlmostEqual(result["other_only"][0]["frequency_hz"], 5200, delta=0.5)
         # From the end of the contact on, 3 ms after the onset.
         energies = [(a * math.exp(-0.003 * d))**2 / (4 * d) for _, d, a, _ in BOWL]
-        share = sum(energies[:2]) / sum(energies)
-        self.assertAlmostEqual(result["reference_matched_energy"], share, delta=1e-3)
-        self.assertAlmostEqual(result["unmatched_energy_db"], 10 * math.log10(1 - share), delta=0.2)
+        fraction = sum(energies[:2]) / sum(energies)
+        self.assertAlmostEqual(result["reference_matched_energy"], fraction, delta=1e-3)
+        self.assertAlmostEqual(result["unmatched_energy_db"], 10 * math.log10(1 - fraction), delta=0.2)
         # Two tones 470 cents apart are the same if one says so.
         self.assertEqual(len(self.compare([*BOWL[:2], (5200, 60, 0.25, 2)], "--widest", "600")
                              ["matched"]), 3)
@@ -93,7 +93,7 @@ class Compare(FolderTest):
         result = run_json("compare", reference, other)
         self.assertEqual(result["sample_rate_hz"], RATE)
         self.assertEqual(result["other"]["sample_rate_hz"], 96000)
-        self.assertLess(result["loudness"]["share"], 0.1)
+        self.assertLess(result["loudness"]["fraction"], 0.1)
         self.assertLess(result["jnd"]["pitch"]["worst"], 0.1)
 
     def test_a_body_of_a_stiffer_material(self):
@@ -119,7 +119,7 @@ class Compare(FolderTest):
         self.assertEqual(result["other"]["nothing"], "silent")
         self.assertEqual(result["reference_matched_energy"], 0)
         self.assertIsNone(result["level_db"])
-        self.assertAlmostEqual(result["loudness"]["share"], math.sqrt(2), delta=1e-9)
+        self.assertAlmostEqual(result["loudness"]["fraction"], math.sqrt(2), delta=1e-9)
         text = run("compare", reference, silent)
         self.assertEqual(text.returncode, 0, text.stderr)
         self.assertIn("silent.wav: no modes: silent", text.stdout)

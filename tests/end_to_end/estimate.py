@@ -40,8 +40,8 @@ class Estimate(FolderTest):
         run_json("strike", *body, *point, "-m", material, "-o", path, *arguments)
         return path
 
-    def assert_near(self, found, truth, share):
-        self.assertLess(abs(found / truth - 1), share, f"{found} instead of {truth}")
+    def assert_near(self, found, truth, fraction):
+        self.assertLess(abs(found / truth - 1), fraction, f"{found} instead of {truth}")
 
     def test_steel_bowl_is_found_from_glass(self):
         clip = self.strike("bowl.wav", BOWL, BOWL_POINT, "steel")

@@ -197,7 +197,7 @@ class Evaluate(FolderTest):
             found = counts[row["condition"], row["features"]]
             self.assertEqual(row["sounds"], len(found))
             self.assertEqual(row["median_per_sound"], numpy.median(found))
-            self.assertEqual(row["reverberant_share"], 0)  # those are not looked for
+            self.assertEqual(row["reverberant_fraction"], 0)  # those are not looked for
         self.assertEqual(len(document["found_features"]), 4)
 
     def test_no_feature_decays_faster_than_its_room(self):
@@ -288,7 +288,7 @@ class Evaluate(FolderTest):
         self.assertEqual(kept["tasks_run"]["features"], 6)
         for row in kept["found_features"]:
             hidden = row["condition"] != "clean" and row["features"] == "esprit"
-            (self.assertGreater if hidden else self.assertEqual)(row["reverberant_share"], 0)
+            (self.assertGreater if hidden else self.assertEqual)(row["reverberant_fraction"], 0)
         stored = json.loads((self.output / "evaluation" / "damping.json").read_text())
         for condition, equal in (("clean", True), ("noise and room", False)):
             medians = [[row["median"] for row in document["errors"] if row["features"] == "esprit"

@@ -108,11 +108,11 @@ class Faults(InterruptedTest):
         self.assertEqual(set(recorded(output).values()), {1})
         self.assertGreaterEqual(len(recorded(output)), len(done))
 
-    def fill(self, share, ranks):
-        """A build on a disk that holds `share` of what it writes, and its end when there is room."""
+    def fill(self, fraction, ranks):
+        """A build on a disk that holds `fraction` of what it writes, and its end when there is room."""
         disk = self.folder / f"disk-{share}-{ranks}"
         disk.mkdir()
-        kilobytes = int(share * sum(p.stat().st_size for p in self.whole.rglob("*.*"))) // 1024
+        kilobytes = int(fraction * sum(p.stat().st_size for p in self.whole.rglob("*.*"))) // 1024
         if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "none", str(disk)],
                           capture_output=True).returncode != 0:
             self.skipTest("mounting a small disk takes root")
@@ -127,9 +127,9 @@ class Faults(InterruptedTest):
             subprocess.run(["umount", str(disk)], check=True)
 
     def test_a_full_disk(self):
-        for share, ranks in ((0.5, 2), (0.8, None), (0.02, None)):
-            with self.subTest(share=share, ranks=ranks):
-                self.fill(share, ranks)
+        for fraction, ranks in ((0.5, 2), (0.8, None), (0.02, None)):
+            with self.subTest(fraction=fraction, ranks=ranks):
+                self.fill(fraction, ranks)
 
     def test_folders_that_cannot_be_written_to(self):
         (self.folder / "file").write_text("x")

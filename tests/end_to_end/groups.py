@@ -98,7 +98,7 @@ audio: {{seconds: 0.1 s}}
             run_entry = trace["runs"][0]
             self.assertEqual(run_entry["run"], 1)
             self.assertEqual(run_entry["estimates"]["samples"]["tasks"], 3)
-            self.assertTrue(0 < run_entry["busy_share"] <= 1)
+            self.assertTrue(0 < run_entry["busy_fraction"] <= 1)
 
     def test_the_plan_tells_of_groups(self):
         plan = run_json("plan", self.folder / "groups.yaml")

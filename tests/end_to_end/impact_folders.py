@@ -93,19 +93,19 @@ def ringing(modes_file, position, inward, decay_of, seconds, delay):
     return sound
 
 
-def write_folder(folder, mesh, blows):
-    """`blows`: (vertex, sounds), a sound for each of microphones()."""
+def write_folder(folder, mesh, strikes):
+    """`strikes`: (vertex, sounds), a sound for each of microphones()."""
     vertices, triangles = mesh
     place = folder / "preprocessed"
     place.mkdir(parents=True)
     (place / "transformed.obj").write_text(obj_text(vertices, triangles))
     places = microphones()
-    struck = [vertex for vertex, sounds in blows for _ in sounds]
+    struck = [vertex for vertex, sounds in strikes for _ in sounds]
     numpy.save(place / "deconvolved_0db.npy",
-               numpy.array([s for _, sounds in blows for s in sounds], "<f4"))
+               numpy.array([s for _, sounds in strikes for s in sounds], "<f4"))
     numpy.save(place / "vertexID.npy", numpy.array(struck, "<i8"))
     numpy.save(place / "vertexXYZ.npy", vertices[struck])
-    labels = list(zip(*(places * len(blows))))
+    labels = list(zip(*(places * len(strikes))))
     for name, values in zip(("angle", "distance", "micID"), labels):
         numpy.save(place / f"{name}.npy", numpy.array(values, "<i8"))
     numpy.save(place / "listenerXYZ.npy", numpy.array(labels[3]))

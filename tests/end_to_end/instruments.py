@@ -156,7 +156,7 @@ class Instruments(FolderTest):
                      for number, (label, _, low, high) in enumerate(labels)
                      if label in ("size", "alpha1", "alpha2")]
             played = numpy.abs(self.play(binary, *BLOW, *moved))
-            # The state's norm is bounded by that after the blow: the sum of all modes' amplitudes.
+            # The state's norm is bounded by that after the strike: the sum of all modes' amplitudes.
             bound = 0.02 * sum(max(map(abs, gains)) for _, gains in modes_of(program.read_text()))
             self.assertLess(played[320:].max(), bound)
             self.assertLess(played[6000:].max(), played[:300].max())

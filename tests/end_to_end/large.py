@@ -23,7 +23,7 @@ class Large(FolderTest):
               f"{resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20:.1f} GiB")
         return result
 
-    def check(self, shape, size, coarse, max_frequency, most_cents):
+    def check(self, shape, size, coarse, max_frequency, max_cents):
         large = self.solve(shape, size, max_frequency)
         small = run_json("--cache", "", "modes", shape, "--material", "steel", "--order", 3,
                          "--element-size", coarse, "--max-modes", 20,
@@ -35,7 +35,7 @@ class Large(FolderTest):
         self.assertLess(certificate["max_residual"], 1e-7)
         for fine, rough in zip(large["modes"], small["modes"]):
             cents = 1200 * math.log2(rough["frequency_hz"] / fine["frequency_hz"])
-            self.assertLess(abs(cents), most_cents)
+            self.assertLess(abs(cents), max_cents)
         # Both ranks together: the largest process is at most half.
         peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024
         self.assertLess(2 * peak, BYTES)

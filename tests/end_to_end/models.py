@@ -189,9 +189,9 @@ class Models(FolderTest):
         self.assertEqual([one["name"] for one in plain.document["materials"]], ["left", "right"])
         numpy.testing.assert_array_equal(plain.vertices(), glb.vertices())
 
-    def test_fourier_and_looks_alone(self):
+    def test_axisymmetric_and_looks_alone(self):
         glb = self.export("turned", "bowl:radius=60mm,wall=4mm", "-m", "ceramic", "--solver",
-                          "fourier", "--modes", "2")
+                          "axisymmetric", "--modes", "2")
         self.assertGreater(volume(glb.vertices(), glb.triangles()[0]), 0)
         self.assertEqual(len(glb.mesh["weights"]), 2)
         glb = self.export("looks", *BODY, "-m", "iron", "--modes", "0")

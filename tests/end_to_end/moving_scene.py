@@ -26,7 +26,7 @@ recording: {shift: [0 s, 2 ms], gain: [-3 dB, 0 dB]}
 mel: {bands: 16, frames: 9}
 files: {wav: true}
 motion:
-  takes: 7
+  simulations: 7
   bodies:
     - object: floor
       fixed: true
@@ -49,9 +49,9 @@ motion:
            movie: true}
 split: {validation: 0.2, test: 0.2}
 """
-TAKES = 7
+SIMULATIONS = 7
 SHAPES = 7
-SHARDS = 2  # of up to four takes
+SHARDS = 2  # of up to four simulations
 MOVIE = ".mp4" if shutil.which("ffmpeg") else ""  # else a folder of frames
 # Boxes that may narrow upwards: length (width and height are 1), and how far each side leans in.
 BOXES = {"a": (1.7, 0), "b": (1.4, 0.2)}

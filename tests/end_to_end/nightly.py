@@ -1,4 +1,4 @@
-"""`scripts/nightly`: nights with a real slowdown, real cents and real crashes. Its rule has
+"""`scripts/nightly`: nightly runs with a real slowdown, real cents and real crashes. Its rule has
 nightly_rule.py."""
 import json
 import os
@@ -47,7 +47,7 @@ sys.exit(code)
 """
 
 
-class Nights(FolderTest):
+class NightlyRuns(FolderTest):
     def setUp(self):
         self.place = self.folder / self.id().rsplit(".", 1)[1]
         self.place.mkdir()
@@ -56,26 +56,26 @@ class Nights(FolderTest):
         wrapper = self.place / "carillon"
         wrapper.write_text(WRAPPER)
         wrapper.chmod(0o755)
-        self.history = self.place / "nights" / "history.jsonl"
+        self.history = self.place / "nightly_runs" / "history.jsonl"
 
     def start(self, *options, **environment):
         return subprocess.Popen(
-            [sys.executable, SCRIPTS / "nightly", "--no-build", "-o", "nights", *options],
+            [sys.executable, SCRIPTS / "nightly", "--no-build", "-o", "nightly_runs", *options],
             cwd=self.place, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             env={**os.environ, "CARILLON": str(self.place / "carillon"), "REAL": CARILLON,
                  **environment})
 
-    def night(self, code, *options, config="tiny.yaml", **environment):
-        """What a night prints, and its nightly.json. No code: one run alone may be called slower."""
+    def run_once(self, code, *options, config="tiny.yaml", **environment):
+        """What a nightly run prints, and its nightly.json. No code: one run alone may be called slower."""
         process = self.start(*options, config, **environment)
         out, err = process.communicate(timeout=300)
         if code is not None:
             self.assertEqual(process.returncode, code, out + err)
-        found = max(self.place.glob("nights/*/nightly.json"), key=lambda one: one.stat().st_mtime_ns)
+        found = max(self.place.glob("nightly_runs/*/nightly.json"), key=lambda one: one.stat().st_mtime_ns)
         return out, json.loads(found.read_text())
 
-    def pretend_nights(self, number):
-        """More nights as the real ones, with noise as of a busy machine: that of a measure depends on
+    def pretend_runs(self, number):
+        """More nightly runs as the real ones, with noise as of a busy machine: that of a measure depends on
         its name alone, not on which others there are."""
         real, _ = history.read(self.history)
         quantiles = [statistics.NormalDist().inv_cdf((i + 0.5) / number) for i in range(number)]
@@ -98,16 +98,16 @@ class Nights(FolderTest):
 
     def test_tells_a_real_slowdown_and_real_cents_and_nothing_else(self):
         for _ in range(2):
-            out, found = self.night(0)
+            out, found = self.run_once(0)
             self.assertEqual((out, found["verdict"]), ("", "learning"))
-        self.pretend_nights(20)
-        _, found = self.night(0)
-        self.assertEqual((found["nights"], found["verdict"]), (22, "fine"))
+        self.pretend_runs(20)
+        _, found = self.run_once(0)
+        self.assertEqual((found["nightly_runs"], found["verdict"]), (22, "fine"))
         self.assertLessEqual(set(self.words(found).values()), {"faster", "better"})
 
         # Neighbours change a run's time by a tenth from minute to minute, so that a fifth more would be
         # told most times, not always: nightly_rule.py asks how often that is.
-        out, found = self.night(1, BURN="1.5")
+        out, found = self.run_once(1, BURN="1.5")
         words = self.words(found)
         self.assertEqual(words.get("tiny: processor time"), "slower")
         self.assertNotIn("worse", words.values())
@@ -118,7 +118,7 @@ class Nights(FolderTest):
         self.assertEqual(row["history"][-1], [found["date"], row["value"]])
 
         (self.place / "other.yaml").write_text(MATERIAL.format(200e9 * 2 ** (2 * 2 / 1200)))
-        _, found = self.night(1, "--keep", "2", "--repeats", "1",
+        _, found = self.run_once(1, "--keep", "2", "--repeats", "1",
                                 EXTRA=f"--set materials_file={self.place}/other.yaml")
         words = self.words(found)
         for name in ("tiny: bar-000 pitch", "tiny: material one pitch"):
@@ -126,12 +126,12 @@ class Nights(FolderTest):
             value = next(row["value"] for row in found["measures"] if row["name"] == name)
             self.assertAlmostEqual(value, 2, delta=0.01)
         self.assertEqual(words.get("tiny: files"), "worse")
-        pages = sorted(self.place.glob("nights/*/report.html"), key=lambda one: one.stat().st_mtime_ns)
+        pages = sorted(self.place.glob("nightly_runs/*/report.html"), key=lambda one: one.stat().st_mtime_ns)
         if there() and pages:  # a program without npm writes none
-            expect_sections(self, pages[-1], ["night-0", "dataset-0", "samples", "gallery"])
-        kept = [path.parent for path in self.place.glob("nights/*/tiny/index.h5")]
+            expect_sections(self, pages[-1], ["nightly-0", "dataset-0", "samples", "gallery"])
+        kept = [path.parent for path in self.place.glob("nightly_runs/*/tiny/index.h5")]
         self.assertEqual(len(kept), 2)  # --keep
-        self.assertEqual(len(list(self.place.glob("nights/*/nightly.json"))), 5)
+        self.assertEqual(len(list(self.place.glob("nightly_runs/*/nightly.json"))), 5)
 
         self.expect_accepting()
 
@@ -142,10 +142,10 @@ class Nights(FolderTest):
         out, err = accepted.communicate(timeout=60)
         self.assertEqual(accepted.returncode, 0, err)
         self.assertIn("tiny: bar-000 pitch", out)
-        _, found = self.night(None, "--repeats", "1",
+        _, found = self.run_once(None, "--repeats", "1",
                               EXTRA=f"--set materials_file={self.place}/other.yaml")
         self.assertNotIn("worse", self.words(found).values())
-        _, found = self.night(1, "--repeats", "1")
+        _, found = self.run_once(1, "--repeats", "1")
         self.assertEqual(self.words(found).get("tiny: bar-000 pitch"), "worse")
 
     def test_survives_failures(self):
@@ -164,7 +164,7 @@ class Nights(FolderTest):
                          [("broken", False), ("other", True)])
 
         whole = self.history.read_bytes()
-        self.history.write_bytes(whole + whole[:len(whole) // 2])  # a crash cut the second night
+        self.history.write_bytes(whole + whole[:len(whole) // 2])  # a crash cut the second nightly run
         process = self.start(*quick)
         _, err = process.communicate(timeout=300)
         self.assertIn("1 lines cannot be read", err)
@@ -172,22 +172,22 @@ class Nights(FolderTest):
         records, unreadable = history.read(self.history)
         self.assertEqual((len(records), unreadable), (2, 1))
         verdicts_of_other = {row["verdict"] for row in records[1]["runs"][1]["measures"].values()}
-        self.assertIn("steady", verdicts_of_other)  # it knows the first night
+        self.assertIn("steady", verdicts_of_other)  # it knows the first nightly run
 
-        out, found = self.night(2, "--timeout", "1", SLEEP="60")
+        out, found = self.run_once(2, "--timeout", "1", SLEEP="60")
         self.assertIn("took longer than 1 s", out)
         self.assertEqual(found["verdict"], "failed")
         out, _ = self.start("nowhere.yaml").communicate(timeout=60)
         self.assertEqual(history.read(self.history)[0][-1]["verdict"], "failed")
 
-    def test_two_nights_do_not_overlap(self):
+    def test_two_runs_do_not_overlap(self):
         first = self.start("tiny.yaml", SLEEP="120")
         try:
-            wait_for(lambda: list(self.place.glob("nights/*/tiny.log")), 60)
+            wait_for(lambda: list(self.place.glob("nightly_runs/*/tiny.log")), 60)
             second = self.start("tiny.yaml")
             _, err = second.communicate(timeout=60)
             self.assertEqual(second.returncode, 2)
-            self.assertIn("another night is running", err)
+            self.assertIn("another nightly run is running", err)
             self.assertFalse(self.history.exists())
             first.send_signal(signal.SIGTERM)
             _, err = first.communicate(timeout=60)

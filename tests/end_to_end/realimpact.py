@@ -41,7 +41,7 @@ class MadeFolder(FolderTest):
         cls.obj = place / "transformed.obj"
         cls.modes = cls.folder / "modes.h5"
         cls.true_modes = run_json("modes", cls.obj, "-m", TRUE, *TRUE_SOLVE, "-o", cls.modes)["modes"]
-        blows = []
+        strikes = []
         for vertex in VERTICES:
             sounds = []
             for *_, position in microphones():
@@ -49,9 +49,9 @@ class MadeFolder(FolderTest):
                 sound = 0.02 * ringing(cls.modes, cls.mesh[0][vertex], -NORMAL, decay_of, 0.7, delay)
                 sounds.append(sound + NOISE * numpy.abs(sound).max() *
                               random.standard_normal(len(sound)))
-            blows.append((vertex, sounds))
+            strikes.append((vertex, sounds))
         cls.object = cls.folder / "7_Plate"
-        cls.place = write_folder(cls.object, cls.mesh, blows)
+        cls.place = write_folder(cls.object, cls.mesh, strikes)
 
     @classmethod
     def make_empty(cls, folder):
@@ -151,9 +151,9 @@ class Contact(MadeFolder):
         self.assertEqual([v["vertex"] for v in found["vertices"]], [VERTICES[1]])
         truth = [mode["frequency_hz"] for mode in self.true_modes]
         # All modes are 180 cents too high: within 40 cents there is nothing but chance.
-        blow = found["vertices"][0]["variants"][0]
-        made = [mode["frequency_hz"] for mode in blow["synthetic_only"]]
-        made += [pair["synthetic"]["frequency_hz"] for pair in blow["matched"]]
+        strike = found["vertices"][0]["variants"][0]
+        made = [mode["frequency_hz"] for mode in strike["synthetic_only"]]
+        made += [pair["synthetic"]["frequency_hz"] for pair in strike["matched"]]
         for frequency in made:
             off = [1200 * math.log2(frequency / mode) + SHIFT for mode in truth]
             self.assertLess(min(map(abs, off)), 1)
@@ -215,7 +215,7 @@ class Radiated(MadeFolder):
         self.object = self.folder / "radiated"
         if self.object.exists():
             return
-        blows = []
+        strikes = []
         ear = microphones()[4]
         for vertex in VERTICES[:2]:
             clip = self.folder / f"strike-{vertex}.wav"
@@ -226,8 +226,8 @@ class Radiated(MadeFolder):
                      "--set", "effects.click=off", "-o", clip)
             data = clip.read_bytes()
             sound = numpy.frombuffer(data[data.index(b"data") + 8:], "<f4").astype(float)
-            blows.append((vertex, [sound] * len(microphones())))
-        write_folder(self.object, self.mesh, blows)
+            strikes.append((vertex, [sound] * len(microphones())))
+        write_folder(self.object, self.mesh, strikes)
 
     def test_levels_are_those_of_the_sound(self):
         found = run_json("realimpact", self.object, "-m", TAKEN, *SOLVE, "--listener",

@@ -35,8 +35,8 @@ voxels: {resolution: 12}
 camera: {width: 96, height: 64}
 split: {validation: 0.3, test: 0.3}
 """
-LADDER = """
-name: ladder
+STUDY = """
+name: study
 modes: 4
 orders: [1, 2]
 sizes: [2, 1.4]
@@ -79,10 +79,10 @@ class Report(FolderTest, Gallery):
         (cls.folder / "broken.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
         built = run("build", "small.yaml", cwd=cls.folder, ranks=2)
         assert built.returncode == 3, built.stderr  # the broken one fails
-        (cls.folder / "ladder.yaml").write_text(LADDER)
-        measured = run("accuracy", "ladder.yaml", "-o", "ladder", cwd=cls.folder)
+        (cls.folder / "study.yaml").write_text(STUDY)
+        measured = run("accuracy", "study.yaml", "-o", "study", cwd=cls.folder)
         assert measured.returncode == 0, measured.stderr
-        cls.told = run_json("report", "small", "ladder", "-o", "report.html", cwd=cls.folder)
+        cls.told = run_json("report", "small", "study", "-o", "report.html", cwd=cls.folder)
         cls.page = cls.folder / "report.html"
         text = cls.page.read_text()
         cls.report = json.loads(re.search(
@@ -121,9 +121,9 @@ class Report(FolderTest, Gallery):
         self.assertEqual(len(failed), 1)
 
     def test_figures_name_what_made_them(self):
-        (dataset,), (ladder,) = self.report["datasets"], self.report["ladders"]
+        (dataset,), (study,) = self.report["datasets"], self.report["studies"]
         for made, words, ranks in ((dataset["made"], "build small.yaml", 2),
-                                   (ladder["made"], "accuracy ladder.yaml -o ladder", 1)):
+                                   (study["made"], "convergence study.yaml -o study", 1)):
             self.assertIn(words, made["command"])
             self.assertEqual(made["ranks"], ranks)
             self.assertRegex(made["carillon"], r"^\d+\.\d+\.\d+(\+\S+)?$")
@@ -179,23 +179,23 @@ class Report(FolderTest, Gallery):
             numpy.testing.assert_array_equal(cells, self.index["shapes/voxels"][shape] > 0)
             self.assertTrue(base64.b64decode(sample["picture"]).startswith(b"\x89PNG"))
 
-    def test_ladders_fall_as_their_rungs_rise(self):
-        (ladder,) = self.report["ladders"]
+    def test_studys_fall_as_their_levels_rise(self):
+        (study,) = self.report["studies"]
         for key in ("modes", "image order"):
-            rungs = [r for r in ladder["sound"]["rungs"] if r["key"] == key]
-            errors = [r["error_db"] for r in rungs]
+            levels = [r for r in study["sound"]["levels"] if r["key"] == key]
+            errors = [r["error_db"] for r in levels]
             self.assertGreater(len(errors), 2)
             self.assertEqual(errors[-1], 0)
             self.assertEqual(errors, sorted(errors, reverse=True), key)
             self.assertGreater(errors[0], 0.1)
-            self.assertGreater(min(r["seconds"] for r in rungs), 0)
-        rungs = {r["method"]: r for r in ladder["features"]["rungs"]}
+            self.assertGreater(min(r["seconds"] for r in levels), 0)
+        levels = {r["method"]: r for r in study["features"]["levels"]}
         # Maximum likelihood comes to the bound; 18 modes know it to a factor of 1.6 or so.
-        self.assertEqual(rungs["esprit"]["found"], 1)
-        self.assertGreater(rungs["esprit"]["bounds_frequency"], 0.5)
-        self.assertLess(rungs["esprit"]["bounds_frequency"], 1.8)
-        self.assertLess(rungs["esprit"]["bounds_decay_rate"], 1.8)
-        self.assertGreater(rungs["peaks"]["bounds_frequency"], rungs["esprit"]["bounds_frequency"])
+        self.assertEqual(levels["esprit"]["found"], 1)
+        self.assertGreater(levels["esprit"]["bounds_frequency"], 0.5)
+        self.assertLess(levels["esprit"]["bounds_frequency"], 1.8)
+        self.assertLess(levels["esprit"]["bounds_decay_rate"], 1.8)
+        self.assertGreater(levels["peaks"]["bounds_frequency"], levels["esprit"]["bounds_frequency"])
 
     def test_mistakes_are_named(self):
         gone = run("report", "nowhere", cwd=self.folder)
@@ -208,7 +208,7 @@ class Report(FolderTest, Gallery):
         hurt = self.folder / "hurt" / "inside"
         hurt.mkdir(parents=True, exist_ok=True)
         (hurt / "dataset.json").write_text("{}")
-        told = run_json("report", "hurt", "ladder", "-o", "hurt.html", cwd=self.folder)
+        told = run_json("report", "hurt", "study", "-o", "hurt.html", cwd=self.folder)
         self.assertIn("hurt/inside cannot be shown", told["notes"][0])
         self.assertEqual(told["datasets"], 0)
 
@@ -219,9 +219,9 @@ class Report(FolderTest, Gallery):
             for text in ("{}", "{", '{"objects": 1, "measures": 1, "variants": 1, "rows": 1, "errors": 1}'):
                 (hurt / name).parent.mkdir(parents=True, exist_ok=True)
                 (hurt / name).write_text(text)
-                told = run_json("report", "damaged/", "ladder/", "-o", "damaged.html",
+                told = run_json("report", "damaged/", "study/", "-o", "damaged.html",
                                 cwd=self.folder)
-                self.assertEqual(told["ladders"] >= 1, True)
+                self.assertEqual(told["studies"] >= 1, True)
                 if text != '{"objects": 1, "measures": 1, "variants": 1, "rows": 1, "errors": 1}':
                     self.assertIn(name.split("/")[-1], told["notes"][0])
             (hurt / name).unlink()
@@ -240,7 +240,7 @@ class Report(FolderTest, Gallery):
         (hurt / "evaluation").mkdir(parents=True, exist_ok=True)
         (hurt / "evaluation" / "classification.json").write_text('{"rows": [{}]}')
         (hurt / "nightly.json").write_text('{"measures": [{}]}')
-        run_json("report", hurt, "ladder", "-o", "other.html", cwd=self.folder)
+        run_json("report", hurt, "study", "-o", "other.html", cwd=self.folder)
         driver = show(self.driver, self.folder / "other.html")
         said = driver.execute_script("return document.querySelector('main').textContent")
         self.assertIn("cannot be drawn", said)
@@ -273,7 +273,7 @@ class Report(FolderTest, Gallery):
             shutil.copytree(self.folder / "small", copy,
                             ignore=shutil.ignore_patterns("cache", "pictures", "sounds"))
             (copy / "failures.json").write_text("[]")  # what has none stays closed
-        run_json("report", "four", "ladder", "-o", "four.html", cwd=self.folder)
+        run_json("report", "four", "study", "-o", "four.html", cwd=self.folder)
         driver = show(self.driver, self.folder / "four.html")
         charts = "return [...document.querySelectorAll('details .chart')].map((chart) => chart.querySelectorAll('svg').length)"
         self.assertEqual(min(driver.execute_script(charts)), 0)
@@ -290,8 +290,8 @@ class Report(FolderTest, Gallery):
         driver.execute_script("dispatchEvent(new Event('beforeprint'))")
         points = numpy.array([[0, 0, 4], [28, 16, 68], [79, 18, 123], [129, 37, 129], [181, 54, 122],
                               [229, 80, 100], [251, 135, 97], [254, 194, 135], [252, 253, 191]])
-        shares = numpy.linspace(0, 1, 801)
-        magma = numpy.array([numpy.interp(8 * shares, range(9), points[:, k]) for k in range(3)]).T
+        fractions = numpy.linspace(0, 1, 801)
+        magma = numpy.array([numpy.interp(8 * fractions, range(9), points[:, k]) for k in range(3)]).T
         for number, sample in enumerate(self.report["datasets"][0]["heard"][:4]):
             (clip,), rate = samples_of(sample["audio"])
             window = 0.5 - 0.5 * numpy.cos(2 * numpy.pi * numpy.arange(1024) / 1024)
@@ -311,7 +311,7 @@ class Report(FolderTest, Gallery):
                     continue
                 level = 10 * numpy.log10(power[:, bins].max() / power.max() + 1e-30)
                 brightest = pixels[y, pixels[y].sum(axis=1).argmax()]
-                shown = 80 * (shares[((magma - brightest) ** 2).sum(axis=1).argmin()] - 1)
+                shown = 80 * (fractions[((magma - brightest) ** 2).sum(axis=1).argmin()] - 1)
                 self.assertAlmostEqual(shown, max(level, -80), delta=0.5)
                 lines += level > -60
             self.assertGreater(lines, 5)

@@ -70,12 +70,12 @@ class Gallery:
         self.assertLess(numpy.median(errors), 0.001)
 
     def stored_and_struck(self, number, row, material=None, factor=1):
-        """A sample of the dataset, and what an object, of another material and size, makes of its blow."""
-        blow = {"object": number, "material": material, "size": factor,
+        """A sample of the dataset, and what an object, of another material and size, makes of its strike."""
+        strike = {"object": number, "material": material, "size": factor,
                 "position": [float(x) / factor for x in self.index["position"][row]],
                 "impulse": float(self.index["impulse"][row]),
                 "duration": float(self.index["contact_time"][row]), "sampleRate": 44100, "seconds": 0.5}
-        made = self.js("return window.carillon.strike(arguments[0])", blow)
+        made = self.js("return window.carillon.strike(arguments[0])", strike)
         return self.index["audio"][row].astype(float), numpy.array(made)
 
     @needs_browser
@@ -124,14 +124,14 @@ class Gallery:
         louder = float(re.search(r"peak ([0-9.]+)", self.js(message)).group(1))
         self.assertAlmostEqual(louder / peak, 2, 1)
 
-    def move(self, label, share):
-        """A slider to a share of its way."""
+    def move(self, label, fraction):
+        """A slider to a fraction of its way."""
         self.js("""
             const slider = [...document.querySelectorAll('.controls label')]
               .find((one) => one.textContent.startsWith(arguments[0])).querySelector('input');
             slider.value = arguments[1];
             slider.dispatchEvent(new Event('input')); slider.dispatchEvent(new Event('change'));""",
-                label, share)
+                label, fraction)
 
     @needs_browser
     def test_what_the_browser_plays_is_what_was_set(self):
@@ -164,12 +164,12 @@ class Gallery:
             rate, clip = self.js("return window.played.at(-1)")
             self.assertEqual(heard["object"], number)
             body = objects[number]
-            blow = {**heard, "sampleRate": rate, "seconds": len(clip) / rate}
+            strike = {**heard, "sampleRate": rate, "seconds": len(clip) / rate}
             if heard["alpha1"] is not None:
-                blow["material"] = {"youngs_modulus": heard["stiffness"] * body["youngs_modulus"],
+                strike["material"] = {"youngs_modulus": heard["stiffness"] * body["youngs_modulus"],
                                     "density": heard["density"] * body["density"],
                                     "alphas": [heard["alpha1"], heard["alpha2"]]}
-                made = numpy.array(self.js("return window.carillon.strike(arguments[0])", blow))
+                made = numpy.array(self.js("return window.carillon.strike(arguments[0])", strike))
                 whole = len(clip) - round(0.011 * rate)  # its end is faded out
                 difference = numpy.array(clip)[:whole] - heard["volume"] * made[:whole]
                 self.assertLess(abs(difference).max(), 1e-4 * abs(made).max() * heard["volume"])

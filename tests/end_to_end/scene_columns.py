@@ -1,4 +1,4 @@
-"""Takes with every option that columns depend on: what is stored, and what the bodies from files are."""
+"""Simulations with every option that columns depend on: what is stored, and what the bodies from files are."""
 import json
 import unittest
 import wave
@@ -6,7 +6,7 @@ import wave
 import h5py
 import msh_files
 import numpy
-from moving_scene import BOXES, SHAPES, SHARDS, TAKES, MovingTest
+from moving_scene import BOXES, SHAPES, SHARDS, SIMULATIONS, MovingTest
 from program import run, run_json
 from same import hashes
 
@@ -61,7 +61,7 @@ class SceneColumns(MovingTest):
             columns = {n: c[()] for n, c in index.items() if isinstance(c, h5py.Dataset)}
         self.assertEqual(columns["audio"].dtype, numpy.int16)
         for name, values in columns.items():
-            self.assertEqual(values.shape, (TAKES, *ROWS.get(name, ())), name)
+            self.assertEqual(values.shape, (SIMULATIONS, *ROWS.get(name, ())), name)
             if values.dtype.kind == "f" and name not in ("left", "too_fast_at"):
                 unused = (numpy.arange(256) >= columns["strikes"][:, None]
                           if name.startswith("strike_") else numpy.array(False))
@@ -77,16 +77,16 @@ class SceneColumns(MovingTest):
         with h5py.File(self.whole / "index.h5") as index:
             stored, audio = index["mel"][()], index["audio"][()] / 32768
             options = {name: index["mel"].attrs[name] for name in ("fft_size", "hop")}
-        for take in range(TAKES):
+        for simulation in range(SIMULATIONS):
             for listener in range(LISTENERS):
-                mel = slaney_mel(audio[take, listener], 16, frames=9, **options)
+                mel = slaney_mel(audio[simulation, listener], 16, frames=9, **options)
                 # The column was made before rounding to 16 bits.
-                numpy.testing.assert_allclose(stored[take, listener], mel, rtol=1e-3,
+                numpy.testing.assert_allclose(stored[simulation, listener], mel, rtol=1e-3,
                                               atol=1e-4 * mel.max())
 
     def test_sound_files_hold_the_column(self):
-        for take, audio in enumerate(self.column("audio")):
-            with wave.open(str(self.whole / "sounds" / f"take-{take:04}.wav")) as file:
+        for simulation, audio in enumerate(self.column("audio")):
+            with wave.open(str(self.whole / "sounds" / f"simulation-{simulation:04}.wav")) as file:
                 self.assertEqual(file.getframerate(), 16000)
                 stored = numpy.frombuffer(file.readframes(SAMPLES), "<i2")
             numpy.testing.assert_array_equal(stored.reshape(SAMPLES, LISTENERS).T, audio)
@@ -116,16 +116,16 @@ class SceneColumns(MovingTest):
 
     def test_bodies_from_files_begin_where_they_are_put_and_are_seen(self):
         poses, masks = self.column("poses"), self.column("masks")
-        for take, cast in enumerate(self.casts()):
+        for simulation, cast in enumerate(self.casts()):
             for number, place in ((1, (None, 0.04, 0.06)), (2, (0.06, None, 0.06))):
                 # The files' corner at the origin is `at` less half the box.
                 length = BOXES[cast[number]["shape"][-1]][0]
                 half = numpy.array([length, 1, 1]) / 2 * 0.05 / length
-                centre = poses[take, 0, number, :3] + half
+                centre = poses[simulation, 0, number, :3] + half
                 for axis, wanted in enumerate(place):
                     if wanted is not None:
                         self.assertAlmostEqual(centre[axis], wanted, delta=1e-9)
-            self.assertLessEqual({1, 2, 3, 4}, set(numpy.unique(masks[take, 0])))
+            self.assertLessEqual({1, 2, 3, 4}, set(numpy.unique(masks[simulation, 0])))
         self.assertEqual(set(numpy.unique(masks)), set(range(8)))
 
     def test_physical_groups_have_their_materials(self):
@@ -153,7 +153,7 @@ class SceneColumns(MovingTest):
         chime, ball = names.index("chime"), names.index("ball")
         # Without strings it would fall 0.08 m in 0.13 s.
         self.assertTrue((self.column("poses")[:, :, chime, 2] > 0.06).all())
-        self.assertTrue(any([chime, ball] in take.tolist() for take in strikes))
+        self.assertTrue(any([chime, ball] in simulation.tolist() for simulation in strikes))
 
     def test_the_trace_has_what_the_plan_says_and_nothing_else(self):
         plan = run_json("plan", self.config)
@@ -164,7 +164,7 @@ class SceneColumns(MovingTest):
         trace = json.loads((self.whole / "trace.json").read_text())
         self.assertEqual({name for name, e in trace["effects"].items() if e["calls"] > 0}, on)
         for name in ("motion", "touch", "movie", "noise", "room", "tail", "mel"):
-            self.assertEqual(trace["effects"][name]["calls"], TAKES, name)
+            self.assertEqual(trace["effects"][name]["calls"], SIMULATIONS, name)
 
     def test_check_passes(self):
         report = run_json("check", self.whole)
@@ -172,12 +172,12 @@ class SceneColumns(MovingTest):
         notes = {c["name"] for c in report["checks"] if c["verdict"] == "note"}
         self.assertEqual(notes, {"publication"})  # the configuration says nothing of who made it
 
-    def test_every_take_comes_again(self):
-        takes = [word for take in range(TAKES) for word in ("--sample", take)]
-        report = run_json("regenerate", self.whole, *takes)
-        self.assertEqual([s["identical"] for s in report["samples"]], TAKES * [True])
+    def test_every_simulation_comes_again(self):
+        simulations = [word for simulation in range(SIMULATIONS) for word in ("--sample", simulation)]
+        report = run_json("regenerate", self.whole, *simulations)
+        self.assertEqual([s["identical"] for s in report["samples"]], SIMULATIONS * [True])
 
-    def test_a_take_with_one_thing_changed_tells_how_far_its_strikes_differ(self):
+    def test_a_simulation_with_one_thing_changed_tells_how_far_its_strikes_differ(self):
         report = run_json("regenerate", self.whole, "--sample", 1, "--set",
                           "motion.bodies[5].restitution=0.9")
         levels = {d["column"]: d.get("difference_db") for d in report["samples"][0]["differences"]}
@@ -187,11 +187,11 @@ class SceneColumns(MovingTest):
         for column in ("room_size", "noise_source", "touch"):
             self.assertNotIn(column, levels)
 
-    def test_a_preview_is_the_take_of_the_build(self):
+    def test_a_preview_is_the_simulation_of_the_build(self):
         output = self.folder / "preview"
-        result = run("preview", self.config, "--sample", "take-0006", "-o", output)
+        result = run("preview", self.config, "--sample", "simulation-0006", "-o", output)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn(f"take-0006: {self.column('strikes')[6]} strikes", result.stdout)
+        self.assertIn(f"simulation-0006: {self.column('strikes')[6]} strikes", result.stdout)
         movies = sorted(path.relative_to(output) for path in output.glob("movies/**/*.*"))
         self.assertTrue(movies)
         for movie in movies:

@@ -1,4 +1,4 @@
-"""Takes whose build is killed, or fails: what is left, and that the end is as if nothing had been."""
+"""Simulations whose build is killed, or fails: what is left, and that the end is as if nothing had been."""
 import json
 import os
 import signal
@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from interrupted import descendants, recorded, wait_for
-from moving_scene import MOVIE, SHAPES, SHARDS, TAKES, MovingTest, written
+from moving_scene import MOVIE, SHAPES, SHARDS, SIMULATIONS, MovingTest, written
 from program import CARILLON, run, run_json
 from same import hashes
 
@@ -28,25 +28,25 @@ class SceneResume(MovingTest):
         self.assertEqual(process.wait(timeout=30), -signal.SIGKILL)
 
     def assert_whole(self, output):
-        """Each task was done once, each effect ran once a take, and the files are the same."""
+        """Each task was done once, each effect ran once a simulation, and the files are the same."""
         self.assertEqual(hashes(output), hashes(self.whole))
         self.assertEqual(set(recorded(output).values()), {1})
         self.assertEqual(len(recorded(output)), SHAPES + SHARDS)
         trace = json.loads((output / "trace.json").read_text())
         for effect in ("motion", "movie", "touch", "noise"):
-            self.assertEqual(trace["effects"][effect]["calls"], TAKES, effect)
+            self.assertEqual(trace["effects"][effect]["calls"], SIMULATIONS, effect)
         self.assertTrue(run_json("check", output)["passed"])
 
-    def test_killed_in_the_middle_of_its_takes(self):
+    def test_killed_in_the_middle_of_its_simulations(self):
         for ranks in (None, 2):
             with self.subTest(ranks=ranks):
                 output = self.folder / f"killed-{ranks}"
-                # The first of three takes of a shard has its movie, the shard is not written.
-                movie = output / "movies" / f"take-0004{MOVIE}"
+                # The first of three simulations of a shard has its movie, the shard is not written.
+                movie = output / "movies" / f"simulation-0004{MOVIE}"
                 self.kill_when(movie.exists, output, ranks=ranks)
                 done = recorded(output)
-                self.assertNotIn("samples/takes-0001", done)
-                self.assertFalse((output / "samples" / "takes-0001.h5").exists())
+                self.assertNotIn("samples/simulations-0001", done)
+                self.assertFalse((output / "samples" / "simulations-0001.h5").exists())
                 self.assertEqual(sum(task.startswith("modes/") for task in done), SHAPES)
                 there = written(output, "samples", "modes")
                 summary = run_json("build", self.config, "-o", output)
@@ -55,26 +55,26 @@ class SceneResume(MovingTest):
                 self.assertEqual({name: now[name] for name in there}, there)
                 self.assert_whole(output)
 
-    def test_killed_while_takes_are_added(self):
+    def test_killed_while_simulations_are_added(self):
         output = self.folder / "both"
-        run_json("build", self.config, "-o", output, "--set", "motion.takes=2")
-        # Within the shard that has two takes and gets two more.
-        self.kill_when((output / "movies" / f"take-0002{MOVIE}").exists, output)
+        run_json("build", self.config, "-o", output, "--set", "motion.simulations=2")
+        # Within the shard that has two simulations and gets two more.
+        self.kill_when((output / "movies" / f"simulation-0002{MOVIE}").exists, output)
         checked = run("check", output)
         self.assertEqual(checked.returncode, 3)
-        self.assertIn(f"of {TAKES} planned samples", checked.stdout)
+        self.assertIn(f"of {SIMULATIONS} planned samples", checked.stdout)
         run_json("build", self.config, "-o", output)
         self.assertEqual(hashes(output), hashes(self.whole))
         self.assertTrue(run_json("check", output)["passed"])
 
-    def test_a_take_that_fails_leaves_nothing_of_its_shard(self):
+    def test_a_simulation_that_fails_leaves_nothing_of_its_shard(self):
         output = self.folder / "failed"
         result = run("build", self.config, "-o", output, "--set",
                      "motion.stylus.path[0].u=[20 mm, 380 mm]")
         self.assertEqual(result.returncode, 3)
         failures = json.loads((output / "failures.json").read_text())
         # Others of the shard were made before it.
-        self.assertIn("take-0006", [f["sample"] for f in failures])
+        self.assertIn("simulation-0006", [f["sample"] for f in failures])
         self.assertIn("is not on the face of floor", failures[0]["message"])
         self.assertEqual([file for folder in ("sounds", "movies")
                           for file in (output / folder).rglob("*") if file.is_file()], [])

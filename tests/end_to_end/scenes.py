@@ -1,4 +1,4 @@
-"""Scenes that move, as datasets: takes, their columns, and what the trace says of them."""
+"""Scenes that move, as datasets: simulations, their columns, and what the trace says of them."""
 import json
 import math
 import unittest
@@ -18,7 +18,7 @@ modes: {max_modes: 12, order: 2, element_size: 15 mm}
 audio: {sample_rate: 22.05 kHz, seconds: 0.8 s}
 listeners: [{position: [0.2 m, -0.5 m, 0.3 m]}]
 motion:
-  takes: 5
+  simulations: 5
   ground: {material: wood, restitution: 0.5}
   bodies:
     - {object: box, at: [0, 0, 4 mm], friction: 0.6}
@@ -47,29 +47,29 @@ class Scenes(FolderTest):
     def test_the_ball_falls_and_strikes_as_galileo_has_it(self):
         with self.index() as index:
             self.assertEqual(index["audio"].shape, (5, 17640))
-            for take in range(5):
-                bodies = json.loads(index["bodies"][take])
+            for simulation in range(5):
+                bodies = json.loads(index["bodies"][simulation])
                 self.assertEqual([b["name"] for b in bodies], ["ground", "box", "ball"])
                 self.assertIn(bodies[1]["material"], ("wood", "ceramic"))
-                start = index["poses"][take, 0, 2, 2]
+                start = index["poses"][simulation, 0, 2, 2]
                 height = start - 0.01 - 0.008  # of its lowest point over the box
-                times = index["strike_time"][take]
-                pairs = index["strike_bodies"][take]
+                times = index["strike_time"][simulation]
+                pairs = index["strike_bodies"][simulation]
                 first = int(numpy.nanargmin(times))
                 self.assertEqual(list(pairs[first]), [1, 2])
                 self.assertAlmostEqual(times[first], math.sqrt(2 * height / GRAVITY), delta=1e-3)
-                self.assertAlmostEqual(index["strike_speed"][take, first],
+                self.assertAlmostEqual(index["strike_speed"][simulation, first],
                                        math.sqrt(2 * GRAVITY * height), delta=0.01)
                 # Nothing is heard before sound can have come from there (but for what
                 # interpolation rings ahead, 0.3 % of the peak).
-                audio = index["audio"][take]
+                audio = index["audio"][simulation]
                 heard = numpy.flatnonzero(abs(audio) > 0.01 * abs(audio).max())[0] / 22050
-                flight = numpy.linalg.norm(index["strike_point"][take, first] -
+                flight = numpy.linalg.norm(index["strike_point"][simulation, first] -
                                            [0.2, -0.5, 0.3]) / 343
                 self.assertGreater(heard, times[first] + flight - 3e-4)
                 self.assertLess(heard, times[first] + flight + 2e-3)
 
-    def test_takes_differ_and_energy_never_grows(self):
+    def test_simulations_differ_and_energy_never_grows(self):
         with self.index() as index:
             starts = index["poses"][:, 0, 2, 2]
             self.assertEqual(len(set(starts)), 5)
@@ -116,23 +116,23 @@ class Scenes(FolderTest):
             for name in ("audio", "poses", "frames", "strike_impulse"):
                 numpy.testing.assert_array_equal(one[name][()], two[name][()])
 
-    def test_check_passes_and_takes_come_again(self):
+    def test_check_passes_and_simulations_come_again(self):
         self.assertEqual(run("check", self.output).returncode, 0)
-        report = run_json("regenerate", self.output, "--sample", "3", "--sample", "take-0001")
+        report = run_json("regenerate", self.output, "--sample", "3", "--sample", "simulation-0001")
         self.assertTrue(all(s["identical"] for s in report["samples"]))
 
-    def test_more_takes_leave_the_others_alone(self):
+    def test_more_simulations_leave_the_others_alone(self):
         output = self.folder / "grown"
-        run_json("build", self.config, "-o", output, "--set", "motion.takes=2")
+        run_json("build", self.config, "-o", output, "--set", "motion.simulations=2")
         run_json("build", self.config, "-o", output)
         with self.index() as whole, h5py.File(output / "index.h5") as grown:
             numpy.testing.assert_array_equal(whole["audio"][()], grown["audio"][()])
 
-    def test_preview_shows_one_take(self):
+    def test_preview_shows_one_simulation(self):
         output = self.folder / "preview"
-        run_json("preview", self.config, "--sample", "take-0002", "-o", output)
+        run_json("preview", self.config, "--sample", "simulation-0002", "-o", output)
         self.assertTrue((output / "sound.wav").is_file())
-        self.assertTrue(list(output.glob("movies/take-0002*")))
+        self.assertTrue(list(output.glob("movies/simulation-0002*")))
 
     def test_an_image_is_the_map_it_was_made_from(self):
         parameters = {"size": 0.01, "depth": 0.001}
@@ -143,7 +143,7 @@ class Scenes(FolderTest):
         ground = self.folder / "ground.yaml"
         ground.write_text(CONFIG.replace("ground: {material: wood, restitution: 0.5}", """ground:
     restitution: 0.5
-    texture: TEXTURE""").replace("takes: 5", "takes: 1").replace(
+    texture: TEXTURE""").replace("simulations: 5", "simulations: 1").replace(
             "at: [0, 0, 4 mm]", "fixed: true, at: [0.5 m, 0, 4 mm]"))  # out of the ball's way
         ends = []
         for name, texture in (

@@ -52,9 +52,9 @@ class Transfer(FolderTest):
         both = run_json("evaluate", cls.config, "-o", cls.output, ranks=2)
         cls.found, cls.spectrograms = both["transfer"], both["spectrograms"]
 
-    def row(self, trained_on, share=None):
+    def row(self, trained_on, fraction=None):
         return next(row for row in self.found["rows"] if row["trained_on"] == trained_on
-                    and share in (None, row["share"]))
+                    and fraction in (None, row["fraction"]))
 
     def test_its_report(self):
         expect_report(self, self.output, ["sweep-0", "transfer-0"])
@@ -70,10 +70,10 @@ class Transfer(FolderTest):
         self.assertEqual(heard["sounds"], 24)
         # Noise moves no pitch, and drowns what is soft.
         self.assertLess(heard["pitch_jnd"], 1)
-        self.assertTrue(0.1 < heard["loudness_share"] < 1.42, heard)
+        self.assertTrue(0.1 < heard["loudness_fraction"] < 1.42, heard)
         less = row["less_home"]
         home = self.row("noisy")
-        self.assertEqual((home["kind"], home["share"], home["own"]), ("target", 1, None))
+        self.assertEqual((home["kind"], home["fraction"], home["own"]), ("target", 1, None))
         self.assertGreater(home["sample_s"], 0)
         self.assertAlmostEqual(less["mean"], row["target"]["mean"] - home["target"]["mean"], 12)
         low, high = less["interval95"]
@@ -88,8 +88,8 @@ class Transfer(FolderTest):
     def test_mixes_have_one_size_and_the_same_test(self):
         alone = [row for row in self.found["rows"] if row["trained_on"] == "target alone"]
         mixed = [row for row in self.found["rows"] if row["trained_on"] == "mixed"]
-        self.assertEqual([row["share"] for row in alone], [0.5, 1])
-        self.assertEqual([row["share"] for row in mixed], [0, 0.5])
+        self.assertEqual([row["fraction"] for row in alone], [0.5, 1])
+        self.assertEqual([row["fraction"] for row in mixed], [0, 0.5])
         size = alone[1]["samples"]
         self.assertEqual({row["samples"] for row in mixed}, {size})
         self.assertEqual(alone[0]["samples"], round(size / 2))
@@ -145,7 +145,7 @@ class Transfer(FolderTest):
         strengths = numpy.linalg.svd(values, compute_uv=False) ** 2
         for k in range(2):
             component = found["components"][k]
-            self.assertAlmostEqual(component["share"], strengths[k] / strengths.sum(), 4)
+            self.assertAlmostEqual(component["fraction"], strengths[k] / strengths.sum(), 4)
             picture = numpy.array(component["picture"]).ravel()
             along = values @ picture
             numpy.testing.assert_allclose(along, component["coordinates"], atol=0.02)
@@ -157,8 +157,8 @@ class Transfer(FolderTest):
             for picture in pictures:
                 self.assertEqual(picture.shape, (32, 12))
                 # As strong as the sounds are, but for what the range from 0 to 1 takes away.
-                share = (picture ** 2).mean() / dataset["components"]["mean_square"]
-                self.assertTrue(0.5 < share < 1.01, share)
+                fraction = (picture ** 2).mean() / dataset["components"]["mean_square"]
+                self.assertTrue(0.5 < fraction < 1.01, fraction)
             self.assertGreater(numpy.abs(pictures[0] - pictures[3]).max(), 0.2)
 
     def test_a_target_from_elsewhere(self):
@@ -201,7 +201,7 @@ class Transfer(FolderTest):
                 ("evaluate={transfer: {target: noisy, mixes: {with: noisy}}}", "with itself"),
                 ("evaluate={transfer: {target: noisy, against: noisy}}", "less_home"),
                 ("evaluate={transfer: {target: noisy, mixes: {with: clean, shares: [2]}}}",
-                 "shares"),
+                 "fractions"),
                 ("evaluate={spectrograms: {method: nearest-neighbour-a}}", "method"),
                 ("evaluate={spectrograms: {sounds: 1}}", "sounds")):
             result = run("evaluate", self.config, "-o", self.output, "--set", override)

@@ -1,4 +1,4 @@
-// The accuracy ladder's configuration, and what it makes of its measurements.
+// The convergence study's configuration, and what it makes of its measurements.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -13,9 +13,9 @@
 namespace carillon::eval {
 namespace {
 
-accuracy::LadderConfig read(const std::string& text,
+accuracy::AccuracyConfig read(const std::string& text,
                             const std::vector<std::string>& overrides = {}) {
-  return accuracy::read_ladder_config(text, "ladder.yaml", overrides);
+  return accuracy::read_accuracy_config(text, "study.yaml", overrides);
 }
 
 std::string refusal(const std::string& text) {
@@ -27,15 +27,15 @@ std::string refusal(const std::string& text) {
   return "accepted";
 }
 
-TEST(LadderConfig, DefaultsAreThoseOfTheDocumentation) {
-  const accuracy::LadderConfig config = read("objects:\n  - shape: bowl\n");
-  EXPECT_EQ(config.name, "ladder");
+TEST(AccuracyConfig, DefaultsAreThoseOfTheDocumentation) {
+  const accuracy::AccuracyConfig config = read("objects:\n  - shape: bowl\n");
+  EXPECT_EQ(config.name, "study");
   EXPECT_EQ(config.modes, 24);
   EXPECT_EQ(config.tolerances, std::vector<double>{1e-12});
   EXPECT_EQ(config.pitch_cents, (std::vector<double>{1, 2, 5, 10, 20}));
   EXPECT_EQ(config.reference, accuracy::ReferenceSolver::automatic);
   EXPECT_FALSE(config.all_ranks || config.cpu_time);
-  const accuracy::LadderObject& bowl = config.objects.at(0);
+  const accuracy::StudiedObject& bowl = config.objects.at(0);
   EXPECT_EQ(bowl.name, "bowl");
   EXPECT_EQ(bowl.material.name, "steel");
   EXPECT_EQ(bowl.orders, (std::vector<int>{1, 2, 3, 4}));
@@ -43,8 +43,8 @@ TEST(LadderConfig, DefaultsAreThoseOfTheDocumentation) {
   EXPECT_EQ(bowl.reference_size, 0.5);
 }
 
-TEST(LadderConfig, AnObjectHasItsOwnWords) {
-  const accuracy::LadderConfig config = read(
+TEST(AccuracyConfig, AnObjectHasItsOwnWords) {
+  const accuracy::AccuracyConfig config = read(
       "orders: [2, 3]\nsizes: [1]\nobjects:\n"
       "  - shape: tube\n    parameters: {wall: 2 mm}\n    material: glass\n    orders: [4]\n"
       "  - mesh: scans/cup.ply\n    length: 10 cm\n    optional: true\n"
@@ -55,7 +55,7 @@ TEST(LadderConfig, AnObjectHasItsOwnWords) {
   EXPECT_EQ(config.objects[0].material.name, "glass");
   EXPECT_EQ(config.objects[0].orders, std::vector<int>{4});
   EXPECT_EQ(config.objects[0].sizes, (std::vector<double>{2, 1}));
-  const accuracy::LadderObject& scan = config.objects[1];
+  const accuracy::StudiedObject& scan = config.objects[1];
   EXPECT_EQ(scan.name, "cup");
   EXPECT_EQ(scan.request.file.path, "scans/cup.ply");
   EXPECT_EQ(scan.request.file.length, 0.1);
@@ -65,13 +65,13 @@ TEST(LadderConfig, AnObjectHasItsOwnWords) {
   EXPECT_EQ(scan.stand_in->noise, 1e-4);
 }
 
-TEST(LadderConfig, ResolvedTextReadsBackAsItself) {
-  const accuracy::LadderConfig once = read(
+TEST(AccuracyConfig, ResolvedTextReadsBackAsItself) {
+  const accuracy::AccuracyConfig once = read(
       "objects:\n  - shape: disc\n  - mesh: a.off\n    stand_in: {shape: ring, noise: 1 mm}\n");
   EXPECT_EQ(read(once.resolved).resolved, once.resolved);
 }
 
-TEST(LadderConfig, MistakesAreNamed) {
+TEST(AccuracyConfig, MistakesAreNamed) {
   const std::string bowl = "objects:\n  - shape: bowl\n";
   EXPECT_NE(refusal("objects:\n  - shape: bowel\n").find("did you mean \"bowl\""),
             std::string::npos);
@@ -84,7 +84,7 @@ TEST(LadderConfig, MistakesAreNamed) {
   EXPECT_NE(refusal(bowl + "    material: stele\n").find("steel"), std::string::npos);
   EXPECT_NE(refusal(bowl + "  - shape: bowl\n").find("two objects"), std::string::npos);
   EXPECT_NE(refusal(bowl + "    mesh: a.obj\n").find("either"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "    parameters: {wall: 1 m}\n").find("ladder.yaml:"),
+  EXPECT_NE(refusal(bowl + "    parameters: {wall: 1 m}\n").find("study.yaml:"),
             std::string::npos);
   EXPECT_NE(refusal("modes: 3\n").find("neither objects"), std::string::npos);
   EXPECT_NE(refusal("sound: {body: bowwl}\n").find("bowl"), std::string::npos);
@@ -95,7 +95,7 @@ TEST(LadderConfig, MistakesAreNamed) {
   EXPECT_NE(refusal("features: {methods: [magic]}\n").find("esprit"), std::string::npos);
 }
 
-TEST(LadderConfig, TheKeyThatIsWrongIsTheOneNamed) {
+TEST(AccuracyConfig, TheKeyThatIsWrongIsTheOneNamed) {
   const std::string bowl = "objects:\n  - shape: bowl\n";
   EXPECT_NE(refusal(bowl + "reference: {size: -1}\n").find("3:19: reference.size: must be"),
             std::string::npos);
@@ -105,26 +105,26 @@ TEST(LadderConfig, TheKeyThatIsWrongIsTheOneNamed) {
             std::string::npos);
 }
 
-TEST(LadderConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
+TEST(AccuracyConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
   const auto file = [](const std::string& words) {
     return refusal("objects:\n  - shape: bowl\n  - mesh: " + words + "\n");
   };
-  EXPECT_NE(file("none.ply").find("ladder.yaml:3:11: objects[1].mesh: none.ply: no such file"),
+  EXPECT_NE(file("none.ply").find("study.yaml:3:11: objects[1].mesh: none.ply: no such file"),
             std::string::npos);
   EXPECT_EQ(file("none.ply\n    optional: true"), "accepted");
   EXPECT_NE(file("none.MSH\n    optional: true").find("elements of an MSH file"),
             std::string::npos);
   EXPECT_NE(file("none.step\n    optional: true").find("OBJ, OFF, PLY or STL"), std::string::npos);
-  const std::string fourier = "reference: {solver: fourier}\nobjects:\n  - shape: bowl\n";
-  EXPECT_EQ(refusal(fourier), "accepted");
-  EXPECT_NE(refusal(fourier + "  - shape: block\n").find("4:12: objects[1].shape: block is not"),
+  const std::string axisymmetric = "reference: {solver: axisymmetric}\nobjects:\n  - shape: bowl\n";
+  EXPECT_EQ(refusal(axisymmetric), "accepted");
+  EXPECT_NE(refusal(axisymmetric + "  - shape: block\n").find("4:12: objects[1].shape: block is not"),
             std::string::npos);
-  EXPECT_NE(refusal(fourier + "  - mesh: a.ply\n    optional: true\n").find("objects[1].mesh"),
+  EXPECT_NE(refusal(axisymmetric + "  - mesh: a.ply\n    optional: true\n").find("objects[1].mesh"),
             std::string::npos);
 }
 
 TEST(ModesLine, NamesTheBodyTheBandAndTheBounds) {
-  const accuracy::LadderConfig config = read(
+  const accuracy::AccuracyConfig config = read(
       "material: youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700\nobjects:\n"
       "  - shape: disc\n    parameters: {radius: 60 mm, thickness: 5 mm}\n    material: steel\n"
       "  - mesh: my cup's scan.ply\n    optional: true\n    length: 10 cm\n");
@@ -220,25 +220,25 @@ TEST(Findings, JsonTellsAFailureAndNothingElse) {
   findings.name = "scan";
   findings.failure = "passed over, scan.ply is missing";
   findings.passed_over = true;
-  auto json = accuracy::to_json(accuracy::LadderConfig{}, findings);
+  auto json = accuracy::to_json(accuracy::AccuracyConfig{}, findings);
   EXPECT_EQ(json.at("failure"), findings.failure);
-  EXPECT_FALSE(json.contains("rungs"));
+  EXPECT_FALSE(json.contains("levels"));
   EXPECT_FALSE(accuracy::has_failed(json));
   findings.passed_over = false;
-  EXPECT_TRUE(accuracy::has_failed(accuracy::to_json(accuracy::LadderConfig{}, findings)));
+  EXPECT_TRUE(accuracy::has_failed(accuracy::to_json(accuracy::AccuracyConfig{}, findings)));
 }
 
 TEST(Findings, OnlyRanksAboveTheBandsBottomAreCompared) {
   accuracy::Findings findings;
   findings.reference.frequencies = {50, 100, 200};
   findings.reference.first = 1;
-  accuracy::Rung rung;
+  accuracy::RefinementLevel level;
   for (const double f : {70.0, 101.0, 204.0, 300.0}) {
-    rung.modes.eigenvalues.push_back(std::pow(2 * std::acos(-1) * f, 2));
-    rung.modes.pitch_errors.push_back(f);
+    level.modes.eigenvalues.push_back(std::pow(2 * std::acos(-1) * f, 2));
+    level.modes.pitch_errors.push_back(f);
   }
-  findings.rungs = {&rung};
-  const auto entry = accuracy::to_json(accuracy::LadderConfig{}, findings).at("rungs").at(0);
+  findings.levels = {&level};
+  const auto entry = accuracy::to_json(accuracy::AccuracyConfig{}, findings).at("levels").at(0);
   EXPECT_EQ(entry.at("modes"), 2);
   EXPECT_NEAR(entry.at("worst_cents"), 1200 * std::log2(1.02), 1e-6);
   EXPECT_NEAR(entry.at("median_cents"), 600 * (std::log2(1.01) + std::log2(1.02)), 1e-6);

@@ -42,8 +42,8 @@ TEST(CompareModes, OfASoundAgainstItselfIsNothing) {
     EXPECT_EQ(summary.mean, 0);
     EXPECT_EQ(summary.worst, 0);
   }
-  EXPECT_EQ(same.reference_share, 1);
-  EXPECT_EQ(same.other_share, 1);
+  EXPECT_EQ(same.reference_fraction, 1);
+  EXPECT_EQ(same.other_fraction, 1);
   EXPECT_EQ(same.unmatched_level, -std::numeric_limits<double>::infinity());
 }
 
@@ -129,11 +129,11 @@ TEST(CompareModes, TellsTheEnergyOfWhatIsNotMatched) {
   EXPECT_EQ(one.reference_only, std::vector<std::size_t>{2});
   EXPECT_EQ(one.other_only, std::vector<std::size_t>{2});
   const double all = 0.02 + 1.0 / 60 + 1.0 / 960;
-  EXPECT_NEAR(one.reference_share, 1 - 1.0 / 960 / all, 1e-12);
+  EXPECT_NEAR(one.reference_fraction, 1 - 1.0 / 960 / all, 1e-12);
   EXPECT_NEAR(one.unmatched_level, 10 * std::log10(1.0 / 960 / all), 1e-9);
   const perception::ModeComparison none = perception::compare_modes(bowl, {});
-  EXPECT_EQ(none.reference_share, 0);
-  EXPECT_TRUE(std::isnan(none.other_share));
+  EXPECT_EQ(none.reference_fraction, 0);
+  EXPECT_TRUE(std::isnan(none.other_fraction));
   EXPECT_EQ(none.unmatched_level, 0);
   EXPECT_TRUE(std::isnan(none.pitch.mean));
   EXPECT_TRUE(std::isnan(perception::compare_modes({}, {}).unmatched_level));
@@ -147,7 +147,7 @@ TEST(CompareModes, DoesNotWeighWhatIsOverBeforeItIsRecorded) {
   auto guessed = bowl;
   guessed.push_back(mode(8000, 1500, 40));
   perception::ModeComparisonOptions options;
-  EXPECT_LT(perception::compare_modes(bowl, guessed, options).other_share, 0.2);
+  EXPECT_LT(perception::compare_modes(bowl, guessed, options).other_fraction, 0.2);
   options.from = 0.003;
   double energy = 0;
   for (const features::Feature& one : bowl) {
@@ -155,8 +155,8 @@ TEST(CompareModes, DoesNotWeighWhatIsOverBeforeItIsRecorded) {
   }
   const double over = std::pow(40 * std::exp(-1500 * 0.003), 2) / (4 * 1500);
   const perception::ModeComparison comparison = perception::compare_modes(bowl, guessed, options);
-  EXPECT_NEAR(comparison.other_share, energy / (energy + over), 1e-12);
-  EXPECT_GT(comparison.other_share, 0.99);
+  EXPECT_NEAR(comparison.other_fraction, energy / (energy + over), 1e-12);
+  EXPECT_GT(comparison.other_fraction, 0.99);
   // Levels are those at the onset all the same.
   EXPECT_NEAR(perception::compare_modes(bowl, changed(bowl, 0, 1.33, 3), options).level.worst, 3,
               1e-9);

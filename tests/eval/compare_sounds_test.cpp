@@ -41,7 +41,7 @@ TEST(CompareSounds, OfASoundAgainstItselfIsNothing) {
   EXPECT_EQ(same.seconds, 1);
   EXPECT_EQ(same.modes.pitch.worst, 0);
   EXPECT_EQ(same.loudness.rms, 0);
-  EXPECT_EQ(same.loudness.share, 0);
+  EXPECT_EQ(same.loudness.fraction, 0);
   EXPECT_EQ(same.loudness.reference_loudest, same.loudness.other_loudest);
   EXPECT_EQ(same.spectra.total(), 0);
 }
@@ -55,8 +55,8 @@ TEST(CompareSounds, HearsAGain) {
     EXPECT_NEAR(quieter.modes.level.mean, -gain, 1e-9);
     EXPECT_NEAR(quieter.spectra.convergence, 1 - std::pow(10, gain / 20), 1e-3);
     EXPECT_LT(quieter.loudness.other_loudest, quieter.loudness.reference_loudest);
-    EXPECT_GT(quieter.loudness.share, last);
-    last = quieter.loudness.share;
+    EXPECT_GT(quieter.loudness.fraction, last);
+    last = quieter.loudness.fraction;
   }
 }
 
@@ -70,7 +70,7 @@ TEST(CompareSounds, LoudnessIsZwickers) {
   // What leaks into other bands comes up from near the threshold, where loudness grows faster.
   EXPECT_GT(ten.loudness.other_loudest / ten.loudness.reference_loudest, r);
   EXPECT_LT(ten.loudness.other_loudest / ten.loudness.reference_loudest, 1.05 * r);
-  EXPECT_NEAR(ten.loudness.share, (r - 1) / std::sqrt((1 + r * r) / 2), 0.01);
+  EXPECT_NEAR(ten.loudness.fraction, (r - 1) / std::sqrt((1 + r * r) / 2), 0.01);
   // One tone of 60 dB in one band of 998.4 Hz: 1.5406 sone/Bark (loudness_test.cpp), and what leaks
   // into the bands beside it.
   const perception::SoundComparison sixty = perception::compare_sounds(quiet, quiet, {{}, 60});
@@ -81,7 +81,7 @@ TEST(CompareSounds, LoudnessIsZwickers) {
       perception::compare_sounds(quiet, louder(quiet, -5), {{}, 0});
   EXPECT_EQ(none.loudness.reference_loudest, 0);
   EXPECT_EQ(none.loudness.rms, 0);
-  EXPECT_TRUE(std::isnan(none.loudness.share));
+  EXPECT_TRUE(std::isnan(none.loudness.fraction));
 }
 
 TEST(CompareSounds, IsSymmetricButForTheReferencesShare) {
@@ -92,11 +92,11 @@ TEST(CompareSounds, IsSymmetricButForTheReferencesShare) {
                                     back = perception::compare_sounds(two, one);
   EXPECT_NEAR(forth.level, -back.level, 1e-9);
   EXPECT_EQ(forth.loudness.rms, back.loudness.rms);
-  EXPECT_EQ(forth.loudness.share, back.loudness.share);
+  EXPECT_EQ(forth.loudness.fraction, back.loudness.fraction);
   EXPECT_EQ(forth.loudness.reference_loudest, back.loudness.other_loudest);
   EXPECT_NEAR(forth.spectra.log_magnitude, back.spectra.log_magnitude, 1e-12);
   EXPECT_NEAR(forth.modes.decay.mean, back.modes.decay.mean, 1e-12);
-  EXPECT_GT(forth.loudness.share, 0.1);
+  EXPECT_GT(forth.loudness.fraction, 0.1);
 }
 
 TEST(CompareSounds, LaysOnsetsOnEachOther) {
@@ -112,7 +112,7 @@ TEST(CompareSounds, LaysOnsetsOnEachOther) {
   early.set.end = 0.6;
   const perception::SoundComparison same = perception::compare_sounds(early, late);
   EXPECT_NEAR(same.seconds, 0.6, 1e-4);
-  EXPECT_NEAR(same.loudness.share, 0, 1e-9);
+  EXPECT_NEAR(same.loudness.fraction, 0, 1e-9);
   EXPECT_NEAR(same.spectra.total(), 0, 1e-9);
 }
 
@@ -121,7 +121,7 @@ TEST(CompareSounds, OfUnequalLengthsComparesWhatBothHave) {
                                shorter = sound(bowl, {.seconds = 0.4});
   const perception::SoundComparison common = perception::compare_sounds(longer, shorter);
   EXPECT_NEAR(common.seconds, 0.4, 1e-4);
-  EXPECT_LT(common.loudness.share, 1e-3);
+  EXPECT_LT(common.loudness.fraction, 1e-3);
 }
 
 TEST(CompareSounds, OfTwoRatesComparesAtTheLower) {
@@ -131,7 +131,7 @@ TEST(CompareSounds, OfTwoRatesComparesAtTheLower) {
   EXPECT_EQ(same.sample_rate, 44100);
   EXPECT_NEAR(same.seconds, 0.5, 1e-4);
   EXPECT_NEAR(same.level, 0, 0.05);
-  EXPECT_LT(same.loudness.share, 0.05);
+  EXPECT_LT(same.loudness.fraction, 0.05);
   EXPECT_LT(same.spectra.convergence, 0.05);
 }
 
@@ -141,10 +141,10 @@ TEST(CompareSounds, OfSilenceHasStatedOutcomes) {
   silence.set.end = 0;
   silence.set.nothing = "silent";
   const perception::SoundComparison lost = perception::compare_sounds(sound(bowl), silence);
-  EXPECT_NEAR(lost.loudness.share, std::sqrt(2), 1e-12);
+  EXPECT_NEAR(lost.loudness.fraction, std::sqrt(2), 1e-12);
   EXPECT_EQ(lost.loudness.other_loudest, 0);
   EXPECT_EQ(lost.level, -std::numeric_limits<double>::infinity());
-  EXPECT_EQ(lost.modes.reference_share, 0);
+  EXPECT_EQ(lost.modes.reference_fraction, 0);
   const perception::SoundComparison none = perception::compare_sounds(silence, silence);
   EXPECT_TRUE(std::isnan(none.level));
   EXPECT_EQ(none.loudness.rms, 0);
@@ -171,7 +171,7 @@ TEST(CompareSounds, FallsWithWhatIsExtracted) {
   EXPECT_NEAR(found.modes.matched[1].decay_ratio, 1.15, 0.01);
   EXPECT_NEAR(found.modes.matched[1].level, 2, 0.1);
   EXPECT_LT(found.modes.matched[0].pitch_jnd, 0.05);
-  EXPECT_GT(found.modes.reference_share, 0.9999);
+  EXPECT_GT(found.modes.reference_fraction, 0.9999);
 }
 
 }  // namespace

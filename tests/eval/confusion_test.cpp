@@ -26,10 +26,10 @@ TEST(Confusion, IsCountedByHand) {
   EXPECT_EQ(recall[2], 0);  // a class with one sample
   EXPECT_TRUE(std::isnan(recall[3]));
   EXPECT_DOUBLE_EQ(classification::balanced_accuracy(confusion), (0.75 + 0.5 + 0) / 3);
-  const auto shares = classification::row_shares(confusion);
-  EXPECT_DOUBLE_EQ(shares[1], 0.25);
-  EXPECT_DOUBLE_EQ(shares[9], 1);
-  EXPECT_TRUE(std::isnan(shares[15]));
+  const auto fractions = classification::row_fractions(confusion);
+  EXPECT_DOUBLE_EQ(fractions[1], 0.25);
+  EXPECT_DOUBLE_EQ(fractions[9], 1);
+  EXPECT_TRUE(std::isnan(fractions[15]));
 }
 
 TEST(Confusion, AddsAnswersOfOthers) {

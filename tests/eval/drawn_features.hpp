@@ -9,13 +9,13 @@
 namespace carillon::eval {
 
 /// Damping drawn from d = 5 + 2e-8 omega^2 + N(0, sigma^2) + Exp(mean tau), frequencies even from
-/// 300 Hz to 10 kHz; what is not positive is drawn again. `share` adds an error in proportion to
+/// 300 Hz to 10 kHz; what is not positive is drawn again. `fraction` adds an error in proportion to
 /// the law.
 struct Draw {
   std::size_t points = 30;
   double sigma = 1;
   double tau = 10;
-  double share = 0;
+  double fraction = 0;
 };
 
 inline double true_decay_rate(double hertz) {
@@ -29,7 +29,7 @@ inline damping::DampingData drawn_features(const Draw& draw, std::uint64_t repet
     const double f = random.uniform(300, 10000);
     const double excess = draw.tau > 0 ? -draw.tau * std::log1p(-random.uniform()) : 0;
     const double law = true_decay_rate(f);
-    const double d = law + std::hypot(draw.sigma, draw.share * law) * random.normal() + excess;
+    const double d = law + std::hypot(draw.sigma, draw.fraction * law) * random.normal() + excess;
     if (d <= 0) continue;
     data.eigenvalues.push_back(std::pow(2 * std::numbers::pi * f, 2));
     data.coefficients.push_back(2 * d);

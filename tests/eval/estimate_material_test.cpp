@@ -129,7 +129,7 @@ TEST(EstimateMaterial, TrustsSpectrogramsAsFarAsTheyAgree) {
   for (features::Feature& tone : tones) tone.amplitude *= std::pow(10, 6 * random.normal() / 20);
   const auto recorded = test::record(tones, {.snr = 40, .missing = 0.1});
   material::MaterialOptions bare;
-  bare.metric.least_difference = 0;
+  bare.metric.min_difference = 0;
   const auto off = [&](const material::MaterialOptions& options) {
     const auto found = estimate_from(recorded, body(Body::plate, 1e7), options);
     return error_of(found.candidate.damping.parameters[0], truth.damping.parameters[0]);

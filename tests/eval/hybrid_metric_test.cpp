@@ -30,7 +30,7 @@ TEST(HybridMetric, OfTheTruthIsTheLeastThereIs) {
   EXPECT_NEAR(value.recording_match, 1, 1e-12);
   EXPECT_NEAR(value.candidate_match, 1, 1e-12);
   EXPECT_LT(value.psychoacoustic, 1e-4);
-  EXPECT_NEAR(value.metric, reference.options.least_difference, 1e-4);
+  EXPECT_NEAR(value.metric, reference.options.min_difference, 1e-4);
   EXPECT_NEAR(material::match_ratio_product(reference, heard(glass())), 1, 1e-12);
 }
 
@@ -77,7 +77,7 @@ TEST(HybridMetric, DoesNotDependOnGain) {
 }
 
 TEST(HybridMetric, PsychoacousticPartIsSymmetric) {
-  // Both ways with one scale of loudness; each as a share of the other's squares.
+  // Both ways with one scale of loudness; each as a fraction of the other's squares.
   material::Candidate other = glass();
   other.damping.parameters[0] = 20;
   other.specific_modulus *= 1.02;

@@ -39,13 +39,13 @@ TEST(WilsonInterval, HasStatedEnds) {
 TEST(WilsonInterval, SolvesItsEquation) {
   EXPECT_TRUE(rc::check("(share - p)^2 = z^2 p (1 - p) / n at both ends", [] {
     const double samples = *rc::gen::inRange(1, 5000);
-    const double share = *rc::gen::inRange(0, 1001) / 1000.0;
-    const core::Range bounds = classification::wilson_interval(share * samples, samples);
+    const double fraction = *rc::gen::inRange(0, 1001) / 1000.0;
+    const core::Range bounds = classification::wilson_interval(fraction * samples, samples);
     for (const double p : {bounds.low, bounds.high}) {
-      RC_ASSERT(std::abs(std::pow(share - p, 2) -
+      RC_ASSERT(std::abs(std::pow(fraction - p, 2) -
                          std::pow(1.959963984540054, 2) * p * (1 - p) / samples) < 1e-12);
     }
-    const core::Range wrong = classification::wilson_interval((1 - share) * samples, samples);
+    const core::Range wrong = classification::wilson_interval((1 - fraction) * samples, samples);
     RC_ASSERT(std::abs(wrong.low - (1 - bounds.high)) < 1e-12);
   }));
 }

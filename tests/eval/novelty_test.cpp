@@ -139,8 +139,8 @@ TEST(ThresholdAt, IsReachedByTheShareAskedFor) {
   EXPECT_EQ(classification::threshold_at(known, 1), 1);
   EXPECT_EQ(classification::threshold_at(known, 0.15), 18);
   EXPECT_EQ(classification::threshold_at(known, 1e-9), 20);
-  EXPECT_EQ(classification::share_reaching(std::vector<double>{1, 2, 3, 0}, 2), 0.5);
-  EXPECT_TRUE(std::isnan(classification::share_reaching({}, 2)));
+  EXPECT_EQ(classification::fraction_reaching(std::vector<double>{1, 2, 3, 0}, 2), 0.5);
+  EXPECT_TRUE(std::isnan(classification::fraction_reaching({}, 2)));
   EXPECT_THROW(classification::threshold_at({}, 0.95), core::InputError);
   EXPECT_THROW(classification::threshold_at(known, 0), core::InputError);
   EXPECT_THROW(classification::threshold_at(known, 1.01), core::InputError);
@@ -148,8 +148,8 @@ TEST(ThresholdAt, IsReachedByTheShareAskedFor) {
     const auto scores = any_scores();
     const double rate = *rc::gen::inRange(1, 101) / 100.0;
     const double threshold = classification::threshold_at(scores, rate);
-    RC_ASSERT(classification::share_reaching(scores, threshold) >= rate - 1e-9);
-    RC_ASSERT(classification::share_reaching(scores, std::nextafter(threshold, infinity)) < rate);
+    RC_ASSERT(classification::fraction_reaching(scores, threshold) >= rate - 1e-9);
+    RC_ASSERT(classification::fraction_reaching(scores, std::nextafter(threshold, infinity)) < rate);
   }));
 }
 

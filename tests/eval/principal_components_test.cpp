@@ -30,9 +30,9 @@ TEST(PrincipalComponents, AreThePlantedDirections) {
     for (std::size_t c = 0; c < 5; ++c) rows.push_back(7 + 3 * a[i] * u[c] + 0.5 * b[i] * v[c]);
   }
   const statistics::PrincipalComponents found = statistics::principal_components(rows, 5, 4);
-  ASSERT_EQ(found.shares.size(), 2U) << "it varies in two directions alone";
-  EXPECT_NEAR(found.shares[0] + found.shares[1], 1, 1e-9);
-  EXPECT_NEAR(found.shares[0], 9 / 9.25, 0.01);
+  ASSERT_EQ(found.fractions.size(), 2U) << "it varies in two directions alone";
+  EXPECT_NEAR(found.fractions[0] + found.fractions[1], 1, 1e-9);
+  EXPECT_NEAR(found.fractions[0], 9 / 9.25, 0.01);
   for (std::size_t c = 0; c < 5; ++c) {
     EXPECT_NEAR(found.components[c], u[c], 0.02);
     EXPECT_NEAR(found.components[5 + c], v[c], 0.02);
@@ -48,17 +48,17 @@ RC_GTEST_PROP(PrincipalComponents, AreOrthonormalAndTheirCoordinatesVaryAsTheirS
   const auto values = drawn(rows * columns, *rc::gen::arbitrary<std::uint64_t>());
   const statistics::PrincipalComponents found =
       statistics::principal_components(values, columns, 14);
-  const std::size_t count = found.shares.size();
+  const std::size_t count = found.fractions.size();
   RC_ASSERT(count == std::min(rows - 1, columns));
-  RC_ASSERT(std::abs(std::accumulate(found.shares.begin(), found.shares.end(), -1.0)) < 1e-9);
+  RC_ASSERT(std::abs(std::accumulate(found.fractions.begin(), found.fractions.end(), -1.0)) < 1e-9);
   double all = 0;
   for (const double x : found.coordinates) all += x * x;
   for (std::size_t i = 0; i < count; ++i) {
-    if (i > 0) RC_ASSERT(found.shares[i] <= found.shares[i - 1] * (1 + 1e-9));
+    if (i > 0) RC_ASSERT(found.fractions[i] <= found.fractions[i - 1] * (1 + 1e-9));
     double variance = 0;
     for (std::size_t r = 0; r < rows; ++r)
       variance += std::pow(found.coordinates[r * count + i], 2);
-    RC_ASSERT(std::abs(variance / all - found.shares[i]) < 1e-9);
+    RC_ASSERT(std::abs(variance / all - found.fractions[i]) < 1e-9);
     for (std::size_t j = 0; j <= i; ++j) {
       double product = 0;
       for (std::size_t c = 0; c < columns; ++c) {

@@ -42,7 +42,7 @@ TEST(RecognisedScene, TakesBlocksAndFlowsOfEntries) {
       "# a scene\nobjects:\n  - {shape: bar}  # long\n  - shape: tile\n    count: 2\n"
       "motion:\n  bodies:\n    - object: bar\n      at: [0, 0, 1]\n");
   expect_one_more("objects:\n- {shape: bar}\nmotion:\n  bodies:\n  - {object: bar}\n");
-  expect_one_more("motion: {bodies: [{object: bar}], takes: 2}\nobjects: [{shape: bar}]\n");
+  expect_one_more("motion: {bodies: [{object: bar}], simulations: 2}\nobjects: [{shape: bar}]\n");
   expect_one_more("{motion: {bodies: [{object: bar}]}, objects: [{shape: bar}]}");
   expect_one_more(
       "objects:\r\n  - {shape: bar}\r\nmotion:\r\n  bodies:\r\n    - {object: bar}\r\n");

@@ -158,7 +158,7 @@ TEST(PairsByChance, FollowFromHowDenseTheOthersAre) {
   EXPECT_EQ(recorded::pairs_by_chance(std::vector{1000.0}, std::vector{1000.0}, 50), 0);
 }
 
-TEST(Joined, CountsAllBlows) {
+TEST(Joined, CountsAllStrikes) {
   const std::vector<double> modes = {1000, 2000};
   const std::vector<recorded::PeakMatch> two = {
       recorded::match_peaks(modes, peaks_at({1003, 2004}), 50),
@@ -177,7 +177,7 @@ features::Feature tone(double frequency, double decay_rate, double amplitude) {
   return feature;
 }
 
-/// Blows that are the model's but for a gain, a pitch, a damping and one mode that is too loud.
+/// Strikes that are the model's but for a gain, a pitch, a damping and one mode that is too loud.
 TEST(CompareRecorded, TakesOneGainOutOfAllLevels) {
   const std::vector<features::Feature> first = {tone(500, 5, 1), tone(1300, 9, 2),
                                                 tone(2900, 20, 0.5)};
@@ -194,24 +194,24 @@ TEST(CompareRecorded, TakesOneGainOutOfAllLevels) {
   }
   heard[1][2].amplitude *= 2;
   heard[1].push_back(tone(9000, 40, 1e-3));
-  const std::vector<recorded::RecordedTones> blows = {{heard[0], first}, {heard[1], second}};
-  const recorded::RecordedComparison found = recorded::compare_recorded(blows, {});
+  const std::vector<recorded::RecordedTones> strikes = {{heard[0], first}, {heard[1], second}};
+  const recorded::RecordedComparison found = recorded::compare_recorded(strikes, {});
   EXPECT_NEAR(found.gain / gain, 1, 1e-12);
   EXPECT_EQ(found.all.matched, 6U);
   EXPECT_EQ(found.all.recorded, 7U);
   EXPECT_NEAR(found.all.cents.median, -cents, 1e-9);
   EXPECT_NEAR(found.all.decay_ratio.median, 1 / damping, 1e-12);
-  EXPECT_NEAR(found.blows[1].matched[2].level, -20 * std::log10(2.0), 1e-9);
+  EXPECT_NEAR(found.strikes[1].matched[2].level, -20 * std::log10(2.0), 1e-9);
   EXPECT_NEAR(found.all.level_error.median, 0, 1e-9);
-  ASSERT_EQ(found.blows[1].reference_only.size(), 1U);
-  EXPECT_EQ(found.blows[1].reference_only[0], 3U);
+  ASSERT_EQ(found.strikes[1].reference_only.size(), 1U);
+  EXPECT_EQ(found.strikes[1].reference_only[0], 3U);
 }
 
 TEST(CompareRecorded, LeavesOutWhatIsTooWeakAndStandsSilence) {
   const std::vector<features::Feature> loud = {tone(500, 5, 1), tone(700, 5, 1e-4)};
   const std::vector<features::Feature> none;
-  const std::vector<recorded::RecordedTones> blows = {{loud, loud}, {none, loud}};
-  const recorded::RecordedComparison found = recorded::compare_recorded(blows, {});
+  const std::vector<recorded::RecordedTones> strikes = {{loud, loud}, {none, loud}};
+  const recorded::RecordedComparison found = recorded::compare_recorded(strikes, {});
   EXPECT_EQ(found.all.synthetic, 2U);
   EXPECT_EQ(found.all.matched, 1U);
   const std::vector<recorded::RecordedTones> silent = {{none, {}}};
@@ -219,7 +219,7 @@ TEST(CompareRecorded, LeavesOutWhatIsTooWeakAndStandsSilence) {
 }
 
 /// A plate struck at two points: gains of its modes differ, the material does not.
-TEST(EstimateJointly, FindsOneMaterialAndOneGainOfSeveralBlows) {
+TEST(EstimateJointly, FindsOneMaterialAndOneGainOfSeveralStrikes) {
   const double truth = 2.4e7;
   material::StruckModes first = test::hinged_plate(3e7, 0.2, 0.15, 0.005, 30);
   material::StruckModes second = first;

@@ -98,8 +98,8 @@ TEST(StartPoints, HoldTheTruthWhereNothingIsMissing) {
   EXPECT_GT(starts[0].match, 0.99);
   for (std::size_t i = 1; i < starts.size(); ++i) {
     ASSERT_LE(starts[i].match, starts[i - 1].match);
-    ASSERT_GE(starts[i].candidate.specific_modulus, material::StartOptions{}.least_modulus);
-    ASSERT_LE(starts[i].candidate.specific_modulus, material::StartOptions{}.most_modulus);
+    ASSERT_GE(starts[i].candidate.specific_modulus, material::StartOptions{}.min_modulus);
+    ASSERT_LE(starts[i].candidate.specific_modulus, material::StartOptions{}.max_modulus);
   }
 }
 

@@ -29,7 +29,7 @@ struct RecordedOptions {
   double seconds = 1;
   double sample_rate = 44100;
   double snr = 200;           ///< of white noise, over the whole clip [dB]
-  double missing = 0;         ///< share of the modes that do not sound
+  double missing = 0;         ///< fraction of the modes that do not sound
   bool random_phases = true;  ///< else cosines
   std::uint64_t seed = 1;
 };

@@ -52,9 +52,9 @@ TEST(StruckModes, OfAPairDoNotDependOnItsBasis) {
     return [turn](int mode, const Vec3& x) {
       const Vec3 a = wavy(0, x);
       const Vec3 b = wavy(1, x);
-      const double x_share = mode == 0 ? std::cos(turn) : -std::sin(turn);
-      const double y_share = mode == 0 ? std::sin(turn) : std::cos(turn);
-      return Vec3(x_share * a + y_share * b);
+      const double x_fraction = mode == 0 ? std::cos(turn) : -std::sin(turn);
+      const double y_fraction = mode == 0 ? std::sin(turn) : std::cos(turn);
+      return Vec3(x_fraction * a + y_fraction * b);
     };
   };
   const Vec3 down(0, 0, -1);

@@ -1,6 +1,6 @@
 #include "dataset/configuration/configuration.hpp"
 #include "dataset/sweep/sweep.hpp"
-#include "eval/accuracy/ladder_config.hpp"
+#include "eval/accuracy/accuracy_config.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -18,7 +18,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::expect_value_or_error([&] {
     dataset::configuration::read_build_config(text, file, overrides, scene::effects(), false);
   });
-  fuzz::expect_value_or_error([&] { eval::accuracy::read_ladder_config(text, file, overrides); });
+  fuzz::expect_value_or_error([&] { eval::accuracy::read_accuracy_config(text, file, overrides); });
   fuzz::expect_value_or_error([&] { dataset::sweep::read_sweep(text, file, overrides); });
   return 0;
 }

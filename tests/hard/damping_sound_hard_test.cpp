@@ -28,8 +28,8 @@ bool contains(const std::string& text, const std::string& part) {
 solvers::modes::Modes modes_at(const std::vector<double>& hertz) {
   solvers::modes::Modes modes;
   for (const double f : hertz) modes.eigenvalues.push_back(at_hertz(f));
-  modes.kinetic_share = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(hertz.size()), 1);
-  modes.strain_share = modes.kinetic_share;
+  modes.kinetic_fraction = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(hertz.size()), 1);
+  modes.strain_fraction = modes.kinetic_fraction;
   return modes;
 }
 
@@ -207,7 +207,7 @@ TEST(DampingHard, FormulaThatCannotBeRead) {
 // A power law that is infinite at rest, in a body of two regions.
 TEST(DampingHard, InfiniteAtRest) {
   solvers::modes::Modes modes = modes_at({20, 2000});
-  modes.kinetic_share = modes.strain_share = Eigen::MatrixXd::Constant(2, 2, 0.5);
+  modes.kinetic_fraction = modes.strain_fraction = Eigen::MatrixXd::Constant(2, 2, 0.5);
   const std::vector<damping::DampingModel> regions = {
       {damping::DampingKind::power, {1e3, -0.5}, ""}, formula("20 - ln(lambda)/10")};
   for (const double d : damping::decay_rates(modes, regions)) {

@@ -192,7 +192,7 @@ std::string msh_text(const TetMesh& mesh) {
   for (auto tuple : theirs) {
     if (mesh.order == 1) {
       if (std::count(tuple.begin(), tuple.end(), 2) == 0) break;
-      for (int& share : tuple) share /= 2;
+      for (int& fraction : tuple) fraction /= 2;
     }
     position.push_back(
         static_cast<std::size_t>(std::find(ours.begin(), ours.end(), tuple) - ours.begin()));

@@ -190,8 +190,8 @@ double cents_off(const std::vector<float>& sound, Real omega) {
   }
   EXPECT_NEAR(double(in_phase / (kRate / 2)), 1, 1e-6);  // nothing lost of the amplitude either
   const Real phase = std::atan2(quadrature, in_phase);
-  const Real share = phase / (omega * (Real(sound.size()) / Real(kRate)));
-  return double(1200 * std::log2(1 + std::abs(share)));
+  const Real fraction = phase / (omega * (Real(sound.size()) / Real(kRate)));
+  return double(1200 * std::log2(1 + std::abs(fraction)));
 }
 
 TEST(KernelHard, AMinuteWithoutDrift) {
@@ -263,7 +263,7 @@ TEST(KernelHard, ForcesFromPiconewtonsToTeranewtons) {
 }
 
 // A soft striker's contact can last for ever: memory for its samples cannot be had.
-TEST(KernelHard, BlowsWithoutEndAreRefused) {
+TEST(KernelHard, StrikesWithoutEndAreRefused) {
   const auto message = [](const auto& run) -> std::string {
     try {
       run();
@@ -288,16 +288,16 @@ TEST(KernelHard, BlowsWithoutEndAreRefused) {
               renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
             }).find("below a year"),
             std::string::npos);
-  // A single blow needs no more than the clip's samples.
+  // A single strike needs no more than the clip's samples.
   rings.readout.delays = {0};
   for (const float s : modal::synthesize(rings, {1e9}, kRate, 100)) ASSERT_LT(std::abs(s), 1e-6F);
   EXPECT_NE(message([&] {
-              modal::synthesize_blows(rings, {1e9}, std::vector<double>{0, 1}, kRate, 100);
+              modal::synthesize_strikes(rings, {1e9}, std::vector<double>{0, 1}, kRate, 100);
             }).find("longer than"),
             std::string::npos);
 }
 
-// After three hours a blow sounds to the bit as the first did, and nothing has piled up.
+// After three hours a strike sounds to the bit as the first did, and nothing has piled up.
 TEST(KernelHard, StreamingStateIsBoundedOverHours) {
   const modal::RingDown rings = random_rings(12, 3, false);
   modal::StreamingRenderer renderer(1, kRate);

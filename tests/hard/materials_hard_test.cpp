@@ -159,7 +159,7 @@ TEST(Hard, StiffnessContrastOfAMillion) {
     const double truth = axial_root(hard, soft, 0.05, modes.frequency(k));
     EXPECT_LT(std::abs(cents(modes.frequency(k), truth)), 1e-4) << modes.frequency(k) << " Hz";
   }
-  EXPECT_GT(modes.strain_share.col(1).minCoeff(), 0.9999);
+  EXPECT_GT(modes.strain_fraction.col(1).minCoeff(), 0.9999);
   EXPECT_NEAR(modes.mass, 0.03 * 0.04 * 0.05 * (7850 + 1100), 1e-12);
   // The same to any contrast: the lowest axial mode is that of the soft half on a rigid mass.
   for (const double contrast : {1e2, 1e8}) {
@@ -181,7 +181,7 @@ TEST(Hard, DensityContrastOfAMillion) {
                               [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
     const auto modes = lowest_modes(bar, {heavy, light}, 30);
     expect_sound(modes);
-    EXPECT_GT(modes.kinetic_share.col(0).minCoeff(), 0.99);
+    EXPECT_GT(modes.kinetic_fraction.col(0).minCoeff(), 0.99);
     const auto axial = axial_modes(modes);
     ASSERT_GE(axial.size(), 1u);
     const double found = modes.frequency(axial[0]);

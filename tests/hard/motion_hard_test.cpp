@@ -1,4 +1,4 @@
-// What could blow up in a motion: docs/hard-cases.md says what each must come to.
+// What could strike up in a motion: docs/hard-cases.md says what each must come to.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -141,7 +141,7 @@ TEST(MotionHard, FastAndThinDoesNotPassThrough) {
     const motion::Motion motion = thrown(speed, step);
     expect_finite(motion);
     EXPECT_FALSE(motion.too_fast) << speed;
-    EXPECT_GT(motion.most_substeps, 1) << speed;
+    EXPECT_GT(motion.max_substeps, 1) << speed;
     EXPECT_FALSE(motion.impacts.empty()) << speed;
     for (const auto& states : motion.states) ASSERT_GT(states[1].pose.origin.z(), 0) << speed;
     EXPECT_LE(energy_growth(motion), 0.01) << speed;

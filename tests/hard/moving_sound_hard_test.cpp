@@ -48,7 +48,7 @@ void scrape_over_the_top(Scrape& scene) {
   for (motion::ContactStep& step : scene.motion.contacts[0].steps) step.points[1] += by;
 }
 
-motion::Impact blow(double time, double impulse, double duration) {
+motion::Impact strike(double time, double impulse, double duration) {
   motion::Impact impact;
   impact.time = time;
   impact.bodies = {0, 1};
@@ -59,7 +59,7 @@ motion::Impact blow(double time, double impulse, double duration) {
   return impact;
 }
 
-TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
+TEST(MovingSoundHard, AThousandContactsAndStrikesInOneStep) {
   const Ball ball;
   Scrape scene(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);
   scrape_over_the_top(scene);
@@ -73,7 +73,7 @@ TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
   const double of_all =
       peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
   EXPECT_NEAR(of_all / of_one, 1, 1e-3);
-  for (int i = 0; i < 1000; ++i) scene.motion.impacts.push_back(blow(0.02, 1e-3, 1e-4));
+  for (int i = 0; i < 1000; ++i) scene.motion.impacts.push_back(strike(0.02, 1e-3, 1e-4));
   const motion::MotionSound sound =
       motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
   EXPECT_GT(peak(sound), 0);
@@ -82,7 +82,7 @@ TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
   Scrape one(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);
   one.motion.contacts.clear();
   scene.motion.contacts.clear();
-  one.motion.impacts = {blow(0.02, 1, 1e-4)};
+  one.motion.impacts = {strike(0.02, 1, 1e-4)};
   const motion::MotionSound many =
       motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
   const motion::MotionSound single =
@@ -92,12 +92,12 @@ TEST(MovingSoundHard, AThousandContactsAndBlowsInOneStep) {
   }
 }
 
-TEST(MovingSoundHard, BlowsAtBothEndsOfAnyDurationAndNone) {
+TEST(MovingSoundHard, StrikesAtBothEndsOfAnyDurationAndNone) {
   const Ball ball;
   Scrape scene(sine_map(2e-3, 0, 32, 4), 0, 5, 0.05);
   scene.motion.contacts.clear();
-  scene.motion.impacts = {blow(0, 1e-3, 0), blow(0, 0, 1e-4), blow(0, 1e-3, 1),
-                          blow(0.05, 1e-3, 1e-4), blow(0.0499999, 1e-3, 0)};
+  scene.motion.impacts = {strike(0, 1e-3, 0), strike(0, 0, 1e-4), strike(0, 1e-3, 1),
+                          strike(0.05, 1e-3, 1e-4), strike(0.0499999, 1e-3, 0)};
   const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
   EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
   motion::MotionSoundOptions longer;
@@ -109,7 +109,7 @@ TEST(MovingSoundHard, ABodyThatLeavesTheWorld) {
   const Ball ball;
   Scrape scene(sine_map(2e-3, 0, 32, 4), 0, 5, 0.3);
   scene.motion.contacts.clear();
-  scene.motion.impacts = {blow(0.01, 1e-3, 1e-4)};
+  scene.motion.impacts = {strike(0.01, 1e-3, 1e-4)};
   for (std::size_t k = 0; k < scene.motion.states.size(); ++k) {
     // Faster than sound, away.
     scene.motion.states[k][1].pose.origin = {0, 0, -1000.0 * static_cast<double>(k) * 1e-3};
@@ -174,10 +174,10 @@ TEST(MovingSoundHard, NumbersThatAreNone) {
   scene.motion.contacts[0].steps[7].force.z() = NAN;
   refused(scene);
   scene = fine;
-  scene.motion.impacts = {blow(0.01, NAN, 1e-4)};
+  scene.motion.impacts = {strike(0.01, NAN, 1e-4)};
   refused(scene);
   scene = fine;
-  scene.motion.impacts = {blow(0.01, 1e-3, INFINITY)};
+  scene.motion.impacts = {strike(0.01, 1e-3, INFINITY)};
   refused(scene);
   scene = fine;
   scene.motion.states[9][1].pose.origin.x() = NAN;

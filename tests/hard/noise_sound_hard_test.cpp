@@ -40,7 +40,7 @@ void expect_tone(const std::filesystem::path& folder, double noise_floor, int ch
   core::RandomStream random(1, 3, "hard.noise");
   const auto samples = noise.draw(8192, 0, 1, random).samples;
   const double level = tone_level(samples, 1000, 44100);
-  // Root mean square 1, of which a coarse format's own noise has a share.
+  // Root mean square 1, of which a coarse format's own noise has a fraction.
   EXPECT_NEAR(level, 10 * std::log10(2.0), noise_floor < -40 ? 0.05 : 0.2);
   double rest = 0;
   for (const double other : {517.0, 1490.0, 2003.0, 3100.0}) {

@@ -11,7 +11,7 @@
 #include "../solvers/test_meshes.hpp"
 #include "core/error.hpp"
 #include "hard_case.hpp"
-#include "solvers/axisymmetric/fourier_modes.hpp"
+#include "solvers/axisymmetric/solve_axisymmetric.hpp"
 #include "tests/solvers/written_files.hpp"
 
 namespace carillon {
@@ -31,7 +31,7 @@ std::vector<double> block_truth(std::size_t count) {
 /// without it, but for the layer's crossed diagonals, which are another mesh of the same fineness.
 TEST(Hard, SliversOfATenthOfADegree) {
   const auto truth = block_truth(20);
-  const double most_apart[] = {100, 30, 2, 0.1};
+  const double max_apart[] = {100, 30, 2, 0.1};
   for (int order = 1; order <= 4; ++order) {
     SCOPED_TRACE(order);
     const auto whole = box_mesh(block_sides, block_cells, order);
@@ -43,7 +43,7 @@ TEST(Hard, SliversOfATenthOfADegree) {
     const auto modes = lowest_modes(spoiled, {steel}, 20);
     expect_sound(modes);
     const auto unspoiled = frequencies(lowest_modes(whole, {steel}, 20));
-    EXPECT_LT(worst_cents(frequencies(modes), unspoiled, 20), most_apart[order - 1]);
+    EXPECT_LT(worst_cents(frequencies(modes), unspoiled, 20), max_apart[order - 1]);
     EXPECT_LT(worst_cents(frequencies(modes), truth, 20), 1.25 * worst_cents(unspoiled, truth, 20));
   }
 }
@@ -129,7 +129,7 @@ struct CurvedWall {
   GeneratedShape shape;
   int order;
   double size;        ///< of the elements [m]
-  double most_cents;  ///< of the first 16 modes
+  double max_cents;  ///< of the first 16 modes
 };
 
 /// One element through a curved wall, against the body's own Fourier harmonics on its section.
@@ -147,10 +147,10 @@ TEST(Hard, OneElementThroughACurvedWall) {
     core::Trace trace;
     solvers::eigen::SolveOptions options;
     options.band = {0, 1e9, 16};
-    const auto truth = solvers::axisymmetric::solve_fourier(
+    const auto truth = solvers::axisymmetric::solve_axisymmetric(
         find_family(wall.shape.family).meridian(wall.shape), aluminium, options, {}, trace);
     ASSERT_EQ(modes.size(), truth.size());
-    EXPECT_LT(worst_cents(frequencies(modes), frequencies(truth), modes.size()), wall.most_cents);
+    EXPECT_LT(worst_cents(frequencies(modes), frequencies(truth), modes.size()), wall.max_cents);
   }
 }
 
@@ -160,7 +160,7 @@ TEST(Hard, PitchErrorsOfFlatElements) {
   core::Trace trace;
   solvers::eigen::SolveOptions options;
   options.band = {0, 1e9, 16};
-  const auto truth = solvers::axisymmetric::solve_fourier(find_family("disc").meridian(disc), steel,
+  const auto truth = solvers::axisymmetric::solve_axisymmetric(find_family("disc").meridian(disc), steel,
                                                           options, {}, trace);
   for (const int order : {2, 3, 4}) {
     const auto modes = lowest_modes(mesh_of(disc, order).mesh, {steel}, 16);

@@ -77,20 +77,20 @@ solvers::modes::Modes solve(const Body& body, solvers::modes::EigenSolver solver
                                      methods);
 }
 
-/// A blow beside every symmetry: velocity of the struck point, and pressure a metre off.
+/// A strike beside every symmetry: velocity of the struck point, and pressure a metre off.
 std::vector<double> strike(const solvers::modes::Modes& modes, const Body& body, bool listener) {
   const Vec3 direction = Vec3(-0.6, -0.5, 0.4).normalized();
-  const synth::modal::Strike blow{{5, {0.5, 0.3, 0.2}}, direction, 0.01, {1e-4}};
+  const synth::modal::Strike strike{{5, {0.5, 0.3, 0.2}}, direction, 0.01, {1e-4}};
   const std::vector<synth::modal::Listener> listeners = {{{0.6, 0.5, 0.7}}};
   const auto rings =
-      synth::modal::ring_down(modes, synth::damping::decay_rates(modes, body.damping), blow,
+      synth::modal::ring_down(modes, synth::damping::decay_rates(modes, body.damping), strike,
                               listener ? synth::modal::monopole(modes, listeners)
-                                       : synth::modal::point_velocity(modes, blow.point));
-  const auto samples = synth::modal::synthesize(rings, blow.force, 48000, 9600);
+                                       : synth::modal::point_velocity(modes, strike.point));
+  const auto samples = synth::modal::synthesize(rings, strike.force, 48000, 9600);
   return {samples.begin(), samples.end()};
 }
 
-/// Largest difference between two sounds, as a share of the first one's peak.
+/// Largest difference between two sounds, as a fraction of the first one's peak.
 double difference(const std::vector<double>& a, const std::vector<double>& b) {
   EXPECT_EQ(a.size(), b.size());
   double apart = 0, peak = 0;
@@ -116,7 +116,7 @@ struct Struckable {
   std::string name;
   Body (*make)();
   bool exact;           ///< the mesh repeats modes to rounding
-  double most_changed;  ///< by turning repeated modes, as a share of the peak
+  double max_changed;  ///< by turning repeated modes, as a fraction of the peak
 };
 
 std::string name_of_case(const testing::TestParamInfo<Struckable>& test) {
@@ -173,9 +173,9 @@ TEST_P(Struck, SoundsTheSameWhenRepeatedModesAreTurned) {
   EXPECT_GE(repeated, 2u);
   EXPECT_GT(shape_difference(modes, turned), 0.5);
   EXPECT_LT(difference(strike(modes, body, false), strike(turned, body, false)),
-            GetParam().most_changed);
+            GetParam().max_changed);
   EXPECT_LT(difference(strike(modes, body, true), strike(turned, body, true)),
-            GetParam().most_changed);
+            GetParam().max_changed);
 }
 
 INSTANTIATE_TEST_SUITE_P(Hard, Struck,

@@ -46,7 +46,7 @@ struct Growing {
     materials[0].damping = {
         synth::damping::DampingKind::caughey, {1e-15 * l1 * l2, -1e-15 * (l1 + l2), 1e-15}, ""};
     for (const double f : {500.0, 900.0, 2500.0, 3100.0}) modes.eigenvalues.push_back(at_hertz(f));
-    modes.kinetic_share = modes.strain_share = Eigen::MatrixXd::Ones(4, 1);
+    modes.kinetic_fraction = modes.strain_fraction = Eigen::MatrixXd::Ones(4, 1);
     body.id = "plate/own/1";
     body.modes = &modes;
     body.materials = &materials;

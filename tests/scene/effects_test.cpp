@@ -22,7 +22,7 @@ const std::map<std::string, std::string>& calls() {
   static const std::map<std::string, std::string> text = {
       {"radiation",
        "listeners:\n  - position: [0.5, 0.3, 0.4]\n"
-       "radiation: {least_sources: 40, most_sources: 40}\n"},
+       "radiation: {min_sources: 40, max_sources: 40}\n"},
       {"supports", "supports: {contacts: [{kind: finger, count: 2}]}\n"},
       {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
       {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
@@ -91,7 +91,7 @@ TEST_P(EveryEffect, RunsAndIsRecordedInTheTraceWhereItIsOn) {
 TEST(Effects, SwitchedOffAreAsIfTheirKeyWereNotThere) {
   const std::string ear = "listeners:\n  - position: [0.5, 0.3, 0.4]\n";
   const std::string base = "audio: {seconds: 0.2, sample_rate: 16000}\n" + ear +
-                           "radiation: {least_sources: 40, most_sources: 40}\n";
+                           "radiation: {min_sources: 40, max_sources: 40}\n";
   hear(base);  // what libraries allocate once
   const Heard without = hear(base);
   for (const auto& [name, key] : calls()) {

@@ -26,7 +26,7 @@ std::string listener(double distance) {
 
 TEST(ScenePhysics, PressureFallsWithDistanceAndComesLater) {
   const std::string far_field =
-      "radiation: {least_sources: 60, most_sources: 60}\neffects: {click: off}\n";
+      "radiation: {min_sources: 60, max_sources: 60}\neffects: {click: off}\n";
   const Heard near = hear(kAudio + listener(2) + far_field, effects(), 1);
   const Heard far = hear(kAudio + listener(4) + far_field, effects(), 1);
   EXPECT_NEAR(std::sqrt(energy(near.audio) / energy(far.audio)), 2, 0.02);

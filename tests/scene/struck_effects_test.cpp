@@ -50,7 +50,7 @@ struct Struck {
   RingingBody body;
   Sound sound;
 
-  explicit Struck(const Scene& scene, std::uint64_t id = 1, std::vector<double> blows = {0},
+  explicit Struck(const Scene& scene, std::uint64_t id = 1, std::vector<double> strikes = {0},
                   double flat = 1)
       : modes(ball(flat)) {
     modes.mass = 0.28;
@@ -63,7 +63,7 @@ struct Struck {
     sound.strike.impulse = 0.01;
     sound.contact_time = 2e-4;
     sound.record = &record;
-    sound.blows = std::move(blows);
+    sound.strikes = std::move(strikes);
     chain.make(sound);
   }
 };
@@ -138,7 +138,7 @@ TEST(StruckEffects, ClickAddsTheBodysJumpToThePressure) {
 
 // Nothing is known of a click inside the sphere that stands for the body.
 TEST(StruckEffects, ListenersTooNearAreWithoutTheClickUnlessItIsAskedForByHand) {
-  const std::string sources = "radiation: {least_sources: 40, most_sources: 40}\n";
+  const std::string sources = "radiation: {min_sources: 40, max_sources: 40}\n";
   const std::string near =
       "listeners: [{position: [0, 0, 0.02]}, {position: [0, 0, 1]}]\n" + sources;
   const double flat = 0.3;  // 9 mm up to its pole, and a sphere of 23 mm stands for it
@@ -181,17 +181,17 @@ TEST(StruckEffects, SupportsLeaveClickAndImpulseAsTheyAre) {
   EXPECT_EQ(supported.sound.audio, free.sound.audio);
 }
 
-TEST(StruckEffects, EveryBlowClicks) {
-  const std::vector<double> blows = {0.0123456, 0};
-  const Struck without(scene_of(listener + "effects: {click: off}\n"), 1, blows);
-  const Struck with(scene_of(listener), 1, blows);
-  // What one blow adds, now and 0.0123456 s later: 0.0123456 s are 544.44 samples.
+TEST(StruckEffects, EveryStrikeClicks) {
+  const std::vector<double> strikes = {0.0123456, 0};
+  const Struck without(scene_of(listener + "effects: {click: off}\n"), 1, strikes);
+  const Struck with(scene_of(listener), 1, strikes);
+  // What one strike adds, now and 0.0123456 s later: 0.0123456 s are 544.44 samples.
   const auto click = [&](double begin) {
     return synth::contact::acceleration_click(
         synth::contact::rigid_source(with.modes.surface, 0.28), {0, 0, -0.01},
         with.sound.strike.force, {0, 0, 1}, 44100, with.sound.audio.size(), begin);
   };
-  const auto first = click(0), second = click(blows[0]);
+  const auto first = click(0), second = click(strikes[0]);
   float peak = 0, late = 0;
   for (std::size_t n = 0; n < first.size(); ++n) {
     peak = std::max(peak, std::abs(first[n]));

@@ -18,9 +18,9 @@ dataset::configuration::BuildConfig config_of(const std::string& keys) {
       "test.yaml", {});
 }
 
-/// Forces of a take in which the configured stylus is drawn over a sine.
+/// Forces of a simulation in which the configured stylus is drawn over a sine.
 std::vector<Vec3> forces_of(const dataset::configuration::BuildConfig& config) {
-  dataset::samples::TakeStage stage;
+  dataset::samples::SimulationStage stage;
   stage.names = {"plate"};
   stage.actors = {nullptr};
   stage.sounding.resize(1);
@@ -34,7 +34,7 @@ std::vector<Vec3> forces_of(const dataset::configuration::BuildConfig& config) {
   motion.step = 1e-3;
   motion.left = {1e9};
   motion.states.assign(300, std::vector<synth::motion::BodyState>(1));
-  return dataset::samples::draw_take_stylus(config, 0, stage, motion, nullptr).forces;
+  return dataset::samples::draw_stylus(config, 0, stage, motion, nullptr).forces;
 }
 
 TEST(StylusConfig, EveryKeyReachesTheForces) {

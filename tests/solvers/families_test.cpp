@@ -116,7 +116,7 @@ TEST(Families, SameShapeSameBytes) {
 }
 
 /// Least dihedral angle [degrees] of families that are swept, and of those that Gmsh fills.
-double least_dihedral(const std::string& family) {
+double min_dihedral(const std::string& family) {
   return family == "turned" ? 0.5 : 2.0;
 }
 
@@ -136,7 +136,7 @@ TEST(Families, RandomParametersWithinTheRangesMesh) {
     const auto made = mesh_of(shape, order);
     RC_ASSERT(mesh_faults(made.mesh) == "");
     // Elements of order 4 are so wide that the corners of a tight bend lie nearly in a plane.
-    RC_ASSERT(made.quality.min_dihedral_deg > (order == 4 ? 0.5 : 1) * least_dihedral(family.name));
+    RC_ASSERT(made.quality.min_dihedral_deg > (order == 4 ? 0.5 : 1) * min_dihedral(family.name));
     RC_ASSERT(made.quality.elements < (order == 1 ? 25000 : 6000));
     RC_ASSERT(made.quality.straightened < made.quality.elements / 50 + 1);
   }));
@@ -152,7 +152,7 @@ TEST(Families, EveryCornerOfTheRangesMeshes) {
       SCOPED_TRACE(fmt::format("{} corner {:b}", family.name, corner));
       const auto made = mesh_of(shape, 2);
       EXPECT_EQ(mesh_faults(made.mesh), "");
-      EXPECT_GT(made.quality.min_dihedral_deg, least_dihedral(family.name));
+      EXPECT_GT(made.quality.min_dihedral_deg, min_dihedral(family.name));
       EXPECT_LT(made.quality.elements, 6000);
     }
 }

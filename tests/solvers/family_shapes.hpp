@@ -15,12 +15,12 @@ using solvers::mesh::GeneratedShape;
 using solvers::mesh::MeshOptions;
 using solvers::mesh::MeshResult;
 
-/// A shape with every parameter at a share of its range.
-inline GeneratedShape shape_at(const Family& family, double share = 0.5) {
+/// A shape with every parameter at a fraction of its range.
+inline GeneratedShape shape_at(const Family& family, double fraction = 0.5) {
   GeneratedShape shape;
   shape.family = family.name;
   for (const auto& p : family.parameters)
-    shape.parameters[p.name] = p.low + share * (p.high - p.low);
+    shape.parameters[p.name] = p.low + fraction * (p.high - p.low);
   if (family.name == "turned")  // a thin goblet: foot, stem and bowl
     shape.profile = {{0, 0},       {0.03, 0},     {0.03, 0.004},  {0.006, 0.012},  {0.006, 0.06},
                      {0.03, 0.09}, {0.034, 0.13}, {0.0315, 0.13}, {0.0275, 0.092}, {0, 0.07}};

@@ -22,9 +22,9 @@ void expect_equal(const solvers::modes::Modes& a, const solvers::modes::Modes& b
   ASSERT_EQ(a.shapes.rows(), b.shapes.rows());
   ASSERT_EQ(a.shapes.cols(), b.shapes.cols());
   EXPECT_TRUE((a.shapes.array() == b.shapes.array()).all());
-  ASSERT_EQ(a.kinetic_share.cols(), b.kinetic_share.cols());
-  EXPECT_TRUE((a.kinetic_share.array() == b.kinetic_share.array()).all());
-  EXPECT_TRUE((a.strain_share.array() == b.strain_share.array()).all());
+  ASSERT_EQ(a.kinetic_fraction.cols(), b.kinetic_fraction.cols());
+  EXPECT_TRUE((a.kinetic_fraction.array() == b.kinetic_fraction.array()).all());
+  EXPECT_TRUE((a.strain_fraction.array() == b.strain_fraction.array()).all());
   EXPECT_EQ(a.surface.order, b.surface.order);
   EXPECT_EQ(a.surface.nodes, b.surface.nodes);
   EXPECT_EQ(a.surface.faces, b.surface.faces);

@@ -81,8 +81,8 @@ TEST(Group, FindsTheFrequenciesOfOneRank) {
     EXPECT_LT(group.certificate.orthonormality, 1e-10);
     EXPECT_NEAR(group.mass / alone.mass, 1, 1e-12);
     // Sums over all modes are free of signs, and of bases inside pairs.
-    EXPECT_NEAR(group.strain_share.sum(), alone.strain_share.sum(), 1e-9);
-    EXPECT_NEAR(group.kinetic_share.col(0).sum() / alone.kinetic_share.col(0).sum(), 1, 1e-6);
+    EXPECT_NEAR(group.strain_fraction.sum(), alone.strain_fraction.sum(), 1e-9);
+    EXPECT_NEAR(group.kinetic_fraction.col(0).sum() / alone.kinetic_fraction.col(0).sum(), 1, 1e-6);
     const auto energy = [](const solvers::modes::Modes& modes) {
       return modes.shapes.cast<double>().squaredNorm();
     };

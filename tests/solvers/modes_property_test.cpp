@@ -146,10 +146,10 @@ TEST(Regions, OfEqualMaterialAreOneBody) {
   const auto one = lowest_modes(block(), {test::steel}, 12);
   const auto two = lowest_modes(halves, {test::steel, test::steel}, 12);
   EXPECT_LT(worst_difference(one.eigenvalues, two.eigenvalues), 1e-10);
-  ASSERT_EQ(two.kinetic_share.cols(), 2);
+  ASSERT_EQ(two.kinetic_fraction.cols(), 2);
   // By symmetry each half holds half of every energy.
-  EXPECT_LT((two.kinetic_share.array() - 0.5).abs().maxCoeff(), 1e-6);
-  EXPECT_LT((two.strain_share.array() - 0.5).abs().maxCoeff(), 1e-6);
+  EXPECT_LT((two.kinetic_fraction.array() - 0.5).abs().maxCoeff(), 1e-6);
+  EXPECT_LT((two.strain_fraction.array() - 0.5).abs().maxCoeff(), 1e-6);
 }
 
 TEST(Regions, ShareTheEnergiesOfATwoMaterialBar) {
@@ -157,10 +157,10 @@ TEST(Regions, ShareTheEnergiesOfATwoMaterialBar) {
       box_mesh({0.01, 0.01, 0.1}, {1, 1, 10}, 3, [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
   const solvers::elements::Elastic soft{2e9, 0.35, 1100};
   const auto modes = lowest_modes(bar, {test::steel, soft}, 10);
-  EXPECT_LT((modes.kinetic_share.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
-  EXPECT_LT((modes.strain_share.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
-  EXPECT_GT(modes.kinetic_share.minCoeff(), 0);
-  EXPECT_GT(modes.strain_share(0, 1), 0.9) << "the soft half bends";
+  EXPECT_LT((modes.kinetic_fraction.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((modes.strain_fraction.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_GT(modes.kinetic_fraction.minCoeff(), 0);
+  EXPECT_GT(modes.strain_fraction(0, 1), 0.9) << "the soft half bends";
   EXPECT_NEAR(modes.mass, 0.5e-5 * (7850 + 1100), 1e-10);
   // Sensitivities: dln(lambda) / dln(E) of a region is its strain share, and to its density minus
   // its kinetic share. Summed over the pairs of bending in two planes, whose basis is free.
@@ -170,16 +170,16 @@ TEST(Regions, ShareTheEnergiesOfATwoMaterialBar) {
                     (modes.eigenvalues[first] * modes.eigenvalues[first + 1])) /
            std::log(1.0001);
   };
-  const auto share_of_pair = [](const Eigen::MatrixXd& share, Eigen::Index first) {
-    return share(first, 1) + share(first + 1, 1);
+  const auto fraction_of_pair = [](const Eigen::MatrixXd& fraction, Eigen::Index first) {
+    return fraction(first, 1) + fraction(first + 1, 1);
   };
   solvers::elements::Elastic stiffer = soft, heavier = soft;
   stiffer.youngs_modulus *= 1.0001;
   heavier.density *= 1.0001;
   for (const Eigen::Index first : {0, 2}) {
     const auto k = static_cast<std::size_t>(first);
-    EXPECT_NEAR(slope_of_pair(stiffer, k), share_of_pair(modes.strain_share, first), 1e-3);
-    EXPECT_NEAR(slope_of_pair(heavier, k), -share_of_pair(modes.kinetic_share, first), 1e-3);
+    EXPECT_NEAR(slope_of_pair(stiffer, k), fraction_of_pair(modes.strain_fraction, first), 1e-3);
+    EXPECT_NEAR(slope_of_pair(heavier, k), -fraction_of_pair(modes.kinetic_fraction, first), 1e-3);
   }
 }
 
@@ -209,9 +209,9 @@ TEST(Shapes, AreMassNormalised) {
   // Consistent mass of four-node tetrahedra: rho V / 20 (1 + delta).
   Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(8, 8);
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const double share = 7850 * 0.02 * 0.03 * 0.05 / 6 / 20;
+    const double fraction = 7850 * 0.02 * 0.03 * 0.05 / 6 / 20;
     for (const auto a : mesh.element(e))
-      for (const auto b : mesh.element(e)) mass(a, b) += a == b ? 2 * share : share;
+      for (const auto b : mesh.element(e)) mass(a, b) += a == b ? 2 * fraction : fraction;
   }
   for (Eigen::Index i = 0; i < 18; ++i)
     for (Eigen::Index j = 0; j < 18; ++j) {
@@ -352,8 +352,8 @@ TEST(RestrictTo, ARescaledSetIsStillComplete) {
   modes.eigenvalues = {4e6, 9e6};
   modes.residuals = {0, 0};
   modes.shapes.setZero(2, 3);
-  modes.kinetic_share.setOnes(2, 1);
-  modes.strain_share.setOnes(2, 1);
+  modes.kinetic_fraction.setOnes(2, 1);
+  modes.strain_fraction.setOnes(2, 1);
   modes.surface.nodes = {{0, 0, 0}};
   for (const double size : {0.3, 0.6, 0.7, 1.1, 1.9, 3.0}) {
     auto solved = modes;

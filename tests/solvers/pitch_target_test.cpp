@@ -23,8 +23,8 @@ using ErrorModel = std::function<std::vector<double>(const solvers::pitch::MeshS
 ErrorModel smooth(double wave_number) {
   return [wave_number](const solvers::pitch::MeshSize& mesh) {
     std::vector<double> cents;
-    for (const double share : {0.4, 0.7, 1.0}) {
-      const double x = share * wave_number * mesh.element_size / mesh.order;
+    for (const double fraction : {0.4, 0.7, 1.0}) {
+      const double x = fraction * wave_number * mesh.element_size / mesh.order;
       cents.push_back(866 * std::pow(x, 2 * mesh.order));
     }
     return cents;

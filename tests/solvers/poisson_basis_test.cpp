@@ -286,7 +286,7 @@ TEST(PoissonBasis, RegionsOfOneContrastShareABasis) {
     for (std::size_t k = 0; k < own.size(); ++k) {
       EXPECT_LT(cents(sets[i].eigenvalues[k], own.eigenvalues[k]), 0.1);
     }
-    EXPECT_LT((sets[i].strain_share - own.strain_share).cwiseAbs().maxCoeff(), 1e-2);
+    EXPECT_LT((sets[i].strain_fraction - own.strain_fraction).cwiseAbs().maxCoeff(), 1e-2);
   }
 }
 

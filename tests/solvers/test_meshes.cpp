@@ -23,7 +23,7 @@ TetMesh with_order(const TetMesh& linear, int order) {
   mesh.regions = linear.regions;
   mesh.region_names = linear.region_names;
   const auto& lattice = tetrahedron_lattice(order);
-  using Key = std::vector<std::pair<std::int32_t, int>>;  // corner and its share of the order
+  using Key = std::vector<std::pair<std::int32_t, int>>;  // corner and its fraction of the order
   std::map<Key, std::int32_t> known;
   for (std::size_t e = 0; e < linear.element_count(); ++e) {
     const auto corners = linear.element(e);
@@ -151,13 +151,13 @@ TetMesh ball_mesh(double radius, int cells, int order) {
       for (const auto n : cube.element(e)) {
         const Eigen::Vector3i at =
             cube.nodes[static_cast<std::size_t>(n)].array().round().cast<int>();
-        const std::array<int, 3> share = {at[0] - at[1], at[1] - at[2], at[2]};
+        const std::array<int, 3> fraction = {at[0] - at[1], at[1] - at[2], at[2]};
         std::vector<std::pair<std::size_t, int>> key;
         Vec3 position = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k) {
-          if (share[k] == 0) continue;
-          key.emplace_back(face[k], share[k]);
-          position += share[k] * body.corners[face[k]] / cells;
+          if (fraction[k] == 0) continue;
+          key.emplace_back(face[k], fraction[k]);
+          position += fraction[k] * body.corners[face[k]] / cells;
         }
         std::sort(key.begin(), key.end());
         const auto [entry, is_new] =
@@ -184,13 +184,13 @@ TetMesh shell_mesh(double outer, double inner, int faces, int layers, int order)
   std::vector<std::array<std::int32_t, 3>> triangles;
   for (const auto& face : body.faces) {
     const auto vertex = [&](int i, int j) {
-      const std::array<int, 3> share = {faces - i - j, i, j};
+      const std::array<int, 3> fraction = {faces - i - j, i, j};
       std::vector<std::pair<std::size_t, int>> key;
       Vec3 position = Vec3::Zero();
       for (std::size_t k = 0; k < 3; ++k) {
-        if (share[k] == 0) continue;
-        key.emplace_back(face[k], share[k]);
-        position += share[k] * body.corners[face[k]] / faces;
+        if (fraction[k] == 0) continue;
+        key.emplace_back(face[k], fraction[k]);
+        position += fraction[k] * body.corners[face[k]] / faces;
       }
       std::sort(key.begin(), key.end());
       const auto [entry, is_new] = known.try_emplace(key, static_cast<std::int32_t>(points.size()));

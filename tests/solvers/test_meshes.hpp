@@ -19,7 +19,7 @@ TetMesh with_order(const TetMesh& linear, int order);
 TetMesh box_mesh(const Vec3& sides, const std::array<int, 3>& cells, int order,
                  const std::function<int(const Vec3&)>& region = {});
 
-/// Ball around the origin: the icosahedron cut into 20 cells^3 tetrahedra, blown up so that its
+/// Ball around the origin: the icosahedron cut into 20 cells^3 tetrahedra, struck up so that its
 /// boundary is the sphere (nodes of the order included) while the middle stays nearly straight. No
 /// element has two faces on the boundary, which would flatten it.
 TetMesh ball_mesh(double radius, int cells, int order);

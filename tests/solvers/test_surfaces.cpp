@@ -149,9 +149,9 @@ SurfaceMesh turned_over(SurfaceMesh mesh) {
   return mesh;
 }
 
-SurfaceMesh damaged(SurfaceMesh mesh, Damage damage, double share, std::mt19937_64& random) {
+SurfaceMesh damaged(SurfaceMesh mesh, Damage damage, double fraction, std::mt19937_64& random) {
   const auto count = static_cast<std::size_t>(
-      std::max(1.0, std::round(share * static_cast<double>(mesh.triangles.size()))));
+      std::max(1.0, std::round(fraction * static_cast<double>(mesh.triangles.size()))));
   std::vector<std::size_t> order(mesh.triangles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::shuffle(order.begin(), order.end(), random);

@@ -12,7 +12,7 @@ using solvers::mesh::SurfaceMesh;
 
 /// Box [0, sides], each face in n x n squares of two triangles.
 SurfaceMesh box_surface(const Vec3& sides, int n);
-/// Sphere around the origin: the octahedron's faces cut into n^2, then blown up.
+/// Sphere around the origin: the octahedron's faces cut into n^2, then struck up.
 SurfaceMesh sphere_surface(double radius, int n);
 /// A closed polygon of (radius, height), counter-clockwise seen with the axis to the left, turned
 /// about the z axis. Points on the axis become one vertex.
@@ -29,8 +29,8 @@ SurfaceMesh turned_over(SurfaceMesh mesh);
 
 enum class Damage { dropped, flipped, doubled, seams };
 
-/// A share of the faces (at least one) dropped, flipped or doubled (every second twin the other way
+/// A fraction of the faces (at least one) dropped, flipped or doubled (every second twin the other way
 /// round), or given corners of their own.
-SurfaceMesh damaged(SurfaceMesh mesh, Damage damage, double share, std::mt19937_64& random);
+SurfaceMesh damaged(SurfaceMesh mesh, Damage damage, double fraction, std::mt19937_64& random);
 
 }  // namespace carillon::test

@@ -67,8 +67,8 @@ solvers::modes::Modes modes_with(const solvers::modes::ModeSurface& surface,
   const auto count = static_cast<Eigen::Index>(eigenvalues.size());
   modes.eigenvalues = std::move(eigenvalues);
   modes.surface = surface;
-  modes.kinetic_share = Eigen::MatrixXd::Ones(count, 1);
-  modes.strain_share = Eigen::MatrixXd::Ones(count, 1);
+  modes.kinetic_fraction = Eigen::MatrixXd::Ones(count, 1);
+  modes.strain_fraction = Eigen::MatrixXd::Ones(count, 1);
   modes.shapes.resize(count, 3 * static_cast<Eigen::Index>(surface.nodes.size()));
   for (Eigen::Index i = 0; i < count; ++i) {
     for (std::size_t a = 0; a < surface.nodes.size(); ++a) {

@@ -248,8 +248,8 @@ solvers::modes::Modes modes_of(const std::vector<double>& hertz, int regions) {
   solvers::modes::Modes modes;
   for (const double f : hertz) modes.eigenvalues.push_back(at_hertz(f));
   const auto n = static_cast<Eigen::Index>(hertz.size());
-  modes.kinetic_share = Eigen::MatrixXd::Constant(n, regions, 1.0 / regions);
-  modes.strain_share = modes.kinetic_share;
+  modes.kinetic_fraction = Eigen::MatrixXd::Constant(n, regions, 1.0 / regions);
+  modes.strain_fraction = modes.kinetic_fraction;
   return modes;
 }
 
@@ -258,7 +258,7 @@ TEST(DecayRates, OfOneRegionAreHalfTheModel) {
     const std::vector<damping::DampingModel> model = {any_model()};
     solvers::modes::Modes modes = modes_of({20, 99, 1000, 19000}, 1);
     // Shares that rounding took off one must not show.
-    modes.kinetic_share *= 1 - 1e-15;
+    modes.kinetic_fraction *= 1 - 1e-15;
     const damping::DecayRates rates = damping::clamped_decay_rates(modes, model);
     for (std::size_t i = 0; i < modes.size(); ++i) {
       RC_ASSERT(rates.values[i] == std::max(0.0, c_of(model[0], modes.eigenvalues[i]) / 2));
@@ -270,8 +270,8 @@ TEST(DecayRates, OfRegionsOfOneModelAreThatModels) {
   EXPECT_TRUE(rc::check("same model", [] {
     const damping::DampingModel model = any_model();
     solvers::modes::Modes modes = modes_of({20, 99, 1000, 19000}, 2);
-    modes.kinetic_share << 0.1, 0.9, 0.5, 0.5, 0.3, 0.7, 1, 0;
-    modes.strain_share << 0.8, 0.2, 0.4, 0.6, 0, 1, 0.25, 0.75;
+    modes.kinetic_fraction << 0.1, 0.9, 0.5, 0.5, 0.3, 0.7, 1, 0;
+    modes.strain_fraction << 0.8, 0.2, 0.4, 0.6, 0, 1, 0.25, 0.75;
     const damping::DecayRates two = damping::clamped_decay_rates(modes, std::vector{model, model});
     for (std::size_t i = 0; i < modes.size(); ++i) {
       const double d = c_of(model, modes.eigenvalues[i]) / 2;
@@ -283,8 +283,8 @@ TEST(DecayRates, OfRegionsOfOneModelAreThatModels) {
 
 TEST(DecayRates, OfRegionsWeighWhatIsLeftAtRestByKineticEnergy) {
   solvers::modes::Modes modes = modes_of({1000}, 3);
-  modes.kinetic_share << 0.2, 0.3, 0.5;
-  modes.strain_share << 0.6, 0.1, 0.3;
+  modes.kinetic_fraction << 0.2, 0.3, 0.5;
+  modes.strain_fraction << 0.6, 0.1, 0.3;
   const double lambda = modes.eigenvalues[0];
   const std::vector<damping::DampingModel> regions = {
       {damping::DampingKind::hybrid, {4, 2e-6, 0.9}, ""},

@@ -124,10 +124,10 @@ TEST(ModalPressure, OfAModeWithoutStiffnessGoesWithTheAcceleration) {
 }
 
 TEST(ModalPressure, ShareOfSlowForcesRisesFromNoneToAll) {
-  EXPECT_EQ(modal::slow_share(1000, 0), 0);
-  EXPECT_EQ(modal::slow_share(0, 1e-3), 0);
-  EXPECT_NEAR(modal::slow_share(1000, 2e-3 * std::numbers::pi), 0.5, 1e-12);
-  EXPECT_GT(modal::slow_share(1000, 0.1), 1 - 1e-9);
+  EXPECT_EQ(modal::slow_fraction(1000, 0), 0);
+  EXPECT_EQ(modal::slow_fraction(0, 1e-3), 0);
+  EXPECT_NEAR(modal::slow_fraction(1000, 2e-3 * std::numbers::pi), 0.5, 1e-12);
+  EXPECT_GT(modal::slow_fraction(1000, 0.1), 1 - 1e-9);
 }
 
 }  // namespace

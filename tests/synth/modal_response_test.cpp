@@ -71,8 +71,8 @@ TEST_P(AgainstRungeKutta, ContactAndDecay) {
   const modal::ModalResponse response(lambda, c.decay_rate, c.contact_time);
   double scale_v = 0, scale_a = 0;
   std::vector<std::pair<modal::ModalMotion, modal::ModalMotion>> pairs;
-  for (const double share : {0.1, 0.35, 0.5, 0.8, 1.0, 1.3, 2.5}) {
-    const double t = share * c.contact_time;
+  for (const double fraction : {0.1, 0.35, 0.5, 0.8, 1.0, 1.3, 2.5}) {
+    const double t = fraction * c.contact_time;
     const modal::ModalMotion expected = step_through(lambda, c.decay_rate, c.contact_time, t);
     pairs.emplace_back(expected, motion_at(response, c.contact_time, t));
     scale_v = std::max(scale_v, std::abs(expected.velocity));
@@ -120,7 +120,7 @@ TEST(ModalResponse, BoundHolds) {
   }));
 }
 
-// Energy: with an undamped mode and any contact, velocity and displacement after the blow stay on
+// Energy: with an undamped mode and any contact, velocity and displacement after the strike stay on
 // one ellipse, whose size is the pulse's spectrum at omega.
 TEST(ModalResponse, KeepsEnergyWithoutDamping) {
   EXPECT_TRUE(rc::check("energy", [] {

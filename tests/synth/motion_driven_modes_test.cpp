@@ -33,8 +33,8 @@ Eigen::MatrixXd struck(const modal::RingDown& rings, const modal::ContactForce& 
   return rows;
 }
 
-// Blows shorter and longer than samples, at any time, of modes near and beyond critical damping.
-TEST(DrivenModes, ABlowIsThatOfSynthesize) {
+// Strikes shorter and longer than samples, at any time, of modes near and beyond critical damping.
+TEST(DrivenModes, AStrikeIsThatOfSynthesize) {
   constexpr Eigen::Index kCount = 5000;
   for (const bool pressure : {false, true}) {
     modal::RingDown rings = random_rings(61, 7, pressure);
@@ -172,8 +172,8 @@ TEST(DrivenModes, PlacesAndGainsThatMoveDoNotKnowOfBlocks) {
     Eigen::Matrix3Xd forces(3, count + 1);
     for (double& value : forces.reshaped()) value = normal(random);
     const auto at = [&](Eigen::Index n) -> Eigen::MatrixX3d {
-      const double share = static_cast<double>(n) / static_cast<double>(count);
-      return from + share * (to - from);
+      const double fraction = static_cast<double>(n) / static_cast<double>(count);
+      return from + fraction * (to - from);
     };
     const auto render = [&](const std::vector<Eigen::Index>& cuts) {
       motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
@@ -267,7 +267,7 @@ TEST(DrivenModes, RestWhenTheyHaveDecayedAndCostNothing) {
   EXPECT_TRUE(render(1000).isZero(0));
   EXPECT_EQ(modes.mode_samples(), 0u);
   modes.strike(rings.excitation, {1e-3}, 0.009999);
-  EXPECT_EQ(modes.until_blow(), 441u);
+  EXPECT_EQ(modes.until_strike(), 441u);
   const double peak = render(44100).cwiseAbs().maxCoeff();
   EXPECT_TRUE(modes.resting());
   const std::uint64_t spent = modes.mode_samples();

@@ -24,7 +24,7 @@ double difference(const std::vector<float>& a, const std::vector<float>& b) {
   return worst / peak;
 }
 
-/// What synthesize() makes of a blow on a ball.
+/// What synthesize() makes of a strike on a ball.
 std::vector<float> struck(const Ball& ball, const motion::Impact& impact,
                           const modal::ContactForce& force, modal::Readout readout,
                           std::size_t count) {
@@ -36,11 +36,11 @@ std::vector<float> struck(const Ball& ball, const motion::Impact& impact,
                            force, kRate, count);
 }
 
-TEST(MotionSound, ABlowOnABodyAtRestIsThatOfSynthesize) {
+TEST(MotionSound, AStrikeOnABodyAtRestIsThatOfSynthesize) {
   const Ball ball(2, {900, 2500, 7000}, 30);
   motion::Motion motion =
       hand_made_motion(0.2, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
-  motion.impacts = {blow(0.0123, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.0123, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   motion::MotionSoundOptions options;
   const auto count = static_cast<std::size_t>(0.2 * kRate);
@@ -85,7 +85,7 @@ TEST(MotionSound, ImpactsStrikeBothBodiesOppositely) {
   motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double) {
     return at({0.1, 0, 0});
   });
-  motion.impacts = {blow(0.01, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.01, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
   const std::vector<modal::Listener> listeners = {{{0.4, 0.1, 0.5}}};
   const std::vector<motion::SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
   const motion::MotionSound alone = motion::motion_sound(motion, kStill, one, listeners, {});
@@ -147,7 +147,7 @@ TEST(MotionSound, ContactsDampWhileTheyLast) {
   ball.body.rests = {"felt", 0.5, 0.3, ""};
   motion::Motion motion =
       hand_made_motion(0.6, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
-  motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
   const Vec3 normal = Vec3(0.6, 0, 0.8);
   motion.contacts = {resting({0, 0, -kRadius}, normal, 10, 200, 200)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
@@ -167,7 +167,7 @@ TEST(MotionSound, StringsDampByTheirTension) {
   ball.body.strings = {{1, point, anchor, {"felt", 0.5, 0.3, ""}}};
   motion::Motion motion =
       hand_made_motion(0.6, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
-  motion.impacts = {blow(0.001, point, {0, 0, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.001, point, {0, 0, -0.3}, 3e-4)};
   for (std::size_t k = 0; k < 600; ++k) {
     motion.tensions.push_back({7, k >= 200 && k < 400 ? 10.0 : 0.0});
   }
@@ -187,7 +187,7 @@ TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
   motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t body, double) {
     return at({0, 0, body == 0 ? 0.0 : 2 * kRadius});
   });
-  motion.impacts = {blow(0.01, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
+  motion.impacts = {strike(0.01, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   const std::vector<modal::Listener> listeners = {{{0.3, 0.1, 0.5}}};
   motion::MotionSoundOptions clicks_alone;
@@ -287,7 +287,7 @@ TEST(MotionSound, RefusesWhatCannotBe) {
   motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double time) {
     return at({0, 0, 5 * time});
   });
-  motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
+  motion.impacts = {strike(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   EXPECT_THROW(motion::motion_sound(motion, kStill, std::span(bodies).first(1), {}, {}),
                core::InputError);

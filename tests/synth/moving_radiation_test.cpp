@@ -64,7 +64,7 @@ TEST(MotionSound, PitchIsThatOfASourceThatMoves) {
     motion::Motion motion = hand_made_motion(0.5, 1e-3, 2, [&](std::size_t, double time) {
       return at({0, 0, speed * time});
     });
-    motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
+    motion.impacts = {strike(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
     const motion::MotionSound sound = motion::motion_sound(motion, kStill, bodies, listeners, {});
     const double heard = frequency / (1 - speed / modal::kSoundSpeed);
     EXPECT_NEAR(pitch(sound.samples.data() + 6000, 12000, heard), heard, 0.02);
@@ -98,7 +98,7 @@ TEST(MotionSound, GainsFollowABodyThatTurns) {
     return motion::Pose{Eigen::Quaterniond(Eigen::AngleAxisd(spin * time, Vec3::UnitX())),
                         Vec3::Zero()};
   });
-  motion.impacts = {blow(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
   const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   const motion::MotionSound sound = motion::motion_sound(motion, kStill, bodies, listeners, {});
@@ -135,9 +135,9 @@ TEST(MovingGains, LieBetweenThoseOfTheKeys) {
           {motion.states[step + end][0].pose.to_body(listeners[0].position)}};
       const modal::Readout exact = radiation::pressure_readout(ball.field.pressure_at(place),
                                                                ball.modes, ball.body.decay_rates);
-      const double share = end == 0 ? over.begin : over.end;
+      const double fraction = end == 0 ? over.begin : over.end;
       const Eigen::MatrixXd between =
-          (1 - share) * over.before->acceleration + share * over.after->acceleration;
+          (1 - fraction) * over.before->acceleration + fraction * over.after->acceleration;
       EXPECT_LT((between - exact.acceleration).norm(), 1e-3 * exact.acceleration.norm())
           << step << ' ' << end;
     }

@@ -29,10 +29,10 @@ inline void add_partials(std::span<const modal::Partial> partials, long double f
          partial.amplitude *
              modal::exponential(partial.decay_rate, partial.angular_frequency, first_time)});
   }
-  const double share = voices.empty() ? 0 : tail / static_cast<double>(voices.size());
+  const double fraction = voices.empty() ? 0 : tail / static_cast<double>(voices.size());
   modal::SampleBlock block{};
   for (std::size_t begin = 0; begin < samples.size() && !voices.empty(); begin += modal::kBlock) {
-    modal::drop_below(share * peak, voices);
+    modal::drop_below(fraction * peak, voices);
     const std::size_t count = std::min(modal::kBlock, samples.size() - begin);
     std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(begin), count, block.samples.begin());
     modal::add_voices(voices, count, block);

@@ -48,10 +48,10 @@ TEST(ShapesAt, InterpolatesWithTheNodesOfTheFace) {
 
 TEST(DecayRates, WeighsRegionsByTheirShareOfEnergy) {
   solvers::modes::Modes modes = wavy_modes(2);
-  modes.kinetic_share.resize(2, 2);
-  modes.strain_share.resize(2, 2);
-  modes.kinetic_share << 0.25, 0.75, 1, 0;
-  modes.strain_share << 0.9, 0.1, 0, 1;
+  modes.kinetic_fraction.resize(2, 2);
+  modes.strain_fraction.resize(2, 2);
+  modes.kinetic_fraction << 0.25, 0.75, 1, 0;
+  modes.strain_fraction << 0.9, 0.1, 0, 1;
   const std::vector<damping::DampingModel> regions = {damping::rayleigh_damping(4, 1e-7),
                                                       damping::rayleigh_damping(40, 3e-6)};
   const auto d = damping::decay_rates(modes, regions);

@@ -31,9 +31,9 @@ State step_through(Real lambda, Real d, const modal::ContactForce& force, Real t
     const int steps = 1 + int(200 * length * (std::sqrt(lambda) + 2 * d));
     const Real dt = length / steps;
     for (int i = 0; i < steps; ++i) {
-      const auto at = [&](Real share) { return begin + (end - begin) * (i + share) / steps; };
-      const auto acceleration = [&](Real share, Real q, Real v) {
-        return at(share) - 2 * d * v - lambda * q;
+      const auto at = [&](Real fraction) { return begin + (end - begin) * (i + fraction) / steps; };
+      const auto acceleration = [&](Real fraction, Real q, Real v) {
+        return at(fraction) - 2 * d * v - lambda * q;
       };
       const Real k1 = s.v, l1 = acceleration(0, s.q, s.v);
       const Real k2 = s.v + dt / 2 * l1, l2 = acceleration(0.5, s.q + dt / 2 * k1, k2);

@@ -44,7 +44,7 @@ inline motion::Pose at(const Vec3& origin) {
   return {Eigen::Quaterniond::Identity(), origin};
 }
 
-inline motion::Impact blow(double time, const Vec3& point, const Vec3& impulse, double duration) {
+inline motion::Impact strike(double time, const Vec3& point, const Vec3& impulse, double duration) {
   motion::Impact impact;
   impact.time = time;
   impact.bodies = {0, 1};

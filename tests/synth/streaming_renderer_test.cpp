@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kRate = 44100;
 
-struct PlannedBlow {
+struct PlannedStrike {
   std::size_t body;
   double time;
   double impulse;
@@ -36,7 +36,7 @@ std::vector<modal::RingDown> bodies(bool pressure) {
 }
 
 std::vector<float> stream(const std::vector<modal::RingDown>& all,
-                          const std::vector<PlannedBlow>& blows,
+                          const std::vector<PlannedStrike>& strikes,
                           const std::vector<std::size_t>& sizes, std::size_t count) {
   const std::size_t rows = all[0].readout.delays.size();
   modal::StreamingRenderer renderer(rows, kRate);
@@ -45,15 +45,15 @@ std::vector<float> stream(const std::vector<modal::RingDown>& all,
   }
   std::vector<float> out(rows * count);
   std::vector<float> block;
-  std::vector<bool> told(blows.size());
+  std::vector<bool> told(strikes.size());
   for (std::size_t done = 0, turn = 0; done < count; ++turn) {
     const std::size_t size = std::min(sizes[turn % sizes.size()], count - done);
-    for (std::size_t b = 0; b < blows.size(); ++b) {
-      const double delay = blows[b].time - double(done) / kRate;
+    for (std::size_t b = 0; b < strikes.size(); ++b) {
+      const double delay = strikes[b].time - double(done) / kRate;
       if (told[b] || delay * kRate > double(size) + 700) continue;
       told[b] = true;
-      renderer.strike(blows[b].body, all[blows[b].body].excitation * blows[b].impulse,
-                      blows[b].force, delay);
+      renderer.strike(strikes[b].body, all[strikes[b].body].excitation * strikes[b].impulse,
+                      strikes[b].force, delay);
     }
     block.resize(rows * size);
     renderer.render(block);
@@ -66,36 +66,36 @@ std::vector<float> stream(const std::vector<modal::RingDown>& all,
   return out;
 }
 
-/// Every blow by synthesize(), its time as a delay, added up.
+/// Every strike by synthesize(), its time as a delay, added up.
 std::vector<double> offline(const std::vector<modal::RingDown>& all,
-                            const std::vector<PlannedBlow>& blows, std::size_t count) {
+                            const std::vector<PlannedStrike>& strikes, std::size_t count) {
   std::vector<double> sum(all[0].readout.delays.size() * count, 0.0);
-  for (const PlannedBlow& blow : blows) {
-    modal::RingDown rings = all[blow.body];
-    rings.excitation *= blow.impulse;
-    for (double& delay : rings.readout.delays) delay += blow.time;
-    const auto sound = modal::synthesize(rings, blow.force, kRate, count);
+  for (const PlannedStrike& strike : strikes) {
+    modal::RingDown rings = all[strike.body];
+    rings.excitation *= strike.impulse;
+    for (double& delay : rings.readout.delays) delay += strike.time;
+    const auto sound = modal::synthesize(rings, strike.force, kRate, count);
     for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += double(sound[n]);
   }
   return sum;
 }
 
-// Blocks of any size; blows at any time, on bodies that ring, during contacts of others.
+// Blocks of any size; strikes at any time, on bodies that ring, during contacts of others.
 TEST(StreamingRenderer, IsTheOfflineSumTo120DecibelsWhateverTheBlocks) {
   constexpr std::size_t kCount = 6000;
   modal::ContactForce burst{4e-3, {}};
   for (int i = 0; i < 150; ++i) burst.samples.push_back(300 * std::sin(i * i * 0.7));
   for (const bool pressure : {false, true}) {
     const auto all = bodies(pressure);
-    const std::vector<PlannedBlow> blows = {{0, 0, 1, {1e-3}},         {1, 0.00321, 0.4, {2e-4}},
+    const std::vector<PlannedStrike> strikes = {{0, 0, 1, {1e-3}},         {1, 0.00321, 0.4, {2e-4}},
                                             {1, 0.00333, 0.7, {5e-3}}, {2, 0.0301234, 1.3, burst},
                                             {0, 0.0301234, 0.2, {0}},  {2, 0.0302, -0.5, {7e-4}}};
-    const auto expected = offline(all, blows, kCount);
+    const auto expected = offline(all, strikes, kCount);
     double peak = 0;
     for (const double s : expected) peak = std::max(peak, std::abs(s));
     for (const std::vector<std::size_t>& sizes :
          {std::vector<std::size_t>{64}, {1}, {512}, {480}, {kCount}, {3, 700, 1, 17}}) {
-      const auto sound = stream(all, blows, sizes, kCount);
+      const auto sound = stream(all, strikes, sizes, kCount);
       double worst = 0;
       for (std::size_t n = 0; n < sound.size(); ++n) {
         worst = std::max(worst, std::abs(double(sound[n]) - expected[n]));
@@ -105,24 +105,24 @@ TEST(StreamingRenderer, IsTheOfflineSumTo120DecibelsWhateverTheBlocks) {
   }
 }
 
-// A blow on a body that rings adds up: both at once are the sum of each alone.
-TEST(StreamingRenderer, BlowsAddUp) {
+// A strike on a body that rings adds up: both at once are the sum of each alone.
+TEST(StreamingRenderer, StrikesAddUp) {
   EXPECT_TRUE(rc::check("superposition", [] {
     const auto all = bodies(false);
-    std::vector<PlannedBlow> blows;
+    std::vector<PlannedStrike> strikes;
     const int count = *rc::gen::inRange(2, 6);
     for (int i = 0; i < count; ++i) {
-      blows.push_back({*rc::gen::element<std::size_t>(0, 1, 2),
+      strikes.push_back({*rc::gen::element<std::size_t>(0, 1, 2),
                        1e-5 * *rc::gen::inRange(0, 4000),
                        0.1 * *rc::gen::inRange(-20, 20),
                        {1e-5 * *rc::gen::inRange(0, 300)}});
     }
     const std::vector<std::size_t> sizes = {std::size_t(*rc::gen::inRange(1, 900))};
-    const auto together = stream(all, blows, sizes, 3000);
+    const auto together = stream(all, strikes, sizes, 3000);
     std::vector<double> sum(together.size(), 0.0);
     double peak = 0;
-    for (const PlannedBlow& blow : blows) {
-      const auto alone = stream(all, {blow}, sizes, 3000);
+    for (const PlannedStrike& strike : strikes) {
+      const auto alone = stream(all, {strike}, sizes, 3000);
       for (std::size_t n = 0; n < sum.size(); ++n) {
         sum[n] += double(alone[n]);
         peak = std::max(peak, std::abs(double(alone[n])));
@@ -139,10 +139,10 @@ TEST(StreamingRenderer, RepeatsAStrike) {
   const modal::RingDown rings = random_rings(20, 8, true);
   constexpr double kInterval = 0.0312345;
   const std::vector<double> times = {kInterval, 0, 2 * kInterval};
-  const auto sound = modal::synthesize_blows(rings, {1e-3}, times, kRate, 6000);
-  std::vector<PlannedBlow> blows;
-  for (const double time : times) blows.push_back({0, time, 1, {1e-3}});
-  const auto expected = offline({rings}, blows, 6000);
+  const auto sound = modal::synthesize_strikes(rings, {1e-3}, times, kRate, 6000);
+  std::vector<PlannedStrike> strikes;
+  for (const double time : times) strikes.push_back({0, time, 1, {1e-3}});
+  const auto expected = offline({rings}, strikes, 6000);
   double peak = 0;
   for (const double s : expected) peak = std::max(peak, std::abs(s));
   for (std::size_t n = 0; n < sound.size(); ++n) {
@@ -201,7 +201,7 @@ TEST(StreamingRenderer, SilenceCostsNothing) {
   EXPECT_TRUE(std::all_of(block.begin(), block.end(), [](float s) { return s == 0; }));
 }
 
-// Blows for ever: neither voices nor memory grow, and rendering allocates nothing.
+// Strikes for ever: neither voices nor memory grow, and rendering allocates nothing.
 TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
   const auto all = bodies(true);
   modal::StreamingRenderer renderer(2, kRate);

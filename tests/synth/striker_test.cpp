@@ -222,8 +222,8 @@ TEST(Pulse, OfHertzFollowsTheEquationOfMotion) {
   for (std::size_t n = 0; n < course.times.size(); n += 97) {
     const double at = course.times[n] / course.duration * pieces;
     const auto k = std::min(static_cast<std::size_t>(at), pulse.samples.size() - 2);
-    const double share = at - static_cast<double>(k);
-    const double force = (1 - share) * pulse.samples[k] + share * pulse.samples[k + 1];
+    const double fraction = at - static_cast<double>(k);
+    const double force = (1 - fraction) * pulse.samples[k] + fraction * pulse.samples[k + 1];
     EXPECT_NEAR(contact.impulse * force, course.forces[n], 6e-4 * course.peak) << n;
   }
   EXPECT_NEAR(modal::impulse_of(pulse), 1, 1e-12);
@@ -262,7 +262,7 @@ TEST(NoiseBurst, HasHinersTimesAndCutoffs) {
   EXPECT_DOUBLE_EQ(contact::burst_cutoff({0, 1}), 500);
 }
 
-TEST(NoiseBurst, ExcitesLikeAnIdealBlowOnAverageBelowTheCutoff) {
+TEST(NoiseBurst, ExcitesLikeAnIdealStrikeOnAverageBelowTheCutoff) {
   // Mean over draws against the Butterworth response |H|^2 = 1 / (1 + (f / fc)^6), the bilinear
   // transform's warping and the hat of straight pieces included.
   const double fs = 44100;

@@ -70,7 +70,7 @@ Eigen::MatrixXd papers_damping(const solvers::modes::Modes& modes,
     const Eigen::MatrixX3d phi = modal::shapes_at(modes, contact.point);
     const Eigen::Matrix3d middle = friction * Eigen::Matrix3d::Identity() +
                                    (1 - friction) * contact.normal * contact.normal.transpose();
-    g += contact.share * phi * middle * phi.transpose();
+    g += contact.fraction * phi * middle * phi.transpose();
   }
   return g;
 }
@@ -191,14 +191,14 @@ TEST(PatchContacts, AreEvenOnACapOfASphere) {
   const double reach = 0.04;
   const auto contacts =
       support::patch_contacts(surface, surface::outer_pieces(surface), pole, reach);
-  double shares = 0, cosine = 0;
+  double fractions = 0, cosine = 0;
   for (const support::Contact& contact : contacts) {
-    shares += contact.share;
-    cosine += contact.share * contact.normal.dot(axis);
+    fractions += contact.fraction;
+    cosine += contact.fraction * contact.normal.dot(axis);
     const Vec3 at = modal::frame_at(surface, contact.point).position;
     EXPECT_LT((at - modal::frame_at(surface, pole).position).norm(), 1.05 * reach);
   }
-  EXPECT_NEAR(shares, 1, 1e-12);
+  EXPECT_NEAR(fractions, 1, 1e-12);
   // Area is uniform along the axis (Archimedes), which a cap leaves at 1 - reach^2 / (2 R^2).
   const double drop = reach * reach / (2 * kRadius * kRadius);
   EXPECT_NEAR(1 - cosine, drop / 2, 0.03 * drop);
@@ -235,13 +235,13 @@ TEST(LowestContacts, AreTheBaseTheEdgeOrTheCornerOfABox) {
     const auto contacts = support::lowest_contacts(surface, down, height);
     double bottom = 1;
     for (const Vec3& node : surface.nodes) bottom = std::min(bottom, node.z());
-    double shares = 0;
+    double fractions = 0;
     for (const support::Contact& contact : contacts) {
-      shares += contact.share;
+      fractions += contact.fraction;
       EXPECT_EQ(contact.normal, down);
       EXPECT_LE(modal::frame_at(surface, contact.point).position.z(), bottom + height);
     }
-    EXPECT_NEAR(shares, 1, 1e-12);
+    EXPECT_NEAR(fractions, 1, 1e-12);
     return support::centre_of(surface, contacts);
   };
   EXPECT_LT((lowest(Eigen::Matrix3d::Identity()) - Vec3(0, 0, -0.02)).norm(), 1e-12);
@@ -280,7 +280,7 @@ TEST(EdgeContacts, AreEvenAlongTheLine) {
     const double along = 0.08 * (static_cast<double>(k) + 0.5) / 8;
     const Vec3 expected(std::min(-0.04 + along, 0.02), std::max(0.0, along - 0.06), -0.02);
     EXPECT_LT((modal::frame_at(surface, contacts[k].point).position - expected).norm(), 1e-12) << k;
-    EXPECT_EQ(contacts[k].share, 1.0 / 8);
+    EXPECT_EQ(contacts[k].fraction, 1.0 / 8);
   }
   EXPECT_EQ(support::edge_contacts(surface, sampler, std::vector<Vec3>{{0, 0, 1}}, 3).size(), 3u);
   EXPECT_THROW(support::edge_contacts(surface, sampler, {}, 3), core::InputError);

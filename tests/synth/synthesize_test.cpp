@@ -315,7 +315,7 @@ TEST(Synthesize, EmptyAndSilent) {
   EXPECT_EQ(modal::synthesize(one_row({1e6}, {1}, {0}), {1e-3}, 44100, 3),
             std::vector<float>(3, 0.0f));
   EXPECT_TRUE(modal::synthesize(one_row({1e6}, {1}, {1}), {1e-3}, 44100, 0).empty());
-  // A blow that reaches the listener after the clip's end.
+  // A strike that reaches the listener after the clip's end.
   modal::RingDown late = one_row({1e6}, {1}, {1});
   late.readout.delays = {1.0};
   EXPECT_EQ(modal::synthesize(late, {1e-3}, 44100, 3), std::vector<float>(3, 0.0f));

@@ -26,7 +26,7 @@ constexpr double kSecondsPerContactSample = 1e-7;  ///< of each body, contacts c
 constexpr double kSecondsPerTick = 2e-6;           ///< of a stylus
 constexpr double kSecondsPerScenePixel = 1.5e-6;   ///< of a moving scene's frame
 
-/// Of a take, whatever its listeners.
+/// Of a simulation, whatever its listeners.
 double motion_seconds(const BuildConfig& config, std::string_view effect) {
   const scene::motion::MotionConfig& motion = *config.motion;
   const scene::AudioConfig& audio = config.scene.audio;
@@ -54,7 +54,7 @@ double traced_bytes(const scene::motion::MotionConfig& motion) {
   };
   for (const scene::motion::CastBody& body : motion.bodies) add(body.texture);
   if (motion.ground) add(motion.ground->texture);
-  return sizeof(float) * std::min(texels, static_cast<double>(synth::motion::kMostTracedTexels));
+  return sizeof(float) * std::min(texels, static_cast<double>(synth::motion::kMaxTracedTexels));
 }
 
 }  // namespace

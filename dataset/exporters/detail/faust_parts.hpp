@@ -2,28 +2,28 @@
 
 namespace carillon::dataset::exporters {
 
-/// What every Faust program of a body says before its modes: the blow, and a mode as a resonator.
+/// What every Faust program of a body says before its modes: the strike, and a mode as a resonator.
 ///
 /// A mode's state is (omega q, q'). One sample multiplies it by the exact solution over a step: a
 /// matrix whose norm is at most 1, as the energy of a damped oscillator never grows. So the bank is
 /// stable for every setting, below, at and above critical damping, and while settings move.
 ///
-/// The force of a blow, (1 - cos(2 pi t / T)) / T, is no sampled signal: its effect on the state
+/// The force of a strike, (1 - cos(2 pi t / T)) / T, is no sampled signal: its effect on the state
 /// over each step is an integral in closed form. Of x' = A x + e exp(i w t) with the particular
 /// solution X exp(i w t), X = (i w - A)^-1 e, it is J(h) exp(i w t) with J(h) = X exp(i w h) -
 /// exp(A h) X. The contact's end within a step is made by the same force, begun anew at its end and
 /// taken away, as the force has the contact's own period.
 inline constexpr const char* faust_parts = R"(
-// ---- Time and the blow
+// ---- Time and the strike
 
 step = 1/ma.SR;
 turn = 2*ma.PI/contactTime;              // of the contact [rad/s]
 lastStep = int(contactTime*ma.SR);       // that the contact reaches into
 rest = (lastStep + 1)*step - contactTime;  // what is left of it after the contact [s]
 
-// The force of a blow begun by a trigger, a raised cosine (1 - cos(turn t))/contactTime: its
+// The force of a strike begun by a trigger, a raised cosine (1 - cos(turn t))/contactTime: its
 // constant part, that part times cosine and sine at the begin of each step, and the step it ends in.
-blow(trigger, impulse) = level, level*cos(turn*time), level*sin(turn*time), level*(since == lastStep)
+contact(trigger, impulse) = level, level*cos(turn*time), level*sin(turn*time), level*(since == lastStep)
 with {
   count = (+(1) : min(1<<24)) ~ *(1 - trigger);  // 1 in the sample of the trigger
   since = count - 2;                             // steps begun before the one that ends here

@@ -15,7 +15,7 @@ using nlohmann::json;
 namespace {
 
 /// Longer arrays are described, not written out.
-constexpr std::size_t most_values = 16;
+constexpr std::size_t max_values = 16;
 
 template <class T>
 std::string type_name() {
@@ -39,11 +39,11 @@ bool same(const T& a, const T& b) {
 template <class T>
 json value_json(std::span<const T> values) {
   if (values.size() == 1) return values[0];
-  if (values.size() <= most_values) return std::vector<T>(values.begin(), values.end());
+  if (values.size() <= max_values) return std::vector<T>(values.begin(), values.end());
   return fmt::format("{} values", values.size());
 }
 
-/// NaN stands where nothing is stored: beyond a take's last strike.
+/// NaN stands where nothing is stored: beyond a simulation's last strike.
 template <class T>
 double value_or_nothing(T value) {
   return std::isnan(static_cast<double>(value)) ? 0.0 : static_cast<double>(value);
@@ -69,7 +69,7 @@ void compare_values(std::span<const T> made, const core::Hdf5Group& shard, const
   if (std::equal(stored.begin(), stored.end(), made.begin(), made.end(), same<T>)) return;
   json entry = {{"column", name}, {"stored", value_json(stored)}, {"made", value_json(made)}};
   if constexpr (std::is_arithmetic_v<T>) {
-    if (made.size() > most_values) entry["difference_db"] = difference_db(stored, made);
+    if (made.size() > max_values) entry["difference_db"] = difference_db(stored, made);
   }
   found.push_back(std::move(entry));
 }

@@ -69,7 +69,7 @@ std::string lost(const plan::BuildPlan& old, const plan::BuildPlan& now) {
 /// A task that was done from other files than those that the old configuration finds now.
 std::string done_from_others(const configuration::BuildConfig& config, plan::BuildPlan plan,
                              const std::map<std::string, json>& entries) {
-  // Takes were cast with the bodies that there were then; files may match that came since.
+  // Simulations were cast with the bodies that there were then; files may match that came since.
   for (plan::BuildTask& task : plan.tasks) {
     std::erase_if(task.cast, [&](std::size_t shape) {
       return !entries.contains("modes/" + plan.shapes[shape].id);

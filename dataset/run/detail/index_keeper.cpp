@@ -45,7 +45,7 @@ void IndexKeeper::add(std::size_t build, const json& entry) {
 /// There is time for another writing.
 bool IndexKeeper::due() const {
   const double elapsed = core::monotonic_seconds() - begin_;
-  return spent_ + last_ <= grace + share * elapsed;
+  return spent_ + last_ <= grace + fraction * elapsed;
 }
 
 void IndexKeeper::run() try {

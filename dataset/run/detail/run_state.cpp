@@ -35,8 +35,8 @@ Standing standing_of(const BuildRun& run, const std::vector<json>& journal) {
 }  // namespace
 
 mpi::Journal& Journals::of(std::size_t build) {
-  constexpr std::size_t most_open = 200;
-  if (!open_.contains(build) && open_.size() >= most_open) close();
+  constexpr std::size_t max_open = 200;
+  if (!open_.contains(build) && open_.size() >= max_open) close();
   auto& journal = open_[build];
   if (!journal) journal = std::make_unique<mpi::Journal>(journal_file(builds_[build]));
   return *journal;

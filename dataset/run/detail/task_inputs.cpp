@@ -21,7 +21,7 @@ std::string without_growth(const configuration::BuildConfig& config) {
   root.remove("materials");
   root.remove("variants");
   if (root["strikes"].IsMap()) root["strikes"].remove("per_object");
-  if (root["motion"].IsMap()) root["motion"].remove("takes");
+  if (root["motion"].IsMap()) root["motion"].remove("simulations");
   return YAML::Dump(root);
 }
 

@@ -30,7 +30,7 @@ struct Heard {
 
 Heard listen(const configuration::BuildConfig& config, const Hdf5Group& index) {
   const std::size_t rows = index.extent("audio").front();
-  const std::size_t measured = std::min(rows, most_measured_sounds);
+  const std::size_t measured = std::min(rows, max_measured_sounds);
   const std::size_t samples = config.scene.audio.samples();
   const double full_scale =
       config.scene.audio.dtype == core::SampleFormat::int16 ? core::int16_full_scale : 1;

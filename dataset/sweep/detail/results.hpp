@@ -7,7 +7,7 @@
 namespace carillon::dataset::sweep {
 
 /// Sounds of a variant that are listened to; of more, so many evenly spaced ones.
-constexpr std::size_t most_measured_sounds = 200;
+constexpr std::size_t max_measured_sounds = 200;
 
 /// One variant's row of sweep.csv, from the columns of its index.h5: a pure function of the
 /// dataset. Null where there is nothing to tell: no samples, no noise, sounds that do not decay.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double cached_modes_seconds = 0.1;
 /// A mesh and modes at its surface against what solving holds: the factor above all.
-constexpr double cached_memory_share = 0.2;
+constexpr double cached_memory_fraction = 0.2;
 
 void add_elastic(core::Sha256& hash, const synth::material::Material& material) {
   hash.add(fmt::format("{} {} {};", material.elastic.youngs_modulus, material.elastic.poisson_ratio,
@@ -111,7 +111,7 @@ run::SameWork order_shared_work(const std::vector<run::BuildRun>& builds,
     fails_with(solve, "solve");
     if (solve == number) continue;
     task.cost = std::min(task.cost, cached_modes_seconds);
-    task.memory *= cached_memory_share;
+    task.memory *= cached_memory_fraction;
     task.kind = "modes from cache";
   }
   return same;

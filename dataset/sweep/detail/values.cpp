@@ -42,9 +42,9 @@ SweepValue with_unit(const std::string& number, const std::string& unit) {
   return {text, text};
 }
 
-double between(const SweepRange& range, double share) {
-  if (range.logarithmic) return range.from * std::pow(range.to / range.from, share);
-  return range.from + share * (range.to - range.from);
+double between(const SweepRange& range, double fraction) {
+  if (range.logarithmic) return range.from * std::pow(range.to / range.from, fraction);
+  return range.from + fraction * (range.to - range.from);
 }
 
 std::int64_t steps_in(const SweepRange& range) {
@@ -71,7 +71,7 @@ SweepRange read_range(ConfigNode node) {
   const bool by_count = node.has("count"), by_step = node.has("step");
   if (by_count && by_step) node.fail("step", "stands beside count", "give one of the two");
   if (by_count) {
-    range.count = node.integer("count", 2, static_cast<std::int64_t>(most_variants));
+    range.count = node.integer("count", 2, static_cast<std::int64_t>(max_variants));
   }
   if (by_step) {
     const auto [step, step_unit] = number_at(node, "step");
@@ -81,8 +81,8 @@ SweepRange read_range(ConfigNode node) {
     if (!(step > 0)) node.fail("step", "must be positive");
     if (range.logarithmic) node.fail("step", "is for linear spacing", "give count instead");
     range.step = step;
-    if (!((to - from) / step < static_cast<double>(most_variants))) {
-      node.fail("step", fmt::format("makes more than {} values", most_variants));
+    if (!((to - from) / step < static_cast<double>(max_variants))) {
+      node.fail("step", fmt::format("makes more than {} values", max_variants));
     }
   }
   node.finish();
@@ -100,8 +100,8 @@ std::vector<SweepValue> values_of(const SweepRange& range) {
   }
   for (std::int64_t i = 0; i < range.count; ++i) {
     const bool end = i == 0 || i + 1 == range.count;
-    const double share = static_cast<double>(i) / static_cast<double>(range.count - 1);
-    const double value = i == 0 ? range.from : end ? range.to : between(range, share);
+    const double fraction = static_cast<double>(i) / static_cast<double>(range.count - 1);
+    const double value = i == 0 ? range.from : end ? range.to : between(range, fraction);
     values.push_back(
         with_unit(end ? fmt::format("{}", value) : fmt::format("{:.6g}", value), range.unit));
   }

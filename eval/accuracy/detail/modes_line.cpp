@@ -24,7 +24,7 @@ std::string shell_word(const std::string& word) {
 
 }  // namespace
 
-std::string modes_line(const LadderObject& object, const solvers::modes::Band& band,
+std::string modes_line(const StudiedObject& object, const solvers::modes::Band& band,
                        std::int64_t max_elements, double cents) {
   const auto& shape = object.request.shape;
   const auto& file = object.request.file;

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "eval/accuracy/ladder_config.hpp"
+#include "eval/accuracy/accuracy_config.hpp"
 
 namespace carillon::eval::accuracy {
 

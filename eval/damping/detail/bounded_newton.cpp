@@ -66,7 +66,7 @@ std::optional<Step> newton_step(const VectorXd& x, const LocalModel& at, const I
 
 BoundedMinimum minimise(const Objective& objective, const VectorXd& start, const Box& box,
                         const NewtonOptions& options) {
-  constexpr double most_damping = 1e16;
+  constexpr double max_damping = 1e16;
   BoundedMinimum found;
   found.x = into_box(start, box);
   found.at = objective(found.x);
@@ -106,7 +106,7 @@ BoundedMinimum minimise(const Objective& objective, const VectorXd& start, const
     found.converged = last || found.gradient == 0;
     if (!good) {
       damping = std::max(1e-4, 10 * damping);
-      if (damping > most_damping) break;
+      if (damping > max_damping) break;
     }
   }
   return found;

@@ -82,9 +82,9 @@ class Side {
         outside_root = root;
       }
       // Between the two, straight; kept off the ends so that the bracket always shrinks.
-      const double share =
+      const double fraction =
           std::isfinite(outside_root) ? (goal - inside_root) / (outside_root - inside_root) : 0.5;
-      distance = inside + std::clamp(share, 0.05, 0.95) * (outside - inside);
+      distance = inside + std::clamp(fraction, 0.05, 0.95) * (outside - inside);
       if (outside - inside < 1e-9 * outside) break;
     }
     return best + direction_ * inside;

@@ -21,7 +21,7 @@ VectorXd joined(const VectorXd& x, double sigma, double kappa) {
 }
 
 /// What errors in proportion are in proportion to at least, in units of the law's scale.
-constexpr double kLeastSize = 1e-4;
+constexpr double kMinSize = 1e-4;
 
 /// By mu again where sigma and kappa are in proportion to it.
 EmgDensity following(const EmgDensity& f, double mu) {
@@ -46,8 +46,8 @@ Widths widths_of(const VectorXd& rest) {
   const double deviation = std::sqrt(central.squaredNorm() / static_cast<double>(rest.size()));
   if (deviation == 0) return {};
   const double skewness = (central / deviation).array().cube().mean();
-  const double share = std::cbrt(std::clamp(skewness / 2, 1e-3, 0.9));
-  return {deviation * share, deviation * std::sqrt(1 - share * share)};
+  const double fraction = std::cbrt(std::clamp(skewness / 2, 1e-3, 0.9));
+  return {deviation * fraction, deviation * std::sqrt(1 - fraction * fraction)};
 }
 
 }  // namespace
@@ -64,9 +64,9 @@ Objective emg_objective(const ScaledLaw& law, const VectorXd& target, bool relat
     for (Index i = 0; i < points; ++i) {
       // A law that is nearly zero or negative somewhere has errors there all the same.
       const double m = curve.values[i];
-      const double size = relative ? std::max(m, kLeastSize) : 1;
+      const double size = relative ? std::max(m, kMinSize) : 1;
       EmgDensity density = emg_log_density(target[i], m, size * sigma, size * kappa);
-      if (relative && m > kLeastSize) density = following(density, m);
+      if (relative && m > kMinSize) density = following(density, m);
       sum.value += density.value;
       sum.sigma += density.sigma;
       sum.kappa += density.kappa;
@@ -78,8 +78,8 @@ Objective emg_objective(const ScaledLaw& law, const VectorXd& target, bool relat
       mu_sigma[i] = density.mu_sigma;
       mu_kappa[i] = density.mu_kappa;
     }
-    const double share = -1 / static_cast<double>(points);
-    LocalModel model{share * sum.value, VectorXd(n + 2), MatrixXd(n + 2, n + 2)};
+    const double fraction = -1 / static_cast<double>(points);
+    LocalModel model{fraction * sum.value, VectorXd(n + 2), MatrixXd(n + 2, n + 2)};
     model.gradient << curve.slopes.transpose() * mu, sum.sigma, sum.kappa;
     MatrixXd& hessian = model.hessian;
     hessian.topLeftCorner(n, n) = curve.slopes.transpose() * mu_mu.asDiagonal() * curve.slopes;
@@ -89,27 +89,27 @@ Objective emg_objective(const ScaledLaw& law, const VectorXd& target, bool relat
     hessian.bottomLeftCorner(2, n) = hessian.topRightCorner(n, 2).transpose();
     hessian.bottomRightCorner(2, 2) << sum.sigma_sigma, sum.sigma_kappa, sum.sigma_kappa,
         sum.kappa_kappa;
-    model.gradient *= share;
-    hessian *= share;
+    model.gradient *= fraction;
+    hessian *= fraction;
     return model;
   };
 }
 
-Box emg_box(const ScaledLaw& law, double least_sigma) {
+Box emg_box(const ScaledLaw& law, double min_sigma) {
   constexpr double widest = 1e9;  // sigma, and the exponential in units of sigma
   const Index n = law.size();
   Box box{VectorXd(n + 2), VectorXd(n + 2)};
-  box.low << law.box.low, std::log(least_sigma), -std::log(widest);
-  box.high << law.box.high, std::log(std::max(widest, 2 * least_sigma)), std::log(kLargestKappa);
+  box.low << law.box.low, std::log(min_sigma), -std::log(widest);
+  box.high << law.box.high, std::log(std::max(widest, 2 * min_sigma)), std::log(kLargestKappa);
   return box;
 }
 
-EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double least_sigma, bool relative,
+EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double min_sigma, bool relative,
                     const Estimate& squares, const Estimate& bound,
                     const std::function<Watch(int start)>& watch) {
   const VectorXd above_squares = target - law.curve(squares.x).values;
   const VectorXd above_bound = target - law.curve(bound.x).values;
-  const auto at_least = [&](double width) { return std::max(width, least_sigma); };
+  const auto at_least = [&](double width) { return std::max(width, min_sigma); };
   const double excess = at_least(above_bound.mean());
   const Widths moments = widths_of(above_squares);
   const double deviation = at_least(std::hypot(moments.exponential, moments.gaussian));
@@ -120,14 +120,14 @@ EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double least_s
                           at_least(moments.gaussian) / at_least(moments.exponential)));
   starts.push_back(joined(squares.x, deviation, 3));
   // Few features have several maxima: the more of the excess is error, the higher the curve.
-  for (const double share : {0.0, 0.25, 0.5, 0.75}) {
-    const VectorXd x = bound.x + share * (squares.x - bound.x);
-    starts.push_back(joined(x, at_least(std::max(share, 0.5) * excess), std::max(2 * share, 0.5)));
+  for (const double fraction : {0.0, 0.25, 0.5, 0.75}) {
+    const VectorXd x = bound.x + fraction * (squares.x - bound.x);
+    starts.push_back(joined(x, at_least(std::max(fraction, 0.5) * excess), std::max(2 * fraction, 0.5)));
   }
-  starts.push_back(joined(bound.x, least_sigma, least_sigma / excess));
+  starts.push_back(joined(bound.x, min_sigma, min_sigma / excess));
 
   const Objective objective = emg_objective(law, target, relative);
-  const Box box = emg_box(law, least_sigma);
+  const Box box = emg_box(law, min_sigma);
   EmgEstimate estimate;
   estimate.best.at.value = std::numeric_limits<double>::infinity();
   for (std::size_t start = 0; start < starts.size(); ++start) {

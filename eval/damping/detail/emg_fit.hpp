@@ -15,7 +15,7 @@ constexpr double kLargestKappa = 1e3;
 Objective emg_objective(const ScaledLaw& law, const Eigen::VectorXd& target, bool relative);
 
 /// The law's bounds, and those of ln sigma and ln kappa.
-Box emg_box(const ScaledLaw& law, double least_sigma);
+Box emg_box(const ScaledLaw& law, double min_sigma);
 
 /// The most likely law, sigma and kappa, by bounded Newton steps from eight starts: the lower bound
 /// with three widths, least squares of all points and of points lowered by the excess that their
@@ -24,7 +24,7 @@ struct EmgEstimate {
   BoundedMinimum best;  ///< at: of emg_objective()
   int iterations = 0;
 };
-EmgEstimate emg_fit(const ScaledLaw& law, const Eigen::VectorXd& target, double least_sigma,
+EmgEstimate emg_fit(const ScaledLaw& law, const Eigen::VectorXd& target, double min_sigma,
                     bool relative, const Estimate& squares, const Estimate& bound,
                     const std::function<Watch(int start)>& watch = {});
 

@@ -50,12 +50,12 @@ VectorXd linear_program(const MatrixXd& rows, const VectorXd& limits, const Vect
     if (enters < 0) return x;
     // rows(enters) = sum of shares times the held rows: the one whose multiplier vanishes first
     // leaves.
-    const VectorXd shares = factor.transpose().solve(rows.row(enters).transpose());
+    const VectorXd fractions = factor.transpose().solve(rows.row(enters).transpose());
     Index leaves = -1;
     double least = 0;
     for (Index k = 0; k < n; ++k) {
-      if (shares[k] <= 1e-13 * shares.cwiseAbs().maxCoeff()) continue;
-      const double ratio = std::max(0.0, multipliers[k]) / shares[k];
+      if (fractions[k] <= 1e-13 * fractions.cwiseAbs().maxCoeff()) continue;
+      const double ratio = std::max(0.0, multipliers[k]) / fractions[k];
       const bool earlier =
           leaves >= 0 && ratio == least &&
           names[static_cast<std::size_t>(k)] < names[static_cast<std::size_t>(leaves)];

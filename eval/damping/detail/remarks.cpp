@@ -55,7 +55,7 @@ void add_remarks(DampingFit& fit) {
 }
 
 void add_emg_remarks(DampingFit& fit, const DampingFit& gaussian, const DampingData& data,
-                     double least_sigma) {
+                     double min_sigma) {
   DampingFit squares = gaussian;
   squares.estimator = Estimator::least_squares;
   const bool relative = fit.estimator == Estimator::emg_relative;
@@ -72,8 +72,8 @@ void add_emg_remarks(DampingFit& fit, const DampingFit& gaussian, const DampingD
         "more points lie far below the curve than far above: reverberation, clipping or beating "
         "rather than supports; the model cannot tell them from the material");
   }
-  if (fit.sigma <= 1.0001 * least_sigma) {
-    fit.remarks.push_back(fmt::format("sigma is at its lower bound, {:.3g}{} ({})", least_sigma,
+  if (fit.sigma <= 1.0001 * min_sigma) {
+    fit.remarks.push_back(fmt::format("sigma is at its lower bound, {:.3g}{} ({})", min_sigma,
                                       relative ? " of c" : " 1/s",
                                       !data.errors.empty() ? "the median error of the features"
                                       : relative           ? "without errors of the features"

@@ -12,6 +12,6 @@ void add_remarks(DampingFit& fit);
 /// curve, sigma at its bound.
 /// @param gaussian  least squares on the same data
 void add_emg_remarks(DampingFit& fit, const DampingFit& gaussian, const DampingData& data,
-                     double least_sigma);
+                     double min_sigma);
 
 }  // namespace carillon::eval::damping

@@ -76,7 +76,7 @@ Band take_band(std::span<const double> samples, double centre, std::size_t step,
   return band;
 }
 
-std::vector<Complex> esprit_rates(const Band& band, double noise, std::size_t most_orders) {
+std::vector<Complex> esprit_rates(const Band& band, double noise, std::size_t max_orders) {
   const auto count = static_cast<Eigen::Index>(band.values.size());
   const Eigen::Index rows = count / 2, columns = count - rows + 1;
   if (rows < 4) return {};
@@ -95,7 +95,7 @@ std::vector<Complex> esprit_rates(const Band& band, double noise, std::size_t mo
   for (Eigen::Index k = rows; k-- > 0 && spectrum.eigenvalues()(k) > floor;) ++order;
   if (order == 0) return {};
   const Eigen::Index most =
-      std::min<Eigen::Index>(rows / 2, static_cast<Eigen::Index>(most_orders));
+      std::min<Eigen::Index>(rows / 2, static_cast<Eigen::Index>(max_orders));
   order = std::min(order + 2, most);
   const std::vector<Complex> found = poles(space, order);
   const std::vector<Complex> again = poles(space, std::min(order + 3, rows - 1));

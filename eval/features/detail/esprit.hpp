@@ -24,11 +24,11 @@ Band take_band(std::span<const double> samples, double centre, std::size_t step,
 
 /// Rates per sample of the signal of the damped sinusoids in a band, by least-squares ESPRIT (Roy
 /// and Kailath 1989; for impact sounds Sirdey et al. 2011): the signal space of the Hankel matrix
-/// is cut at `noise` and `most_orders`, over-estimated by two, and only the rates are kept that an
+/// is cut at `noise` and `max_orders`, over-estimated by two, and only the rates are kept that an
 /// order of three more finds again, that decay or nearly so, and that lie in the middle 80 % of the
 /// band. Strongest first.
 /// @param noise  standard deviation of the noise of one value
 std::vector<std::complex<double>> esprit_rates(const Band& band, double noise,
-                                               std::size_t most_orders);
+                                               std::size_t max_orders);
 
 }  // namespace carillon::eval::features

@@ -27,10 +27,10 @@ constexpr double kAboveClutter = 8;
 /// Of all that is left: where nothing stands out, what makes up more is no clutter, as broad and
 /// dense as the tones may be.
 constexpr double kOfAll = 0.01;
-constexpr std::size_t kMostCandidates = 200;
+constexpr std::size_t kMaxCandidates = 200;
 /// Of the power of the tones that are known: real modes are not quite damped sinusoids.
 constexpr double kModelError = 1e-4;
-constexpr int kMostRounds = 10;
+constexpr int kMaxRounds = 10;
 /// Fall of the noise (mean of its logarithm) that is worth another refinement.
 constexpr double kSettled = 0.003;
 
@@ -92,9 +92,9 @@ std::vector<double> clutter_of(std::span<const double> gains, std::size_t first,
 }
 
 /// Where the residual may hold a tone, by generalised likelihood ratio; strongest first.
-/// @param most_clutter  what is stronger counts in any case
+/// @param max_clutter  what is stronger counts in any case
 std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> signal,
-                                  const ToneSearch& search, double most_clutter,
+                                  const ToneSearch& search, double max_clutter,
                                   Transforms& transforms) {
   const auto count = static_cast<double>(signal.size());
   std::vector<Candidate> all;
@@ -130,7 +130,7 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
       const auto bin = static_cast<std::size_t>(static_cast<double>(k) * bins);
       const double known = std::norm(fit.spectrum[bin] - fit.residual[bin]) / fit.noise[bin];
       const double threshold =
-          std::max({kNewTone, std::min(kAboveClutter * clutter[k], most_clutter),
+          std::max({kNewTone, std::min(kAboveClutter * clutter[k], max_clutter),
                     kModelError * (2 + count * decay) * known});
       if (gains[k] < threshold || gains[k] < gains[k - 1] || gains[k] <= gains[k + 1]) continue;
       const double omega =
@@ -146,7 +146,7 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
       return in_skirt(candidate, strong, slowest);
     });
     if (!hidden) kept.push_back(candidate);
-    if (kept.size() >= kMostCandidates) break;
+    if (kept.size() >= kMaxCandidates) break;
   }
   return kept;
 }
@@ -154,13 +154,13 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
 /// Tries what the residual may hold, the strongest first.
 /// @return  whether there was any
 bool add_tones(ToneFit& fit, std::span<const double> signal, const ToneSearch& search,
-               double most_clutter, Transforms& transforms) {
+               double max_clutter, Transforms& transforms) {
   const std::size_t count = fit.grid->count();
   double strongest = 0;
   for (const Tone& tone : fit.tones) strongest = std::max(strongest, energy(tone, count));
-  const double least = search.least_energy * strongest;
+  const double least = search.min_energy * strongest;
   bool any = false;
-  for (const Candidate& candidate : candidates(fit, signal, search, most_clutter, transforms)) {
+  for (const Candidate& candidate : candidates(fit, signal, search, max_clutter, transforms)) {
     if (fit.tones.size() >= search.most) break;
     if (beside_tone(fit, candidate.rate)) continue;
     // A place on the grid shows less than the tone that is near it.
@@ -250,7 +250,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   for (std::size_t k = 0; k < tail.size(); ++k) {
     fit.noise[k] = std::max(std::min(fit.noise[k], tail[k]), 1e-3 * fit.noise[k]);
   }
-  for (int round = 0; round < kMostRounds && fit.tones.size() < search.most; ++round) {
+  for (int round = 0; round < kMaxRounds && fit.tones.size() < search.most; ++round) {
     const std::vector<double> signal = signal_of(fit, transforms);
     const std::size_t known = fit.tones.size();
     bool any = add_tones(fit, signal, search, std::numeric_limits<double>::infinity(), transforms);

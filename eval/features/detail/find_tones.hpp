@@ -12,7 +12,7 @@ struct ToneSearch {
   double min_frequency = 20;  ///< [Hz]
   double max_frequency = 20000;
   std::size_t most = 500;      ///< tones
-  double least_energy = 1e-6;  ///< of the strongest tone's; weaker ones are not looked for
+  double min_energy = 1e-6;  ///< of the strongest tone's; weaker ones are not looked for
 };
 
 /// The damped sinusoids of a signal that begins when they do and is free of what drives them.

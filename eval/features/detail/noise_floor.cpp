@@ -10,23 +10,23 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double kOctaveShare = 1.0 / 6;
-constexpr std::size_t kLeastBins = 48;
+constexpr double kOctaveFraction = 1.0 / 6;
+constexpr std::size_t kMinBins = 48;
 
 /// Medians of power over neighbouring bins: where, and the mean of the noise that has this median.
 struct Floor {
-  std::vector<double> place;  ///< of a range's middle, as share of half the sample rate
+  std::vector<double> place;  ///< of a range's middle, as fraction of half the sample rate
   std::vector<double> log_power;
 };
 
 Floor floor_of(std::span<const double> power, BinRange band) {
   Floor floor;
   std::vector<double> part;
-  const double growth = std::exp2(kOctaveShare);
+  const double growth = std::exp2(kOctaveFraction);
   for (std::size_t first = band.first; first < band.last;) {
     std::size_t last =
-        std::max(first + kLeastBins, static_cast<std::size_t>(static_cast<double>(first) * growth));
-    if (last + kLeastBins > band.last) last = band.last;
+        std::max(first + kMinBins, static_cast<std::size_t>(static_cast<double>(first) * growth));
+    if (last + kMinBins > band.last) last = band.last;
     part.assign(power.begin() + static_cast<std::ptrdiff_t>(first),
                 power.begin() + static_cast<std::ptrdiff_t>(last));
     const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
@@ -48,9 +48,9 @@ std::vector<double> spread(const Floor& floor, std::size_t bins, double factor) 
     while (at + 2 < floor.place.size() && floor.place[at + 1] < place) ++at;
     double value = floor.log_power[at];
     if (at + 1 < floor.place.size()) {
-      const double share =
+      const double fraction =
           std::clamp((place - floor.place[at]) / (floor.place[at + 1] - floor.place[at]), 0.0, 1.0);
-      value += share * (floor.log_power[at + 1] - value);
+      value += fraction * (floor.log_power[at + 1] - value);
     }
     power[k] = factor * std::exp(value);
   }

@@ -121,11 +121,11 @@ namespace {
 /// are summed over the bins, where Eigen's factors the Jacobian of all bins at each step.
 /// @param bare      the residual without them
 /// @param residual  with them
-void minimise(const Residual& bare, std::vector<Tone>& tones, Residual& residual, int most_steps) {
+void minimise(const Residual& bare, std::vector<Tone>& tones, Residual& residual, int max_steps) {
   double chi = residual.chi_squared(), damping = 1e-4;
   Normal normal;
   bool fresh = false;
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     if (!fresh) normal = normal_equations(residual, tones);
     fresh = true;
     const Vector scale = normal.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -172,7 +172,7 @@ std::size_t coarse_step(const ToneFit& fit, std::span<const Tone> tones) {
 }  // namespace
 
 Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
-                 std::span<const Tone> start, int most_steps, Fineness fineness) {
+                 std::span<const Tone> start, int max_steps, Fineness fineness) {
   Proposal proposal;
   proposal.replaced.assign(replaced.begin(), replaced.end());
   proposal.tones.assign(start.begin(), start.end());
@@ -198,14 +198,14 @@ Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
   if (coarse.step > 1) {
     const Residual bare = bare_on(coarse);
     Residual residual = with_tones(bare);
-    minimise(bare, tones, residual, most_steps);
-    most_steps = fineness == Fineness::all_bins ? last_steps : 0;
-    if (most_steps == 0) normal = normal_equations(residual, tones);
+    minimise(bare, tones, residual, max_steps);
+    max_steps = fineness == Fineness::all_bins ? last_steps : 0;
+    if (max_steps == 0) normal = normal_equations(residual, tones);
   }
   const Residual bare = bare_on(range);
   Residual residual = with_tones(bare);
-  if (most_steps > 0) {
-    minimise(bare, tones, residual, most_steps);
+  if (max_steps > 0) {
+    minimise(bare, tones, residual, max_steps);
     normal = normal_equations(residual, tones);
   }
   const double chi = residual.chi_squared();
@@ -283,25 +283,25 @@ void renew(ToneFit& fit) {
   for (const Tone& tone : fit.tones) fit.grid->add(tone, -1, fit.band, fit.residual);
 }
 
-void refine_all(ToneFit& fit, int most_rounds, Fineness fineness, std::size_t from) {
-  constexpr std::size_t most_together = 6;
-  constexpr int most_steps = 12;
+void refine_all(ToneFit& fit, int max_rounds, Fineness fineness, std::size_t from) {
+  constexpr std::size_t max_together = 6;
+  constexpr int max_steps = 12;
   std::vector<bool> moving(fit.tones.size(), false);
   for (std::size_t k = from; k < fit.tones.size(); ++k) {
-    for (const std::size_t near : neighbours(fit, fit.tones[k].rate, most_together, kAlike)) {
+    for (const std::size_t near : neighbours(fit, fit.tones[k].rate, max_together, kAlike)) {
       moving[near] = true;
     }
   }
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     bool any = false;
     double gained = 0;
     std::vector<bool> next(fit.tones.size(), false);
     for (std::size_t k = 0; k < fit.tones.size(); ++k) {
       if (!moving[k]) continue;
-      const auto block = neighbours(fit, fit.tones[k].rate, most_together, kAlike);
+      const auto block = neighbours(fit, fit.tones[k].rate, max_together, kAlike);
       std::vector<Tone> tones;
       for (const std::size_t other : block) tones.push_back(fit.tones[other]);
-      const Proposal proposal = propose(fit, block, tones, most_steps, fineness);
+      const Proposal proposal = propose(fit, block, tones, max_steps, fineness);
       if (!(proposal.gain > 0)) continue;
       commit(fit, proposal);
       gained += proposal.gain;
@@ -322,9 +322,9 @@ void refine_all(ToneFit& fit, int most_rounds, Fineness fineness, std::size_t fr
 }
 
 ToneErrors errors_of(const ToneFit& fit, std::size_t tone) {
-  constexpr std::size_t most_together = 10;
+  constexpr std::size_t max_together = 10;
   // Itself first: nothing is nearer.
-  const auto block = neighbours(fit, fit.tones[tone].rate, most_together);
+  const auto block = neighbours(fit, fit.tones[tone].rate, max_together);
   BinRange range = reach_of(fit, fit.tones[tone].rate);
   std::vector<Tone> tones = {fit.tones[tone]};
   for (const std::size_t k : block) {

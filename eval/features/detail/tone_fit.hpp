@@ -57,7 +57,7 @@ struct Proposal {
 enum class Fineness { few_bins, all_bins };
 /// @param start  not empty
 Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
-                 std::span<const Tone> start, int most_steps, Fineness fineness);
+                 std::span<const Tone> start, int max_steps, Fineness fineness);
 /// Tones that replace others take their places, further ones come last. What changes far from the
 /// tones by less than the noise waits for renew().
 void commit(ToneFit& fit, const Proposal& proposal);
@@ -68,7 +68,7 @@ void renew(ToneFit& fit);
 /// Refines all tones in turn, each with its neighbours, until nothing moves by more than 2 % of its
 /// standard error.
 /// @param from  tones before this one have been refined, and move only where others do
-void refine_all(ToneFit& fit, int most_rounds, Fineness fineness, std::size_t from = 0);
+void refine_all(ToneFit& fit, int max_rounds, Fineness fineness, std::size_t from = 0);
 
 /// Standard errors of a tone by the Fisher information of it and its neighbours (Cramer-Rao).
 struct ToneErrors {

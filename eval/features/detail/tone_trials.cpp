@@ -17,21 +17,21 @@ using Complex = std::complex<double>;
 
 constexpr double kSecondOfPair = 24, kPartedAnew = 6;
 /// Standard errors by which the rates of two tones differ.
-constexpr double kLeastSeparation = 2;
+constexpr double kMinSeparation = 2;
 /// Of a neighbour's energy, in its line and beside it: what is weaker describes how that one fails
 /// to be a damped sinusoid.
-constexpr double kLeastShare = 1e-2, kLeastShareBeside = 1e-3;
+constexpr double kMinFraction = 1e-2, kMinFractionBeside = 1e-3;
 /// Of a pair's chi squared, which a third tone in the same line must explain.
-constexpr double kThirdShare = 1e-4;
+constexpr double kThirdFraction = 1e-4;
 /// Of what a tone leaves more than usual around it: a pair that explains so much is taken before it
 /// is known whether it can be told apart, as the noise that this is judged by holds what it left.
-constexpr double kMostOfMisfit = 0.5, kConvincing = 4;
+constexpr double kMaxOfMisfit = 0.5, kConvincing = 4;
 /// Periods that a mode needs to be one.
-constexpr double kLeastQuality = 2;
+constexpr double kMinQuality = 2;
 constexpr std::size_t kTogether = 5;
-constexpr int kMostSteps = 20;
+constexpr int kMaxSteps = 20;
 /// Values of a band, steps of its window (as take_band has it), and sinusoids in it at most.
-constexpr std::size_t kBandValues = 48, kBandWindow = 8, kMostOrders = 12;
+constexpr std::size_t kBandValues = 48, kBandWindow = 8, kMaxOrders = 12;
 
 /// Bins for one radian per sample.
 double scale_of(const ToneFit& fit) {
@@ -44,7 +44,7 @@ bool is_mode_like(const ToneFit& fit, const Tone& tone) {
   const double bin = tone.rate.imag() * scale_of(fit);
   return tone.rate.real() < growth && bin >= static_cast<double>(fit.band.first) &&
          bin <= static_cast<double>(fit.band.last) && -tone.rate.real() < 0.66 * fit.fastest &&
-         -tone.rate.real() * kLeastQuality < tone.rate.imag();
+         -tone.rate.real() * kMinQuality < tone.rate.imag();
 }
 
 /// @param convincing  gain at which tones need not be told apart for now
@@ -56,11 +56,11 @@ bool acceptable(const ToneFit& fit, const Proposal& proposal, double threshold,
   for (std::size_t t = 0; t < proposal.tones.size(); ++t) {
     const Tone& tone = proposal.tones[t];
     if (!is_mode_like(fit, tone)) return false;
-    if (proposal.separation[t] < kLeastSeparation && proposal.gain < convincing) return false;
+    if (proposal.separation[t] < kMinSeparation && proposal.gain < convincing) return false;
     for (const Tone& other : proposal.tones) {
       const double apart = std::abs(other.rate.imag() - tone.rate.imag());
       const double line = bin + std::abs(other.rate.real()) + std::abs(tone.rate.real());
-      const double least = apart < line ? kLeastShare : kLeastShareBeside;
+      const double least = apart < line ? kMinFraction : kMinFractionBeside;
       if (energy(tone, count) < least * energy(other, count)) return false;
     }
   }
@@ -142,7 +142,7 @@ void refine_near(ToneFit& fit, Complex rate) {
   if (near.empty()) return;
   std::vector<Tone> tones;
   for (const std::size_t k : near) tones.push_back(fit.tones[k]);
-  const Proposal proposal = propose(fit, near, tones, kMostSteps, Fineness::all_bins);
+  const Proposal proposal = propose(fit, near, tones, kMaxSteps, Fineness::all_bins);
   if (proposal.gain > 0) commit(fit, proposal);
 }
 
@@ -170,7 +170,7 @@ std::vector<Complex> rates_around(const ToneFit& fit, std::span<const double> si
       fit.noise[std::min(fit.noise.size() - 1, bin)] / static_cast<double>(fit.grid->count());
   // Mean square of the window: 0.258 of its length.
   const double noise = std::sqrt(power * 0.258 * static_cast<double>(kBandWindow * step));
-  return esprit_rates(band, noise, kMostOrders);
+  return esprit_rates(band, noise, kMaxOrders);
 }
 
 bool try_tone(ToneFit& fit, Complex rate, double threshold) {
@@ -181,7 +181,7 @@ bool try_tone(ToneFit& fit, Complex rate, double threshold) {
   std::vector<Tone> tones;
   for (const std::size_t k : block) tones.push_back(fit.tones[k]);
   tones.push_back({gain.amplitudes[0], rate});
-  const Proposal proposal = propose(fit, block, tones, kMostSteps, Fineness::few_bins);
+  const Proposal proposal = propose(fit, block, tones, kMaxSteps, Fineness::few_bins);
   if (!acceptable(fit, proposal, threshold)) return false;
   commit(fit, proposal);
   return true;
@@ -216,7 +216,7 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     for (std::size_t other = 2; other < replaced.size(); ++other) {
       tones.push_back(fit.tones[replaced[other]]);
     }
-    const Proposal proposal = propose(fit, replaced, tones, kMostSteps, Fineness::all_bins);
+    const Proposal proposal = propose(fit, replaced, tones, kMaxSteps, Fineness::all_bins);
     if (!acceptable(fit, proposal, kPartedAnew)) continue;
     commit(fit, proposal);
     return true;
@@ -225,18 +225,18 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
   double threshold = kSecondOfPair;
   for (const std::size_t k : replaced) {
     if (k == index || !in_line(fit, fit.tones[k], tone.rate)) continue;
-    threshold = std::max(threshold, kThirdShare * (loss_of(fit, index) + loss_of(fit, k)));
+    threshold = std::max(threshold, kThirdFraction * (loss_of(fit, index) + loss_of(fit, k)));
   }
   const Misfit misfit = misfit_of(fit, tone.rate);
   const double convincing =
-      std::max(kMostOfMisfit * (misfit.own - misfit.usual), kConvincing * threshold);
+      std::max(kMaxOfMisfit * (misfit.own - misfit.usual), kConvincing * threshold);
   std::optional<Proposal> best;
   for (const auto& rates : pairs) {
     const ToneGain both = gain_of(fit, rates, {&index, 1});
     std::vector<Tone> tones = {{both.amplitudes[0], rates[0]}};
     for (std::size_t k = 1; k < replaced.size(); ++k) tones.push_back(fit.tones[replaced[k]]);
     tones.push_back({both.amplitudes[1], rates[1]});
-    Proposal proposal = propose(fit, replaced, tones, kMostSteps, Fineness::all_bins);
+    Proposal proposal = propose(fit, replaced, tones, kMaxSteps, Fineness::all_bins);
     if (!acceptable(fit, proposal, best ? best->gain : threshold, convincing)) continue;
     best = std::move(proposal);
   }
@@ -257,7 +257,7 @@ bool prune(ToneFit& fit) {
     const bool grows = fit.tones[k].rate.real() * static_cast<double>(fit.grid->count()) > 0.5 &&
                        fit.tones[k].tried > 0;
     const bool fine = !grows && is_mode_like(fit, fit.tones[k]) && loss_of(fit, k) > kNewTone &&
-                      errors_of(fit, k).separation > kLeastSeparation;
+                      errors_of(fit, k).separation > kMinSeparation;
     if (fine) continue;
     const Complex rate = fit.tones[k].rate;
     remove_tone(fit, k);

@@ -169,8 +169,8 @@ double Objective::metric(std::span<const double> x) const {
     if (!std::isfinite(value)) return kWorst;
   }
   const Candidate candidate = from_coordinates(coordinates, x);
-  if (!(candidate.specific_modulus >= limits.least_modulus &&
-        candidate.specific_modulus <= limits.most_modulus) ||
+  if (!(candidate.specific_modulus >= limits.min_modulus &&
+        candidate.specific_modulus <= limits.max_modulus) ||
       synth::damping::damping_fault(candidate.damping)) {
     return kWorst;
   }

@@ -36,14 +36,14 @@ double evaluate(unsigned n, const double* x, double* /*gradient*/, void* data) {
 
 Minimum minimise(const std::function<double(std::span<const double>)>& function,
                  std::vector<double> start, std::span<const double> steps, double tolerance,
-                 int most_evaluations) {
+                 int max_evaluations) {
   const std::unique_ptr<nlopt_opt_s, decltype(&nlopt_destroy)> optimiser(
       nlopt_create(NLOPT_LN_SBPLX, static_cast<unsigned>(start.size())), &nlopt_destroy);
   Call call{.function = &function, .optimiser = optimiser.get(), .error = {}};
   nlopt_set_min_objective(optimiser.get(), evaluate, &call);
   nlopt_set_initial_step(optimiser.get(), steps.data());
   nlopt_set_ftol_rel(optimiser.get(), tolerance);
-  nlopt_set_maxeval(optimiser.get(), most_evaluations);
+  nlopt_set_maxeval(optimiser.get(), max_evaluations);
   Minimum minimum;
   minimum.x = std::move(start);
   const nlopt_result result = nlopt_optimize(optimiser.get(), minimum.x.data(), &minimum.value);

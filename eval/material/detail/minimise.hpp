@@ -21,6 +21,6 @@ struct Minimum {
 /// @throws SolverError  the optimiser failed
 Minimum minimise(const std::function<double(std::span<const double>)>& function,
                  std::vector<double> start, std::span<const double> steps, double tolerance,
-                 int most_evaluations);
+                 int max_evaluations);
 
 }  // namespace carillon::eval::material

@@ -14,7 +14,7 @@ constexpr synth::recording::NoiseKind learnt_kinds[] = {synth::recording::NoiseK
 constexpr std::size_t of_each_kind = 200;
 
 /// Of each a mix has no less and no more than so.
-constexpr double least_share = 0.2, greatest_share = 0.8;
+constexpr double min_fraction = 0.2, greatest_fraction = 0.8;
 
 /// What each has up to each band of spectrograms, or each sample of waveforms, as shares: rows x
 /// size.
@@ -25,10 +25,10 @@ torch::Tensor shares_below(const torch::Tensor& sounds) {
   return below / below.slice(1, -1);
 }
 
-/// Where one sound's lower part and another's upper part are a share of either: rows x size.
+/// Where one sound's lower part and another's upper part are a fraction of either: rows x size.
 torch::Tensor borders_between(const torch::Tensor& first, const torch::Tensor& second) {
-  const auto within = [](const torch::Tensor& share) {
-    return share.ge(least_share).logical_and(share.le(greatest_share));
+  const auto within = [](const torch::Tensor& fraction) {
+    return fraction.ge(min_fraction).logical_and(fraction.le(greatest_fraction));
   };
   return within(shares_below(first)).logical_and(within(shares_below(second)));
 }

@@ -25,7 +25,7 @@ class Outliers {
   std::vector<torch::Tensor> draw(const std::vector<torch::Tensor>& senses,
                                   const torch::Tensor& labels) const;
 
-  /// Mean over outliers of the cross-entropy of equal shares of all classes.
+  /// Mean over outliers of the cross-entropy of equal fractions of all classes.
   static torch::Tensor loss(const torch::Tensor& logits);
 
  private:

@@ -123,9 +123,9 @@ std::string found_text(const ordered_json& found, const std::string& condition,
         row["median_per_sound"].is_null()
             ? "no sounds"
             : fmt::format("{:g} features a sound", row["median_per_sound"].get<double>());
-    const double share =
-        row["reverberant_share"].is_null() ? 0 : row["reverberant_share"].get<double>();
-    if (share > 0) text += fmt::format(", {:.0f} % of them may be the room's", 100 * share);
+    const double fraction =
+        row["reverberant_fraction"].is_null() ? 0 : row["reverberant_fraction"].get<double>();
+    if (fraction > 0) text += fmt::format(", {:.0f} % of them may be the room's", 100 * fraction);
     return text + fmt::format("; {} of {} sounds have none to fit\n",
                               row["sounds_without"].get<std::size_t>(),
                               row["sounds"].get<std::size_t>());

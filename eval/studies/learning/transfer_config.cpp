@@ -44,12 +44,12 @@ void read_mixes(ConfigNode& node, const EvaluatedDatasets& datasets, TransferSpe
   if (!node.has("mixes")) return;
   ConfigNode mixes = node.child("mixes");
   spec.mixed_with = dataset_called(mixes, "with", mixes.text("with"), datasets);
-  spec.shares = mixes.quantities("shares", core::Dimension::none, 0,
+  spec.fractions = mixes.quantities("fractions", core::Dimension::none, 0,
                                  std::vector<double>{0, 0.1, 0.3, 0.6, 1});
-  for (const double share : spec.shares) {
-    if (!(share >= 0 && share <= 1)) mixes.fail("shares", "lie within 0 and 1");
+  for (const double fraction : spec.fractions) {
+    if (!(fraction >= 0 && fraction <= 1)) mixes.fail("fractions", "lie within 0 and 1");
   }
-  if (spec.shares.empty()) mixes.fail("shares", "names no share");
+  if (spec.fractions.empty()) mixes.fail("fractions", "names no fraction");
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets
   }
   for (const TransferRow& row : rows) {
     ordered_json line = {{"kind", name_of(row.kind)}, {"trained_on", row.trained_on},
-                         {"method", row.method},      {"share", row.share},
+                         {"method", row.method},      {"fraction", row.fraction},
                          {"samples", row.samples},    {"own", row.own},
                          {"target", row.there},       {"less_home", row.less_home},
                          {"gain", row.gain},          {"confusion_norm", nullptr},
@@ -76,8 +76,8 @@ std::string heard_text(const ordered_json& document) {
     if (heard.is_null() || lines.back().front() == dataset) continue;
     lines.push_back({dataset, fmt::format("{}", heard.at("sounds").get<std::size_t>()),
                      figure(heard.at("pitch_jnd"), 1, 2), figure(heard.at("decay_jnd"), 1, 2),
-                     figure(heard.at("level_jnd"), 1, 2), figure(heard.at("matched_share"), 100, 1),
-                     figure(heard.at("loudness_share"), 100, 1)});
+                     figure(heard.at("level_jnd"), 1, 2), figure(heard.at("matched_fraction"), 100, 1),
+                     figure(heard.at("loudness_fraction"), 100, 1)});
   }
   if (lines.size() == 1) return "";
   return "\nThe same strikes in the target, to a listener: medians of errors of modes in "
@@ -130,7 +130,7 @@ std::string transfer_text(const ordered_json& document) {
   text += heard_text(document);
   if (mixes.size() > 1) {
     text +=
-        "\nTraining sets with shares of the target's own samples; percent.\n\n" + markdown(mixes);
+        "\nTraining sets with fractions of the target's own samples; percent.\n\n" + markdown(mixes);
   }
   return text;
 }

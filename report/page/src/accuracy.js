@@ -3,7 +3,7 @@ import { html } from "htl";
 
 import { base, colors, figure, logScale, safely } from "./figure.js";
 import { number, percent, seconds, source } from "./format.js";
-import { featureFigures, modesFigures, rungsTables, soundFigures } from "./ladders.js";
+import { featureFigures, modesFigures, levelsTables, soundFigures } from "./studies.js";
 import { table } from "./table.js";
 
 // What accuracy costs in time: one picture for each stage that was measured.
@@ -11,20 +11,20 @@ export function accuracySection(report) {
   // A document that cannot be drawn costs its own figures.
   const drawn = (documents, make) => documents.flatMap((document) => safely(() => make(document)));
   const figures = [
-    ...drawn(report.ladders, modesFigures),
+    ...drawn(report.studies, modesFigures),
     ...drawn(firstOfName(report.datasets).filter((dataset) => solvedShapes(dataset).length > 0), bodiesFigure),
-    ...drawn(report.ladders, soundFigures),
-    ...drawn(report.ladders, featureFigures),
+    ...drawn(report.studies, soundFigures),
+    ...drawn(report.studies, featureFigures),
     ...drawn(report.damping, fitFigures),
     ...drawn(report.classification, classifierFigure),
   ].filter(Boolean);
-  if (figures.length === 0 && report.ladders.length === 0 && report.damping.length === 0) return null;
+  if (figures.length === 0 && report.studies.length === 0 && report.damping.length === 0) return null;
   return {
     id: "accuracy",
     title: "What accuracy costs",
     content: () => html`<p>Seconds run across, the error runs down: lower is better, left is cheaper.</p>
       <div class="figures">${figures}</div>${missing(report)}
-      ${drawn(report.ladders, rungsTables)}
+      ${drawn(report.studies, levelsTables)}
       ${safely(() => failuresTable(report))}`,
   };
 }
@@ -35,15 +35,15 @@ function failuresTable(report) {
   return html`${failed.length > 0 ? html`<details open><summary class="bad">${failed.length} measurements failed</summary>${table([{ title: "what", value: (f) => f.what }, { title: "reason", value: (f) => f.reason }], failed)}</details>` : ""}`;
 }
 
-function failures({ ladders, damping }) {
+function failures({ studies, damping }) {
   const of = (what, reason) => (reason ? [{ what, reason }] : []);
   return [
-    ...ladders.flatMap((ladder) => [
-      ...of("sound", ladder.sound?.failure),
-      ...of("features", ladder.features?.failure),
-      ...(ladder.objects ?? []).flatMap((body) => [
+    ...studies.flatMap((study) => [
+      ...of("sound", study.sound?.failure),
+      ...of("features", study.features?.failure),
+      ...(study.objects ?? []).flatMap((body) => [
         ...of(body.name, body.failure),
-        ...(body.rungs ?? []).flatMap((rung) => of(`${body.name}, order ${rung.order}, size × ${rung.size_factor ?? "chosen"}`, rung.failure)),
+        ...(body.levels ?? []).flatMap((level) => of(`${body.name}, order ${level.order}, size × ${level.size_factor ?? "chosen"}`, level.failure)),
       ]),
     ]),
     ...damping.flatMap((document) => (document.failures ?? []).flatMap((failure) => of(failure.task, failure.message))),
@@ -52,7 +52,7 @@ function failures({ ladders, damping }) {
 
 // What would fill the gaps.
 function missing(report) {
-  const none = (key) => !report.ladders.some((ladder) => (key === "objects" ? ladder.objects?.length > 0 : ladder[key]));
+  const none = (key) => !report.studies.some((study) => (key === "objects" ? study.objects?.length > 0 : study[key]));
   const gaps = [
     [none("objects"), "modes against a reference", "carillon accuracy CONFIG"],
     [none("sound"), "sounds with fewer modes and reflections", "carillon accuracy CONFIG with sound:"],

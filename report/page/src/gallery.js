@@ -20,8 +20,8 @@ export function gallerySection({ gallery }) {
 
 function content(gallery) {
   const desk = new Desk(gallery.objects.map(unpack), gallery.materials);
-  // For programs that drive the page: a blow as numbers, and what it sounds like; the last one heard.
-  window.carillon = { strike: (blow) => desk.strikeAt(blow), heard: () => desk.heard };
+  // For programs that drive the page: a strike as numbers, and what it sounds like; the last one heard.
+  window.carillon = { strike: (strike) => desk.strikeAt(strike), heard: () => desk.heard };
   return html`<p>Click an object to strike it there, against its surface; drag to turn it. Its modes are the dataset's, and what is heard is
       the velocity of the struck point, as <code>carillon strike</code> computes it without a listener, from the modes that are here. Other materials and
       sizes are exact rescalings of them; Poisson's ratio stays that of the object.${leftOut(gallery)}</p>${desk.element}`;
@@ -209,7 +209,7 @@ class Desk {
     const length = Math.min(4, Math.max(0.3, Math.log(1e4) / slowest || 4));
     const sound = ring(modes, this.gainsAt(hit, modes.shape), this.state, audio.sampleRate, Math.ceil(length * audio.sampleRate));
     const peak = sound.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-    // One volume for an object, so that harder blows are louder; never beyond full scale.
+    // One volume for an object, so that harder strikes are louder; never beyond full scale.
     this.volume ??= 0.4 / (peak || 1);
     const volume = Math.min(this.volume, 0.95 / (peak || 1));
     const fade = Math.min(sound.length, Math.round(0.01 * audio.sampleRate));
@@ -249,7 +249,7 @@ class Desk {
         base(width, {
           height: 200,
           x: { type: "log", label: "frequency [Hz]", labelOffset: 38, tickFormat: (hz) => (hz >= 1000 ? `${hz / 1000}k` : String(hz)), ticks: 5 },
-          y: { label: "level after the blow [dB]", domain: [-80, 0], grid: true },
+          y: { label: "level after the strike [dB]", domain: [-80, 0], grid: true },
           marks: [
             Plot.ruleX([this.completeTo()].filter((limit) => rows.some((row) => row.hertz > 0.5 * limit)), { strokeDasharray: "4 3", strokeOpacity: 0.6 }),
             Plot.ruleX(rows, { x: "hertz", y1: -80, y2: "level", stroke: colors[0], strokeWidth: 2 }),
@@ -263,13 +263,13 @@ class Desk {
   // {object, position [m], impulse [N s], duration [s], sampleRate, seconds}: samples [m/s] of the
   // object struck at its nearest point, as it is or in another material ({youngs_modulus, density,
   // alphas: Rayleigh's two}) and size (factor; the position is that before it).
-  strikeAt(blow) {
-    this.choose(blow.object);
-    if (blow.material && this.object.regions > 1) throw new Error(`${this.object.name} is of several materials`);
-    if (blow.material) Object.assign(this.state, this.inMaterial(blow.material));
-    this.state.size = blow.size ?? 1;
-    const hit = this.viewer.nearest(blow.position);
+  strikeAt(strike) {
+    this.choose(strike.object);
+    if (strike.material && this.object.regions > 1) throw new Error(`${this.object.name} is of several materials`);
+    if (strike.material) Object.assign(this.state, this.inMaterial(strike.material));
+    this.state.size = strike.size ?? 1;
+    const hit = this.viewer.nearest(strike.position);
     const modes = this.modes();
-    return Array.from(ring(modes, this.gainsAt(hit, modes.shape), blow, blow.sampleRate, Math.round(blow.seconds * blow.sampleRate)));
+    return Array.from(ring(modes, this.gainsAt(hit, modes.shape), strike, strike.sampleRate, Math.round(strike.seconds * strike.sampleRate)));
   }
 }

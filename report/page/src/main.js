@@ -6,7 +6,7 @@ import { safely } from "./figure.js";
 import { count } from "./format.js";
 import { gallerySection } from "./gallery.js";
 import { learningSections } from "./learning.js";
-import { nightSections } from "./nights.js";
+import { nightlySections } from "./nightly.js";
 import { samplesSection } from "./samples.js";
 import { drawEverything } from "./seen.js";
 import { sweepSections } from "./sweeps.js";
@@ -42,7 +42,7 @@ function header() {
 }
 
 // Sections are {id, title, content()}.
-const sections = [nightSections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, learningSections]
+const sections = [nightlySections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, learningSections]
   .flatMap((make) => make(report))
   .filter(Boolean);
 

@@ -16,18 +16,18 @@ export function changed(body, change, damping) {
 
 // Velocity [m/s] of the struck point along its outward normal.
 // modes: {lambda, decay} of n modes; gains: displacement of the point along the normal [kg^-1/2];
-// blow: {impulse [N s], duration [s]} against the normal.
-export function ring(modes, gains, blow, sampleRate, count) {
+// strike: {impulse [N s], duration [s]} against the normal.
+export function ring(modes, gains, strike, sampleRate, count) {
   const sound = new Float64Array(count);
-  const contact = Math.min(count, Math.ceil(blow.duration * sampleRate));
+  const contact = Math.min(count, Math.ceil(strike.duration * sampleRate));
   for (let mode = 0; mode < gains.length; ++mode) {
     const lambda = modes.lambda[mode];
     const decay = modes.decay[mode];
-    const level = -gains[mode] * gains[mode] * blow.impulse;
+    const level = -gains[mode] * gains[mode] * strike.impulse;
     if (level === 0) continue;
     const left = lambda - decay * decay;
     if (left > 0 && Math.sqrt(left) >= Math.PI * sampleRate) continue; // at or above Nyquist
-    addMode(sound, level, decay, left, blow.duration, contact, sampleRate);
+    addMode(sound, level, decay, left, strike.duration, contact, sampleRate);
   }
   return sound;
 }
@@ -87,11 +87,11 @@ const over = ([a, b], [c, d]) => {
 };
 const exponential = ([re, im], t) => [Math.exp(re * t) * Math.cos(im * t), Math.exp(re * t) * Math.sin(im * t)];
 
-// Level of each mode right after the blow [dB against the loudest], for the picture of them.
-export function levels(modes, gains, blow) {
+// Level of each mode right after the strike [dB against the loudest], for the picture of them.
+export function levels(modes, gains, strike) {
   const amplitude = modes.lambda.map((lambda, i) => {
     const omega = Math.sqrt(Math.max(lambda - modes.decay[i] ** 2, 0));
-    return omega > 0 ? gains[i] ** 2 * Math.abs(spectrumOf(blow.duration, omega)) : 0;
+    return omega > 0 ? gains[i] ** 2 * Math.abs(spectrumOf(strike.duration, omega)) : 0;
   });
   const loudest = Math.max(...amplitude, Number.MIN_VALUE);
   return amplitude.map((value) => 20 * Math.log10(value / loudest));

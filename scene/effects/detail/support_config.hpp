@@ -20,7 +20,7 @@ struct SupportConfig {
   double radius = 0;                 ///< at, random: of a patch [m]; 0: a point
   double height = 0;                 ///< lowest: of the contact above the lowest point [m]
   Vec3 down = {0, 0, -1};            ///< lowest
-  std::optional<core::Range> force;  ///< [N] of each hold; none: a share of the body's weight
+  std::optional<core::Range> force;  ///< [N] of each hold; none: a fraction of the body's weight
 
   /// Places that are pressed with a force each.
   int holds() const;

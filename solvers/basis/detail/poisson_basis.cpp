@@ -149,13 +149,13 @@ std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
   Eigen::ArrayXd rise = Eigen::ArrayXd::Zero(coordinates.cols()), uncertainty = rise;
   double sum = 0;
   for (std::size_t s = 0; s < weights.size(); ++s) {
-    const auto& [modes, shares] = basis.snapshots[s].truth;
+    const auto& [modes, fractions] = basis.snapshots[s].truth;
     if (weights[s] == 0 || modes.empty()) continue;
     // Other modes than the ones it comes from are noise; squared again, they do not count.
-    const Eigen::MatrixXd own = basis.snapshots[s].coordinates.leftCols(shares.rows()) * shares;
+    const Eigen::MatrixXd own = basis.snapshots[s].coordinates.leftCols(fractions.rows()) * fractions;
     const Eigen::ArrayXXd part = (own.transpose() * coordinates).array().square().square();
     const Eigen::ArrayXd whole = part.colwise().sum().max(1e-300).transpose();
-    Eigen::ArrayXd own_rise(shares.cols()), own_uncertainty(shares.cols());
+    Eigen::ArrayXd own_rise(fractions.cols()), own_uncertainty(fractions.cols());
     for (std::size_t j = 0; j < modes.size(); ++j) {
       const auto row = static_cast<Eigen::Index>(j);
       own_rise[row] = std::log(modes[j].eigenvalue / modes[j].found);

@@ -20,7 +20,7 @@ using Block = Eigen::Ref<MatrixXd>;
 
 /// What is left of a vector that lay in the span of others: rounding.
 constexpr double lost = 100 * std::numeric_limits<double>::epsilon();
-/// A residual of this share of the largest value is rounding: no step makes it smaller.
+/// A residual of this fraction of the largest value is rounding: no step makes it smaller.
 constexpr double rounding = 0.5 * std::numeric_limits<double>::epsilon();
 /// Smallest pivot ratio at which a Cholesky factor of a Gram matrix is trusted.
 constexpr double well_conditioned = 1e-10;

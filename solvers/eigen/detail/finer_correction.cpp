@@ -79,7 +79,7 @@ Fields FinerCorrection::solve(Fields& right, const CorrectionGoal& goal) const {
   std::vector<Eigen::Index> active(progress.size());  // the field of each row of left and p
   std::iota(active.begin(), active.end(), 0);
   Eigen::ArrayXd energy;  // left^T z
-  for (int step = 0; step < goal.most_steps && !active.empty(); ++step) {
+  for (int step = 0; step < goal.max_steps && !active.empty(); ++step) {
     precondition(left, z);
     const Eigen::ArrayXd next = dots(left, z, comm_);
     if (step == 0) {
@@ -107,7 +107,7 @@ Fields FinerCorrection::solve(Fields& right, const CorrectionGoal& goal) const {
       const auto field = active[static_cast<std::size_t>(row)];
       auto& at = progress[static_cast<std::size_t>(field)];
       const double missing = at.left_after(length[row] * energy[row]);
-      if (missing > goal.share * at.gained() && missing > goal.negligible[field]) {
+      if (missing > goal.fraction * at.gained() && missing > goal.negligible[field]) {
         stay.push_back(row);
         fields.push_back(field);
       } else {

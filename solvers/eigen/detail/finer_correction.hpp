@@ -14,10 +14,10 @@ namespace carillon::solvers::eigen {
 
 /// When the correction of a field is good enough.
 struct CorrectionGoal {
-  double share = 0.02;  ///< of its energy that may still be missing
+  double fraction = 0.02;  ///< of its energy that may still be missing
   /// Missing energy that matters in no case, for each field (dimensionless, as x^T A x).
   Eigen::ArrayXd negligible;
-  int most_steps = 80;
+  int max_steps = 80;
 };
 
 /// Solves A d = r on the next order's space by conjugate gradients, on many fields at once. The

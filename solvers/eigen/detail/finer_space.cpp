@@ -108,9 +108,9 @@ FinerSpace::FinerSpace(const mesh::TetMesh& mesh, std::span<const elements::Elas
   const std::int64_t nodes = elements::nodes_per_tetrahedron(mesh_.order);
   keeps_ = static_cast<std::int64_t>(own_.size()) * 10 * nodes * nodes * 8 <= memory;
   // What is put back may fold a neighbour; a chain of them is rare and short.
-  constexpr int most_rounds = 5;
+  constexpr int max_rounds = 5;
   std::vector<Vec3> own_curve;
-  for (int round = 0; round <= most_rounds; ++round) {
+  for (int round = 0; round <= max_rounds; ++round) {
     const auto folded = compute_own();
     sound_ = folded.empty();
     if (sound_) return;

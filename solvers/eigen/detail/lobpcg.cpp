@@ -117,7 +117,7 @@ class Lobpcg {
     Index leading = 0;
     while (leading < x_ && sizes_[leading] <= options_.tolerance) ++leading;
     if (leading == 0) return;
-    least_ = infinity;
+    min_ = infinity;
     since_aside_ = 0;
     aside_.middleCols(aside(), leading) = s_.leftCols(leading);
     mass_aside_.middleCols(aside(), leading) = ms_.leftCols(leading);
@@ -138,12 +138,12 @@ class Lobpcg {
   /// while.
   bool held_up() {
     if (x_ == 0) return false;
-    if (sizes_[0] <= 0.5 * least_ || sizes_[0] > small) {
-      least_ = sizes_[0];
-      since_least_ = 0;
+    if (sizes_[0] <= 0.5 * min_ || sizes_[0] > small) {
+      min_ = sizes_[0];
+      since_min_ = 0;
       return false;
     }
-    return ++since_least_ >= patience;
+    return ++since_min_ >= patience;
   }
 
   /// Start vectors join where iterates left room. Residuals and start vectors become M-orthonormal
@@ -275,8 +275,8 @@ class Lobpcg {
   std::array<MatrixXd*, 3> basis_ = {&s_, &as_, &ms_};
   Index x_ = 0, p_ = 0, w_ = 0;
   VectorXd values_, sizes_;  ///< of the iterates: mu, and residuals in the preconditioner's norm
-  double least_ = infinity;  ///< size of the lowest iterate when it last halved
-  int since_least_ = 0;      ///< iterations since then
+  double min_ = infinity;  ///< size of the lowest iterate when it last halved
+  int since_min_ = 0;      ///< iterations since then
   int since_aside_ = 0;      ///< iterations since a pair was set aside
   MatrixXd aside_, mass_aside_;  ///< pairs that converged
   VectorXd values_aside_;

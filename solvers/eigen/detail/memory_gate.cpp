@@ -58,7 +58,7 @@ MemoryNeeds memory_needs(const mesh::TetMesh& mesh, const assembly::System& syst
   needs.system = static_cast<std::int64_t>(own);
   MPI_Allreduce(MPI_IN_PLACE, &needs.system, 1, MPI_INT64_T, MPI_SUM, comm);
   weigh_vectors(system, pairs, needs);
-  if (options.estimate_errors) needs.estimate = least_estimate_bytes(mesh, comm);
+  if (options.estimate_errors) needs.estimate = min_estimate_bytes(mesh, comm);
   if (options.linear_solver == modes::LinearSolver::iterative) return needs;
   const double bound = 200 * std::pow(static_cast<double>(system.unknowns()), 4.0 / 3);
   const double limit =

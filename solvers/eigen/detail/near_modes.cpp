@@ -11,7 +11,7 @@ namespace {
 
 /// What a coarser level's modes are worth on the next: no more than the levels differ by.
 constexpr double rough = 1e-2;
-constexpr int most_sweeps = 15;
+constexpr int max_sweeps = 15;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ Eigen::MatrixXd near_modes(const Multigrid& levels, double shift, int count, std
         comm};
     // A level may have fewer modes than are asked for.
     const auto found = std::min<std::int64_t>(count, system.unknowns() - rigid.cols());
-    modes = lobpcg(problem, {static_cast<int>(found), rough, most_sweeps}, modes.leftCols(found))
+    modes = lobpcg(problem, {static_cast<int>(found), rough, max_sweeps}, modes.leftCols(found))
                 .vectors;
   }
   return modes;

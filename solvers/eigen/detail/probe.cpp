@@ -14,7 +14,7 @@ namespace {
 constexpr Eigen::Index width = 8;
 /// The lowest value to about a thousandth.
 constexpr double tolerance = 0.03;
-constexpr int most_iterations = 40;
+constexpr int max_iterations = 40;
 
 }  // namespace
 
@@ -33,7 +33,7 @@ double lowest_beside(const EigenPairs& pairs, const assembly::System& system,
                                  comm};
   // Others than those that an eigensolver of the same seed began with.
   const auto start = start_vectors(system, ~seed, std::min<Eigen::Index>(width, room));
-  return lobpcg(problem, {1, tolerance, most_iterations}, start).values[0];
+  return lobpcg(problem, {1, tolerance, max_iterations}, start).values[0];
 }
 
 }  // namespace carillon::solvers::eigen

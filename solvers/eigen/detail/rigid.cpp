@@ -104,20 +104,20 @@ RigidSplit split_rigid(const mesh::TetMesh& mesh, const assembly::System& system
   sum_alike(projected, comm);
   // Part of each pair's kinetic energy that is rigid: 1 or 0, but for rounding.
   const Eigen::MatrixXd normal = gram.llt().matrixL().solve(projected);
-  const Eigen::VectorXd share = normal.colwise().squaredNorm();
+  const Eigen::VectorXd fraction = normal.colwise().squaredNorm();
 
   const auto wanted = static_cast<std::size_t>(motions.count());
   const auto all = static_cast<std::size_t>(pairs.size());
   std::vector<std::size_t> order(all);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&share](std::size_t a, std::size_t b) {
-    return share[static_cast<Eigen::Index>(a)] > share[static_cast<Eigen::Index>(b)];
+  std::stable_sort(order.begin(), order.end(), [&fraction](std::size_t a, std::size_t b) {
+    return fraction[static_cast<Eigen::Index>(a)] > fraction[static_cast<Eigen::Index>(b)];
   });
   RigidSplit split;
   double contained = 0;
   std::size_t recognised = 0;
   for (std::size_t k = 0; k < all; ++k) {
-    const double part = share[static_cast<Eigen::Index>(order[k])];
+    const double part = fraction[static_cast<Eigen::Index>(order[k])];
     recognised += part > 0.5;
     if (k < wanted) {
       contained += part;

@@ -52,22 +52,22 @@ Profile& Profile::arc(const Vector2d& centre, const Vector2d& semi_axes, double 
 Profile& Profile::swing(const Vector2d& a, const Vector2d& b, bool flare) {
   const Vector2d step = b - a;
   add([=](double u) {
-    const double share = flare ? u * u * u : u * u * (3 - 2 * u);
+    const double fraction = flare ? u * u * u : u * u * (3 - 2 * u);
     const double slope = flare ? 3 * u * u : 6 * u * (1 - u);
-    return ProfilePoint{a + Vector2d(share * step.x(), u * step.y()),
+    return ProfilePoint{a + Vector2d(fraction * step.x(), u * step.y()),
                         Vector2d(slope * step.x(), step.y()).normalized()};
   });
   return *this;
 }
 
-Profile& Profile::rounded(const std::vector<Vector2d>& points, double share) {
+Profile& Profile::rounded(const std::vector<Vector2d>& points, double fraction) {
   Vector2d start = points.front();
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
     const Vector2d in = (points[i] - points[i - 1]).normalized();
     const Vector2d out = (points[i + 1] - points[i]).normalized();
     const double turn = std::atan2(in.x() * out.y() - in.y() * out.x(), in.dot(out));
     const double reach =
-        share * std::min((points[i] - points[i - 1]).norm(), (points[i + 1] - points[i]).norm());
+        fraction * std::min((points[i] - points[i - 1]).norm(), (points[i + 1] - points[i]).norm());
     const double radius = reach / std::tan(std::abs(turn) / 2);
     const Vector2d first = points[i] - reach * in;
     if ((first - start).dot(in) > 1e-9 * radius) line(start, first);

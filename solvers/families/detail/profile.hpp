@@ -31,9 +31,9 @@ class Profile {
   /// Radius as a cubic of height that leaves `a` and reaches `b` upright (vase), or, with
   /// `flare`, leaves `a` upright and gathers slope with the square of the way (lip of a bell).
   Profile& swing(const Eigen::Vector2d& a, const Eigen::Vector2d& b, bool flare = false);
-  /// Straight lines through points; each inner corner is rounded by an arc that takes `share` of
+  /// Straight lines through points; each inner corner is rounded by an arc that takes `fraction` of
   /// the shorter of its two lines.
-  Profile& rounded(const std::vector<Eigen::Vector2d>& points, double share);
+  Profile& rounded(const std::vector<Eigen::Vector2d>& points, double fraction);
 
   ProfilePoint point(double s) const;
   double length() const;

@@ -45,10 +45,10 @@ mesh::SurfaceMesh geodesic_sphere(double radius, int frequency) {
             if (weight[c] > 0) weights[static_cast<int>(face[c])] = weight[c];
           std::array<int, 6> key{-1, -1, -1, -1, -1, -1};
           std::size_t at = 0;
-          for (const auto& [corner, share] : weights) {
+          for (const auto& [corner, fraction] : weights) {
             key[at++] = corner;
-            key[at++] = share;
-            p += share * corners[static_cast<std::size_t>(corner)];
+            key[at++] = fraction;
+            p += fraction * corners[static_cast<std::size_t>(corner)];
           }
           const auto [entry, is_new] =
               known.try_emplace(key, static_cast<std::int32_t>(mesh.vertices.size()));

@@ -12,10 +12,10 @@ namespace carillon::solvers::mesh::repair {
 namespace {
 
 /// Loops with more sides are openings, whatever their size.
-constexpr std::size_t kMostSides = 2000;
-/// Holes of more than three sides together may have this share of the surface's area; what lacks
+constexpr std::size_t kMaxSides = 2000;
+/// Holes of more than three sides together may have this fraction of the surface's area; what lacks
 /// more is no surface of a body.
-constexpr double kMostArea = 0.25;
+constexpr double kMaxArea = 0.25;
 
 const Vec3& at(const SurfaceMesh& mesh, std::int32_t v) {
   return mesh.vertices[static_cast<std::size_t>(v)];
@@ -43,10 +43,10 @@ double patch_area(const SurfaceMesh& mesh, const std::vector<Triangle>& patch) {
 /// are small beside the whole.
 bool is_defect(std::size_t sides, double length, double patch, const HoleLimits& limits) {
   if (sides <= 3) return true;
-  const double share = patch / limits.area;
-  if (limits.gaps_only) return sides <= 8 && share < 0.02;
-  return (sides <= 8 && share < 0.1) || (length < 0.25 * limits.diagonal && share < 0.05) ||
-         share < 0.02;
+  const double fraction = patch / limits.area;
+  if (limits.gaps_only) return sides <= 8 && fraction < 0.02;
+  return (sides <= 8 && fraction < 0.1) || (length < 0.25 * limits.diagonal && fraction < 0.05) ||
+         fraction < 0.02;
 }
 
 Triangle sorted(Triangle t) {
@@ -123,7 +123,7 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     std::vector<Triangle> patch;
     if (sides == 3) {
       patch.push_back({loop.vertices[0], loop.vertices[1], loop.vertices[2]});
-    } else if (sides <= kMostSides) {
+    } else if (sides <= kMaxSides) {
       patch = triangulate_loop(mesh, loop);
     }
     // A single triangle's border is a hole too, but its own twin does not close it.
@@ -141,7 +141,7 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     added.insert(added.end(), patch.begin(), patch.end());
     ++count.filled;
   }
-  if (filled_area > kMostArea * limits.area) {
+  if (filled_area > kMaxArea * limits.area) {
     for (const HoleLoop& loop : loops) {
       count.largest_perimeter = std::max(count.largest_perimeter, perimeter(mesh, loop));
     }

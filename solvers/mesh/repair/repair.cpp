@@ -19,7 +19,7 @@
 namespace carillon::solvers::mesh::repair {
 namespace {
 
-/// Gaps of this share of the box diagonal are cracks between vertices meant to be one.
+/// Gaps of this fraction of the box diagonal are cracks between vertices meant to be one.
 constexpr double kCrack = 1e-6;
 /// More intersections than this inside one piece are no local fault.
 constexpr std::size_t kLocalPairs = 500;
@@ -292,7 +292,7 @@ SurfaceMesh repair(const SurfaceMesh& mesh, const MeshFile& file, Diagnosis& dia
 
   if (!(file.wrap_tolerance >= 1e-4 && file.wrap_tolerance <= 0.05)) {
     throw core::InputError(
-        fmt::format("{}: wrap tolerance {:.6g}; a share of the box diagonal from "
+        fmt::format("{}: wrap tolerance {:.6g}; a fraction of the box diagonal from "
                     "0.0001 to 0.05 expected",
                     file.path, file.wrap_tolerance));
   }

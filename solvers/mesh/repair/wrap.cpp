@@ -20,8 +20,8 @@ using Tree = CGAL::AABB_tree<
 
 /// Share of the way to the surface that a wrap's vertex goes at first; not the whole, so that
 /// vertices which would meet on an edge of the surface stay apart.
-constexpr double kFirstShare = 0.98;
-/// Halvings of the share where triangles intersect; after them it is zero.
+constexpr double kFirstFraction = 0.98;
+/// Halvings of the fraction where triangles intersect; after them it is zero.
 constexpr int kHalvings = 8;
 
 }  // namespace
@@ -48,13 +48,13 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
     target.push_back(simplify::from_cgal(tree.closest_point(to_cgal(v))));
   }
 
-  std::vector<double> share(wrap.vertices.size(), kFirstShare);
+  std::vector<double> fraction(wrap.vertices.size(), kFirstFraction);
   SurfaceMesh shrunk = wrap;
   for (int round = 0; round <= kHalvings; ++round) {
-    for (std::size_t v = 0; v < share.size(); ++v) {
-      shrunk.vertices[v] = wrap.vertices[v] + share[v] * (target[v] - wrap.vertices[v]);
+    for (std::size_t v = 0; v < fraction.size(); ++v) {
+      shrunk.vertices[v] = wrap.vertices[v] + fraction[v] * (target[v] - wrap.vertices[v]);
     }
-    std::vector<bool> bad(share.size(), false);
+    std::vector<bool> bad(fraction.size(), false);
     const auto mark = [&](std::size_t t) {
       for (const std::int32_t v : shrunk.triangles[t]) bad[static_cast<std::size_t>(v)] = true;
     };
@@ -73,8 +73,8 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
         if (near) relax[static_cast<std::size_t>(v)] = true;
       }
     }
-    for (std::size_t v = 0; v < share.size(); ++v) {
-      if (relax[v]) share[v] = round + 2 > kHalvings ? 0 : share[v] / 2;
+    for (std::size_t v = 0; v < fraction.size(); ++v) {
+      if (relax[v]) fraction[v] = round + 2 > kHalvings ? 0 : fraction[v] / 2;
     }
   }
   return wrap;

@@ -59,8 +59,8 @@ RemeshPlan make_plan(const SizeField& field, const SurfaceMesh& surface,
   // than a plain one would.
   const double plain = field.tetrahedra(plan.coarsest, no_limit);
   const double most = std::min(0.8 * static_cast<double>(options.max_elements), 1.5 * plain + 1500);
-  constexpr double most_relaxed = 100;
-  while (plan.relax < most_relaxed && expected_count(surface, field, plan) > most)
+  constexpr double max_relaxed = 100;
+  while (plan.relax < max_relaxed && expected_count(surface, field, plan) > most)
     plan.relax *= 1.25;
   return plan;
 }

@@ -11,7 +11,7 @@ namespace carillon::synth::motion {
 namespace {
 
 /// Mode shapes along a contact's way are taken every so much of the body's size.
-constexpr double kPlaceShare = 0.005;
+constexpr double kPlaceFraction = 0.005;
 
 double size_of(const solvers::modes::ModeSurface& surface) {
   Vec3 low = surface.nodes.front(), high = low;
@@ -56,7 +56,7 @@ BodySound::BodySound(const Motion& motion, std::size_t body, const SoundingBody&
     if (!options.contact_damping) break;
     held_.push_back(modal::shapes_at(*sounding.modes, sampler_.nearest(string.at)));
   }
-  const double spacing = kPlaceShare * size_of(sounding.modes->surface);
+  const double spacing = kPlaceFraction * size_of(sounding.modes->surface);
   for (std::size_t number = 0; number < motion.contacts.size(); ++number) {
     const LastingContact& contact = motion.contacts[number];
     for (std::size_t side = 0; (damps_ || options.lasting_contacts) && side < 2; ++side) {
@@ -145,8 +145,8 @@ std::vector<Drive> BodySound::drives(std::size_t step, Eigen::Index begin, Eigen
     }
     drive.slow_rates.resize(contact.slow_rates.size());
     for (Eigen::Index n = 0; n < known; ++n) {
-      const double share = static_cast<double>(n) / static_cast<double>(size);
-      drive.forces.col(n) = (turn + share * turned) * force.force.col(from + n);
+      const double fraction = static_cast<double>(n) / static_cast<double>(size);
+      drive.forces.col(n) = (turn + fraction * turned) * force.force.col(from + n);
     }
     const Eigen::Matrix3f turn_rates = turn.cast<float>();
     for (std::size_t octave = 0; octave < contact.slow_rates.size(); ++octave) {

@@ -14,7 +14,7 @@ namespace carillon::synth::motion {
 /// Whether a body has modes.
 bool sounds(const SoundingBody& body);
 
-/// Course of a blow's force.
+/// Course of a strike's force.
 modal::ContactForce pulse_of(const Impact& impact, const MotionSoundOptions& options);
 
 /// Forces of the lasting contacts, each computed once for both of its bodies.

@@ -366,7 +366,7 @@ int BulletWorld::parts(double seconds) const {
     const double way = (now.velocity.norm() + turning) * seconds;
     most = std::max(most, way / (kLongestWay * shape.thinnest));
   }
-  return static_cast<int>(std::min<double>(std::ceil(most), kMostSubsteps + 1.0));
+  return static_cast<int>(std::min<double>(std::ceil(most), kMaxSubsteps + 1.0));
 }
 
 void BulletWorld::release(std::size_t body) {

@@ -19,16 +19,16 @@ namespace {
 
 /// Corners of a piece that Bullet is given at the most: of a rounded one those that reach farthest
 /// in so many directions, evenly spread.
-constexpr int kMostCorners = 192;
+constexpr int kMaxCorners = 192;
 /// Bullet's margin around hulls, in its units.
 constexpr btScalar kMargin = 5e-4;
 
 /// Those that reach farthest in directions of a Fibonacci lattice.
 std::vector<Vec3> fewer_points(const std::vector<Vec3>& points) {
-  if (points.size() <= kMostCorners) return points;
+  if (points.size() <= kMaxCorners) return points;
   std::vector<bool> kept(points.size(), false);
-  for (int k = 0; k < 2 * kMostCorners; ++k) {
-    const double z = 1 - (2 * k + 1.0) / (2 * kMostCorners);
+  for (int k = 0; k < 2 * kMaxCorners; ++k) {
+    const double z = 1 - (2 * k + 1.0) / (2 * kMaxCorners);
     const double turn = k * std::numbers::pi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
     const Vec3 direction(r * std::cos(turn), r * std::sin(turn), z);
     std::size_t farthest = 0;

@@ -32,8 +32,8 @@ Eigen::MatrixX3d ContactPlaces::shapes(std::size_t step) const {
   if (after == keys_.end()) return shapes_.back();
   const auto key = static_cast<std::size_t>(after - keys_.begin());
   const double begin = way_[keys_[key - 1]], end = way_[keys_[key]];
-  const double share = end > begin ? (way_[step] - begin) / (end - begin) : 0;
-  return shapes_[key - 1] + share * (shapes_[key] - shapes_[key - 1]);
+  const double fraction = end > begin ? (way_[step] - begin) / (end - begin) : 0;
+  return shapes_[key - 1] + fraction * (shapes_[key] - shapes_[key - 1]);
 }
 
 std::vector<double> smooth_normal_force(const LastingContact& contact, double step, double window) {

@@ -12,7 +12,7 @@ namespace carillon::synth::motion {
 namespace {
 
 constexpr double kLongestGap = 4;    ///< steps without a push that a contact outlives
-constexpr double kShock = 5;         ///< times what a contact bears that count as a blow
+constexpr double kShock = 5;         ///< times what a contact bears that count as a strike
 constexpr double kSamePlace = 0.02;  ///< of the smaller body's reach: the same place
 constexpr double kForget = 0.2;      ///< weight of the newest part in what a contact usually bears
 
@@ -103,9 +103,9 @@ void ContactTracker::add(std::span<const SolvedContact> contacts, double begin, 
   const auto place_of = [&](const SolvedContact& contact) {
     return states[contact.bodies[0]].pose.to_world(contact.points[0]);
   };
-  // Only a blow can send a shock through what is at rest.
+  // Only a strike can send a shock through what is at rest.
   const bool struck = std::any_of(contacts.begin(), contacts.end(), [&](const auto& contact) {
-    return contact.approach >= options_.least_speed &&
+    return contact.approach >= options_.min_speed &&
            !was_touched(find(contact, place_of(contact), end, states));
   });
   for (const SolvedContact& contact : contacts) {
@@ -115,9 +115,9 @@ void ContactTracker::add(std::span<const SolvedContact> contacts, double begin, 
     Track* track = find(contact, place, end, states);
     const bool touched = was_touched(track);
     const double push = contact.impulse.dot(contact.normal);
-    const bool lands = !touched && contact.approach >= options_.least_speed;
+    const bool lands = !touched && contact.approach >= options_.min_speed;
     const bool shocked =
-        touched && struck && push > kShock * track->usual * length + mass * options_.least_speed;
+        touched && struck && push > kShock * track->usual * length + mass * options_.min_speed;
     if (lands || shocked) {
       strike(contact, begin, lands ? contact.approach : push / mass, mass);
     }
@@ -139,7 +139,7 @@ void ContactTracker::add(std::span<const SolvedContact> contacts, double begin, 
 }
 
 void ContactTracker::close(Track& track) {
-  // A push or two between blows is no contact.
+  // A push or two between strikes is no contact.
   if (track.contact.steps.size() >= 3) contacts_.push_back(std::move(track.contact));
 }
 
@@ -167,10 +167,10 @@ void ContactTracker::end_step(Track& track, std::size_t step) const {
   // Moments without a push in between: nothing pushes, and the places go on in a straight line.
   const std::size_t missing = step - track.contact.first_step - steps.size();
   for (std::size_t k = 1; k <= missing; ++k) {
-    const double share = 1 / static_cast<double>(missing - k + 2);
+    const double fraction = 1 / static_cast<double>(missing - k + 2);
     ContactStep lifted = steps.back();
     for (std::size_t side = 0; side < 2; ++side) {
-      lifted.points[side] += share * (track.now.points[side] - lifted.points[side]);
+      lifted.points[side] += fraction * (track.now.points[side] - lifted.points[side]);
     }
     lifted.force.setZero();
     steps.push_back(lifted);

@@ -14,9 +14,9 @@ namespace carillon::synth::motion {
 double effective_mass(const MovingBody& body, const Pose& pose, const Vec3& world_point,
                       const Vec3& direction);
 
-/// Sorts solved contacts into blows and contacts that last.
+/// Sorts solved contacts into strikes and contacts that last.
 ///
-/// A contact is a blow when nothing touched at its place a moment ago and the bodies approach at
+/// A contact is a strike when nothing touched at its place a moment ago and the bodies approach at
 /// the least speed or more, or when a contact that was at rest passes on a shock: far more than it
 /// has borne so far. Whatever else pushes belongs to a contact that lasts, which ends when nothing
 /// has pushed for four steps.
@@ -32,7 +32,7 @@ class ContactTracker {
            std::span<const BodyState> states);
   /// The recorded step of this number is over.
   void end_step(std::size_t step);
-  /// Blows in order of time, contacts in order of their begin; where places of contact move.
+  /// Strikes in order of time, contacts in order of their begin; where places of contact move.
   void finish(Motion& motion);
 
  private:

@@ -64,23 +64,23 @@ void DrivenModes::set_steps(std::span<const double> decay_rates, bool all) {
 void DrivenModes::strike(const Eigen::VectorXd& excitation, const modal::ContactForce& force,
                          double delay) {
   if (excitation.size() != static_cast<Eigen::Index>(given_) || !excitation.allFinite()) {
-    throw core::InputError(fmt::format("driven modes: a blow must have {} finite values, not {}",
+    throw core::InputError(fmt::format("driven modes: a strike must have {} finite values, not {}",
                                        given_, excitation.size()));
   }
   Eigen::VectorXd own(static_cast<Eigen::Index>(order_.size()));
   for (std::size_t i = 0; i < order_.size(); ++i) {
     own[static_cast<Eigen::Index>(i)] = excitation[static_cast<Eigen::Index>(order_[i])];
   }
-  DrivenBlow blow = driven_blow(eigenvalues_, decay_rates_, own, force, delay, sample_rate_);
-  blow.first += position_;
-  blow.free += position_;
-  blows_.push_back(std::move(blow));
+  DrivenStrike strike = driven_strike(eigenvalues_, decay_rates_, own, force, delay, sample_rate_);
+  strike.first += position_;
+  strike.free += position_;
+  strikes_.push_back(std::move(strike));
 }
 
-std::uint64_t DrivenModes::until_blow() const {
+std::uint64_t DrivenModes::until_strike() const {
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
-  for (const DrivenBlow& blow : blows_) {
-    least = std::min(least, blow.first > position_ ? blow.first - position_ : 0);
+  for (const DrivenStrike& strike : strikes_) {
+    least = std::min(least, strike.first > position_ ? strike.first - position_ : 0);
   }
   return least;
 }
@@ -142,21 +142,21 @@ void DrivenModes::render(std::span<const Drive> drives, const DrivenGains& gains
     throw core::InputError("driven modes: gains do not fit the rows");
   }
   for (std::size_t done = 0; done < count;) {
-    for (std::size_t b = 0; b < blows_.size();) {
-      if (blows_[b].free > position_) {
+    for (std::size_t b = 0; b < strikes_.size();) {
+      if (strikes_[b].free > position_) {
         ++b;
         continue;
       }
       for (std::size_t i = 0; i < order_.size(); ++i) {
-        bank_.q[i] += blows_[b].end_displacement[static_cast<Eigen::Index>(i)];
-        bank_.v[i] += blows_[b].end_velocity[static_cast<Eigen::Index>(i)];
+        bank_.q[i] += strikes_[b].end_displacement[static_cast<Eigen::Index>(i)];
+        bank_.v[i] += strikes_[b].end_velocity[static_cast<Eigen::Index>(i)];
       }
       sounding_ = order_.size();
-      if (blows_[b].first == blows_[b].free) peak_ = 0;
-      blows_.erase(blows_.begin() + static_cast<std::ptrdiff_t>(b));
+      if (strikes_[b].first == strikes_[b].free) peak_ = 0;
+      strikes_.erase(strikes_.begin() + static_cast<std::ptrdiff_t>(b));
     }
     std::uint64_t stretch = std::min(kBankStretch, count - done);
-    for (const DrivenBlow& blow : blows_) stretch = std::min(stretch, blow.free - position_);
+    for (const DrivenStrike& strike : strikes_) stretch = std::min(stretch, strike.free - position_);
     run(drives, gains, done, stretch, rows);
     position_ += stretch;
     done += stretch;
@@ -165,7 +165,7 @@ void DrivenModes::render(std::span<const Drive> drives, const DrivenGains& gains
 
 void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, std::size_t offset,
                       std::size_t count, Eigen::Ref<Eigen::MatrixXd> rows) {
-  if (sounding_ == 0 && drives.empty() && until_blow() >= count) return;
+  if (sounding_ == 0 && drives.empty() && until_strike() >= count) return;
   const auto total = static_cast<double>(rows.rows());
   const auto first = static_cast<Eigen::Index>(offset), length = static_cast<Eigen::Index>(count);
   const bool fixed = gains.before == gains.after || (gains.begin == 0 && gains.end == 0);
@@ -177,7 +177,7 @@ void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, s
       (Eigen::VectorXd::LinSpaced(length + 1, 0, static_cast<double>(count)).array() +
        static_cast<double>(offset)) /
       total;
-  const Eigen::VectorXd shares = gains.begin + (gains.end - gains.begin) * place.array();
+  const Eigen::VectorXd fractions = gains.begin + (gains.end - gains.begin) * place.array();
 
   // Forces: shapes in the bank's order, and their courses.
   std::vector<std::vector<double>> shapes;
@@ -236,7 +236,7 @@ void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, s
       }
     }
   }
-  const Eigen::VectorXd after = shares.head(length);
+  const Eigen::VectorXd after = fractions.head(length);
   for (Eigen::Index row = 0; row < rows.cols(); ++row) {
     auto to = rows.col(row).segment(first, length);
     if (keys == 1) {
@@ -247,10 +247,10 @@ void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, s
     }
     peak_ = std::max(peak_, to.cwiseAbs().maxCoeff());
   }
-  for (const DrivenBlow& blow : blows_) {
-    if (blow.first >= position_ + count) continue;
-    if (blow.first >= position_) peak_ = 0;
-    add_blow(blow, weights, keys, after, rows.middleRows(first, length));
+  for (const DrivenStrike& strike : strikes_) {
+    if (strike.first >= position_ + count) continue;
+    if (strike.first >= position_) peak_ = 0;
+    add_strike(strike, weights, keys, after, rows.middleRows(first, length));
   }
   for (const Drive& drive : drives) {
     add_slow_rates(drive, weights, keys, offset, after, rows.middleRows(first, length),
@@ -267,7 +267,7 @@ std::vector<bool> DrivenModes::octaves() const {
 
 void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2>& weights,
                                  std::size_t keys, std::size_t offset,
-                                 const Eigen::VectorXd& shares, Eigen::Ref<Eigen::MatrixXd> rows,
+                                 const Eigen::VectorXd& fractions, Eigen::Ref<Eigen::MatrixXd> rows,
                                  Eigen::Index total) const {
   if (drive.slow_rates.empty()) return;
   const auto count = static_cast<Eigen::Index>(rows.rows());
@@ -292,8 +292,8 @@ void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2
         for (Eigen::Index n = 0; n < count; ++n) {
           const Eigen::Index at = static_cast<Eigen::Index>(offset) + n;
           const double place = static_cast<double>(at) / static_cast<double>(total);
-          const double share = keys == 1 ? 1 : key == 0 ? 1 - shares[n] : shares[n];
-          rows(n, row) += share * (begin.row(o) + place * (end.row(o) - begin.row(o)))
+          const double fraction = keys == 1 ? 1 : key == 0 ? 1 - fractions[n] : fractions[n];
+          rows(n, row) += fraction * (begin.row(o) + place * (end.row(o) - begin.row(o)))
                                       .dot(rates.col(at).cast<double>().transpose());
         }
       }
@@ -301,25 +301,25 @@ void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2
   }
 }
 
-void DrivenModes::add_blow(const DrivenBlow& blow, const std::array<Weights, 2>& weights,
-                           std::size_t keys, const Eigen::VectorXd& shares,
+void DrivenModes::add_strike(const DrivenStrike& strike, const std::array<Weights, 2>& weights,
+                           std::size_t keys, const Eigen::VectorXd& fractions,
                            Eigen::Ref<Eigen::MatrixXd> rows) const {
   const auto modes = static_cast<Eigen::Index>(order_.size());
-  const std::uint64_t begin = std::max(blow.first, position_);
+  const std::uint64_t begin = std::max(strike.first, position_);
   const std::uint64_t end =
-      std::min(blow.free, position_ + static_cast<std::uint64_t>(rows.rows()));
+      std::min(strike.free, position_ + static_cast<std::uint64_t>(rows.rows()));
   for (std::uint64_t n = begin; n < end; ++n) {
-    const auto sample = static_cast<Eigen::Index>(n - blow.first);
+    const auto sample = static_cast<Eigen::Index>(n - strike.first);
     const auto at = static_cast<Eigen::Index>(n - position_);
     for (std::size_t key = 0; key < keys; ++key) {
-      const double share = keys == 1 ? 1 : key == 0 ? 1 - shares[at] : shares[at];
+      const double fraction = keys == 1 ? 1 : key == 0 ? 1 - fractions[at] : fractions[at];
       const Weights& of = weights[key];
       for (Eigen::Index row = 0; row < rows.cols(); ++row) {
         rows(at, row) +=
-            share * (of.of_q.col(row).head(modes).dot(blow.displacement.col(sample)) +
-                     of.of_v.col(row).head(modes).dot(blow.velocity.col(sample)) +
-                     of.of_rate.col(row).head(modes).dot(blow.force_rate.col(sample)) +
-                     of.of_force.col(row).head(modes).dot(blow.excitation) * blow.force[sample]);
+            fraction * (of.of_q.col(row).head(modes).dot(strike.displacement.col(sample)) +
+                     of.of_v.col(row).head(modes).dot(strike.velocity.col(sample)) +
+                     of.of_rate.col(row).head(modes).dot(strike.force_rate.col(sample)) +
+                     of.of_force.col(row).head(modes).dot(strike.excitation) * strike.force[sample]);
       }
     }
   }

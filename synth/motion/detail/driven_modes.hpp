@@ -9,7 +9,7 @@
 #include "synth/modal/contact_force.hpp"
 #include "synth/modal/readout.hpp"
 #include "synth/motion/detail/driven_bank.hpp"
-#include "synth/motion/detail/driven_blow.hpp"
+#include "synth/motion/detail/driven_strike.hpp"
 
 namespace carillon::synth::motion {
 
@@ -28,18 +28,18 @@ struct Drive {
 struct DrivenGains {
   const modal::Readout* before = nullptr;
   const modal::Readout* after = nullptr;  ///< may be the same
-  double begin = 0;                       ///< share of `after` at the block's first sample
+  double begin = 0;                       ///< fraction of `after` at the block's first sample
   double end = 0;                         ///< at the sample after its last
 };
 
 /// Modes of one body under any forces at audio rate, q'' + 2 d q' + lambda q = phi . F.
 ///
 /// Exact at the samples for forces that are straight lines between them, whatever the damping
-/// (linear_force_step()), and for blows of any duration and time, however short: during contact
+/// (linear_force_step()), and for strikes of any duration and time, however short: during contact
 /// their motion is added to what is heard, and at the first sample after it to the modes, as
 /// synthesize() has it. Decay rates may change between blocks. Modes whose damped frequency is at
 /// or above Nyquist are left out. Modes that have decayed below kInaudible of the loudest sample
-/// since the last force or blow rest; a body at rest costs nothing.
+/// since the last force or strike rest; a body at rest costs nothing.
 class DrivenModes {
  public:
   /// @throws InputError  sizes that do not match, values that are negative or not finite
@@ -50,7 +50,7 @@ class DrivenModes {
   /// @throws InputError  as the constructor
   void set_decay_rates(std::span<const double> decay_rates);
 
-  /// A blow that begins `delay` seconds after the next sample (any fraction of one).
+  /// A strike that begins `delay` seconds after the next sample (any fraction of one).
   /// @param excitation  phi . impulse of the body's modes [N s kg^-1/2]
   /// @throws InputError  sizes, values that are not finite, a negative delay, a contact of more
   ///                     than 1e5 samples
@@ -64,10 +64,10 @@ class DrivenModes {
   /// Goes on by samples of silence without looking at gains. Only if resting().
   void skip(std::size_t count);
 
-  /// No mode rings and no blow waits or acts.
-  bool resting() const { return sounding_ == 0 && blows_.empty(); }
-  /// Samples until the first blow that waits begins; the largest number where none does.
-  std::uint64_t until_blow() const;
+  /// No mode rings and no strike waits or acts.
+  bool resting() const { return sounding_ == 0 && strikes_.empty(); }
+  /// Samples until the first strike that waits begins; the largest number where none does.
+  std::uint64_t until_strike() const;
   std::uint64_t position() const { return position_; }  ///< samples so far
   /// Which octaves of slow_rates.hpp have modes.
   std::vector<bool> octaves() const;
@@ -85,10 +85,10 @@ class DrivenModes {
   void run(std::span<const Drive> drives, const DrivenGains& gains, std::size_t offset,
            std::size_t count, Eigen::Ref<Eigen::MatrixXd> rows);
   void add_slow_rates(const Drive& drive, const std::array<Weights, 2>& weights, std::size_t keys,
-                      std::size_t offset, const Eigen::VectorXd& shares,
+                      std::size_t offset, const Eigen::VectorXd& fractions,
                       Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Index total) const;
-  void add_blow(const DrivenBlow& blow, const std::array<Weights, 2>& weights, std::size_t keys,
-                const Eigen::VectorXd& shares, Eigen::Ref<Eigen::MatrixXd> rows) const;
+  void add_strike(const DrivenStrike& strike, const std::array<Weights, 2>& weights, std::size_t keys,
+                const Eigen::VectorXd& fractions, Eigen::Ref<Eigen::MatrixXd> rows) const;
   void rest_inaudible(const std::array<Weights, 2>& weights, std::size_t keys);
 
   double sample_rate_;
@@ -96,9 +96,9 @@ class DrivenModes {
   std::size_t given_ = 0;           ///< modes given
   std::vector<double> eigenvalues_, decay_rates_;  ///< in the bank's order
   DrivenBank bank_;
-  std::vector<DrivenBlow> blows_;
+  std::vector<DrivenStrike> strikes_;
   std::size_t sounding_ = 0;  ///< of the bank's modes, the first ones that do not rest
-  double peak_ = 0;           ///< since the last force or blow
+  double peak_ = 0;           ///< since the last force or strike
   std::uint64_t position_ = 0;
   std::uint64_t mode_samples_ = 0;
 };

@@ -79,8 +79,8 @@ void add_arriving(const Eigen::Ref<const Eigen::VectorXd>& emitted, const Flight
     while (k + 1 < flight.at.size() && arrival(k + 1) <= t) ++k;
     double left = t - flight.at[k];
     if (k + 1 < flight.at.size() && t >= arrival(0)) {
-      const double share = (t - arrival(k)) / (arrival(k + 1) - arrival(k));
-      left = (static_cast<double>(k) + share) * flight.step;
+      const double fraction = (t - arrival(k)) / (arrival(k + 1) - arrival(k));
+      left = (static_cast<double>(k) + fraction) * flight.step;
     }
     const double place = left * sample_rate;
     const double whole = std::floor(place);

@@ -14,7 +14,7 @@ namespace {
 
 /// Pieces of the surface over which the dry signal's mean is taken, at least.
 constexpr std::size_t kPieces = 2000;
-/// A body that moves by less than this share stands still.
+/// A body that moves by less than this fraction stands still.
 constexpr double kStillGain = 1e-7;
 
 }  // namespace
@@ -70,9 +70,9 @@ bool MovingGains::near(std::size_t from, std::size_t to, double turn) const {
   const Vec3& centre = sounding_.field->sources().centroid;
   for (std::size_t row = 0; row < listeners_.size(); ++row) {
     const Vec3 a = listener_at(from, row) - centre, b = listener_at(to, row) - centre;
-    const double share = b.norm() / a.norm();
+    const double fraction = b.norm() / a.norm();
     const double across = (a.normalized() - b.normalized()).norm();
-    if (!(across <= turn && std::abs(share - 1) <= turn)) return false;
+    if (!(across <= turn && std::abs(fraction - 1) <= turn)) return false;
   }
   return true;
 }

@@ -30,7 +30,7 @@ std::vector<ReliefContact> spread_out(std::vector<ReliefContact> all) {
       [](const ReliefContact& a, const ReliefContact& b) { return a.depth < b.depth; });
   kept.push_back(*deepest);
   std::vector<double> distance(all.size(), kNothing);
-  while (kept.size() < std::min(kMostReliefContacts, all.size())) {
+  while (kept.size() < std::min(kMaxReliefContacts, all.size())) {
     std::size_t farthest = 0;
     for (std::size_t k = 0; k < all.size(); ++k) {
       distance[k] = std::min(distance[k], (all[k].point - kept.back().point).squaredNorm());

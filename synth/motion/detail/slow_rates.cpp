@@ -60,7 +60,7 @@ std::vector<Eigen::Matrix3Xf> slow_rates(const Eigen::Matrix3Xd& force, double s
         2 * std::numbers::pi * kLowest * std::exp2(static_cast<double>(octave) + 0.5);
     for (std::size_t bin = 1; bin < gains.size(); ++bin) {
       const double at = turn * static_cast<double>(bin);
-      gains[bin] = at * modal::slow_share(omega, 2 * std::numbers::pi / at);
+      gains[bin] = at * modal::slow_fraction(omega, 2 * std::numbers::pi / at);
     }
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       const auto& spectrum = spectra[static_cast<std::size_t>(axis)];

@@ -16,15 +16,15 @@ namespace {
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
-/// Depth of the sources: this share of the distance between layers, and of the largest ball inside
+/// Depth of the sources: this fraction of the distance between layers, and of the largest ball inside
 /// that touches the surface there, so that walls hold them in their middle and edges are not met.
 constexpr double kDepthOfSpacing = 0.5;
 constexpr double kDepthOfBall = 0.8;
 /// Flux between patches nearer than this many times their spacing is exact.
 constexpr double kNear = 2;
-/// A point stands for its triangle: it is smeared out over this share of the area's square root.
+/// A point stands for its triangle: it is smeared out over this fraction of the area's square root.
 constexpr double kCore = 0.3;
-/// The mean of 1/r over pairs of points of a disc is 16 / (3 pi radius); 1 / this share of the
+/// The mean of 1/r over pairs of points of a disc is 16 / (3 pi radius); 1 / this fraction of the
 /// square root of its area gives the same.
 constexpr double kSoftening = 0.333;
 /// In which power is taken.

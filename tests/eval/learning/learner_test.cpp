@@ -228,7 +228,7 @@ TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {
   method.kind = learning::MethodKind::nearest_neighbour;
   method.neighbours = 5;
   const auto rows = samples.rows(learning::Part::test), known = samples.rows(learning::Part::train);
-  const auto shares = networks::ask_neighbours(method, source, samples, rows, {});
+  const auto fractions = networks::ask_neighbours(method, source, samples, rows, {});
   const auto values_of = [&](std::uint32_t row) {
     std::vector<float> values(96 + 1728);
     source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{row},
@@ -256,7 +256,7 @@ TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {
       expected[static_cast<std::size_t>(label)] += 0.1;
       break;
     }
-    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(shares[i * 3 + c], expected[c], 1e-5);
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(fractions[i * 3 + c], expected[c], 1e-5);
   }
 }
 

@@ -38,7 +38,7 @@ class Recordings : public testing::Test {
     fs::create_directories((folder_.path() / name).parent_path());
     core::write_wav(folder_.path() / name, clip, core::SampleFormat::float32);
   }
-  /// Bodies of two materials, three takes each.
+  /// Bodies of two materials, three simulations each.
   void put_bodies() {
     for (const char* body : {"glass/cup", "glass/bowl", "wood/spoon", "wood/bowl"}) {
       for (int take = 0; take < 3; ++take) {
@@ -189,8 +189,8 @@ TEST_F(Recordings, OfOneStrikeStayInOnePart) {
   EXPECT_EQ(apart(), 0);
   const Texts names = learning::open_recordings(own)->strike_names();
   EXPECT_EQ(std::set(names.begin(), names.end()).size(), 20U);
-  own.strike = "take";
-  EXPECT_NE(error_of(own).find("take"), std::string::npos);
+  own.strike = "simulation";
+  EXPECT_NE(error_of(own).find("simulation"), std::string::npos);
   own.strike = "strike";
   own.table = folder_.path() / "labels.csv";
   std::ofstream(own.table) << "file,shape,strike,split\nbowl/0_left.wav,bowl,0,train\n"

@@ -31,8 +31,8 @@ constexpr std::size_t numbers = 5;
 /// Pitch, decay, level, matched share and loudness of one pair.
 std::array<double, numbers> numbers_of(const perception::SoundComparison& comparison) {
   const perception::ModeComparison& modes = comparison.modes;
-  return {modes.pitch.mean, modes.decay.mean, modes.level.mean, modes.reference_share,
-          comparison.loudness.share};
+  return {modes.pitch.mean, modes.decay.mean, modes.level.mean, modes.reference_fraction,
+          comparison.loudness.fraction};
 }
 
 double median_of_numbers(std::vector<double> values) {
@@ -75,8 +75,8 @@ nlohmann::ordered_json to_json(const HeardDifference& difference) {
           {"pitch_jnd", core::number_or_null(difference.pitch)},
           {"decay_jnd", core::number_or_null(difference.decay)},
           {"level_jnd", core::number_or_null(difference.level)},
-          {"matched_share", core::number_or_null(difference.matched)},
-          {"loudness_share", core::number_or_null(difference.loudness)}};
+          {"matched_fraction", core::number_or_null(difference.matched)},
+          {"loudness_fraction", core::number_or_null(difference.loudness)}};
 }
 
 HeardDifference heard_difference(KeyedSounds& reference, const std::filesystem::path& other,

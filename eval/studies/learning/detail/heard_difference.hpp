@@ -39,7 +39,7 @@ struct HeardDifference {
   /// differences.
   double pitch = 0, decay = 0;
   double level = 0;     ///< likewise; NaN where one is velocity and the other pressure
-  double matched = 0;   ///< share of the reference's energy in modes that the other has, too
+  double matched = 0;   ///< fraction of the reference's energy in modes that the other has, too
   double loudness = 0;  ///< rms difference in sone/Bark over the rms of the two sounds' own, 0 to
                         ///< sqrt(2); of velocity and pressure at equal energies
 };

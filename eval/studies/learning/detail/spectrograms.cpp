@@ -84,13 +84,13 @@ ordered_json find_components(const SpectrogramStudy& study, learning::SampleSour
                            {"mean", picture(found.mean, layout.extent)},
                            {"mean_square", mean_square},
                            {"components", ordered_json::array()}};
-  for (std::size_t k = 0; k < found.shares.size(); ++k) {
+  for (std::size_t k = 0; k < found.fractions.size(); ++k) {
     std::vector<double> along;
     for (std::size_t i = 0; i < count; ++i) {
-      along.push_back(found.coordinates[i * found.shares.size() + k]);
+      along.push_back(found.coordinates[i * found.fractions.size() + k]);
     }
     document["components"].push_back(
-        {{"share", found.shares[k]},
+        {{"fraction", found.fractions[k]},
          {"explained_by_labels",
           core::number_or_null(statistics::explained_by_groups(along, groups))},
          {"picture", picture(std::span(found.components).subspan(k * each, each), layout.extent)},

@@ -9,8 +9,8 @@ namespace carillon::eval::studies {
 
 using nlohmann::ordered_json;
 
-std::string percent(const ordered_json& share) {
-  return share.is_null() ? "-" : fmt::format("{:.2f}", 100 * share.get<double>());
+std::string percent(const ordered_json& fraction) {
+  return fraction.is_null() ? "-" : fmt::format("{:.2f}", 100 * fraction.get<double>());
 }
 
 /// "93.21 [90.10, 95.80]"

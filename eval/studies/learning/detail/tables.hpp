@@ -7,7 +7,7 @@
 namespace carillon::eval::studies {
 
 /// Share in percent with two digits, "-" for null.
-std::string percent(const nlohmann::ordered_json& share);
+std::string percent(const nlohmann::ordered_json& fraction);
 /// "93.21 [90.10, 95.80]" of a summary with `mean` and `interval95`.
 std::string with_interval(const nlohmann::ordered_json& summary);
 

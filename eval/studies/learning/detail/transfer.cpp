@@ -134,7 +134,7 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
     TrainingJob job = make_job(*source, task, seeded, models_);
     const std::string seed = fmt::format("{}/seed-{}", method.name, seeded.learning.seed);
     job.key = row.kind == LearntFrom::mixed || row.kind == LearntFrom::alone
-                  ? fmt::format("{:.0f} % {}/{}", 100 * row.share, row.trained_on, seed)
+                  ? fmt::format("{:.0f} % {}/{}", 100 * row.fraction, row.trained_on, seed)
                   : fmt::format("{}/{}", row.trained_on, seed);
     job.is_for_use = false;
     const JobEnd end = run_job(job, *source, context_);
@@ -200,7 +200,7 @@ bool Run::learn_at_home() {
   TransferRow row;
   row.kind = LearntFrom::target;
   row.trained_on = spec_.target.name;
-  row.share = 1;
+  row.fraction = 1;
   if (spec_.own_target) row.sample_s = sample_s_[*spec_.own_target];
   for (const learning::Method& method : spec_.methods) {
     if (!learn(*other.source, selected, method, row)) return false;
@@ -242,7 +242,7 @@ void Run::require_enough() {
   if (!spec_.mixed_with) return;
   const Condition& named = datasets_.conditions()[*spec_.mixed_with];
   const OpenCondition& other = opened(*spec_.mixed_with);
-  const double least = *std::min_element(spec_.shares.begin(), spec_.shares.end());
+  const double least = *std::min_element(spec_.fractions.begin(), spec_.fractions.end());
   const std::size_t all = target_.part(Part::train, 1).size();
   const std::size_t wanted =
       all - static_cast<std::size_t>(std::llround(least * static_cast<double>(all)));
@@ -275,19 +275,19 @@ void take_steps_of(std::size_t all, std::size_t few, learning::Method& method) {
 
 bool Run::mix() {
   const OpenCondition& other = opened(*spec_.mixed_with);
-  const auto share_of = [&](double share, Part part) {
+  const auto fraction_of = [&](double fraction, Part part) {
     const auto all = static_cast<double>(target_.part(part, 1).size());
-    return std::pair{static_cast<std::size_t>(std::llround(share * all)),
+    return std::pair{static_cast<std::size_t>(std::llround(fraction * all)),
                      static_cast<std::size_t>(all)};
   };
-  for (const double share : spec_.shares) {
-    const auto [own, all] = share_of(share, Part::train);
+  for (const double fraction : spec_.fractions) {
+    const auto [own, all] = fraction_of(fraction, Part::train);
     for (const bool mixed : {true, false}) {
       if ((!mixed && own == 0) || (mixed && own == all)) continue;
       std::vector<Selection> selected;
       // What says when training ends is had at the same share: it is paid for alike.
       for (const Part part : {Part::train, Part::validation}) {
-        const auto [of_target, whole] = share_of(share, part);
+        const auto [of_target, whole] = fraction_of(fraction, part);
         append(selected, target_.first_of(part, of_target, 1));
         if (mixed) append(selected, other.last_of(part, whole - of_target, 0));
       }
@@ -295,7 +295,7 @@ bool Run::mix() {
       TransferRow row;
       row.kind = mixed ? LearntFrom::mixed : LearntFrom::alone;
       row.trained_on = mixed ? "mixed" : "target alone";
-      row.share = share;
+      row.fraction = fraction;
       for (learning::Method method : spec_.methods) {
         if (!mixed) take_steps_of(all, own, method);
         if (!learn(*other.source, selected, method, row)) return false;

@@ -21,10 +21,10 @@ struct TransferSpec {
   Condition target;
   std::optional<std::size_t> own_target;  ///< of the datasets, where it is one of them
   std::vector<std::size_t> trained_on;    ///< of the datasets
-  /// Training sets of one size, these shares of which are the target's own (Sterling 2019,
+  /// Training sets of one size, these fractions of which are the target's own (Sterling 2019,
   /// Fig. 6.8), the rest of the dataset; and the shares alone.
   std::optional<std::size_t> mixed_with;  ///< of the datasets
-  std::vector<double> shares;
+  std::vector<double> fractions;
   std::size_t against = 0;  ///< of the datasets, the one that others' gains are over
   std::size_t heard = 0;    ///< sounds of a dataset that are compared with the target's by ear
 };
@@ -37,8 +37,8 @@ TransferSpec read_transfer(core::ConfigNode& node, core::ConfigNode& root,
 enum class LearntFrom {
   elsewhere,  ///< another dataset
   target,     ///< the target's own samples
-  mixed,      ///< a share of them, and others
-  alone       ///< the share without others
+  mixed,      ///< a fraction of them, and others
+  alone       ///< the fraction without others
 };
 
 /// How the classifiers of one method did that learnt from the same samples.
@@ -46,14 +46,14 @@ struct TransferRow {
   LearntFrom kind = LearntFrom::elsewhere;
   std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
-  double share = 0;              ///< of the target's own samples in training
+  double fraction = 0;              ///< of the target's own samples in training
   std::size_t samples = 0;       ///< for training
   nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of others
   nlohmann::ordered_json there;  ///< accuracy in the target condition
   nlohmann::ordered_json less_home;  ///< by how much that is above what the target's own teach
   nlohmann::ordered_json gain;       ///< and above what the dataset `against` teaches
   /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
-  /// shares of all seeds' answers; what chance alone makes of it; how many classes were compared.
+  /// fractions of all seeds' answers; what chance alone makes of it; how many classes were compared.
   std::optional<double> confusion_norm;
   classification::NormByChance norm_by_chance;
   std::size_t compared_classes = 0;

@@ -1,0 +1,190 @@
+#include "eval/accuracy/sound_study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/json.hpp"
+#include "core/numbers.hpp"
+#include "eval/perception/spectral_distance.hpp"
+#include "scene/chain.hpp"
+#include "scene/strikes.hpp"
+
+namespace carillon::eval::accuracy {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& key, int least) {
+  const std::vector<double> values =
+      node.quantities(key, core::Dimension::none, 0, std::vector<double>{});
+  std::vector<int> numbers;
+  for (const double value : values) {
+    const bool grows = numbers.empty() || value > numbers.back();
+    if (value != std::floor(value) || value < least || value > 1e6 || !grows) {
+      node.fail(key, fmt::format("must be whole numbers from {} up, each above the last", least));
+    }
+    numbers.push_back(static_cast<int>(value));
+  }
+  return numbers;
+}
+
+scene::Scene read_study_scene(core::ConfigNode sound, const std::string& file_name,
+                               const scene::RegionMaterials& materials) {
+  core::ConfigNode node = sound.child("scene");
+  return scene::read_scene(node, file_name, scene::effects(),
+                           {.materials = scene::listed(materials), .materials_place = "material"});
+}
+
+/// One level's sounds, and what each took [s].
+struct Sounds {
+  std::vector<std::vector<double>> clips;  ///< of the first listener
+  std::vector<double> seconds;
+};
+
+/// Strikes are those of the same numbers whatever the scene. Each is made twice and timed the
+/// second time, as in a build of many: the first fills caches and tables.
+Sounds make_sounds(const scene::Scene& scene, int strikes, const scene::RingingBody& body) {
+  Sounds made;
+  core::Trace trace;
+  scene::SoundChain chain(scene, {}, trace);
+  const synth::modal::SurfaceSampler sampler(body.modes->surface);
+  for (int k = 0; k < 2 * strikes; ++k) {
+    scene::Sound sound;
+    sound.body = &body;
+    sound.id = static_cast<std::uint64_t>(k % strikes);
+    scene::draw_strike(scene.strikes, body.modes->surface, sampler,
+                       {.place = sound.id, .force = sound.id}, {}, sound);
+    const double start = core::thread_cpu_seconds();
+    chain.make(sound);
+    if (k < strikes) continue;
+    made.seconds.push_back(core::thread_cpu_seconds() - start);
+    const auto row = sound.row(0);
+    made.clips.emplace_back(row.begin(), row.end());
+  }
+  return made;
+}
+
+/// The lowest modes of a body that rings: `count` of them, or fewer where that would part modes of
+/// one pitch.
+struct FewerModes {
+  FewerModes(const scene::RingingBody& all, int count) : body(all) {
+    const solvers::modes::Certificate& solved = all.modes->certificate;
+    modes = solvers::modes::restrict_to(*all.modes, {.min_frequency = solved.min_frequency,
+                                                     .max_frequency = solved.max_frequency,
+                                                     .max_modes = count});
+    body.modes = &modes;
+    body.decay_rates.resize(modes.size());
+    for (Eigen::MatrixXd* gains : synth::modal::gains_of(body.pressure)) {
+      if (gains->size() > 0)
+        *gains = gains->leftCols(static_cast<Eigen::Index>(modes.size())).eval();
+    }
+  }
+  FewerModes(const FewerModes&) = delete;
+  FewerModes& operator=(const FewerModes&) = delete;
+
+  solvers::modes::Modes modes;
+  scene::RingingBody body;
+};
+
+ordered_json level(const std::string& key, int value, const Sounds& made, const Sounds& full) {
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < full.clips.size(); ++i) {
+    const double peak = core::peak(full.clips[i]);
+    if (!(peak > 0)) continue;  // a strike on a node of every mode
+    std::vector<double> one = full.clips[i], other = made.clips[i];
+    for (double& sample : one) sample /= peak;
+    for (double& sample : other) sample /= peak;
+    errors.push_back(20 / std::numbers::ln10 *
+                     perception::spectral_distance(one, other).log_magnitude);
+  }
+  return {{"key", key},
+          {"value", value},
+          {"sounds", errors.size()},
+          {"seconds", core::median(made.seconds)},
+          {"error_db", core::number_or_null(core::median(errors))}};
+}
+
+}  // namespace
+
+SoundStudy read_sound_study(
+    core::ConfigNode node, const std::string& file_name,
+    const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread) {
+  SoundStudy study;
+  study.name = node.text("body");
+  study.body.mesh = core::at_key(node, "body", [&] { return scene::parse_mesh(study.name); });
+  study.material = node.text("material", "steel");
+  study.body.materials =
+      core::at_key(node, "material", [&] { return scene::parse_materials(study.material); });
+  study.strikes = static_cast<int>(node.integer("strikes", 1, 10000, 5));
+  study.modes = ascending_numbers(node, "modes", 1);
+  study.image_orders = ascending_numbers(node, "image_orders", 0);
+  const auto changed_scene = [&](const std::vector<std::string>& changes) {
+    return read_study_scene(reread(changes).child("sound"), file_name, study.body.materials);
+  };
+  // Read once as it stands, so that mistakes in it are named where they are.
+  const scene::Scene scene = read_study_scene(node, file_name, study.body.materials);
+  // One body serves all levels; these effects know only bodies that they have prepared themselves.
+  for (const char* effect : {"click", "supports"}) {
+    if (scene.runs(effect)) {
+      node.fail("scene", fmt::format("levels are heard without the effect \"{}\"", effect),
+                fmt::format("add `effects: {{{}: \"off\"}}`", effect));
+    }
+  }
+  study.without_room =
+      node.child("scene").has("room")
+          ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
+          : scene;
+  study.body.solve.band.max_frequency =
+      std::min(20000.0, study.without_room.audio.sample_rate / 2);
+  if (study.image_orders.size() == 1) {
+    node.fail("image_orders",
+              "the last one is what the others are compared with: give two or more");
+  }
+  if (!study.image_orders.empty() && !scene.runs("room")) {
+    node.fail("image_orders", "there are no reflections: `scene:` has no room that is heard");
+  }
+  for (const int order : study.image_orders) {
+    study.of_order.push_back(changed_scene({fmt::format("sound.scene.room.order={}", order)}));
+  }
+  return study;
+}
+
+ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
+                          const std::filesystem::path& cache) {
+  const scene::Body solved = scene::solve_body(study.body, alone, cache);
+  core::Trace trace;
+  scene::SoundChain chain(study.without_room, cache, trace);
+  const double before = core::thread_cpu_seconds();
+  const scene::RingingBody body =
+      chain.prepare(study.name, study.name, solved.modes, solved.materials);
+  const double prepared = core::thread_cpu_seconds() - before;
+  ordered_json levels = ordered_json::array();
+  const Sounds all_modes = make_sounds(study.without_room, study.strikes, body);
+  for (const int count : study.modes) {
+    if (static_cast<std::size_t>(count) >= solved.modes.size()) break;
+    const FewerModes fewer(body, count);
+    levels.push_back(level("modes", count,
+                         make_sounds(study.without_room, study.strikes, fewer.body), all_modes));
+  }
+  levels.push_back(level("modes", static_cast<int>(solved.modes.size()), all_modes, all_modes));
+  if (!study.of_order.empty()) {
+    const Sounds full = make_sounds(study.of_order.back(), study.strikes, body);
+    for (std::size_t i = 0; i + 1 < study.of_order.size(); ++i) {
+      levels.push_back(level("image order", study.image_orders[i],
+                           make_sounds(study.of_order[i], study.strikes, body), full));
+    }
+    levels.push_back(level("image order", study.image_orders.back(), full, full));
+  }
+  return {{"body", study.name},
+          {"material", study.material},
+          {"modes", solved.modes.size()},
+          {"prepare_s", prepared},
+          {"levels", levels}};
+}
+
+}  // namespace carillon::eval::accuracy

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "core/trace.hpp"
+#include "solvers/eigen/solve_modes.hpp"
+#include "solvers/mesh/meridian.hpp"
+
+namespace carillon::solvers::axisymmetric {
+
+/// How finely a section is solved.
+struct AxisymmetricOptions {
+  int order = 6;    ///< of the cells, 2 to 14
+  double cell = 0;  ///< largest side of a cell [m]; 0: from the wave number at the band's top
+  /// Wanted pitch error [cents]: while the estimate is above it, the order is raised by 2 and then
+  /// cells are halved, as long as that at least halves the error. Needs
+  /// SolveOptions::estimate_errors and no `cell` of one's own.
+  double pitch_target = 0.01;
+};
+
+/// Modes of a free body of revolution: displacements are Fourier series in the angle, and each
+/// harmonic n is a problem on the section alone, with three unknowns (u_r, u_theta, u_z) at every
+/// node of quadrilaterals of high order. Shares nothing with the tetrahedra but the eigensolver, at
+/// a small part of their cost: bowls, cups and bells have their independent truth in it.
+///
+/// Modes of harmonics above 0 come in pairs of exactly equal frequency, the second turned by a
+/// quarter of a wave; Modes::harmonics names n. Each harmonic's count is verified by inertia.
+/// Where the band holds far more modes than max_modes (and more than 2000), they are counted and
+/// sought only as far up as needed: the certificate's modes_in_band counts those, with
+/// count_verified off.
+///
+/// Modes::surface is the outline turned about z, triangles of order 3. Pitch errors are differences
+/// to the same cells at two orders more.
+///
+/// The elements' solver and memory limit do not apply; band, tolerance and estimate_errors do. A
+/// SolverEnvironment must be alive.
+///
+/// @param trace  stages mesh, assemble, count, solve, extract, estimate are added
+/// @throws InputError   constants or a band that solve_modes refuses too
+/// @throws SolverError  a cell turned inside out, too many nodes, no convergence, bad residuals, or
+///                      rigid motions missing
+/// Zienkiewicz and Taylor, The Finite Element Method 2 (5th edition), section 9.6, for the strains.
+modes::Modes solve_axisymmetric(const mesh::Meridian& meridian, const elements::Elastic& material,
+                           const eigen::SolveOptions& options, const AxisymmetricOptions& axisymmetric,
+                           core::Trace& trace);
+
+}  // namespace carillon::solvers::axisymmetric
