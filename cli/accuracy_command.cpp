@@ -106,8 +106,8 @@ int run_accuracy(const eval::accuracy::AccuracyOptions& options, const mpi::Cont
 }  // namespace
 
 void add_accuracy(Program& program, mpi::Context& context) {
-  Command& command = program.add(
-      "accuracy", "the convergence study: seconds against pitch errors", Needs::solver);
+  Command& command =
+      program.add("accuracy", "the convergence study: seconds against pitch errors", Needs::solver);
   auto options = std::make_shared<eval::accuracy::AccuracyOptions>();
   command.option("config", options->config, "YAML configuration").required();
   command.option("-o,--output", options->output,

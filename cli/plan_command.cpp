@@ -40,8 +40,9 @@ void print_plan(const nlohmann::json& plan) {
         group.at("tasks").get<std::size_t>(), group.at("ranks").get<int>());
   }
   if (!plan.at("shared_between_parts").empty()) {
-    fmt::print("simulations of all parts of the split share {}: too few instances to hold some out\n",
-               fmt::join(plan.at("shared_between_parts").get<std::vector<std::string>>(), ", "));
+    fmt::print(
+        "simulations of all parts of the split share {}: too few instances to hold some out\n",
+        fmt::join(plan.at("shared_between_parts").get<std::vector<std::string>>(), ", "));
   }
   const nlohmann::json& estimate = plan.at("estimate");
   fmt::print("about {} of one rank, {} of memory per rank, {} on disk before compression\n",

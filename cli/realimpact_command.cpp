@@ -17,7 +17,8 @@ namespace carillon::cli {
 
 namespace {
 
-/// Further off its vertex, the strike is on another part of the body [fraction of the longest side].
+/// Further off its vertex, the strike is on another part of the body [fraction of the longest
+/// side].
 constexpr double kOffTheMesh = 0.02;
 
 struct ImpactOptions {

@@ -66,9 +66,10 @@ void add_regenerate(Program& program, mpi::Context& context) {
       "regenerate", "samples of a dataset again, compared with what is stored", Needs::solver);
   command.option("dataset", options->dataset, "folder of a dataset").required();
   command
-      .option("--sample", options->samples,
-              "row of index.h5, key (shape/material/size/strike-NNNN, simulation-NNNN) or id; may be "
-              "repeated")
+      .option(
+          "--sample", options->samples,
+          "row of index.h5, key (shape/material/size/strike-NNNN, simulation-NNNN) or id; may be "
+          "repeated")
       .required()
       .one_value_each();
   command

@@ -16,10 +16,10 @@
 #include "core/storage_error.hpp"
 #include "core/text.hpp"
 #include "dataset/run/dataset.hpp"
+#include "mpi/backoff.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/launcher.hpp"
-#include "mpi/backoff.hpp"
 #include "solvers/libraries/environment.hpp"
 
 namespace carillon::cli {

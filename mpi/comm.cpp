@@ -14,8 +14,8 @@
 
 #include "core/error.hpp"
 #include "core/termination_blocked.hpp"
-#include "mpi/failure.hpp"
 #include "mpi/backoff.hpp"
+#include "mpi/failure.hpp"
 
 namespace carillon::mpi {
 

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "core/trace.hpp"
+#include "mpi/backoff.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/interrupt.hpp"
-#include "mpi/backoff.hpp"
 #include "mpi/task_service.hpp"
 #include "mpi/work_clock.hpp"
 

@@ -12,9 +12,9 @@
 #include "core/data_limit.hpp"
 #include "core/error.hpp"
 #include "core/termination_blocked.hpp"
+#include "mpi/backoff.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
-#include "mpi/backoff.hpp"
 
 namespace carillon::mpi {
 

@@ -11,7 +11,7 @@
 namespace carillon::render {
 namespace {
 
-constexpr int max_texels = 8192;  ///< a side
+constexpr int max_texels = 8192;   ///< a side
 constexpr int fine_texels = 1024;  ///< up to which samples lie half a texel apart
 
 void check(const maps::SurfaceMap& map) {

@@ -12,12 +12,12 @@ namespace carillon::report {
 
 /// What a report finds below the folders that it is asked for, each in the order of their names.
 struct ReportFolders {
-  std::vector<std::filesystem::path> datasets;     ///< with dataset.json
-  std::vector<std::filesystem::path> sweeps;       ///< with sweep.json
-  std::vector<std::filesystem::path> studies;      ///< with accuracy.json
-  std::vector<std::filesystem::path> evaluations;  ///< `evaluation/`
-  std::vector<std::filesystem::path> nightly_runs;       ///< with nightly.json
-  std::vector<std::string> unreadable;             ///< what could not be looked into, and why
+  std::vector<std::filesystem::path> datasets;      ///< with dataset.json
+  std::vector<std::filesystem::path> sweeps;        ///< with sweep.json
+  std::vector<std::filesystem::path> studies;       ///< with accuracy.json
+  std::vector<std::filesystem::path> evaluations;   ///< `evaluation/`
+  std::vector<std::filesystem::path> nightly_runs;  ///< with nightly.json
+  std::vector<std::string> unreadable;              ///< what could not be looked into, and why
 };
 
 /// Looks in the folders and those below, to a depth of four; a dataset's own folders are left out.

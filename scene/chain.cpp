@@ -84,11 +84,12 @@ void SoundChain::make(Sound& sound) {
     const core::ScopedTimer timer(trace_.stages["ring"]);
     sound.modes = synth::modal::sounding_modes(sound.rings, sound.sample_rate);
     sound.modes_above_nyquist = synth::modal::modes_above_nyquist(sound.rings, sound.sample_rate);
-    sound.audio = sound.strikes == std::vector<double>{0}
-                      ? synth::modal::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
-                                                 scene_.audio.samples())
-                      : synth::modal::synthesize_strikes(sound.rings, sound.strike.force, sound.strikes,
-                                                       sound.sample_rate, scene_.audio.samples());
+    sound.audio =
+        sound.strikes == std::vector<double>{0}
+            ? synth::modal::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
+                                       scene_.audio.samples())
+            : synth::modal::synthesize_strikes(sound.rings, sound.strike.force, sound.strikes,
+                                               sound.sample_rate, scene_.audio.samples());
   }
   finish(sound);
 }

@@ -41,13 +41,13 @@ struct Sound {
   std::uint64_t id = 0;    ///< of the sample
   std::size_t part = 0;    ///< of `parts` whose rooms and noises have nothing in common
   std::size_t parts = 1;   ///< (training, validation and test of either split)
-  synth::modal::Strike strike;      ///< without a force over time until an effect gives it one
-  double contact_time = 0;          ///< drawn or given [s]
-  synth::modal::RingDown rings;     ///< what is about to ring; effects of modes change it
+  synth::modal::Strike strike;        ///< without a force over time until an effect gives it one
+  double contact_time = 0;            ///< drawn or given [s]
+  synth::modal::RingDown rings;       ///< what is about to ring; effects of modes change it
   std::vector<double> strikes = {0};  ///< times of the strike, which may be repeated [s]
-  std::vector<float> audio;         ///< rows (listeners, or one) x samples
-  std::vector<float> direct;        ///< audio before a room's early reflections, with what air has
-                                    ///< taken from it; empty without them
+  std::vector<float> audio;           ///< rows (listeners, or one) x samples
+  std::vector<float> direct;  ///< audio before a room's early reflections, with what air has
+                              ///< taken from it; empty without them
   std::size_t rows = 1;
   double sample_rate = 44100;
   std::size_t modes = 0;                ///< that sound

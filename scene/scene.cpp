@@ -174,7 +174,8 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
     SceneEffect in_scene = effect.read(root, scene);
     const std::string_view stage = effect.stage;
     if (moves && (stage == "strike" || stage == "rings")) {
-      in_scene.reason_off = fmt::format("strikes follow from the motion: ({})", root.where("motion"));
+      in_scene.reason_off =
+          fmt::format("strikes follow from the motion: ({})", root.where("motion"));
     }
     scene.effects.push_back(decide(effect, std::move(in_scene), switches, around.with_files));
   }

@@ -114,8 +114,8 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
       fmt::format("{} shapes, {} of them distinct, none in two parts", parts.size(), distinct);
   return judged("split_shape", std::move(items),
                 folder.dataset.build.config.motion
-                    ? fmt::format("{} simulations of {} shapes; held out: {}", rows.size(), shapes.size(),
-                                  held_text)
+                    ? fmt::format("{} simulations of {} shapes; held out: {}", rows.size(),
+                                  shapes.size(), held_text)
                     : held_text,
                 "a shape is in two parts, or not where it should be",
                 "name the same shape once in objects, or remove the copies; then build into a new "
@@ -171,11 +171,11 @@ Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& 
     }
   }
   const bool simulations = folder.dataset.build.config.motion.has_value();
-  return judged(
-      "split_strike", std::move(items),
-      fmt::format("{} {}, none in two parts", strikes.size(), simulations ? "simulations" : "strikes"),
-      "a strike is in two parts, or not where it should be",
-      "give each point once in strikes.csv; then build into a new folder");
+  return judged("split_strike", std::move(items),
+                fmt::format("{} {}, none in two parts", strikes.size(),
+                            simulations ? "simulations" : "strikes"),
+                "a strike is in two parts, or not where it should be",
+                "give each point once in strikes.csv; then build into a new folder");
 }
 
 namespace {

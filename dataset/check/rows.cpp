@@ -86,8 +86,8 @@ Finding check_ids(const DatasetFolder& folder, const std::vector<Row>& rows) {
   std::vector<std::string> items;
   for (const Row& row : rows) {
     const std::string key = row.simulation ? fmt::format("simulation-{:04}", row.strike)
-                                     : fmt::format("{}/{}/{}/strike-{:04}", row.shape, row.material,
-                                                   row.size, row.strike);
+                                           : fmt::format("{}/{}/{}/strike-{:04}", row.shape,
+                                                         row.material, row.size, row.strike);
     if (row.key != key) items.push_back(fmt::format("{}: its labels make {}", row.key, key));
     if (row.id != core::stable_hash(row.key)) {
       items.push_back(fmt::format("{}: id {} is not of its key", row.key, row.id));

@@ -15,7 +15,7 @@ struct Row {
   std::uint64_t id = 0;
   double size = 1;
   std::int64_t strike = 0;           ///< or simulation
-  bool simulation = false;                 ///< of a scene that moves; its shape is itself
+  bool simulation = false;           ///< of a scene that moves; its shape is itself
   std::vector<std::string> played;   ///< shapes of a simulation's bodies
   Vec3 point = Vec3::Zero();         ///< struck, on the body at size 1 [m]
   std::optional<std::int64_t> room;  ///< number

@@ -45,7 +45,8 @@ struct BuildConfig {
   RanksConfig ranks;
   TaskLimits limits;
   scene::Scene scene;
-  std::optional<scene::motion::MotionConfig> motion;  ///< samples are simulations of it, not strikes
+  std::optional<scene::motion::MotionConfig>
+      motion;  ///< samples are simulations of it, not strikes
   std::optional<synth::signal::MelOptions> mel;
   std::optional<render::VoxelOptions> voxels;
   std::optional<render::Camera> camera;

@@ -29,7 +29,8 @@ double sample_bytes(const configuration::BuildConfig& config) {
                          ? 4.0 * config.mel->bands *
                                synth::signal::mel_frames(config.scene.audio.samples(), *config.mel)
                          : 0;
-  return rows * (audio * (config.wav ? 2 : 1) + mel) + (config.motion ? simulation_bytes(config) : 0);
+  return rows * (audio * (config.wav ? 2 : 1) + mel) +
+         (config.motion ? simulation_bytes(config) : 0);
 }
 
 }  // namespace carillon::dataset::plan

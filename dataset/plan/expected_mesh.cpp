@@ -132,8 +132,8 @@ solvers::pitch::MeshSize count_mesh(const ExpectedBody& body, const Shape& shape
   return mesh;
 }
 
-/// Tetrahedra that stand in a file, taken as they are: about 40 bytes each with their fraction of the
-/// nodes, as text or binary.
+/// Tetrahedra that stand in a file, taken as they are: about 40 bytes each with their fraction of
+/// the nodes, as text or binary.
 void count_tetrahedra(const Shape& shape, ExpectedBody& body) {
   std::error_code error;
   const auto bytes = std::filesystem::file_size(shape.path, error);

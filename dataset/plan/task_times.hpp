@@ -37,7 +37,7 @@ double busy_fraction(const nlohmann::json& rows, int run, const std::vector<mpi:
 /// task waits for (the disk, another thread) counts as not busy, in it or between tasks.
 /// @return 1 where no time passed
 double computing_fraction(const nlohmann::json& rows, int run,
-                       const std::vector<mpi::RankTimes>& ranks);
+                          const std::vector<mpi::RankTimes>& ranks);
 
 /// The trace's entry of a run: `{run, ranks: [{busy_s, idle_s, cpu_s, queued_s,
 /// peak_memory_bytes}], busy_fraction, computing_fraction,

@@ -24,9 +24,9 @@ struct ScheduleOptions {
 ///         trace's, as trace.json has it in `runs`; only where there is one),
 ///         `files: {count, modes, shards, wav, png, shard_bytes, largest_shard_bytes,
 ///         largest_folder}`, `schedules`, for each number of ranks `{ranks, nodes, makespan_s,
-///         efficiency, all_at_work_until_s, half_at_work_until_s, straggler_fraction, shared_work_s,
-///         longest_chain_s, last_task, idle_s, memory_wait_s, refused_tasks, node_memory_bytes,
-///         limited_by}`. docs/scaling.md says what they mean.
+///         efficiency, all_at_work_until_s, half_at_work_until_s, straggler_fraction,
+///         shared_work_s, longest_chain_s, last_task, idle_s, memory_wait_s, refused_tasks,
+///         node_memory_bytes, limited_by}`. docs/scaling.md says what they mean.
 /// @throws InputError, FileError  numbers below 1; a trace that cannot be read
 nlohmann::json simulate_builds(std::span<const LoadedBuild> builds,
                                const std::vector<mpi::Task>& tasks, const ScheduleOptions& options);

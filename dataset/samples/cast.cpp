@@ -239,7 +239,7 @@ synth::motion::MovingBody make_body(const scene::motion::CastBody& cast, const R
 }  // namespace
 
 SimulationStage set_stage(const configuration::BuildConfig& config, const std::vector<Role>& roles,
-                    Actors& actors, scene::motion::Textures& textures) {
+                          Actors& actors, scene::motion::Textures& textures) {
   const scene::motion::MotionConfig& motion = *config.motion;
   SimulationStage stage;
   if (motion.ground) {

@@ -56,19 +56,20 @@ struct Role {
   synth::motion::BodyState start;
 };
 
-/// Whether an object's instances are kept to the simulations of their own part of split_shape. Where a
-/// part would have none, simulations of all parts draw from all of them.
+/// Whether an object's instances are kept to the simulations of their own part of split_shape.
+/// Where a part would have none, simulations of all parts draw from all of them.
 bool held_out(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
               const std::string& object);
 
-/// Draws a simulation: each body's instance (among those of the simulation's part where they are held out), its
-/// material, place, turn and motion. Streams are keyed by (seed, simulation's id, body's name).
+/// Draws a simulation: each body's instance (among those of the simulation's part where they are
+/// held out), its material, place, turn and motion. Streams are keyed by (seed, simulation's id,
+/// body's name).
 /// @param part  of split_shape that the simulation is in
 std::vector<Role> draw_roles(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
                              std::uint64_t simulation_id, const std::string& part);
 
-/// A simulation ready to move: the ground first, where there is one, then the cast. Numbers of bodies are
-/// the same everywhere.
+/// A simulation ready to move: the ground first, where there is one, then the cast. Numbers of
+/// bodies are the same everywhere.
 struct SimulationStage {
   std::vector<std::string> names;
   std::vector<const Actor*> actors;  ///< null: the ground
@@ -77,6 +78,6 @@ struct SimulationStage {
   std::vector<synth::motion::MotionString> strings;
 };
 SimulationStage set_stage(const configuration::BuildConfig& config, const std::vector<Role>& roles,
-                    Actors& actors, scene::motion::Textures& textures);
+                          Actors& actors, scene::motion::Textures& textures);
 
 }  // namespace carillon::dataset::samples

@@ -40,8 +40,8 @@ std::vector<Vec3> hand_path(const scene::motion::StylusConfig& config,
 }  // namespace
 
 SimulationTouch draw_stylus(const configuration::BuildConfig& config, std::uint64_t simulation_id,
-                           SimulationStage& stage, synth::motion::Motion& motion,
-                           const std::shared_ptr<synth::motion::TracedMaps>& traced) {
+                            SimulationStage& stage, synth::motion::Motion& motion,
+                            const std::shared_ptr<synth::motion::TracedMaps>& traced) {
   const scene::motion::StylusConfig& stylus = *config.motion->stylus;
   const std::size_t touched = static_cast<std::size_t>(
       std::find(stage.names.begin(), stage.names.end(), stylus.body) - stage.names.begin());

@@ -14,13 +14,13 @@ struct SimulationTouch {
   std::size_t limited = 0, held_back = 0;
 };
 
-/// Draws the configuration's stylus over its face, from the simulation's start on, and adds it to stage
-/// and motion as the last body, with its lasting contacts. Path and speed are drawn by (seed,
+/// Draws the configuration's stylus over its face, from the simulation's start on, and adds it to
+/// stage and motion as the last body, with its lasting contacts. Path and speed are drawn by (seed,
 /// simulation's id, "motion.stylus"). The face's body must be fixed.
 /// @param traced  maps traced for earlier simulations
 SimulationTouch draw_stylus(const configuration::BuildConfig& config, std::uint64_t simulation_id,
-                           SimulationStage& stage, synth::motion::Motion& motion,
-                           const std::shared_ptr<synth::motion::TracedMaps>& traced);
+                            SimulationStage& stage, synth::motion::Motion& motion,
+                            const std::shared_ptr<synth::motion::TracedMaps>& traced);
 
 /// A pen whose tip is the origin, leaning back from the way it is drawn.
 solvers::mesh::SurfaceMesh pen_mesh();

@@ -11,8 +11,9 @@
 
 namespace carillon::dataset::samples {
 
-SimulationMaker::SimulationMaker(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
-                     const BuildFolders& folders, core::Trace& trace)
+SimulationMaker::SimulationMaker(const configuration::BuildConfig& config,
+                                 const plan::BuildPlan& plan, const BuildFolders& folders,
+                                 core::Trace& trace)
     : config_(config),
       plan_(plan),
       trace_(trace),
@@ -34,7 +35,8 @@ Simulation SimulationMaker::make(const plan::Sample& sample, core::Columns* reco
     synth::motion::MotionOptions options = config_.motion->options;
     options.seconds = config_.scene.audio.seconds;
     options.limit = clock;
-    simulation.motion = synth::motion::simulate_motion(simulation.stage.moving, simulation.stage.strings, options);
+    simulation.motion =
+        synth::motion::simulate_motion(simulation.stage.moving, simulation.stage.strings, options);
   }
   if (simulation.motion.too_fast) {
     spdlog::warn(
@@ -45,12 +47,13 @@ Simulation SimulationMaker::make(const plan::Sample& sample, core::Columns* reco
   for (const synth::motion::Overlap& overlap : simulation.motion.overlaps) {
     spdlog::warn(
         "{}: at the start {} and {} are in one another by {:.2g} mm: they are pushed apart",
-        sample.key, simulation.stage.names[overlap.bodies[0]], simulation.stage.names[overlap.bodies[1]],
-        1e3 * overlap.depth);
+        sample.key, simulation.stage.names[overlap.bodies[0]],
+        simulation.stage.names[overlap.bodies[1]], 1e3 * overlap.depth);
   }
   if (config_.scene.runs("touch")) {
     const core::ScopedTimer timer(trace_.effects["touch"]);
-    simulation.touch = draw_stylus(config_, sample.id, simulation.stage, simulation.motion, traced_);
+    simulation.touch =
+        draw_stylus(config_, sample.id, simulation.stage, simulation.motion, traced_);
   }
   scene::Sound& sound = simulation.sound;
   sound.body = &scene_;
@@ -112,8 +115,8 @@ void SimulationMaker::draw(Simulation& simulation) {
   const std::size_t first = config_.motion->ground ? 1 : 0;
   for (std::size_t f = 0; f < camera.frames(config_.scene.audio.seconds); ++f) {
     const double time = static_cast<double>(f) / camera.rate;
-    const auto k =
-        std::min(static_cast<std::size_t>(std::lround(time / step)), simulation.motion.states.size() - 1);
+    const auto k = std::min(static_cast<std::size_t>(std::lround(time / step)),
+                            simulation.motion.states.size() - 1);
     std::vector<render::ScenePose> poses;
     for (std::size_t b = first; b < simulation.stage.actors.size(); ++b) {
       const synth::motion::Pose& pose = simulation.motion.states[k][b].pose;

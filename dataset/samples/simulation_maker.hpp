@@ -28,7 +28,7 @@ class SimulationMaker {
  public:
   /// @param trace  must outlive the maker, as config and plan must
   SimulationMaker(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
-            const BuildFolders& folders, core::Trace& trace);
+                  const BuildFolders& folders, core::Trace& trace);
   /// @param record  takes what the effects drew; may be null
   Simulation make(const plan::Sample& sample, core::Columns* record);
 

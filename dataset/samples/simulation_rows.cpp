@@ -14,8 +14,9 @@
 
 namespace carillon::dataset::samples {
 
-SimulationRows::SimulationRows(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
-                   const BuildFolders& folders, core::Trace& trace)
+SimulationRows::SimulationRows(const configuration::BuildConfig& config,
+                               const plan::BuildPlan& plan, const BuildFolders& folders,
+                               core::Trace& trace)
     : config_(config), plan_(plan), trace_(trace), maker_(config, plan, folders, trace) {
   if (config.mel) mel_ = std::make_unique<synth::signal::MelSpectrogram>(*config.mel);
 }

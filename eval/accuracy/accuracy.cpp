@@ -162,7 +162,7 @@ json measure(const AccuracyConfig& config, const std::filesystem::path& output,
 }  // namespace
 
 json measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
-                    const mpi::Context& context) {
+                      const mpi::Context& context) {
   if (config.all_ranks) return measure(config, output, context, context.world);
   json document;
   mpi::agreed(context.world, [&] {

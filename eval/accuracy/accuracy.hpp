@@ -23,6 +23,6 @@ struct AccuracyOptions {
 /// @return the document of accuracy.json, the same on every rank that measures
 /// @note Collective on the context's world.
 nlohmann::json measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
-                              const mpi::Context& context);
+                                const mpi::Context& context);
 
 }  // namespace carillon::eval::accuracy

@@ -97,14 +97,16 @@ void read_file(ConfigNode& node, StudiedObject& object, const std::string& file_
 void check_reference(const ConfigNode& node, const StudiedObject& object) {
   const std::string& family = object.request.shape.family;
   if (!family.empty() && solvers::families::find_family(family).meridian != nullptr) return;
-  node.fail(family.empty() ? "mesh" : "shape",
-            fmt::format("{} is not a body of revolution, which `reference.solver: axisymmetric` needs",
-                        family.empty() ? "a file" : family),
-            "`automatic` takes tetrahedra for it");
+  node.fail(
+      family.empty() ? "mesh" : "shape",
+      fmt::format("{} is not a body of revolution, which `reference.solver: axisymmetric` needs",
+                  family.empty() ? "a file" : family),
+      "`automatic` takes tetrahedra for it");
 }
 
-StudiedObject read_object(ConfigNode& node, const StudiedObject& shared, const std::string& material,
-                         ReferenceSolver reference, const std::string& file_name) {
+StudiedObject read_object(ConfigNode& node, const StudiedObject& shared,
+                          const std::string& material, ReferenceSolver reference,
+                          const std::string& file_name) {
   if (node.has("shape") == node.has("mesh")) {
     node.fail("", "an object is either a `shape:` (a family) or a `mesh:` (a file)");
   }
@@ -132,7 +134,7 @@ ReferenceSolver read_reference(ConfigNode node, AccuracyConfig& config, double& 
       node.choice("solver", {"automatic", "axisymmetric", "tetrahedra"}, "automatic");
   config.reference_order = static_cast<int>(node.integer("order", 1, 4, 4));
   size = node.positive("size", Dimension::none, 0.5);
-  return solver == "axisymmetric"      ? ReferenceSolver::axisymmetric
+  return solver == "axisymmetric" ? ReferenceSolver::axisymmetric
          : solver == "tetrahedra" ? ReferenceSolver::tetrahedra
                                   : ReferenceSolver::automatic;
 }
@@ -140,7 +142,7 @@ ReferenceSolver read_reference(ConfigNode node, AccuracyConfig& config, double& 
 }  // namespace
 
 AccuracyConfig read_accuracy_config(const std::string& text, const std::string& file_name,
-                                const std::vector<std::string>& overrides) {
+                                    const std::vector<std::string>& overrides) {
   ConfigNode root = ConfigNode::parse(text, file_name, overrides);
   AccuracyConfig config;
   config.name = root.text("name", std::filesystem::path(file_name).stem().string());
@@ -158,8 +160,8 @@ AccuracyConfig read_accuracy_config(const std::string& text, const std::string& 
   config.pitch_cents = positive(root, "pitch_cents", {1, 2, 5, 10, 20});
   for (const double cents : config.pitch_cents) {
     if (cents < solvers::pitch::min_pitch_target || cents > 1e4) {
-      root.fail("pitch_cents", fmt::format("{} is outside {} to 10000", cents,
-                                           solvers::pitch::min_pitch_target));
+      root.fail("pitch_cents",
+                fmt::format("{} is outside {} to 10000", cents, solvers::pitch::min_pitch_target));
     }
   }
   config.max_elements = root.integer("max_elements", 1, 100000000, 200000);

@@ -31,9 +31,9 @@ struct StudiedObject {
 };
 
 enum class ReferenceSolver {
-  automatic,   ///< harmonics where the body is turned about an axis, else tetrahedra
-  axisymmetric,     ///< harmonics; other bodies are refused
-  tetrahedra,  ///< fine elements of a high order
+  automatic,     ///< harmonics where the body is turned about an axis, else tetrahedra
+  axisymmetric,  ///< harmonics; other bodies are refused
+  tetrahedra,    ///< fine elements of a high order
 };
 
 /// What `carillon accuracy` measures; docs/accuracy.md lists every key.
@@ -48,7 +48,7 @@ struct AccuracyConfig {
   bool all_ranks = false;   ///< every level on all ranks, not on rank 0 alone
   bool cpu_time = false;    ///< levels are compared by processor time instead of wall time
   double repeat_below = 1;  ///< a level that takes less [s] is run again
-  int max_runs = 3;        ///< and the fastest counts
+  int max_runs = 3;         ///< and the fastest counts
   ReferenceSolver reference = ReferenceSolver::automatic;
   int reference_order = 4;
   std::vector<StudiedObject> objects;
@@ -60,6 +60,6 @@ struct AccuracyConfig {
 /// Files must be there unless they are optional or have a stand-in.
 /// @throws ConfigError  file:line:column, what is wrong and what would be right
 AccuracyConfig read_accuracy_config(const std::string& text, const std::string& file_name,
-                                const std::vector<std::string>& overrides);
+                                    const std::vector<std::string>& overrides);
 
 }  // namespace carillon::eval::accuracy

@@ -97,8 +97,7 @@ void add_errors(const Clip& clip, const features::FeatureSet& set, FeatureFindin
   }
 }
 
-ordered_json level(const FeatureStudy& study, const std::string& method, int modes,
-                  double snr_db) {
+ordered_json level(const FeatureStudy& study, const std::string& method, int modes, double snr_db) {
   FeatureFindings findings;
   features::FeatureOptions options;
   options.method =

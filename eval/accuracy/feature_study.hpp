@@ -26,9 +26,10 @@ FeatureStudy read_feature_study(core::ConfigNode node);
 /// Runs it on this rank: frequencies spread evenly in pitch with random offsets from 200 Hz to
 /// 14 kHz, decay rates of 3 to 30 1/s that rise with frequency, random amplitudes (within 10 dB)
 /// and phases, white noise.
-/// @return `clips`, `seconds` and `levels[]`: `method`, `modes`, `snr_db`, `seconds` (processor time
-///         of a clip, median), `found` (fraction of the modes), `extra` (features of a clip that are
-///         no mode, mean), and `bounds_frequency`, `bounds_decay_rate`: median errors over the
+/// @return `clips`, `seconds` and `levels[]`: `method`, `modes`, `snr_db`, `seconds` (processor
+/// time
+///         of a clip, median), `found` (fraction of the modes), `extra` (features of a clip that
+///         are no mode, mean), and `bounds_frequency`, `bounds_decay_rate`: median errors over the
 ///         Cramer-Rao bound, 1 for an efficient estimate
 nlohmann::ordered_json measure_features(const FeatureStudy& study);
 

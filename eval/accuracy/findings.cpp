@@ -84,7 +84,8 @@ double time_of(const AccuracyConfig& config, const RefinementLevel& level) {
   return config.cpu_time ? level.cpu_seconds : level.seconds;
 }
 
-json level_json(const AccuracyConfig& config, const RefinementLevel& level, const Reference& reference) {
+json level_json(const AccuracyConfig& config, const RefinementLevel& level,
+                const Reference& reference) {
   json out = {{"order", level.options.order},
               {"element_size_m", nullptr},
               {"automatic_size", level.options.element_size <= 0},
@@ -243,8 +244,9 @@ void print_choice(const json& choice, const json& levels) {
              met ? "met" : "not met", level.at("order").get<int>(),
              number(level.at("element_size_m"), 1e3), choice.at("seconds").get<double>(),
              choice.at("search_seconds").get<double>(),
-             level.contains("failure") ? level.at("failure").get<std::string>()
-                                      : fmt::format("worst {} cents", number(level["worst_cents"])),
+             level.contains("failure")
+                 ? level.at("failure").get<std::string>()
+                 : fmt::format("worst {} cents", number(level["worst_cents"])),
              met ? "" : "; " + choice.at("reason").get<std::string>());
 }
 

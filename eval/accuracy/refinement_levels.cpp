@@ -59,7 +59,7 @@ double cpu_seconds() {
 }  // namespace
 
 LevelRunner::LevelRunner(const AccuracyConfig& config, const StudiedObject& object,
-                       const mpi::Context& context, MPI_Comm comm)
+                         const mpi::Context& context, MPI_Comm comm)
     : config_(config), object_(object), context_(context), comm_(comm) {}
 
 solvers::modes::Band LevelRunner::target_band() const {
@@ -76,7 +76,7 @@ std::vector<solvers::elements::Elastic> LevelRunner::regions(
 }
 
 solvers::modes::Modes LevelRunner::axisymmetric_modes(const solvers::eigen::SolveOptions& options,
-                                                core::Trace& trace) const {
+                                                      core::Trace& trace) const {
   solvers::modes::Modes modes;
   mpi::agreed(comm_, [&] {
     if (mpi::rank(comm_) != 0) return;
@@ -167,7 +167,7 @@ const RefinementLevel& LevelRunner::at_factor(int order, double size_factor, dou
 }
 
 const RefinementLevel& LevelRunner::run(const solvers::mesh::MeshOptions& options, double tolerance,
-                            double size_factor) {
+                                        double size_factor) {
   for (const auto& level : levels_) {
     if (level->options.order == options.order && level->tolerance == tolerance &&
         std::abs(level->options.element_size - options.element_size) <=
@@ -209,9 +209,10 @@ const RefinementLevel* LevelRunner::same_elements(const RefinementLevel& level) 
 void LevelRunner::look_for_partners(RefinementLevel& level) const {
   const std::size_t wanted = reference_.frequencies.size();
   if (level.modes.size() < wanted) {
-    level.failure = fmt::format(
-        "finds {} of the {} modes below {:.6g} Hz, though it searched to {:.6g}", level.modes.size(),
-        wanted, reference_.frequencies.back(), level.modes.certificate.max_frequency);
+    level.failure =
+        fmt::format("finds {} of the {} modes below {:.6g} Hz, though it searched to {:.6g}",
+                    level.modes.size(), wanted, reference_.frequencies.back(),
+                    level.modes.certificate.max_frequency);
   } else if (may_miss(level.modes, wanted - 1)) {
     level.failure =
         fmt::format("may miss a mode above {:.6g} Hz", level.modes.certificate.complete_to_hz);
@@ -239,7 +240,8 @@ void LevelRunner::run_once(RefinementLevel& level) {
   solve.band = target_band();
   solve.band.max_modes += spare_modes;
   solve.tolerance = level.tolerance;
-  level.modes = solvers::eigen::solve_modes(level.mesh.mesh, regions(level.mesh), solve, comm_, trace);
+  level.modes =
+      solvers::eigen::solve_modes(level.mesh.mesh, regions(level.mesh), solve, comm_, trace);
   const double seconds = core::monotonic_seconds() - start, spent = cpu_seconds() - cpu;
   const bool better = config_.cpu_time ? spent < level.cpu_seconds : seconds < level.seconds;
   if (++level.runs > 1 && !better) return;

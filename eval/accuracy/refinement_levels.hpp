@@ -30,8 +30,8 @@ struct RefinementLevel {
   solvers::modes::Modes modes;  ///< from the body's first
 };
 
-/// Modes that the levels are compared with. Ranks count from the body's first flexible mode, so that
-/// a mode that is a little sharper on one side of min_frequency does not shift them.
+/// Modes that the levels are compared with. Ranks count from the body's first flexible mode, so
+/// that a mode that is a little sharper on one side of min_frequency does not shift them.
 struct Reference {
   std::string solver;       ///< axisymmetric or tetrahedra
   int order = 0;            ///< of the elements
@@ -49,8 +49,8 @@ struct Reference {
 class LevelRunner {
  public:
   /// @param object  stays alive as long as the runner
-  LevelRunner(const AccuracyConfig& config, const StudiedObject& object, const mpi::Context& context,
-             MPI_Comm comm);
+  LevelRunner(const AccuracyConfig& config, const StudiedObject& object,
+              const mpi::Context& context, MPI_Comm comm);
 
   /// Much finer than any level; kept in the cache. Comes before any level.
   /// @throws SolverError, InputError  there is none, or it has no mode in the band
@@ -67,7 +67,7 @@ class LevelRunner {
   /// @param size_factor  on the automatic size; 1: the automatic mesh itself
   const RefinementLevel& at_factor(int order, double size_factor, double tolerance);
   const RefinementLevel& run(const solvers::mesh::MeshOptions& options, double tolerance,
-                  double size_factor = 0);
+                             double size_factor = 0);
 
   /// What --pitch-cents chooses. The levels that it tries are run like all others.
   /// @throws Error  its first setting fails
@@ -85,7 +85,7 @@ class LevelRunner {
   const RefinementLevel* same_elements(const RefinementLevel& level) const;
   void look_for_partners(RefinementLevel& level) const;
   solvers::modes::Modes axisymmetric_modes(const solvers::eigen::SolveOptions& options,
-                                      core::Trace& trace) const;
+                                           core::Trace& trace) const;
 
   const AccuracyConfig& config_;
   const StudiedObject& object_;

@@ -34,7 +34,7 @@ std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& ke
 }
 
 scene::Scene read_study_scene(core::ConfigNode sound, const std::string& file_name,
-                               const scene::RegionMaterials& materials) {
+                              const scene::RegionMaterials& materials) {
   core::ConfigNode node = sound.child("scene");
   return scene::read_scene(node, file_name, scene::effects(),
                            {.materials = scene::listed(materials), .materials_place = "material"});
@@ -139,8 +139,7 @@ SoundStudy read_sound_study(
       node.child("scene").has("room")
           ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
           : scene;
-  study.body.solve.band.max_frequency =
-      std::min(20000.0, study.without_room.audio.sample_rate / 2);
+  study.body.solve.band.max_frequency = std::min(20000.0, study.without_room.audio.sample_rate / 2);
   if (study.image_orders.size() == 1) {
     node.fail("image_orders",
               "the last one is what the others are compared with: give two or more");
@@ -155,7 +154,7 @@ SoundStudy read_sound_study(
 }
 
 ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
-                          const std::filesystem::path& cache) {
+                            const std::filesystem::path& cache) {
   const scene::Body solved = scene::solve_body(study.body, alone, cache);
   core::Trace trace;
   scene::SoundChain chain(study.without_room, cache, trace);
@@ -169,14 +168,14 @@ ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
     if (static_cast<std::size_t>(count) >= solved.modes.size()) break;
     const FewerModes fewer(body, count);
     levels.push_back(level("modes", count,
-                         make_sounds(study.without_room, study.strikes, fewer.body), all_modes));
+                           make_sounds(study.without_room, study.strikes, fewer.body), all_modes));
   }
   levels.push_back(level("modes", static_cast<int>(solved.modes.size()), all_modes, all_modes));
   if (!study.of_order.empty()) {
     const Sounds full = make_sounds(study.of_order.back(), study.strikes, body);
     for (std::size_t i = 0; i + 1 < study.of_order.size(); ++i) {
       levels.push_back(level("image order", study.image_orders[i],
-                           make_sounds(study.of_order[i], study.strikes, body), full));
+                             make_sounds(study.of_order[i], study.strikes, body), full));
     }
     levels.push_back(level("image order", study.image_orders.back(), full, full));
   }

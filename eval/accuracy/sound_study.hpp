@@ -10,8 +10,8 @@
 
 namespace carillon::eval::accuracy {
 
-/// How much of a body and a room a sound needs: levels with fewer modes or fewer reflections against
-/// the sound with all of them.
+/// How much of a body and a room a sound needs: levels with fewer modes or fewer reflections
+/// against the sound with all of them.
 struct SoundStudy {
   std::string name, material;  ///< of the body, as configured
   scene::BodyRequest body;
@@ -36,6 +36,6 @@ SoundStudy read_sound_study(
 /// @return `body`, `material`, `modes`, `prepare_s` (the body's radiation) and `levels[]`: `key`
 ///         (`modes` or `image order`), `value`, `sounds`, `seconds` and `error_db` (medians)
 nlohmann::ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
-                                    const std::filesystem::path& cache);
+                                      const std::filesystem::path& cache);
 
 }  // namespace carillon::eval::accuracy

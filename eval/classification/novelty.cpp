@@ -69,8 +69,8 @@ core::Range auroc_interval(std::span<const double> known, std::span<const std::s
     for (const double score : of) {
       const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), score);
       fractions.push_back(0.5 *
-                       static_cast<double>((first - sorted.begin()) + (last - sorted.begin())) /
-                       static_cast<double>(sorted.size()));
+                          static_cast<double>((first - sorted.begin()) + (last - sorted.begin())) /
+                          static_cast<double>(sorted.size()));
     }
     return fractions;
   };

@@ -19,10 +19,10 @@ namespace carillon::eval::classification {
 /// @throws InputError  a score that is NaN; names its place
 double auroc(std::span<const double> known, std::span<const double> novel);
 
-/// Interval of `auroc` for other bodies of the same kinds: each sample's fraction of the area, summed
-/// over the groups that stand and fall together (Obuchowski 1997; of single samples DeLong, DeLong
-/// and Clarke-Pearson 1988), with Student's t of the odds' logarithm (Pepe 2003).
-/// Where nothing varies, Wilson's of the fewer groups. Within 0 and 1; NaN where either has but one
+/// Interval of `auroc` for other bodies of the same kinds: each sample's fraction of the area,
+/// summed over the groups that stand and fall together (Obuchowski 1997; of single samples DeLong,
+/// DeLong and Clarke-Pearson 1988), with Student's t of the odds' logarithm (Pepe 2003). Where
+/// nothing varies, Wilson's of the fewer groups. Within 0 and 1; NaN where either has but one
 /// group.
 /// @param known_groups, novel_groups  of each score; any numbers, not compared with each other
 /// @throws InputError  as auroc, or groups of another length
@@ -30,7 +30,8 @@ core::Range auroc_interval(std::span<const double> known, std::span<const std::s
                            std::span<const double> novel, std::span<const std::size_t> novel_groups,
                            double probability = 0.95);
 
-/// The greatest threshold that at least this fraction of known samples reaches (score >= threshold).
+/// The greatest threshold that at least this fraction of known samples reaches (score >=
+/// threshold).
 /// @param rate  true-positive rate, in (0, 1]
 /// @throws InputError  no samples, a rate out of range, or a score that is NaN
 double threshold_at(std::span<const double> known, double rate);

@@ -30,7 +30,7 @@ struct Work {
   const DampingLaw& law;
   const FitOptions& options;
   ScaledLaw scaled;
-  VectorXd target;         ///< c / scale
+  VectorXd target;       ///< c / scale
   double min_sigma = 0;  ///< in the same unit
   double points() const { return static_cast<double>(target.size()); }
   bool relative() const { return options.estimator == Estimator::emg_relative; }

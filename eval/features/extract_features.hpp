@@ -43,13 +43,13 @@ struct Hum {
 struct FeatureSet {
   std::vector<Feature> features;  ///< by frequency, ascending
   std::vector<Hum> hums;
-  double sample_rate = 0;   ///< [Hz]
-  double onset = 0;         ///< [s] from the beginning of the recording
-  double begin = 0;         ///< what was analysed [s]: after contact and after what was clipped,
-  double end = 0;           ///< and before the next strike or the end
-  double explained = 0;     ///< fraction of the energy from begin to end, without the hums, that the
-                            ///< features make up
-  std::size_t clipped = 0;  ///< samples at full scale
+  double sample_rate = 0;  ///< [Hz]
+  double onset = 0;        ///< [s] from the beginning of the recording
+  double begin = 0;        ///< what was analysed [s]: after contact and after what was clipped,
+  double end = 0;          ///< and before the next strike or the end
+  double explained = 0;    ///< fraction of the energy from begin to end, without the hums, that the
+                           ///< features make up
+  std::size_t clipped = 0;           ///< samples at full scale
   std::vector<double> residual;      ///< from begin to end: what neither features nor hums are
   std::vector<std::string> remarks;  ///< what was left out and why, for people
   /// Why there are no features ("silent", "no decaying tone above the noise"); "" where there are.

@@ -12,13 +12,13 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double kFrame = 0.001;        ///< [s]
-constexpr double kSilent = 1e-7;        ///< of full scale, -140 dB
-constexpr double kOnsetFraction = 0.01;    ///< of the loudest energy
-constexpr double kStrikeRise = 4;       ///< 6 dB
-constexpr double kStrikeFraction = 1e-3;   ///< -30 dB of the first
-constexpr double kMinSteps = 100;     ///< of a converter, that a clipped value is large
-constexpr std::size_t kStrikeGap = 20;  ///< frames after an onset that belong to it
+constexpr double kFrame = 0.001;          ///< [s]
+constexpr double kSilent = 1e-7;          ///< of full scale, -140 dB
+constexpr double kOnsetFraction = 0.01;   ///< of the loudest energy
+constexpr double kStrikeRise = 4;         ///< 6 dB
+constexpr double kStrikeFraction = 1e-3;  ///< -30 dB of the first
+constexpr double kMinSteps = 100;         ///< of a converter, that a clipped value is large
+constexpr std::size_t kStrikeGap = 20;    ///< frames after an onset that belong to it
 constexpr std::size_t kStrikeBefore = 50;
 constexpr std::size_t kStrikeWithin = 5;
 

@@ -134,10 +134,10 @@ MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& cand
     sum += difference * difference;
   }
   value.psychoacoustic = sum / reference.loudness_squared;
-  value.metric = (value.psychoacoustic + options.min_difference) /
-                 (std::max(value.recording_match, kMinMatch) *
-                  std::max(value.candidate_match, kMinMatch)) *
-                 (1 + kNegative * candidate.negative);
+  value.metric =
+      (value.psychoacoustic + options.min_difference) /
+      (std::max(value.recording_match, kMinMatch) * std::max(value.candidate_match, kMinMatch)) *
+      (1 + kNegative * candidate.negative);
   return value;
 }
 

@@ -47,8 +47,8 @@ struct MetricValue {
 
 /// Sterling 2019, eq. 3.5 to 3.9 with the slip of 3.9 mended: (Pi_psycho + min_difference)
 /// / (R R). Pi_psycho is the squared difference of specific loudness over frames and bands, as a
-/// fraction of the recording's squared loudness. Always finite: candidates with negative damping pay
-/// up to eleven times as much.
+/// fraction of the recording's squared loudness. Always finite: candidates with negative damping
+/// pay up to eleven times as much.
 MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& candidate);
 
 /// The product of the match ratios alone, which is cheap: 1 for equal sets.

@@ -13,13 +13,13 @@ namespace carillon::eval::material {
 
 struct StartOptions {
   std::size_t samples = 8;    ///< of the dominant features; the first holds all of them
-  double fraction = 0.5;         ///< of the dominant features in a sample
+  double fraction = 0.5;      ///< of the dominant features in a sample
   std::size_t dominant = 24;  ///< features that count as dominant
   std::size_t paired = 12;    ///< features, and ...
   std::size_t modes = 40;     ///< ... modes that are paired for a specific modulus
   std::uint64_t seed = 1;
   double min_modulus = 1e4;  ///< specific modulus [m^2/s^2]: soft rubber
-  double max_modulus = 1e9;   ///< beyond diamond
+  double max_modulus = 1e9;  ///< beyond diamond
 };
 
 /// Where c(lambda) takes a value within low < lambda < high, ascending: one root where the model is

@@ -259,7 +259,8 @@ std::optional<learning::Epoch> Training::one_epoch() {
   const auto size = static_cast<std::size_t>(ranks_.size),
              rank = static_cast<std::size_t>(ranks_.rank);
   const auto batch = static_cast<std::size_t>(options.batch);
-  const std::size_t fraction = std::max<std::size_t>(1, batch / size + (rank < batch % size ? 1 : 0));
+  const std::size_t fraction =
+      std::max<std::size_t>(1, batch / size + (rank < batch % size ? 1 : 0));
   const auto all = static_cast<double>(train_rows_);
   double loss = 0, right = 0, samples = 0;
   while (samples < all) {

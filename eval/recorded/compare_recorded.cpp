@@ -84,7 +84,7 @@ void settle_gain(RecordedComparison& comparison, bool tell) {
 }
 
 double mean_fraction(const std::vector<perception::ModeComparison>& strikes,
-                  double perception::ModeComparison::*fraction) {
+                     double perception::ModeComparison::*fraction) {
   double sum = 0, count = 0;
   for (const perception::ModeComparison& strike : strikes) {
     if (std::isnan(strike.*fraction)) continue;
@@ -117,8 +117,10 @@ RecordedSummary summarise(std::span<const RecordedTones> strikes,
       if (!std::isnan(pair.decay_jnd)) ratios.push_back(pair.decay_ratio);
     }
   }
-  all.recorded_fraction = mean_fraction(comparison.strikes, &perception::ModeComparison::reference_fraction);
-  all.synthetic_fraction = mean_fraction(comparison.strikes, &perception::ModeComparison::other_fraction);
+  all.recorded_fraction =
+      mean_fraction(comparison.strikes, &perception::ModeComparison::reference_fraction);
+  all.synthetic_fraction =
+      mean_fraction(comparison.strikes, &perception::ModeComparison::other_fraction);
   all.cents = spread_of(cents);
   all.distance = spread_of(distances);
   all.decay_ratio = spread_of(ratios);

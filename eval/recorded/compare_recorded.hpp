@@ -26,13 +26,13 @@ struct RecordedSummary {
   std::size_t recorded = 0;   ///< modes
   std::size_t synthetic = 0;  ///< that are not `min_level` below the strike's strongest
   std::size_t matched = 0;
-  double matched_by_chance = 0;  ///< pairs_by_chance() of the strikes
-  double recorded_fraction = 0;     ///< of the recorded energy a^2 / (4 d) in matched modes, mean
-  double synthetic_fraction = 0;    ///< over strikes that have any
-  Spread cents;                  ///< synthetic above recorded
-  Spread distance;               ///< magnitude of it [cents]
-  Spread decay_ratio;            ///< synthetic over recorded
-  Spread level_error;            ///< magnitude of MatchedMode::level [dB]
+  double matched_by_chance = 0;   ///< pairs_by_chance() of the strikes
+  double recorded_fraction = 0;   ///< of the recorded energy a^2 / (4 d) in matched modes, mean
+  double synthetic_fraction = 0;  ///< over strikes that have any
+  Spread cents;                   ///< synthetic above recorded
+  Spread distance;                ///< magnitude of it [cents]
+  Spread decay_ratio;             ///< synthetic over recorded
+  Spread level_error;             ///< magnitude of MatchedMode::level [dB]
 };
 
 struct RecordedComparison {

@@ -36,7 +36,7 @@ HeardBody hear_body(const solvers::modes::Modes& modes, double assumed, double s
 }
 
 void keep_strikes(const std::vector<std::size_t>& kept, std::vector<ModelStrike>& strikes,
-                HeardBody& body) {
+                  HeardBody& body) {
   std::vector<ModelStrike> left;
   for (const std::size_t strike : kept) left.push_back(strikes[strike]);
   strikes = std::move(left);
@@ -49,20 +49,21 @@ void keep_strikes(const std::vector<std::size_t>& kept, std::vector<ModelStrike>
 material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelStrike>& strikes,
                                 std::size_t strike) {
   const ModelStrike& struck = strikes[strike];
-  return body.pressure
-             ? material::radiated_modes(body.modes, struck.point, struck.direction,
-                                        body.specific_modulus, *body.pressure, strike, body.radiated)
-             : material::struck_modes(body.modes, struck.point, struck.direction,
-                                      body.specific_modulus);
+  return body.pressure ? material::radiated_modes(body.modes, struck.point, struck.direction,
+                                                  body.specific_modulus, *body.pressure, strike,
+                                                  body.radiated)
+                       : material::struck_modes(body.modes, struck.point, struck.direction,
+                                                body.specific_modulus);
 }
 
 double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t strike) {
   if (body.pressure) return body.pressure->delays[strike];
-  return (strikes[strike].listener.position - centre_of(body.modes)).norm() / synth::modal::kSoundSpeed;
+  return (strikes[strike].listener.position - centre_of(body.modes)).norm() /
+         synth::modal::kSoundSpeed;
 }
 
-std::vector<double> synthetic_recording(const HeardBody& body, const std::vector<ModelStrike>& strikes,
-                                        std::size_t strike,
+std::vector<double> synthetic_recording(const HeardBody& body,
+                                        const std::vector<ModelStrike>& strikes, std::size_t strike,
                                         const synth::damping::DampingModel& damping,
                                         double sample_rate, std::size_t count) {
   auto decay = synth::damping::clamped_decay_rates(body.modes, std::vector{damping});
@@ -78,8 +79,10 @@ std::vector<double> synthetic_recording(const HeardBody& body, const std::vector
     readout.velocity.swap(readout.acceleration);
     readout.delays = {arrival(body, strikes, strike)};
   }
-  const synth::modal::Strike strike{
-      .point = strikes[strike].point, .direction = strikes[strike].direction, .impulse = 1, .force = {}};
+  const synth::modal::Strike strike{.point = strikes[strike].point,
+                                    .direction = strikes[strike].direction,
+                                    .impulse = 1,
+                                    .force = {}};
   synth::modal::RingDown rings = synth::modal::ring_down(body.modes, decay.values, strike, readout);
   synth::modal::leave_out(rings, decay.negative);
   const std::vector<float> sound =

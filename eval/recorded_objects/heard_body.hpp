@@ -12,8 +12,8 @@
 
 namespace carillon::eval::recorded_objects {
 
-/// A strike as the model makes it: an ideal impulse of 1 N s into the surface, which a recording that
-/// was deconvolved by the hammer's force is the answer to.
+/// A strike as the model makes it: an ideal impulse of 1 N s into the surface, which a recording
+/// that was deconvolved by the hammer's force is the answer to.
 struct ModelStrike {
   synth::modal::SurfacePoint point;
   Vec3 direction;                   ///< inward along the normal
@@ -24,8 +24,8 @@ struct ModelStrike {
 struct HeardBody {
   solvers::modes::Modes modes;
   double specific_modulus = 0;  ///< E / density [m^2/s^2]
-  /// Pressure at the listener of each strike; none: the acceleration of the struck point instead, as
-  /// a contact microphone takes it.
+  /// Pressure at the listener of each strike; none: the acceleration of the struck point instead,
+  /// as a contact microphone takes it.
   std::optional<synth::radiation::ModalPressure> pressure;
   std::vector<double> radiated;  ///< decay rate of each mode by radiation [1/s]; empty: none
   std::size_t doubtful = 0;      ///< modes whose radiation is not to be trusted
@@ -41,7 +41,7 @@ HeardBody hear_body(const solvers::modes::Modes& modes, double assumed, double s
 /// Leaves of the strikes, and of what is heard of them, those whose numbers are in `kept`.
 /// @param kept  ascending
 void keep_strikes(const std::vector<std::size_t>& kept, std::vector<ModelStrike>& strikes,
-                HeardBody& body);
+                  HeardBody& body);
 
 /// Modes as strike number `strike` strikes them and its listener hears them.
 material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelStrike>& strikes,
@@ -51,8 +51,8 @@ material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelSt
 double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t strike);
 
 /// The model's own recording of a strike, sample 0 at the impulse [Pa per N s, or m/s^2 per N s].
-std::vector<double> synthetic_recording(const HeardBody& body, const std::vector<ModelStrike>& strikes,
-                                        std::size_t strike,
+std::vector<double> synthetic_recording(const HeardBody& body,
+                                        const std::vector<ModelStrike>& strikes, std::size_t strike,
                                         const synth::damping::DampingModel& damping,
                                         double sample_rate, std::size_t count);
 

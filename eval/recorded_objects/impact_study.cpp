@@ -97,7 +97,8 @@ double radiated_near(const HeardBody& body, double frequency) {
 }
 
 /// Damping of the material at the recorded modes that have a partner.
-damping::DampingData matched_damping(const std::vector<StudiedStrike>& strikes, const HeardBody& body,
+damping::DampingData matched_damping(const std::vector<StudiedStrike>& strikes,
+                                     const HeardBody& body,
                                      const recorded::RecordedComparison& comparison,
                                      std::size_t& radiating) {
   damping::DampingData data;
@@ -171,7 +172,7 @@ void remark_on_chance(const std::vector<StudiedStrike>& strikes,
 
 /// @throws InputError  nothing to compare; as features::extract_features()
 StudiedStrike study_strike(const ImpactFolder& folder, const RecordedStrike& strike, double onset,
-                       const StudyOptions& options) {
+                           const StudyOptions& options) {
   StudiedStrike studied;
   studied.recorded = strike;
   studied.samples = read_recording(folder, strike.row);
@@ -195,9 +196,10 @@ StudiedStrike study_strike(const ImpactFolder& folder, const RecordedStrike& str
 }  // namespace
 
 std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
-                                     const std::vector<RecordedStrike>& rows,
-                                     const StudyOptions& options, std::vector<ModelStrike>& model,
-                                     HeardBody& given, std::vector<std::string>& remarks) {
+                                         const std::vector<RecordedStrike>& rows,
+                                         const StudyOptions& options,
+                                         std::vector<ModelStrike>& model, HeardBody& given,
+                                         std::vector<std::string>& remarks) {
   std::vector<StudiedStrike> strikes;
   std::vector<std::size_t> kept;
   std::string why = "there are none";
@@ -219,8 +221,9 @@ std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
   return strikes;
 }
 
-StudyFit fit_material(const std::vector<StudiedStrike>& strikes, const std::vector<ModelStrike>& model,
-                      const HeardBody& given, HeardBody& fitted, const StudyOptions& options,
+StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
+                      const std::vector<ModelStrike>& model, const HeardBody& given,
+                      HeardBody& fitted, const StudyOptions& options,
                       const std::filesystem::path& cache) {
   material::MaterialOptions material;
   material.law = options.law;
@@ -228,7 +231,8 @@ StudyFit fit_material(const std::vector<StudiedStrike>& strikes, const std::vect
   material.contact_time = 0;  // the hammer's force is deconvolved
   material.starts.min_modulus = given.specific_modulus / options.modulus_range;
   material.starts.max_modulus = given.specific_modulus * options.modulus_range;
-  // Microphones, the mesh and a strike that is not quite straight change levels: they count for less.
+  // Microphones, the mesh and a strike that is not quite straight change levels: they count for
+  // less.
   material.metric.match.level = kLevelScale;
   material.metric.min_difference = kMinDifference;
   StudyFit fit;
@@ -291,7 +295,8 @@ std::vector<ModelVariant> compare_variants(const std::vector<StudiedStrike>& str
     variants.push_back(make_variant(name, strikes, model, given, damping, factors, options));
   }
   if (fit != nullptr) {
-    variants.push_back(make_variant("fitted", strikes, model, *fitted, fit->damping, ones, options));
+    variants.push_back(
+        make_variant("fitted", strikes, model, *fitted, fit->damping, ones, options));
     const double factor = std::sqrt(fitted->specific_modulus / given.specific_modulus);
     variants.back().scales.assign(strikes.size(), factor);
   }

@@ -47,7 +47,7 @@ struct ModelVariant {
   /// Levels, decay rates and the gain are not known (NaN): pressure and what is radiated go with
   /// the frequencies, and are those of other ones.
   bool frequencies_alone = false;
-  std::vector<double> scales;              ///< of each strike's mode frequencies against those given
+  std::vector<double> scales;  ///< of each strike's mode frequencies against those given
   std::vector<recorded::PeakMatch> peaks;  ///< of each strike
   recorded::RecordedComparison modes;
 };
@@ -69,16 +69,18 @@ struct StudyFit {
 /// @param remarks  get a line for each recording that is left out
 /// @throws InputError  none is left; says why
 std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
-                                     const std::vector<RecordedStrike>& rows,
-                                     const StudyOptions& options, std::vector<ModelStrike>& model,
-                                     HeardBody& given, std::vector<std::string>& remarks);
+                                         const std::vector<RecordedStrike>& rows,
+                                         const StudyOptions& options,
+                                         std::vector<ModelStrike>& model, HeardBody& given,
+                                         std::vector<std::string>& remarks);
 
 /// Specific modulus and damping from all strikes, with the body as the fitted material radiates.
 /// @param given  the body with the material it is taken to be of
 /// @param fitted  becomes the body with the specific modulus found
 /// @throws InputError  no recording that a material can be estimated from
-StudyFit fit_material(const std::vector<StudiedStrike>& strikes, const std::vector<ModelStrike>& model,
-                      const HeardBody& given, HeardBody& fitted, const StudyOptions& options,
+StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
+                      const std::vector<ModelStrike>& model, const HeardBody& given,
+                      HeardBody& fitted, const StudyOptions& options,
                       const std::filesystem::path& cache);
 
 /// The model beside the recordings: as given, with each strike's lowest mode scaled to the highest

@@ -78,14 +78,15 @@ void print_vertices(const ImpactReport& report) {
     for (const perception::MatchedMode& pair : modes.matched) {
       distances.push_back(std::abs(pair.cents));
     }
-    fmt::print("  {:>8} {:>6} {:>22} {:>10} {:>8.1f} {:>16} {} {}\n", strike.vertex, strike.row,
-               fmt::format("{:.3f},{:.3f},{:.3f}", ear.x(), ear.y(), ear.z()),
-               fmt::format("{} of {}", variant.peaks[i].matched, variant.peaks[i].modes),
-               variant.peaks[i].matched_by_chance,
-               fmt::format("{} of {}, {}", modes.matched.size(),
-                           report.strikes[i].set.features.size(), variant.modes.synthetic[i].size()),
-               figure(recorded::spread_of(distances).median, 9, 1),
-               figure(recorded::spread_of(levels_of(modes)).median, 9, 1));
+    fmt::print(
+        "  {:>8} {:>6} {:>22} {:>10} {:>8.1f} {:>16} {} {}\n", strike.vertex, strike.row,
+        fmt::format("{:.3f},{:.3f},{:.3f}", ear.x(), ear.y(), ear.z()),
+        fmt::format("{} of {}", variant.peaks[i].matched, variant.peaks[i].modes),
+        variant.peaks[i].matched_by_chance,
+        fmt::format("{} of {}, {}", modes.matched.size(), report.strikes[i].set.features.size(),
+                    variant.modes.synthetic[i].size()),
+        figure(recorded::spread_of(distances).median, 9, 1),
+        figure(recorded::spread_of(levels_of(modes)).median, 9, 1));
   }
 }
 

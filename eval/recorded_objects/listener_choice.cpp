@@ -102,7 +102,7 @@ ListenerChoice parse_listener_choice(const std::string& text) {
 }
 
 std::vector<RecordedStrike> choose_rows(const ImpactFolder& folder, const ListenerChoice& choice,
-                                      std::span<const std::int64_t> wanted) {
+                                        std::span<const std::int64_t> wanted) {
   const std::vector<StruckVertex> all = struck_vertices(folder);
   for (const std::int64_t vertex : wanted) {
     const auto is = [&](const StruckVertex& struck) { return struck.vertex == vertex; };

@@ -33,6 +33,6 @@ struct RecordedStrike {
 /// @param wanted  vertices; empty: all
 /// @throws InputError  a vertex that was not struck, no row that fits, or a label without file
 std::vector<RecordedStrike> choose_rows(const ImpactFolder& folder, const ListenerChoice& choice,
-                                      std::span<const std::int64_t> wanted);
+                                        std::span<const std::int64_t> wanted);
 
 }  // namespace carillon::eval::recorded_objects

@@ -10,7 +10,7 @@ namespace carillon::eval::statistics {
 struct PrincipalComponents {
   std::vector<double> mean;         ///< of each column
   std::vector<double> components;   ///< count x columns, of unit length; the largest entry positive
-  std::vector<double> fractions;       ///< of all variance, for each component
+  std::vector<double> fractions;    ///< of all variance, for each component
   std::vector<double> coordinates;  ///< rows x count
 };
 

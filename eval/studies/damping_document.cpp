@@ -204,13 +204,14 @@ ordered_json found_features(const DampingValidation& validation, const Evaluated
         reverberant += sound.reverberant;
         if (sound.data.size() == 0) ++without;
       }
-      rows.push_back({{"condition", datasets.conditions()[c].name},
-                      {"features", validation.sources[s].name},
-                      {"sounds", counts.size()},
-                      {"sounds_without", without},
-                      {"median_per_sound", core::number_or_null(core::median(counts))},
-                      {"reverberant_fraction", core::number_or_null(static_cast<double>(reverberant) /
-                                                                 static_cast<double>(features))}});
+      rows.push_back(
+          {{"condition", datasets.conditions()[c].name},
+           {"features", validation.sources[s].name},
+           {"sounds", counts.size()},
+           {"sounds_without", without},
+           {"median_per_sound", core::number_or_null(core::median(counts))},
+           {"reverberant_fraction", core::number_or_null(static_cast<double>(reverberant) /
+                                                         static_cast<double>(features))}});
     }
   }
   return rows;

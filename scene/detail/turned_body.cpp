@@ -29,7 +29,8 @@ const solvers::families::Family& turned_family(const solvers::mesh::MeshRequest&
   const auto& family = solvers::families::find_family(request.shape.family);
   if (!family.meridian) {
     throw core::InputError(
-        fmt::format("{} is not a body of revolution, which the axisymmetric solver needs", family.name),
+        fmt::format("{} is not a body of revolution, which the axisymmetric solver needs",
+                    family.name),
         hint);
   }
   return family;
@@ -48,7 +49,7 @@ Body solve_turned(const BodyRequest& request, MPI_Comm comm) {
     solvers::axisymmetric::AxisymmetricOptions axisymmetric;
     axisymmetric.cell = request.mesh.options.element_size;
     body.modes = solvers::axisymmetric::solve_axisymmetric(meridian, body.materials.front().elastic,
-                                                      request.solve, axisymmetric, body.trace);
+                                                           request.solve, axisymmetric, body.trace);
   });
   solvers::modes::broadcast(body.modes, comm);
   return body;

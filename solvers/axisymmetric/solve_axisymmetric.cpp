@@ -81,8 +81,8 @@ double cents_between(double eigenvalue, double other) {
 class AxisymmetricSolve {
  public:
   AxisymmetricSolve(const mesh::Meridian& meridian, const elements::Elastic& material,
-               const eigen::SolveOptions& options, const AxisymmetricOptions& axisymmetric,
-               core::Trace& trace)
+                    const eigen::SolveOptions& options, const AxisymmetricOptions& axisymmetric,
+                    core::Trace& trace)
       : meridian_(meridian),
         material_(material),
         options_(options),
@@ -346,8 +346,8 @@ class AxisymmetricSolve {
 }  // namespace
 
 modes::Modes solve_axisymmetric(const mesh::Meridian& meridian, const elements::Elastic& material,
-                           const eigen::SolveOptions& options, const AxisymmetricOptions& axisymmetric,
-                           core::Trace& trace) {
+                                const eigen::SolveOptions& options,
+                                const AxisymmetricOptions& axisymmetric, core::Trace& trace) {
   check_input(meridian, material, options.band, axisymmetric);
   return AxisymmetricSolve(meridian, material, options, axisymmetric, trace).run();
 }

@@ -39,7 +39,7 @@ struct AxisymmetricOptions {
 ///                      rigid motions missing
 /// Zienkiewicz and Taylor, The Finite Element Method 2 (5th edition), section 9.6, for the strains.
 modes::Modes solve_axisymmetric(const mesh::Meridian& meridian, const elements::Elastic& material,
-                           const eigen::SolveOptions& options, const AxisymmetricOptions& axisymmetric,
-                           core::Trace& trace);
+                                const eigen::SolveOptions& options,
+                                const AxisymmetricOptions& axisymmetric, core::Trace& trace);
 
 }  // namespace carillon::solvers::axisymmetric

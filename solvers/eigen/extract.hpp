@@ -19,7 +19,7 @@ modes::ModeSurface surface_of(const mesh::TetMesh& mesh, std::vector<std::int32_
 struct ModeFields {
   /// Rayleigh quotients of element energies: strain energy is summed from strains, not from
   /// x^T K x, so that it keeps its digits on thin bodies.
-  std::vector<double> eigenvalues;              ///< [rad^2/s^2]
+  std::vector<double> eigenvalues;                    ///< [rad^2/s^2]
   Eigen::MatrixXd kinetic_fraction, strain_fraction;  ///< modes x regions
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shapes;
 };

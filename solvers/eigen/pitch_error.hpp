@@ -25,7 +25,7 @@ struct TrueMode {
 
 struct TrueModes {
   std::vector<TrueMode> modes;  ///< as many as were found, in no order
-  Eigen::MatrixXd fractions;       ///< of the found modes in each: found x modes
+  Eigen::MatrixXd fractions;    ///< of the found modes in each: found x modes
 };
 
 /// The k-th of the eigenvalues `found`, ascending, is compared with the k-th of those that should

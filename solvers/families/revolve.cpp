@@ -120,12 +120,12 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
   }
   std::vector<Ring> rings;
   const auto add = [&](std::size_t edge, double fraction) {
-    const Vec2 p =
-        fraction <= 0 ? chain[edge] : Vec2((1 - fraction) * chain[edge] + fraction * chain[edge + 1]);
+    const Vec2 p = fraction <= 0 ? chain[edge]
+                                 : Vec2((1 - fraction) * chain[edge] + fraction * chain[edge + 1]);
     const auto& before = fraction > 0 ? edges[edge]
-                                   : edges[edge > 0 ? edge - 1
-                                           : closed ? edges.size() - 1
-                                                    : 0];
+                                      : edges[edge > 0 ? edge - 1
+                                              : closed ? edges.size() - 1
+                                                       : 0];
     rings.push_back({p, count_around(p.x(), cell, before, edges[edge])});
   };
   std::size_t start = 0;

@@ -102,10 +102,10 @@ struct DecayRates {
 ///
 /// A body of one region has c = c(lambda) exactly. In a body of several regions r with models c_r,
 /// c_r(0) acts like a mass-proportional term and the rest like a stiffness-proportional one:
-/// c_i = sum over r of c_r(0) kinetic_fraction + (c_r(lambda_i) - c_r(0)) strain_fraction, which is exact
-/// for Rayleigh damping as far as the damping stays diagonal. Where c_r(0) is not finite (a power
-/// law with a negative exponent, a logarithm), c_r(lambda_i) is weighed by the mean of both shares:
-/// the region's fraction of the mode's energy over a cycle.
+/// c_i = sum over r of c_r(0) kinetic_fraction + (c_r(lambda_i) - c_r(0)) strain_fraction, which is
+/// exact for Rayleigh damping as far as the damping stays diagonal. Where c_r(0) is not finite (a
+/// power law with a negative exponent, a logarithm), c_r(lambda_i) is weighed by the mean of both
+/// shares: the region's fraction of the mode's energy over a cycle.
 ///
 /// @param regions  one for each region of the modes
 /// @throws InputError  the number of regions, a model that breaks a rule, or a rate that is not

@@ -13,8 +13,8 @@ namespace {
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
-/// Poles nearer than this fraction of d are treated as one pair: a sum of two exponentials would lose
-/// more than a digit.
+/// Poles nearer than this fraction of d are treated as one pair: a sum of two exponentials would
+/// lose more than a digit.
 constexpr double kNearCritical = 0.1;
 
 /// Poles and frequencies of the force are apart, over the contact, from this many radians on: parts

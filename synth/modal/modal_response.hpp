@@ -42,7 +42,8 @@ struct ForcedMotion {
   std::complex<double> turning;
 };
 
-/// Force of a strike of unit impulse: the raised cosine (1 - cos(2 pi t / T)) / T on 0 <= t <= T [N].
+/// Force of a strike of unit impulse: the raised cosine (1 - cos(2 pi t / T)) / T on 0 <= t <= T
+/// [N].
 double contact_force(double contact_time, double t);
 
 /// How far the force of a contact is slow against a mode of angular frequency omega: 0 for short

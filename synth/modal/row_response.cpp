@@ -73,8 +73,8 @@ Resonances make_resonances(std::span<const double> eigenvalues, std::span<const 
 }
 
 void respond(const Resonances& resonances, const Readout& readout, Eigen::Index row,
-             const Eigen::VectorXd& excitation, const ContactForce& force, const StrikeTiming& timing,
-             RowResponse& response) {
+             const Eigen::VectorXd& excitation, const ContactForce& force,
+             const StrikeTiming& timing, RowResponse& response) {
   response.begin.assign(resonances.rotations.size(), 0);
   response.end.assign(resonances.rotations.size(), 0);
   response.direct.assign(timing.contact_samples, 0);

@@ -61,7 +61,7 @@ struct RowResponse {
 /// What a strike adds to a row: excitation [N s kg^-1/2] of every mode times the force.
 /// @param response  filled anew; keeps its memory
 void respond(const Resonances& resonances, const Readout& readout, Eigen::Index row,
-             const Eigen::VectorXd& excitation, const ContactForce& force, const StrikeTiming& timing,
-             RowResponse& response);
+             const Eigen::VectorXd& excitation, const ContactForce& force,
+             const StrikeTiming& timing, RowResponse& response);
 
 }  // namespace carillon::synth::modal

@@ -103,7 +103,8 @@ ForceSchedule cut_force(const ContactForce& force, double first, double sample_r
     const bool bends = !samples_next || sample_time(sample) >= bend - same;
     const double end = bends ? bend : std::max(time, sample_time(sample));
     const double fraction = bends ? 1 : std::clamp((end - knot(k)) / step, 0.0, 1.0);
-    const double end_value = force.samples[k] + fraction * (force.samples[k + 1] - force.samples[k]);
+    const double end_value =
+        force.samples[k] + fraction * (force.samples[k + 1] - force.samples[k]);
     schedule.stretches.push_back({length_index(end - time), samples_next, value, end_value});
     time = end;
     value = end_value;

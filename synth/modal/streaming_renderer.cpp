@@ -112,8 +112,8 @@ void StreamingRenderer::strike(std::size_t body, const Eigen::VectorXd& excitati
     strike.free = position_ + static_cast<std::uint64_t>(free);
     strike.begun = false;
     const StrikeTiming timing = {static_cast<std::size_t>(free - first),
-                               std::max(0.0L, first / sample_rate_ - start),
-                               std::max(0.0L, free / sample_rate_ - stop)};
+                                 std::max(0.0L, first / sample_rate_ - start),
+                                 std::max(0.0L, free / sample_rate_ - stop)};
     respond(struck.resonances, struck.readout, static_cast<Eigen::Index>(r), excitation, force,
             timing, strike.response);
     if (strike.response.forced.turning != 0.0) {
@@ -210,8 +210,8 @@ void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t
 }
 
 std::vector<float> synthesize_strikes(const RingDown& rings, const ContactForce& force,
-                                    std::span<const double> times, double sample_rate,
-                                    std::size_t count) {
+                                      std::span<const double> times, double sample_rate,
+                                      std::size_t count) {
   StreamingRenderer renderer(rings.readout.delays.size(), sample_rate);
   const std::size_t body = renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   for (const double time : times) renderer.strike(body, rings.excitation, force, time);

@@ -17,12 +17,12 @@ inline constexpr double kLongestContact = 1e7;
 
 /// Many bodies that are struck at any time, heard together in blocks of samples of any size.
 ///
-/// A strike adds to the values its body's modes have, as their motion is linear: state does not grow
-/// with the number of strikes. What comes out is what synthesize() gives for each strike, delayed and
-/// added up, to -120 dB of the peak since the last strike on that body (what ends early included).
-/// Modes that have decayed are taken out: silence costs nothing but a look at each body that rings.
-/// Once strikes have been as long and as many at a time as they will be, render() allocates nothing,
-/// and strike() only for a sampled force.
+/// A strike adds to the values its body's modes have, as their motion is linear: state does not
+/// grow with the number of strikes. What comes out is what synthesize() gives for each strike,
+/// delayed and added up, to -120 dB of the peak since the last strike on that body (what ends early
+/// included). Modes that have decayed are taken out: silence costs nothing but a look at each body
+/// that rings. Once strikes have been as long and as many at a time as they will be, render()
+/// allocates nothing, and strike() only for a sampled force.
 class StreamingRenderer {
  public:
   /// @param rows  outputs (listeners), the same for all bodies
@@ -99,7 +99,7 @@ class StreamingRenderer {
 /// @param times  of the strikes [s], any order
 /// @throws InputError  as synthesize(), or a time that is negative or not finite
 std::vector<float> synthesize_strikes(const RingDown& rings, const ContactForce& force,
-                                    std::span<const double> times, double sample_rate,
-                                    std::size_t count);
+                                      std::span<const double> times, double sample_rate,
+                                      std::size_t count);
 
 }  // namespace carillon::synth::modal

@@ -88,7 +88,8 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
   const auto time_after = [&](std::size_t sample, long double origin) {
     return std::max(0.0L, static_cast<long double>(sample) / rate - origin);
   };
-  const StrikeTiming timing = {free - first, time_after(first, delay), time_after(free, contact_end)};
+  const StrikeTiming timing = {free - first, time_after(first, delay),
+                               time_after(free, contact_end)};
   RowResponse response;
   respond(resonances, rings.readout, row, rings.excitation, force, timing, response);
 

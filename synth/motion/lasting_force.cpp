@@ -277,7 +277,8 @@ void LastingForces::add_impulse(const Vec3& impulse, double time, LastingForce& 
   const auto sample = static_cast<Eigen::Index>(whole);
   const double fraction = place - whole;
   const Vec3 force = impulse * options_.sample_rate;
-  if (sample >= 0 && sample < result.force.cols()) result.force.col(sample) += (1 - fraction) * force;
+  if (sample >= 0 && sample < result.force.cols())
+    result.force.col(sample) += (1 - fraction) * force;
   if (sample + 1 >= 0 && sample + 1 < result.force.cols()) {
     result.force.col(sample + 1) += fraction * force;
   }

@@ -19,9 +19,10 @@ struct ModalPressure {
 /// pressure is continued from P(i omega_n) as Re P + (Im P / omega_n) s, which is what a source
 /// that is small against the wavelength has (monopole, near and far field of a dipole), so that
 /// output = Re P q'' + (Im P / omega_n) q''', q''' = F' - 2 d q'' - lambda q'. The free decay is
-/// Re(P s^2 q) but for a fraction of d / omega_n. Under a force that is slow against the mode pressure
-/// follows F'' and F'''; of one that is fast the rate F' is left out (slow_fraction()), as no body is
-/// small against its waves. Gains are continuous in d; beyond critical damping d counts as omega_n.
+/// Re(P s^2 q) but for a fraction of d / omega_n. Under a force that is slow against the mode
+/// pressure follows F'' and F'''; of one that is fast the rate F' is left out (slow_fraction()), as
+/// no body is small against its waves. Gains are continuous in d; beyond critical damping d counts
+/// as omega_n.
 /// @throws InputError  not one decay rate for each mode
 modal::Readout pressure_readout(const ModalPressure& pressure, const solvers::modes::Modes& modes,
                                 std::span<const double> decay_rates);

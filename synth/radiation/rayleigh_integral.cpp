@@ -126,8 +126,7 @@ ModalPressure rayleigh_pressure(const solvers::modes::Modes& modes,
   const double highest = k.empty() ? 0 : *std::max_element(k.begin(), k.end());
   const double per_metre = kPointsPerWavelength * highest / (2 * std::numbers::pi);
   const double area = surface::outer_triangles(modes.surface, 1).area;
-  const double wanted =
-      std::clamp(2 * area * per_metre * per_metre, kMinTriangles, kMaxTriangles);
+  const double wanted = std::clamp(2 * area * per_metre * per_metre, kMinTriangles, kMaxTriangles);
   const Sheet sheet = flat_sheet(modes.surface, static_cast<std::size_t>(wanted));
   const Eigen::MatrixXd volume_velocity = modes.shapes.cast<double>() * sheet.surface.flux_weights;
   const Vec3 centroid = surface::outer_hull(modes.surface).centroid;

@@ -6,8 +6,8 @@
 
 namespace carillon::synth::radiation {
 
-/// A body is a flat sheet when it is at most this fraction as thick as it is wide (its smaller lateral
-/// extent; thickness with any bulge), ...
+/// A body is a flat sheet when it is at most this fraction as thick as it is wide (its smaller
+/// lateral extent; thickness with any bulge), ...
 inline constexpr double kSheetThickness = 0.05;
 /// ... and each of its two faces lies within this fraction of its width of a plane.
 inline constexpr double kSheetFlatness = 0.005;

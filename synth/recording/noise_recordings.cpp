@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kFade = 0.02;           // [s]
 constexpr double kShortestRun = 0.001;   // [s]
-constexpr double kMinSound = 0.1;      // [s] of audio that a part must have
+constexpr double kMinSound = 0.1;        // [s] of audio that a part must have
 constexpr std::size_t kNamedFiles = 20;  // in an error
 
 /// A run of a recording that belongs to one part.

@@ -27,8 +27,8 @@ ActivePart active_part(std::span<const float> clip, std::size_t rows, double sam
 double mean_power(std::span<const float> clip, std::size_t rows, const ActivePart& part);
 double mean_power(std::span<const double> clip, std::size_t rows, const ActivePart& part);
 
-/// Noise whose power over the active part is this fraction of its power over the clip will do: were it
-/// much weaker there, its scaled up rest would drown everything.
+/// Noise whose power over the active part is this fraction of its power over the clip will do: were
+/// it much weaker there, its scaled up rest would drown everything.
 constexpr double min_noise_fraction = 0.01;
 
 /// Adds noise such that 10 log10(signal power / noise power) is `decibels`, both powers being means

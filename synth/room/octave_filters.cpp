@@ -65,7 +65,7 @@ ReflectionFilters::ReflectionFilters(double sample_rate) {
     const double high = std::min(upper_edge(b), sample_rate / 2);
     for (int i = 0; i < kPoints; ++i) {
       points_.push_back({b, octave_fractions(low + (high - low) * (i + 0.5) / kPoints, octaves_,
-                                          kReflectionHalfWidth)});
+                                             kReflectionHalfWidth)});
     }
   }
 }

@@ -30,7 +30,7 @@ constexpr std::size_t kFew = 4;          ///< octaves whose decay is set right a
 constexpr double kStretch = 0.1;         ///< between corrections, in reverberation times: 6 dB
 constexpr std::size_t kStretches = 10;   ///< 60 dB; what is later stays as the last one
 constexpr int kCorrections = 4;          ///< rounds
-constexpr double kMaxAtOnce = 1.0;      ///< of a correction [Np]
+constexpr double kMaxAtOnce = 1.0;       ///< of a correction [Np]
 
 /// Mean over a box of 2 half + 1 samples of a periodic signal.
 void smooth(std::vector<double>& values, std::size_t half) {

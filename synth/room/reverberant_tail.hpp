@@ -28,7 +28,8 @@ struct TailPlan {
   double join_db = 0;    ///< what the limits of `level` leave of the images' step against the
                          ///< tail, of the octave where it is largest; 0 within the limits [dB]
   double step = 0.005;   ///< [s]
-  std::vector<OctaveValues> fill;  ///< tail's fraction of each step from the start on, 0 to 1; then 1
+  std::vector<OctaveValues>
+      fill;  ///< tail's fraction of each step from the start on, 0 to 1; then 1
 
   /// Energy of the tail in its loudest octave against the direct sound's [dB].
   double energy_db() const;

@@ -41,7 +41,8 @@ OctaveValues air_absorption(const Air& air);  ///< at the octaves' centres
 inline constexpr std::size_t kWalls = 6;
 inline constexpr std::array<const char*, kWalls> kWallNames = {"x0", "x1",    "y0",
                                                                "y1", "floor", "ceiling"};
-using WallAbsorption = std::array<OctaveValues, kWalls>;  ///< fraction of energy not reflected, 0 to 1
+using WallAbsorption =
+    std::array<OctaveValues, kWalls>;  ///< fraction of energy not reflected, 0 to 1
 
 /// One absorption on all walls.
 WallAbsorption same_on_all_walls(const OctaveValues& absorption);

@@ -166,7 +166,8 @@ std::vector<int> match(const Eigen::MatrixXd& fractions) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(fractions.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return fractions.data()[a] != fractions.data()[b] ? fractions.data()[a] > fractions.data()[b] : a < b;
+    return fractions.data()[a] != fractions.data()[b] ? fractions.data()[a] > fractions.data()[b]
+                                                      : a < b;
   });
   std::vector<int> mode_of(static_cast<std::size_t>(fractions.cols()), -1);
   std::vector<bool> taken(static_cast<std::size_t>(m), false);
@@ -293,8 +294,8 @@ modal::RingDown coupled_ring_down(const CoupledModes& modes, const modal::RingDo
   out.readout.force_rate = scaled(in.force_rate);
   if (!modes.vectors) return out;
 
-  // A unit impulse sets the coupled modes in motion with velocity e; oscillator j's fraction of that
-  // start is displacement q0 and velocity v0 of the modes (sums over j: 0 and e).
+  // A unit impulse sets the coupled modes in motion with velocity e; oscillator j's fraction of
+  // that start is displacement q0 and velocity v0 of the modes (sums over j: 0 and e).
   const CoupledModes::Vectors& vectors = *modes.vectors;
   const auto m = static_cast<Eigen::Index>(modes.coupled.size());
   Eigen::VectorXd start = Eigen::VectorXd::Zero(vectors.turn.cols() + m);

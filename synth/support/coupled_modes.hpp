@@ -12,9 +12,10 @@ namespace carillon::synth::support {
 
 /// A damped body whose modes are coupled by what holds it, q'' + (2 diag(d) + L L^T) q' +
 /// diag(lambda) q = f, as second-order oscillators, each of one conjugate pair of poles or of two
-/// real ones. Of n modes, oscillator i < n carries on mode i: pairs are matched by their fraction of
-/// energy. Rigid coordinates (lambda = 0) have a velocity and no place, one pole each; oscillators
-/// beyond n, at most half as many, are of such poles: the slow creep of the body as a whole.
+/// real ones. Of n modes, oscillator i < n carries on mode i: pairs are matched by their fraction
+/// of energy. Rigid coordinates (lambda = 0) have a velocity and no place, one pole each;
+/// oscillators beyond n, at most half as many, are of such poles: the slow creep of the body as a
+/// whole.
 struct CoupledModes {
   std::vector<double> eigenvalues;  ///< |s|^2, or s1 s2 of two real poles [rad^2/s^2], >= n
   std::vector<double> decay_rates;  ///< -Re s, or -(s1 + s2) / 2 [1/s], >= n, never negative

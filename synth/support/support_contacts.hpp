@@ -12,7 +12,7 @@ namespace carillon::synth::support {
 /// A place where a support touches the body.
 struct Contact {
   modal::SurfacePoint point;
-  Vec3 normal;       ///< unit vector of the contact; its sign does not matter
+  Vec3 normal;          ///< unit vector of the contact; its sign does not matter
   double fraction = 1;  ///< of the support's force; the fractions of one support sum to 1
 };
 

@@ -88,8 +88,9 @@ Eigen::MatrixXd unit_dashpots(const solvers::modes::Modes& modes, std::span<cons
           "support: the normal must be a unit vector, its length is {}", contact.normal.norm()));
     }
     if (!finite_and_not_negative(contact.fraction)) {
-      throw core::InputError(fmt::format(
-          "support: a contact's fraction of the force must not be negative, not {}", contact.fraction));
+      throw core::InputError(
+          fmt::format("support: a contact's fraction of the force must not be negative, not {}",
+                      contact.fraction));
     }
     Eigen::MatrixX3d shapes(rows, 3);
     shapes.topRows(n) = modal::shapes_at(modes, contact.point);

@@ -13,9 +13,10 @@ namespace {
 
 constexpr double kMaxTicks = 1e7;
 constexpr double kStepsPerSecond = 8000;  ///< at least; springs of 50 kN/m take 4 ms a swing
-constexpr double kMaxSteps = 512;        ///< of a tick
+constexpr double kMaxSteps = 512;         ///< of a tick
 constexpr double kStepsPerTexel = 4;
-/// A tick is held back where the spring is compressed by less than this fraction of the tip's depth.
+/// A tick is held back where the spring is compressed by less than this fraction of the tip's
+/// depth.
 constexpr double kHeldBack = 0.9;
 
 void check(const Stylus& stylus, const render::maps::TexturedFace& face, std::span<const Vec3> hand,

@@ -135,29 +135,29 @@ void time_triangles(const Triangles& triangles, Costs& costs) {
   ball.setActivationState(DISABLE_DEACTIVATION);
   world.addRigidBody(&ball);
   costs.motion = min_seconds(5,
-                               [&](int) {
-                                 btTransform start = btTransform::getIdentity();
-                                 start.setOrigin({0.1, 0.15, 0.0155});
-                                 ball.setWorldTransform(start);
-                                 ball.setLinearVelocity({0.4, 0.02, 0});
-                                 ball.setAngularVelocity({0, 0, 0});
-                                 for (int k = 0; k < 500; ++k) world.stepSimulation(1e-3, 0);
-                               }) /
+                             [&](int) {
+                               btTransform start = btTransform::getIdentity();
+                               start.setOrigin({0.1, 0.15, 0.0155});
+                               ball.setWorldTransform(start);
+                               ball.setLinearVelocity({0.4, 0.02, 0});
+                               ball.setAngularVelocity({0, 0, 0});
+                               for (int k = 0; k < 500; ++k) world.stepSimulation(1e-3, 0);
+                             }) /
                  500;
   costs.touch =
       min_seconds(5,
-                    [&](int) {
-                      for (int k = 0; k < 1000; ++k) {
-                        const btVector3 from(0.1 + 2e-4 * k, 0.15, 0.01),
-                            to = from - btVector3(0, 0, 0.1);
-                        btCollisionWorld::ClosestRayResultCallback hit(from, to);
-                        btTransform begin = btTransform::getIdentity(), end = begin;
-                        begin.setOrigin(from);
-                        end.setOrigin(to);
-                        btCollisionWorld::rayTestSingle(begin, end, &floor, triangles.shape.get(),
-                                                        floor.getWorldTransform(), hit);
-                      }
-                    }) /
+                  [&](int) {
+                    for (int k = 0; k < 1000; ++k) {
+                      const btVector3 from(0.1 + 2e-4 * k, 0.15, 0.01),
+                          to = from - btVector3(0, 0, 0.1);
+                      btCollisionWorld::ClosestRayResultCallback hit(from, to);
+                      btTransform begin = btTransform::getIdentity(), end = begin;
+                      begin.setOrigin(from);
+                      end.setOrigin(to);
+                      btCollisionWorld::rayTestSingle(begin, end, &floor, triangles.shape.get(),
+                                                      floor.getWorldTransform(), hit);
+                    }
+                  }) /
       1000;
   world.removeRigidBody(&ball);
   world.removeRigidBody(&floor);

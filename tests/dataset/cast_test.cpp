@@ -18,7 +18,8 @@ configuration::BuildConfig scene_of(const std::string& motion, int bars) {
       "scene.yaml", {});
 }
 
-const char* const kOneBar = "motion:\n  simulations: 60\n  bodies: [{object: bars, at: [0, 0, 0.1]}]\n";
+const char* const kOneBar =
+    "motion:\n  simulations: 60\n  bodies: [{object: bars, at: [0, 0, 0.1]}]\n";
 
 // What is tested on has not been learned from.
 TEST(Cast, InstancesAreKeptToTheirPart) {

@@ -120,8 +120,9 @@ TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
 
 TEST(RunText, TellsWhatEachRankWasIdle) {
   const auto text_of = [](std::size_t ranks) {
-    nlohmann::json run = {
-        {"busy_fraction", 0.75}, {"computing_fraction", 0.5}, {"estimates", nlohmann::json::object()}};
+    nlohmann::json run = {{"busy_fraction", 0.75},
+                          {"computing_fraction", 0.5},
+                          {"estimates", nlohmann::json::object()}};
     for (std::size_t r = 0; r < ranks; ++r) {
       run["ranks"].push_back({{"busy_s", 20}, {"idle_s", 0.4 + double((r * 7) % ranks)}});
     }

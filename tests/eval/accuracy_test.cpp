@@ -14,7 +14,7 @@ namespace carillon::eval {
 namespace {
 
 accuracy::AccuracyConfig read(const std::string& text,
-                            const std::vector<std::string>& overrides = {}) {
+                              const std::vector<std::string>& overrides = {}) {
   return accuracy::read_accuracy_config(text, "study.yaml", overrides);
 }
 
@@ -84,8 +84,7 @@ TEST(AccuracyConfig, MistakesAreNamed) {
   EXPECT_NE(refusal(bowl + "    material: stele\n").find("steel"), std::string::npos);
   EXPECT_NE(refusal(bowl + "  - shape: bowl\n").find("two objects"), std::string::npos);
   EXPECT_NE(refusal(bowl + "    mesh: a.obj\n").find("either"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "    parameters: {wall: 1 m}\n").find("study.yaml:"),
-            std::string::npos);
+  EXPECT_NE(refusal(bowl + "    parameters: {wall: 1 m}\n").find("study.yaml:"), std::string::npos);
   EXPECT_NE(refusal("modes: 3\n").find("neither objects"), std::string::npos);
   EXPECT_NE(refusal("sound: {body: bowwl}\n").find("bowl"), std::string::npos);
   EXPECT_NE(refusal("sound: {body: bowl, image_orders: [1, 2]}\n").find("no room"),
@@ -117,8 +116,9 @@ TEST(AccuracyConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
   EXPECT_NE(file("none.step\n    optional: true").find("OBJ, OFF, PLY or STL"), std::string::npos);
   const std::string axisymmetric = "reference: {solver: axisymmetric}\nobjects:\n  - shape: bowl\n";
   EXPECT_EQ(refusal(axisymmetric), "accepted");
-  EXPECT_NE(refusal(axisymmetric + "  - shape: block\n").find("4:12: objects[1].shape: block is not"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal(axisymmetric + "  - shape: block\n").find("4:12: objects[1].shape: block is not"),
+      std::string::npos);
   EXPECT_NE(refusal(axisymmetric + "  - mesh: a.ply\n    optional: true\n").find("objects[1].mesh"),
             std::string::npos);
 }

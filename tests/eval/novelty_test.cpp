@@ -149,7 +149,8 @@ TEST(ThresholdAt, IsReachedByTheShareAskedFor) {
     const double rate = *rc::gen::inRange(1, 101) / 100.0;
     const double threshold = classification::threshold_at(scores, rate);
     RC_ASSERT(classification::fraction_reaching(scores, threshold) >= rate - 1e-9);
-    RC_ASSERT(classification::fraction_reaching(scores, std::nextafter(threshold, infinity)) < rate);
+    RC_ASSERT(classification::fraction_reaching(scores, std::nextafter(threshold, infinity)) <
+              rate);
   }));
 }
 

@@ -127,7 +127,7 @@ TEST(Hard, NearlyACube) {
 
 struct Round {
   GeneratedShape shape;
-  double size;         ///< of the elements [m]
+  double size;        ///< of the elements [m]
   double max_cents;   ///< from the truth
   double max_spread;  ///< between the two of a pair [cents]
 };

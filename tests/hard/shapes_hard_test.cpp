@@ -128,7 +128,7 @@ bool one_element_through(const TetMesh& mesh) {
 struct CurvedWall {
   GeneratedShape shape;
   int order;
-  double size;        ///< of the elements [m]
+  double size;       ///< of the elements [m]
   double max_cents;  ///< of the first 16 modes
 };
 
@@ -160,8 +160,8 @@ TEST(Hard, PitchErrorsOfFlatElements) {
   core::Trace trace;
   solvers::eigen::SolveOptions options;
   options.band = {0, 1e9, 16};
-  const auto truth = solvers::axisymmetric::solve_axisymmetric(find_family("disc").meridian(disc), steel,
-                                                          options, {}, trace);
+  const auto truth = solvers::axisymmetric::solve_axisymmetric(find_family("disc").meridian(disc),
+                                                               steel, options, {}, trace);
   for (const int order : {2, 3, 4}) {
     const auto modes = lowest_modes(mesh_of(disc, order).mesh, {steel}, 16);
     ASSERT_EQ(modes.size(), truth.size());

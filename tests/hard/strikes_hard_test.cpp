@@ -115,7 +115,7 @@ double shape_difference(const solvers::modes::Modes& a, const solvers::modes::Mo
 struct Struckable {
   std::string name;
   Body (*make)();
-  bool exact;           ///< the mesh repeats modes to rounding
+  bool exact;          ///< the mesh repeats modes to rounding
   double max_changed;  ///< by turning repeated modes, as a fraction of the peak
 };
 

@@ -1,5 +1,5 @@
-// The axisymmetric solver on the families' sections: against tetrahedra of the same bodies, and their
-// surfaces and responses to strikes.
+// The axisymmetric solver on the families' sections: against tetrahedra of the same bodies, and
+// their surfaces and responses to strikes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,8 +35,8 @@ solvers::mesh::GeneratedShape shape_of(const std::string& family,
 }
 
 solvers::modes::Modes axisymmetric(const solvers::mesh::Meridian& body,
-                              const solvers::elements::Elastic& material, double top,
-                              int max_modes = 1000) {
+                                   const solvers::elements::Elastic& material, double top,
+                                   int max_modes = 1000) {
   solvers::eigen::SolveOptions solve;
   solve.band = {0, top, max_modes};
   core::Trace trace;
@@ -44,10 +44,10 @@ solvers::modes::Modes axisymmetric(const solvers::mesh::Meridian& body,
 }
 
 solvers::modes::Modes axisymmetric(const solvers::mesh::GeneratedShape& shape,
-                              const solvers::elements::Elastic& material, double top,
-                              int max_modes = 1000) {
+                                   const solvers::elements::Elastic& material, double top,
+                                   int max_modes = 1000) {
   return axisymmetric(solvers::families::find_family(shape.family).meridian(shape), material, top,
-                 max_modes);
+                      max_modes);
 }
 
 solvers::modes::Modes tetrahedra(const solvers::mesh::GeneratedShape& shape,
@@ -208,11 +208,13 @@ void expect_same(const solvers::modes::Modes& a, const solvers::modes::Modes& b,
 TEST(AxisymmetricTurned, PolygonsGiveWhatRectanglesGive) {
   expect_same(
       axisymmetric(turned({{0.04, 0}, {0.05, 0}, {0.05, 0.01}, {0.04, 0.01}}), test::steel, 30000),
-      axisymmetric(solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel, 30000),
+      axisymmetric(solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01}), test::steel,
+                   30000),
       0.01);
   expect_same(
       axisymmetric(turned({{0, 0}, {0.02, 0}, {0.02, 0.06}, {0, 0.06}}), test::steel, 70000),
-      axisymmetric(solvers::mesh::rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel, 70000), 0.01);
+      axisymmetric(solvers::mesh::rectangular_meridian({0, 0.02}, {0, 0.06}), test::steel, 70000),
+      0.01);
 }
 
 /// A goblet's foot: re-entrant corners, graded in one and cut into other blocks in the other.
@@ -223,7 +225,8 @@ TEST(AxisymmetricTurned, ReentrantCornersConverge) {
       solvers::mesh::rectangular_meridian({0, 0.012, 0.04}, {0, 0.01, 0.05});
   blocks.blocks.pop_back();
   solvers::mesh::grade_towards(blocks, 4, 4);
-  expect_same(axisymmetric(polygon, test::steel, 40000), axisymmetric(blocks, test::steel, 40000), 0.03);
+  expect_same(axisymmetric(polygon, test::steel, 40000), axisymmetric(blocks, test::steel, 40000),
+              0.03);
 }
 
 }  // namespace

@@ -22,9 +22,9 @@ using namespace solvers;
 using test::cents;
 
 solvers::modes::Modes axisymmetric(const solvers::mesh::Meridian& body,
-                              const solvers::elements::Elastic& material, double top,
-                              const solvers::axisymmetric::AxisymmetricOptions& options = {},
-                              int max_modes = 100000, bool estimate = true) {
+                                   const solvers::elements::Elastic& material, double top,
+                                   const solvers::axisymmetric::AxisymmetricOptions& options = {},
+                                   int max_modes = 100000, bool estimate = true) {
   solvers::eigen::SolveOptions solve;
   solve.band = {0, top, max_modes};
   solve.estimate_errors = estimate;
@@ -148,7 +148,8 @@ TEST(AxisymmetricSphere, HollowAgreesWithItsTable) {
   for (std::size_t k = 0; k < frequency.size(); ++k) {
     truth.push_back({'?', std::stoi(degree[k]), std::stod(frequency[k])});
   }
-  const auto modes = axisymmetric(hollow_ball(0.05, 0.06), test::aluminium, truth.back().frequency + 50);
+  const auto modes =
+      axisymmetric(hollow_ball(0.05, 0.06), test::aluminium, truth.back().frequency + 50);
   expect_sphere(modes, truth, 0.001);
 }
 
@@ -158,7 +159,7 @@ TEST(AxisymmetricConvergence, IsExponentialInTheOrder) {
   double before = 0;
   for (int order = 4; order <= 9; ++order) {
     const auto modes = axisymmetric(solvers::mesh::ball_meridian(0.05), test::steel, 46000,
-                               {order, 0.05, 0}, 1000, false);
+                                    {order, 0.05, 0}, 1000, false);
     ASSERT_GE(modes.size(), 27u);
     double worst = 0;
     std::size_t k = 0;
@@ -180,7 +181,7 @@ TEST(AxisymmetricErrors, EstimateIsNearTheTrueError) {
   if (test::data_folder().empty()) GTEST_SKIP() << "CARILLON_TEST_DATA is not set";
   const auto rows = table_of("ring_steel_Ro50_Ri40_h10mm");
   const auto modes = axisymmetric(solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01}),
-                             test::steel, 1.02 * rows.back().frequency, {4, 0.01, 0});
+                                  test::steel, 1.02 * rows.back().frequency, {4, 0.01, 0});
   std::size_t k = 0;
   int judged = 0;
   for (const auto& row : rows) {
@@ -213,7 +214,8 @@ TEST(AxisymmetricBand, CountsBelowAndInsideAndNothing) {
   solvers::eigen::SolveOptions options;
   core::Trace trace;
   options.band = {5000, 20000, 4};
-  const auto modes = solvers::axisymmetric::solve_axisymmetric(body, test::steel, options, {}, trace);
+  const auto modes =
+      solvers::axisymmetric::solve_axisymmetric(body, test::steel, options, {}, trace);
   EXPECT_EQ(modes.certificate.modes_in_band, 12);  // the table's modes 5 to 16
   EXPECT_EQ(modes.size(), 4u);
   EXPECT_NEAR(modes.frequency(0), 7817.86, 0.1);
@@ -221,7 +223,8 @@ TEST(AxisymmetricBand, CountsBelowAndInsideAndNothing) {
   EXPECT_FALSE(modes.certificate.complete);
 
   options.band = {20, 2000, 300};
-  const auto none = solvers::axisymmetric::solve_axisymmetric(body, test::steel, options, {}, trace);
+  const auto none =
+      solvers::axisymmetric::solve_axisymmetric(body, test::steel, options, {}, trace);
   EXPECT_EQ(none.size(), 0u);
   EXPECT_TRUE(none.certificate.complete);
   EXPECT_EQ(none.certificate.rigid_modes, 6);
@@ -245,9 +248,10 @@ TEST(AxisymmetricProperty, ScalesWithLength) {
     const auto ring = [wall](double s) {
       return solvers::mesh::rectangular_meridian({s * (1 - wall), s}, {0, 0.3 * s});
     };
-    const auto one = axisymmetric(ring(1), test::steel, 1200 * (1 + 5 * wall), {4, 1, 0}, 1000, false);
+    const auto one =
+        axisymmetric(ring(1), test::steel, 1200 * (1 + 5 * wall), {4, 1, 0}, 1000, false);
     const auto other = axisymmetric(ring(scale), test::steel, 1200 * (1 + 5 * wall) / scale,
-                               {4, scale, 0}, 1000, false);
+                                    {4, scale, 0}, 1000, false);
     RC_ASSERT(one.size() == other.size());
     for (std::size_t k = 0; k < one.size(); ++k) {
       RC_ASSERT(std::abs(other.frequency(k) * scale / one.frequency(k) - 1) < 1e-9);

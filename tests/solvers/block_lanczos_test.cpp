@@ -38,7 +38,8 @@ double start_value(Eigen::Index row, int number) {
 struct Diagonal {
   explicit Diagonal(const std::vector<double>& eigenvalues, MPI_Comm comm = MPI_COMM_WORLD)
       : fraction(static_cast<Eigen::Index>(eigenvalues.size()), comm),
-        values(Eigen::Map<const Eigen::VectorXd>(eigenvalues.data() + fraction.first, share.count)) {
+        values(
+            Eigen::Map<const Eigen::VectorXd>(eigenvalues.data() + fraction.first, share.count)) {
     masses.resize(share.count);
     for (Eigen::Index k = 0; k < share.count; ++k) {
       masses[k] = 1 + static_cast<double>((fraction.first + k) % 5);
@@ -51,7 +52,8 @@ struct Diagonal {
       out = values.cwiseQuotient(masses).asDiagonal() * mass_x;
     };
     problem.start = [this](int number, Eigen::Ref<Eigen::VectorXd> out) {
-      for (Eigen::Index k = 0; k < share.count; ++k) out[k] = start_value(fraction.first + k, number);
+      for (Eigen::Index k = 0; k < share.count; ++k)
+        out[k] = start_value(fraction.first + k, number);
     };
   }
   Diagonal(const Diagonal&) = delete;

@@ -34,8 +34,8 @@ double uniform(std::mt19937_64& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
 
-/// Turned, moved and scaled at random, its vertices and triangles in another order, a fraction of the
-/// corners with a vertex of their own, faces turned over, vertices that nobody uses.
+/// Turned, moved and scaled at random, its vertices and triangles in another order, a fraction of
+/// the corners with a vertex of their own, faces turned over, vertices that nobody uses.
 test::SurfaceMesh written_otherwise(const test::SurfaceMesh& mesh, std::mt19937_64& random,
                                     bool mirrored) {
   Eigen::Quaterniond turn(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1),

@@ -29,8 +29,8 @@ SurfaceMesh turned_over(SurfaceMesh mesh);
 
 enum class Damage { dropped, flipped, doubled, seams };
 
-/// A fraction of the faces (at least one) dropped, flipped or doubled (every second twin the other way
-/// round), or given corners of their own.
+/// A fraction of the faces (at least one) dropped, flipped or doubled (every second twin the other
+/// way round), or given corners of their own.
 SurfaceMesh damaged(SurfaceMesh mesh, Damage damage, double fraction, std::mt19937_64& random);
 
 }  // namespace carillon::test

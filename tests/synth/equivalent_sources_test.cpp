@@ -145,7 +145,8 @@ TEST(EquivalentSources, AreTheMonopoleOfASmallBall) {
   const modal::Readout near = radiation::pressure_readout(fit.radiated, modes, decay);
   const modal::Strike strike{{0, {0.3, 0.3, 0.4}}, Vec3(-1, -1, -1).normalized(), 0.01, {1e-3}};
   const auto sound = [&](const modal::Readout& readout) {
-    return modal::synthesize(modal::ring_down(modes, decay, strike, readout), strike.force, 8000, 2000);
+    return modal::synthesize(modal::ring_down(modes, decay, strike, readout), strike.force, 8000,
+                             2000);
   };
   const auto found = sound(near), expected = sound(modal::monopole(modes, listeners));
   double worst = 0, peak = 0;

@@ -87,9 +87,9 @@ TEST(StreamingRenderer, IsTheOfflineSumTo120DecibelsWhateverTheBlocks) {
   for (int i = 0; i < 150; ++i) burst.samples.push_back(300 * std::sin(i * i * 0.7));
   for (const bool pressure : {false, true}) {
     const auto all = bodies(pressure);
-    const std::vector<PlannedStrike> strikes = {{0, 0, 1, {1e-3}},         {1, 0.00321, 0.4, {2e-4}},
-                                            {1, 0.00333, 0.7, {5e-3}}, {2, 0.0301234, 1.3, burst},
-                                            {0, 0.0301234, 0.2, {0}},  {2, 0.0302, -0.5, {7e-4}}};
+    const std::vector<PlannedStrike> strikes = {
+        {0, 0, 1, {1e-3}},          {1, 0.00321, 0.4, {2e-4}}, {1, 0.00333, 0.7, {5e-3}},
+        {2, 0.0301234, 1.3, burst}, {0, 0.0301234, 0.2, {0}},  {2, 0.0302, -0.5, {7e-4}}};
     const auto expected = offline(all, strikes, kCount);
     double peak = 0;
     for (const double s : expected) peak = std::max(peak, std::abs(s));
@@ -113,9 +113,9 @@ TEST(StreamingRenderer, StrikesAddUp) {
     const int count = *rc::gen::inRange(2, 6);
     for (int i = 0; i < count; ++i) {
       strikes.push_back({*rc::gen::element<std::size_t>(0, 1, 2),
-                       1e-5 * *rc::gen::inRange(0, 4000),
-                       0.1 * *rc::gen::inRange(-20, 20),
-                       {1e-5 * *rc::gen::inRange(0, 300)}});
+                         1e-5 * *rc::gen::inRange(0, 4000),
+                         0.1 * *rc::gen::inRange(-20, 20),
+                         {1e-5 * *rc::gen::inRange(0, 300)}});
     }
     const std::vector<std::size_t> sizes = {std::size_t(*rc::gen::inRange(1, 900))};
     const auto together = stream(all, strikes, sizes, 3000);

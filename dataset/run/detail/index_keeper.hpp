@@ -27,8 +27,8 @@ struct KeptIndex {
 
 /// Keeps index.h5, dataset.json and failures.json at what is done while builds run, in a thread
 /// of the host. Each is replaced as a whole, so that a reader finds either the old or the new one.
-/// All writing together takes at most `fraction` of the time since the beginning and `grace` more, so
-/// that an index that grows is written less often. Each file that is joined is read once, soon
+/// All writing together takes at most `fraction` of the time since the beginning and `grace` more,
+/// so that an index that grows is written less often. Each file that is joined is read once, soon
 /// after its task has ended: a writing that cannot wait reads hardly any.
 class IndexKeeper {
  public:

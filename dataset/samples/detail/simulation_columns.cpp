@@ -63,7 +63,8 @@ void add_labels(const configuration::BuildConfig& config, const plan::BuildPlan&
   columns.add("split_strike", part);
 }
 
-void add_poses(const configuration::BuildConfig& config, const Simulation& simulation, core::Columns& columns) {
+void add_poses(const configuration::BuildConfig& config, const Simulation& simulation,
+               core::Columns& columns) {
   const synth::motion::Motion& motion = simulation.motion;
   const std::size_t bodies = simulation.stage.names.size();
   const auto stride = static_cast<std::size_t>(
@@ -171,7 +172,8 @@ void add_touch(const SimulationTouch& touch, core::Columns& columns) {
 }  // namespace
 
 void add_simulation_columns(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
-                      const plan::Sample& sample, const Simulation& simulation, core::Columns& columns) {
+                            const plan::Sample& sample, const Simulation& simulation,
+                            core::Columns& columns) {
   add_labels(config, plan, sample, simulation, columns);
   add_poses(config, simulation, columns);
   add_strikes(config, simulation, columns);

@@ -19,7 +19,8 @@ std::optional<render::Appearance> look_of(const scene::motion::TextureConfig& te
 
 }  // namespace
 
-std::string split_of_simulation(const configuration::BuildConfig& config, const plan::Sample& sample) {
+std::string split_of_simulation(const configuration::BuildConfig& config,
+                                const plan::Sample& sample) {
   return plan::part_of_split(config, sample.key, "split.simulation");
 }
 

@@ -7,7 +7,8 @@
 namespace carillon::dataset::samples {
 
 /// Part of both splits that a simulation is in: simulations are held out as wholes.
-std::string split_of_simulation(const configuration::BuildConfig& config, const plan::Sample& sample);
+std::string split_of_simulation(const configuration::BuildConfig& config,
+                                const plan::Sample& sample);
 
 /// Number of a part among SplitConfig::names().
 std::size_t part_index(const configuration::BuildConfig& config, const std::string& part);

@@ -122,7 +122,8 @@ EmgEstimate emg_fit(const ScaledLaw& law, const VectorXd& target, double min_sig
   // Few features have several maxima: the more of the excess is error, the higher the curve.
   for (const double fraction : {0.0, 0.25, 0.5, 0.75}) {
     const VectorXd x = bound.x + fraction * (squares.x - bound.x);
-    starts.push_back(joined(x, at_least(std::max(fraction, 0.5) * excess), std::max(2 * fraction, 0.5)));
+    starts.push_back(
+        joined(x, at_least(std::max(fraction, 0.5) * excess), std::max(2 * fraction, 0.5)));
   }
   starts.push_back(joined(bound.x, min_sigma, min_sigma / excess));
 

@@ -94,8 +94,7 @@ std::vector<Complex> esprit_rates(const Band& band, double noise, std::size_t ma
   Eigen::Index order = 0;
   for (Eigen::Index k = rows; k-- > 0 && spectrum.eigenvalues()(k) > floor;) ++order;
   if (order == 0) return {};
-  const Eigen::Index most =
-      std::min<Eigen::Index>(rows / 2, static_cast<Eigen::Index>(max_orders));
+  const Eigen::Index most = std::min<Eigen::Index>(rows / 2, static_cast<Eigen::Index>(max_orders));
   order = std::min(order + 2, most);
   const std::vector<Complex> found = poles(space, order);
   const std::vector<Complex> again = poles(space, std::min(order + 3, rows - 1));

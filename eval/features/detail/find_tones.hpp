@@ -11,7 +11,7 @@ struct ToneSearch {
   double sample_rate = 0;     ///< [Hz]
   double min_frequency = 20;  ///< [Hz]
   double max_frequency = 20000;
-  std::size_t most = 500;      ///< tones
+  std::size_t most = 500;    ///< tones
   double min_energy = 1e-6;  ///< of the strongest tone's; weaker ones are not looked for
 };
 

@@ -45,7 +45,7 @@ void read_mixes(ConfigNode& node, const EvaluatedDatasets& datasets, TransferSpe
   ConfigNode mixes = node.child("mixes");
   spec.mixed_with = dataset_called(mixes, "with", mixes.text("with"), datasets);
   spec.fractions = mixes.quantities("fractions", core::Dimension::none, 0,
-                                 std::vector<double>{0, 0.1, 0.3, 0.6, 1});
+                                    std::vector<double>{0, 0.1, 0.3, 0.6, 1});
   for (const double fraction : spec.fractions) {
     if (!(fraction >= 0 && fraction <= 1)) mixes.fail("fractions", "lie within 0 and 1");
   }

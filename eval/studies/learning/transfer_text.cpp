@@ -76,7 +76,8 @@ std::string heard_text(const ordered_json& document) {
     if (heard.is_null() || lines.back().front() == dataset) continue;
     lines.push_back({dataset, fmt::format("{}", heard.at("sounds").get<std::size_t>()),
                      figure(heard.at("pitch_jnd"), 1, 2), figure(heard.at("decay_jnd"), 1, 2),
-                     figure(heard.at("level_jnd"), 1, 2), figure(heard.at("matched_fraction"), 100, 1),
+                     figure(heard.at("level_jnd"), 1, 2),
+                     figure(heard.at("matched_fraction"), 100, 1),
                      figure(heard.at("loudness_fraction"), 100, 1)});
   }
   if (lines.size() == 1) return "";
@@ -129,8 +130,8 @@ std::string transfer_text(const ordered_json& document) {
   }
   text += heard_text(document);
   if (mixes.size() > 1) {
-    text +=
-        "\nTraining sets with fractions of the target's own samples; percent.\n\n" + markdown(mixes);
+    text += "\nTraining sets with fractions of the target's own samples; percent.\n\n" +
+            markdown(mixes);
   }
   return text;
 }

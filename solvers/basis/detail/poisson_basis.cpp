@@ -152,7 +152,8 @@ std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
     const auto& [modes, fractions] = basis.snapshots[s].truth;
     if (weights[s] == 0 || modes.empty()) continue;
     // Other modes than the ones it comes from are noise; squared again, they do not count.
-    const Eigen::MatrixXd own = basis.snapshots[s].coordinates.leftCols(fractions.rows()) * fractions;
+    const Eigen::MatrixXd own =
+        basis.snapshots[s].coordinates.leftCols(fractions.rows()) * fractions;
     const Eigen::ArrayXXd part = (own.transpose() * coordinates).array().square().square();
     const Eigen::ArrayXd whole = part.colwise().sum().max(1e-300).transpose();
     Eigen::ArrayXd own_rise(fractions.cols()), own_uncertainty(fractions.cols());

@@ -275,8 +275,8 @@ class Lobpcg {
   std::array<MatrixXd*, 3> basis_ = {&s_, &as_, &ms_};
   Index x_ = 0, p_ = 0, w_ = 0;
   VectorXd values_, sizes_;  ///< of the iterates: mu, and residuals in the preconditioner's norm
-  double min_ = infinity;  ///< size of the lowest iterate when it last halved
-  int since_min_ = 0;      ///< iterations since then
+  double min_ = infinity;    ///< size of the lowest iterate when it last halved
+  int since_min_ = 0;        ///< iterations since then
   int since_aside_ = 0;      ///< iterations since a pair was set aside
   MatrixXd aside_, mass_aside_;  ///< pairs that converged
   VectorXd values_aside_;

@@ -156,7 +156,8 @@ void DrivenModes::render(std::span<const Drive> drives, const DrivenGains& gains
       strikes_.erase(strikes_.begin() + static_cast<std::ptrdiff_t>(b));
     }
     std::uint64_t stretch = std::min(kBankStretch, count - done);
-    for (const DrivenStrike& strike : strikes_) stretch = std::min(stretch, strike.free - position_);
+    for (const DrivenStrike& strike : strikes_)
+      stretch = std::min(stretch, strike.free - position_);
     run(drives, gains, done, stretch, rows);
     position_ += stretch;
     done += stretch;
@@ -294,7 +295,7 @@ void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2
           const double place = static_cast<double>(at) / static_cast<double>(total);
           const double fraction = keys == 1 ? 1 : key == 0 ? 1 - fractions[n] : fractions[n];
           rows(n, row) += fraction * (begin.row(o) + place * (end.row(o) - begin.row(o)))
-                                      .dot(rates.col(at).cast<double>().transpose());
+                                         .dot(rates.col(at).cast<double>().transpose());
         }
       }
     }
@@ -302,8 +303,8 @@ void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2
 }
 
 void DrivenModes::add_strike(const DrivenStrike& strike, const std::array<Weights, 2>& weights,
-                           std::size_t keys, const Eigen::VectorXd& fractions,
-                           Eigen::Ref<Eigen::MatrixXd> rows) const {
+                             std::size_t keys, const Eigen::VectorXd& fractions,
+                             Eigen::Ref<Eigen::MatrixXd> rows) const {
   const auto modes = static_cast<Eigen::Index>(order_.size());
   const std::uint64_t begin = std::max(strike.first, position_);
   const std::uint64_t end =
@@ -316,10 +317,11 @@ void DrivenModes::add_strike(const DrivenStrike& strike, const std::array<Weight
       const Weights& of = weights[key];
       for (Eigen::Index row = 0; row < rows.cols(); ++row) {
         rows(at, row) +=
-            fraction * (of.of_q.col(row).head(modes).dot(strike.displacement.col(sample)) +
-                     of.of_v.col(row).head(modes).dot(strike.velocity.col(sample)) +
-                     of.of_rate.col(row).head(modes).dot(strike.force_rate.col(sample)) +
-                     of.of_force.col(row).head(modes).dot(strike.excitation) * strike.force[sample]);
+            fraction *
+            (of.of_q.col(row).head(modes).dot(strike.displacement.col(sample)) +
+             of.of_v.col(row).head(modes).dot(strike.velocity.col(sample)) +
+             of.of_rate.col(row).head(modes).dot(strike.force_rate.col(sample)) +
+             of.of_force.col(row).head(modes).dot(strike.excitation) * strike.force[sample]);
       }
     }
   }

@@ -87,8 +87,9 @@ class DrivenModes {
   void add_slow_rates(const Drive& drive, const std::array<Weights, 2>& weights, std::size_t keys,
                       std::size_t offset, const Eigen::VectorXd& fractions,
                       Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Index total) const;
-  void add_strike(const DrivenStrike& strike, const std::array<Weights, 2>& weights, std::size_t keys,
-                const Eigen::VectorXd& fractions, Eigen::Ref<Eigen::MatrixXd> rows) const;
+  void add_strike(const DrivenStrike& strike, const std::array<Weights, 2>& weights,
+                  std::size_t keys, const Eigen::VectorXd& fractions,
+                  Eigen::Ref<Eigen::MatrixXd> rows) const;
   void rest_inaudible(const std::array<Weights, 2>& weights, std::size_t keys);
 
   double sample_rate_;

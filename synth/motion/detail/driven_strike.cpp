@@ -61,8 +61,8 @@ Pushed push(double eigenvalue, double decay_rate, const modal::ContactForce& for
 }  // namespace
 
 DrivenStrike driven_strike(std::span<const double> eigenvalues, std::span<const double> decay_rates,
-                       const Eigen::VectorXd& excitation, const modal::ContactForce& force,
-                       double delay, double sample_rate) {
+                           const Eigen::VectorXd& excitation, const modal::ContactForce& force,
+                           double delay, double sample_rate) {
   modal::check(force);
   if (!(delay >= 0 && delay * sample_rate < kLongestWait)) {
     throw core::InputError(fmt::format("driven modes: a strike cannot begin after {} s", delay));

@@ -24,7 +24,7 @@ struct DrivenStrike {
 /// what
 ///                     check() refuses
 DrivenStrike driven_strike(std::span<const double> eigenvalues, std::span<const double> decay_rates,
-                       const Eigen::VectorXd& excitation, const modal::ContactForce& force,
-                       double delay, double sample_rate);
+                           const Eigen::VectorXd& excitation, const modal::ContactForce& force,
+                           double delay, double sample_rate);
 
 }  // namespace carillon::synth::motion

@@ -12,8 +12,8 @@ inline constexpr std::size_t kModeOctaves = 11;
 std::size_t octave_of(double eigenvalue);
 
 /// Rates of change of a force as far as it is slow against the modes of each octave, as a readout's
-/// force_rate asks for them: each frequency by 1 / (1 + (f / f_octave)^8) (slow_fraction()), without
-/// delay.
+/// force_rate asks for them: each frequency by 1 / (1 + (f / f_octave)^8) (slow_fraction()),
+/// without delay.
 /// @param force     of equal steps, 0 before and after [N]
 /// @param octaves   which are asked for
 /// @return for each octave as many columns as the force has [N/s], none where it is not asked for

@@ -16,8 +16,9 @@ namespace {
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
-/// Depth of the sources: this fraction of the distance between layers, and of the largest ball inside
-/// that touches the surface there, so that walls hold them in their middle and edges are not met.
+/// Depth of the sources: this fraction of the distance between layers, and of the largest ball
+/// inside that touches the surface there, so that walls hold them in their middle and edges are not
+/// met.
 constexpr double kDepthOfSpacing = 0.5;
 constexpr double kDepthOfBall = 0.8;
 /// Flux between patches nearer than this many times their spacing is exact.

@@ -46,14 +46,15 @@ struct TransferRow {
   LearntFrom kind = LearntFrom::elsewhere;
   std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
-  double fraction = 0;              ///< of the target's own samples in training
+  double fraction = 0;           ///< of the target's own samples in training
   std::size_t samples = 0;       ///< for training
   nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of others
   nlohmann::ordered_json there;  ///< accuracy in the target condition
   nlohmann::ordered_json less_home;  ///< by how much that is above what the target's own teach
   nlohmann::ordered_json gain;       ///< and above what the dataset `against` teaches
   /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
-  /// fractions of all seeds' answers; what chance alone makes of it; how many classes were compared.
+  /// fractions of all seeds' answers; what chance alone makes of it; how many classes were
+  /// compared.
   std::optional<double> confusion_norm;
   classification::NormByChance norm_by_chance;
   std::size_t compared_classes = 0;
