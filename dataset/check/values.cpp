@@ -21,8 +21,8 @@ namespace {
 constexpr std::uint64_t values_at_once = 1 << 22;
 
 /// Calls take(row, values of the row) for every row of a column.
-template <class T, class Simulation>
-void each_row(const Hdf5Group& file, const std::string& column, const Simulation& simulation) {
+template <class T, class Take>
+void each_row(const Hdf5Group& file, const std::string& column, const Take& take) {
   const core::Extent extent = file.extent(column);
   std::uint64_t width = 1;
   for (std::size_t axis = 1; axis < extent.size(); ++axis) width *= extent[axis];
