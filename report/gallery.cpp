@@ -67,8 +67,8 @@ void add_gains(const solvers::modes::Modes& modes, const render::ShadingMesh& me
 std::string tabulated_damping(const solvers::modes::Modes& modes, std::size_t count,
                               std::span<const synth::damping::DampingModel> regions) {
   solvers::modes::Modes scaled;
-  scaled.kinetic_share = modes.kinetic_share;
-  scaled.strain_share = modes.strain_share;
+  scaled.kinetic_fraction = modes.kinetic_fraction;
+  scaled.strain_fraction = modes.strain_fraction;
   std::vector<float> table(count * damping_factors);
   for (std::size_t k = 0; k < damping_factors; ++k) {
     const double factor =

@@ -47,40 +47,40 @@ void keep_strikes(const std::vector<std::size_t>& kept, std::vector<ModelStrike>
 }
 
 material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelStrike>& strikes,
-                                std::size_t strike) {
-  const ModelStrike& struck = strikes[strike];
+                                std::size_t number) {
+  const ModelStrike& struck = strikes[number];
   return body.pressure ? material::radiated_modes(body.modes, struck.point, struck.direction,
-                                                  body.specific_modulus, *body.pressure, strike,
+                                                  body.specific_modulus, *body.pressure, number,
                                                   body.radiated)
                        : material::struck_modes(body.modes, struck.point, struck.direction,
                                                 body.specific_modulus);
 }
 
-double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t strike) {
-  if (body.pressure) return body.pressure->delays[strike];
-  return (strikes[strike].listener.position - centre_of(body.modes)).norm() /
+double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t number) {
+  if (body.pressure) return body.pressure->delays[number];
+  return (strikes[number].listener.position - centre_of(body.modes)).norm() /
          synth::modal::kSoundSpeed;
 }
 
 std::vector<double> synthetic_recording(const HeardBody& body,
-                                        const std::vector<ModelStrike>& strikes, std::size_t strike,
+                                        const std::vector<ModelStrike>& strikes, std::size_t number,
                                         const synth::damping::DampingModel& damping,
                                         double sample_rate, std::size_t count) {
   auto decay = synth::damping::clamped_decay_rates(body.modes, std::vector{damping});
   for (std::size_t i = 0; i < body.radiated.size(); ++i) decay.values[i] += body.radiated[i];
   synth::modal::Readout readout;
   if (body.pressure) {
-    const auto row = static_cast<Eigen::Index>(strike);
+    const auto row = static_cast<Eigen::Index>(number);
     const synth::radiation::ModalPressure one{body.pressure->pressure.row(row),
-                                              {body.pressure->delays[strike]}};
+                                              {body.pressure->delays[number]}};
     readout = synth::radiation::pressure_readout(one, body.modes, decay.values);
   } else {
-    readout = synth::modal::point_velocity(body.modes, strikes[strike].point);
+    readout = synth::modal::point_velocity(body.modes, strikes[number].point);
     readout.velocity.swap(readout.acceleration);
-    readout.delays = {arrival(body, strikes, strike)};
+    readout.delays = {arrival(body, strikes, number)};
   }
-  const synth::modal::Strike strike{.point = strikes[strike].point,
-                                    .direction = strikes[strike].direction,
+  const synth::modal::Strike strike{.point = strikes[number].point,
+                                    .direction = strikes[number].direction,
                                     .impulse = 1,
                                     .force = {}};
   synth::modal::RingDown rings = synth::modal::ring_down(body.modes, decay.values, strike, readout);

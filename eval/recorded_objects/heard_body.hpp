@@ -43,16 +43,16 @@ HeardBody hear_body(const solvers::modes::Modes& modes, double assumed, double s
 void keep_strikes(const std::vector<std::size_t>& kept, std::vector<ModelStrike>& strikes,
                   HeardBody& body);
 
-/// Modes as strike number `strike` strikes them and its listener hears them.
+/// Modes as strike number `number` strikes them and its listener hears them.
 material::StruckModes struck_by(const HeardBody& body, const std::vector<ModelStrike>& strikes,
-                                std::size_t strike);
+                                std::size_t number);
 
 /// When the first sound of a strike comes to its listener [s].
-double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t strike);
+double arrival(const HeardBody& body, const std::vector<ModelStrike>& strikes, std::size_t number);
 
 /// The model's own recording of a strike, sample 0 at the impulse [Pa per N s, or m/s^2 per N s].
 std::vector<double> synthetic_recording(const HeardBody& body,
-                                        const std::vector<ModelStrike>& strikes, std::size_t strike,
+                                        const std::vector<ModelStrike>& strikes, std::size_t number,
                                         const synth::damping::DampingModel& damping,
                                         double sample_rate, std::size_t count);
 
