@@ -10,6 +10,7 @@
 #include "cli/learning_commands.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/json.hpp"
 #include "core/trace.hpp"
 #include "eval/studies/learning/recognised_scene.hpp"
 #include "eval/studies/learning/recognisers.hpp"
@@ -54,6 +55,14 @@ std::vector<Answer> ask_all(const std::vector<eval::studies::Recogniser>& recogn
   return answers;
 }
 
+/// What a training measured on what was held out.
+ordered_json measured(const eval::studies::TrainingRecord& record) {
+  return {{"accuracy", core::number_or_null(record.test_accuracy)},
+          {"samples", record.test_samples},
+          {"calibrated", record.validation_samples > 0},
+          {"recognition", record.recognition ? to_json(*record.recognition) : ordered_json()}};
+}
+
 ordered_json to_json(const Answer& answer) {
   const eval::recognition::Recognised& recognised = answer.recognised;
   ordered_json classes = ordered_json::object();
@@ -65,7 +74,7 @@ ordered_json to_json(const Answer& answer) {
           {"confidence", recognised.probabilities[answer.order.front()]},
           {"min_confidence", 1 / (1 + std::exp(-answer.recogniser->threshold()))},
           {"knows_of_others", answer.recogniser->knows_of_others()},
-          {"measured", answer.recogniser->measured()},
+          {"measured", measured(answer.recogniser->record())},
           {"classes", classes},
           {"method", answer.recogniser->method()},
           {"model", answer.recogniser->folder().string()}};
@@ -105,23 +114,22 @@ void print(const std::string& file, const std::vector<Answer>& answers, std::siz
 void print_trust(const std::vector<eval::studies::Recogniser>& recognisers, std::size_t width) {
   fmt::print("\nOn what was held out in training:\n");
   for (const eval::studies::Recogniser& recogniser : recognisers) {
-    const ordered_json& measured = recogniser.measured();
+    const eval::studies::TrainingRecord& record = recogniser.record();
     std::vector<std::string> words = {recogniser.method()};
-    if (!measured.at("accuracy").is_null()) {
-      const ordered_json& recognition = measured.at("recognition");
-      words.push_back(fmt::format("{:.1f} % of {} sounds right",
-                                  100 * measured.at("accuracy").get<double>(),
-                                  measured.at("samples").get<std::size_t>()));
+    if (record.recognition && !std::isnan(record.test_accuracy)) {
+      const eval::recognition::RecognitionTrial& trial = *record.recognition;
+      words.push_back(fmt::format("{:.1f} % of {} sounds right", 100 * record.test_accuracy,
+                                  record.test_samples));
       words.push_back(fmt::format("confidences {:.1f} % off (by chance {:.1f} %)",
-                                  100 * recognition.at("calibration_error").get<double>(),
-                                  100 * recognition.at("calibration_by_chance").get<double>()));
+                                  100 * trial.calibration_error,
+                                  100 * trial.calibration_by_chance));
       std::vector<std::string> areas;
-      for (const auto& [name, novel] : recognition.at("novel").items()) {
-        areas.push_back(fmt::format("{} {:.2f}", name, novel.at("auroc").get<double>()));
+      for (const auto& [name, novel] : trial.novel) {
+        areas.push_back(fmt::format("{} {:.2f}", name, novel.auroc));
       }
       words.push_back(fmt::format("told from others (AUROC): {}", fmt::join(areas, ", ")));
     }
-    if (measured.at("calibrated") == false) {
+    if (record.validation_samples == 0) {
       words.push_back("confidences are not calibrated, as nothing was there to validate with");
     }
     fmt::print("  {:{}}  {}\n", recogniser.task(), width, fmt::join(words, "; "));
@@ -133,10 +141,11 @@ void print_trust(const std::vector<eval::studies::Recogniser>& recognisers, std:
 const Answer* fullest_answer(const std::vector<Answer>& answers, const std::string& column) {
   const Answer* fullest = nullptr;
   const auto rank = [](const Answer& answer) {
-    return std::pair(answer.recogniser->classes().size(), answer.recogniser->validation_accuracy());
+    return std::pair(answer.recogniser->classes().size(),
+                     eval::studies::validation_rank(answer.recogniser->record()));
   };
   for (const Answer& answer : answers) {
-    if (answer.recogniser->column() != column) continue;
+    if (answer.recogniser->record().task.column != column) continue;
     if (fullest == nullptr || rank(answer) > rank(*fullest)) fullest = &answer;
   }
   return fullest;
@@ -167,10 +176,10 @@ std::string extended_scene(const IdentifyOptions& options, const Vec3& place,
                            const std::vector<Answer>& answers) {
   const Answer& shape = answer_of(answers, {"shape", "family"}, "shape");
   const Answer& material = answer_of(answers, {"material"}, "material");
-  eval::studies::RecognisedBody body =
-      eval::studies::body_of_class(shape.recogniser->source(), shape.recogniser->column(),
-                                   shape.recogniser->label_of(shape.best()));
-  body.material = eval::studies::material_of_class(material.recogniser->source(),
+  const eval::studies::TrainingRecord& record = shape.recogniser->record();
+  eval::studies::RecognisedBody body = eval::studies::body_of_class(
+      record.source_folder, record.task.column, shape.recogniser->label_of(shape.best()));
+  body.material = eval::studies::material_of_class(material.recogniser->record().source_folder,
                                                    material.recogniser->label_of(material.best()));
   return eval::studies::with_body(core::read_file(options.scene), options.scene, body, place);
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "cli/learning_commands.hpp"
 #include "core/files.hpp"
@@ -34,7 +35,7 @@ eval::studies::LearningConfig read_config(const dataset::run::BuildOptions& opti
 ordered_json lines_of(const eval::studies::TrainingsEnd& end) {
   ordered_json lines = ordered_json::array();
   for (const eval::studies::TrainedClassifier& trained : end.trained) {
-    ordered_json line = trained.found;
+    ordered_json line = to_json(trained.record);
     line["key"] = trained.job.key;
     line["folder"] = std::filesystem::absolute(trained.job.folder).string();
     line["was_there"] = trained.was_there;
@@ -43,19 +44,19 @@ ordered_json lines_of(const eval::studies::TrainingsEnd& end) {
   return lines;
 }
 
-void print(const ordered_json& found) {
+void print(const eval::studies::TrainingsEnd& end) {
   fmt::print("{:44} {:>8} {:>8} {:>8} {:>10} {:>7} {:>10} {:>12}\n", "training", "train", "test",
              "classes", "numbers", "epochs", "accuracy", "time");
-  for (const ordered_json& line : found) {
-    const auto& accuracy = line.at("test_accuracy");
-    fmt::print("{:44} {:>8} {:>8} {:>8} {:>10} {:>7} {:>10} {:>12}\n",
-               line.at("key").get<std::string>(), line.at("samples").at("train").get<int>(),
-               line.at("samples").at("test").get<int>(), line.at("classes").size(),
-               line.value("parameters", 0), line.value("best_epoch", 0),
-               accuracy.is_null() ? "-" : fmt::format("{:.2f} %", 100 * accuracy.get<double>()),
-               line.at("was_there").get<bool>()
-                   ? "was there"
-                   : core::human_duration(line.at("timing").at("seconds").get<double>()));
+  for (const eval::studies::TrainedClassifier& trained : end.trained) {
+    const eval::studies::TrainingRecord& record = trained.record;
+    const auto learnt = record.learnt.value_or(eval::studies::TrainingRecord::Learnt{});
+    fmt::print("{:44} {:>8} {:>8} {:>8} {:>10} {:>7} {:>10} {:>12}\n", trained.job.key,
+               record.train_samples, record.test_samples, record.classes.size(), learnt.parameters,
+               learnt.best_epoch,
+               std::isnan(record.test_accuracy)
+                   ? "-"
+                   : fmt::format("{:.2f} %", 100 * record.test_accuracy),
+               trained.was_there ? "was there" : core::human_duration(record.seconds));
   }
 }
 
@@ -72,7 +73,7 @@ void tell(const eval::studies::TrainingsEnd& end, const std::filesystem::path& m
   if (json) {
     fmt::print("{}\n", document.dump(1));
   } else if (!lines.empty()) {
-    print(lines);
+    print(end);
     fmt::print("\n{}: of each model, curves.csv, answers.h5, training.json\n", models.string());
   }
   if (end.interrupted || lines.empty()) return;
@@ -101,16 +102,17 @@ std::vector<eval::studies::Search> read_all_searches(const dataset::run::BuildOp
 int search(const std::vector<eval::studies::Search>& searches,
            const eval::studies::LearningConfig& config,
            const eval::studies::EvaluatedDatasets& datasets, const mpi::Context& context) {
-  const ordered_json found = eval::studies::run_searches(searches, config, datasets, context);
-  if (found.is_null()) return mpi::exit_interrupted;
+  const auto found = eval::studies::run_searches(searches, config, datasets, context);
+  if (!found) return mpi::exit_interrupted;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
     const std::filesystem::path path = datasets.output() / "evaluation" / "search.json";
-    core::write_text_durably(path, found.dump(1) + "\n");
+    const ordered_json document = to_json(*found);
+    core::write_text_durably(path, document.dump(1) + "\n");
     if (context.json) {
-      fmt::print("{}\n", ordered_json{{"output", path.string()}, {"searches", found}}.dump(1));
+      fmt::print("{}\n", ordered_json{{"output", path.string()}, {"searches", document}}.dump(1));
     } else {
-      fmt::print("{}{}\n", eval::studies::search_text(found), path.string());
+      fmt::print("{}{}\n", eval::studies::to_text(*found), path.string());
     }
   });
   return mpi::exit_done;

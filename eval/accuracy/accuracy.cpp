@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "core/error.hpp"
@@ -11,7 +12,6 @@
 #include "dataset/run/dataset.hpp"
 #include "eval/accuracy/detail/modes_line.hpp"
 #include "eval/accuracy/detail/stand_in.hpp"
-#include "eval/accuracy/findings.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/made_by.hpp"
 
@@ -73,16 +73,16 @@ void climb(const AccuracyConfig& config, const StudiedObject& object, LevelRunne
     choice.command = modes_line(object, runner.target_band(), config.max_elements, cents);
     try {
       choice.report = runner.choose(cents);
-      for (const auto& step : choice.report.steps) choice.steps.push_back(&runner.level_of(step));
+      for (const auto& step : choice.report.steps) choice.steps.push_back(runner.level_of(step));
     } catch (const core::Error& error) {
       choice.failure = error.message();
     }
   }
 }
 
-json measure_object(const AccuracyConfig& config, StudiedObject object,
-                    const std::filesystem::path& output, const mpi::Context& context, MPI_Comm comm,
-                    const std::function<void(const std::string&)>& tell) {
+Findings measure_object(const AccuracyConfig& config, StudiedObject object,
+                        const std::filesystem::path& output, const mpi::Context& context,
+                        MPI_Comm comm, const std::function<void(const std::string&)>& tell) {
   Findings findings;
   findings.name = object.name;
   LevelRunner runner(config, object, context, comm);
@@ -93,38 +93,44 @@ json measure_object(const AccuracyConfig& config, StudiedObject object,
   } catch (const core::Error& error) {
     findings.failure = error.message();
   }
-  for (const auto& level : runner.levels()) findings.levels.push_back(level.get());
-  return to_json(config, findings);
+  if (findings.reference.frequencies.empty()) return findings;
+  for (const auto& level : runner.levels()) {
+    findings.levels.push_back(compare(config, *level, findings.reference));
+  }
+  return findings;
 }
 
 /// What a part found, or why it found nothing.
-json found_or_failure(const std::function<nlohmann::ordered_json()>& climb) {
+template <class Climb>
+auto found_or_failure(const Climb& climb) -> decltype(climb()) {
   try {
     return climb();
   } catch (const core::Error& error) {
-    return {{"failure", error.message()}};
+    return {.failure = error.message()};
   }
 }
 
-json measure(const AccuracyConfig& config, const std::filesystem::path& output,
-             const mpi::Context& context, MPI_Comm comm) {
+StudyFindings measure(const AccuracyConfig& config, const std::filesystem::path& output,
+                      const mpi::Context& context, MPI_Comm comm) {
   const double start = core::monotonic_seconds();
   core::Progress progress("accuracy", static_cast<double>(config.objects.size()),
                           context.quiet || context.json || !context.speaks());
-  json document = {{"name", config.name},
-                   {"carillon", dataset::run::program_versions()},
-                   {"made", mpi::made_by(context)},
-                   {"machine",
-                    {{"processor", mpi::processor_name()},
-                     {"cores", std::thread::hardware_concurrency()},
-                     {"ranks", mpi::size(comm)},
-                     {"load_before", load_average()}}},
-                   {"clock", config.cpu_time ? "processor" : "wall"},
-                   {"modes", config.modes},
-                   {"tolerance", config.tolerances.front()},
-                   {"finished", false},
-                   {"configuration", config.resolved},
-                   {"objects", json::array()}};
+  StudyFindings findings;
+  json& document = findings.document;
+  document = {{"name", config.name},
+              {"carillon", dataset::run::program_versions()},
+              {"made", mpi::made_by(context)},
+              {"machine",
+               {{"processor", mpi::processor_name()},
+                {"cores", std::thread::hardware_concurrency()},
+                {"ranks", mpi::size(comm)},
+                {"load_before", load_average()}}},
+              {"clock", config.cpu_time ? "processor" : "wall"},
+              {"modes", config.modes},
+              {"tolerance", config.tolerances.front()},
+              {"finished", false},
+              {"configuration", config.resolved},
+              {"objects", json::array()}};
   const auto keep = [&] {
     document["seconds"] = core::monotonic_seconds() - start;
     mpi::agreed(comm, [&] {
@@ -134,20 +140,23 @@ json measure(const AccuracyConfig& config, const std::filesystem::path& output,
     });
   };
   if (config.sound) {
-    document["sound"] =
+    findings.sound =
         found_or_failure([&] { return measure_sounds(*config.sound, comm, context.cache); });
+    document["sound"] = to_json(*findings.sound);
     keep();
   }
   if (config.features) {
-    document["features"] = found_or_failure([&] { return measure_features(*config.features); });
+    findings.features = found_or_failure([&] { return measure_features(*config.features); });
+    document["features"] = to_json(*findings.features);
     keep();
   }
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
     const auto tell = [&](const std::string& note) {
       progress.update(static_cast<double>(i), note);
     };
-    document["objects"].push_back(
+    findings.objects.push_back(
         measure_object(config, config.objects[i], output, context, comm, tell));
+    document["objects"].push_back(to_json(findings.objects.back()));
     document["finished"] = i + 1 == config.objects.size();
     keep();
   }
@@ -156,19 +165,32 @@ json measure(const AccuracyConfig& config, const std::filesystem::path& output,
     keep();
   }
   progress.finish("");
-  return document;
+  return findings;
 }
 
 }  // namespace
 
-json measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
-                      const mpi::Context& context) {
+bool has_failed(const StudyFindings& findings) {
+  return (findings.sound && !findings.sound->failure.empty()) ||
+         (findings.features && !findings.features->failure.empty()) ||
+         std::any_of(findings.objects.begin(), findings.objects.end(),
+                     [](const Findings& object) { return has_failed(object); });
+}
+
+void print(const StudyFindings& findings) {
+  for (const Findings& object : findings.objects) print(object);
+  if (findings.sound) print(*findings.sound);
+  if (findings.features) print(*findings.features);
+}
+
+StudyFindings measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
+                               const mpi::Context& context) {
   if (config.all_ranks) return measure(config, output, context, context.world);
-  json document;
+  StudyFindings findings;
   mpi::agreed(context.world, [&] {
-    if (context.speaks()) document = measure(config, output, context, MPI_COMM_SELF);
+    if (context.speaks()) findings = measure(config, output, context, MPI_COMM_SELF);
   });
-  return document;
+  return findings;
 }
 
 }  // namespace carillon::eval::accuracy

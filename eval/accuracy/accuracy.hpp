@@ -2,10 +2,11 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "eval/accuracy/accuracy_config.hpp"
+#include "eval/accuracy/findings.hpp"
 #include "mpi/context.hpp"
 
 namespace carillon::eval::accuracy {
@@ -16,13 +17,27 @@ struct AccuracyOptions {
   std::vector<std::string> overrides;
 };
 
+/// What was measured.
+struct StudyFindings {
+  std::optional<SoundFindings> sound;
+  std::optional<FeatureFindings> features;
+  std::vector<Findings> objects;
+  nlohmann::json document;  ///< accuracy.json
+};
+
+/// Whether something could not be measured.
+bool has_failed(const StudyFindings& findings);
+
+/// Tables for a person.
+void print(const StudyFindings& findings);
+
 /// Measures the study of a configuration: on rank 0 while the others wait, or on all ranks.
 /// What is known is rewritten as accuracy.json after each body, so that a study that is cut short
 /// keeps what it measured. A body that fails does not spoil the others.
 /// @param output  folder that exists, for accuracy.json and stand-ins
-/// @return the document of accuracy.json, the same on every rank that measures
+/// @return the same on every rank that measures; nothing on others
 /// @note Collective on the context's world.
-nlohmann::json measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
-                                const mpi::Context& context);
+StudyFindings measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
+                               const mpi::Context& context);
 
 }  // namespace carillon::eval::accuracy

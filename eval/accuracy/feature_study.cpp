@@ -67,16 +67,16 @@ Clip draw_clip(const FeatureStudy& study, int count, double snr_db, int number) 
 }
 
 /// What one combination of method, modes and noise came to.
-struct FeatureFindings {
+struct Tally {
   std::vector<double> seconds, frequency, decay_rate;  ///< errors over bounds
   std::size_t modes = 0, found = 0, features = 0;
 };
 
-void add_errors(const Clip& clip, const features::FeatureSet& set, FeatureFindings& findings) {
+void add_errors(const Clip& clip, const features::FeatureSet& set, Tally& tally) {
   const std::vector<features::ModeBound> bounds = features::cramer_rao(
       clip.modes, {set.sample_rate, set.begin - set.onset, set.end - set.onset, clip.noise});
-  findings.modes += clip.modes.size();
-  findings.features += set.features.size();
+  tally.modes += clip.modes.size();
+  tally.features += set.features.size();
   for (std::size_t i = 0; i < clip.modes.size(); ++i) {
     const Feature& mode = clip.modes[i];
     const auto distance = [&](const Feature& feature) {
@@ -90,15 +90,16 @@ void add_errors(const Clip& clip, const features::FeatureSet& set, FeatureFindin
             std::max(max_bounds * bounds[i].frequency, max_shift * mode.frequency)) {
       continue;
     }
-    ++findings.found;
-    findings.frequency.push_back(distance(*nearest) / bounds[i].frequency);
-    findings.decay_rate.push_back(std::abs(nearest->decay_rate - mode.decay_rate) /
-                                  bounds[i].decay_rate);
+    ++tally.found;
+    tally.frequency.push_back(distance(*nearest) / bounds[i].frequency);
+    tally.decay_rate.push_back(std::abs(nearest->decay_rate - mode.decay_rate) /
+                               bounds[i].decay_rate);
   }
 }
 
-ordered_json level(const FeatureStudy& study, const std::string& method, int modes, double snr_db) {
-  FeatureFindings findings;
+FeatureFindings::RefinementLevel level(const FeatureStudy& study, const std::string& method,
+                                       int modes, double snr_db) {
+  Tally tally;
   features::FeatureOptions options;
   options.method =
       method == "peaks" ? features::FeatureMethod::peaks : features::FeatureMethod::esprit;
@@ -108,22 +109,19 @@ ordered_json level(const FeatureStudy& study, const std::string& method, int mod
     const double start = core::thread_cpu_seconds();
     const features::FeatureSet set =
         features::extract_features(clip.samples, study.sample_rate, options);
-    findings.seconds.push_back(core::thread_cpu_seconds() - start);
-    add_errors(clip, set, findings);
+    tally.seconds.push_back(core::thread_cpu_seconds() - start);
+    add_errors(clip, set, tally);
   }
   const double clips = study.clips;
-  return {{"method", method},
-          {"modes", modes},
-          {"snr_db", snr_db},
-          {"seconds", core::median(findings.seconds)},
-          {"found", static_cast<double>(findings.found) / static_cast<double>(findings.modes)},
-          {"extra",
-           static_cast<double>(findings.features - std::min(findings.features, findings.found)) /
-               clips},
-          {"bounds_frequency",
-           core::number_or_null(core::median(findings.frequency) / median_deviation)},
-          {"bounds_decay_rate",
-           core::number_or_null(core::median(findings.decay_rate) / median_deviation)}};
+  return {
+      .method = method,
+      .modes = modes,
+      .snr_db = snr_db,
+      .seconds = core::median(tally.seconds),
+      .found = static_cast<double>(tally.found) / static_cast<double>(tally.modes),
+      .extra = static_cast<double>(tally.features - std::min(tally.features, tally.found)) / clips,
+      .bounds_frequency = core::median(tally.frequency) / median_deviation,
+      .bounds_decay_rate = core::median(tally.decay_rate) / median_deviation};
 }
 
 }  // namespace
@@ -154,15 +152,49 @@ FeatureStudy read_feature_study(core::ConfigNode node) {
   return study;
 }
 
-ordered_json measure_features(const FeatureStudy& study) {
+ordered_json to_json(const FeatureFindings& findings) {
+  if (!findings.failure.empty()) return {{"failure", findings.failure}};
   ordered_json levels = ordered_json::array();
+  for (const FeatureFindings::RefinementLevel& level : findings.levels) {
+    levels.push_back({{"method", level.method},
+                      {"modes", level.modes},
+                      {"snr_db", level.snr_db},
+                      {"seconds", level.seconds},
+                      {"found", level.found},
+                      {"extra", level.extra},
+                      {"bounds_frequency", core::number_or_null(level.bounds_frequency)},
+                      {"bounds_decay_rate", core::number_or_null(level.bounds_decay_rate)}});
+  }
+  return {{"clips", findings.clips}, {"seconds", findings.seconds}, {"levels", levels}};
+}
+
+void print(const FeatureFindings& findings) {
+  if (!findings.failure.empty()) {
+    fmt::print("\nfeatures: {}\n", findings.failure);
+    return;
+  }
+  const auto bounds = [](double value) {
+    return std::isfinite(value) ? fmt::format("{:.3g}", value) : "-";
+  };
+  fmt::print(
+      "\nfeatures, errors over the Cramer-Rao bound\n{:<8}{:>7}{:>8}{:>10}{:>8}{:>12}{:>12}\n",
+      "method", "modes", "dB", "s", "found", "frequency", "decay rate");
+  for (const FeatureFindings::RefinementLevel& level : findings.levels) {
+    fmt::print("{:<8}{:>7}{:>8}{:>10.2g}{:>7.0f}%{:>12}{:>12}\n", level.method, level.modes,
+               level.snr_db, level.seconds, 100 * level.found, bounds(level.bounds_frequency),
+               bounds(level.bounds_decay_rate));
+  }
+}
+
+FeatureFindings measure_features(const FeatureStudy& study) {
+  FeatureFindings findings{.clips = study.clips, .seconds = study.seconds};
   for (const std::string& method : study.methods) {
     for (const int modes : study.modes) {
       for (const double snr_db : study.snr_db)
-        levels.push_back(level(study, method, modes, snr_db));
+        findings.levels.push_back(level(study, method, modes, snr_db));
     }
   }
-  return {{"clips", study.clips}, {"seconds", study.seconds}, {"levels", levels}};
+  return findings;
 }
 
 }  // namespace carillon::eval::accuracy

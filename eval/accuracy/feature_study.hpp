@@ -23,14 +23,32 @@ struct FeatureStudy {
 /// @throws ConfigError
 FeatureStudy read_feature_study(core::ConfigNode node);
 
+/// What came of it.
+struct FeatureFindings {
+  std::string failure{};  ///< why there is nothing else, else ""
+  int clips = 0;
+  double seconds = 0;  ///< of a clip
+  struct RefinementLevel {
+    std::string method;
+    int modes = 0;
+    double snr_db = 0;
+    double seconds = 0;  ///< processor time of a clip, median
+    double found = 0;    ///< fraction of the modes
+    double extra = 0;    ///< features of a clip that are no mode, mean
+    /// Median errors over the Cramer-Rao bound, 1 for an efficient estimate; NaN where none is
+    /// found.
+    double bounds_frequency = 0, bounds_decay_rate = 0;
+  };
+  std::vector<RefinementLevel> levels{};
+};
+
+nlohmann::ordered_json to_json(const FeatureFindings& findings);
+/// A table for a person.
+void print(const FeatureFindings& findings);
+
 /// Runs it on this rank: frequencies spread evenly in pitch with random offsets from 200 Hz to
 /// 14 kHz, decay rates of 3 to 30 1/s that rise with frequency, random amplitudes (within 10 dB)
 /// and phases, white noise.
-/// @return `clips`, `seconds` and `levels[]`: `method`, `modes`, `snr_db`, `seconds` (processor
-/// time
-///         of a clip, median), `found` (fraction of the modes), `extra` (features of a clip that
-///         are no mode, mean), and `bounds_frequency`, `bounds_decay_rate`: median errors over the
-///         Cramer-Rao bound, 1 for an efficient estimate
-nlohmann::ordered_json measure_features(const FeatureStudy& study);
+FeatureFindings measure_features(const FeatureStudy& study);
 
 }  // namespace carillon::eval::accuracy

@@ -80,84 +80,128 @@ std::vector<double> frequencies_of(const solvers::modes::Modes& modes, std::size
   return out;
 }
 
-double time_of(const AccuracyConfig& config, const RefinementLevel& level) {
-  return config.cpu_time ? level.cpu_seconds : level.seconds;
-}
-
-json level_json(const AccuracyConfig& config, const RefinementLevel& level,
-                const Reference& reference) {
-  json out = {{"order", level.options.order},
-              {"element_size_m", nullptr},
-              {"automatic_size", level.options.element_size <= 0},
+json level_json(const ComparedRung& level) {
+  json out = {{"order", level.order},
+              {"element_size_m", core::number_or_null(level.element_size)},
+              {"automatic_size", level.automatic_size},
               {"size_factor", nullptr},
-              {"tolerance", level.tolerance}};
-  if (std::isfinite(level.element_size)) out["element_size_m"] = level.element_size;
+              {"tolerance", level.tolerance},
+              {"on_front", false}};
   if (level.size_factor > 0) out["size_factor"] = level.size_factor;
   if (!level.failure.empty()) out["failure"] = level.failure;
-  if (level.error) return out;
-  out["elements"] = level.mesh.mesh.element_count();
-  out["unknowns"] = level.modes.certificate.unknowns;
-  out["seconds"] = time_of(config, level);
-  out["wall_seconds"] = level.seconds;
-  out["processor_seconds"] = level.cpu_seconds;
+  if (!level.has_modes) return out;
+  out["elements"] = level.elements;
+  out["unknowns"] = level.unknowns;
+  out["seconds"] = level.seconds;
+  out["wall_seconds"] = level.wall_seconds;
+  out["processor_seconds"] = level.processor_seconds;
   out["runs"] = level.runs;
   for (const auto& [stage, seconds] : level.stages) out["stages"][stage + "_s"] = seconds;
-  const std::size_t first = reference.first, count = reference.compared();
-  const auto frequencies = frequencies_of(level.modes, first, count);
-  out["modes"] = frequencies.size();
-  out["frequencies_hz"] = frequencies;
-  // Ranks without a partner say nothing of the others' errors.
+  out["modes"] = level.frequencies.size();
+  out["frequencies_hz"] = level.frequencies;
   if (!level.failure.empty()) return out;
-  const auto errors =
-      errors_in_cents(frequencies, std::span(reference.frequencies).subspan(first), count);
-  out["errors_cents"] = errors;
-  const Summary truth = summary(errors);
+  const Summary truth = summary(level.errors), estimate = summary(level.estimates);
+  out["errors_cents"] = level.errors;
   out["worst_cents"] = truth.worst;
   out["median_cents"] = core::number_or_null(truth.median);
-  out["estimated_worst_cents"] = nullptr;
-  out["estimated_median_cents"] = nullptr;
-  out["estimated_errors_cents"] = json::array();
-  if (!level.modes.pitch_errors.empty()) {
-    const auto from = level.modes.pitch_errors.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::vector<double> estimates(from, from + static_cast<std::ptrdiff_t>(count));
-    const Summary estimate = summary(estimates);
-    out["estimated_errors_cents"] = estimates;
-    out["estimated_worst_cents"] = estimate.worst;
-    out["estimated_median_cents"] = core::number_or_null(estimate.median);
-  }
+  out["estimated_errors_cents"] = level.estimates;
+  out["estimated_worst_cents"] = level.estimates.empty() ? json() : json(estimate.worst);
+  out["estimated_median_cents"] = core::number_or_null(estimate.median);
   return out;
 }
 
-json choice_json(const AccuracyConfig& config, const Choice& choice,
-                 const std::vector<const RefinementLevel*>& levels) {
-  json out = {{"asked_cents", choice.cents}, {"met", false}};
+/// What a choice cost: its own level [s], and all steps to it.
+struct ChoiceCost {
+  double seconds = 0, search_seconds = 0;
+};
+
+ChoiceCost cost_of(const Choice& choice, const std::vector<ComparedRung>& levels) {
+  ChoiceCost cost{levels[choice.steps.at(choice.report.chosen)].seconds, 0};
+  for (const std::size_t step : choice.steps) cost.search_seconds += levels[step].seconds;
+  return cost;
+}
+
+json choice_json(const Choice& choice, const std::vector<ComparedRung>& levels) {
+  const json command = choice.command.empty() ? json() : json(choice.command);
   if (!choice.failure.empty()) {
-    out["failure"] = choice.failure;
-  } else {
-    out = solvers::pitch::to_json(choice.report, false);
+    return {{"asked_cents", choice.cents},
+            {"met", false},
+            {"failure", choice.failure},
+            {"command", command}};
   }
-  out["command"] = choice.command.empty() ? json() : json(choice.command);
-  if (!choice.failure.empty()) return out;
-  double all = 0;
+  json out = solvers::pitch::to_json(choice.report, false);
+  out["command"] = command;
   for (std::size_t i = 0; i < choice.steps.size(); ++i) {
-    const double seconds = time_of(config, *choice.steps[i]);
-    all += seconds;
-    out["steps"][i]["seconds"] = seconds;
+    out["steps"][i]["seconds"] = levels[choice.steps[i]].seconds;
   }
-  const RefinementLevel* chosen = choice.steps.at(choice.report.chosen);
-  out["seconds"] = time_of(config, *chosen);
-  out["search_seconds"] = all;
-  out["level"] = std::find(levels.begin(), levels.end(), chosen) - levels.begin();
+  const ChoiceCost cost = cost_of(choice, levels);
+  out["seconds"] = cost.seconds;
+  out["search_seconds"] = cost.search_seconds;
+  out["level"] = choice.steps[choice.report.chosen];
   return out;
 }
 
-std::string number(const json& value, double factor = 1) {
-  return value.is_null() ? "-" : fmt::format("{:.3g}", factor * value.get<double>());
+/// Levels that no other beats.
+struct Front {
+  std::vector<std::size_t> levels;
+  std::optional<double> half_the_error_costs;
+};
+
+Front front_of(const std::vector<ComparedRung>& levels) {
+  std::vector<CostPoint> points, best;
+  std::vector<std::size_t> place;  // of each point among the levels
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    if (!levels[i].failure.empty()) continue;
+    points.push_back({levels[i].seconds, summary(levels[i].errors).worst});
+    place.push_back(i);
+  }
+  Front front;
+  for (const std::size_t i : pareto_front(points)) {
+    best.push_back(points[i]);
+    front.levels.push_back(place[i]);
+  }
+  front.half_the_error_costs = cost_of_half_the_error(best);
+  return front;
+}
+
+std::string number(double value) {
+  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "-";
 }
 
 }  // namespace
 
-json to_json(const AccuracyConfig& config, const Findings& findings) {
+ComparedRung compare(const AccuracyConfig& config, const RefinementLevel& level,
+                     const Reference& reference) {
+  ComparedRung out;
+  out.order = level.options.order;
+  out.element_size = level.element_size;
+  out.automatic_size = level.options.element_size <= 0;
+  out.size_factor = level.size_factor;
+  out.tolerance = level.tolerance;
+  out.failure = level.failure;
+  out.has_modes = !level.error;
+  if (level.error) return out;
+  out.elements = static_cast<std::int64_t>(level.mesh.mesh.element_count());
+  out.unknowns = level.modes.certificate.unknowns;
+  out.seconds = config.cpu_time ? level.cpu_seconds : level.seconds;
+  out.wall_seconds = level.seconds;
+  out.processor_seconds = level.cpu_seconds;
+  out.runs = level.runs;
+  out.stages = level.stages;
+  const std::size_t first = reference.first, count = reference.compared();
+  out.frequencies = frequencies_of(level.modes, first, count);
+  // Ranks without a partner say nothing of the others' errors.
+  if (!level.failure.empty()) return out;
+  out.errors =
+      errors_in_cents(out.frequencies, std::span(reference.frequencies).subspan(first), count);
+  if (!level.modes.pitch_errors.empty()) {
+    const auto from = level.modes.pitch_errors.begin() + static_cast<std::ptrdiff_t>(first);
+    out.estimates.assign(from, from + static_cast<std::ptrdiff_t>(count));
+  }
+  return out;
+}
+
+json to_json(const Findings& findings) {
   json out = {{"name", findings.name}};
   if (!findings.note.empty()) out["note"] = findings.note;
   if (!findings.failure.empty()) {
@@ -180,103 +224,89 @@ json to_json(const AccuracyConfig& config, const Findings& findings) {
     out["reference"]["order"] = reference.order;
     out["reference"]["element_size_m"] = reference.element_size;
   }
-  std::vector<CostPoint> points;
-  std::vector<std::size_t> place;  // of each point among the levels
   out["levels"] = json::array();
-  for (const RefinementLevel* level : findings.levels) {
-    json entry = level_json(config, *level, reference);
-    entry["on_front"] = false;
-    if (level->failure.empty()) {
-      points.push_back({entry.at("seconds"), entry.at("worst_cents")});
-      place.push_back(out["levels"].size());
-    }
-    out["levels"].push_back(std::move(entry));
-  }
-  std::vector<CostPoint> front;
-  out["front"] = json::array();
-  for (const std::size_t i : pareto_front(points)) {
-    front.push_back(points[i]);
-    out["front"].push_back(place[i]);
-    out["levels"][place[i]]["on_front"] = true;
-  }
+  for (const ComparedRung& level : findings.levels) out["levels"].push_back(level_json(level));
+  const Front front = front_of(findings.levels);
+  out["front"] = front.levels;
+  for (const std::size_t i : front.levels) out["levels"][i]["on_front"] = true;
   out["half_the_error_costs"] = nullptr;
-  if (const auto factor = cost_of_half_the_error(front)) out["half_the_error_costs"] = *factor;
+  if (front.half_the_error_costs) out["half_the_error_costs"] = *front.half_the_error_costs;
   out["chosen"] = json::array();
-  for (const Choice& choice : findings.choices)
-    out["chosen"].push_back(choice_json(config, choice, findings.levels));
+  for (const Choice& choice : findings.choices) {
+    out["chosen"].push_back(choice_json(choice, findings.levels));
+  }
   return out;
 }
 
-bool has_failed(const json& object) {
-  if (object.contains("failure")) return !object.at("passed_over").get<bool>();
-  const json& chosen = object.at("chosen");
-  return std::any_of(chosen.begin(), chosen.end(),
-                     [](const json& choice) { return choice.contains("failure"); });
+bool has_failed(const Findings& findings) {
+  if (!findings.failure.empty()) return !findings.passed_over;
+  return std::any_of(findings.choices.begin(), findings.choices.end(),
+                     [](const Choice& choice) { return !choice.failure.empty(); });
 }
 
 namespace {
 
-void print_level(const json& level) {
-  fmt::print("{:>5} {:>10} {:>9.0e} ", level.at("order").get<int>(),
-             number(level.at("element_size_m"), 1e3), level.at("tolerance").get<double>());
-  if (level.contains("elements")) {
-    fmt::print("{:>9} {:>9} {:>9.2f} ", level.at("elements").get<std::int64_t>(),
-               level.at("unknowns").get<std::int64_t>(), level.at("seconds").get<double>());
+void print_level(const ComparedRung& level, bool on_front) {
+  fmt::print("{:>5} {:>10} {:>9.0e} ", level.order, number(1e3 * level.element_size),
+             level.tolerance);
+  if (level.has_modes) {
+    fmt::print("{:>9} {:>9} {:>9.2f} ", level.elements, level.unknowns, level.seconds);
   }
-  if (level.contains("failure")) {
-    fmt::print("{}\n", level.at("failure").get<std::string>());
+  if (!level.failure.empty()) {
+    fmt::print("{}\n", level.failure);
     return;
   }
-  fmt::print("| {:>9} {:>9} | {:>9} {:>9} {}\n", number(level["worst_cents"]),
-             number(level["estimated_worst_cents"]), number(level["median_cents"]),
-             number(level["estimated_median_cents"]), level.at("on_front") ? "front" : "");
+  const Summary truth = summary(level.errors), estimate = summary(level.estimates);
+  fmt::print("| {:>9} {:>9} | {:>9} {:>9} {}\n", number(truth.worst),
+             level.estimates.empty() ? "-" : number(estimate.worst), number(truth.median),
+             number(estimate.median), on_front ? "front" : "");
 }
 
-void print_choice(const json& choice, const json& levels) {
-  fmt::print("--pitch-cents {:<4} ", number(choice["asked_cents"]));
-  if (choice.contains("failure")) {
-    fmt::print("failed: {}\n", choice.at("failure").get<std::string>());
+void print_choice(const Choice& choice, const std::vector<ComparedRung>& levels) {
+  fmt::print("--pitch-cents {:<4} ", number(choice.cents));
+  if (!choice.failure.empty()) {
+    fmt::print("failed: {}\n", choice.failure);
     return;
   }
-  const json& level = levels.at(choice.at("level").get<std::size_t>());
-  const bool met = choice.at("met");
+  const ComparedRung& level = levels[choice.steps.at(choice.report.chosen)];
+  const ChoiceCost cost = cost_of(choice, levels);
+  const bool met = choice.report.met();
   fmt::print("{}: order {}, {} mm, {:.2f} s ({:.2f} s with the steps to it), {}{}\n",
-             met ? "met" : "not met", level.at("order").get<int>(),
-             number(level.at("element_size_m"), 1e3), choice.at("seconds").get<double>(),
-             choice.at("search_seconds").get<double>(),
-             level.contains("failure")
-                 ? level.at("failure").get<std::string>()
-                 : fmt::format("worst {} cents", number(level["worst_cents"])),
-             met ? "" : "; " + choice.at("reason").get<std::string>());
+             met ? "met" : "not met", level.order, number(1e3 * level.element_size), cost.seconds,
+             cost.search_seconds,
+             level.failure.empty()
+                 ? fmt::format("worst {} cents", number(summary(level.errors).worst))
+                 : level.failure,
+             met ? "" : "; " + choice.report.reason);
 }
 
 }  // namespace
 
-void print_findings(const json& object) {
-  fmt::print("\n{}", object.at("name").get<std::string>());
-  if (object.contains("note")) fmt::print(" ({})", object.at("note").get<std::string>());
-  if (object.contains("failure")) {
-    fmt::print(": {}", object.at("failure").get<std::string>());
-  }
-  if (!object.contains("reference")) {
+void print(const Findings& findings) {
+  fmt::print("\n{}", findings.name);
+  if (!findings.note.empty()) fmt::print(" ({})", findings.note);
+  if (!findings.failure.empty()) fmt::print(": {}", findings.failure);
+  const Reference& reference = findings.reference;
+  if (reference.frequencies.empty()) {
     fmt::print("\n");
     return;
   }
-  const json& reference = object.at("reference");
-  const json& frequencies = reference.at("frequencies_hz");
   fmt::print(
       ": {} modes from {:.5g} to {:.5g} Hz against a reference by {}, itself within {} cents "
       "by its estimate\n",
-      frequencies.size(), frequencies.front().get<double>(), frequencies.back().get<double>(),
-      reference.at("solver").get<std::string>(), number(reference["estimated_worst_cents"]));
+      reference.compared(), reference.frequencies[reference.first], reference.frequencies.back(),
+      reference.solver, number(reference.worst_cents));
   fmt::print("{:>5} {:>10} {:>9} {:>9} {:>9} {:>9} | {:>9} {:>9} | {:>9} {:>9}\n", "order",
              "size [mm]", "tolerance", "elements", "unknowns", "time [s]", "worst", "estimate",
              "median", "estimate");
-  for (const json& level : object.at("levels")) print_level(level);
-  for (const json& choice : object.at("chosen")) print_choice(choice, object.at("levels"));
-  if (!object.at("half_the_error_costs").is_null()) {
-    fmt::print("half the error costs {:.2f} times the time\n",
-               object.at("half_the_error_costs").get<double>());
+  const Front front = front_of(findings.levels);
+  for (std::size_t i = 0; i < findings.levels.size(); ++i) {
+    print_level(findings.levels[i],
+                std::find(front.levels.begin(), front.levels.end(), i) != front.levels.end());
+  }
+  for (const Choice& choice : findings.choices) print_choice(choice, findings.levels);
+  if (front.half_the_error_costs) {
+    fmt::print("half the error costs {:.2f} times the time\n", *front.half_the_error_costs);
   }
 }
 

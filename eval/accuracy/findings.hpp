@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -33,13 +34,36 @@ std::vector<std::size_t> pareto_front(std::span<const CostPoint> points);
 /// least squares. Nothing when there are fewer than three points.
 std::optional<double> cost_of_half_the_error(std::span<const CostPoint> front);
 
+/// A level held against the reference.
+struct ComparedRung {
+  int order = 0;
+  double element_size = 0;  ///< [m]; NaN where it cannot be known
+  bool automatic_size = false;
+  double size_factor = 0;  ///< on the automatic size; 0: asked for by a target
+  double tolerance = 0;
+  std::string failure;     ///< why it cannot be compared, else ""
+  bool has_modes = false;  ///< what follows is known
+  std::int64_t elements = 0, unknowns = 0;
+  double seconds = 0;  ///< by the configuration's clock
+  double wall_seconds = 0, processor_seconds = 0;
+  int runs = 0;
+  std::map<std::string, double> stages;  ///< [s]
+  std::vector<double> frequencies;       ///< [Hz] of the modes that are compared
+  /// Of each mode its error, and the estimate of it [cent]; none of a level that failed.
+  std::vector<double> errors, estimates;
+};
+
+/// @param reference  with frequencies
+ComparedRung compare(const AccuracyConfig& config, const RefinementLevel& level,
+                     const Reference& reference);
+
 /// One setting that --pitch-cents chose.
 struct Choice {
   double cents = 0;
   std::string command;  ///< that chooses the same; "": there is none
   std::string failure;  ///< why nothing was chosen, else ""
   solvers::pitch::PitchReport report;
-  std::vector<const RefinementLevel*> steps;  ///< levels of the report's steps
+  std::vector<std::size_t> steps;  ///< levels of the report's steps
 };
 
 /// What was found for one body.
@@ -49,18 +73,18 @@ struct Findings {
   std::string failure;       ///< what ended the measurements, else ""
   bool passed_over = false;  ///< an optional file is missing: nothing failed
   Reference reference;
-  std::vector<const RefinementLevel*> levels;
+  std::vector<ComparedRung> levels;  ///< none without frequencies of the reference
   std::vector<Choice> choices;
 };
 
 /// The schema is in docs/accuracy.md.
-nlohmann::json to_json(const AccuracyConfig& config, const Findings& findings);
+nlohmann::json to_json(const Findings& findings);
 
 /// Whether a body, or one of its targets, could not be had. A target that is not met, a level that
 /// fails and an optional file that is missing are findings like any other.
-bool has_failed(const nlohmann::json& object);
+bool has_failed(const Findings& findings);
 
-/// Tables for a person, from the JSON of an object.
-void print_findings(const nlohmann::json& object);
+/// Tables for a person.
+void print(const Findings& findings);
 
 }  // namespace carillon::eval::accuracy

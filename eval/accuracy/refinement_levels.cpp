@@ -268,13 +268,14 @@ solvers::pitch::PitchReport LevelRunner::choose(double cents) {
   return solvers::pitch::reach_pitch(scene::pitch_target(search), make_mesh, solve).report;
 }
 
-const RefinementLevel& LevelRunner::level_of(const solvers::pitch::PitchStep& step) const {
-  for (const auto& level : levels_) {
-    const bool automatic = level->options.element_size <= 0;
-    if (level->options.order == step.order && automatic == step.automatic_size &&
-        level->tolerance == solvers::eigen::SolveOptions().tolerance &&
-        std::abs(level->element_size / step.element_size - 1) < 1e-9 && !level->error) {
-      return *level;
+std::size_t LevelRunner::level_of(const solvers::pitch::PitchStep& step) const {
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    const RefinementLevel& level = *levels_[i];
+    const bool automatic = level.options.element_size <= 0;
+    if (level.options.order == step.order && automatic == step.automatic_size &&
+        level.tolerance == solvers::eigen::SolveOptions().tolerance &&
+        std::abs(level.element_size / step.element_size - 1) < 1e-9 && !level.error) {
+      return i;
     }
   }
   throw core::SolverError("a setting was chosen that was never run");

@@ -72,8 +72,8 @@ class LevelRunner {
   /// What --pitch-cents chooses. The levels that it tries are run like all others.
   /// @throws Error  its first setting fails
   solvers::pitch::PitchReport choose(double cents);
-  /// The level of a step towards a target.
-  const RefinementLevel& level_of(const solvers::pitch::PitchStep& step) const;
+  /// Which of the levels a step towards a target is.
+  std::size_t level_of(const solvers::pitch::PitchStep& step) const;
 
   /// Every level so far, in the order of running.
   const std::vector<std::unique_ptr<RefinementLevel>>& levels() const { return levels_; }

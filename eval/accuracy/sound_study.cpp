@@ -91,7 +91,8 @@ struct FewerModes {
   scene::RingingBody body;
 };
 
-ordered_json level(const std::string& key, int value, const Sounds& made, const Sounds& full) {
+SoundFindings::RefinementLevel level(const std::string& key, int value, const Sounds& made,
+                                     const Sounds& full) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < full.clips.size(); ++i) {
     const double peak = core::peak(full.clips[i]);
@@ -102,11 +103,7 @@ ordered_json level(const std::string& key, int value, const Sounds& made, const 
     errors.push_back(20 / std::numbers::ln10 *
                      perception::spectral_distance(one, other).log_magnitude);
   }
-  return {{"key", key},
-          {"value", value},
-          {"sounds", errors.size()},
-          {"seconds", core::median(made.seconds)},
-          {"error_db", core::number_or_null(core::median(errors))}};
+  return {key, value, errors.size(), core::median(made.seconds), core::median(errors)};
 }
 
 }  // namespace
@@ -153,8 +150,38 @@ SoundStudy read_sound_study(
   return study;
 }
 
-ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
-                            const std::filesystem::path& cache) {
+ordered_json to_json(const SoundFindings& findings) {
+  if (!findings.failure.empty()) return {{"failure", findings.failure}};
+  ordered_json levels = ordered_json::array();
+  for (const SoundFindings::RefinementLevel& level : findings.levels) {
+    levels.push_back({{"key", level.key},
+                      {"value", level.value},
+                      {"sounds", level.sounds},
+                      {"seconds", level.seconds},
+                      {"error_db", core::number_or_null(level.error_db)}});
+  }
+  return {{"body", findings.body},
+          {"material", findings.material},
+          {"modes", findings.modes},
+          {"prepare_s", findings.prepare_s},
+          {"levels", levels}};
+}
+
+void print(const SoundFindings& findings) {
+  if (!findings.failure.empty()) {
+    fmt::print("\nsound: {}\n", findings.failure);
+    return;
+  }
+  fmt::print("\nsound of {}, {} modes\n{:<14}{:>8}{:>12}{:>10}\n", findings.body, findings.modes,
+             "", "", "s", "dB");
+  for (const SoundFindings::RefinementLevel& level : findings.levels) {
+    fmt::print("{:<14}{:>8}{:>12.2g}{:>10}\n", level.key, level.value, level.seconds,
+               std::isfinite(level.error_db) ? fmt::format("{:.3g}", level.error_db) : "silent");
+  }
+}
+
+SoundFindings measure_sounds(const SoundStudy& study, MPI_Comm alone,
+                             const std::filesystem::path& cache) {
   const scene::Body solved = scene::solve_body(study.body, alone, cache);
   core::Trace trace;
   scene::SoundChain chain(study.without_room, cache, trace);
@@ -162,7 +189,7 @@ ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
   const scene::RingingBody body =
       chain.prepare(study.name, study.name, solved.modes, solved.materials);
   const double prepared = core::thread_cpu_seconds() - before;
-  ordered_json levels = ordered_json::array();
+  std::vector<SoundFindings::RefinementLevel> levels;
   const Sounds all_modes = make_sounds(study.without_room, study.strikes, body);
   for (const int count : study.modes) {
     if (static_cast<std::size_t>(count) >= solved.modes.size()) break;
@@ -179,11 +206,11 @@ ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
     }
     levels.push_back(level("image order", study.image_orders.back(), full, full));
   }
-  return {{"body", study.name},
-          {"material", study.material},
-          {"modes", solved.modes.size()},
-          {"prepare_s", prepared},
-          {"levels", levels}};
+  return {.body = study.name,
+          .material = study.material,
+          .modes = solved.modes.size(),
+          .prepare_s = prepared,
+          .levels = std::move(levels)};
 }
 
 }  // namespace carillon::eval::accuracy

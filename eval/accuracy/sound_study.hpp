@@ -29,13 +29,30 @@ SoundStudy read_sound_study(
     core::ConfigNode node, const std::string& file_name,
     const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread);
 
+/// What came of it.
+struct SoundFindings {
+  std::string failure{};  ///< why there is nothing else, else ""
+  std::string body{}, material{};
+  std::size_t modes = 0;
+  double prepare_s = 0;  ///< of the body's radiation [s]
+  struct RefinementLevel {
+    std::string key;  ///< `modes` or `image order`
+    int value = 0;
+    std::size_t sounds = 0;
+    double seconds = 0, error_db = 0;  ///< medians; NaN where all is silent
+  };
+  std::vector<RefinementLevel> levels{};
+};
+
+nlohmann::ordered_json to_json(const SoundFindings& findings);
+/// A table for a person.
+void print(const SoundFindings& findings);
+
 /// Runs it on this rank, whose communicator `alone` is. The sounds' difference is the mean of the
 /// magnitudes of the logarithms of the ratios of short-time spectra
 /// (perception::SpectralDistance::log_magnitude) in dB, of sounds whose reference has a peak of 1;
 /// time that of making the sound from known modes, processor time.
-/// @return `body`, `material`, `modes`, `prepare_s` (the body's radiation) and `levels[]`: `key`
-///         (`modes` or `image order`), `value`, `sounds`, `seconds` and `error_db` (medians)
-nlohmann::ordered_json measure_sounds(const SoundStudy& study, MPI_Comm alone,
-                                      const std::filesystem::path& cache);
+SoundFindings measure_sounds(const SoundStudy& study, MPI_Comm alone,
+                             const std::filesystem::path& cache);
 
 }  // namespace carillon::eval::accuracy

@@ -67,6 +67,22 @@ std::vector<bool> excepted(const SampleSource& source, const TaskSpec& task) {
 
 }  // namespace
 
+nlohmann::json to_json(const TaskSpec& task) {
+  return {{"name", task.name},
+          {"column", task.column},
+          {"split", task.split},
+          {"classes", task.classes},
+          {"except", task.except}};
+}
+
+TaskSpec task_from(const nlohmann::json& json) {
+  return {.name = json.at("name"),
+          .column = json.at("column"),
+          .split = json.at("split"),
+          .classes = json.at("classes"),
+          .except = json.at("except")};
+}
+
 std::vector<std::uint32_t> LabelledSamples::rows(Part wanted) const {
   std::vector<std::uint32_t> rows;
   for (std::size_t i = 0; i < label.size(); ++i) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,12 @@ struct TaskSpec {
   /// Of columns, labels that are left out: nothing is learnt of them, and they are none of the
   /// classes.
   std::map<std::string, std::vector<std::string>> except{};
+
+  bool operator==(const TaskSpec&) const = default;
 };
+
+nlohmann::json to_json(const TaskSpec& task);
+TaskSpec task_from(const nlohmann::json& json);
 
 /// In place of a class: a label that the task leaves out; no label.
 inline constexpr std::int32_t left_out = -1, unlabelled = -2;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/json.hpp"
 #include "core/random.hpp"
 #include "eval/classification/calibration.hpp"
 #include "eval/classification/novelty.hpp"
@@ -117,6 +118,7 @@ RecognitionTrial try_recognition(const Recognition& recognition, networks::Learn
                                  std::span<const std::size_t> test_groups,
                                  const networks::LearningRanks& ranks) {
   RecognitionTrial trial;
+  trial.temperature = recognition.temperature;
   const Rows tested = samples.rows(learning::Part::test);
   const std::vector<double> logits = doubles(test);
   const std::vector<std::size_t> truth = labels_of(samples, tested);
@@ -154,6 +156,46 @@ RecognitionTrial try_recognition(const Recognition& recognition, networks::Learn
     novel.groups.resize(novel.scores.size());
     std::iota(novel.groups.begin(), novel.groups.end(), std::size_t{0});
     trial.novel[name] = against(known, novel, recognition.threshold);
+  }
+  return trial;
+}
+
+nlohmann::ordered_json to_json(const RecognitionTrial& trial) {
+  nlohmann::ordered_json found = {
+      {"temperature", core::number_or_null(trial.temperature)},
+      {"calibration_error", core::number_or_null(trial.calibration_error)},
+      {"uncalibrated_error", core::number_or_null(trial.uncalibrated_error)},
+      {"calibration_by_chance", core::number_or_null(trial.calibration_by_chance)},
+      {"accepted", core::number_or_null(trial.accepted)},
+      {"novel", nlohmann::ordered_json::object()}};
+  for (const auto& [name, novel] : trial.novel) {
+    found["novel"][name] = {
+        {"sounds", novel.sounds},
+        {"auroc", core::number_or_null(novel.auroc)},
+        {"auroc95",
+         {core::number_or_null(novel.auroc95.low), core::number_or_null(novel.auroc95.high)}},
+        {"accepted", core::number_or_null(novel.accepted)}};
+  }
+  return found;
+}
+
+RecognitionTrial trial_from(const nlohmann::json& found) {
+  const auto number = [](const nlohmann::json& of, const char* key) {
+    return core::number_or_nan(of.at(key));
+  };
+  RecognitionTrial trial;
+  trial.temperature = number(found, "temperature");
+  trial.calibration_error = number(found, "calibration_error");
+  trial.uncalibrated_error = number(found, "uncalibrated_error");
+  trial.calibration_by_chance = number(found, "calibration_by_chance");
+  trial.accepted = number(found, "accepted");
+  for (const auto& [name, novel] : found.at("novel").items()) {
+    const nlohmann::json& bounds = novel.at("auroc95");
+    trial.novel[name] = {
+        .sounds = novel.at("sounds"),
+        .auroc = number(novel, "auroc"),
+        .auroc95 = {core::number_or_nan(bounds.at(0)), core::number_or_nan(bounds.at(1))},
+        .accepted = number(novel, "accepted")};
   }
   return trial;
 }

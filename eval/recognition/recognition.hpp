@@ -46,6 +46,7 @@ Recognised recognise(const networks::Learner& learner, const Recognition& recogn
 
 /// How well that works on what was held out.
 struct RecognitionTrial {
+  double temperature = 1;  ///< of the recognition
   /// Expected calibration error of the test samples, with the temperature and without; NaN without
   /// test samples.
   double calibration_error = 0, uncalibrated_error = 0;
@@ -76,6 +77,9 @@ RecognitionTrial try_recognition(const Recognition& recognition, networks::Learn
                                  std::span<const float> test,
                                  std::span<const std::size_t> test_groups,
                                  const networks::LearningRanks& ranks);
+
+nlohmann::ordered_json to_json(const RecognitionTrial& trial);
+RecognitionTrial trial_from(const nlohmann::json& json);
 
 /// @throws StorageError
 void save_recognition(const std::filesystem::path& path, const Recognition& recognition);

@@ -1,13 +1,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
+#include <cstring>
+#include <string_view>
 #include <tuple>
+#include <type_traits>
 
 #include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "eval/studies/detail/damping_tables.hpp"
-#include "eval/validation/estimator_errors.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::eval::studies {
@@ -17,7 +18,6 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* all_materials = "all";
 
 /// Fits that are looked at together: of one material, or of all of them.
@@ -55,15 +55,38 @@ std::vector<double> errors_of(const Group& group, const std::string& estimator, 
   for (const std::size_t b : group.blocks) {
     const FitBlock& block = blocks[b];
     const double truth = validation.materials[block.condition][block.material].parameters[p];
-    if (results[b].is_null()) {
-      errors.insert(errors.end(), static_cast<std::size_t>(validation.draws), unknown);
+    if (!results[b]) {
+      errors.insert(errors.end(), static_cast<std::size_t>(validation.draws), core::nan);
       continue;
     }
-    for (const json& fit : results[b].at("fits").at(estimator)) {
-      errors.push_back(fit.is_null() ? unknown : (fit[p].get<double>() - truth) / truth);
+    for (const std::vector<double>& fit : results[b]->fits.at(estimator)) {
+      errors.push_back(fit.empty() ? core::nan : (fit[p] - truth) / truth);
     }
   }
   return errors;
+}
+
+ordered_json to_json(const DampingPlace& place) {
+  return {{"condition", place.condition},
+          {"features", place.features},
+          {"from", place.from},
+          {"material", place.material},
+          {"sounds", place.sounds},
+          {"parameter", synth::damping::parameter_name(place.parameter)}};
+}
+
+template <class Value>
+void append_bytes(std::string& text, const Value& value) {
+  static_assert(std::is_trivially_copyable_v<Value>);
+  text.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class Value>
+Value simulation_bytes(std::string_view& text) {
+  Value value;
+  std::memcpy(&value, text.data(), sizeof value);
+  text.remove_prefix(sizeof value);
+  return value;
 }
 
 class Tables {
@@ -72,64 +95,53 @@ class Tables {
          const std::vector<FitBlock>& blocks, const FitResults& results)
       : validation_(validation), datasets_(datasets), blocks_(blocks), results_(results) {}
 
-  /// Rows of one group: its errors, and its estimators against each other.
-  ordered_json rows_of(const Group& group) const {
-    ordered_json errors = ordered_json::array(), tests = ordered_json::array();
+  /// Numbers of one group's rows, as bytes: of each parameter errors, then tests.
+  std::string numbers_of(const Group& group) const {
+    std::string numbers;
     for (std::size_t p = 0; p < validation_.law.parameters; ++p) {
+      const std::string place = to_json(place_of(group, p)).dump();
       std::vector<std::vector<double>> found;
       for (const NamedEstimator& estimator : validation_.estimators) {
         found.push_back(errors_of(group, estimator.name, p, validation_, blocks_, results_));
-        errors.push_back(error_row(group, estimator.name, p, found.back()));
+        core::RandomStream random(validation_.seed, core::stable_hash(place + estimator.name),
+                                  "evaluate.damping.bootstrap");
+        append_bytes(numbers, validation::summarise_errors(found.back(), random));
       }
       for (std::size_t a = 0; a < found.size(); ++a) {
         for (std::size_t b = a + 1; b < found.size(); ++b) {
-          tests.push_back(test_row(group, a, b, p, found[a], found[b]));
+          append_bytes(numbers, validation::compare_errors(found[a], found[b]));
         }
       }
     }
-    return {{"errors", errors}, {"tests", tests}};
+    return numbers;
+  }
+
+  /// Rows of one group: its errors, and its estimators against each other.
+  void add_rows(const Group& group, std::string_view& numbers, DampingFindings& findings) const {
+    const std::vector<NamedEstimator>& estimators = validation_.estimators;
+    for (std::size_t p = 0; p < validation_.law.parameters; ++p) {
+      const DampingPlace place = place_of(group, p);
+      for (const NamedEstimator& estimator : estimators) {
+        findings.errors.push_back(
+            {place, estimator.name, simulation_bytes<validation::ErrorSummary>(numbers)});
+      }
+      for (std::size_t a = 0; a < estimators.size(); ++a) {
+        for (std::size_t b = a + 1; b < estimators.size(); ++b) {
+          findings.tests.push_back({place, estimators[a].name, estimators[b].name,
+                                    simulation_bytes<validation::EstimatorComparison>(numbers)});
+        }
+      }
+    }
   }
 
  private:
-  ordered_json place_of(const Group& group, std::size_t parameter) const {
-    return {{"condition", datasets_.conditions()[group.condition].name},
-            {"features", validation_.sources[group.source].name},
-            {"from", validation_.from[group.from]},
-            {"material", group.material},
-            {"sounds", group.sounds},
-            {"parameter", synth::damping::parameter_name(parameter)}};
-  }
-
-  ordered_json error_row(const Group& group, const std::string& estimator, std::size_t parameter,
-                         const std::vector<double>& errors) const {
-    ordered_json row = place_of(group, parameter);
-    core::RandomStream random(validation_.seed, core::stable_hash(row.dump() + estimator),
-                              "evaluate.damping.bootstrap");
-    const validation::ErrorSummary summary = validation::summarise_errors(errors, random);
-    row["estimator"] = estimator;
-    row["fits"] = summary.fits;
-    row["failed"] = summary.failed;
-    row["median"] = core::number_or_null(summary.median);
-    row["median95"] = {core::number_or_null(summary.median95.low),
-                       core::number_or_null(summary.median95.high)};
-    row["mean"] = core::number_or_null(summary.mean);
-    row["lower_quartile"] = core::number_or_null(summary.lower_quartile);
-    row["upper_quartile"] = core::number_or_null(summary.upper_quartile);
-    row["bias"] = core::number_or_null(summary.bias);
-    return row;
-  }
-
-  ordered_json test_row(const Group& group, std::size_t a, std::size_t b, std::size_t parameter,
-                        const std::vector<double>& first, const std::vector<double>& second) const {
-    const validation::EstimatorComparison found = validation::compare_errors(first, second);
-    ordered_json row = place_of(group, parameter);
-    row["estimators"] = {validation_.estimators[a].name, validation_.estimators[b].name};
-    row["pairs"] = found.pairs;
-    row["median_difference"] = core::number_or_null(found.median_difference);
-    row["signed_rank_p"] = core::number_or_null(found.signed_rank.p);
-    row["welch_t"] = core::number_or_null(found.welch.t);
-    row["welch_p"] = core::number_or_null(found.welch.p);
-    return row;
+  DampingPlace place_of(const Group& group, std::size_t parameter) const {
+    return {datasets_.conditions()[group.condition].name,
+            validation_.sources[group.source].name,
+            validation_.from[group.from],
+            group.material,
+            group.sounds,
+            parameter};
   }
 
   const DampingValidation& validation_;
@@ -138,40 +150,78 @@ class Tables {
   const FitResults& results_;
 };
 
-/// Holm's correction over what is asked at once: all pairs of estimators for one parameter, number
-/// of sounds, dataset and source of features, in all materials; all of them together are a family
-/// of their own.
-void correct(ordered_json& tests) {
-  std::map<std::string, std::vector<std::size_t>> families;
-  for (std::size_t i = 0; i < tests.size(); ++i) {
-    const ordered_json& test = tests[i];
-    ordered_json family = {test["condition"], test["features"],  test["from"],
-                           test["sounds"],    test["parameter"], test["material"] == all_materials};
-    families[family.dump()].push_back(i);
+/// Raises probabilities after Holm, and says which estimator is ahead.
+void correct(std::vector<DampingTest>& tests) {
+  std::map<DampingPlace, std::vector<DampingTest*>> families;
+  for (DampingTest& test : tests) {
+    DampingPlace family = test.place;
+    if (family.material != all_materials) family.material = "each";
+    families[family].push_back(&test);
   }
   for (const auto& [family, members] : families) {
-    for (const std::string name : {"signed_rank_p", "welch_p"}) {
-      std::vector<double> probabilities;
-      for (const std::size_t i : members) {
-        const ordered_json& p = tests[i][name];
-        probabilities.push_back(p.is_null() ? unknown : p.get<double>());
-      }
-      const std::vector<double> raised = statistics::holm(probabilities);
-      for (std::size_t k = 0; k < members.size(); ++k) {
-        tests[members[k]][name + "_holm"] = core::number_or_null(raised[k]);
-      }
+    std::vector<double> signed_rank, welch;
+    for (const DampingTest* test : members) {
+      signed_rank.push_back(test->found.signed_rank.p);
+      welch.push_back(test->found.welch.p);
+    }
+    signed_rank = statistics::holm(signed_rank);
+    welch = statistics::holm(welch);
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      members[i]->signed_rank_holm = signed_rank[i];
+      members[i]->welch_holm = welch[i];
     }
   }
-  // The estimator that is nearer to the truth, where that is no chance.
-  for (ordered_json& test : tests) {
-    const auto significant = [&](const char* name) {
-      return !test[name].is_null() && test[name].get<double>() < 0.05;
-    };
-    test["ahead"] = nullptr;
-    if (!significant("signed_rank_p_holm") || test["median_difference"].is_null()) continue;
-    const double difference = test["median_difference"];
-    if (difference != 0) test["ahead"] = test["estimators"][difference < 0 ? 0 : 1];
+  for (DampingTest& test : tests) {
+    const double difference = test.found.median_difference;
+    if (!(test.signed_rank_holm < 0.05) || !std::isfinite(difference) || difference == 0) continue;
+    test.ahead = difference < 0 ? test.first : test.second;
   }
+}
+
+ordered_json to_json(const DampingErrors& errors) {
+  const validation::ErrorSummary& summary = errors.summary;
+  ordered_json row = to_json(errors.place);
+  row["estimator"] = errors.estimator;
+  row["fits"] = summary.fits;
+  row["failed"] = summary.failed;
+  row["median"] = core::number_or_null(summary.median);
+  row["median95"] = {core::number_or_null(summary.median95.low),
+                     core::number_or_null(summary.median95.high)};
+  row["mean"] = core::number_or_null(summary.mean);
+  row["lower_quartile"] = core::number_or_null(summary.lower_quartile);
+  row["upper_quartile"] = core::number_or_null(summary.upper_quartile);
+  row["bias"] = core::number_or_null(summary.bias);
+  return row;
+}
+
+ordered_json to_json(const DampingTest& test) {
+  ordered_json row = to_json(test.place);
+  row["estimators"] = {test.first, test.second};
+  row["pairs"] = test.found.pairs;
+  row["median_difference"] = core::number_or_null(test.found.median_difference);
+  row["signed_rank_p"] = core::number_or_null(test.found.signed_rank.p);
+  row["welch_t"] = core::number_or_null(test.found.welch.t);
+  row["welch_p"] = core::number_or_null(test.found.welch.p);
+  row["signed_rank_p_holm"] = core::number_or_null(test.signed_rank_holm);
+  row["welch_p_holm"] = core::number_or_null(test.welch_holm);
+  row["ahead"] = test.ahead.empty() ? ordered_json() : ordered_json(test.ahead);
+  return row;
+}
+
+ordered_json to_json(const FoundFeatures& found) {
+  return {{"condition", found.condition},
+          {"features", found.features},
+          {"sounds", found.sounds},
+          {"sounds_without", found.without},
+          {"median_per_sound", core::number_or_null(found.median_per_sound)},
+          {"reverberant_fraction", core::number_or_null(found.reverberant_fraction)}};
+}
+
+template <class Row>
+ordered_json list_of(const std::vector<Row>& rows) {
+  ordered_json list = ordered_json::array();
+  for (const Row& row : rows) list.push_back(to_json(row));
+  return list;
 }
 
 ordered_json materials_of(const DampingValidation& validation, const EvaluatedDatasets& datasets) {
@@ -190,9 +240,9 @@ ordered_json materials_of(const DampingValidation& validation, const EvaluatedDa
 
 }  // namespace
 
-ordered_json found_features(const DampingValidation& validation, const EvaluatedDatasets& datasets,
-                            FeatureStore& store) {
-  ordered_json rows = ordered_json::array();
+std::vector<FoundFeatures> count_features(const DampingValidation& validation,
+                                          const EvaluatedDatasets& datasets, FeatureStore& store) {
+  std::vector<FoundFeatures> rows;
   for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
     for (std::size_t s = 0; s < validation.sources.size(); ++s) {
       std::vector<double> counts;
@@ -204,47 +254,37 @@ ordered_json found_features(const DampingValidation& validation, const Evaluated
         reverberant += sound.reverberant;
         if (sound.data.size() == 0) ++without;
       }
-      rows.push_back(
-          {{"condition", datasets.conditions()[c].name},
-           {"features", validation.sources[s].name},
-           {"sounds", counts.size()},
-           {"sounds_without", without},
-           {"median_per_sound", core::number_or_null(core::median(counts))},
-           {"reverberant_fraction", core::number_or_null(static_cast<double>(reverberant) /
-                                                         static_cast<double>(features))}});
+      rows.push_back({datasets.conditions()[c].name, validation.sources[s].name, counts.size(),
+                      without, core::median(counts),
+                      static_cast<double>(reverberant) / static_cast<double>(features)});
     }
   }
   return rows;
 }
 
-ordered_json damping_document(const DampingValidation& validation,
-                              const EvaluatedDatasets& datasets,
-                              const std::vector<FitBlock>& blocks, const FitResults& results,
-                              MPI_Comm world) {
+DampingFindings find_errors(const DampingValidation& validation, const EvaluatedDatasets& datasets,
+                            const std::vector<FitBlock>& blocks, const FitResults& results,
+                            MPI_Comm world) {
   const std::vector<Group> groups = groups_of(validation, blocks);
   const Tables tables(validation, datasets, blocks, results);
   const auto ranks = static_cast<std::size_t>(mpi::size(world));
   const auto rank = static_cast<std::size_t>(mpi::rank(world));
-  ordered_json mine = ordered_json::array();
+  std::string mine;
   mpi::agreed(world, [&] {
-    for (std::size_t g = rank; g < groups.size(); g += ranks) {
-      mine.push_back(tables.rows_of(groups[g]));
-    }
+    for (std::size_t g = rank; g < groups.size(); g += ranks) mine += tables.numbers_of(groups[g]);
   });
-  std::vector<ordered_json> parts;
-  for (const std::string& text : mpi::all_gather(mine.dump(), world)) {
-    parts.push_back(ordered_json::parse(text));
-  }
-  ordered_json errors = ordered_json::array(), tests = ordered_json::array();
+  const std::vector<std::string> parts = mpi::all_gather(mine, world);
+  std::vector<std::string_view> rest(parts.begin(), parts.end());
+  DampingFindings findings;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    for (ordered_json& row : parts[g % ranks].at(g / ranks)["errors"]) {
-      errors.push_back(std::move(row));
-    }
-    for (ordered_json& row : parts[g % ranks].at(g / ranks)["tests"]) {
-      tests.push_back(std::move(row));
-    }
+    tables.add_rows(groups[g], rest[g % ranks], findings);
   }
-  correct(tests);
+  correct(findings.tests);
+  return findings;
+}
+
+ordered_json damping_json(const DampingValidation& validation, const EvaluatedDatasets& datasets,
+                          const DampingFindings& findings, const std::vector<json>& failures) {
   ordered_json document = {{"name", datasets.name()},
                            {"model", validation.model},
                            {"parameters", ordered_json::array()},
@@ -265,8 +305,10 @@ ordered_json damping_document(const DampingValidation& validation,
   for (const auto& condition : datasets.conditions()) {
     document["conditions"].push_back(condition.name);
   }
-  document["errors"] = std::move(errors);
-  document["tests"] = std::move(tests);
+  document["errors"] = list_of(findings.errors);
+  document["tests"] = list_of(findings.tests);
+  document["failures"] = failures;
+  document["found_features"] = list_of(findings.features);
   return document;
 }
 

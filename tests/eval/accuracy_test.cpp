@@ -220,12 +220,12 @@ TEST(Findings, JsonTellsAFailureAndNothingElse) {
   findings.name = "scan";
   findings.failure = "passed over, scan.ply is missing";
   findings.passed_over = true;
-  auto json = accuracy::to_json(accuracy::AccuracyConfig{}, findings);
+  const auto json = accuracy::to_json(findings);
   EXPECT_EQ(json.at("failure"), findings.failure);
   EXPECT_FALSE(json.contains("levels"));
-  EXPECT_FALSE(accuracy::has_failed(json));
+  EXPECT_FALSE(accuracy::has_failed(findings));
   findings.passed_over = false;
-  EXPECT_TRUE(accuracy::has_failed(accuracy::to_json(accuracy::AccuracyConfig{}, findings)));
+  EXPECT_TRUE(accuracy::has_failed(findings));
 }
 
 TEST(Findings, OnlyRanksAboveTheBandsBottomAreCompared) {
@@ -237,8 +237,8 @@ TEST(Findings, OnlyRanksAboveTheBandsBottomAreCompared) {
     level.modes.eigenvalues.push_back(std::pow(2 * std::acos(-1) * f, 2));
     level.modes.pitch_errors.push_back(f);
   }
-  findings.levels = {&level};
-  const auto entry = accuracy::to_json(accuracy::AccuracyConfig{}, findings).at("levels").at(0);
+  findings.levels = {accuracy::compare({}, level, findings.reference)};
+  const auto entry = accuracy::to_json(findings).at("levels").at(0);
   EXPECT_EQ(entry.at("modes"), 2);
   EXPECT_NEAR(entry.at("worst_cents"), 1200 * std::log2(1.02), 1e-6);
   EXPECT_NEAR(entry.at("median_cents"), 600 * (std::log2(1.01) + std::log2(1.02)), 1e-6);

@@ -117,8 +117,9 @@ damping::DampingData data_of(const std::vector<std::size_t>& drawn,
 }
 
 /// @throws Error  there is no fit
-json parameters_of(const damping::DampingData& data, const DampingValidation& validation,
-                   damping::Estimator estimator) {
+std::vector<double> parameters_of(const damping::DampingData& data,
+                                  const DampingValidation& validation,
+                                  damping::Estimator estimator) {
   if (data.size() == 0) throw core::InputError("no sound that was drawn has a feature");
   damping::FitOptions options;
   options.estimator = estimator;
@@ -132,8 +133,38 @@ json parameters_of(const damping::DampingData& data, const DampingValidation& va
 
 }  // namespace
 
-json compute_fits(const FitBlock& block, const DampingValidation& validation,
-                  const EvaluatedDatasets& datasets, FeatureStore& store) {
+json to_json(const BlockFits& block) {
+  json fits = json::object();
+  for (const auto& [estimator, draws] : block.fits) {
+    fits[estimator] = json::array();
+    for (const std::vector<double>& parameters : draws) {
+      fits[estimator].push_back(parameters.empty() ? json() : json(parameters));
+    }
+  }
+  return {{"inputs", block.inputs},
+          {"block", block.block},
+          {"points", block.points},
+          {"fits", fits},
+          {"why", block.why}};
+}
+
+BlockFits fits_from(const json& line) {
+  BlockFits block{.inputs = line.at("inputs"),
+                  .block = line.at("block"),
+                  .points = line.at("points"),
+                  .fits = {},
+                  .why = line.at("why")};
+  for (const auto& [estimator, draws] : line.at("fits").items()) {
+    for (const json& parameters : draws) {
+      block.fits[estimator].push_back(parameters.is_null() ? std::vector<double>{}
+                                                           : parameters.get<std::vector<double>>());
+    }
+  }
+  return block;
+}
+
+BlockFits compute_fits(const FitBlock& block, const DampingValidation& validation,
+                       const EvaluatedDatasets& datasets, FeatureStore& store) {
   const std::string& material = validation.materials[block.condition][block.material].name;
   const std::string& from = validation.from[block.from];
   auto bodies = SoundsByBody(datasets.conditions()[block.condition].build->plan).bodies(material);
@@ -144,9 +175,7 @@ json compute_fits(const FitBlock& block, const DampingValidation& validation,
     for (const auto& body : bodies) all.insert(all.end(), body.begin(), body.end());
     bodies = {all};
   }
-  json fits = json::object(), why = json::object();
-  for (const NamedEstimator& estimator : validation.estimators)
-    fits[estimator.name] = json::array();
+  BlockFits result{.inputs = block.inputs, .block = block.key, .points = 0, .fits = {}, .why = {}};
   std::vector<double> points;
   for (int draw = 0; draw < validation.draws; ++draw) {
     core::RandomStream random(
@@ -156,21 +185,17 @@ json compute_fits(const FitBlock& block, const DampingValidation& validation,
     const auto data = data_of(validation::draw_sounds(bodies, block.sounds, random), sounds);
     points.push_back(static_cast<double>(data.size()));
     for (const NamedEstimator& estimator : validation.estimators) {
-      json parameters;
+      std::vector<double>& parameters = result.fits[estimator.name].emplace_back();
       try {
         parameters = parameters_of(data, validation, estimator.estimator);
       } catch (const core::Error& error) {
         // Too few features for this set of sounds; the others go on.
-        if (!why.contains(estimator.name)) why[estimator.name] = error.message();
+        result.why.emplace(estimator.name, error.message());
       }
-      fits[estimator.name].push_back(std::move(parameters));
     }
   }
-  return {{"inputs", block.inputs},
-          {"block", block.key},
-          {"points", core::median(points)},
-          {"fits", fits},
-          {"why", why}};
+  result.points = core::median(points);
+  return result;
 }
 
 }  // namespace carillon::eval::studies

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,11 +58,25 @@ class FeatureStore {
 std::vector<FitBlock> fit_blocks(const DampingValidation& validation,
                                  const EvaluatedDatasets& datasets, FeatureStore& store);
 
+/// What came of a block, by estimator.
+struct BlockFits {
+  std::string inputs, block;  ///< of the block, its key
+  double points = 0;          ///< median of the fits
+  /// For each draw the parameters; none where there is no fit.
+  std::map<std::string, std::vector<std::vector<double>>> fits;
+  std::map<std::string, std::string> why;  ///< what the first fit that failed met
+};
+
+/// A line of damping-fits.jsonl.
+nlohmann::json to_json(const BlockFits& fits);
+BlockFits fits_from(const nlohmann::json& line);
+
+/// Of every block, in the order of the blocks; nothing where it failed.
+using FitResults = std::vector<std::optional<BlockFits>>;
+
 /// Draws the sets of sounds, the same for every dataset and source of features where the same
 /// sounds are there, and fits all of them by every estimator.
-/// @return `inputs`, `points` (median of the fits), `fits` by estimator: for each draw the
-///         parameters, or null; `why` by estimator: what the first fit that failed met
-nlohmann::json compute_fits(const FitBlock& block, const DampingValidation& validation,
-                            const EvaluatedDatasets& datasets, FeatureStore& store);
+BlockFits compute_fits(const FitBlock& block, const DampingValidation& validation,
+                       const EvaluatedDatasets& datasets, FeatureStore& store);
 
 }  // namespace carillon::eval::studies

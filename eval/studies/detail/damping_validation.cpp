@@ -138,8 +138,8 @@ StageEnd Run::fit() {
     stage.done.push_back(by_inputs.contains(fits_[b].inputs));
   }
   stage.work = [&](std::int64_t task) {
-    return compute_fits(fits_[blocks[static_cast<std::size_t>(task)]], validation_, datasets_,
-                        store_)
+    return to_json(compute_fits(fits_[blocks[static_cast<std::size_t>(task)]], validation_,
+                                datasets_, store_))
         .dump();
   };
   stage.completed = [&](std::int64_t task, const json& record) {
@@ -153,7 +153,9 @@ StageEnd Run::fit() {
     results.push_back(found == by_inputs.end() ? json() : found->second);
   }
   const json shared = json::parse(mpi::broadcast(results.dump(), 0, context_.world));
-  results_.assign(shared.begin(), shared.end());
+  for (const json& line : shared) {
+    results_.push_back(line.is_null() ? std::nullopt : std::optional(fits_from(line)));
+  }
   return end;
 }
 
@@ -161,11 +163,12 @@ StageEnd Run::fit() {
 /// @return what --json prints, on rank 0
 ordered_json Run::finish(double seconds) {
   const double start = core::monotonic_seconds();
-  ordered_json document = damping_document(validation_, datasets_, fits_, results_, context_.world);
-  document["failures"] = failures_;
+  DampingFindings findings = find_errors(validation_, datasets_, fits_, results_, context_.world);
+  ordered_json document;
   mpi::agreed(context_.world, [&] {
     if (!context_.speaks()) return;
-    document["found_features"] = found_features(validation_, datasets_, store_);
+    findings.features = count_features(validation_, datasets_, store_);
+    document = damping_json(validation_, datasets_, findings, failures_);
     const fs::path path = folder_ / "damping.json";
     core::write_text_durably(path, document.dump(1) + "\n");
     core::write_text_durably(folder_ / "damping-errors.csv", csv_of(document["errors"]));
@@ -185,7 +188,7 @@ ordered_json Run::finish(double seconds) {
     document["timing"] = timing_;
     document["interrupted"] = false;
     if (!context_.json) {
-      fmt::print("{}", damping_text(validation_, document));
+      fmt::print("{}", damping_text(validation_, datasets_, findings));
       for (const auto& [name, value] : timing_.items()) {
         if (name.ends_with("_rank_s")) continue;
         fmt::print("{}{} {}", name == "features_s" ? "\n" : ", ", name.substr(0, name.size() - 2),

@@ -4,7 +4,6 @@
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "eval/studies/learning/detail/classification.hpp"
-#include "eval/studies/learning/detail/classification_text.hpp"
 #include "eval/studies/learning/detail/published_accuracies.hpp"
 #include "eval/studies/learning/sections.hpp"
 #include "eval/studies/picture.hpp"
@@ -50,11 +49,11 @@ void read_published(ConfigNode& node, const EvaluatedDatasets& datasets, Classif
 
 /// Files and the picture.
 /// @return why there is no picture; "" where there is one
-std::string keep(const ordered_json& document, const fs::path& folder) {
+std::string keep(const Classification& found, const fs::path& folder) {
   const fs::path path = folder / "classification.json";
-  core::write_text_durably(path, document.dump(1) + "\n");
-  core::write_text_durably(folder / "classification.csv", classification_csv(document));
-  core::write_text_durably(folder / "classification.md", classification_text(document));
+  core::write_text_durably(path, to_json(found).dump(1) + "\n");
+  core::write_text_durably(folder / "classification.csv", to_csv(found));
+  core::write_text_durably(folder / "classification.md", to_text(found));
   return draw_picture("plot_classification", path);
 }
 
@@ -69,8 +68,9 @@ EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datas
   ordered_json document;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    document = classification_document(spec, datasets.name(), sources, end.trained);
-    const std::string no_picture = keep(document, folder);
+    const Classification found = find_classification(spec, datasets.name(), sources, end.trained);
+    const std::string no_picture = keep(found, folder);
+    document = to_json(found);
     std::size_t made = 0;
     for (const TrainedClassifier& one : end.trained) made += one.was_there ? 0 : 1;
     document["output"] = folder.string();
@@ -81,7 +81,7 @@ EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datas
                           context);
     if (!context.json) {
       fmt::print("{}\ntrained {} of {} classifiers in {}\n{}: classification.json, .csv, .md{}\n",
-                 classification_text(document), made, end.trained.size(),
+                 to_text(found), made, end.trained.size(),
                  core::human_duration(core::monotonic_seconds() - start), folder.string(),
                  no_picture.empty() ? ", .svg, .png" : "");
     }

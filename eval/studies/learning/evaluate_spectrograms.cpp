@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/files.hpp"
+#include "core/json.hpp"
 #include "core/trace.hpp"
 #include "eval/studies/learning/detail/spectrograms.hpp"
 #include "eval/studies/learning/sections.hpp"
@@ -15,19 +18,50 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string study_text(const ordered_json& document) {
+/// Bands x frames, as lists.
+ordered_json picture(const std::vector<double>& values, std::size_t bands) {
+  ordered_json rows = ordered_json::array();
+  const auto frames = static_cast<std::ptrdiff_t>(values.size() / bands);
+  for (auto row = values.begin(); row != values.end(); row += frames) {
+    rows.push_back(std::vector<double>(row, row + frames));
+  }
+  return rows;
+}
+
+ordered_json to_json(const DatasetSpectrograms& dataset, const std::string& color) {
+  ordered_json components = ordered_json::array(), exciting = ordered_json::array();
+  for (const DatasetSpectrograms::Component& component : dataset.components) {
+    components.push_back({{"fraction", component.fraction},
+                          {"explained_by_labels", core::number_or_null(component.explained)},
+                          {"picture", picture(component.picture, dataset.bands)},
+                          {"coordinates", component.coordinates}});
+  }
+  for (const auto& [name, values] : dataset.exciting) {
+    exciting.push_back({{"class", name}, {"picture", picture(values, dataset.bands)}});
+  }
+  return {{"name", dataset.name},
+          {"components",
+           {{"sounds", dataset.keys.size()},
+            {"color", color},
+            {"keys", dataset.keys},
+            {"labels", dataset.labels},
+            {"mean", picture(dataset.mean, dataset.bands)},
+            {"mean_square", dataset.mean_square},
+            {"components", std::move(components)}}},
+          {"exciting", std::move(exciting)}};
+}
+
+std::string to_text(const std::vector<DatasetSpectrograms>& found, const std::string& color) {
   std::string text;
-  for (const ordered_json& dataset : document.at("datasets")) {
-    const ordered_json& found = dataset.at("components");
-    text += fmt::format("{}: {} sounds\n", dataset.at("name").get<std::string>(),
-                        found.at("sounds").get<std::size_t>());
+  for (const DatasetSpectrograms& dataset : found) {
+    text += fmt::format("{}: {} sounds\n", dataset.name, dataset.keys.size());
     std::size_t number = 0;
-    for (const ordered_json& component : found.at("components")) {
-      const ordered_json& explained = component.at("explained_by_labels");
-      text += fmt::format(
-          "  component {}: {:.1f} % of the variance; {} explains {} of it\n", ++number,
-          100 * component.at("share").get<double>(), found.at("color").get<std::string>(),
-          explained.is_null() ? "nothing" : fmt::format("{:.1f} %", 100 * explained.get<double>()));
+    for (const DatasetSpectrograms::Component& component : dataset.components) {
+      text += fmt::format("  component {}: {:.1f} % of the variance; {} explains {} of it\n",
+                          ++number, 100 * component.fraction, color,
+                          std::isfinite(component.explained)
+                              ? fmt::format("{:.1f} %", 100 * component.explained)
+                              : "nothing");
     }
   }
   return text;
@@ -37,22 +71,29 @@ EvaluationEnd run(const SpectrogramStudy& study, const EvaluatedDatasets& datase
                   const fs::path& folder, const mpi::Context& context) {
   const double start = core::monotonic_seconds();
   const mpi::InterruptGuard guard;
-  auto document = study_spectrograms(study, datasets, context);
-  if (!document) return {mpi::exit_interrupted};
+  const auto found = study_spectrograms(study, datasets, context);
+  if (!found) return {mpi::exit_interrupted};
+  ordered_json document = {{"name", datasets.name()},
+                           {"task", study.task.name},
+                           {"method", study.method.name},
+                           {"datasets", ordered_json::array()}};
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
+    for (const DatasetSpectrograms& dataset : *found) {
+      document["datasets"].push_back(to_json(dataset, study.color));
+    }
     const fs::path path = folder / "spectrograms.json";
-    core::write_text_durably(path, document->dump() + "\n");
+    core::write_text_durably(path, document.dump() + "\n");
     const std::string no_picture = draw_picture("plot_spectrograms", path);
-    (*document)["output"] = folder.string();
-    (*document)["timing"] = {{"spectrograms_s", core::monotonic_seconds() - start}};
+    document["output"] = folder.string();
+    document["timing"] = {{"spectrograms_s", core::monotonic_seconds() - start}};
     if (!context.json) {
-      fmt::print("{}{}: spectrograms.json{}\n", study_text(*document), folder.string(),
+      fmt::print("{}{}: spectrograms.json{}\n", to_text(*found, study.color), folder.string(),
                  no_picture.empty() ? ", .svg, .png" : "");
     }
     if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
   });
-  return {mpi::exit_done, std::move(*document)};
+  return {mpi::exit_done, std::move(document)};
 }
 
 }  // namespace

@@ -24,17 +24,18 @@ EvaluationEnd run(const TransferSpec& spec, const EvaluatedDatasets& datasets,
   ordered_json document;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    document = transfer_document(spec, datasets, *rows);
+    document = transfer_json(spec, datasets, *rows);
+    const std::string text = transfer_text(spec, datasets, *rows);
     const fs::path path = folder / "transfer.json";
     core::write_text_durably(path, document.dump(1) + "\n");
-    core::write_text_durably(folder / "transfer.md", transfer_text(document));
+    core::write_text_durably(folder / "transfer.md", text);
     const std::string no_picture = draw_picture("plot_transfer", path);
     document["output"] = folder.string();
     document["timing"] = {{"transfer_s", core::monotonic_seconds() - start}};
     keep_evaluation_trace(folder / "transfer-trace.json", true, {{"timing", document["timing"]}},
                           context);
     if (!context.json) {
-      fmt::print("{}\n{}: transfer.json, .md{}\n", transfer_text(document), folder.string(),
+      fmt::print("{}\n{}: transfer.json, .md{}\n", text, folder.string(),
                  no_picture.empty() ? ", .svg, .png" : "");
     }
     if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);

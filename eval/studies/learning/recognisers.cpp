@@ -4,51 +4,39 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <tuple>
 
 #include "core/error.hpp"
-#include "eval/studies/learning/trainings.hpp"
 
 namespace carillon::eval::studies {
 
+namespace fs = std::filesystem;
+
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
-using nlohmann::ordered_json;
-
-double rank_of(const json& record) {
-  const json& accuracy = record.at("validation_accuracy");
-  return accuracy.is_null() ? -1.0 : accuracy.get<double>();
-}
-
 networks::Learner load_learner(const fs::path& folder) {
-  json notes;
+  nlohmann::json notes;
   return networks::Learner::load(folder / "model", notes);
 }
 
 }  // namespace
 
-Recogniser::Recogniser(const fs::path& folder) : Recogniser(folder, read_record(folder)) {}
+double validation_rank(const TrainingRecord& record) {
+  return std::isnan(record.validation_accuracy) ? -1.0 : record.validation_accuracy;
+}
 
-Recogniser::Recogniser(const fs::path& folder, const ordered_json& record)
+Recogniser::Recogniser(const fs::path& folder)
     : folder_(folder),
-      task_(record.at("task").at("name")),
-      column_(record.at("task").at("column")),
-      labels_(record.at("task").at("classes")),
-      source_(record.at("source_folder").get<std::string>()),
+      record_(read_record(folder)),
       learner_(load_learner(folder)),
       recognition_(recognition::load_recognition(folder / "recognition")),
-      validation_accuracy_(rank_of(record)),
-      measured_({{"accuracy", record.at("test_accuracy")},
-                 {"samples", record.at("samples").at("test")},
-                 {"calibrated", record.at("samples").at("validation") > 0},
-                 {"recognition", record.at("recognition")}}),
       preparer_(recognition_.format) {}
 
 std::string Recogniser::label_of(const std::string& name) const {
-  const auto found = labels_.find(name);
-  return found == labels_.end() ? name : found->second.front();
+  const auto found = record_.task.classes.find(name);
+  return found == record_.task.classes.end() ? name : found->second.front();
 }
 
 recognition::Recognised Recogniser::operator()(const core::AudioClip& recording) const {
@@ -62,20 +50,16 @@ namespace {
 struct Candidate {
   fs::path folder;
   fs::file_time_type made;
-  double accuracy = 0;
-  json record;
+  TrainingRecord record;
 
   /// What must be alike for accuracies to be compared.
-  json comparable() const {
-    return {record.at("source_content"), record.at("task"), record.at("classes")};
-  }
+  auto comparable() const { return std::tie(record.source_content, record.task, record.classes); }
 };
 
-bool is_asked(const json& record, const std::string& method,
+bool is_asked(const TrainingRecord& record, const std::string& method,
               const std::vector<std::string>& tasks) {
-  const std::string task = record.at("task").at("name");
-  return (method.empty() || record.at("method").at("name") == method) &&
-         (tasks.empty() || std::find(tasks.begin(), tasks.end(), task) != tasks.end());
+  return (method.empty() || record.method.name == method) &&
+         (tasks.empty() || std::find(tasks.begin(), tasks.end(), record.task.name) != tasks.end());
 }
 
 std::vector<Candidate> find_candidates(const fs::path& folder, const std::string& method,
@@ -87,10 +71,9 @@ std::vector<Candidate> find_candidates(const fs::path& folder, const std::string
     const fs::path training = at->path().parent_path();
     // What is written last is not there yet where a training is on its way.
     if (at->path().filename() != "recognition" || !fs::exists(training / "training.json")) continue;
-    const json record = read_record(training);
+    TrainingRecord record = read_record(training);
     if (!is_asked(record, method, tasks)) continue;
-    found.push_back(
-        {training, fs::last_write_time(training / "training.json"), rank_of(record), record});
+    found.push_back({training, fs::last_write_time(training / "training.json"), std::move(record)});
   }
   if (error) throw core::FileError(fmt::format("{}: {}", folder.string(), error.message()));
   std::sort(found.begin(), found.end(),
@@ -106,14 +89,16 @@ const Candidate& best_of(const std::vector<const Candidate*>& candidates) {
                         [](const Candidate* a, const Candidate* b) { return a->made < b->made; });
   const Candidate* best = newest;
   for (const Candidate* one : candidates) {
-    if (one->record.at("source") != newest->record.at("source")) {
+    if (one->record.source != newest->record.source) {
       throw core::InputError(
           fmt::format("networks of the task {} learnt from several sources: {} and {}",
-                      newest->record.at("task").at("name").get<std::string>(),
-                      newest->folder.string(), one->folder.string()),
+                      newest->record.task.name, newest->folder.string(), one->folder.string()),
           "give --models the folder of one of them");
     }
-    if (one->comparable() == newest->comparable() && one->accuracy > best->accuracy) best = one;
+    if (one->comparable() == newest->comparable() &&
+        validation_rank(one->record) > validation_rank(best->record)) {
+      best = one;
+    }
   }
   return *best;
 }
@@ -123,19 +108,11 @@ const Candidate& best_of(const std::vector<const Candidate*>& candidates) {
 std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::string& method,
                                          const std::vector<std::string>& tasks) {
   std::vector<Recogniser> recognisers;
-  try {
-    const std::vector<Candidate> found = find_candidates(folder, method, tasks);
-    std::map<std::string, std::vector<const Candidate*>> by_task;
-    for (const Candidate& one : found) {
-      by_task[one.record.at("task").at("name")].push_back(&one);
-    }
-    for (const auto& [task, candidates] : by_task) {
-      recognisers.emplace_back(best_of(candidates).folder);
-    }
-  } catch (const json::exception& error) {
-    throw core::InputError(
-        fmt::format("{}: a training.json of another make: {}", folder.string(), error.what()),
-        "train again");
+  const std::vector<Candidate> found = find_candidates(folder, method, tasks);
+  std::map<std::string, std::vector<const Candidate*>> by_task;
+  for (const Candidate& one : found) by_task[one.record.task.name].push_back(&one);
+  for (const auto& [task, candidates] : by_task) {
+    recognisers.emplace_back(best_of(candidates).folder);
   }
   if (recognisers.empty()) {
     throw core::InputError(

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "core/audio.hpp"
-#include "eval/recognition/recognition.hpp"
+#include "eval/studies/learning/training_record.hpp"
 
 namespace carillon::eval::studies {
 
@@ -18,11 +16,11 @@ class Recogniser {
   /// @throws FileError, InputError  one is not there, or damaged
   explicit Recogniser(const std::filesystem::path& folder);
 
-  const std::string& task() const { return task_; }
-  const std::string& column() const { return column_; }
-  /// Folder of the training, and of the dataset or recordings that it was trained with.
+  /// Folder of the training.
   const std::filesystem::path& folder() const { return folder_; }
-  const std::filesystem::path& source() const { return source_; }
+  /// What it learnt from, and what was measured on what was held out.
+  const TrainingRecord& record() const { return record_; }
+  const std::string& task() const { return record_.task.name; }
   const std::string& method() const { return learner_.method().name; }
   const std::vector<std::string>& classes() const { return learner_.classes(); }
   /// The first of a class's labels: the class itself where it has no others.
@@ -30,29 +28,20 @@ class Recogniser {
   /// Whether it met sounds of none of its classes while it learnt.
   bool knows_of_others() const { return learner_.method().learning.outliers > 0; }
   double threshold() const { return recognition_.threshold; }
-  /// Of the validation samples; -1 where there were none.
-  double validation_accuracy() const { return validation_accuracy_; }
-  /// What its training measured on what was held out: `accuracy`, null without test samples,
-  /// `samples` of the test, `calibrated` (whether there were validation samples) and `recognition`
-  /// as training.json has it.
-  const nlohmann::ordered_json& measured() const { return measured_; }
 
   /// @throws InputError  no samples, or one that is not finite
   recognition::Recognised operator()(const core::AudioClip& recording) const;
 
  private:
-  Recogniser(const std::filesystem::path& folder, const nlohmann::ordered_json& record);
-
   std::filesystem::path folder_;
-  std::string task_, column_;
-  std::map<std::string, std::vector<std::string>> labels_;  ///< of classes that have several
-  std::filesystem::path source_;
+  TrainingRecord record_;
   networks::Learner learner_;
   recognition::Recognition recognition_;
-  double validation_accuracy_;
-  nlohmann::ordered_json measured_;
   learning::ClipPreparer preparer_;
 };
+
+/// Accuracy on the validation samples; -1 where there were none.
+double validation_rank(const TrainingRecord& record);
 
 /// The networks below a folder that only hear: of each task the one that was best on its validation
 /// samples, among those that learnt the same as the newest.

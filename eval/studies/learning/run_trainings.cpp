@@ -22,7 +22,7 @@ TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::ui
             end.interrupted = true;
             return end;
           }
-          end.trained.push_back({s, std::move(job), ended.was_there, std::move(ended.found)});
+          end.trained.push_back({s, std::move(job), ended.was_there, std::move(ended.record)});
         }
       }
     }

@@ -16,7 +16,7 @@ struct TrainedClassifier {
   std::size_t source = 0;  ///< which it learnt from
   TrainingJob job;
   bool was_there = false;
-  nlohmann::ordered_json found;  ///< training.json
+  TrainingRecord record;
 };
 
 /// The same on every rank.

@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/config.hpp"
+#include "core/json.hpp"
 #include "core/progress.hpp"
+#include "eval/studies/learning/detail/tables.hpp"
 #include "eval/studies/learning/run_trainings.hpp"
 
 namespace carillon::eval::studies {
@@ -54,28 +57,14 @@ Search read_search(const std::string& text, const dataset::run::BuildOptions& op
   return search;
 }
 
-ordered_json trial_line(const Search& search, const SearchTrial& trial, const JobEnd& end) {
-  ordered_json line = {{"values", ordered_json::object()}};
-  for (std::size_t k = 0; k < search.keys.size(); ++k) {
-    line["values"][search.keys[k]] = trial.values[k];
-  }
-  for (const char* name : {"validation_accuracy", "validation_loss", "parameters", "epochs"}) {
-    line[name] = end.found.value(name, ordered_json());
-  }
-  line["seconds"] = end.found.at("timing").at("seconds");
-  line["was_there"] = end.was_there;
-  return line;
-}
-
 /// Higher accuracy first, then lower loss; what has none last.
-bool is_better(const ordered_json& a, const ordered_json& b) {
-  const auto number = [](const ordered_json& value, double without) {
-    return value.is_number() ? value.get<double>() : without;
+bool is_better(const SearchFindings::Trial& a, const SearchFindings::Trial& b) {
+  const auto rank = [](const TrainingRecord& record) {
+    const double loss = record.learnt ? record.learnt->validation_loss : core::nan;
+    return std::pair(std::isnan(record.validation_accuracy) ? 1 : -record.validation_accuracy,
+                     std::isnan(loss) ? core::infinity : loss);
   };
-  const double first = number(a.at("validation_accuracy"), -1);
-  const double second = number(b.at("validation_accuracy"), -1);
-  if (first != second) return first > second;
-  return number(a.at("validation_loss"), 1e300) < number(b.at("validation_loss"), 1e300);
+  return rank(a.record) < rank(b.record);
 }
 
 }  // namespace
@@ -98,59 +87,85 @@ std::vector<Search> read_searches(const std::string& text,
   return read;
 }
 
-ordered_json run_searches(const std::vector<Search>& searches, const LearningConfig& config,
-                          const EvaluatedDatasets& datasets, const mpi::Context& context) {
+std::optional<std::vector<SearchFindings>> run_searches(const std::vector<Search>& searches,
+                                                        const LearningConfig& config,
+                                                        const EvaluatedDatasets& datasets,
+                                                        const mpi::Context& context) {
   const std::filesystem::path models = datasets.output() / "evaluation" / "searched";
   const auto sources = open_learning_sources(config, datasets, context);
   const LearningSource& source = sources.front();
-  ordered_json document = ordered_json::array();
+  std::vector<SearchFindings> all;
   for (const Search& search : searches) {
     const std::string& method = search.trials.front().method.name;
-    std::vector<ordered_json> lines;
+    SearchFindings& found =
+        all.emplace_back(SearchFindings{method, search.task.name, source.name, search.keys, {}});
     for (std::size_t t = 0; t < search.trials.size(); ++t) {
       TrainingJob job = make_job(*source.samples, search.task, search.trials[t].method, models);
       job.key = fmt::format("{}/{} {}/{}", search.task.name, method, t + 1, search.trials.size());
       job.is_for_use = false;
-      const JobEnd end = run_job(job, *source.samples, context);
-      if (end.interrupted) return nullptr;
-      lines.push_back(trial_line(search, search.trials[t], end));
+      JobEnd end = run_job(job, *source.samples, context);
+      if (end.interrupted) return std::nullopt;
+      found.trials.push_back({search.trials[t].values, std::move(end.record), end.was_there});
     }
-    std::stable_sort(lines.begin(), lines.end(), is_better);
-    document.push_back({{"method", method},
-                        {"task", search.task.name},
-                        {"dataset", source.name},
-                        {"trials", lines}});
+    std::stable_sort(found.trials.begin(), found.trials.end(), is_better);
+  }
+  return all;
+}
+
+ordered_json to_json(const std::vector<SearchFindings>& searches) {
+  ordered_json document = ordered_json::array();
+  for (const SearchFindings& search : searches) {
+    ordered_json lines = ordered_json::array();
+    for (const auto& [values, record, was_there] : search.trials) {
+      ordered_json line = {
+          {"values", ordered_json::object()},
+          {"validation_accuracy", core::number_or_null(record.validation_accuracy)},
+          {"validation_loss", nullptr},
+          {"parameters", nullptr},
+          {"epochs", nullptr},
+          {"seconds", record.seconds},
+          {"was_there", was_there}};
+      for (std::size_t k = 0; k < values.size(); ++k) line["values"][search.keys[k]] = values[k];
+      if (record.learnt) {
+        line["validation_loss"] = core::number_or_null(record.learnt->validation_loss);
+        line["parameters"] = record.learnt->parameters;
+        line["epochs"] = record.learnt->epochs;
+      }
+      lines.push_back(std::move(line));
+    }
+    document.push_back({{"method", search.method},
+                        {"task", search.task},
+                        {"dataset", search.dataset},
+                        {"trials", std::move(lines)}});
   }
   return document;
 }
 
-std::string search_text(const ordered_json& document) {
+std::string to_text(const std::vector<SearchFindings>& searches) {
   std::string text;
-  for (const ordered_json& search : document) {
-    text += fmt::format(
-        "{} on {} of {}, by the validation samples:\n", search.at("method").get<std::string>(),
-        search.at("task").get<std::string>(), search.at("dataset").get<std::string>());
-    const ordered_json& trials = search.at("trials");
-    std::vector<std::string> recorded;
-    for (std::size_t t = 0; t < std::min(shown, trials.size()); ++t) {
-      const ordered_json& trial = trials[t];
+  for (const SearchFindings& search : searches) {
+    text += fmt::format("{} on {} of {}, by the validation samples:\n", search.method, search.task,
+                        search.dataset);
+    const auto settings = [&](const SearchFindings::Trial& trial) {
       std::vector<std::string> values;
-      for (const auto& [key, value] : trial.at("values").items()) {
-        values.push_back(fmt::format("{}: {}", key, value.get<std::string>()));
+      for (std::size_t k = 0; k < trial.values.size(); ++k) {
+        values.push_back(fmt::format("{}: {}", search.keys[k], trial.values[k]));
       }
-      if (t == 0) recorded = values;
-      const ordered_json& accuracy = trial.at("validation_accuracy");
-      const ordered_json& loss = trial.at("validation_loss");
-      text += fmt::format(
-          "  {:>7} %  loss {:>7}  {:>9} numbers  {:>8}  {}\n",
-          accuracy.is_null() ? "-" : fmt::format("{:.2f}", 100 * accuracy.get<double>()),
-          loss.is_null() ? "-" : fmt::format("{:.4f}", loss.get<double>()),
-          trial.at("parameters").is_null() ? 0 : trial.at("parameters").get<std::int64_t>(),
-          core::human_duration(trial.at("seconds")), fmt::join(values, ", "));
+      return fmt::format("{}", fmt::join(values, ", "));
+    };
+    for (std::size_t t = 0; t < std::min(shown, search.trials.size()); ++t) {
+      const TrainingRecord& record = search.trials[t].record;
+      const TrainingRecord::Learnt learnt = record.learnt.value_or(TrainingRecord::Learnt{});
+      text += fmt::format("  {:>7} %  loss {:>7}  {:>9} numbers  {:>8}  {}\n",
+                          percent(record.validation_accuracy), figure(learnt.validation_loss, 4),
+                          learnt.parameters, core::human_duration(record.seconds),
+                          settings(search.trials[t]));
     }
-    if (trials.size() > shown) text += fmt::format("  and {} more\n", trials.size() - shown);
-    text += fmt::format("train.methods.{}, beside its other keys: {}\n\n",
-                        search.at("method").get<std::string>(), fmt::join(recorded, ", "));
+    if (search.trials.size() > shown) {
+      text += fmt::format("  and {} more\n", search.trials.size() - shown);
+    }
+    text += fmt::format("train.methods.{}, beside its other keys: {}\n\n", search.method,
+                        settings(search.trials.front()));
   }
   return text;
 }

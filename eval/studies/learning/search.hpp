@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "dataset/sweep/sweep.hpp"
 #include "eval/studies/datasets.hpp"
 #include "eval/studies/learning/learning_config.hpp"
+#include "eval/studies/learning/training_record.hpp"
 
 namespace carillon::eval::studies {
 
@@ -28,16 +30,31 @@ struct Search {
 std::vector<Search> read_searches(const std::string& text,
                                   const dataset::run::BuildOptions& options);
 
+/// What a search found.
+struct SearchFindings {
+  std::string method, task, dataset;
+  std::vector<std::string> keys;
+  struct Trial {
+    std::vector<std::string> values;  ///< of the keys
+    TrainingRecord record;
+    bool was_there = false;
+  };
+  std::vector<Trial> trials;  ///< the best first
+};
+
 /// Tries everything on the first of the datasets, and orders it by what was reached on the
 /// validation samples alone: accuracy, then loss. What was tried before is not tried again.
-/// @return document of all searches, the best trial of each first; null where it was interrupted
+/// @return of each search; nothing where it was interrupted
 /// @note Collective on the context's world.
-nlohmann::ordered_json run_searches(const std::vector<Search>& searches,
-                                    const LearningConfig& config, const EvaluatedDatasets& datasets,
-                                    const mpi::Context& context);
+std::optional<std::vector<SearchFindings>> run_searches(const std::vector<Search>& searches,
+                                                        const LearningConfig& config,
+                                                        const EvaluatedDatasets& datasets,
+                                                        const mpi::Context& context);
+
+nlohmann::ordered_json to_json(const std::vector<SearchFindings>& searches);
 
 /// For people: the best trials of each search, and the line of `train.methods` that records the
 /// best.
-std::string search_text(const nlohmann::ordered_json& document);
+std::string to_text(const std::vector<SearchFindings>& searches);
 
 }  // namespace carillon::eval::studies

@@ -10,7 +10,6 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
-#include "core/json.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "eval/networks/nearest_neighbour.hpp"
@@ -22,21 +21,10 @@
 
 namespace carillon::eval::studies {
 
-using nlohmann::json;
-using nlohmann::ordered_json;
-
 namespace {
 
 /// Raised whenever the same inputs would give other numbers.
 constexpr int learning_version = 5;
-
-json to_json(const learning::TaskSpec& task) {
-  return {{"name", task.name},
-          {"column", task.column},
-          {"split", task.split},
-          {"classes", task.classes},
-          {"except", task.except}};
-}
 
 /// Of a training without validation samples, their loss and accuracy are nan.
 std::string curves_csv(const networks::Trained& trained) {
@@ -52,25 +40,6 @@ std::string curves_csv(const networks::Trained& trained) {
                             fmt::format("{:.3f}", epoch.waited_s), std::to_string(epoch.ranks)});
   }
   return text;
-}
-
-ordered_json to_json(const recognition::RecognitionTrial& trial, double temperature) {
-  ordered_json found = {
-      {"temperature", core::number_or_null(temperature)},
-      {"calibration_error", core::number_or_null(trial.calibration_error)},
-      {"uncalibrated_error", core::number_or_null(trial.uncalibrated_error)},
-      {"calibration_by_chance", core::number_or_null(trial.calibration_by_chance)},
-      {"accepted", core::number_or_null(trial.accepted)},
-      {"novel", ordered_json::object()}};
-  for (const auto& [name, novel] : trial.novel) {
-    found["novel"][name] = {
-        {"sounds", novel.sounds},
-        {"auroc", core::number_or_null(novel.auroc)},
-        {"auroc95",
-         {core::number_or_null(novel.auroc95.low), core::number_or_null(novel.auroc95.high)}},
-        {"accepted", core::number_or_null(novel.accepted)}};
-  }
-  return found;
 }
 
 /// Line of progress of one job.
@@ -99,50 +68,48 @@ class Watched {
   std::string last_;
 };
 
-ordered_json describe(const TrainingJob& job, const learning::SampleSource& source,
-                      const learning::LabelledSamples& samples) {
-  ordered_json found = {{"key", job.key},
-                        {"inputs", job.inputs},
-                        {"source", source.name()},
-                        {"source_content", source.content()},
-                        {"source_folder", std::filesystem::absolute(source.name()).string()},
-                        {"task", to_json(job.task)},
-                        {"method", learning::to_json(job.method)},
-                        {"classes", samples.classes}};
-  found["samples"] = {{"train", samples.rows(learning::Part::train).size()},
-                      {"validation", samples.rows(learning::Part::validation).size()},
-                      {"test", samples.rows(learning::Part::test).size()}};
-  return found;
+TrainingRecord describe(const TrainingJob& job, const learning::SampleSource& source,
+                        const learning::LabelledSamples& samples) {
+  TrainingRecord record;
+  record.key = job.key;
+  record.inputs = job.inputs;
+  record.source = source.name();
+  record.source_content = source.content();
+  record.source_folder = std::filesystem::absolute(source.name()).string();
+  record.task = job.task;
+  record.method = job.method;
+  record.classes = samples.classes;
+  record.train_samples = samples.rows(learning::Part::train).size();
+  record.validation_samples = samples.rows(learning::Part::validation).size();
+  record.test_samples = samples.rows(learning::Part::test).size();
+  return record;
 }
 
-void add_training(ordered_json& found, const networks::Trained& trained) {
-  double seconds = 0, waited = 0;
-  for (const learning::Epoch& epoch : trained.epochs) {
-    seconds += epoch.seconds;
-    waited += epoch.waited_s;
+TrainingRecord::Learnt summary_of(const networks::Trained& trained) {
+  TrainingRecord::Learnt learnt{.parameters = trained.parameters,
+                                .epochs = trained.epochs.size(),
+                                .best_epoch = trained.best,
+                                .silent_samples = trained.silent};
+  if (trained.best > 0) {
+    learnt.validation_loss =
+        trained.epochs[static_cast<std::size_t>(trained.best - 1)].validation_loss;
   }
-  found["parameters"] = trained.parameters;
-  found["epochs"] = trained.epochs.size();
-  found["best_epoch"] = trained.best;
-  const double loss =
-      trained.best > 0 ? trained.epochs[static_cast<std::size_t>(trained.best - 1)].validation_loss
-                       : NAN;
-  found["validation_loss"] = core::number_or_null(loss);
-  found["silent_samples"] = trained.silent;
-  found["timing"] = {{"training_s", seconds}, {"waited_s", waited}};
+  for (const learning::Epoch& epoch : trained.epochs) {
+    learnt.training_s += epoch.seconds;
+    learnt.waited_s += epoch.waited_s;
+  }
+  return learnt;
+}
+
+/// Rank 0's record on every rank; nothing where it has none.
+std::optional<TrainingRecord> shared(const std::optional<TrainingRecord>& record, MPI_Comm world) {
+  const std::string text = record ? to_json(*record).dump() : "null";
+  const auto found = nlohmann::json::parse(mpi::broadcast(text, 0, world));
+  if (found.is_null()) return std::nullopt;
+  return record_from(found);
 }
 
 }  // namespace
-
-ordered_json read_record(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / "training.json";
-  ordered_json record = core::read_ordered_json(path);
-  if (record.is_null()) {
-    throw core::InputError(fmt::format("{} is not there or damaged", path.string()),
-                           "delete its folder, and it is trained again");
-  }
-  return record;
-}
 
 TrainingJob make_job(const learning::SampleSource& source, const learning::TaskSpec& task,
                      const learning::Method& method, const std::filesystem::path& models) {
@@ -150,10 +117,10 @@ TrainingJob make_job(const learning::SampleSource& source, const learning::TaskS
   job.task = task;
   job.method = method;
   job.key = fmt::format("{}/{}/seed-{}", task.name, method.name, method.learning.seed);
-  ordered_json decides = {{"version", learning_version},
-                          {"source", source.content()},
-                          {"task", to_json(task)},
-                          {"method", learning::to_json(method)}};
+  nlohmann::ordered_json decides = {{"version", learning_version},
+                                    {"source", source.content()},
+                                    {"task", learning::to_json(task)},
+                                    {"method", learning::to_json(method)}};
   job.inputs = core::sha256(decides.dump());
   job.folder = models / task.name / method.name /
                fmt::format("seed-{}-{}", method.learning.seed, job.inputs.substr(0, 8));
@@ -170,15 +137,15 @@ struct Learnt {
   std::optional<recognition::Recognition> recognition;
 };
 
-/// The record of a job that was done before, on every rank; null where there is none.
-ordered_json found_record(const TrainingJob& job, const mpi::Context& context) {
-  ordered_json found;
+/// The record of a job that was done before, on every rank.
+std::optional<TrainingRecord> found_record(const TrainingJob& job, const mpi::Context& context) {
+  std::optional<TrainingRecord> record;
   mpi::agreed(context.world, [&] {
     if (context.speaks() && std::filesystem::exists(job.folder / "training.json")) {
-      found = read_record(job.folder);
+      record = read_record(job.folder);
     }
   });
-  return ordered_json::parse(mpi::broadcast(found.dump(), 0, context.world));
+  return shared(record, context.world);
 }
 
 Learnt learn(const TrainingJob& job, learning::SampleSource& source,
@@ -217,29 +184,27 @@ void answer(const TrainingJob& job, learning::SampleSource& source,
 /// What a network that only hears needs to answer for single sounds, and how well it does.
 void try_recognition(const TrainingJob& job, learning::SampleSource& source,
                      const learning::LabelledSamples& samples, const networks::LearningRanks& ranks,
-                     Learnt& learnt, ordered_json& found) {
+                     Learnt& learnt, TrainingRecord& record) {
   if (!learnt.learner || !learning::only_hears(job.method) || !source.clip_format()) return;
   const Answers& answers = learnt.answers;
   learnt.recognition = recognition::learn_recognition(*learnt.learner, source, samples,
                                                       answers.validation.scores, ranks);
-  found["recognition"] =
-      to_json(recognition::try_recognition(*learnt.recognition, *learnt.learner, source, samples,
-                                           answers.test.scores,
-                                           groups_of(answers.test, job.task.split), ranks),
-              learnt.recognition->temperature);
+  record.recognition = recognition::try_recognition(*learnt.recognition, *learnt.learner, source,
+                                                    samples, answers.test.scores,
+                                                    groups_of(answers.test, job.task.split), ranks);
 }
 
-void add_accuracies(ordered_json& found, const Answers& answers) {
+void add_accuracies(TrainingRecord& record, const Answers& answers) {
   const std::size_t classes = answers.classes.size();
   const classification::Confusion tested = confusion_of(answers.test, classes);
-  found["validation_accuracy"] =
-      core::number_or_null(classification::accuracy(confusion_of(answers.validation, classes)));
-  found["test_accuracy"] = core::number_or_null(classification::accuracy(tested));
-  found["test_balanced_accuracy"] = core::number_or_null(classification::balanced_accuracy(tested));
+  record.validation_accuracy = classification::accuracy(confusion_of(answers.validation, classes));
+  record.test_accuracy = classification::accuracy(tested);
+  record.test_balanced_accuracy = classification::balanced_accuracy(tested);
 }
 
 /// The record is written last: what has one is whole.
-void keep(const TrainingJob& job, const Learnt& learnt, const ordered_json& found) {
+void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& record) {
+  const nlohmann::ordered_json found = to_json(record);
   std::filesystem::create_directories(job.folder);
   if (learnt.learner) {
     learnt.learner->save(job.folder / "model", found);
@@ -257,9 +222,9 @@ void keep(const TrainingJob& job, const Learnt& learnt, const ordered_json& foun
 JobEnd run_job(const TrainingJob& job, learning::SampleSource& source,
                const mpi::Context& context) {
   JobEnd end;
-  end.found = found_record(job, context);
-  if (!end.found.is_null()) {
+  if (auto record = found_record(job, context)) {
     end.was_there = true;
+    end.record = std::move(*record);
     return end;
   }
   const double start = core::monotonic_seconds();
@@ -269,7 +234,7 @@ JobEnd run_job(const TrainingJob& job, learning::SampleSource& source,
     samples = learning::label_samples(source, job.task);
     learning::require_learnable(samples, source, job.task);
   });
-  end.found = describe(job, source, samples);
+  TrainingRecord record = describe(job, source, samples);
   Watched watched(job, context);
   Learnt learnt = learn(job, source, samples, ranks, watched.watch, context);
   if (learnt.trained.interrupted) {
@@ -278,25 +243,25 @@ JobEnd run_job(const TrainingJob& job, learning::SampleSource& source,
     end.interrupted = true;
     return end;
   }
-  if (learnt.learner) add_training(end.found, learnt.trained);
+  if (learnt.learner) record.learnt = summary_of(learnt.trained);
   answer(job, source, samples, ranks, learnt);
-  if (job.is_for_use) try_recognition(job, source, samples, ranks, learnt, end.found);
-  add_accuracies(end.found, learnt.answers);
-  std::vector<std::string> remarks = learning::remarks(samples);
-  remarks.insert(remarks.end(), learnt.trained.remarks.begin(), learnt.trained.remarks.end());
-  end.found["timing"]["seconds"] = core::monotonic_seconds() - start;
-  end.found["ranks"] = ranks.size;
-  end.found["remarks"] = remarks;
+  if (job.is_for_use) try_recognition(job, source, samples, ranks, learnt, record);
+  add_accuracies(record, learnt.answers);
+  record.remarks = learning::remarks(samples);
+  record.remarks.insert(record.remarks.end(), learnt.trained.remarks.begin(),
+                        learnt.trained.remarks.end());
+  record.seconds = core::monotonic_seconds() - start;
+  record.ranks = ranks.size;
   // Who chooses sizes sees the validation samples alone.
   const char* part = job.is_for_use ? "test" : "validation";
-  const ordered_json& reached = end.found[fmt::format("{}_accuracy", part)];
-  watched.finish(reached.is_null() ? fmt::format("no {} samples", part)
-                                   : fmt::format("{} {:.1f} %", part, 100 * reached.get<double>()));
-  end.found = ordered_json::parse(mpi::broadcast(end.found.dump(), 0, context.world));
+  const double reached = job.is_for_use ? record.test_accuracy : record.validation_accuracy;
+  watched.finish(std::isnan(reached) ? fmt::format("no {} samples", part)
+                                     : fmt::format("{} {:.1f} %", part, 100 * reached));
+  end.record = *shared(record, context.world);
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    keep(job, learnt, end.found);
-    for (const std::string& remark : remarks) spdlog::warn("{}: {}", job.key, remark);
+    keep(job, learnt, end.record);
+    for (const std::string& remark : end.record.remarks) spdlog::warn("{}: {}", job.key, remark);
   });
   return end;
 }

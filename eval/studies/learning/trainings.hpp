@@ -1,10 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 
-#include "eval/networks/training.hpp"
+#include "eval/studies/learning/training_record.hpp"
 #include "mpi/context.hpp"
 
 namespace carillon::eval::studies {
@@ -23,15 +22,11 @@ struct TrainingJob {
 TrainingJob make_job(const learning::SampleSource& source, const learning::TaskSpec& task,
                      const learning::Method& method, const std::filesystem::path& models);
 
-/// What is kept of a training that ended.
-/// @throws FileError, InputError  no `training.json`, or not one that can be read
-nlohmann::ordered_json read_record(const std::filesystem::path& folder);
-
 /// How a job ended; the same on every rank.
 struct JobEnd {
   bool interrupted = false;
-  bool was_there = false;        ///< an earlier run had finished it
-  nlohmann::ordered_json found;  ///< training.json
+  bool was_there = false;  ///< an earlier run had finished it
+  TrainingRecord record;
 };
 
 /// Trains, answers for the parts that were held out and keeps in the job's folder: `model`,

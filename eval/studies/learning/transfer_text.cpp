@@ -27,8 +27,8 @@ const char* name_of(LearntFrom kind) {
 
 }  // namespace
 
-ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets& datasets,
-                               const std::vector<TransferRow>& rows) {
+ordered_json transfer_json(const TransferSpec& spec, const EvaluatedDatasets& datasets,
+                           const std::vector<TransferRow>& rows) {
   ordered_json document = {{"name", datasets.name()},
                            {"task", spec.task.name},
                            {"split", spec.task.split},
@@ -41,13 +41,20 @@ ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets
     document["mixed_with"] = datasets.conditions()[*spec.mixed_with].name;
   }
   for (const TransferRow& row : rows) {
-    ordered_json line = {{"kind", name_of(row.kind)}, {"trained_on", row.trained_on},
-                         {"method", row.method},      {"fraction", row.fraction},
-                         {"samples", row.samples},    {"own", row.own},
-                         {"target", row.there},       {"less_home", row.less_home},
-                         {"gain", row.gain},          {"confusion_norm", nullptr},
-                         {"norm_by_chance", nullptr}, {"compared_classes", row.compared_classes},
-                         {"heard", nullptr},          {"sample_s", nullptr}};
+    ordered_json line = {{"kind", name_of(row.kind)},
+                         {"trained_on", row.trained_on},
+                         {"method", row.method},
+                         {"fraction", row.fraction},
+                         {"samples", row.samples},
+                         {"own", accuracy_json(row.own)},
+                         {"target", accuracy_json(row.there)},
+                         {"less_home", to_json(row.less_home)},
+                         {"gain", to_json(row.gain)},
+                         {"confusion_norm", nullptr},
+                         {"norm_by_chance", nullptr},
+                         {"compared_classes", row.compared_classes},
+                         {"heard", nullptr},
+                         {"sample_s", nullptr}};
     if (row.confusion_norm) {
       line["confusion_norm"] = *row.confusion_norm;
       line["norm_by_chance"] = {{"mean", row.norm_by_chance.mean},
@@ -62,23 +69,16 @@ ordered_json transfer_document(const TransferSpec& spec, const EvaluatedDatasets
 
 namespace {
 
-std::string figure(const ordered_json& number, double scale, int digits) {
-  return number.is_null() ? "-" : fmt::format("{:.{}f}", scale * number.get<double>(), digits);
-}
-
 /// How different each dataset's sounds are from the target's; empty where none was compared.
-std::string heard_text(const ordered_json& document) {
+std::string heard_text(const std::vector<TransferRow>& rows) {
   std::vector<std::vector<std::string>> lines = {
       {"dataset", "sounds", "pitch", "decay", "level", "energy matched", "loudness apart"}};
-  for (const ordered_json& row : document.at("rows")) {
-    const std::string dataset = row.at("trained_on");
-    const ordered_json& heard = row.at("heard");
-    if (heard.is_null() || lines.back().front() == dataset) continue;
-    lines.push_back({dataset, fmt::format("{}", heard.at("sounds").get<std::size_t>()),
-                     figure(heard.at("pitch_jnd"), 1, 2), figure(heard.at("decay_jnd"), 1, 2),
-                     figure(heard.at("level_jnd"), 1, 2),
-                     figure(heard.at("matched_fraction"), 100, 1),
-                     figure(heard.at("loudness_fraction"), 100, 1)});
+  for (const TransferRow& row : rows) {
+    if (!row.heard || lines.back().front() == row.trained_on) continue;
+    const HeardDifference& heard = *row.heard;
+    lines.push_back({row.trained_on, fmt::format("{}", heard.sounds), figure(heard.pitch, 2),
+                     figure(heard.decay, 2), figure(heard.level, 2), figure(100 * heard.matched, 1),
+                     figure(100 * heard.loudness, 1)});
   }
   if (lines.size() == 1) return "";
   return "\nThe same strikes in the target, to a listener: medians of errors of modes in "
@@ -89,46 +89,40 @@ std::string heard_text(const ordered_json& document) {
 
 }  // namespace
 
-std::string transfer_text(const ordered_json& document) {
+std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& datasets,
+                          const std::vector<TransferRow>& rows) {
   std::vector<std::vector<std::string>> elsewhere = {
       {"trained on", "method", "samples", "accuracy there", "in the target",
        "less what its own teach", "gain", "confusions apart", "by chance", "ms a sample"}};
   std::vector<std::vector<std::string>> mixes = {
       {"of the target", "method", "with", "samples", "in the target", "less what all teach"}};
-  for (const ordered_json& row : document.at("rows")) {
-    const std::string trained_on = row.at("trained_on");
-    const std::string samples = fmt::format("{}", row.at("samples").get<std::size_t>());
-    if (const std::string kind = row.at("kind"); kind == "mixed" || kind == "alone") {
+  for (const TransferRow& row : rows) {
+    const std::string samples = fmt::format("{}", row.samples);
+    if (row.kind == LearntFrom::mixed || row.kind == LearntFrom::alone) {
       mixes.push_back(
-          {fmt::format("{:.0f} %", 100 * row.at("share").get<double>()), row.at("method"),
-           kind == "mixed" ? document.at("mixed_with").get<std::string>() : "-", samples,
-           with_interval(row.at("target")), with_interval(row.at("less_home"))});
+          {fmt::format("{:.0f} %", 100 * row.fraction), row.method,
+           row.kind == LearntFrom::mixed ? datasets.conditions()[*spec.mixed_with].name : "-",
+           samples, with_interval(row.there), with_interval(row.less_home)});
       continue;
     }
-    const ordered_json& norm = row.at("confusion_norm");
-    const ordered_json& seconds = row.at("sample_s");
     elsewhere.push_back(
-        {trained_on, row.at("method"), samples, with_interval(row.at("own")),
-         with_interval(row.at("target")), with_interval(row.at("less_home")),
-         with_interval(row.at("gain")),
-         norm.is_null() ? "-"
-                        : fmt::format("{:.3f} of {} classes", norm.get<double>(),
-                                      row.at("compared_classes").get<std::size_t>()),
-         norm.is_null()
-             ? "-"
-             : fmt::format("up to {:.3f}", row.at("norm_by_chance").at("most").get<double>()),
-         seconds.is_null() ? "-" : fmt::format("{:.1f}", 1e3 * seconds.get<double>())});
+        {row.trained_on, row.method, samples, with_interval(row.own), with_interval(row.there),
+         with_interval(row.less_home), with_interval(row.gain),
+         row.confusion_norm
+             ? fmt::format("{:.3f} of {} classes", *row.confusion_norm, row.compared_classes)
+             : "-",
+         row.confusion_norm ? fmt::format("up to {:.3f}", row.norm_by_chance.most) : "-",
+         row.sample_s ? fmt::format("{:.1f}", 1e3 * *row.sample_s) : "-"});
   }
   std::string text =
-      fmt::format("# {}: {} in {}\n", document.at("name").get<std::string>(),
-                  document.at("task").get<std::string>(), document.at("target").get<std::string>());
+      fmt::format("# {}: {} in {}\n", datasets.name(), spec.task.name, spec.target.name);
   if (elsewhere.size() > 1) {
     text += fmt::format(
         "\nLearnt in one condition, tested where it learnt and in the target; gains over {}; "
         "percent.\n\n{}",
-        document.at("against").get<std::string>(), markdown(elsewhere));
+        datasets.conditions()[spec.against].name, markdown(elsewhere));
   }
-  text += heard_text(document);
+  text += heard_text(rows);
   if (mixes.size() > 1) {
     text += "\nTraining sets with fractions of the target's own samples; percent.\n\n" +
             markdown(mixes);

@@ -1,17 +1,11 @@
 #include "eval/studies/learning/detail/classification.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "core/json.hpp"
 #include "eval/studies/learning/detail/published_accuracies.hpp"
-#include "eval/studies/learning/detail/seed_answers.hpp"
 
 namespace carillon::eval::studies {
-
-using nlohmann::ordered_json;
 
 namespace {
 
@@ -42,7 +36,6 @@ std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
   return groups;
 }
 
-/// Letters as the papers' tables have them.
 std::string letters(const learning::Method& method) {
   std::string text;
   for (const learning::Sense sense : method.senses) {
@@ -65,97 +58,92 @@ std::string letters(const learning::Method& method) {
   return text;
 }
 
-/// Mean over seeds of a number of their trainings; null where one lacks it.
-ordered_json mean_of(const Group& group, const ordered_json::json_pointer& place) {
+/// Mean over seeds of a number of their trainings; NaN where one lacks it.
+template <class Number>
+double mean_of(const Group& group, const Number& number_of) {
   double sum = 0;
-  for (const TrainedClassifier* one : group.classifiers) {
-    const bool known = one->found.contains(place) && one->found.at(place).is_number();
-    sum += known ? one->found.at(place).get<double>() : NAN;
-  }
-  return core::number_or_null(sum / static_cast<double>(group.classifiers.size()));
+  for (const TrainedClassifier* one : group.classifiers) sum += number_of(one->record);
+  return sum / static_cast<double>(group.classifiers.size());
 }
 
-/// How sure the classifiers that only hear are, and of what they are not: means over seeds; of an
-/// area's intervals the lowest and the highest end.
-ordered_json recognition_of(const Group& group) {
-  const ordered_json& first = group.classifiers.front()->found;
-  if (!first.contains("recognition")) return nullptr;
-  const ordered_json::json_pointer all("/recognition");
-  ordered_json found = {{"calibration_error", mean_of(group, all / "calibration_error")},
-                        {"calibration_by_chance", mean_of(group, all / "calibration_by_chance")},
-                        {"accepted", mean_of(group, all / "accepted")},
-                        {"novel", ordered_json::object()}};
-  for (const auto& [name, novel] : first["recognition"]["novel"].items()) {
-    const auto place = all / "novel" / name;
-    double low = 1, high = 0;
+std::optional<recognition::RecognitionTrial> recognition_of(const Group& group) {
+  using recognition::RecognitionTrial;
+  if (!group.classifiers.front()->record.recognition) return std::nullopt;
+  const auto mean = [&](double RecognitionTrial::*number) {
+    return mean_of(group, [&](const TrainingRecord& one) { return (*one.recognition).*number; });
+  };
+  RecognitionTrial found;
+  found.calibration_error = mean(&RecognitionTrial::calibration_error);
+  found.calibration_by_chance = mean(&RecognitionTrial::calibration_by_chance);
+  found.accepted = mean(&RecognitionTrial::accepted);
+  for (const auto& [name, first] : group.classifiers.front()->record.recognition->novel) {
+    const auto of_novel = [&, &name = name](double RecognitionTrial::Novel::*number) {
+      return mean_of(group, [&](const TrainingRecord& one) {
+        return one.recognition->novel.at(name).*number;
+      });
+    };
+    RecognitionTrial::Novel& novel = found.novel[name];
+    novel.auroc = of_novel(&RecognitionTrial::Novel::auroc);
+    novel.accepted = of_novel(&RecognitionTrial::Novel::accepted);
+    novel.auroc95 = {1, 0};
     for (const TrainedClassifier* one : group.classifiers) {
-      const ordered_json& bounds = one->found.at(place / "auroc95");
-      if (bounds.at(0).is_null()) continue;
-      low = std::min(low, bounds.at(0).get<double>());
-      high = std::max(high, bounds.at(1).get<double>());
+      const core::Range& bounds = one->record.recognition->novel.at(name).auroc95;
+      if (std::isnan(bounds.low)) continue;
+      novel.auroc95.low = std::min(novel.auroc95.low, bounds.low);
+      novel.auroc95.high = std::max(novel.auroc95.high, bounds.high);
     }
-    found["novel"][name] = {{"auroc", mean_of(group, place / "auroc")},
-                            {"auroc95",
-                             {core::number_or_null(low > high ? NAN : low),
-                              core::number_or_null(low > high ? NAN : high)}},
-                            {"accepted", mean_of(group, place / "accepted")}};
+    if (novel.auroc95.low > novel.auroc95.high) novel.auroc95 = {core::nan, core::nan};
   }
   return found;
 }
 
-ordered_json row_of(const Group& group, const ClassificationSpec& spec,
-                    std::span<const LearningSource> sources) {
+std::optional<ClassificationRow::Published> published_of(const ClassificationSpec& spec,
+                                                         const ClassificationRow& row) {
+  const auto of_task = spec.published.find(row.task);
+  if (of_task == spec.published.end()) return std::nullopt;
+  const auto set = of_task->second.find(row.dataset);
+  if (set == of_task->second.end()) return std::nullopt;
+  const auto accuracy = published_accuracy(set->second, row.method);
+  if (!accuracy) return std::nullopt;
+  return ClassificationRow::Published{set->second, *accuracy};
+}
+
+ClassificationRow row_of(const Group& group, const ClassificationSpec& spec,
+                         std::span<const LearningSource> sources) {
   const TrainingJob& job = group.job();
-  const std::string& dataset = sources[group.source()].name;
-  ordered_json row = {{"dataset", dataset},
-                      {"task", job.task.name},
-                      {"method", job.method.name},
-                      {"senses", letters(job.method)},
-                      {"seeds", ordered_json::array()},
-                      {"samples", group.test.samples()},
-                      {"groups", group.test.groups()},
-                      {"classes", group.classes}};
+  ClassificationRow row;
+  row.dataset = sources[group.source()].name;
+  row.task = job.task.name;
+  row.method = job.method.name;
+  row.senses = letters(job.method);
   for (const TrainedClassifier* one : group.classifiers) {
-    row["seeds"].push_back(one->job.method.learning.seed);
+    row.seeds.push_back(one->job.method.learning.seed);
   }
-  row["accuracy"] = group.test.summary(classification::AccuracyKind::plain, job.inputs);
-  row["balanced_accuracy"] = group.test.summary(classification::AccuracyKind::balanced, job.inputs);
-  const classification::Confusion& confusion = group.test.confusion();
-  row["recalls"] = ordered_json::array();
-  for (const double recall : classification::recalls(confusion)) {
-    row["recalls"].emplace_back(core::number_or_null(recall));
+  row.samples = group.test.samples();
+  row.groups = group.test.groups();
+  row.classes = group.classes;
+  row.accuracy = group.test.summary(classification::AccuracyKind::plain, job.inputs);
+  row.balanced_accuracy = group.test.summary(classification::AccuracyKind::balanced, job.inputs);
+  row.confusion = group.test.confusion();
+  row.validation_accuracy =
+      mean_of(group, [](const TrainingRecord& one) { return one.validation_accuracy; });
+  if (const auto& learnt = group.classifiers.front()->record.learnt) {
+    row.parameters = learnt->parameters;
   }
-  row["confusion"] = ordered_json::array();
-  for (std::size_t c = 0; c < confusion.classes; ++c) {
-    const auto first =
-        confusion.counts.begin() + static_cast<std::ptrdiff_t>(c * confusion.classes);
-    row["confusion"].push_back(
-        std::vector<std::size_t>(first, first + static_cast<std::ptrdiff_t>(confusion.classes)));
-  }
-  const ordered_json& found = group.classifiers.front()->found;
-  const bool learns = found.contains("parameters");
-  const ordered_json::json_pointer timing("/timing");
-  row["validation_accuracy"] = mean_of(group, ordered_json::json_pointer("/validation_accuracy"));
-  row["parameters"] = learns ? found["parameters"] : ordered_json(0);
-  row["training_s"] = mean_of(group, timing / (learns ? "training_s" : "seconds"));
-  row["recognition"] = recognition_of(group);
-  row["published"] = nullptr;
-  if (const auto of_task = spec.published.find(job.task.name); of_task != spec.published.end()) {
-    if (const auto set = of_task->second.find(dataset); set != of_task->second.end()) {
-      if (const auto accuracy = published_accuracy(set->second, job.method.name)) {
-        row["published"] = {{"set", set->second}, {"accuracy", *accuracy}};
-      }
-    }
-  }
+  row.training_s = mean_of(group, [](const TrainingRecord& one) {
+    return one.learnt ? one.learnt->training_s : one.seconds;
+  });
+  row.recognition = recognition_of(group);
+  row.published = published_of(spec, row);
   return row;
 }
 
-/// The row of a task and dataset that was best on the validation samples, which alone may choose.
-std::size_t chosen_among(const std::vector<Group>& groups, const ordered_json& rows,
+/// The row of a task and dataset that was best on the validation samples.
+std::size_t chosen_among(const std::vector<Group>& groups,
+                         const std::vector<ClassificationRow>& rows,
                          const TrainedClassifier& like) {
   const auto accuracy = [&](std::size_t g) {
-    const ordered_json& found = rows.at(g).at("validation_accuracy");
-    return found.is_number() ? found.get<double>() : -1.0;
+    return std::isnan(rows[g].validation_accuracy) ? -1.0 : rows[g].validation_accuracy;
   };
   std::size_t best = groups.size();
   for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -165,40 +153,29 @@ std::size_t chosen_among(const std::vector<Group>& groups, const ordered_json& r
   return best;
 }
 
-/// `chosen`, and how each other row differs from the chosen one on the same samples.
-void compare_rows(const std::vector<Group>& groups, ordered_json& rows) {
+void compare_rows(const std::vector<Group>& groups, std::vector<ClassificationRow>& rows) {
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const std::size_t chosen = chosen_among(groups, rows, *groups[g].classifiers.front());
-    rows[g]["chosen"] = g == chosen;
-    rows[g]["difference"] = nullptr;
-    if (g == chosen || groups[g].test.empty()) continue;
-    rows[g]["difference"] = groups[g].test.less(groups[chosen].test);
-    rows[g]["difference"]["from"] = rows[chosen]["method"];
+    rows[g].chosen = g == chosen;
+    if (g == chosen) continue;
+    rows[g].difference = groups[g].test.less(groups[chosen].test);
+    rows[g].difference_from = rows[chosen].method;
   }
 }
 
 }  // namespace
 
-ordered_json classification_document(const ClassificationSpec& spec, const std::string& name,
-                                     std::span<const LearningSource> sources,
-                                     const std::vector<TrainedClassifier>& trained) {
-  ordered_json document = {{"name", name}, {"tasks", ordered_json::array()}};
-  for (const learning::TaskSpec& task : spec.learning.tasks) {
-    document["tasks"].push_back(
-        {{"name", task.name},
-         {"column", task.column},
-         {"split", task.split},
-         {"groups_are", task.split == "split_shape" ? "bodies" : "strikes"}});
-  }
-  document["datasets"] = ordered_json::array();
+Classification find_classification(const ClassificationSpec& spec, const std::string& name,
+                                   std::span<const LearningSource> sources,
+                                   const std::vector<TrainedClassifier>& trained) {
+  Classification found{name, spec.learning.tasks, {}, {}};
   for (const LearningSource& source : sources) {
-    document["datasets"].push_back({{"name", source.name}, {"folder", source.samples->name()}});
+    found.datasets.push_back({source.name, source.samples->name()});
   }
-  document["rows"] = ordered_json::array();
   const std::vector<Group> groups = grouped(trained);
-  for (const Group& group : groups) document["rows"].push_back(row_of(group, spec, sources));
-  compare_rows(groups, document["rows"]);
-  return document;
+  for (const Group& group : groups) found.rows.push_back(row_of(group, spec, sources));
+  compare_rows(groups, found.rows);
+  return found;
 }
 
 }  // namespace carillon::eval::studies

@@ -1,12 +1,13 @@
-#include "eval/studies/learning/detail/classification_text.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/csv.hpp"
+#include "core/json.hpp"
 #include "core/progress.hpp"
+#include "eval/studies/learning/detail/classification.hpp"
 #include "eval/studies/learning/detail/tables.hpp"
 
 namespace carillon::eval::studies {
@@ -15,35 +16,74 @@ using nlohmann::ordered_json;
 
 namespace {
 
-using Rows = std::vector<const ordered_json*>;
-
-Rows rows_of(const ordered_json& document, const std::string& task, const std::string& dataset) {
-  Rows rows;
-  for (const ordered_json& row : document.at("rows")) {
-    if (row.at("task") == task && row.at("dataset") == dataset) rows.push_back(&row);
-  }
-  return rows;
+const char* held_out_groups(const learning::TaskSpec& task) {
+  return task.split == "split_shape" ? "bodies" : "strikes";
 }
 
+/// Without what is not a mean over seeds.
+ordered_json recognition_json(const recognition::RecognitionTrial& trial) {
+  ordered_json found = to_json(trial);
+  for (const char* name : {"temperature", "uncalibrated_error"}) found.erase(name);
+  for (ordered_json& novel : found["novel"]) novel.erase("sounds");
+  return found;
+}
+
+ordered_json to_json(const ClassificationRow& row) {
+  ordered_json recalls = ordered_json::array(), confusion = ordered_json::array();
+  for (const double recall : classification::recalls(row.confusion)) {
+    recalls.emplace_back(core::number_or_null(recall));
+  }
+  for (std::size_t c = 0; c < row.confusion.classes; ++c) {
+    ordered_json& counts = confusion.emplace_back(ordered_json::array());
+    for (std::size_t k = 0; k < row.confusion.classes; ++k) {
+      counts.push_back(row.confusion.at(c, k));
+    }
+  }
+  ordered_json found = {
+      {"dataset", row.dataset},
+      {"task", row.task},
+      {"method", row.method},
+      {"senses", row.senses},
+      {"seeds", row.seeds},
+      {"samples", row.samples},
+      {"groups", row.groups},
+      {"classes", row.classes},
+      {"accuracy", accuracy_json(row.accuracy)},
+      {"balanced_accuracy", accuracy_json(row.balanced_accuracy)},
+      {"recalls", recalls},
+      {"confusion", confusion},
+      {"validation_accuracy", core::number_or_null(row.validation_accuracy)},
+      {"parameters", row.parameters},
+      {"training_s", core::number_or_null(row.training_s)},
+      {"recognition", row.recognition ? recognition_json(*row.recognition) : ordered_json()},
+      {"published", nullptr},
+      {"chosen", row.chosen},
+      {"difference", to_json(row.difference)}};
+  if (row.published) {
+    found["published"] = {{"set", row.published->set}, {"accuracy", row.published->accuracy}};
+  }
+  if (row.difference) found["difference"]["from"] = row.difference_from;
+  return found;
+}
+
+using Rows = std::vector<const ClassificationRow*>;
+
 std::string accuracy_table(const Rows& rows) {
-  bool published = false;
-  for (const ordered_json* row : rows) published = published || !row->at("published").is_null();
+  const bool published = std::any_of(rows.begin(), rows.end(), [](const ClassificationRow* row) {
+    return row->published.has_value();
+  });
   std::vector<std::vector<std::string>> cells = {{"method", "senses", "seeds", "accuracy",
                                                   "less the chosen one's", "balanced",
                                                   "between seeds", "numbers", "time"}};
   if (published) cells.front().emplace_back("paper");
-  for (const ordered_json* row : rows) {
-    const ordered_json& accuracy = row->at("accuracy");
-    cells.push_back({row->at("method"), row->at("senses"),
-                     fmt::format("{}", row->at("seeds").size()), with_interval(accuracy),
-                     row->at("chosen") == true ? "chosen" : with_interval(row->at("difference")),
-                     with_interval(row->at("balanced_accuracy")),
-                     accuracy.is_null() ? "-" : percent(accuracy.at("deviation")),
-                     fmt::format("{}", row->at("parameters").get<std::int64_t>()),
-                     core::human_duration(row->at("training_s"))});
-    if (!published) continue;
-    const ordered_json& theirs = row->at("published");
-    cells.back().push_back(theirs.is_null() ? "-" : percent(theirs.at("accuracy")));
+  for (const ClassificationRow* row : rows) {
+    cells.push_back({row->method, row->senses, fmt::format("{}", row->seeds.size()),
+                     with_interval(row->accuracy),
+                     row->chosen ? "chosen" : with_interval(row->difference),
+                     with_interval(row->balanced_accuracy),
+                     row->accuracy ? percent(row->accuracy->deviation) : "-",
+                     fmt::format("{}", row->parameters), core::human_duration(row->training_s)});
+    if (published) cells.back().push_back(row->published ? percent(row->published->accuracy) : "-");
   }
   return markdown(cells);
 }
@@ -53,17 +93,16 @@ std::string recognition_table(const Rows& rows) {
   std::vector<std::vector<std::string>> cells = {
       {"method", "calibration error", "accepted", "of none of the classes",
        "area under the characteristic", "accepted of these"}};
-  for (const ordered_json* row : rows) {
-    const ordered_json& found = row->at("recognition");
-    if (found.is_null()) continue;
-    std::string method = row->at("method"), accepted = percent(found.at("accepted")),
-                error = fmt::format("{} ({} by chance)", percent(found.at("calibration_error")),
-                                    percent(found.at("calibration_by_chance")));
-    for (const auto& [name, novel] : found.at("novel").items()) {
-      cells.push_back(
-          {method, error, accepted, name,
-           with_interval({{"mean", novel.at("auroc")}, {"interval95", novel.at("auroc95")}}),
-           percent(novel.at("accepted"))});
+  for (const ClassificationRow* row : rows) {
+    if (!row->recognition) continue;
+    const recognition::RecognitionTrial& found = *row->recognition;
+    std::string method = row->method, accepted = percent(found.accepted),
+                error = fmt::format("{} ({} by chance)", percent(found.calibration_error),
+                                    percent(found.calibration_by_chance));
+    for (const auto& [name, novel] : found.novel) {
+      cells.push_back({method, error, accepted, name,
+                       with_interval(Estimate{novel.auroc, novel.auroc95}),
+                       percent(novel.accepted)});
       method = error = accepted = "";
     }
   }
@@ -73,68 +112,82 @@ std::string recognition_table(const Rows& rows) {
 }
 
 /// Recall of each class, and which other it is taken for most often.
-std::string recall_table(const ordered_json& row) {
+std::string recall_table(const ClassificationRow& row) {
   std::vector<std::vector<std::string>> cells = {
       {"class", "answers", "recall", "most often taken for"}};
-  const auto classes = row.at("classes").get<std::vector<std::string>>();
-  for (std::size_t c = 0; c < classes.size(); ++c) {
-    const auto counts = row.at("confusion").at(c).get<std::vector<std::size_t>>();
+  const std::vector<double> recalls = classification::recalls(row.confusion);
+  for (std::size_t c = 0; c < row.classes.size(); ++c) {
     std::size_t all = 0, other = c;
-    for (std::size_t k = 0; k < counts.size(); ++k) {
-      all += counts[k];
-      if (k != c && counts[k] > 0 && (other == c || counts[k] > counts[other])) other = k;
+    for (std::size_t k = 0; k < row.classes.size(); ++k) {
+      const std::size_t count = row.confusion.at(c, k);
+      all += count;
+      if (k != c && count > 0 && (other == c || count > row.confusion.at(c, other))) other = k;
     }
-    cells.push_back({classes[c], fmt::format("{}", all), percent(row.at("recalls").at(c)),
-                     other == c ? "-" : fmt::format("{} ({})", classes[other], counts[other])});
+    cells.push_back({row.classes[c], fmt::format("{}", all), percent(recalls[c]),
+                     other == c
+                         ? "-"
+                         : fmt::format("{} ({})", row.classes[other], row.confusion.at(c, other))});
   }
   return markdown(cells);
 }
 
 /// Of published sets that stand beside: what is not the same.
-std::string differences(const ordered_json& document) {
-  bool any = false;
-  for (const ordered_json& row : document.at("rows")) {
-    any = any || !row.at("published").is_null();
-  }
-  if (!any) return "";
-  return "\nThe papers' column is of Sterling 2019, Tables 6.1 to 6.5, on other sounds: their "
-         "bodies, "
-         "materials' parameters and splits are not public, their layer sizes are not given, and "
-         "their one run has no interval. VGG16 on pictures (Table 6.1) is left out: its pictures "
-         "are not theirs or ours to give. Numbers may be compared in kind, not to the percent.\n";
-}
+constexpr const char* differences =
+    "\nThe papers' column is of Sterling 2019, Tables 6.1 to 6.5, on other sounds: their bodies, "
+    "materials' parameters and splits are not public, their layer sizes are not given, and "
+    "their one run has no interval. VGG16 on pictures (Table 6.1) is left out: its pictures "
+    "are not theirs or ours to give. Numbers may be compared in kind, not to the percent.\n";
 
 }  // namespace
 
-std::string classification_text(const ordered_json& document) {
-  std::string text = fmt::format("# {}: classification\n", document.at("name").get<std::string>());
-  for (const ordered_json& task : document.at("tasks")) {
-    for (const ordered_json& dataset : document.at("datasets")) {
-      const Rows rows = rows_of(document, task.at("name"), dataset.at("name"));
+ordered_json to_json(const Classification& found) {
+  ordered_json document = {{"name", found.name},
+                           {"tasks", ordered_json::array()},
+                           {"datasets", ordered_json::array()},
+                           {"rows", ordered_json::array()}};
+  for (const learning::TaskSpec& task : found.tasks) {
+    document["tasks"].push_back({{"name", task.name},
+                                 {"column", task.column},
+                                 {"split", task.split},
+                                 {"groups_are", held_out_groups(task)}});
+  }
+  for (const Classification::Dataset& dataset : found.datasets) {
+    document["datasets"].push_back({{"name", dataset.name}, {"folder", dataset.folder}});
+  }
+  for (const ClassificationRow& row : found.rows) document["rows"].push_back(to_json(row));
+  return document;
+}
+
+std::string to_text(const Classification& found) {
+  std::string text = fmt::format("# {}: classification\n", found.name);
+  bool published = false;
+  for (const learning::TaskSpec& task : found.tasks) {
+    for (const Classification::Dataset& dataset : found.datasets) {
+      Rows rows;
+      for (const ClassificationRow& row : found.rows) {
+        if (row.task == task.name && row.dataset == dataset.name) rows.push_back(&row);
+        published = published || row.published;
+      }
       if (rows.empty()) continue;
-      const ordered_json& first = *rows.front();
-      text += fmt::format("\n## {} of {}\n\n", task.at("name").get<std::string>(),
-                          dataset.at("name").get<std::string>());
+      const ClassificationRow& first = *rows.front();
       text += fmt::format(
+          "\n## {} of {}\n\n"
           "{} classes, {} samples of {} {} held out (`{}`); percent, with 95 % intervals over {} "
           "and, of several, seeds.\n\n",
-          first.at("classes").size(), first.at("samples").get<std::size_t>(),
-          first.at("groups").get<std::size_t>(), task.at("groups_are").get<std::string>(),
-          task.at("split").get<std::string>(), task.at("groups_are").get<std::string>());
+          task.name, dataset.name, first.classes.size(), first.samples, first.groups,
+          held_out_groups(task), task.split, held_out_groups(task));
       text += accuracy_table(rows);
       text += recognition_table(rows);
-      const ordered_json& best =
-          **std::find_if(rows.begin(), rows.end(),
-                         [](const ordered_json* row) { return row->at("chosen") == true; });
-      text += fmt::format("\n{}, the best on the validation samples, by class:\n\n",
-                          best.at("method").get<std::string>());
+      const ClassificationRow& best = **std::find_if(
+          rows.begin(), rows.end(), [](const ClassificationRow* row) { return row->chosen; });
+      text += fmt::format("\n{}, the best on the validation samples, by class:\n\n", best.method);
       text += recall_table(best);
     }
   }
-  return text + differences(document);
+  return published ? text + differences : text;
 }
 
-std::string classification_csv(const ordered_json& document) {
+std::string to_csv(const Classification& found) {
   std::string csv = core::csv_line({"dataset",
                                     "task",
                                     "method",
@@ -158,35 +211,25 @@ std::string classification_csv(const ordered_json& document) {
                                     "training_s",
                                     "published_set",
                                     "published_accuracy"});
-  for (const ordered_json& row : document.at("rows")) {
-    std::vector<std::string> cells;
-    for (const char* name : {"dataset", "task", "method", "senses"}) {
-      cells.push_back(row.at(name));
+  const auto number = [](double value) { return core::csv_value(core::number_or_null(value)); };
+  for (const ClassificationRow& row : found.rows) {
+    std::vector<std::string> cells = {row.dataset, row.task, row.method, row.senses};
+    for (const std::size_t count :
+         {row.seeds.size(), row.samples, row.groups, row.classes.size()}) {
+      cells.push_back(fmt::format("{}", count));
     }
-    for (const char* name : {"seeds", "samples", "groups", "classes"}) {
-      const ordered_json& value = row.at(name);
-      cells.push_back(
-          fmt::format("{}", value.is_array() ? value.size() : value.get<std::size_t>()));
-    }
-    for (const char* name : {"accuracy", "balanced_accuracy", "difference"}) {
-      const ordered_json& summary = row.at(name);
-      if (summary.is_null()) {
-        cells.insert(cells.end(), 3, "");
-        continue;
-      }
-      cells.push_back(core::csv_value(summary.at("mean")));
-      for (const ordered_json& bound : summary.at("interval95")) {
-        cells.push_back(core::csv_value(bound));
+    for (const auto& estimate : {row.accuracy, row.balanced_accuracy, row.difference}) {
+      const Estimate known = estimate.value_or(Estimate{core::nan, {core::nan, core::nan}});
+      for (const double value : {known.mean, known.interval95.low, known.interval95.high}) {
+        cells.push_back(number(value));
       }
     }
-    const ordered_json& accuracy = row.at("accuracy");
-    cells.push_back(accuracy.is_null() ? "" : core::csv_value(accuracy.at("deviation")));
-    for (const char* name : {"validation_accuracy", "parameters", "training_s"}) {
-      cells.push_back(core::csv_value(row.at(name)));
-    }
-    const ordered_json& theirs = row.at("published");
-    cells.push_back(theirs.is_null() ? "" : theirs.at("set").get<std::string>());
-    cells.push_back(theirs.is_null() ? "" : core::csv_value(theirs.at("accuracy")));
+    cells.push_back(row.accuracy ? number(row.accuracy->deviation) : "");
+    cells.push_back(number(row.validation_accuracy));
+    cells.push_back(fmt::format("{}", row.parameters));
+    cells.push_back(number(row.training_s));
+    cells.push_back(row.published ? row.published->set : "");
+    cells.push_back(row.published ? number(row.published->accuracy) : "");
     csv += core::csv_line(cells);
   }
   return csv;

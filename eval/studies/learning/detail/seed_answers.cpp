@@ -10,7 +10,19 @@
 
 namespace carillon::eval::studies {
 
-using nlohmann::ordered_json;
+nlohmann::ordered_json to_json(const std::optional<Estimate>& estimate) {
+  if (!estimate) return nullptr;
+  return {{"mean", core::number_or_null(estimate->mean)},
+          {"interval95",
+           {core::number_or_null(estimate->interval95.low),
+            core::number_or_null(estimate->interval95.high)}}};
+}
+
+nlohmann::ordered_json accuracy_json(const std::optional<Estimate>& accuracy) {
+  nlohmann::ordered_json found = to_json(accuracy);
+  if (accuracy) found["deviation"] = core::number_or_null(accuracy->deviation);
+  return found;
+}
 
 void SeedAnswers::add(const PartAnswers& part, const std::vector<std::string>& names) {
   const std::size_t classes = names.size();
@@ -34,9 +46,9 @@ std::size_t SeedAnswers::groups() const {
   return std::set(groups_.begin(), groups_.end()).size();
 }
 
-ordered_json SeedAnswers::summary(classification::AccuracyKind kind,
-                                  const std::string& inputs) const {
-  if (empty()) return nullptr;
+std::optional<Estimate> SeedAnswers::summary(classification::AccuracyKind kind,
+                                             const std::string& inputs) const {
+  if (empty()) return std::nullopt;
   const classification::SeedsSummary seeds =
       classification::interval_over_seeds(tested(), predicted_, kind);
   core::Range bounds = seeds.seeds_and_groups;
@@ -44,13 +56,11 @@ ordered_json SeedAnswers::summary(classification::AccuracyKind kind,
     core::RandomStream random(0, core::stable_hash(inputs), "evaluate.classification");
     bounds = classification::grouped_interval(tested(), predicted_.front(), kind, random);
   }
-  return {{"mean", core::number_or_null(seeds.mean)},
-          {"interval95", {core::number_or_null(bounds.low), core::number_or_null(bounds.high)}},
-          {"deviation", core::number_or_null(seeds.deviation)}};
+  return Estimate{seeds.mean, bounds, seeds.deviation};
 }
 
-ordered_json SeedAnswers::less(const SeedAnswers& others) const {
-  if (empty() || others.keys_ != keys_) return nullptr;
+std::optional<Estimate> SeedAnswers::less(const SeedAnswers& others) const {
+  if (empty() || others.keys_ != keys_) return std::nullopt;
   // What others alone know is one class more, and wrong here.
   std::vector<std::size_t> own_number;
   for (const std::string& name : others.classes_) {
@@ -65,10 +75,7 @@ ordered_json SeedAnswers::less(const SeedAnswers& others) const {
   all.classes += 1;
   const classification::AccuracyDifference difference =
       classification::accuracy_difference(all, predicted_, theirs);
-  return {{"mean", core::number_or_null(difference.mean)},
-          {"interval95",
-           {core::number_or_null(difference.bounds.low),
-            core::number_or_null(difference.bounds.high)}}};
+  return Estimate{difference.mean, difference.bounds};
 }
 
 classification::NormByChance SeedAnswers::norm_by_chance(const SeedAnswers& others) const {

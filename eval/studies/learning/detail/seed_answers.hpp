@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,18 @@
 #include "eval/studies/learning/detail/answers.hpp"
 
 namespace carillon::eval::studies {
+
+/// An accuracy, or a difference of two.
+struct Estimate {
+  double mean = 0;               ///< over seeds
+  core::Range interval95;        ///< over groups; of several seeds over these, too
+  double deviation = core::nan;  ///< of accuracies, between seeds; NaN for one
+};
+
+/// `mean` and `interval95`; null where there is none.
+nlohmann::ordered_json to_json(const std::optional<Estimate>& estimate);
+/// The same with `deviation`.
+nlohmann::ordered_json accuracy_json(const std::optional<Estimate>& accuracy);
 
 /// What classifiers that differ by their seed alone answered for the same samples.
 class SeedAnswers {
@@ -26,14 +39,13 @@ class SeedAnswers {
   std::size_t groups() const;
   /// Of all seeds together.
   const classification::Confusion& confusion() const { return confusion_; }
-  /// `mean` over seeds, `interval95` (over groups; of several seeds over these, too) and the
-  /// standard `deviation` between seeds; null for no samples.
+  /// Nothing for no samples.
   /// @param inputs  hash of what decides the classifiers: seeds the bootstrap
-  nlohmann::ordered_json summary(classification::AccuracyKind kind,
-                                 const std::string& inputs) const;
-  /// `mean` and `interval95` of how much more is right than of others' answers for the same
-  /// samples, who may know other classes; null for no samples, or where they answered for others.
-  nlohmann::ordered_json less(const SeedAnswers& others) const;
+  std::optional<Estimate> summary(classification::AccuracyKind kind,
+                                  const std::string& inputs) const;
+  /// How much more is right than of others' answers for the same samples, who may know other
+  /// classes; nothing for no samples, or where they answered for others.
+  std::optional<Estimate> less(const SeedAnswers& others) const;
   /// Norms of the difference of confusions with others, for other samples of the same classes, that
   /// chance alone makes.
   classification::NormByChance norm_by_chance(const SeedAnswers& others) const;

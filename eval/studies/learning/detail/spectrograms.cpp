@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "core/config.hpp"
-#include "core/json.hpp"
 #include "core/random.hpp"
 #include "eval/statistics/principal_components.hpp"
 #include "mpi/comm.hpp"
@@ -14,7 +14,6 @@
 namespace carillon::eval::studies {
 
 using core::ConfigNode;
-using nlohmann::ordered_json;
 
 namespace {
 
@@ -25,18 +24,12 @@ bool sees_spectrograms_alone(const learning::Method& method) {
          method.senses.front() == learning::Sense::spectrogram;
 }
 
-/// Bands x frames, as lists.
-ordered_json picture(std::span<const double> values, const learning::SenseExtent& extent) {
-  ordered_json rows = ordered_json::array();
-  const auto frames = static_cast<std::size_t>(extent[2]);
-  for (std::size_t band = 0; band * frames < values.size(); ++band) {
-    ordered_json row = ordered_json::array();
-    for (const double value : values.subspan(band * frames, frames)) {
-      row.push_back(std::round(1e4 * value) / 1e4);
-    }
-    rows.push_back(std::move(row));
-  }
-  return rows;
+/// To four digits after the point, as pictures are kept.
+template <class Number>
+std::vector<double> rounded(std::span<const Number> values) {
+  std::vector<double> numbers;
+  for (const double value : values) numbers.push_back(std::round(1e4 * value) / 1e4);
+  return numbers;
 }
 
 /// So many rows, ascending, whatever the order of bodies, materials and strikes.
@@ -52,7 +45,8 @@ std::vector<std::uint32_t> some_rows(const std::vector<std::string>& keys, std::
   return rows;
 }
 
-ordered_json find_components(const SpectrogramStudy& study, learning::SampleSource& source) {
+void find_components(const SpectrogramStudy& study, learning::SampleSource& source,
+                     DatasetSpectrograms& dataset) {
   const learning::SenseLayout layout =
       learning::require_layout(source, learning::Sense::spectrogram);
   const std::size_t each = learning::values_in(layout.extent);
@@ -61,62 +55,42 @@ ordered_json find_components(const SpectrogramStudy& study, learning::SampleSour
   std::vector<double> values;
   const std::vector<std::string> all_labels = source.labels(study.color);
   const std::vector<std::string> all_keys = source.keys();
-  std::vector<std::string> labels, keys;
   for (const std::uint32_t row : some_rows(all_keys, count)) {
     source.read(learning::Sense::spectrogram, {&row, 1}, read);
     values.insert(values.end(), read.begin(), read.end());
-    labels.push_back(all_labels[row]);
-    keys.push_back(all_keys[row]);
+    dataset.labels.push_back(all_labels[row]);
+    dataset.keys.push_back(all_keys[row]);
   }
   const statistics::PrincipalComponents found =
       statistics::principal_components(values, each, components);
   std::map<std::string, std::size_t> numbers;
-  for (const std::string& label : labels) numbers.emplace(label, numbers.size());
+  for (const std::string& label : dataset.labels) numbers.emplace(label, numbers.size());
   std::vector<std::size_t> groups;
-  for (const std::string& label : labels) groups.push_back(numbers.at(label));
-  double mean_square = 0;
+  for (const std::string& label : dataset.labels) groups.push_back(numbers.at(label));
   for (const double value : values)
-    mean_square += value * value / static_cast<double>(values.size());
-  ordered_json document = {{"sounds", count},
-                           {"color", study.color},
-                           {"keys", keys},
-                           {"labels", labels},
-                           {"mean", picture(found.mean, layout.extent)},
-                           {"mean_square", mean_square},
-                           {"components", ordered_json::array()}};
+    dataset.mean_square += value * value / static_cast<double>(values.size());
+  dataset.bands = static_cast<std::size_t>(layout.extent[1]);
+  dataset.mean = rounded(std::span(found.mean));
   for (std::size_t k = 0; k < found.fractions.size(); ++k) {
     std::vector<double> along;
     for (std::size_t i = 0; i < count; ++i) {
       along.push_back(found.coordinates[i * found.fractions.size() + k]);
     }
-    document["components"].push_back(
-        {{"fraction", found.fractions[k]},
-         {"explained_by_labels",
-          core::number_or_null(statistics::explained_by_groups(along, groups))},
-         {"picture", picture(std::span(found.components).subspan(k * each, each), layout.extent)},
-         {"coordinates", along}});
+    const double explained = statistics::explained_by_groups(along, groups);
+    dataset.components.push_back({found.fractions[k], explained,
+                                  rounded(std::span(found.components).subspan(k * each, each)),
+                                  std::move(along)});
   }
-  return document;
 }
 
-ordered_json find_exciting(const TrainedClassifier& trained, const learning::SampleSource& source,
-                           const ordered_json& found) {
+void find_exciting(const TrainedClassifier& trained, DatasetSpectrograms& dataset) {
   nlohmann::json notes;
   const networks::Learner learner = networks::Learner::load(trained.job.folder / "model", notes);
-  const learning::SenseExtent extent =
-      learning::require_layout(source, learning::Sense::spectrogram).extent;
-  std::vector<float> mean;
-  for (const ordered_json& band : found.at("mean")) {
-    for (const ordered_json& value : band) mean.push_back(value.get<float>());
-  }
-  ordered_json classes = ordered_json::array();
+  const std::vector<float> mean(dataset.mean.begin(), dataset.mean.end());
   for (std::size_t c = 0; c < learner.classes().size(); ++c) {
-    const std::vector<float> input =
-        learner.exciting_input(c, mean, found.at("mean_square").get<double>());
-    const std::vector<double> values(input.begin(), input.end());
-    classes.push_back({{"class", learner.classes()[c]}, {"picture", picture(values, extent)}});
+    const std::vector<float> input = learner.exciting_input(c, mean, dataset.mean_square);
+    dataset.exciting.push_back({learner.classes()[c], rounded(std::span(input))});
   }
-  return classes;
 }
 
 }  // namespace
@@ -144,9 +118,8 @@ SpectrogramStudy read_spectrogram_study(ConfigNode& node, ConfigNode& root,
   return study;
 }
 
-std::optional<ordered_json> study_spectrograms(const SpectrogramStudy& study,
-                                               const EvaluatedDatasets& datasets,
-                                               const mpi::Context& context) {
+std::optional<std::vector<DatasetSpectrograms>> study_spectrograms(
+    const SpectrogramStudy& study, const EvaluatedDatasets& datasets, const mpi::Context& context) {
   LearningConfig alone = study.learning;
   alone.tasks = {study.task};
   alone.methods = {study.method};
@@ -157,22 +130,18 @@ std::optional<ordered_json> study_spectrograms(const SpectrogramStudy& study,
   const std::uint64_t seeds[] = {study.method.learning.seed};
   const TrainingsEnd end = run_trainings(alone, seeds, sources, models_folder(datasets), context);
   if (end.interrupted) return std::nullopt;
-  ordered_json document = {{"name", datasets.name()},
-                           {"task", study.task.name},
-                           {"method", study.method.name},
-                           {"datasets", ordered_json::array()}};
-  for (const TrainedClassifier& trained : end.trained) {
-    const LearningSource& source = sources[trained.source];
-    mpi::agreed(context.world, [&] {
-      if (!context.speaks()) return;
-      const ordered_json components_found = find_components(study, *source.samples);
-      document["datasets"].push_back(
-          {{"name", source.name},
-           {"components", components_found},
-           {"exciting", find_exciting(trained, *source.samples, components_found)}});
-    });
-  }
-  return document;
+  std::vector<DatasetSpectrograms> found;
+  mpi::agreed(context.world, [&] {
+    if (!context.speaks()) return;
+    for (const TrainedClassifier& trained : end.trained) {
+      const LearningSource& source = sources[trained.source];
+      DatasetSpectrograms& dataset = found.emplace_back();
+      dataset.name = source.name;
+      find_components(study, *source.samples, dataset);
+      find_exciting(trained, dataset);
+    }
+  });
+  return found;
 }
 
 }  // namespace carillon::eval::studies

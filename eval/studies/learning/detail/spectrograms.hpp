@@ -1,7 +1,8 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "eval/studies/learning/run_trainings.hpp"
 
@@ -21,12 +22,31 @@ struct SpectrogramStudy {
 SpectrogramStudy read_spectrogram_study(core::ConfigNode& node, core::ConfigNode& root,
                                         const std::string& file);
 
-/// Of each dataset two principal components of its sounds, where these lie on them and how much of
-/// each the labels explain; and of every class the spectrogram that excites it most.
-/// @return on rank 0; nothing where it was interrupted
+/// Of one dataset two principal components of its sounds, and of every class the spectrogram that
+/// excites it most. Pictures are bands x frames, as many bands as `bands` says.
+struct DatasetSpectrograms {
+  std::string name;
+  std::size_t bands = 0;
+  std::vector<std::string> keys, labels;  ///< of the sounds
+  std::vector<double> mean;               ///< picture
+  double mean_square = 0;
+  struct Component {
+    double fraction = 0;           ///< of the variance
+    double explained = core::nan;  ///< fraction of it that the labels explain; NaN of none
+    std::vector<double> picture;
+    std::vector<double> coordinates;  ///< of each sound
+  };
+  std::vector<Component> components;
+  struct Exciting {
+    std::string name;  ///< of the class
+    std::vector<double> picture;
+  };
+  std::vector<Exciting> exciting;
+};
+
+/// @return of each dataset, on rank 0; nothing where it was interrupted
 /// @note Collective on the context's world.
-std::optional<nlohmann::ordered_json> study_spectrograms(const SpectrogramStudy& study,
-                                                         const EvaluatedDatasets& datasets,
-                                                         const mpi::Context& context);
+std::optional<std::vector<DatasetSpectrograms>> study_spectrograms(
+    const SpectrogramStudy& study, const EvaluatedDatasets& datasets, const mpi::Context& context);
 
 }  // namespace carillon::eval::studies

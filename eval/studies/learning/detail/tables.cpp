@@ -7,21 +7,20 @@
 
 namespace carillon::eval::studies {
 
-using nlohmann::ordered_json;
-
-std::string percent(const ordered_json& fraction) {
-  return fraction.is_null() ? "-" : fmt::format("{:.2f}", 100 * fraction.get<double>());
+std::string figure(double number, int digits) {
+  return !std::isfinite(number) ? "-" : fmt::format("{:.{}f}", number, digits);
 }
 
-/// "93.21 [90.10, 95.80]"
-std::string with_interval(const ordered_json& summary) {
-  if (summary.is_null()) return "-";
-  const ordered_json& bounds = summary.at("interval95");
-  return fmt::format("{} [{}, {}]", percent(summary.at("mean")), percent(bounds.at(0)),
-                     percent(bounds.at(1)));
+std::string percent(double fraction) {
+  return figure(100 * fraction, 2);
 }
 
-/// Lines of a Markdown table, columns as wide as their widest cell.
+std::string with_interval(const std::optional<Estimate>& estimate) {
+  if (!estimate) return "-";
+  return fmt::format("{} [{}, {}]", percent(estimate->mean), percent(estimate->interval95.low),
+                     percent(estimate->interval95.high));
+}
+
 std::string markdown(const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths(rows.front().size(), 3);
   for (const auto& row : rows) {

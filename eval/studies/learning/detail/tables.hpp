@@ -1,15 +1,19 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "eval/studies/learning/detail/seed_answers.hpp"
+
 namespace carillon::eval::studies {
 
-/// Share in percent with two digits, "-" for null.
-std::string percent(const nlohmann::ordered_json& fraction);
-/// "93.21 [90.10, 95.80]" of a summary with `mean` and `interval95`.
-std::string with_interval(const nlohmann::ordered_json& summary);
+/// A number with so many digits after the point, "-" for one that is not finite.
+std::string figure(double number, int digits);
+/// Share in percent with two digits, "-" for NaN.
+std::string percent(double fraction);
+/// In percent, "93.21 [90.10, 95.80]"; "-" for nothing.
+std::string with_interval(const std::optional<Estimate>& estimate);
 
 /// A Markdown table, columns as wide as their widest cell; the first row is the header.
 std::string markdown(const std::vector<std::vector<std::string>>& rows);

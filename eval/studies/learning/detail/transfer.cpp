@@ -20,7 +20,6 @@ namespace carillon::eval::studies {
 
 using learning::Part;
 using learning::Selection;
-using nlohmann::ordered_json;
 
 namespace {
 
@@ -143,7 +142,7 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
       const Answers answers = read_answers(job.folder / "answers.h5");
       own.add(answers_of(answers.test, '0', answers.classes.size()), answers.classes);
       there.add(answers_of(answers.test, '1', answers.classes.size()), answers.classes);
-      row.samples = end.found.at("samples").at("train");
+      row.samples = end.record.train_samples;
     });
     inputs += job.inputs;
   }
@@ -179,8 +178,8 @@ std::vector<TransferRow> Run::compared() const {
   const std::string& against = datasets_.conditions()[spec_.against].name;
   std::vector<TransferRow> rows = rows_;
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    const auto less = [&](std::size_t other) -> ordered_json {
-      if (other == rows.size() || inputs_[other] == inputs_[r]) return nullptr;  // itself
+    const auto less = [&](std::size_t other) -> std::optional<Estimate> {
+      if (other == rows.size() || inputs_[other] == inputs_[r]) return std::nullopt;  // itself
       return there_[r].less(there_[other]);
     };
     rows[r].less_home = less(place_of(LearntFrom::target, spec_.target.name, rows[r].method));
@@ -216,7 +215,6 @@ bool Run::learn_elsewhere(std::size_t condition) {
   });
   TransferRow row;
   row.trained_on = named.name;
-  row.own = ordered_json::object();
   if (named.build != nullptr && spec_.target.build != nullptr && spec_.heard > 0) {
     std::vector<std::string> keys;
     mpi::agreed(context_.world, [&] {

@@ -7,6 +7,7 @@
 #include "eval/classification/confusion_chance.hpp"
 #include "eval/studies/datasets.hpp"
 #include "eval/studies/learning/detail/heard_difference.hpp"
+#include "eval/studies/learning/detail/seed_answers.hpp"
 #include "eval/studies/learning/learning_config.hpp"
 
 namespace carillon::eval::studies {
@@ -46,12 +47,12 @@ struct TransferRow {
   LearntFrom kind = LearntFrom::elsewhere;
   std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
-  double fraction = 0;           ///< of the target's own samples in training
-  std::size_t samples = 0;       ///< for training
-  nlohmann::ordered_json own;    ///< accuracy where it learnt: `mean`, `interval95`; null of others
-  nlohmann::ordered_json there;  ///< accuracy in the target condition
-  nlohmann::ordered_json less_home;  ///< by how much that is above what the target's own teach
-  nlohmann::ordered_json gain;       ///< and above what the dataset `against` teaches
+  double fraction = 0;                ///< of the target's own samples in training
+  std::size_t samples = 0;            ///< for training
+  std::optional<Estimate> own;        ///< accuracy where it learnt, if elsewhere
+  std::optional<Estimate> there;      ///< accuracy in the target condition
+  std::optional<Estimate> less_home;  ///< by how much that is above what the target's own teach
+  std::optional<Estimate> gain;       ///< and above what the dataset `against` teaches
   /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
   /// fractions of all seeds' answers; what chance alone makes of it; how many classes were
   /// compared.
@@ -69,10 +70,11 @@ std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
                                                      const EvaluatedDatasets& datasets,
                                                      const mpi::Context& context);
 
-nlohmann::ordered_json transfer_document(const TransferSpec& spec,
-                                         const EvaluatedDatasets& datasets,
-                                         const std::vector<TransferRow>& rows);
+/// docs/learning.md names the fields.
+nlohmann::ordered_json transfer_json(const TransferSpec& spec, const EvaluatedDatasets& datasets,
+                                     const std::vector<TransferRow>& rows);
 /// For people, in Markdown.
-std::string transfer_text(const nlohmann::ordered_json& document);
+std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& datasets,
+                          const std::vector<TransferRow>& rows);
 
 }  // namespace carillon::eval::studies
