@@ -141,20 +141,30 @@ void add_body_options(Command& command, BodyOptions& options) {
       .show_default("200000");
 }
 
-solvers::mesh::MeshRequest mesh_request(const BodyOptions& options) {
-  solvers::mesh::MeshRequest request = scene::parse_mesh(options.mesh);
-  if (request.shape.family.empty()) {
+scene::Object named_object(const BodyOptions& options) {
+  scene::Object object = scene::parse_object(options.mesh, options.material);
+  object.file.any_size = options.any_size;
+  if (object.family.empty()) {
     refuse_idle(options);
-    request.file.any_size = options.any_size;
-    request.file.length = positive_length(options.length, "--length");
-    request.file.thickness = positive_length(options.thickness, "--thickness");
+    object.file.length = positive_length(options.length, "--length");
+    object.file.thickness = positive_length(options.thickness, "--thickness");
   } else {
-    refuse_idle(options, request.shape.family);
+    refuse_idle(options, object.family);
   }
+  return object;
+}
+
+solvers::mesh::MeshRequest mesh_request(const BodyOptions& options) {
+  solvers::mesh::MeshRequest request = scene::mesh_request(named_object(options));
   request.options.order = options.order.value_or(request.options.order);
   request.options.max_elements = options.max_elements.value_or(request.options.max_elements);
   request.options.element_size = positive_length(options.element_size, "--element-size");
   return request;
+}
+
+scene::RegionMaterials region_materials(const BodyOptions& options) {
+  if (options.material.empty()) return {};
+  return scene::region_materials(named_object(options), options.material);
 }
 
 scene::BodyRequest body_request(const BodyOptions& options) {
@@ -164,7 +174,7 @@ scene::BodyRequest body_request(const BodyOptions& options) {
     request.solver = scene::BodySolver::axisymmetric;
   }
   request.mesh = mesh_request(options);
-  if (!options.material.empty()) request.materials = scene::parse_materials(options.material);
+  request.materials = region_materials(options);
   request.any_size = options.any_size;
   request.solve = solve_options(options);
   request.pitch_cents = options.pitch_cents;

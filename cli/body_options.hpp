@@ -4,7 +4,7 @@
 #include <string>
 
 #include "mpi/context.hpp"
-#include "scene/body.hpp"
+#include "scene/object.hpp"
 
 namespace carillon::cli {
 
@@ -33,13 +33,21 @@ struct BodyOptions {
 /// Adds the options of a body to a command.
 void add_body_options(Command& command, BodyOptions& options);
 
-/// The options' source of a body.
-/// @throws InputError  as scene::parse_mesh, a malformed length, or an option that would do nothing
-///                     for this body
+/// The object that the options name, of no material where none is given.
+/// @throws InputError  as scene::parse_object, a malformed length, or an option that would do
+///                     nothing for this body
+scene::Object named_object(const BodyOptions& options);
+
+/// Its body, and how it is to be meshed.
+/// @throws InputError  as named_object
 solvers::mesh::MeshRequest mesh_request(const BodyOptions& options);
 
-/// What the options ask for; no material where none is given.
-/// @throws InputError  as mesh_request, a malformed value, an empty band, or an option that the
+/// What it is made of; empty where no material is given.
+/// @throws InputError  as named_object, an unknown material
+scene::RegionMaterials region_materials(const BodyOptions& options);
+
+/// What the options ask for.
+/// @throws InputError  as named_object, a malformed value, an empty band, or an option that the
 ///                     solver has no use for
 scene::BodyRequest body_request(const BodyOptions& options);
 

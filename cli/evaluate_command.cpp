@@ -122,7 +122,7 @@ void add_evaluate(Program& program, mpi::Context& context, Sections sections) {
       "Examples:\n"
       "  mpirun -n 4 carillon evaluate configs/damping-validation.yaml\n"
       "  carillon evaluate configs/damping-validation.yaml --set strikes.per_object=20 \\\n"
-      "    --set 'evaluate.damping.sounds=[1, 5, 20]' --output small\n"
+      "    --set 'evaluate.damping.sound_counts=[1, 5, 20]' --output small\n"
       "  mpirun -n 2 carillon evaluate configs/learning-smoke.yaml\n"
       "What was found lies in OUTPUT/evaluation: docs/damping-validation.md, docs/learning.md.");
   command.begins_with([&context, options, sections] {

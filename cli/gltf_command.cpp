@@ -55,8 +55,8 @@ ShownBody shown_body(const GltfOptions& options, int modes, const mpi::Context& 
                         options.body.any_size);
       shown.surface = solvers::eigen::surface_of(mesh, nodes);
       if (!options.body.material.empty()) {
-        shown.body.materials = scene::assign_materials(
-            scene::parse_materials(options.body.material), mesh.region_names);
+        shown.body.materials =
+            scene::assign_materials(region_materials(options.body), mesh.region_names);
       }
     });
   }

@@ -121,8 +121,7 @@ scene::KnownStrike known_strike(const StrikeOptions& options) {
 
 void run_strike(const StrikeOptions& options, mpi::Context& context) {
   check_options(options);
-  const scene::Scene scene =
-      scene_of(options, scene::listed(scene::parse_materials(options.body.material)));
+  const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.body)));
   const scene::Body body = solve_body(sounding_band(options.body, scene), context);
   settle(body.pitch_target, context);
   if (!context.speaks()) return;
@@ -230,7 +229,7 @@ void add_strike(Program& program, mpi::Context& context) {
   command.option("--interval", options->interval, "from one strike to the next").show_default();
   command.footer(
       "Examples:\n  carillon strike bell --material iron -o bell.wav\n"
-      "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.size=[5, 4, 3]' "
+      "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.dimensions=[5, 4, 3]' "
       "--set room.rt60=0.6 -o room.wav");
   command.does([&context, options] { run_strike(*options, context); });
 }

@@ -60,7 +60,7 @@ void add_texture(Program& program, mpi::Context& context) {
   command.flag("--normals", options->normals, "a normal map (RGB) in place of a relief (RGBA)");
   command.footer(
       "Example:\n  carillon texture brick --set mortar_depth=3mm -o brick.png\n"
-      "What it prints goes under `texture:` of a body, as `image:`, `width:` and `depth:`.");
+      "What it prints goes under `texture:` of a body, as `image:`, `image_width:` and `depth:`.");
   command.does([&context, options] {
     if (!context.speaks()) return;
     const nlohmann::json made = write_texture(*options);
@@ -68,7 +68,7 @@ void add_texture(Program& program, mpi::Context& context) {
       fmt::print("{}\n", made.dump(2));
       return;
     }
-    fmt::print("texture: {{image: {}, width: {} m", options->output,
+    fmt::print("texture: {{image: {}, image_width: {} m", options->output,
                made.at("width_m").get<double>());
     if (!options->normals) fmt::print(", depth: {} m", made.at("depth_m").get<double>());
     fmt::print("}}\n");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/renamed_keys.hpp"
 
 namespace carillon::core {
 
@@ -67,7 +68,13 @@ void ConfigNode::Impl::refuse_missing(const std::string& key, const std::string&
   std::vector<std::string> others = names();
   std::erase_if(others, [&](const std::string& name) { return find_asked(name) != nullptr; });
   std::string hint;
-  if (const std::string near = nearest_name(key, others); !near.empty()) {
+  const auto renamed = std::find_if(others.begin(), others.end(), [&](const std::string& name) {
+    return renamed_key(path_of(name), {key}) == key;
+  });
+  if (renamed != others.end()) {
+    hint = fmt::format("\"{}\" ({}) is now \"{}\"", *renamed,
+                       entry(*renamed)->key_place.text(document->file_name), key);
+  } else if (const std::string near = nearest_name(key, others); !near.empty()) {
     hint = fmt::format("is \"{}\" ({}) meant for it?", near,
                        entry(near)->key_place.text(document->file_name));
   }
@@ -85,6 +92,9 @@ void ConfigNode::Impl::refuse_unknown_keys() const {
       refuse(where, path_of(key), "has no effect beside the other keys", "remove it");
     }
     if (one != nullptr) continue;
+    if (const std::string now = renamed_key(path_of(key), known); !now.empty()) {
+      refuse(where, path_of(key), fmt::format("is now \"{}\"", path_of(now)));
+    }
     if (const std::string near = nearest_name(key, known); !near.empty()) {
       refuse(where, path_of(key), fmt::format("unknown key; did you mean \"{}\"?", near));
     }

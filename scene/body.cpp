@@ -2,74 +2,30 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
-#include "core/text.hpp"
-#include "core/units.hpp"
 #include "mpi/comm.hpp"
 #include "scene/detail/turned_body.hpp"
 #include "scene/pitch.hpp"
 #include "solvers/eigen/cached_modes.hpp"
-#include "solvers/families/families.hpp"
 
 namespace carillon::scene {
 
-using core::Dimension;
 using core::InputError;
 
-namespace {
-
-solvers::mesh::GeneratedShape parse_shape(const std::string& family_name,
-                                          const std::string& values) {
-  const solvers::families::Family& family = solvers::families::find_family(family_name);
-  solvers::mesh::GeneratedShape shape{.family = family.name, .parameters = {}, .profile = {}};
-  std::vector<std::string> names;
-  for (const solvers::families::FamilyParameter& parameter : family.parameters) {
-    shape.parameters[parameter.name] = 0.5 * (parameter.low + parameter.high);
-    names.push_back(parameter.name);
+solvers::modes::Band read_band(core::ConfigNode& modes, const solvers::modes::Band& otherwise) {
+  using core::Dimension;
+  solvers::modes::Band band;
+  band.min_frequency =
+      modes.not_negative("min_frequency", Dimension::frequency, otherwise.min_frequency);
+  band.max_frequency =
+      modes.quantity("max_frequency", Dimension::frequency, otherwise.max_frequency);
+  if (!(band.max_frequency > band.min_frequency)) {
+    modes.fail("max_frequency", "must be above min_frequency");
   }
-  for (const auto& [key, value] : core::parse_assignments(values)) {
-    if (!shape.parameters.contains(key)) {
-      const std::string near = core::nearest_name(key, names);
-      throw InputError(fmt::format("{} has no parameter \"{}\"", family.name, key),
-                       near.empty() ? fmt::format("it has {}", fmt::join(names, ", "))
-                                    : fmt::format("did you mean \"{}\"?", near));
-    }
-    shape.parameters[key] = core::parse_quantity(value, Dimension::length);
-  }
-  family.check(shape);
-  return shape;
-}
-
-}  // namespace
-
-solvers::mesh::MeshRequest parse_mesh(const std::string& text) {
-  solvers::mesh::MeshRequest request;
-  if (std::filesystem::exists(text)) {
-    request.file.path = text;
-    return request;
-  }
-  const auto colon = text.find(':');
-  const std::string family = text.substr(0, colon);
-  if (family.find_first_of("./\\") != std::string::npos) {
-    throw core::FileError(fmt::format("{}: no such file", text));
-  }
-  request.shape = parse_shape(family, colon == std::string::npos ? "" : text.substr(colon + 1));
-  return request;
-}
-
-RegionMaterials parse_materials(const std::string& text,
-                                const std::vector<synth::material::Material>& own) {
-  if (text.find('=') == std::string::npos || text.find("youngs_modulus") != std::string::npos) {
-    return {{"", synth::material::parse_material(text, own)}};
-  }
-  RegionMaterials materials;
-  for (const auto& [region, name] : core::parse_assignments(text)) {
-    materials[region] = synth::material::parse_material(name, own);
-  }
-  return materials;
+  band.max_modes = static_cast<int>(modes.integer("max_modes", 1, 100000, otherwise.max_modes));
+  return band;
 }
 
 std::vector<synth::material::Material> listed(const RegionMaterials& materials) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/config.hpp"
 #include "mpi/comm.hpp"
 #include "solvers/eigen/solve_modes.hpp"
 #include "solvers/mesher/mesh_child.hpp"
@@ -32,17 +33,10 @@ struct BodyRequest {
   double pitch_cents = 0;              ///< refine until the worst mode is within it; 0: as it comes
 };
 
-/// The source of a body that a text names: a file, or a generated shape as
-/// `bowl:radius=60mm,wall=3mm`, whose parameters that are not named are the middle of their range.
-/// @throws InputError  unknown family or parameter, malformed value
-/// @throws FileError   no such file
-solvers::mesh::MeshRequest parse_mesh(const std::string& text);
-
-/// Materials of a text: `steel`, `youngs_modulus=7.2e10,...` or by region `shell=steel,core=wood`.
-/// @param own  materials that come before the presets
-/// @throws InputError
-RegionMaterials parse_materials(const std::string& text,
-                                const std::vector<synth::material::Material>& own = {});
+/// Reads the band of `modes:`.
+/// @param otherwise  for keys that are not given
+/// @throws ConfigError
+solvers::modes::Band read_band(core::ConfigNode& modes, const solvers::modes::Band& otherwise);
 
 /// All of them, each region's own.
 std::vector<synth::material::Material> listed(const RegionMaterials& materials);

@@ -54,7 +54,7 @@ constexpr core::ColumnRule list[] = {
 
     // Effects of struck objects.
     {"negative_damping_modes", "int64", "", "1", "may",
-     "modes whose damping model was negative (`damping.negative: clamp` or `drop`)"},
+     "modes whose damping model was negative (`negative_damping: clamp` or `drop`)"},
     {"negative_damping_low", "float64", "", "Hz", "may", "lowest of these modes; NaN: none",
      may_be_nan},
     {"negative_damping_high", "float64", "", "Hz", "may", "highest of these modes; NaN: none",
@@ -148,7 +148,7 @@ constexpr core::ColumnRule list[] = {
     {"frames", "uint8", "frames,height,width,3", "sRGB", "movie",
      "pictures of `motion.camera`, `frame_rate` a second from 0"},
     {"depth", "float32", "frames,height,width", "m", "may",
-     "along the camera's axis; 0: nothing there (`motion.camera.depth`)"},
+     "along the camera's axis; 0: nothing there (`motion.camera.depth_maps`)"},
     {"masks", "uint8", "frames,height,width", "1", "may",
      "0: background or ground; else a body's number among `bodies` without the ground, plus 1 "
      "(`motion.camera.masks`)"},

@@ -128,8 +128,8 @@ void check_places(const Vec3& size, const Vec3& source, const std::vector<Vec3>&
 RoomScene read_room(ConfigNode& root, const Scene& scene) {
   ConfigNode node = root.child("room");
   RoomScene room;
-  room.size = node.ranges("size", Dimension::length, 3);
-  core::at_key(node, "size", [&] {
+  room.size = node.ranges("dimensions", Dimension::length, 3);
+  core::at_key(node, "dimensions", [&] {
     synth::room::check_room_size(corner(room, false));
     synth::room::check_room_size(corner(room, true));
   });
@@ -147,7 +147,7 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
     synth::room::sound_speed(synth::room::Air{room.air.temperature, 0.5});
   });
   core::at_key(node, "humidity", [&] { synth::room::sound_speed(room.air); });
-  room.order = static_cast<int>(node.integer("order", 0, synth::room::kHighestOrder, 3));
+  room.order = static_cast<int>(node.integer("image_order", 0, synth::room::kHighestOrder, 3));
   room.drawn = !room.source || std::any_of(room.size.begin(), room.size.end(),
                                            [](auto side) { return side.low < side.high; });
   room.count = static_cast<int>(node.integer("count", 1, 1000000, 20));
@@ -177,7 +177,7 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
   std::vector<Vec3> listeners;
   for (const synth::modal::Listener& listener : scene.listeners)
     listeners.push_back(listener.position);
-  core::at_key(node, room.source ? "source" : "size",
+  core::at_key(node, room.source ? "source" : "dimensions",
                [&] { typical_room(room, scene, false, listeners); });
   return room;
 }

@@ -59,8 +59,8 @@ std::set<std::string> held_out_shapes(const DatasetFolder& folder) {
   const plan::BuildPlan& plan = folder.dataset.build.plan;
   if (!config.motion) return held;
   std::vector<bool> of_object;
-  for (const configuration::ObjectSource& object : config.objects) {
-    of_object.push_back(samples::held_out(config, plan, object.name));
+  for (const configuration::ObjectSource& source : config.objects) {
+    of_object.push_back(samples::held_out(config, plan, source.object.name));
   }
   for (const plan::Shape& shape : plan.shapes) {
     if (of_object[shape.source]) held.insert(shape.id);

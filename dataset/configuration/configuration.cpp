@@ -34,14 +34,9 @@ std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t
 }
 
 void read_modes(ConfigNode node, BuildConfig& config) {
-  config.band.min_frequency = node.quantity("min_frequency", Dimension::frequency, 20);
   // Modes at or above half the sample rate would not sound.
-  config.band.max_frequency = node.quantity("max_frequency", Dimension::frequency,
-                                            std::min(20000.0, config.scene.audio.sample_rate / 2));
-  if (!(config.band.min_frequency >= 0 && config.band.max_frequency > config.band.min_frequency)) {
-    node.fail("max_frequency", "must be above min_frequency");
-  }
-  config.band.max_modes = static_cast<int>(node.integer("max_modes", 1, 100000, 300));
+  config.band = scene::read_band(
+      node, {.max_frequency = std::min(20000.0, config.scene.audio.sample_rate / 2)});
   config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 3));
   config.mesh.element_size = node.not_negative("element_size", Dimension::length, 0);
   config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
@@ -93,7 +88,7 @@ render::VoxelOptions read_voxels(ConfigNode node) {
   voxels.resolution = static_cast<int>(node.integer("resolution", 1, 512, 30));
   voxels.fill =
       render::parse_voxel_fill(node.choice("fill", {"surface", "outer", "solid"}, "outer"));
-  voxels.pitch = node.not_negative("pitch", Dimension::length, 0);
+  voxels.pitch = node.not_negative("cell_size", Dimension::length, 0);
   return voxels;
 }
 
@@ -127,10 +122,10 @@ std::string materials_place(ConfigNode& root) {
 }
 
 /// Told when the configuration is read: the band and the materials are known, no body need be.
-void tell_negative_damping(ConfigNode node, BuildConfig& config) {
+void tell_negative_damping(ConfigNode& root, BuildConfig& config) {
   for (scene::EffectDecision& decision : config.scene.effects) {
     if (!decision.enabled || decision.effect->name != std::string_view("damping")) continue;
-    const std::string choice = node.choice("negative", {"error", "clamp", "drop"}, "error");
+    const std::string choice = root.choice("negative_damping", {"error", "clamp", "drop"}, "error");
     const std::string told = negative_damping(config.scene.materials, config.band, choice);
     if (told.empty()) continue;
     decision.reason += "; " + told;
@@ -141,7 +136,7 @@ void tell_negative_damping(ConfigNode node, BuildConfig& config) {
 std::vector<scene::motion::CastObject> cast_objects(const BuildConfig& config) {
   std::vector<scene::motion::CastObject> objects;
   for (const ObjectSource& source : config.objects) {
-    objects.push_back({source.name, source.materials, source.sizes});
+    objects.push_back({source.object.name, source.object.materials, source.sizes});
   }
   return objects;
 }
@@ -150,7 +145,7 @@ std::vector<scene::motion::CastObject> cast_objects(const BuildConfig& config) {
 void check_cast(ConfigNode& root, const BuildConfig& config) {
   const std::vector<scene::motion::CastBody>& bodies = config.motion->bodies;
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
-    const std::string& name = config.objects[i].name;
+    const std::string& name = config.objects[i].object.name;
     if (std::any_of(bodies.begin(), bodies.end(),
                     [&](const scene::motion::CastBody& body) { return body.object == name; })) {
       continue;
@@ -160,9 +155,10 @@ void check_cast(ConfigNode& root, const BuildConfig& config) {
   }
   for (const ObjectSource& source : config.objects) {
     if (source.drawn_size) {
-      root.fail("objects",
-                fmt::format("\"{}\" has a drawn size, which bodies in motion lack", source.name),
-                "give it `sizes`, and the body one of them");
+      root.fail(
+          "objects",
+          fmt::format("\"{}\" has a drawn size, which bodies in motion lack", source.object.name),
+          "give it `sizes`, and the body one of them");
     }
   }
   if (root.has("variants")) {
@@ -181,8 +177,8 @@ void check_cast(ConfigNode& root, const BuildConfig& config) {
 std::vector<synth::material::Material> named_materials(const BuildConfig& config) {
   std::map<std::string, synth::material::Material> by_name;
   for (const ObjectSource& source : config.objects) {
-    std::vector<std::string> names = source.materials;
-    for (const auto& [group, name] : source.groups) names.push_back(name);
+    std::vector<std::string> names = source.object.materials;
+    for (const auto& [group, name] : source.object.groups) names.push_back(name);
     for (const std::string& name : names) {
       if (by_name.contains(name)) continue;
       by_name[name] = synth::material::parse_material(name, config.own_materials);
@@ -239,7 +235,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
                                  "remove `motion:`, or the switch");
     }
   }
-  tell_negative_damping(root.child("damping"), config);
+  tell_negative_damping(root, config);
   read_solver(root.child("solver"), config);
   config.limits = read_limits(root.child("limits"));
   config.ranks = read_ranks(root.child("ranks"));

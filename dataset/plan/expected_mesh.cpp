@@ -153,6 +153,14 @@ double longest_side(const solvers::mesh::GeneratedShape& shape) {
   return generated(shape).longest_side;
 }
 
+void scale_to(solvers::mesh::GeneratedShape& shape, double length) {
+  const double factor = length / longest_side(shape);
+  for (auto& [name, value] : shape.parameters) value *= factor;
+  for (auto& point : shape.profile) {
+    for (double& value : point) value *= factor;
+  }
+}
+
 ExpectedBody expected_body(const Shape& shape) {
   const bool file = !shape.path.empty();
   const double length = shape.request.file.length > 0 ? shape.request.file.length : 0.1;

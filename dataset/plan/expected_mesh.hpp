@@ -17,6 +17,10 @@ struct ExpectedBody {
 /// @throws InputError  they do not fit together
 double longest_side(const solvers::mesh::GeneratedShape& shape);
 
+/// Scales a generated body so that this side is so long [m].
+/// @throws InputError  as longest_side()
+void scale_to(solvers::mesh::GeneratedShape& shape, double length);
+
 /// From the family's parameters or what the plan found of the file's triangles, and the order and
 /// size of the elements. Depends on these alone, not on a cache. A file that could not be read is
 /// taken for a body of middling size: its task will say what is wrong with it.

@@ -55,9 +55,9 @@ FoundMesh find_mesh(const std::string& path) {
   return found;
 }
 
-std::vector<FoundMesh> find_meshes(const configuration::ObjectSource& source) {
+std::vector<FoundMesh> find_meshes(const scene::Object& object) {
   std::vector<FoundMesh> found;
-  for (const std::string& path : configuration::object_files(source))
+  for (const std::string& path : configuration::object_files(object))
     found.push_back(find_mesh(path));
   return found;
 }

@@ -14,7 +14,7 @@ namespace carillon::dataset::plan {
 FoundMesh find_mesh(const std::string& path);
 
 /// Mesh files of an entry of `objects:`, in the order of their names. Empty where nothing matches.
-std::vector<FoundMesh> find_meshes(const configuration::ObjectSource& source);
+std::vector<FoundMesh> find_meshes(const scene::Object& object);
 
 /// Fills Shape::identity, so that one shape under two names, turned, at another size or with its
 /// vertices numbered otherwise falls into one part of a split. Of files the signature's name (that

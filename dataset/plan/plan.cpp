@@ -65,10 +65,10 @@ double draw_size(const configuration::BuildConfig& config,
 std::vector<Variant> make_variants(const configuration::BuildConfig& config,
                                    const configuration::ObjectSource& source,
                                    const std::string& id) {
-  std::vector<std::string> materials = source.materials;
-  if (!source.groups.empty()) {
+  std::vector<std::string> materials = source.object.materials;
+  if (!source.object.groups.empty()) {
     std::vector<std::string> parts;
-    for (const auto& [group, name] : source.groups)
+    for (const auto& [group, name] : source.object.groups)
       parts.push_back(fmt::format("{}={}", group, name));
     materials = {fmt::format("{}", fmt::join(parts, ","))};
   }
@@ -89,30 +89,23 @@ std::vector<Variant> make_variants(const configuration::BuildConfig& config,
   return variants;
 }
 
-void scale(solvers::mesh::GeneratedShape& shape, double factor) {
-  for (auto& [name, value] : shape.parameters) value *= factor;
-  for (auto& point : shape.profile) {
-    for (double& value : point) value *= factor;
-  }
-}
-
 /// Draws an instance's parameters, and scales them to the length that is asked for; combinations
 /// that the family refuses are drawn again.
 solvers::mesh::GeneratedShape draw_shape(const configuration::BuildConfig& config,
                                          const configuration::ObjectSource& source,
                                          const std::string& id) {
   constexpr int tries = 1000;
-  const solvers::families::Family& family = solvers::families::find_family(source.family);
+  const solvers::families::Family& family = solvers::families::find_family(source.object.family);
   core::RandomStream random(config.seed, core::stable_hash(id), "shape.parameters");
   std::string refusal;
   for (int i = 0; i < tries; ++i) {
-    solvers::mesh::GeneratedShape shape{source.family, {}, source.profile};
-    for (const auto& [name, range] : source.parameters) {
+    solvers::mesh::GeneratedShape shape{source.object.family, {}, source.object.profile};
+    for (const auto& [name, range] : source.object.parameters) {
       shape.parameters[name] = random.uniform(range.low, range.high);
     }
     try {
       family.check(shape);
-      if (source.file.length > 0) scale(shape, source.file.length / longest_side(shape));
+      if (source.object.file.length > 0) scale_to(shape, source.object.file.length);
       return shape;
     } catch (const InputError& error) {
       refusal = error.message();
@@ -127,8 +120,8 @@ void add_family(const configuration::BuildConfig& config, std::size_t index, Bui
   const configuration::ObjectSource& source = config.objects[index];
   for (int i = 0; i < source.count; ++i) {
     Shape shape;
-    shape.id = core::file_safe(fmt::format("{}-{:03}", source.name, i));
-    shape.family = source.family;
+    shape.id = core::file_safe(fmt::format("{}-{:03}", source.object.name, i));
+    shape.family = source.object.family;
     shape.source = index;
     shape.request.shape = draw_shape(config, source, shape.id);
     plan.shapes.push_back(std::move(shape));
@@ -137,26 +130,26 @@ void add_family(const configuration::BuildConfig& config, std::size_t index, Bui
 
 void add_files(const configuration::BuildConfig& config, std::size_t index, const FindMeshes& find,
                BuildPlan& plan) {
-  const configuration::ObjectSource& source = config.objects[index];
-  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(source);
+  const scene::Object& object = config.objects[index].object;
+  const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(object);
   if (meshes.empty()) {
     throw InputError(fmt::format("objects[{}].{}: nothing matches {}", index,
-                                 source.modelnet ? "modelnet" : "mesh", source.pattern));
+                                 object.modelnet ? "modelnet" : "mesh", object.pattern));
   }
   for (const FoundMesh& mesh : meshes) {
     Shape shape;
     const std::string stem = std::filesystem::path(mesh.path).stem().string();
     shape.id =
-        core::file_safe(source.name.empty() ? stem : fmt::format("{}-{}", source.name, stem));
-    shape.family = source.name.empty() ? "mesh" : source.name;
-    if (source.modelnet) {
+        core::file_safe(object.name.empty() ? stem : fmt::format("{}-{}", object.name, stem));
+    shape.family = object.name.empty() ? "mesh" : object.name;
+    if (object.modelnet) {
       const auto [family, part] = configuration::modelnet_place(mesh.path);
       shape.family = family;
       shape.given_part = part;
     }
     shape.path = mesh.path;
     shape.source = index;
-    shape.request.file = source.file;
+    shape.request.file = object.file;
     shape.request.file.path = mesh.path;
     shape.sha256 = mesh.sha256;
     shape.signature = mesh.signature;
@@ -225,7 +218,7 @@ void add_samples(const configuration::BuildConfig& config, std::size_t shape_ind
 void add_simulations(const configuration::BuildConfig& config, BuildPlan& plan) {
   std::vector<std::size_t> cast;
   for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
-    const std::string& object = config.objects[plan.shapes[s].source].name;
+    const std::string& object = config.objects[plan.shapes[s].source].object.name;
     const auto& bodies = config.motion->bodies;
     if (std::any_of(bodies.begin(), bodies.end(),
                     [&](const scene::motion::CastBody& body) { return body.object == object; })) {
@@ -260,8 +253,8 @@ void add_simulations(const configuration::BuildConfig& config, BuildPlan& plan) 
 BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& find) {
   BuildPlan plan;
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
-    config.objects[i].family.empty() ? add_files(config, i, find, plan)
-                                     : add_family(config, i, plan);
+    config.objects[i].object.family.empty() ? add_files(config, i, find, plan)
+                                            : add_family(config, i, plan);
   }
   decide_identities(plan.shapes);
   std::set<std::string> ids;
@@ -348,14 +341,9 @@ std::string split_strike(const configuration::BuildConfig& config, const Shape& 
 std::vector<synth::material::Material> variant_materials(const configuration::BuildConfig& config,
                                                          const Shape& shape, const Variant& variant,
                                                          const std::vector<std::string>& regions) {
-  const configuration::ObjectSource& source = config.objects[shape.source];
-  const auto material = [&](const std::string& name) {
-    return synth::material::parse_material(name, config.own_materials);
-  };
-  scene::RegionMaterials materials;
-  if (source.groups.empty()) materials[""] = material(variant.material);
-  for (const auto& [group, name] : source.groups) materials[group] = material(name);
-  return scene::assign_materials(materials, regions);
+  return scene::assign_materials(scene::region_materials(config.objects[shape.source].object,
+                                                         variant.material, config.own_materials),
+                                 regions);
 }
 
 }  // namespace carillon::dataset::plan

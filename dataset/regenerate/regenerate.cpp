@@ -74,9 +74,9 @@ std::string modes_identity(const configuration::BuildConfig& config, const plan:
   for (const plan::Variant& variant : shape.variants) {
     text += fmt::format(" {} {}", variant.material, variant.size);
     std::vector<std::string> names = {variant.material};
-    if (!source.groups.empty()) {
+    if (!source.object.groups.empty()) {
       names.clear();
-      for (const auto& [group, name] : source.groups) names.push_back(name);
+      for (const auto& [group, name] : source.object.groups) names.push_back(name);
     }
     for (const std::string& name : names) {
       const solvers::elements::Elastic e =
@@ -108,8 +108,8 @@ plan::Shape with_mesh(const stored::StoredDataset& dataset, plan::Shape shape,
                       const configuration::BuildConfig& config) {
   if (shape.path.empty() || fs::is_regular_file(shape.path)) return shape;
   const configuration::ObjectSource& source = config.objects[shape.source];
-  fs::path folder = fs::path(source.pattern).parent_path();
-  if (source.modelnet)
+  fs::path folder = fs::path(source.object.pattern).parent_path();
+  if (source.object.modelnet)
     folder = folder.parent_path().parent_path() / shape.family / shape.given_part;
   const fs::path found = folder / fs::path(shape.path).filename();
   if (!fs::is_regular_file(found)) {

@@ -28,7 +28,7 @@ ExpectedSets expected_sets(const configuration::BuildConfig& config, const plan:
   std::vector<std::vector<synth::material::Material>> materials;
   for (const plan::Variant& variant : shape.variants) {
     const std::string name =
-        source.groups.empty() ? variant.material : source.groups.begin()->second;
+        source.object.groups.empty() ? variant.material : source.object.groups.begin()->second;
     materials.push_back({synth::material::parse_material(name, config.own_materials)});
   }
   const samples::ModeSets sets = samples::group_variants(materials, shape.variants, config.band);

@@ -54,7 +54,8 @@ std::map<std::string, std::vector<std::string>> look_up(std::span<const LoadedBu
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;
     for (const LoadedBuild& build : builds) {
-      for (const configuration::ObjectSource& object : build.config.objects) {
+      for (const configuration::ObjectSource& source : build.config.objects) {
+        const scene::Object& object = source.object;
         if (!object.family.empty() || paths.contains(configuration::files_key(object))) continue;
         paths[configuration::files_key(object)] = configuration::object_files(object);
       }
@@ -110,7 +111,7 @@ SharedMeshes::SharedMeshes(std::span<const LoadedBuild> builds, MPI_Comm world) 
 
 plan::FindMeshes SharedMeshes::of(const configuration::BuildConfig& config) const {
   return [this, &config](std::size_t object) {
-    return by_key_.at(configuration::files_key(config.objects[object]));
+    return by_key_.at(configuration::files_key(config.objects[object].object));
   };
 }
 

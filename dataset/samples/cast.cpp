@@ -104,7 +104,7 @@ std::vector<std::size_t> instances(const configuration::BuildConfig& config,
                                    const plan::BuildPlan& plan, const std::string& object) {
   std::vector<std::size_t> shapes;
   for (std::size_t s = 0; s < plan.shapes.size(); ++s) {
-    if (config.objects[plan.shapes[s].source].name == object) shapes.push_back(s);
+    if (config.objects[plan.shapes[s].source].object.name == object) shapes.push_back(s);
   }
   return shapes;
 }

@@ -162,7 +162,7 @@ std::vector<solvers::modes::Modes> solve_sets(const configuration::BuildConfig& 
   const double longest = solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side();
   std::vector<std::vector<synth::material::Material>> materials;
   for (const plan::Variant& variant : shape.variants) {
-    scene::check_size(longest * variant.size, config.objects[shape.source].file.any_size);
+    scene::check_size(longest * variant.size, config.objects[shape.source].object.file.any_size);
     materials.push_back(plan::variant_materials(config, shape, variant, mesh.mesh.region_names));
   }
   ModeSets sets = group_variants(materials, shape.variants, config.band);

@@ -41,7 +41,7 @@ Simulation SimulationMaker::make(const plan::Sample& sample, core::Columns* reco
   if (simulation.motion.too_fast) {
     spdlog::warn(
         "{}: at {:.3f} s a body moves so fast for its thickness that {} parts of a step are too "
-        "few: bodies may pass through one another; shorten motion.step",
+        "few: bodies may pass through one another; shorten motion.time_step",
         sample.key, *simulation.motion.too_fast, synth::motion::kMaxSubsteps);
   }
   for (const synth::motion::Overlap& overlap : simulation.motion.overlaps) {

@@ -57,7 +57,7 @@ void climb(const AccuracyConfig& config, const StudiedObject& object, LevelRunne
   tell("reference of " + object.name);
   findings.reference = runner.reference();
   for (const int order : object.orders)
-    for (const double size : object.sizes) {
+    for (const double size : object.size_factors) {
       tell(fmt::format("{}, order {}, size x {:.3g}", object.name, order, size));
       runner.at_factor(order, size, config.tolerances.front());
     }
@@ -66,7 +66,7 @@ void climb(const AccuracyConfig& config, const StudiedObject& object, LevelRunne
     tell(fmt::format("{}, tolerance {:.0e}", object.name, config.tolerances[i]));
     runner.at_factor(usual_order, 1, config.tolerances[i]);
   }
-  for (const double cents : config.pitch_cents) {
+  for (const double cents : config.pitch_targets) {
     tell(fmt::format("{}, {:.3g} cents", object.name, cents));
     Choice& choice = findings.choices.emplace_back();
     choice.cents = cents;
@@ -126,7 +126,7 @@ StudyFindings measure(const AccuracyConfig& config, const std::filesystem::path&
                 {"ranks", mpi::size(comm)},
                 {"load_before", load_average()}}},
               {"clock", config.cpu_time ? "processor" : "wall"},
-              {"modes", config.modes},
+              {"modes", config.band.max_modes},
               {"tolerance", config.tolerances.front()},
               {"finished", false},
               {"configuration", config.resolved},

@@ -8,6 +8,7 @@
 
 #include "core/config.hpp"
 #include "core/error.hpp"
+#include "eval/accuracy/detail/study_object.hpp"
 #include "scene/pitch.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
@@ -41,28 +42,10 @@ std::vector<int> read_orders(ConfigNode& node, const std::vector<int>& fallback)
   return orders;
 }
 
-solvers::mesh::GeneratedShape read_shape(ConfigNode& node) {
-  solvers::mesh::GeneratedShape shape;
-  shape.family = node.text("shape");
-  const auto& family = at_key(node, "shape", [&]() -> const solvers::families::Family& {
-    return solvers::families::find_family(shape.family);
-  });
-  if (shape.family == "turned") {
-    for (ConfigNode& point : node.children("profile")) {
-      shape.profile.push_back({point.quantity("radius", Dimension::length),
-                               point.quantity("height", Dimension::length)});
-    }
-  }
-  ConfigNode parameters = node.child("parameters");
-  for (const auto& p : family.parameters) {
-    shape.parameters[p.name] =
-        parameters.quantity(p.name, Dimension::length, 0.5 * (p.low + p.high));
-  }
-  at_key(node, "parameters", [&] {
-    family.check(shape);
-    return 0;
-  });
-  return shape;
+/// The refinement levels of `levels:`, of the whole study or of one object.
+void read_levels(ConfigNode levels, const StudiedObject& otherwise, StudiedObject& object) {
+  object.orders = read_orders(levels, otherwise.orders);
+  object.size_factors = positive(levels, "element_size_factors", otherwise.size_factors);
 }
 
 /// Whether the name ends like a surface that the mesher reads.
@@ -71,26 +54,31 @@ bool is_surface(const std::string& path) {
   return ending == ".obj" || ending == ".off" || ending == ".ply" || ending == ".stl";
 }
 
-void read_file(ConfigNode& node, StudiedObject& object, const std::string& file_name) {
-  auto& file = object.request.file;
-  file.path = core::path_beside(file_name, node.text("mesh"));
-  file.length = node.not_negative("length", Dimension::length, 0);
+/// A body whose elements can have any size.
+void read_source(ConfigNode& node, const std::string& file_name, const scene::Object& source,
+                 StudiedObject& object) {
+  object.request = only_body(node, source);
+  object.any_size = source.file.any_size;
+  if (!source.family.empty()) return;
+  const std::string& path = source.pattern;
   if (scene::gives_tetrahedra(object.request)) {
-    node.fail("mesh", fmt::format("{}: the elements of an MSH file have one size", file.path),
-              "the study meshes at several sizes: write their surface as OBJ, OFF, PLY or STL");
+    node.fail("mesh", fmt::format("{}: the elements of an MSH file have one size", path),
+              "a study meshes at several sizes: write their surface as OBJ, OFF, PLY or STL");
   }
-  if (!is_surface(file.path)) {
-    node.fail("mesh", fmt::format("{}: surfaces are OBJ, OFF, PLY or STL files", file.path));
+  if (!is_surface(path)) {
+    node.fail("mesh", fmt::format("{}: surfaces are OBJ, OFF, PLY or STL files", path));
   }
   object.optional = node.flag("optional", false);
-  if (!object.optional && !node.has("stand_in") && !std::filesystem::exists(file.path)) {
-    node.fail("mesh", fmt::format("{}: no such file", file.path),
+  if (!object.optional && !node.has("stand_in") && !std::filesystem::exists(path)) {
+    node.fail("mesh", fmt::format("{}: no such file", path),
               "`optional: true` passes it over, `stand_in:` puts a noisy shape in its place");
   }
   if (!node.has("stand_in")) return;
   ConfigNode stand_in = node.child("stand_in");
+  const scene::Object shape = scene::read_shape(stand_in, file_name);
   object.stand_in =
-      StandIn{read_shape(stand_in), stand_in.not_negative("noise", Dimension::length)};
+      StandIn{at_key(stand_in, "parameters", [&] { return scene::mesh_request(shape).shape; }),
+              stand_in.not_negative("deviation", Dimension::length)};
 }
 
 /// Harmonics need an axis.
@@ -99,44 +87,37 @@ void check_reference(const ConfigNode& node, const StudiedObject& object) {
   if (!family.empty() && solvers::families::find_family(family).meridian != nullptr) return;
   node.fail(
       family.empty() ? "mesh" : "shape",
-      fmt::format("{} is not a body of revolution, which `reference.solver: axisymmetric` needs",
+      fmt::format("{} is not a body of revolution, which `reference.kind: axisymmetric` needs",
                   family.empty() ? "a file" : family),
       "`automatic` takes tetrahedra for it");
 }
 
-StudiedObject read_object(ConfigNode& node, const StudiedObject& shared,
-                          const std::string& material, ReferenceSolver reference,
-                          const std::string& file_name) {
-  if (node.has("shape") == node.has("mesh")) {
-    node.fail("", "an object is either a `shape:` (a family) or a `mesh:` (a file)");
-  }
+StudiedObject read_study_object(ConfigNode& node, const StudiedObject& shared,
+                                const std::vector<std::string>& materials,
+                                ReferenceSolver reference, const std::string& file_name) {
+  const scene::Object source = scene::read_object(node, materials, {}, file_name);
   StudiedObject object = shared;
-  if (node.has("shape")) {
-    object.request.shape = read_shape(node);
-  } else {
-    read_file(node, object, file_name);
-  }
+  read_source(node, file_name, source, object);
   if (reference == ReferenceSolver::axisymmetric) check_reference(node, object);
-  object.name = node.text(
-      "name", node.has("shape") ? object.request.shape.family
-                                : std::filesystem::path(object.request.file.path).stem().string());
-  object.material_text = node.text("material", material);
-  object.material = at_key(node, "material",
-                           [&] { return synth::material::parse_material(object.material_text); });
-  object.orders = read_orders(node, shared.orders);
-  object.sizes = positive(node, "sizes", shared.sizes);
-  object.reference_size = node.positive("reference_size", Dimension::none, shared.reference_size);
+  object.name =
+      source.name.empty() ? std::filesystem::path(source.pattern).stem().string() : source.name;
+  object.material_text = only_material(node, source);
+  object.material = synth::material::parse_material(object.material_text);
+  read_levels(node.child("levels"), shared, object);
+  object.reference_factor =
+      node.child("reference")
+          .positive("element_size_factor", Dimension::none, shared.reference_factor);
   return object;
 }
 
-ReferenceSolver read_reference(ConfigNode node, AccuracyConfig& config, double& size) {
-  const std::string solver =
-      node.choice("solver", {"automatic", "axisymmetric", "tetrahedra"}, "automatic");
+ReferenceSolver read_reference(ConfigNode node, AccuracyConfig& config, double& factor) {
+  const std::string kind =
+      node.choice("kind", {"automatic", "axisymmetric", "tetrahedra"}, "automatic");
   config.reference_order = static_cast<int>(node.integer("order", 1, 4, 4));
-  size = node.positive("size", Dimension::none, 0.5);
-  return solver == "axisymmetric" ? ReferenceSolver::axisymmetric
-         : solver == "tetrahedra" ? ReferenceSolver::tetrahedra
-                                  : ReferenceSolver::automatic;
+  factor = node.positive("element_size_factor", Dimension::none, 0.5);
+  return kind == "axisymmetric" ? ReferenceSolver::axisymmetric
+         : kind == "tetrahedra" ? ReferenceSolver::tetrahedra
+                                : ReferenceSolver::automatic;
 }
 
 }  // namespace
@@ -146,34 +127,34 @@ AccuracyConfig read_accuracy_config(const std::string& text, const std::string& 
   ConfigNode root = ConfigNode::parse(text, file_name, overrides);
   AccuracyConfig config;
   config.name = root.text("name", std::filesystem::path(file_name).stem().string());
-  const std::string material = root.text("material", "steel");
-  config.modes = static_cast<int>(root.integer("modes", 1, 10000, 24));
-  config.min_frequency = root.not_negative("min_frequency", Dimension::frequency, 20);
-  config.max_frequency = root.quantity("max_frequency", Dimension::frequency, 200e3);
-  if (!(config.max_frequency > config.min_frequency)) {
-    root.fail("max_frequency", "must be above min_frequency");
-  }
-  StudiedObject shared;
-  shared.orders = read_orders(root, {1, 2, 3, 4});
-  shared.sizes = positive(root, "sizes", {1.5, 1, 0.7});
-  config.tolerances = positive(root, "tolerances", {1e-12});
-  config.pitch_cents = positive(root, "pitch_cents", {1, 2, 5, 10, 20});
-  for (const double cents : config.pitch_cents) {
+  const auto materials = root.texts("materials", std::vector<std::string>{"steel"});
+  ConfigNode modes = root.child("modes");
+  config.band =
+      scene::read_band(modes, {.min_frequency = 20, .max_frequency = 200e3, .max_modes = 24});
+  config.max_elements = modes.integer("max_elements", 1, 100000000, 200000);
+  StudiedObject usual, shared;
+  usual.orders = {1, 2, 3, 4};
+  usual.size_factors = {1.5, 1, 0.7};
+  ConfigNode levels = root.child("levels");
+  read_levels(levels, usual, shared);
+  config.tolerances = positive(levels, "tolerances", {1e-12});
+  config.pitch_targets = positive(root, "pitch_targets", {1, 2, 5, 10, 20});
+  for (const double cents : config.pitch_targets) {
     if (cents < solvers::pitch::min_pitch_target || cents > 1e4) {
-      root.fail("pitch_cents",
+      root.fail("pitch_targets",
                 fmt::format("{} is outside {} to 10000", cents, solvers::pitch::min_pitch_target));
     }
   }
-  config.max_elements = root.integer("max_elements", 1, 100000000, 200000);
-  config.all_ranks = root.choice("ranks", {"one", "all"}, "one") == "all";
+  config.all_ranks = root.flag("all_ranks", false);
   config.cpu_time = root.choice("clock", {"wall", "processor"}, "wall") == "processor";
   ConfigNode repeats = root.child("repeats");
   config.repeat_below = repeats.quantity("below", Dimension::time, 1);
-  config.max_runs = static_cast<int>(repeats.integer("most", 1, 100, 3));
-  config.reference = read_reference(root.child("reference"), config, shared.reference_size);
+  config.max_runs = static_cast<int>(repeats.integer("max_runs", 1, 100, 3));
+  config.reference = read_reference(root.child("reference"), config, shared.reference_factor);
   std::set<std::string> names;
   for (ConfigNode& node : root.children("objects")) {
-    config.objects.push_back(read_object(node, shared, material, config.reference, file_name));
+    config.objects.push_back(
+        read_study_object(node, shared, materials, config.reference, file_name));
     if (!names.insert(config.objects.back().name).second) {
       node.fail("", fmt::format("two objects are named \"{}\"", config.objects.back().name),
                 "give one of them another `name:`");
@@ -185,7 +166,7 @@ AccuracyConfig read_accuracy_config(const std::string& text, const std::string& 
       changes.insert(changes.end(), further.begin(), further.end());
       return ConfigNode::parse(text, file_name, changes);
     };
-    config.sound = read_sound_study(root.child("sound"), file_name, reread);
+    config.sound = read_sound_study(root.child("sound"), materials, file_name, reread);
   }
   if (root.has("features")) config.features = read_feature_study(root.child("features"));
   if (config.objects.empty() && !config.sound && !config.features) {

@@ -6,7 +6,7 @@
 
 #include "eval/accuracy/feature_study.hpp"
 #include "eval/accuracy/sound_study.hpp"
-#include "solvers/mesh/shape_source.hpp"
+#include "scene/object.hpp"
 #include "synth/material/material.hpp"
 
 namespace carillon::eval::accuracy {
@@ -21,13 +21,14 @@ struct StandIn {
 struct StudiedObject {
   std::string name;
   solvers::mesh::MeshRequest request;  ///< its shape or file; options are those of the levels
+  bool any_size = false;               ///< outside 1 mm to 10 m, too
   bool optional = false;               ///< a file that may be missing
   std::optional<StandIn> stand_in;     ///< what then takes its place
   synth::material::Material material;
   std::string material_text;  ///< as it was written
   std::vector<int> orders;
-  std::vector<double> sizes;  ///< factors on the size that an order takes by itself
-  double reference_size = 0;  ///< such a factor for the reference's elements
+  std::vector<double> size_factors;  ///< on the size that an order takes by itself
+  double reference_factor = 0;       ///< such a factor for the reference's elements
 };
 
 enum class ReferenceSolver {
@@ -39,11 +40,9 @@ enum class ReferenceSolver {
 /// What `carillon accuracy` measures; docs/accuracy.md lists every key.
 struct AccuracyConfig {
   std::string name;
-  int modes = 24;
-  double min_frequency = 20;       ///< [Hz]
-  double max_frequency = 200000;   ///< [Hz]; the lowest `modes` between are compared
-  std::vector<double> tolerances;  ///< of the eigensolver; the first for all levels
-  std::vector<double> pitch_cents;
+  solvers::modes::Band band;          ///< the lowest modes in it are compared
+  std::vector<double> tolerances;     ///< of the eigensolver; the first for all levels
+  std::vector<double> pitch_targets;  ///< [cent]
   std::int64_t max_elements = 200000;
   bool all_ranks = false;   ///< every level on all ranks, not on rank 0 alone
   bool cpu_time = false;    ///< levels are compared by processor time instead of wall time

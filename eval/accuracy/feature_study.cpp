@@ -128,20 +128,22 @@ FeatureFindings::RefinementLevel level(const FeatureStudy& study, const std::str
 
 FeatureStudy read_feature_study(core::ConfigNode node) {
   FeatureStudy study;
-  study.methods = node.texts("methods", std::vector<std::string>{"esprit", "peaks"});
-  for (const std::string& method : study.methods) {
+  study.extractors = node.texts("extractors", std::vector<std::string>{"esprit", "peaks"});
+  for (const std::string& method : study.extractors) {
     if (method != "esprit" && method != "peaks") {
-      node.fail("methods", fmt::format("no method \"{}\"", method), "there are esprit and peaks");
+      node.fail("extractors", fmt::format("no extractor \"{}\"", method),
+                "there are esprit and peaks");
     }
   }
   for (const double count :
-       node.quantities("modes", core::Dimension::none, 0, std::vector<double>{5, 20, 60})) {
+       node.quantities("mode_counts", core::Dimension::none, 0, std::vector<double>{5, 20, 60})) {
     if (count != std::floor(count) || count < 1 || count > 300) {
-      node.fail("modes", "must be whole numbers from 1 to 300");
+      node.fail("mode_counts", "must be whole numbers from 1 to 300");
     }
-    study.modes.push_back(static_cast<int>(count));
+    study.mode_counts.push_back(static_cast<int>(count));
   }
-  study.snr_db = node.quantities("snr", core::Dimension::level, 0, std::vector<double>{60, 30});
+  study.snr_db =
+      node.quantities("snr_levels", core::Dimension::level, 0, std::vector<double>{60, 30});
   study.clips = static_cast<int>(node.integer("clips", 1, 10000, 5));
   study.seconds = node.positive("seconds", core::Dimension::time, 1);
   study.sample_rate = node.positive("sample_rate", core::Dimension::frequency, 44100);
@@ -188,8 +190,8 @@ void print(const FeatureFindings& findings) {
 
 FeatureFindings measure_features(const FeatureStudy& study) {
   FeatureFindings findings{.clips = study.clips, .seconds = study.seconds};
-  for (const std::string& method : study.methods) {
-    for (const int modes : study.modes) {
+  for (const std::string& method : study.extractors) {
+    for (const int modes : study.mode_counts) {
       for (const double snr_db : study.snr_db)
         findings.levels.push_back(level(study, method, modes, snr_db));
     }

@@ -11,12 +11,12 @@ namespace carillon::eval::accuracy {
 /// How near features of recordings come to the least error that noise allows, and how long they
 /// take: clips of known modes.
 struct FeatureStudy {
-  std::vector<std::string> methods;  ///< `esprit`, `peaks`
-  std::vector<int> modes;            ///< of a clip
-  std::vector<double> snr_db;        ///< against the mean power of the first 100 ms
-  int clips = 5;                     ///< of each combination
-  double seconds = 1;                ///< of a clip
-  double sample_rate = 44100;        ///< [Hz]
+  std::vector<std::string> extractors;  ///< `esprit`, `peaks`
+  std::vector<int> mode_counts;         ///< of a clip
+  std::vector<double> snr_db;           ///< against the mean power of the first 100 ms
+  int clips = 5;                        ///< of each combination
+  double seconds = 1;                   ///< of a clip
+  double sample_rate = 44100;           ///< [Hz]
 };
 
 /// Reads `features:` of a study's configuration.

@@ -94,7 +94,8 @@ const Reference& LevelRunner::reference() {
   Reference reference;
   core::Trace trace;
   solvers::eigen::SolveOptions options;
-  options.band = {0, config_.max_frequency, config_.modes, config_.min_frequency};
+  options.band = {0, config_.band.max_frequency, config_.band.max_modes,
+                  config_.band.min_frequency};
   solvers::modes::Modes modes;
   const std::string& family = object_.request.shape.family;
   const bool turned = !family.empty() && solvers::families::find_family(family).meridian != nullptr;
@@ -105,7 +106,8 @@ const Reference& LevelRunner::reference() {
     solvers::mesh::MeshRequest request = object_.request;
     request.options.order = config_.reference_order;
     request.options.max_elements = config_.max_elements;
-    request.options.element_size = object_.reference_size * automatic_size(config_.reference_order);
+    request.options.element_size =
+        object_.reference_factor * automatic_size(config_.reference_order);
     const auto mesh = scene::shared_mesh(request, {}, context_.cache, comm_);
     modes = solvers::eigen::cached_modes(mesh.mesh, regions(mesh), options, comm_, context_.cache,
                                          trace);
@@ -116,7 +118,7 @@ const Reference& LevelRunner::reference() {
   reference.unknowns = modes.certificate.unknowns;
   for (std::size_t k = 0; k < modes.size(); ++k) {
     reference.frequencies.push_back(modes.frequency(k));
-    if (modes.frequency(k) < config_.min_frequency) {
+    if (modes.frequency(k) < config_.band.min_frequency) {
       ++reference.first;
     } else if (k < modes.pitch_errors.size()) {
       reference.worst_cents = std::max(reference.worst_cents, modes.pitch_errors[k]);
@@ -124,7 +126,7 @@ const Reference& LevelRunner::reference() {
   }
   if (reference.compared() == 0) {
     throw core::SolverError(fmt::format("no mode lies between {:.6g} and {:.6g} Hz to compare",
-                                        config_.min_frequency, config_.max_frequency));
+                                        config_.band.min_frequency, config_.band.max_frequency));
   }
   if (may_miss(modes, modes.size() - 1)) {
     throw core::SolverError(fmt::format("the reference may miss a mode above {:.6g} Hz",

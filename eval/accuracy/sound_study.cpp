@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/numbers.hpp"
+#include "eval/accuracy/detail/study_object.hpp"
 #include "eval/perception/spectral_distance.hpp"
 #include "scene/chain.hpp"
 #include "scene/strikes.hpp"
@@ -36,8 +37,9 @@ std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& ke
 scene::Scene read_study_scene(core::ConfigNode sound, const std::string& file_name,
                               const scene::RegionMaterials& materials) {
   core::ConfigNode node = sound.child("scene");
-  return scene::read_scene(node, file_name, scene::effects(),
-                           {.materials = scene::listed(materials), .materials_place = "material"});
+  return scene::read_scene(
+      node, file_name, scene::effects(),
+      {.materials = scene::listed(materials), .materials_place = "sound.object.materials"});
 }
 
 /// One level's sounds, and what each took [s].
@@ -109,16 +111,18 @@ SoundFindings::RefinementLevel level(const std::string& key, int value, const So
 }  // namespace
 
 SoundStudy read_sound_study(
-    core::ConfigNode node, const std::string& file_name,
+    core::ConfigNode node, const std::vector<std::string>& materials, const std::string& file_name,
     const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread) {
   SoundStudy study;
-  study.name = node.text("body");
-  study.body.mesh = core::at_key(node, "body", [&] { return scene::parse_mesh(study.name); });
-  study.material = node.text("material", "steel");
-  study.body.materials =
-      core::at_key(node, "material", [&] { return scene::parse_materials(study.material); });
-  study.strikes = static_cast<int>(node.integer("strikes", 1, 10000, 5));
-  study.modes = ascending_numbers(node, "modes", 1);
+  core::ConfigNode entry = node.child("object");
+  const scene::Object object = scene::read_object(entry, materials, {}, file_name);
+  study.name = object.name.empty() ? object.pattern : object.name;
+  study.body.mesh = only_body(entry, object);
+  study.body.any_size = object.file.any_size;
+  study.material = only_material(entry, object);
+  study.body.materials = scene::region_materials(object, study.material);
+  study.strikes = static_cast<int>(node.integer("strike_count", 1, 10000, 5));
+  study.mode_counts = ascending_numbers(node, "mode_counts", 1);
   study.image_orders = ascending_numbers(node, "image_orders", 0);
   const auto changed_scene = [&](const std::vector<std::string>& changes) {
     return read_study_scene(reread(changes).child("sound"), file_name, study.body.materials);
@@ -145,7 +149,8 @@ SoundStudy read_sound_study(
     node.fail("image_orders", "there are no reflections: `scene:` has no room that is heard");
   }
   for (const int order : study.image_orders) {
-    study.of_order.push_back(changed_scene({fmt::format("sound.scene.room.order={}", order)}));
+    study.of_order.push_back(
+        changed_scene({fmt::format("sound.scene.room.image_order={}", order)}));
   }
   return study;
 }
@@ -191,7 +196,7 @@ SoundFindings measure_sounds(const SoundStudy& study, MPI_Comm alone,
   const double prepared = core::thread_cpu_seconds() - before;
   std::vector<SoundFindings::RefinementLevel> levels;
   const Sounds all_modes = make_sounds(study.without_room, study.strikes, body);
-  for (const int count : study.modes) {
+  for (const int count : study.mode_counts) {
     if (static_cast<std::size_t>(count) >= solved.modes.size()) break;
     const FewerModes fewer(body, count);
     levels.push_back(level("modes", count,

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/config.hpp"
-#include "scene/body.hpp"
+#include "scene/object.hpp"
 #include "scene/scene.hpp"
 
 namespace carillon::eval::accuracy {
@@ -13,20 +13,21 @@ namespace carillon::eval::accuracy {
 /// How much of a body and a room a sound needs: levels with fewer modes or fewer reflections
 /// against the sound with all of them.
 struct SoundStudy {
-  std::string name, material;  ///< of the body, as configured
+  std::string name, material;  ///< of the object, as configured
   scene::BodyRequest body;
   int strikes = 5;
-  std::vector<int> modes;              ///< lowest so many, ascending
+  std::vector<int> mode_counts;        ///< lowest so many, ascending
   std::vector<int> image_orders;       ///< ascending; the last is the reference
   scene::Scene without_room;           ///< in which fewer modes ring
   std::vector<scene::Scene> of_order;  ///< one for each of image_orders
 };
 
 /// Reads `sound:` of a study's configuration.
+/// @param materials  of the object, if it names none
 /// @param reread  the same configuration with further overrides
 /// @throws ConfigError
 SoundStudy read_sound_study(
-    core::ConfigNode node, const std::string& file_name,
+    core::ConfigNode node, const std::vector<std::string>& materials, const std::string& file_name,
     const std::function<core::ConfigNode(const std::vector<std::string>&)>& reread);
 
 /// What came of it.

@@ -39,24 +39,24 @@ std::vector<std::string> read_names(ConfigNode& node, const std::string& key,
 }
 
 std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& datasets) {
-  const auto values =
-      node.quantities("sounds", Dimension::none, 0, std::vector<double>{1, 2, 5, 10, 20, 50, 100});
+  const auto values = node.quantities("sound_counts", Dimension::none, 0,
+                                      std::vector<double>{1, 2, 5, 10, 20, 50, 100});
   std::vector<std::size_t> sounds;
   for (const double value : values) {
     if (!(value >= 1 && value <= 1e6 && value == static_cast<double>(static_cast<int>(value)))) {
-      node.fail("sounds", fmt::format("{} is no number of sounds", value));
+      node.fail("sound_counts", fmt::format("{} is no number of sounds", value));
     }
     sounds.push_back(static_cast<std::size_t>(value));
   }
   std::sort(sounds.begin(), sounds.end());
-  if (sounds.empty()) node.fail("sounds", "names no number");
+  if (sounds.empty()) node.fail("sound_counts", "names no number");
   if (std::adjacent_find(sounds.begin(), sounds.end()) != sounds.end()) {
-    node.fail("sounds", "the same number stands here twice");
+    node.fail("sound_counts", "the same number stands here twice");
   }
   for (const Condition& condition : datasets.conditions()) {
     const std::size_t most = condition.build->config.scene.strikes_per_body();
     if (sounds.back() <= most) continue;
-    node.fail("sounds",
+    node.fail("sound_counts",
               fmt::format("{} sounds cannot be drawn of {}, the strikes of each body",
                           sounds.back(), most),
               "ask for fewer, or raise strikes.per_object");
@@ -66,7 +66,8 @@ std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& 
 
 std::vector<FeatureSource> read_sources(ConfigNode& node) {
   features::FeatureOptions options;
-  const auto names = read_names(node, "method", {"esprit", "peaks", "truth"}, {"esprit", "truth"});
+  const auto names =
+      read_names(node, "extractors", {"esprit", "peaks", "truth"}, {"esprit", "truth"});
   options.contact_time = node.not_negative("contact_time", Dimension::time, options.contact_time);
   options.min_frequency =
       node.quantity("min_frequency", Dimension::frequency, options.min_frequency);
@@ -94,10 +95,10 @@ std::vector<TrueMaterial> true_materials(const Condition& condition, const Confi
                                          DampingValidation& validation) {
   std::vector<TrueMaterial> materials;
   for (const dataset::configuration::ObjectSource& source : condition.build->config.objects) {
-    if (source.groups.empty()) continue;
+    if (source.object.groups.empty()) continue;
     node.fail("", fmt::format("the bodies of {} have several materials each: whose damping would "
                               "their sounds show?",
-                              source.name));
+                              source.object.name));
   }
   for (const synth::material::Material& material :
        dataset::configuration::named_materials(condition.build->config)) {
@@ -141,7 +142,7 @@ DampingValidation read_damping_config(ConfigNode& node, const EvaluatedDatasets&
   }
   validation.sounds = read_sounds(node, datasets);
   validation.draws = static_cast<int>(node.integer("draws", 1, 100000, 30));
-  validation.from = read_names(node, "from", {"body", "material"}, {"body", "material"});
+  validation.from = read_names(node, "draws_from", {"body", "material"}, {"body", "material"});
   validation.seed = static_cast<std::uint64_t>(
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   ConfigNode features = node.child("features");

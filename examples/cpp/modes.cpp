@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   request.mesh.file.path = "wedge";  // its name in messages
   request.mesh.file.surface.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.06, 0}, {0, 0, 0.04}};  // [m]
   request.mesh.file.surface.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-  request.materials = carillon::scene::parse_materials("glass");
+  request.materials[""] = carillon::synth::material::parse_material("glass");
   request.solve.band.max_frequency = 100e3;
   request.solve.band.max_modes = 5;
   const carillon::scene::Body body = carillon::scene::solve_body(request);

@@ -75,8 +75,7 @@ EffectParts start_damping(Negative choice) {
 }
 
 SceneEffect read_damping(core::ConfigNode& root, const Scene& scene) {
-  core::ConfigNode node = root.child("damping");
-  const std::string word = node.choice("negative", {"error", "clamp", "drop"}, "error");
+  const std::string word = root.choice("negative_damping", {"error", "clamp", "drop"}, "error");
   const Negative choice = word == "clamp"  ? Negative::clamp
                           : word == "drop" ? Negative::drop
                                            : Negative::error;

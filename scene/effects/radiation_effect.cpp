@@ -98,7 +98,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   RadiationConfig config;
   config.model = read_radiation_model(node);
   if (config.model == "equivalent_sources") {
-    config.damping = node.flag("damping", true);
+    config.damping = node.flag("damps_modes", true);
     config.doubtful = node.choice("doubtful", {"keep", "drop", "stop"}, "keep");
     config.sources.per_wavelength = static_cast<double>(node.integer("per_wavelength", 1, 100, 4));
     config.sources.least = static_cast<int>(node.integer("min_sources", 10, 5000, 200));

@@ -127,9 +127,9 @@ Strikers read_strikers(core::ConfigNode& root) {
   }
   if (burst) {
     strikers.hardness = node.range("hardness", core::Dimension::none, strikers.hardness);
-    strikers.size = node.range("size", core::Dimension::none, strikers.size);
+    strikers.size = node.range("burst_size", core::Dimension::none, strikers.size);
     check_range(node, "hardness", strikers.hardness, 0, 1, "lie between 0 and 1");
-    check_range(node, "size", strikers.size, 0, 1, "lie between 0 and 1");
+    check_range(node, "burst_size", strikers.size, 0, 1, "lie between 0 and 1");
   }
   return strikers;
 }

@@ -66,11 +66,11 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
   body.object = node.text("object");
   const CastObject& object = find_object(node, body.object, objects);
   body.name = node.text("name", body.object);
-  body.materials = node.texts("material", object.materials);
+  body.materials = node.texts("materials", object.materials);
   for (const std::string& material : body.materials) {
     if (std::find(object.materials.begin(), object.materials.end(), material) ==
         object.materials.end()) {
-      node.fail("material",
+      node.fail("materials",
                 fmt::format("the object \"{}\" is not made of {}", object.name, material),
                 object.materials.empty()
                     ? std::string("its physical groups have their materials: leave this out")
@@ -122,7 +122,7 @@ void read_bodies(ConfigNode& node, const std::string& file_name,
     if (entry.has("repeat")) {
       ConfigNode repeat = entry.child("repeat");
       count = static_cast<int>(repeat.integer("count", 1, 10000));
-      step = repeat.quantities("step", Dimension::length, 3, step);
+      step = repeat.quantities("offset", Dimension::length, 3, step);
       turn = repeat.quantities("turn", Dimension::angle, 3, turn);
       later = repeat.quantity("release", Dimension::time, 0);
     }
@@ -180,10 +180,10 @@ synth::motion::LastingForceOptions read_contacts(ConfigNode node) {
                         : word == "solver_impulses" ? ContactExcitation::solver_impulses
                                                     : ContactExcitation::height_profile;
   contacts.smoothing = node.not_negative("smoothing", Dimension::time, contacts.smoothing);
-  contacts.map = node.flag("map", contacts.map);
+  contacts.map = node.flag("use_textures", contacts.map);
   contacts.roughness = node.not_negative("roughness", Dimension::none, contacts.roughness);
   contacts.exponent = node.quantity("exponent", Dimension::none, contacts.exponent);
-  contacts.longest = node.positive("longest", Dimension::length, contacts.longest);
+  contacts.longest = node.positive("max_wavelength", Dimension::length, contacts.longest);
   if (!(contacts.exponent > 1 && contacts.exponent <= 5)) {
     node.fail("exponent", "must lie above 1 and at most at 5");
   }
@@ -204,7 +204,7 @@ MotionCamera read_camera(ConfigNode node) {
               "move it by a little");
   }
   camera.rate = node.positive("rate", Dimension::frequency, camera.rate);
-  camera.depth = node.flag("depth", camera.depth);
+  camera.depth = node.flag("depth_maps", camera.depth);
   camera.masks = node.flag("masks", camera.masks);
   camera.movie = node.flag("movie", camera.movie);
   return camera;
@@ -231,11 +231,11 @@ StylusConfig read_stylus(ConfigNode node, const MotionConfig& motion) {
   if (!(stylus.speed.low > 0)) node.fail("speed", "must be positive");
   synth::touch::Stylus& pen = stylus.stylus;
   pen.mass = node.positive("mass", Dimension::mass, pen.mass);
-  pen.hold = node.positive("hold", Dimension::stiffness, pen.hold);
+  pen.hold = node.positive("hold_stiffness", Dimension::stiffness, pen.hold);
   pen.hold_damping = node.not_negative("hold_damping", Dimension::resistance, pen.hold_damping);
-  pen.stiffness = node.positive("stiffness", Dimension::stiffness, pen.stiffness);
-  pen.damping = node.not_negative("damping", Dimension::resistance, pen.damping);
-  pen.largest_force = node.positive("largest_force", Dimension::force, pen.largest_force);
+  pen.stiffness = node.positive("face_stiffness", Dimension::stiffness, pen.stiffness);
+  pen.damping = node.not_negative("face_damping", Dimension::resistance, pen.damping);
+  pen.largest_force = node.positive("max_force", Dimension::force, pen.largest_force);
   pen.radius = node.not_negative("radius", Dimension::length, pen.radius);
   pen.press = node.not_negative("press", Dimension::force, pen.press);
   pen.friction = node.not_negative("friction", Dimension::none, pen.friction);
@@ -248,7 +248,7 @@ GroundConfig read_ground(ConfigNode node, const std::string& file_name,
   ground.material = node.text("material", "wood");
   at_key(node, "material",
          [&] { return synth::material::parse_material(ground.material, own_materials); });
-  ground.size = node.positive("size", Dimension::length, ground.size);
+  ground.size = node.positive("side", Dimension::length, ground.size);
   ground.surface = read_surface(node);
   ground.texture = read_texture(node, file_name, false);
   return ground;
@@ -261,9 +261,9 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
                          const std::vector<synth::material::Material>& own_materials) {
   MotionConfig motion;
   motion.simulations = static_cast<int>(node.integer("simulations", 1, 1000000, 1));
-  motion.options.step = node.quantity("step", Dimension::time, 0.001);
+  motion.options.step = node.quantity("time_step", Dimension::time, 0.001);
   if (!(motion.options.step >= 1e-5 && motion.options.step <= 0.02)) {
-    node.fail("step", "must lie between 10 us and 20 ms");
+    node.fail("time_step", "must lie between 10 us and 20 ms");
   }
   const std::vector<double> gravity =
       node.quantities("gravity", Dimension::none, 3, std::vector<double>{0, 0, -9.80665});
@@ -276,7 +276,7 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   }
   motion.kept_strikes = static_cast<int>(node.integer("kept_strikes", 1, 100000, 256));
   motion.hertz_pulses = node.choice("pulse", {"cosine", "hertz"}, "cosine") == "hertz";
-  motion.contacts = read_contacts(node.child("contacts"));
+  motion.contacts = read_contacts(node.child("lasting_contacts"));
   if (node.has("camera")) motion.camera = read_camera(node.child("camera"));
   if (node.has("ground"))
     motion.ground = read_ground(node.child("ground"), file_name, own_materials);

@@ -44,9 +44,9 @@ void read_generated(ConfigNode& node, TextureConfig& texture) {
 
 void read_image(ConfigNode& node, TextureConfig& texture, const std::string& file_name) {
   texture.image = core::path_beside(file_name, node.text("image"));
-  texture.options.width = node.quantity("width", Dimension::length);
+  texture.options.width = node.quantity("image_width", Dimension::length);
   texture.options.depth = node.quantity("depth", Dimension::length, 0);
-  texture.options.repeats = node.flag("repeats", true);
+  texture.options.repeats = node.flag("periodic", true);
   texture.options.green_down = node.choice("green", {"up", "down"}, "up") == "down";
   at_key(node, "image", [&] {
     render::maps::read_map(texture.image, texture.options);

@@ -93,8 +93,8 @@ std::vector<double> decay_rates(const solvers::modes::Modes& modes,
   if (!rates.negative.empty()) {
     throw InputError(describe_negative(modes, regions, rates.negative),
                      "a mode would grow for ever; change the model or the band, or in a "
-                     "configuration write damping: {negative: clamp} for no damping there, "
-                     "{negative: drop} to leave such modes out");
+                     "configuration write negative_damping: clamp for no damping there, "
+                     "drop to leave such modes out");
   }
   return std::move(rates.values);
 }

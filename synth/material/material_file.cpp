@@ -49,7 +49,7 @@ Material read_material(core::ConfigNode node, const std::string& name, const std
   } else {
     material.damping = read_damping(node, "damping");
   }
-  material.source = node.text("source", path);
+  material.source = node.text("citation", path);
   node.finish();
   if (const auto fault = material_fault(material)) {
     node.fail(fault->key, fault->message, fault->hint);

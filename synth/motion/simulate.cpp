@@ -127,7 +127,7 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
         if (!finite(states[b])) {
           throw core::Error(fmt::format("{}: its motion is not finite at {:.4f} s", bodies[b].name,
                                         static_cast<double>(k) * options.step),
-                            "a shorter motion.step may help");
+                            "a shorter motion.time_step may help");
         }
       }
       tracker.add(world.contacts(), static_cast<double>(k) * options.step + p * part, part, states);

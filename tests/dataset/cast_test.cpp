@@ -99,7 +99,7 @@ TEST(Textures, AreShallowerThanHalfTheirBody) {
 TEST(MotionConfig, MorePicturedBodiesThanMasksCanTellAreRefused) {
   const auto with = [](int count, bool camera) {
     return scene_of("motion:\n  bodies: [{object: bars, at: [0, 0, 1], repeat: {count: " +
-                        std::to_string(count) + ", step: [1, 0, 0]}}]\n" +
+                        std::to_string(count) + ", offset: [1, 0, 0]}}]\n" +
                         (camera ? "  camera: {eye: [1, 1, 1]}\n" : ""),
                     1);
   };

@@ -58,8 +58,8 @@ TEST(Configuration, UnitsAreUnderstood) {
   const configuration::BuildConfig config = read(
       "objects:\n  - shape: bar\n    materials: steel\n    parameters: {length: [12 cm, 200 mm]}\n"
       "modes: {max_frequency: 12 kHz}\naudio: {seconds: 500 ms}\n");
-  EXPECT_DOUBLE_EQ(config.objects[0].parameters.at("length").low, 0.12);
-  EXPECT_DOUBLE_EQ(config.objects[0].parameters.at("length").high, 0.2);
+  EXPECT_DOUBLE_EQ(config.objects[0].object.parameters.at("length").low, 0.12);
+  EXPECT_DOUBLE_EQ(config.objects[0].object.parameters.at("length").high, 0.2);
   EXPECT_DOUBLE_EQ(config.band.max_frequency, 12000);
   EXPECT_EQ(config.scene.audio.samples(), 22050u);
 }
@@ -109,8 +109,8 @@ TEST(Configuration, LimitsOfMemoryNeverOverflow) {
 TEST(Configuration, MaterialsOfGroups) {
   const configuration::BuildConfig config =
       read("objects:\n  - mesh: a.msh\n    materials: {shell: steel, core: wood}\n");
-  EXPECT_EQ(config.objects[0].groups.at("core"), "wood");
-  EXPECT_TRUE(config.objects[0].materials.empty());
+  EXPECT_EQ(config.objects[0].object.groups.at("core"), "wood");
+  EXPECT_TRUE(config.objects[0].object.materials.empty());
 }
 
 TEST(Configuration, OverridesWin) {
@@ -123,8 +123,8 @@ TEST(Configuration, TurnedProfilesFromPoints) {
       "objects:\n  - shape: turned\n    materials: [glass]\n    profile:\n"
       "      - {radius: 0, height: 0}\n      - {radius: 3 cm, height: 0}\n"
       "      - {radius: 3 cm, height: 2 cm}\n      - {radius: 0, height: 2 cm}\n");
-  ASSERT_EQ(config.objects[0].profile.size(), 4u);
-  EXPECT_DOUBLE_EQ(config.objects[0].profile[2][0], 0.03);
+  ASSERT_EQ(config.objects[0].object.profile.size(), 4u);
+  EXPECT_DOUBLE_EQ(config.objects[0].object.profile[2][0], 0.03);
 }
 
 }  // namespace

@@ -37,9 +37,9 @@ TEST(NegativeDamping, IsToldWithMaterialRangeAndOutcome) {
   EXPECT_FALSE(contains(reason, "steel")) << reason;
   ASSERT_EQ(config.warnings.size(), 1u);
   EXPECT_TRUE(contains(config.warnings[0], "800 to 3000 Hz")) << config.warnings[0];
-  EXPECT_TRUE(contains(damping_reason(with(kDip, "damping: {negative: clamp}\n")),
-                       "undamped (damping.negative: clamp)"));
-  EXPECT_TRUE(contains(damping_reason(with(kDip, "damping: {negative: drop}\n")), "left out"));
+  EXPECT_TRUE(contains(damping_reason(with(kDip, "negative_damping: clamp\n")),
+                       "undamped (negative_damping: clamp)"));
+  EXPECT_TRUE(contains(damping_reason(with(kDip, "negative_damping: drop\n")), "left out"));
 }
 
 TEST(NegativeDamping, IsLookedForInTheBand) {

@@ -145,8 +145,9 @@ TEST(Variants, FirstAndLastSoundAndEverySolveIsShared) {
        {std::tuple{"all", "all", 18u}, std::tuple{"first", "first", 3u},
         std::tuple{"last", "first", 3u}, std::tuple{"all", "last", 9u}}) {
     run::LoadedBuild build;
-    build.config =
-        config_of(entry, fmt::format("variants: {{materials: {}, sizes: {}}}\n", materials, sizes));
+    build.config = config_of(
+        entry,
+        fmt::format("variants: {{material_choice: {}, size_choice: {}}}\n", materials, sizes));
     build.plan = plan::make_plan(build.config);
     EXPECT_EQ(build.plan.samples.size(), samples);
     for (const plan::Sample& sample : build.plan.samples) {
@@ -169,7 +170,7 @@ TEST(Variants, FirstAndLastSoundAndEverySolveIsShared) {
   for (const plan::Sample& sample : builds[0].plan.samples) all.insert(sample.key);
   for (const run::LoadedBuild& build : builds)
     for (const plan::Sample& sample : build.plan.samples) EXPECT_TRUE(all.contains(sample.key));
-  EXPECT_NE(refusal(entry, "variants: {sizes: second}\n").find("variants.sizes"),
+  EXPECT_NE(refusal(entry, "variants: {size_choice: second}\n").find("variants.size_choice"),
             std::string::npos);
 }
 
@@ -222,7 +223,7 @@ TEST_F(ModelNetFolders, GiveFamiliesAndParts) {
 
 TEST_F(ModelNetFolders, AreTakenInPartByClass) {
   const auto files = [&](const std::string& more) {
-    return configuration::object_files(config_of(entry(more)).objects[0]);
+    return configuration::object_files(config_of(entry(more)).objects[0].object);
   };
   const auto few = files(", per_class: 20"), more = files(", per_class: 30");
   EXPECT_EQ(few.size(), 40u);
@@ -243,23 +244,23 @@ configuration::BuildConfig ready_task(const std::string& materials, const std::s
   const std::string path = CARILLON_CONFIGS "/families10.yaml";
   return configuration::read_build_config(
       core::read_text_file(path), path,
-      {"variants.materials=" + materials, "variants.sizes=" + sizes});
+      {"variants.material_choice=" + materials, "variants.size_choice=" + sizes});
 }
 
 TEST(Families10, TwinsAreDrawnFromTheSameRanges) {
   const configuration::BuildConfig config = ready_task("first", "first");
   std::map<std::string, const configuration::ObjectSource*> by_family;
   for (const configuration::ObjectSource& source : config.objects)
-    by_family[source.family] = &source;
+    by_family[source.object.family] = &source;
   EXPECT_EQ(by_family.size(), 10u);
   for (const auto& [solid, hollow] :
        {std::pair{"block", "box"}, std::pair{"cylinder", "can"}, std::pair{"pebble", "bauble"}}) {
     const configuration::ObjectSource &one = *by_family.at(solid), &other = *by_family.at(hollow);
-    EXPECT_EQ(one.file.length, other.file.length);
+    EXPECT_EQ(one.object.file.length, other.object.file.length);
     EXPECT_EQ(one.count, other.count);
-    auto outside = other.parameters;
+    auto outside = other.object.parameters;
     EXPECT_EQ(outside.erase("wall"), 1u);
-    EXPECT_EQ(one.parameters, outside) << solid;
+    EXPECT_EQ(one.object.parameters, outside) << solid;
   }
 }
 

@@ -137,7 +137,8 @@ TEST(Plan, EffectsAreOffUnlessAskedFor) {
             (Names{"damping", "contact", "radiation", "click"}));
   EXPECT_EQ(running("striker: {kind: metal, speed: 1 m/s}\n"), (Names{"damping", "striker"}));
   // Nobody hears the room.
-  EXPECT_EQ(running("room: {size: [5, 4, 3], absorption: 0.2}\n"), (Names{"damping", "contact"}));
+  EXPECT_EQ(running("room: {dimensions: [5, 4, 3], absorption: 0.2}\n"),
+            (Names{"damping", "contact"}));
 }
 
 nlohmann::json effect_of(const configuration::BuildConfig& config, const std::string& name) {

@@ -13,18 +13,18 @@ import h5py
 from program import CARILLON, CONFIGS, FolderTest, run, run_json
 
 STUDY = """
-modes: 6
-orders: [2, 3]
-sizes: [2.2, 1.5]
-tolerances: [1e-12, 1e-6]
-pitch_cents: [30, 3]
-max_elements: 20000
-repeats: {below: 0.05 s, most: 2}
+modes: {max_modes: 6, max_elements: 20000}
+levels:
+  orders: [2, 3]
+  element_size_factors: [2.2, 1.5]
+  tolerances: [1e-12, 1e-6]
+pitch_targets: [30, 3]
+repeats: {below: 0.05 s, max_runs: 2}
 objects:
   - shape: bar
     parameters: {length: 120 mm, width: 20 mm, height: 10 mm}
-    orders: [1, 2, 3]
-    reference_size: 0.7
+    levels: {orders: [1, 2, 3]}
+    reference: {element_size_factor: 0.7}
   - shape: ring
     parameters: {radius: 50 mm, inner_radius: 30 mm, height: 15 mm}
   - mesh: missing.ply
@@ -33,12 +33,10 @@ objects:
 # An open sheet is no body; 700 elements are enough for order 4 and not for order 3, which targets
 # begin with.
 FAILING = """
-modes: 4
-orders: [4]
-sizes: [1]
-pitch_cents: [200]
-repeats: {most: 1}
-max_elements: 700
+modes: {max_modes: 4, max_elements: 700}
+levels: {orders: [4], element_size_factors: [1]}
+pitch_targets: [200]
+repeats: {max_runs: 1}
 objects:
   - mesh: sheet.off
   - shape: ring
@@ -54,11 +52,10 @@ SHEET = """OFF
 """
 # So coarse that every mode is more than an octave sharp.
 COARSE = """
-modes: 3
-orders: [1]
-sizes: [3, 1]
-pitch_cents: [200]
-repeats: {most: 1}
+modes: {max_modes: 3}
+levels: {orders: [1], element_size_factors: [3, 1]}
+pitch_targets: [200]
+repeats: {max_runs: 1}
 objects:
   - shape: ring
     parameters: {radius: 80 mm, inner_radius: 60 mm, height: 4 mm}
@@ -222,17 +219,20 @@ class Study(FolderTest):
         self.assertIn("matplotlib", result.stderr)
 
     def test_ranks_wait_for_the_first(self):
-        config = self.write("short.yaml", "modes: 3\norders: [2]\nsizes: [2.2]\npitch_cents: [200]\n"
+        config = self.write("short.yaml", "modes: {max_modes: 3}\n"
+                            "levels: {orders: [2], element_size_factors: [2.2]}\n"
+                            "pitch_targets: [200]\n"
                             "objects: [{shape: ring}]\n")
         document = run_json("accuracy", config, "-o", self.folder / "short", ranks=2)
         self.assertEqual(document["machine"]["ranks"], 1)
-        both = run_json("accuracy", config, "-o", self.folder / "both", "--set", "ranks=all",
+        both = run_json("accuracy", config, "-o", self.folder / "both", "--set", "all_ranks=true",
                         ranks=2)
         self.assertEqual(both["machine"]["ranks"], 2)
 
     def test_equal_elements_are_solved_once(self):
-        config = self.write("equal.yaml", "modes: 3\norders: [2]\nsizes: [2.2, 2.2001]\n"
-                            "pitch_cents: [200]\nobjects: [{shape: ring}]\n")
+        config = self.write("equal.yaml", "modes: {max_modes: 3}\n"
+                            "levels: {orders: [2], element_size_factors: [2.2, 2.2001]}\n"
+                            "pitch_targets: [200]\nobjects: [{shape: ring}]\n")
         first, second = run_json("accuracy", config, "-o", self.folder / "equal")[
             "objects"][0]["levels"][:2]
         self.assertNotEqual(first["element_size_m"], second["element_size_m"])

@@ -310,7 +310,7 @@ name: dip
 objects: [{{shape: block, materials: ["{material}"]}}]
 modes: {{max_modes: 5, max_frequency: 20 kHz}}
 strikes: {{per_object: 1}}
-damping: {{negative: clamp}}
+negative_damping: clamp
 """)
         told = "800 to 3000 Hz; modes there will be undamped"
         result = run("build", config, "-o", self.folder / "dip", ranks=2)

@@ -25,11 +25,11 @@ train:
   epochs: 40
   batch: 16
   tasks:
-    geometry: {column: family, split: split_strike}
-    hardness: {column: material, split: split_shape}
+    geometry: {column: family, split_column: split_strike}
+    hardness: {column: material, split_column: split_shape}
   methods:
     nearest-neighbour-a: {}
-    isnn-a: {filters: 8, width: 32, kernel: [16, 4], learning_rate: 0.003}
+    isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}
 evaluate:
   classification: {seeds: [4, 5], published: {geometry: mn10o-geometry}}
 """
@@ -168,7 +168,7 @@ class Classify(FolderTest):
         config = self.write("sweep.yaml", train)
         found = run_json("evaluate", config, "-o", self.folder / "sweep",
                          "--set", "train.methods={nearest-neighbour-a: {}}", "--set",
-                         "train.tasks={geometry: {column: family, split: split_strike}}", ranks=2)
+                         "train.tasks={geometry: {column: family, split_column: split_strike}}", ranks=2)
         self.assertEqual([line["dataset"] for line in found["rows"]], ["10", "12"])
         self.assertEqual([line["published"] is not None for line in found["rows"]], [True, False])
         for line in found["rows"]:
@@ -176,8 +176,8 @@ class Classify(FolderTest):
         joined = run_json("evaluate", config, "-o", self.folder / "sweep", *(
             "--set", "train.methods={nearest-neighbour-a: {}}", "--set", "train.join=true", "--set",
             "evaluate.classification.published={}", "--set",
-            "train.tasks={geometry: {column: family, split: split_strike},"
-            " which: {column: dataset, split: split_strike}}"))
+            "train.tasks={geometry: {column: family, split_column: split_strike},"
+            " which: {column: dataset, split_column: split_strike}}"))
         self.assertEqual([line["dataset"] for line in joined["rows"]], ["joined", "joined"])
         self.assertEqual(joined["rows"][0]["samples"],
                          sum(line["samples"] for line in found["rows"]))

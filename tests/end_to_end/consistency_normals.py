@@ -11,7 +11,7 @@ RATE, PRESS, STYLUS_SPEED = 44100, 1.0, 0.05
 # Wood falls silent from one joint to the next, and with no roughness the map alone drives it.
 NORMALS = CONFIG.replace("materials: [ceramic]", "materials: [wood]").replace(
     "map: brick", "map: brick\n        as: normals").replace(
-        "motion:", "motion:\n  contacts: {roughness: 0}", 1)
+        "motion:", "motion:\n  lasting_contacts: {roughness: 0}", 1)
 
 
 def across(frames):

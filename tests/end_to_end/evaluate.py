@@ -35,16 +35,16 @@ audio: {seconds: 0.4 s, sample_rate: 16 kHz}
 supports:
   contacts: [{kind: finger, count: 1, pool: 4, force: [0.1 N, 1 N]}]
 listeners: [{position: [0, 0, 0.5]}]
-radiation: {damping: false}
-room: {size: [4 m, 3 m, 2.5 m], rt60: 0.2 s, count: 2}
+radiation: {damps_modes: false}
+room: {dimensions: [4 m, 3 m, 2.5 m], rt60: 0.2 s, count: 2}
 noise: {kind: white, snr: 40 dB}
 split: {validation: 0, test: 0}
 evaluate:
   damping:
-    sounds: [1, 3, 5]
+    sound_counts: [1, 3, 5]
     draws: 8
-    from: [body, material]
-    features: {method: [esprit, truth]}
+    draws_from: [body, material]
+    features: {extractors: [esprit, truth]}
 """
 OWN = """
 one: {youngs_modulus: 70 GPa, poisson_ratio: 0.2, density: 2500, alpha1: 5, alpha2: 1.0e-7}
@@ -280,7 +280,7 @@ class Evaluate(FolderTest):
         other = self.folder / "other"
         shutil.copytree(self.output, other)
         fewer = run_json("evaluate", self.config, "-o", other, "--set", "evaluate.damping.draws=4",
-                         "--set", "evaluate.damping.sounds=[3]")
+                         "--set", "evaluate.damping.sound_counts=[3]")
         self.assertEqual(fewer["tasks_run"], {"features": 0, "fits": 12})
         # Features that the room hides are looked for and fitted when asked for.
         kept = run_json("evaluate", self.config, "-o", other, "--set",
@@ -295,7 +295,7 @@ class Evaluate(FolderTest):
                         and row["condition"] == condition] for document in (stored, kept)]
             self.assertEqual(medians[0] == medians[1], equal, condition)
         fewer = run_json("evaluate", self.config, "-o", other, "--set", "evaluate.damping.draws=4",
-                         "--set", "evaluate.damping.sounds=[3]")
+                         "--set", "evaluate.damping.sound_counts=[3]")
         self.assertEqual(fewer["tasks_run"], {"features": 0, "fits": 0})
         # The first draws stay what they were.
         def fits(output):
@@ -330,9 +330,9 @@ class Evaluate(FolderTest):
                 '"draws"?',
             ("  damping:", "  dampings:"):
                 'evaluate.dampings: unknown key; did you mean "damping"?',
-            ("sounds: [1, 3, 5]", "sounds: [1, 30]"):
+            ("sound_counts: [1, 3, 5]", "sound_counts: [1, 30]"):
                 "30 sounds cannot be drawn of 5, the strikes of each body",
-            ("method: [esprit, truth]", "method: [espirt]"): 'unknown value "espirt"',
+            ("extractors: [esprit, truth]", "extractors: [espirt]"): 'unknown value "espirt"',
             ("    draws: 8", "    model: hybrid"): "one is damped by rayleigh",
         }
         for (old, new), message in cases.items():

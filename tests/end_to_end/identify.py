@@ -26,10 +26,10 @@ train:
   tasks:
     which: {column: shape}
     some: {column: shape, except: {family: [block]}}
-    kind: {column: family, split: split_strike, except: [block]}
-    material: {column: material, split: split_strike}
+    kind: {column: family, split_column: split_strike, except: [block]}
+    material: {column: material, split_column: split_strike}
   methods:
-    isnn-a: {filters: 8, width: 32, kernel: [16, 4], learning_rate: 0.003}
+    isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}
 """
 
 
@@ -178,10 +178,10 @@ recordings: {folder: own, names: "{material}/{shape}_*.wav", seconds: 0.5 s, sam
 train:
   epochs: 30
   batch: 16
-  tasks: {material: {column: material, split: split_strike}}
+  tasks: {material: {column: material, split_column: split_strike}}
   methods:
     nearest-neighbour-a: {}
-    isnn-a: {filters: 8, width: 32, kernel: [16, 4], learning_rate: 0.003}
+    isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}
 evaluate: {classification: {}}
 """)
         found = run_json("evaluate", config, "-o", self.folder / "own-out", ranks=2)
@@ -197,7 +197,7 @@ evaluate: {classification: {}}
         self.assertIn("no network tells the shape", refused.stderr)
         # The dataset beside them, as one set; what both have, in one part.
         both = ["--set", f"train.with={{data: {self.output}, name: made}}", "--set",
-                "train.tasks={origin: {column: dataset, split: split_strike}}"]
+                "train.tasks={origin: {column: dataset, split_column: split_strike}}"]
         joined = run_json("evaluate", config, "-o", self.folder / "both-out", *both)["rows"]
         self.assertEqual({line["dataset"] for line in joined}, {"joined"})
         self.assertEqual(joined[0]["classes"], ["made", "own"])

@@ -19,7 +19,7 @@ strikes: {per_object: 8}
 audio: {seconds: 0.5 s, sample_rate: 22050 Hz}
 listeners: [{position: [0.5, 0.3, 0.4]}]
 radiation: {model: monopole}
-room: {size: [4 m, 3 m, 2.5 m], rt60: 0.4 s, count: 2}
+room: {dimensions: [4 m, 3 m, 2.5 m], rt60: 0.4 s, count: 2}
 noise: {kind: [white, pink], snr: [15 dB, 40 dB]}
 mel: {bands: 16, frames: 9}
 voxels: {resolution: 12}

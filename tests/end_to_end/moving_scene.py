@@ -20,7 +20,7 @@ audio: {sample_rate: 16 kHz, seconds: 0.4 s, dtype: int16, gain: 0.02}
 listeners:
   - {position: [0, -0.3 m, 0.2 m]}
   - {position: [0.3 m, -1.2 m, 0.4 m]}
-room: {size: [4 m, 5 m, 2.5 m], rt60: 0.3 s, order: 1, count: 2}
+room: {dimensions: [4 m, 5 m, 2.5 m], rt60: 0.3 s, image_order: 1, count: 2}
 noise: {kind: [white, pink], snr: [25 dB, 40 dB]}
 recording: {shift: [0 s, 2 ms], gain: [-3 dB, 0 dB]}
 mel: {bands: 16, frames: 9}

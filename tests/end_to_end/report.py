@@ -37,23 +37,22 @@ split: {validation: 0.3, test: 0.3}
 """
 STUDY = """
 name: study
-modes: 4
-orders: [1, 2]
-sizes: [2, 1.4]
-pitch_cents: [50]
+modes: {max_modes: 4}
+levels: {orders: [1, 2], element_size_factors: [2, 1.4]}
+pitch_targets: [50]
 objects: [{shape: tile}]
 sound:
-  body: tile
-  strikes: 3
-  modes: [2, 5, 10]
+  object: {shape: tile}
+  strike_count: 3
+  mode_counts: [2, 5, 10]
   image_orders: [0, 1, 4]
   scene:
     listeners: [{position: [0.5, 0.2, 0.3]}]
     radiation: {model: monopole}
-    room: {size: [4 m, 3 m, 2.5 m], absorption: 0.3}
+    room: {dimensions: [4 m, 3 m, 2.5 m], absorption: 0.3}
     effects: {tail: "off", click: "off"}
     audio: {seconds: 0.2 s, sample_rate: 22050 Hz}
-features: {methods: [esprit, peaks], modes: [3], snr: [50 dB], clips: 6, seconds: 0.5 s}
+features: {extractors: [esprit, peaks], mode_counts: [3], snr_levels: [50 dB], clips: 6, seconds: 0.5 s}
 """
 
 

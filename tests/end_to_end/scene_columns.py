@@ -143,7 +143,7 @@ class SceneColumns(MovingTest):
         turn = 2 * poses[-1, 5]
         self.assertLess(turn, -0.02)
         self.assertLess(abs(poses[-1, [4, 6]]).max(), 1e-6)
-        result = run("plan", config, "--set", "motion.bodies[0].material=steel")
+        result = run("plan", config, "--set", "motion.bodies[0].materials=steel")
         self.assertEqual(result.returncode, 2)
         self.assertIn("leave this out", result.stderr)
 

@@ -148,7 +148,7 @@ class Scenes(FolderTest):
         ends = []
         for name, texture in (
                 ("map", f"{{map: pebbles, parameters: {json.dumps(parameters)}}}"),
-                ("image", f"{{image: {image}, width: {made['width_m']}, "
+                ("image", f"{{image: {image}, image_width: {made['width_m']}, "
                           f"depth: {made['depth_m']}}}"),
                 ("none", "{map: pebbles, parameters: {depth: 1e-9}}")):
             config = self.folder / f"{name}.yaml"
@@ -177,7 +177,7 @@ class Scenes(FolderTest):
 
     def test_slips_are_named(self):
         self.assertIn("ball", self.refused("motion.bodies[1].object=bal"))
-        self.assertIn("not made of", self.refused("motion.bodies[1].material=glass"))
+        self.assertIn("not made of", self.refused("motion.bodies[1].materials=glass"))
         self.assertIn("brick", self.refused("motion.ground.texture.map=brik"))
         self.assertIn("goes with bodies that are struck", self.refused("strikes.per_object=3"))
         self.assertIn("equivalent_sources", self.refused("radiation.model=monopole"))

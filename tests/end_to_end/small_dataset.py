@@ -21,7 +21,7 @@ strikes: {per_object: 6}
 listeners:
   - position: [0 m, 0 m, 0.8 m]
 radiation: {model: monopole}
-room: {size: [[4, 6], [3, 5], [2.5, 3]], absorption: 0.4, count: 2, order: 1}
+room: {dimensions: [[4, 6], [3, 5], [2.5, 3]], absorption: 0.4, count: 2, image_order: 1}
 noise: {folder: noise, snr: [10, 30]}
 mel: {bands: 16, frames: 5}
 split: {validation: 0.35, test: 0.35}

@@ -63,7 +63,7 @@ camera: {width: 16, height: 16}
 listeners: [{position: [0, 0, 1]}]
 striker: {kind: metal}
 supports: {contacts: [{kind: table, lowest: true}]}
-room: {size: [5, 4, 3], rt60: 0.4}
+room: {dimensions: [5, 4, 3], rt60: 0.4}
 noise: {kind: white}
 recording: {gain: 3 dB}
 """

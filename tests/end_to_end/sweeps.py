@@ -27,7 +27,7 @@ modes: {max_modes: 6, order: 2, element_size: 20 mm}
 strikes: {per_object: 2}
 audio: {seconds: 0.3 s}
 listeners: [{position: [0, 0, 0.5]}]
-room: {size: [4 m, 3 m, 2.5 m], rt60: 0.4 s}
+room: {dimensions: [4 m, 3 m, 2.5 m], rt60: 0.4 s}
 noise: {kind: white, snr: 30 dB}
 """
 SWEEP = BASE + """

@@ -31,12 +31,12 @@ train:
   batch: 16
   tasks:
     geometry: {column: shape}
-    hardness: {column: material, split: split_strike, classes: {soft: [wood], hard: [steel]}}
+    hardness: {column: material, split_column: split_strike, label_groups: {soft: [wood], hard: [steel]}}
   methods:
     nearest-neighbour-a: {}
     linear-svm-a: {}
-    isnn-a: {filters: 8, width: 32, kernel: [16, 4], learning_rate: 0.003}
-    both: {branches: [isnn, image], fusion: add, filters: 4, width: 16, kernel: [8, 4], learning_rate: 0.003}
+    isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}
+    both: {branches: [isnn, image], fusion: add, filters: 4, units: 16, kernel: [8, 4], learning_rate: 0.003}
 camera: {width: 64, height: 64}
 """
 
@@ -137,7 +137,7 @@ class Train(FolderTest):
         output = self.folder / "stopped-out"
         command = [CARILLON, "train", config, "-o", output, "--set", "train.epochs=400",
                    "--set", "train.patience=400", "--set", "train.tasks={a: {column: shape}}",
-                   "--set", "train.methods={isnn-a: {filters: 8, width: 32, kernel: [16, 4]}}"]
+                   "--set", "train.methods={isnn-a: {filters: 8, units: 32, kernel: [16, 4]}}"]
         process = subprocess.Popen([*map(str, command)], stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL)
         self.assertTrue(wait_for(lambda: list(output.rglob("checkpoint")), 100))
@@ -163,7 +163,7 @@ class Train(FolderTest):
         _, config = self.other("same-bits")
         arguments = ["train", config, "--set", "train.epochs=8", "--set", "train.patience=8",
                      "--set", "train.memory=1 MiB", "--set", "train.tasks={a: {column: shape}}",
-                     "--set", "train.methods={soundnet5: {width: 16}}"]
+                     "--set", "train.methods={soundnet5: {units: 16}}"]
         whole = run_json(*arguments, "-o", self.folder / "whole", ranks=2)["trainings"][0]
         output = self.folder / "in-parts"
         process = subprocess.Popen(
@@ -239,7 +239,7 @@ class Train(FolderTest):
         for override, said in (("train.methods={isn-a: {}}", "no classifier is known"),
                                ("train.methods={a: {branches: [ear]}}", "unknown value"),
                                ("train.methods={a: {branches: []}}", "names nothing"),
-                               ("train.tasks={a: {column: shape, split: split_shape}}",
+                               ("train.tasks={a: {column: shape, split_column: split_shape}}",
                                 "whole shapes are held out"),
                                ("train.tasks={a: {column: weight}}", "no column of texts"),
                                ("train.batch=0", "batch"), ("train.memori=1 GiB", "memory")):

@@ -36,10 +36,10 @@ train:
     body: {column: shape}
   methods:
     nearest-neighbour-a: {}
-    isnn-a: {filters: 8, width: 32, kernel: [16, 4], learning_rate: 0.003}
+    isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}
 evaluate:
-  transfer: {target: noisy, mixes: {with: clean, shares: [0, 0.5, 1]}}
-  spectrograms: {sounds: 60}
+  transfer: {target_dataset: noisy, mixes: {mixed_with: clean, shares: [0, 0.5, 1]}}
+  spectrograms: {max_sounds: 60}
 """
 
 
@@ -196,19 +196,19 @@ class Transfer(FolderTest):
 
     def test_says_what_is_wrong_in_a_configuration(self):
         for override, said in (
-                ("evaluate={transfer: {target: loud}}", "no dataset \"loud\""),
-                ("evaluate={transfer: {target: noisy, methods: [voxnet]}}", "has no \"voxnet\""),
-                ("evaluate={transfer: {target: noisy, mixes: {with: noisy}}}", "with itself"),
-                ("evaluate={transfer: {target: noisy, against: noisy}}", "less_home"),
-                ("evaluate={transfer: {target: noisy, mixes: {with: clean, shares: [2]}}}",
+                ("evaluate={transfer: {target_dataset: loud}}", "no dataset \"loud\""),
+                ("evaluate={transfer: {target_dataset: noisy, methods: [voxnet]}}", "has no \"voxnet\""),
+                ("evaluate={transfer: {target_dataset: noisy, mixes: {mixed_with: noisy}}}", "with itself"),
+                ("evaluate={transfer: {target_dataset: noisy, against: noisy}}", "less_home"),
+                ("evaluate={transfer: {target_dataset: noisy, mixes: {mixed_with: clean, shares: [2]}}}",
                  "fractions"),
                 ("evaluate={spectrograms: {method: nearest-neighbour-a}}", "method"),
-                ("evaluate={spectrograms: {sounds: 1}}", "sounds")):
+                ("evaluate={spectrograms: {max_sounds: 1}}", "sounds")):
             result = run("evaluate", self.config, "-o", self.output, "--set", override)
             self.assertEqual(result.returncode, 2, override)
             self.assertIn(said, result.stderr, override)
         joined = run("evaluate", self.config, "-o", self.output, "--set", "train.join=true", "--set",
-                     "evaluate={transfer: {target: noisy}}")
+                     "evaluate={transfer: {target_dataset: noisy}}")
         self.assertEqual(joined.returncode, 2)
         self.assertIn("none is left", joined.stderr)
 

@@ -107,8 +107,8 @@ sweep:
   keys:
     variants:
       named:
-        o: {materials: first, sizes: first}
-        osm: {materials: last, sizes: last}
+        o: {material_choice: first, size_choice: first}
+        osm: {material_choice: last, size_choice: last}
 """)
         output = self.folder / "sizes"
         run_json("build", config, "-o", output)

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "dataset/plan/expected_mesh.hpp"
 #include "eval/accuracy/detail/modes_line.hpp"
 #include "eval/accuracy/findings.hpp"
 
@@ -30,31 +31,35 @@ std::string refusal(const std::string& text) {
 TEST(AccuracyConfig, DefaultsAreThoseOfTheDocumentation) {
   const accuracy::AccuracyConfig config = read("objects:\n  - shape: bowl\n");
   EXPECT_EQ(config.name, "study");
-  EXPECT_EQ(config.modes, 24);
+  EXPECT_EQ(config.band.max_modes, 24);
+  EXPECT_EQ(config.band.min_frequency, 20);
+  EXPECT_EQ(config.band.max_frequency, 200e3);
   EXPECT_EQ(config.tolerances, std::vector<double>{1e-12});
-  EXPECT_EQ(config.pitch_cents, (std::vector<double>{1, 2, 5, 10, 20}));
+  EXPECT_EQ(config.pitch_targets, (std::vector<double>{1, 2, 5, 10, 20}));
   EXPECT_EQ(config.reference, accuracy::ReferenceSolver::automatic);
   EXPECT_FALSE(config.all_ranks || config.cpu_time);
   const accuracy::StudiedObject& bowl = config.objects.at(0);
   EXPECT_EQ(bowl.name, "bowl");
   EXPECT_EQ(bowl.material.name, "steel");
   EXPECT_EQ(bowl.orders, (std::vector<int>{1, 2, 3, 4}));
-  EXPECT_EQ(bowl.sizes, (std::vector<double>{1.5, 1, 0.7}));
-  EXPECT_EQ(bowl.reference_size, 0.5);
+  EXPECT_EQ(bowl.size_factors, (std::vector<double>{1.5, 1, 0.7}));
+  EXPECT_EQ(bowl.reference_factor, 0.5);
 }
 
 TEST(AccuracyConfig, AnObjectHasItsOwnWords) {
   const accuracy::AccuracyConfig config = read(
-      "orders: [2, 3]\nsizes: [1]\nobjects:\n"
-      "  - shape: tube\n    parameters: {wall: 2 mm}\n    material: glass\n    orders: [4]\n"
+      "levels: {orders: [2, 3], element_size_factors: [1]}\nobjects:\n"
+      "  - shape: tube\n    parameters: {wall: 2 mm}\n    materials: [glass]\n"
+      "    levels: {orders: [4]}\n    reference: {element_size_factor: 0.4}\n"
       "  - mesh: scans/cup.ply\n    length: 10 cm\n    optional: true\n"
-      "    stand_in: {shape: cup, noise: 0.1 mm}\n",
-      {"objects[0].sizes=[2, 1]", "modes=8"});
-  EXPECT_EQ(config.modes, 8);
+      "    stand_in: {shape: cup, deviation: 0.1 mm}\n",
+      {"objects[0].levels.element_size_factors=[2, 1]", "modes.max_modes=8"});
+  EXPECT_EQ(config.band.max_modes, 8);
   EXPECT_EQ(config.objects[0].request.shape.parameters.at("wall"), 0.002);
   EXPECT_EQ(config.objects[0].material.name, "glass");
   EXPECT_EQ(config.objects[0].orders, std::vector<int>{4});
-  EXPECT_EQ(config.objects[0].sizes, (std::vector<double>{2, 1}));
+  EXPECT_EQ(config.objects[0].reference_factor, 0.4);
+  EXPECT_EQ(config.objects[0].size_factors, (std::vector<double>{2, 1}));
   const accuracy::StudiedObject& scan = config.objects[1];
   EXPECT_EQ(scan.name, "cup");
   EXPECT_EQ(scan.request.file.path, "scans/cup.ply");
@@ -65,9 +70,44 @@ TEST(AccuracyConfig, AnObjectHasItsOwnWords) {
   EXPECT_EQ(scan.stand_in->noise, 1e-4);
 }
 
+TEST(AccuracyConfig, AnObjectIsReadAsInABuild) {
+  const accuracy::AccuracyConfig config = read(
+      "materials: [glass]\nobjects:\n"
+      "  - shape: bowl\n    name: one\n    parameters: {radius: [50 mm, 70 mm]}\n"
+      "  - mesh: a.off\n    optional: true\n    thickness: 2 mm\n    any_size: true\n");
+  EXPECT_DOUBLE_EQ(config.objects[0].request.shape.parameters.at("radius"), 0.06);
+  EXPECT_EQ(config.objects[0].material.name, "glass");
+  EXPECT_EQ(config.objects[1].request.file.thickness, 0.002);
+  EXPECT_TRUE(config.objects[1].request.file.any_size);
+  const std::string bowl = "objects:\n  - shape: bowl\n";
+  EXPECT_NE(refusal(bowl + "    materials: [steel, glass]\n").find("one material"),
+            std::string::npos);
+  EXPECT_NEAR(
+      dataset::plan::longest_side(read(bowl + "    length: 10 cm\n").objects[0].request.shape), 0.1,
+      1e-12);
+  EXPECT_NE(refusal(bowl + "    length: 11 m\n").find("outside 1 mm to 10 m"), std::string::npos);
+  EXPECT_EQ(refusal(bowl + "    length: 11 m\n    any_size: true\n"), "accepted");
+  EXPECT_NE(refusal("objects:\n  - modelnet: folder\n").find("single bodies"), std::string::npos);
+  EXPECT_NE(refusal(bowl + "    count: 2\n").find("count: unknown key"), std::string::npos);
+}
+
+TEST(AccuracyConfig, KeysOfEarlierVersionsAreToldByTheirNewNames) {
+  const std::string bowl = "objects:\n  - shape: bowl\n";
+  EXPECT_NE(
+      refusal(bowl + "sizes: [2, 1]\n").find("3:1: sizes: is now \"levels.element_size_factors\""),
+      std::string::npos);
+  EXPECT_NE(refusal(bowl + "    sizes: [2, 1]\n")
+                .find("objects[0].sizes: is now \"objects[0].levels.element_size_factors\""),
+            std::string::npos);
+  EXPECT_NE(refusal(bowl + "    material: glass\n")
+                .find("objects[0].material: is now \"objects[0].materials\""),
+            std::string::npos);
+  EXPECT_NE(refusal(bowl + "ranks: all\n").find("is now \"all_ranks\""), std::string::npos);
+}
+
 TEST(AccuracyConfig, ResolvedTextReadsBackAsItself) {
   const accuracy::AccuracyConfig once = read(
-      "objects:\n  - shape: disc\n  - mesh: a.off\n    stand_in: {shape: ring, noise: 1 mm}\n");
+      "objects:\n  - shape: disc\n  - mesh: a.off\n    stand_in: {shape: ring, deviation: 1 mm}\n");
   EXPECT_EQ(read(once.resolved).resolved, once.resolved);
 }
 
@@ -75,32 +115,38 @@ TEST(AccuracyConfig, MistakesAreNamed) {
   const std::string bowl = "objects:\n  - shape: bowl\n";
   EXPECT_NE(refusal("objects:\n  - shape: bowel\n").find("did you mean \"bowl\""),
             std::string::npos);
-  EXPECT_NE(refusal(bowl + "order: [1]\n").find("did you mean \"orders\""), std::string::npos);
-  EXPECT_NE(refusal(bowl + "orders: [5]\n").find("1 to 4"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "orders: [2.5]\n").find("1 to 4"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "sizes: [0]\n").find("positive"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "sizes: []\n").find("no value"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "pitch_cents: [-5]\n").find("positive"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "    material: stele\n").find("steel"), std::string::npos);
+  EXPECT_NE(refusal(bowl + "levels: {order: [1]}\n").find("did you mean \"orders\""),
+            std::string::npos);
+  EXPECT_NE(refusal(bowl + "levels: {orders: [5]}\n").find("1 to 4"), std::string::npos);
+  EXPECT_NE(refusal(bowl + "levels: {orders: [2.5]}\n").find("1 to 4"), std::string::npos);
+  EXPECT_NE(refusal(bowl + "levels: {element_size_factors: [0]}\n").find("positive"),
+            std::string::npos);
+  EXPECT_NE(refusal(bowl + "levels: {element_size_factors: []}\n").find("no value"),
+            std::string::npos);
+  EXPECT_NE(refusal(bowl + "pitch_targets: [-5]\n").find("positive"), std::string::npos);
+  EXPECT_NE(refusal(bowl + "    materials: stele\n").find("steel"), std::string::npos);
   EXPECT_NE(refusal(bowl + "  - shape: bowl\n").find("two objects"), std::string::npos);
-  EXPECT_NE(refusal(bowl + "    mesh: a.obj\n").find("either"), std::string::npos);
+  EXPECT_NE(refusal(bowl + "    mesh: a.obj\n").find("an object is"), std::string::npos);
   EXPECT_NE(refusal(bowl + "    parameters: {wall: 1 m}\n").find("study.yaml:"), std::string::npos);
-  EXPECT_NE(refusal("modes: 3\n").find("neither objects"), std::string::npos);
-  EXPECT_NE(refusal("sound: {body: bowwl}\n").find("bowl"), std::string::npos);
-  EXPECT_NE(refusal("sound: {body: bowl, image_orders: [1, 2]}\n").find("no room"),
+  EXPECT_NE(refusal("modes: {max_modes: 3}\n").find("neither objects"), std::string::npos);
+  EXPECT_NE(refusal("sound: {object: {shape: bowwl}}\n").find("bowl"), std::string::npos);
+  EXPECT_NE(refusal("sound: {object: {shape: bowl}, image_orders: [1, 2]}\n").find("no room"),
             std::string::npos);
-  EXPECT_NE(refusal("sound: {body: bowl, modes: [5, 3]}\n").find("each above the last"),
-            std::string::npos);
-  EXPECT_NE(refusal("features: {methods: [magic]}\n").find("esprit"), std::string::npos);
+  EXPECT_NE(
+      refusal("sound: {object: {shape: bowl}, mode_counts: [5, 3]}\n").find("each above the last"),
+      std::string::npos);
+  EXPECT_NE(refusal("features: {extractors: [magic]}\n").find("esprit"), std::string::npos);
 }
 
 TEST(AccuracyConfig, TheKeyThatIsWrongIsTheOneNamed) {
   const std::string bowl = "objects:\n  - shape: bowl\n";
-  EXPECT_NE(refusal(bowl + "reference: {size: -1}\n").find("3:19: reference.size: must be"),
+  EXPECT_NE(refusal(bowl + "reference: {element_size_factor: -1}\n")
+                .find("3:34: reference.element_size_factor: must be"),
             std::string::npos);
-  EXPECT_NE(refusal(bowl + "min_frequency: -5 Hz\n").find("3:16: min_frequency: must not"),
-            std::string::npos);
-  EXPECT_NE(refusal(bowl + "max_frequency: 10 Hz\n").find("max_frequency: must be above"),
+  EXPECT_NE(
+      refusal(bowl + "modes: {min_frequency: -5 Hz}\n").find("3:24: modes.min_frequency: must not"),
+      std::string::npos);
+  EXPECT_NE(refusal(bowl + "modes: {max_frequency: 10 Hz}\n").find("max_frequency: must be above"),
             std::string::npos);
 }
 
@@ -114,7 +160,7 @@ TEST(AccuracyConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
   EXPECT_NE(file("none.MSH\n    optional: true").find("elements of an MSH file"),
             std::string::npos);
   EXPECT_NE(file("none.step\n    optional: true").find("OBJ, OFF, PLY or STL"), std::string::npos);
-  const std::string axisymmetric = "reference: {solver: axisymmetric}\nobjects:\n  - shape: bowl\n";
+  const std::string axisymmetric = "reference: {kind: axisymmetric}\nobjects:\n  - shape: bowl\n";
   EXPECT_EQ(refusal(axisymmetric), "accepted");
   EXPECT_NE(
       refusal(axisymmetric + "  - shape: block\n").find("4:12: objects[1].shape: block is not"),
@@ -125,8 +171,8 @@ TEST(AccuracyConfig, WhatCannotBeMeasuredIsRefusedBeforeAnythingRuns) {
 
 TEST(ModesLine, NamesTheBodyTheBandAndTheBounds) {
   const accuracy::AccuracyConfig config = read(
-      "material: youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700\nobjects:\n"
-      "  - shape: disc\n    parameters: {radius: 60 mm, thickness: 5 mm}\n    material: steel\n"
+      "materials: ['youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700']\nobjects:\n"
+      "  - shape: disc\n    parameters: {radius: 60 mm, thickness: 5 mm}\n    materials: [steel]\n"
       "  - mesh: my cup's scan.ply\n    optional: true\n    length: 10 cm\n");
   const solvers::modes::Band band{0, 2500.5, 26};
   const std::string rest =

@@ -76,7 +76,7 @@ TEST(DampingEffect, IsAskedForByMaterials) {
 
 TEST(DampingEffect, RefusesOtherChoices) {
   try {
-    read("damping: {negative: clam}\n", {"steel"});
+    read("negative_damping: clam\n", {"steel"});
     FAIL() << "no error";
   } catch (const core::ConfigError& error) {
     EXPECT_TRUE(contains(error.what(), "test.yaml:1:")) << error.what();
@@ -109,7 +109,7 @@ TEST(DampingEffect, NegativeIsAnErrorThatNamesTheBodyUnlessChosen) {
 
 TEST(DampingEffect, ClampLetsSuchModesRingUndamped) {
   Growing g;
-  const EffectParts parts = read("damping: {negative: clamp}\n", {"steel"}).start("");
+  const EffectParts parts = read("negative_damping: clamp\n", {"steel"}).start("");
   parts.body(g.body);
   EXPECT_EQ(g.body.decay_rates[1], 0);
   EXPECT_EQ(g.body.decay_rates[2], 0);
@@ -121,7 +121,7 @@ TEST(DampingEffect, ClampLetsSuchModesRingUndamped) {
 
 TEST(DampingEffect, DropLeavesSuchModesOutAndSaysWhere) {
   Growing g;
-  const EffectParts parts = read("damping: {negative: drop}\n", {"steel"}).start("");
+  const EffectParts parts = read("negative_damping: drop\n", {"steel"}).start("");
   parts.body(g.body);
   core::Columns record(columns());
   Sound sound = g.sound(&record);

@@ -29,7 +29,7 @@ const std::map<std::string, std::string>& calls() {
       {"striker", "striker: {kind: [metal, wood], speed: [0.5 m/s, 2 m/s]}\n"},
       {"click", "click: {held: false}\n"},
       // Of its reflections and of its tail.
-      {"room", "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.2}\n"},
+      {"room", "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.2}\n"},
   };
   return text;
 }
@@ -154,7 +154,7 @@ TEST(Effects, OfAirAreOffWhereRadiationIs) {
   for (const char* off : {"effects: {radiation: off}\n", "radiation: {model: \"off\"}\n"}) {
     core::ConfigNode root =
         core::ConfigNode::parse(std::string("listeners:\n  - position: [0, 0, 1]\n"
-                                            "room: {size: [5, 4, 3], rt60: 0.5}\n") +
+                                            "room: {dimensions: [5, 4, 3], rt60: 0.5}\n") +
                                     off,
                                 "s.yaml");
     const Scene scene = read_scene(root, "s.yaml");
@@ -250,7 +250,7 @@ bool is_of_an_effect(const core::ColumnRule& rule) {
 TEST(Effects, RecordEveryColumnThatIsTheirs) {
   std::string text =
       "audio: {seconds: 0.2, sample_rate: 16000}\n"
-      "damping: {negative: clamp}\n";
+      "negative_damping: clamp\n";
   for (const auto& [effect, keys] : calls()) {
     if (effect != "supports") text += keys;
   }

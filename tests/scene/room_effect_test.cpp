@@ -47,7 +47,7 @@ void expect_refused(const std::string& text, std::vector<std::string> words,
 }
 
 TEST(RoomEffect, SaysWhyItIsOff) {
-  const std::string room = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
+  const std::string room = "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
   EXPECT_EQ(read(room_effect, "{}").reason_off, "no room:");
   EXPECT_EQ(read(tail_effect, "{}").reason_off, "no room:");
   EXPECT_EQ(read(room_effect, room, scene_with({})).reason_off, "no listener is placed");
@@ -55,38 +55,41 @@ TEST(RoomEffect, SaysWhyItIsOff) {
   EXPECT_EQ(read(room_effect, room).reason_off, "");
   EXPECT_EQ(read(tail_effect, room).reason_off, "");
   EXPECT_EQ(read(room_effect, "\n" + room).asked_by, "room: (room.yaml:2)");
-  const std::string absorbent = "room: {size: [5, 4, 3], absorption: 0.999}\n";
+  const std::string absorbent = "room: {dimensions: [5, 4, 3], absorption: 0.999}\n";
   EXPECT_TRUE(
       read(tail_effect, absorbent)
           .reason_off.starts_with("absorption so high that the tail is inaudible (energy -"))
       << read(tail_effect, absorbent).reason_off;
-  EXPECT_NE(read(tail_effect, "room: {size: [800, 700, 600], absorption: 0.1}\n")
+  EXPECT_NE(read(tail_effect, "room: {dimensions: [800, 700, 600], absorption: 0.1}\n")
                 .reason_off.find("beyond the clip"),
             std::string::npos);
 }
 
 TEST(RoomEffect, RefusesWhatCannotBe) {
-  expect_refused("room: {size: [5, 4, 3], absorption: 0.3, rt60: 0.5 s}\n",
+  expect_refused("room: {dimensions: [5, 4, 3], absorption: 0.3, rt60: 0.5 s}\n",
                  {"room.rt60", "absorption and rt60", "room.yaml:1"});
-  expect_refused("room: {size: [5, 4, 3]}\n", {"neither absorption nor rt60"});
-  expect_refused("room: {size: [5, 4, 3], rt60: 400 s}\n", {"1000 Hz", "air alone", "5 x 4 x 3 m"});
-  expect_refused("room: {size: [[5, 9], 4, 3], rt60: 24 ms}\n", {"1000 Hz", "9 x 4 x 3 m", "0.99"});
-  expect_refused("room: {size: [5, 4, 3], rt60: [1, 1, 1, 1, 1, 1, 1, 1]}\n",
+  expect_refused("room: {dimensions: [5, 4, 3]}\n", {"neither absorption nor rt60"});
+  expect_refused("room: {dimensions: [5, 4, 3], rt60: 400 s}\n",
+                 {"1000 Hz", "air alone", "5 x 4 x 3 m"});
+  expect_refused("room: {dimensions: [[5, 9], 4, 3], rt60: 24 ms}\n",
+                 {"1000 Hz", "9 x 4 x 3 m", "0.99"});
+  expect_refused("room: {dimensions: [5, 4, 3], rt60: [1, 1, 1, 1, 1, 1, 1, 1]}\n",
                  {"16000 Hz", "longer than the 0.47"});
-  expect_refused("room: {size: [5, 4, 3], absorption: 1.2}\n", {"0 to 1"});
-  expect_refused("room: {size: [5, 4, 3], absorption: [0.1, 0.2]}\n", {"6 to 8"});
-  expect_refused("room: {size: [5, 4, 3], absorption: {floor: 0.2}}\n", {"x0"});
-  expect_refused("room: {size: [5, 4], absorption: 0.2}\n", {"list of 3"});
-  expect_refused("room: {size: [5, 4, 3], source: [6, 1, 1], absorption: 0.2}\n",
+  expect_refused("room: {dimensions: [5, 4, 3], absorption: 1.2}\n", {"0 to 1"});
+  expect_refused("room: {dimensions: [5, 4, 3], absorption: [0.1, 0.2]}\n", {"6 to 8"});
+  expect_refused("room: {dimensions: [5, 4, 3], absorption: {floor: 0.2}}\n", {"x0"});
+  expect_refused("room: {dimensions: [5, 4], absorption: 0.2}\n", {"list of 3"});
+  expect_refused("room: {dimensions: [5, 4, 3], source: [6, 1, 1], absorption: 0.2}\n",
                  {"room.source", "not inside the room of 5 x 4 x 3 m"});
-  expect_refused("room: {size: [0.4, 4, 3], absorption: 0.2}\n", {"0.4 x 4 x 3 m", "no place"});
-  expect_refused("room: {size: [5, 4, 3], absorption: 0.2, humidity: 2}\n", {"humidity"});
-  expect_refused("room: {size: [5, 4, 3], absorption: 0.2, order: 21}\n", {"0 to 20"});
+  expect_refused("room: {dimensions: [0.4, 4, 3], absorption: 0.2}\n",
+                 {"0.4 x 4 x 3 m", "no place"});
+  expect_refused("room: {dimensions: [5, 4, 3], absorption: 0.2, humidity: 2}\n", {"humidity"});
+  expect_refused("room: {dimensions: [5, 4, 3], absorption: 0.2, image_order: 21}\n", {"0 to 20"});
 }
 
 RoomScene pool() {
   ConfigNode root = ConfigNode::parse(
-      "room: {size: [[3, 6], [3, 5], 2.5], rt60: 0.4 s, count: 5}\n", "room.yaml");
+      "room: {dimensions: [[3, 6], [3, 5], 2.5], rt60: 0.4 s, count: 5}\n", "room.yaml");
   return read_room(root, scene_with());
 }
 
@@ -147,7 +150,7 @@ Wet click(const std::string& text, bool room, bool tail) {
 
 // Reverberation is made of the direct sound: early reflections are not reverberated again.
 TEST(RoomEffect, AClickIsTheResponse) {
-  const std::string text = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
+  const std::string text = "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
   const Wet both = click(text, true, true);
   const Wet early = click(text, true, false);
   const Wet late = click(text, false, true);
@@ -187,10 +190,10 @@ TEST(RoomEffect, AClickIsTheResponse) {
 }
 
 TEST(RoomEffect, IsOffWhereNothingIsReflected) {
-  const std::string walls = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 1}\n";
+  const std::string walls = "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 1}\n";
   const Scene near = scene_with({{0.1, 0, 0}});
   EXPECT_EQ(read(room_effect, walls, near).reason_off, "walls that reflect nothing");
-  const std::string far = "room: {size: [1 km, 1 km, 1 km], absorption: 0.3}\n";
+  const std::string far = "room: {dimensions: [1 km, 1 km, 1 km], absorption: 0.3}\n";
   EXPECT_NE(read(room_effect, far, near).reason_off.find("first reflection"), std::string::npos);
   // Air is heard from afar, reflections or none.
   EXPECT_EQ(read(room_effect, far, scene_with({{100, 0, 0}})).reason_off, "");
@@ -198,12 +201,13 @@ TEST(RoomEffect, IsOffWhereNothingIsReflected) {
 
 TEST(RoomEffect, ResponsesCountInThePlan) {
   const auto cost = [](const std::string& order) {
-    return read(room_effect, "room: {size: [5, 4, 3], absorption: 0.3, order: " + order + "}\n")
+    return read(room_effect,
+                "room: {dimensions: [5, 4, 3], absorption: 0.3, image_order: " + order + "}\n")
         .seconds_per_sound;
   };
   EXPECT_GT(cost("20"), 10 * cost("3"));
   const std::string shared =
-      "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3, order: 20}\n";
+      "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3, image_order: 20}\n";
   EXPECT_LT(read(room_effect, shared).seconds_per_sound, cost("20") / 4);
 }
 
@@ -212,10 +216,10 @@ TEST(RoomEffect, PoolsOfPartsTakeMemory) {
   const Scene whole = scene_with();
   Scene split = whole;
   split.parts = 9;
-  const std::string pool = "room: {size: [[4, 5], 4, 3], absorption: 0.3, count: 2}\n";
+  const std::string pool = "room: {dimensions: [[4, 5], 4, 3], absorption: 0.3, count: 2}\n";
   EXPECT_DOUBLE_EQ(read(room_effect, pool, split).memory,
                    3 * read(room_effect, pool, whole).memory);
-  const std::string one = "room: {size: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
+  const std::string one = "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
   EXPECT_EQ(read(room_effect, one, split).memory, read(room_effect, one, whole).memory);
 }
 
@@ -224,7 +228,8 @@ TEST(RoomEffect, TailIsJudgedWhereItBeginsEarliest) {
   scene.audio.seconds = 0.13;
   const auto reason = [&](const std::string& source) {
     return read(tail_effect,
-                "room: {size: [20, 20, 20], absorption: 0.3, source: " + source + "}\n", scene)
+                "room: {dimensions: [20, 20, 20], absorption: 0.3, source: " + source + "}\n",
+                scene)
         .reason_off;
   };
   EXPECT_NE(reason("[10, 10, 10]"), "");
@@ -235,7 +240,8 @@ TEST(RoomEffect, TailIsJudgedWhereItBeginsEarliest) {
   const std::string all = reason("random");
   ASSERT_TRUE(all.starts_with("the tail begins ")) << all;
   const double earliest = std::stod(all.substr(16));
-  ConfigNode root = ConfigNode::parse("room: {size: [20, 20, 20], absorption: 0.3}\n", "r.yaml");
+  ConfigNode root =
+      ConfigNode::parse("room: {dimensions: [20, 20, 20], absorption: 0.3}\n", "r.yaml");
   const RoomScene room = read_room(root, scene);
   for (std::uint64_t id = 0; id < 200; ++id) {
     Sound sound;

@@ -57,7 +57,7 @@ TEST(ScenePhysics, RoomsDecayAsLongAsTheyWereAskedTo) {
       "youngs_modulus=7e10,poisson_ratio=0.2,density=2500,alpha1=4000,alpha2=0";
   const std::string room =
       "radiation: {model: monopole}\n"
-      "room: {size: [6, 5, 4], source: [2, 2, 1.5], rt60: ";
+      "room: {dimensions: [6, 5, 4], source: [2, 2, 1.5], rt60: ";
   for (const double rt60 : {0.4, 0.8}) {
     const Heard wet =
         hear(kAudio + listener(1.5) + room + std::to_string(rt60) + "}\n", effects(), 1, dead);
@@ -89,7 +89,7 @@ TEST(ScenePhysics, NoiseHasTheRecordedRatio) {
 TEST(ScenePhysics, RecordersGainIsInDecibels) {
   const std::string scene = kAudio + listener(1) +
                             "radiation: {model: monopole}\n"
-                            "room: {size: [6, 5, 4], source: [2, 2, 1.5], rt60: 0.4}\n";
+                            "room: {dimensions: [6, 5, 4], source: [2, 2, 1.5], rt60: 0.4}\n";
   const Heard once = hear(scene, effects(), 1);
   const Heard louder = hear(scene + "recording: {gain: 6.0205999 dB}\n", effects(), 1);
   for (std::size_t n = 0; n < once.audio.size(); n += 7) {

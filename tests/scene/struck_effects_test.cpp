@@ -112,7 +112,7 @@ TEST(StruckEffects, StrikerRefusesWhatItCannotUse) {
   EXPECT_THROW(scene_of("striker: {kind: metal, speed: -1}\n"), core::ConfigError);
   EXPECT_THROW(scene_of("striker: {kind: metal, speed: 0}\n"), core::ConfigError);
   EXPECT_THROW(scene_of("striker: {kind: metal, mass: 1 g, density: 1000}\n"), core::ConfigError);
-  EXPECT_THROW(scene_of("striker: {kind: noise_burst, size: 2}\n"), core::ConfigError);
+  EXPECT_THROW(scene_of("striker: {kind: noise_burst, burst_size: 2}\n"), core::ConfigError);
 }
 
 // What programs that write YAML 1.1 make of on and off.

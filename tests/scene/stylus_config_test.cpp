@@ -47,13 +47,13 @@ TEST(StylusConfig, EveryKeyReachesTheForces) {
   const Case cases[] = {
       {"mass", "30 g", &synth::touch::Stylus::mass, 0.03},
       {"radius", "0.5 mm", &synth::touch::Stylus::radius, 5e-4},
-      {"hold", "2 kN/m", &synth::touch::Stylus::hold, 2000},
+      {"hold_stiffness", "2 kN/m", &synth::touch::Stylus::hold, 2000},
       {"hold_damping", "3 N s/m", &synth::touch::Stylus::hold_damping, 3},
       {"press", "700 mN", &synth::touch::Stylus::press, 0.7},
-      {"stiffness", "3 N/mm", &synth::touch::Stylus::stiffness, 3000},
-      {"damping", "1 N s/m", &synth::touch::Stylus::damping, 1},
+      {"face_stiffness", "3 N/mm", &synth::touch::Stylus::stiffness, 3000},
+      {"face_damping", "1 N s/m", &synth::touch::Stylus::damping, 1},
       {"friction", "0.2", &synth::touch::Stylus::friction, 0.2},
-      {"largest_force", "0.9 N", &synth::touch::Stylus::largest_force, 0.9},
+      {"max_force", "0.9 N", &synth::touch::Stylus::largest_force, 0.9},
   };
   const dataset::configuration::BuildConfig plain = config_of("");
   const auto usual = forces_of(plain);
@@ -82,17 +82,18 @@ TEST(StylusConfig, RefusesWhatCannotBe) {
     }
     return "accepted";
   };
-  for (const char* key : {"mass", "hold", "stiffness", "largest_force"}) {
+  for (const char* key : {"mass", "hold_stiffness", "face_stiffness", "max_force"}) {
     EXPECT_NE(refusal(key, "0").find(std::string(key) + ": must be positive"), std::string::npos)
         << refusal(key, "0");
   }
-  for (const char* key : {"radius", "hold_damping", "press", "damping", "friction"}) {
+  for (const char* key : {"radius", "hold_damping", "press", "face_damping", "friction"}) {
     EXPECT_EQ(refusal(key, "0"), "accepted") << key;
     EXPECT_NE(refusal(key, "-1").find(std::string(key) + ": must not be negative"),
               std::string::npos)
         << refusal(key, "-1");
   }
-  EXPECT_NE(refusal("hold", "3 N").find("is a force; a stiffness is wanted"), std::string::npos);
+  EXPECT_NE(refusal("hold_stiffness", "3 N").find("is a force; a stiffness is wanted"),
+            std::string::npos);
 }
 
 }  // namespace

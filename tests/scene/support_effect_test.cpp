@@ -189,7 +189,7 @@ TEST(SupportsEffect, SharesTheWeightAmongWhatBearsIt) {
   const auto record =
       hold(
           "contacts: [{kind: table, lowest: true}, {kind: string, along: [-5 cm, 0, "
-          "0, 5 cm, 0, 0]}, {kind: finger, at: [0, 0, 5 cm], force: 2 N}]")
+          "0, 5 cm, 0, 0], count: 5}, {kind: finger, at: [0, 0, 5 cm], force: 2 N}]")
           .record;
   const auto forces = record.at("support_force").get<std::vector<double>>();
   ASSERT_EQ(forces.size(), 3u);
@@ -239,6 +239,7 @@ TEST(SupportsEffect, RefusesWhatItCannotMean) {
            "contacts: [{kind: finger}]",
            "contacts: [{kind: finger, at: [0, 0, 5 cm], count: 2}]",
            "contacts: [{kind: finger, at: [0, 0]}]",
+           "contacts: [{kind: string, along: [0, 0, 0, 1, 0, 0], count: 0}]",
            "contacts: [{kind: finger, at: [0, 0, 5 cm], radius: -1 mm}]",
            "contacts: [{kind: finger, at: [0, 0, 5 cm], force: 0 N}]",
            "contacts: [{kind: finger, at: [0, 0, 5 cm], force: 1 N, weight: true}]",

@@ -139,7 +139,7 @@ TEST(ReadMaterials, ReadsNamesAndFieldsInOrder) {
       "  density: 8600 kg/m^3\n"
       "  alpha1: 2\n"
       "  alpha2: 1e-8 s\n"
-      "  source: foundry's data sheet\n"
+      "  citation: foundry's data sheet\n"
       "aerogel: {youngs_modulus: 1e6, poisson_ratio: 0.2, density: 100}\n");
   const std::vector<material::Material> materials = material::read_materials(file.path());
   ASSERT_EQ(materials.size(), 2u);

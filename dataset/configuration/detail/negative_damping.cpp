@@ -39,7 +39,7 @@ std::string negative_damping(std::span<const synth::material::Material> material
     }
   }
   if (found.empty()) return "";
-  return fmt::format("negative: {}; {} (damping.negative: {})", fmt::join(found, ", "),
+  return fmt::format("negative: {}; {} (negative_damping: {})", fmt::join(found, ", "),
                      what_becomes(choice), choice);
 }
 

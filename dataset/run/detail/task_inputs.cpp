@@ -73,11 +73,11 @@ std::string TaskInputs::of_shape(std::size_t index) const {
   // The modes of a body serve all its materials and sizes: their bits depend on every one.
   for (const plan::Variant& variant : shape.variants) {
     hash.add(fmt::format("{} {}\n", variant.material, variant.size));
-    if (source.groups.empty()) {
+    if (source.object.groups.empty()) {
       add_material(hash, synth::material::parse_material(variant.material, config_.own_materials));
     }
   }
-  for (const auto& [group, name] : source.groups) {
+  for (const auto& [group, name] : source.object.groups) {
     hash.add(group).add("\n");
     add_material(hash, synth::material::parse_material(name, config_.own_materials));
   }

@@ -35,13 +35,13 @@ std::string solve_key(const configuration::BuildConfig& config, const plan::Shap
                        config.band.min_frequency, config.band.max_frequency, config.band.max_modes,
                        static_cast<int>(solver.solver), static_cast<int>(solver.linear_solver),
                        solver.memory_limit, solver.tolerance));
-  for (const auto& [group, name] : config.objects[shape.source].groups) {
+  for (const auto& [group, name] : config.objects[shape.source].object.groups) {
     hash.add(group + "=");
     add_elastic(hash, synth::material::parse_material(name, config.own_materials));
   }
   for (const plan::Variant& variant : shape.variants) {
     hash.add(fmt::format("{}:", variant.size));
-    if (config.objects[shape.source].groups.empty()) {
+    if (config.objects[shape.source].object.groups.empty()) {
       add_elastic(hash, synth::material::parse_material(variant.material, config.own_materials));
     }
   }

@@ -28,7 +28,8 @@ std::string modes_line(const StudiedObject& object, const solvers::modes::Band& 
                        std::int64_t max_elements, double cents) {
   const auto& shape = object.request.shape;
   const auto& file = object.request.file;
-  if (!shape.profile.empty()) return "";
+  const double usual_tolerance = solvers::mesh::MeshFile().wrap_tolerance;
+  if (!shape.profile.empty() || file.wrap_tolerance != usual_tolerance) return "";
   std::string body = file.path;
   if (!shape.family.empty()) {
     body = shape.family;
@@ -38,6 +39,8 @@ std::string modes_line(const StudiedObject& object, const solvers::modes::Band& 
   }
   std::string line = "carillon modes " + shell_word(body);
   if (file.length > 0) line += fmt::format(" --length {}m", file.length);
+  if (file.thickness > 0) line += fmt::format(" --thickness {}m", file.thickness);
+  if (object.any_size) line += " --any-size";
   return line + fmt::format(
                     " --material {} --min-frequency {}Hz --max-frequency {}Hz --max-modes {} "
                     "--max-elements {} --pitch-cents {}",

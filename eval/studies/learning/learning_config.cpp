@@ -80,11 +80,11 @@ void read_sizes(ConfigNode& node, learning::Method& method) {
     bands = static_cast<std::int64_t>(sides[0]);
     frames = static_cast<std::int64_t>(sides[1]);
   };
-  sizes.width = node.integer("width", 1, many, sizes.width);
+  sizes.width = node.integer("units", 1, many, sizes.width);
   if (has(learning::Branch::isnn)) {
     sizes.filters = node.integer("filters", 1, many, sizes.filters);
     pair("kernel", sizes.kernel_bands, sizes.kernel_frames);
-    pair("pool", sizes.pool_bands, sizes.pool_frames);
+    pair("pooling", sizes.pool_bands, sizes.pool_frames);
   }
   if (!std::all_of(method.branches.begin(), method.branches.end(),
                    [](learning::Branch branch) { return branch == learning::Branch::voxnet; })) {
@@ -175,18 +175,19 @@ learning::TaskSpec read_task(ConfigNode& node, const std::string& name) {
   learning::TaskSpec task;
   task.name = name;
   task.column = node.text("column");
-  task.split = node.choice("split", {"split_shape", "split_strike"},
+  task.split = node.choice("split_column", {"split_shape", "split_strike"},
                            task.column == "shape" ? "split_strike" : "split_shape");
   if (task.column == "shape" && task.split == "split_shape") {
-    node.fail("split", "whole shapes are held out: none that is tested could have been learnt",
+    node.fail("split_column",
+              "whole shapes are held out: none that is tested could have been learnt",
               "split_strike holds out strikes of each shape");
   }
   task.except = read_except(node, task.column);
-  if (node.has("classes")) {
+  if (node.has("label_groups")) {
     if (task.except.count(task.column) > 0) {
-      node.fail("except", "labels that stand in no class of `classes` are left out already");
+      node.fail("except", "labels that stand in none of `label_groups` are left out already");
     }
-    ConfigNode classes = node.child("classes");
+    ConfigNode classes = node.child("label_groups");
     for (const std::string& label : classes.keys()) task.classes[label] = classes.texts(label);
   }
   return task;

@@ -43,7 +43,7 @@ std::vector<learning::Method> read_methods(ConfigNode& node, const LearningConfi
 void read_mixes(ConfigNode& node, const EvaluatedDatasets& datasets, TransferSpec& spec) {
   if (!node.has("mixes")) return;
   ConfigNode mixes = node.child("mixes");
-  spec.mixed_with = dataset_called(mixes, "with", mixes.text("with"), datasets);
+  spec.mixed_with = dataset_called(mixes, "mixed_with", mixes.text("mixed_with"), datasets);
   spec.fractions = mixes.quantities("fractions", core::Dimension::none, 0,
                                     std::vector<double>{0, 0.1, 0.3, 0.6, 1});
   for (const double fraction : spec.fractions) {
@@ -72,7 +72,7 @@ TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDa
   if (auto given = read_given(node, "target", datasets.config())) {
     spec.target = std::move(*given);
   } else {
-    spec.own_target = dataset_called(node, "target", node.text("target"), datasets);
+    spec.own_target = dataset_called(node, "target_dataset", node.text("target_dataset"), datasets);
     spec.target = datasets.conditions()[*spec.own_target];
   }
   for (std::size_t c = 0; c < datasets.conditions().size(); ++c) {
@@ -83,7 +83,7 @@ TransferSpec read_transfer(ConfigNode& node, ConfigNode& root, const EvaluatedDa
     node.fail("mixes", "the target cannot be mixed with itself");
   }
   if (spec.trained_on.empty()) {
-    node.fail("target", "there is no other dataset to learn from",
+    node.fail("target_dataset", "there is no other dataset to learn from",
               "a sweep makes several; data or recordings take a target from elsewhere");
   }
   const std::size_t usual = spec.mixed_with.value_or(spec.trained_on.front());

@@ -34,6 +34,7 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
   std::string chosen;
   for (const auto& [key, place] : places) {
     if (!node.has(key)) continue;
+    if (place == Place::random && node.has("along")) continue;  // as many points along that line
     if (!chosen.empty()) {
       node.fail(key, fmt::format("a contact lies at one kind of place, and {} is given", chosen),
                 "make it two contacts");
@@ -64,7 +65,7 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
       break;
     case Place::lowest: {
       if (!node.flag("lowest", true)) node.fail("lowest", "must be true, or left out");
-      support.height = node.not_negative("height", Dimension::length, 5e-4);
+      support.height = node.not_negative("contact_height", Dimension::length, 5e-4);
       const auto down = node.quantities("down", Dimension::none, 3, std::vector<double>{0, 0, -1});
       support.down = {down[0], down[1], down[2]};
       if (!(support.down.norm() > 0)) node.fail("down", "must be a direction");
@@ -73,7 +74,7 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
     }
     case Place::along:
       support.points = read_points(node, "along");
-      support.count = static_cast<int>(node.integer("points", 1, 1000, 16));
+      support.count = static_cast<int>(node.integer("count", 1, 1000, 16));
       break;
   }
 }

@@ -114,7 +114,7 @@ SpectrogramStudy read_spectrogram_study(ConfigNode& node, ConfigNode& root,
   study.method = *std::find_if(study.learning.methods.begin(), study.learning.methods.end(),
                                [&](const learning::Method& one) { return one.name == method; });
   study.color = node.text("color", "material");
-  study.sounds = static_cast<std::size_t>(node.integer("sounds", 3, 5000, 420));
+  study.sounds = static_cast<std::size_t>(node.integer("max_sounds", 3, 5000, 420));
   return study;
 }
 

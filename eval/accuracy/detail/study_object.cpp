@@ -1,0 +1,28 @@
+#include "eval/accuracy/detail/study_object.hpp"
+
+#include "dataset/plan/expected_mesh.hpp"
+
+namespace carillon::eval::accuracy {
+
+solvers::mesh::MeshRequest only_body(const core::ConfigNode& node, const scene::Object& object) {
+  if (object.modelnet) {
+    node.fail("modelnet", "a study takes single bodies", "name one of its files: `mesh:`");
+  }
+  solvers::mesh::MeshRequest request =
+      core::at_key(node, "parameters", [&] { return scene::mesh_request(object); });
+  if (object.family.empty()) return request;
+  if (object.file.length > 0) dataset::plan::scale_to(request.shape, object.file.length);
+  core::at_key(node, "shape", [&] {
+    scene::check_size(dataset::plan::longest_side(request.shape), object.file.any_size);
+  });
+  return request;
+}
+
+std::string only_material(const core::ConfigNode& node, const scene::Object& object) {
+  if (object.materials.size() != 1) {
+    node.fail("materials", "a study takes each body in one material");
+  }
+  return object.materials.front();
+}
+
+}  // namespace carillon::eval::accuracy

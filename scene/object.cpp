@@ -1,0 +1,174 @@
+#include "scene/object.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "solvers/families/families.hpp"
+
+namespace carillon::scene {
+
+using core::at_key;
+using core::ConfigNode;
+using core::Dimension;
+using core::InputError;
+using core::path_beside;
+using core::Range;
+
+namespace {
+
+void read_profile(ConfigNode& node, const std::string& file_name, Object& object) {
+  if (node.has("svg")) {
+    object.svg = path_beside(file_name, node.text("svg"));
+    const double height = node.quantity("svg_height", Dimension::length);
+    at_key(node, "svg",
+           [&] { object.profile = solvers::families::profile_from_svg(object.svg, height); });
+    return;
+  }
+  for (ConfigNode& point : node.children("profile")) {
+    object.profile.push_back(
+        {point.quantity("radius", Dimension::length), point.quantity("height", Dimension::length)});
+  }
+}
+
+Object read_files(ConfigNode& node, const std::string& file_name) {
+  Object object;
+  if (node.has("modelnet")) {
+    const std::string folder = path_beside(file_name, node.text("modelnet"));
+    object.pattern = (std::filesystem::path(folder) / "*" / "t[er]*" / "*.off").string();
+    object.modelnet = ModelNet{node.texts("classes", std::vector<std::string>{}),
+                               static_cast<int>(node.integer("per_class", 0, 1000000, 0))};
+  } else {
+    object.pattern = path_beside(file_name, node.text("mesh"));
+  }
+  object.file.thickness = node.not_negative("thickness", Dimension::length, 0);
+  object.file.wrap_tolerance = node.quantity("wrap_tolerance", Dimension::none, 0.002);
+  if (!(object.file.wrap_tolerance >= 1e-4 && object.file.wrap_tolerance <= 0.05)) {
+    node.fail("wrap_tolerance", "must lie between 0.0001 and 0.05 of the box diagonal");
+  }
+  return object;
+}
+
+void read_materials(ConfigNode& node, const std::vector<std::string>& shared,
+                    const std::vector<synth::material::Material>& own, Object& object) {
+  if (node.is_mapping("materials")) {
+    ConfigNode groups = node.child("materials");
+    for (const std::string& group : groups.keys()) object.groups[group] = groups.text(group);
+  } else {
+    object.materials = node.texts("materials", shared);
+    if (object.materials.empty()) node.fail("materials", "no material is named");
+  }
+  at_key(node, "materials", [&] {
+    for (const std::string& name : object.materials) synth::material::parse_material(name, own);
+    for (const auto& [group, name] : object.groups) synth::material::parse_material(name, own);
+  });
+}
+
+Object parse_family(const std::string& name, const std::string& values) {
+  const solvers::families::Family& family = solvers::families::find_family(name);
+  Object object;
+  object.name = object.family = family.name;
+  std::vector<std::string> names;
+  for (const solvers::families::FamilyParameter& parameter : family.parameters) {
+    object.parameters[parameter.name] = {parameter.low, parameter.high};
+    names.push_back(parameter.name);
+  }
+  for (const auto& [key, value] : core::parse_assignments(values)) {
+    if (!object.parameters.contains(key)) {
+      const std::string near = core::nearest_name(key, names);
+      throw InputError(fmt::format("{} has no parameter \"{}\"", family.name, key),
+                       near.empty() ? fmt::format("it has {}", fmt::join(names, ", "))
+                                    : fmt::format("did you mean \"{}\"?", near));
+    }
+    const double length = core::parse_quantity(value, Dimension::length);
+    object.parameters[key] = {length, length};
+  }
+  return object;
+}
+
+}  // namespace
+
+Object read_shape(ConfigNode& node, const std::string& file_name) {
+  Object object;
+  object.family = node.text("shape");
+  const solvers::families::Family& family =
+      at_key(node, "shape", [&]() -> const solvers::families::Family& {
+        return solvers::families::find_family(object.family);
+      });
+  if (object.family == "turned") read_profile(node, file_name, object);
+  ConfigNode parameters = node.child("parameters");
+  for (const solvers::families::FamilyParameter& p : family.parameters) {
+    object.parameters[p.name] = parameters.range(p.name, Dimension::length, Range{p.low, p.high});
+  }
+  return object;
+}
+
+Object read_object(ConfigNode& node, const std::vector<std::string>& shared_materials,
+                   const std::vector<synth::material::Material>& own,
+                   const std::string& file_name) {
+  if (node.has("shape") + node.has("mesh") + node.has("modelnet") != 1) {
+    node.fail("",
+              "an object is a `shape:` (a family), a `mesh:` (files) or a `modelnet:` (a folder)");
+  }
+  Object object = node.has("shape") ? read_shape(node, file_name) : read_files(node, file_name);
+  object.name = node.text("name", object.family);
+  object.file.length = node.not_negative("length", Dimension::length, 0);
+  object.file.any_size = node.flag("any_size", false);
+  read_materials(node, shared_materials, own, object);
+  return object;
+}
+
+Object parse_object(const std::string& body, const std::string& material) {
+  Object object;
+  if (std::filesystem::exists(body)) {
+    object.pattern = body;
+  } else {
+    const auto colon = body.find(':');
+    const std::string family = body.substr(0, colon);
+    if (family.find_first_of("./\\") != std::string::npos) {
+      throw core::FileError(fmt::format("{}: no such file", body));
+    }
+    object = parse_family(family, colon == std::string::npos ? "" : body.substr(colon + 1));
+  }
+  if (material.find('=') == std::string::npos ||
+      material.find("youngs_modulus") != std::string::npos) {
+    if (!material.empty()) object.materials = {material};
+  } else {
+    for (const auto& [group, name] : core::parse_assignments(material)) {
+      object.groups[group] = name;
+    }
+  }
+  return object;
+}
+
+solvers::mesh::MeshRequest mesh_request(const Object& object) {
+  solvers::mesh::MeshRequest request;
+  if (object.family.empty()) {
+    request.file = object.file;
+    request.file.path = object.pattern;
+    return request;
+  }
+  request.shape.family = object.family;
+  request.shape.profile = object.profile;
+  for (const auto& [name, range] : object.parameters) {
+    request.shape.parameters[name] = 0.5 * (range.low + range.high);
+  }
+  solvers::families::find_family(object.family).check(request.shape);
+  return request;
+}
+
+RegionMaterials region_materials(const Object& object, const std::string& material,
+                                 const std::vector<synth::material::Material>& own) {
+  RegionMaterials materials;
+  if (object.groups.empty()) materials[""] = synth::material::parse_material(material, own);
+  for (const auto& [group, name] : object.groups) {
+    materials[group] = synth::material::parse_material(name, own);
+  }
+  return materials;
+}
+
+}  // namespace carillon::scene

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/config.hpp"
+#include "scene/body.hpp"
+
+namespace carillon::scene {
+
+/// Folders CLASS/train/*.off and CLASS/test/*.off, as those of ModelNet (Wu et al. 2015).
+struct ModelNet {
+  std::vector<std::string> classes;  ///< of these alone; empty: of all
+  int per_class = 0;                 ///< at most so many of train and test together; 0: all
+};
+
+/// What is struck: a family of generated bodies or files that match a pattern, and what they are
+/// made of.
+struct Object {
+  std::string name;    ///< the family's by default; of files "" unless one is given
+  std::string family;  ///< "" for files
+  std::map<std::string, core::Range> parameters;  ///< [m], every parameter of the family
+  std::vector<std::array<double, 2>> profile;     ///< of the family "turned" [m]
+  std::string svg;                                ///< path of the profile's file; "" for none
+  std::string pattern;                            ///< path of a mesh file, or a glob of several
+  std::optional<ModelNet> modelnet;               ///< they lie in its folders
+  /// Options of those files; length and any_size count for families too.
+  solvers::mesh::MeshFile file;
+  std::vector<std::string> materials;         ///< names, each a variant of its bodies
+  std::map<std::string, std::string> groups;  ///< instead: physical group -> material
+};
+
+/// Reads an entry of `objects:`. Keys that only some readers know (`count`, `sizes`, `levels`) are
+/// theirs to read from the same node.
+/// @param shared_materials  of objects that name none
+/// @param own        materials beside the presets
+/// @param file_name  paths in the configuration are relative to its folder
+/// @throws ConfigError
+Object read_object(core::ConfigNode& node, const std::vector<std::string>& shared_materials,
+                   const std::vector<synth::material::Material>& own, const std::string& file_name);
+
+/// Reads its family, parameters and profile alone, where there is nothing else to say.
+/// @throws ConfigError
+Object read_shape(core::ConfigNode& node, const std::string& file_name);
+
+/// The object that a command line names.
+/// @param body      a file, or a family with some of its parameters: `bowl:radius=60mm,wall=3mm`
+/// @param material  `steel`, `youngs_modulus=7.2e10,...`, by physical group
+/// `shell=steel,core=wood`,
+///                  or "" for none
+/// @throws InputError  unknown family or parameter, malformed value
+/// @throws FileError   no such file
+Object parse_object(const std::string& body, const std::string& material);
+
+/// Its one body: the file, or the shape with each parameter in the middle of its range.
+/// @throws InputError  the parameters contradict each other
+solvers::mesh::MeshRequest mesh_request(const Object& object);
+
+/// What fills the regions of its bodies' meshes.
+/// @param material  one of the object's; not looked at where physical groups have theirs
+/// @throws InputError  an unknown material
+RegionMaterials region_materials(const Object& object, const std::string& material,
+                                 const std::vector<synth::material::Material>& own = {});
+
+}  // namespace carillon::scene
