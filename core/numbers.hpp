@@ -24,7 +24,7 @@ double median(std::vector<double> values);
 /// Quantile of a sample, linear between its order statistics (Hyndman and Fan's type 7); NaN of
 /// none.
 /// @param values  in any order, finite
-/// @param share   0 to 1
+/// @param fraction   0 to 1
 double quantile(std::span<const double> values, double fraction);
 /// The same of values in ascending order.
 double quantile_of_sorted(std::span<const double> ascending, double fraction);

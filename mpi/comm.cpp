@@ -124,13 +124,13 @@ enum Level : int { stage, end };
 
 /// @return the record of the lowest failing rank ("": none), and the least level of all ranks
 std::pair<std::string, int> agree_once(MPI_Comm comm, const std::exception_ptr& error, Level level,
-                                       double patience) {
+                                       double timeout) {
   const int ranks = size(comm);
   const std::array<int, 2> here{error ? rank(comm) : ranks, level};
   std::array<int, 2> least{};
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallreduce(here.data(), least.data(), 2, MPI_INT, MPI_MIN, comm, &request);
-  if (!wait_idly(request, patience)) leave_the_others(rank(comm), error);
+  if (!wait_idly(request, timeout)) leave_the_others(rank(comm), error);
   if (least[0] == ranks) return {"", least[1]};
   const std::string record = here[0] == least[0] ? to_record(describe(error)) : std::string();
   return {broadcast(record, least[0], comm), least[1]};
@@ -138,15 +138,15 @@ std::pair<std::string, int> agree_once(MPI_Comm comm, const std::exception_ptr& 
 
 }  // namespace
 
-void agree(MPI_Comm comm, const std::exception_ptr& error, double patience) {
-  const auto [record, level] = agree_once(comm, error, stage, error ? patience : endless);
+void agree(MPI_Comm comm, const std::exception_ptr& error, double timeout) {
+  const auto [record, level] = agree_once(comm, error, stage, error ? timeout : endless);
   if (!record.empty()) raise(from_record(record));
 }
 
-void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience) {
+void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double timeout) {
   std::string first;
   for (;;) {
-    const auto [record, level] = agree_once(comm, error, end, error ? patience : endless);
+    const auto [record, level] = agree_once(comm, error, end, error ? timeout : endless);
     if (first.empty()) first = record;
     if (level == end) break;
   }

@@ -53,23 +53,23 @@ std::vector<std::string> all_gather(const std::string& text, MPI_Comm comm);
 /// throw an error of the same kind with the message and hint of the lowest failing rank. Kinds
 /// are those of core/failure.hpp; a TaskError keeps its stage.
 ///
-/// @param error     what this rank's part threw, or null
-/// @param patience  [s] that a rank with an error waits for the others; where they have not come by
-///                  then, they are stuck in a call that it will never make, and it ends the process
-///                  by SIGABRT, with a message. Without end in a world, whose ranks may have long
-///                  work of their own before they come.
+/// @param error    what this rank's part threw, or null
+/// @param timeout  [s] that a rank with an error waits for the others; where they have not come by
+///                 then, they are stuck in a call that it will never make, and it ends the process
+///                 by SIGABRT, with a message. Without end in a world, whose ranks may have long
+///                 work of their own before they come.
 /// @note Collective.
-void agree(MPI_Comm comm, const std::exception_ptr& error, double patience = endless);
+void agree(MPI_Comm comm, const std::exception_ptr& error, double timeout = endless);
 
-/// The patience within a group, whose ranks work at the same task and cannot get far without one.
+/// The timeout within a group, whose ranks work at the same task and cannot get far without one.
 constexpr double group_timeout = 60;  // [s]
 
 /// Ends a task of a group, as `agree` ends a stage of it, for errors that came between the stages
 /// too: a rank that is here early, with an error, takes part in the stages where the others are
 /// until they have failed as well and come here.
-/// @param patience  as for `agree`
+/// @param timeout  as for `agree`
 /// @note Collective.
-void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double patience = group_timeout);
+void agree_at_end(MPI_Comm comm, const std::exception_ptr& error, double timeout = group_timeout);
 
 /// What `work` threw, or null.
 template <class Work>

@@ -40,7 +40,7 @@ void wake_blas() {
 }
 
 /// How long after a limit a part that does not heed it is ended.
-double patience(double limit) {
+double grace(double limit) {
   return std::max(2.0, 0.5 * limit);
 }
 
@@ -94,7 +94,7 @@ void watch_task(mpi::RunningTask& running, const TaskLimits& limits, const std::
     item = of;
     const core::TimeLimit clock = part == "solve" ? solve_clock(limits) : sample_clock(limits);
     const bool limited = clock.seconds > 0 && (part == "solve" || part == "sound");
-    running.enter(part, item, limited ? clock.seconds + patience(clock.seconds) : 0,
+    running.enter(part, item, limited ? clock.seconds + grace(clock.seconds) : 0,
                   limited ? clock.message() : "");
   };
   running.begin(task);
