@@ -296,7 +296,8 @@ class RecordingsSource final : public SampleSource {
           fmt::format("{}: {} leaks from one part into another: {} ({} and {})", name_, column,
                       what, table_.files[first], table_.files[i]),
           column == "split_shape"
-              ? "put both into one part, or learn by strikes: split: split_strike of the task"
+              ? "put both into one part, or learn by strikes: split_column: split_strike of the "
+                "task"
               : "what is learnt from it would seem better than it is: put both into one part");
     };
     for (std::size_t i = 0; i < size(); ++i) {

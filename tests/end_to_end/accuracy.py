@@ -296,9 +296,10 @@ class Failures(FolderTest):
 
     def test_what_is_done_is_written_while_the_rest_runs(self):
         output = self.folder / "long"
-        config = self.write("long.yaml", "modes: 3\norders: [3]\nsizes: [1, 0.3]\n"
-                            "pitch_cents: [200]\nrepeats: {most: 1}\n"
-                            "objects: [{shape: ring, sizes: [2]}, {shape: bowl}]\n")
+        config = self.write("long.yaml", "modes: {max_modes: 3}\n"
+                            "levels: {orders: [3], element_size_factors: [1, 0.3]}\n"
+                            "pitch_targets: [200]\nrepeats: {max_runs: 1}\n"
+                            "objects: [{shape: ring, levels: {element_size_factors: [2]}}, {shape: bowl}]\n")
         with subprocess.Popen([CARILLON, "accuracy", config, "-o", output],
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             try:

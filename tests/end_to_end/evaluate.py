@@ -227,7 +227,7 @@ class Evaluate(FolderTest):
         output = self.folder / "bad"
         result = run("evaluate", config, "-o", output, "--json", "--set", "sweep=", "--set",
                      "effects={noise: off, room: off, tail: off}", "--set",
-                     "evaluate.damping.features.method=truth")
+                     "evaluate.damping.features.extractors=truth")
         self.assertEqual(result.returncode, 3, result.stderr)
         found = json.loads(result.stdout)
         self.assertEqual(found["found_features"][0]["sounds"], 30)
@@ -307,7 +307,7 @@ class Evaluate(FolderTest):
         output = self.folder / "single"
         single = ("--set", "sweep=", "--set", "effects={noise: off, room: off, tail: off}")
         found = run_json("evaluate", self.config, "-o", output, *single,
-                         "--set", "evaluate.damping.features.method=truth")
+                         "--set", "evaluate.damping.features.extractors=truth")
         self.assertEqual(found["conditions"], ["small"])
         built = run_json("build", self.config, "-o", output, *single)
         self.assertEqual(built["tasks_run"], 0)

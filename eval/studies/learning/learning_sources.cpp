@@ -73,7 +73,7 @@ std::unique_ptr<learning::SampleSource> open_source(
         source->body_names() == source->strike_names()) {
       spdlog::warn(
           "{}: every sound counts as a body of its own, so one body may be learnt from and tested: "
-          "name the column of bodies in recordings.body",
+          "name the column of bodies in recordings.body_column",
           source->name());
     }
     return source;
