@@ -154,21 +154,19 @@ std::vector<float> Learner::exciting_input(std::size_t class_number, std::span<c
   return {found.data_ptr<float>(), found.data_ptr<float>() + found.numel()};
 }
 
-void Learner::save(const std::filesystem::path& path, const nlohmann::json& notes) const {
+void Learner::save(const std::filesystem::path& path) const {
   learning::write_sealed(path, {{{"method", learning::to_json(state_->method)},
                                  {"extents", state_->extents},
-                                 {"classes", state_->classes},
-                                 {"notes", notes}},
+                                 {"classes", state_->classes}},
                                 {to_bytes(*state_->classifier)}});
 }
 
-Learner Learner::load(const std::filesystem::path& path, nlohmann::json& notes) {
+Learner Learner::load(const std::filesystem::path& path) {
   const learning::SealedFile file = learning::read_sealed(path);
   Learner learner(learning::method_from(file.header.at("method")),
                   file.header.at("extents").get<std::vector<learning::SenseExtent>>(),
                   file.header.at("classes").get<std::vector<std::string>>());
   from_bytes(file.blocks.at(0), *learner.state_->classifier);
-  notes = file.header.at("notes");
   return learner;
 }
 

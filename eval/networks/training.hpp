@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -99,10 +98,9 @@ class Learner {
                                     double mean_square) const;
 
   /// What is kept of a trained classifier.
-  void save(const std::filesystem::path& path, const nlohmann::json& notes) const;
-  /// @param notes  what was saved with it
+  void save(const std::filesystem::path& path) const;
   /// @throws FileError, InputError  no such file, or damaged
-  static Learner load(const std::filesystem::path& path, nlohmann::json& notes);
+  static Learner load(const std::filesystem::path& path);
 
   const learning::Method& method() const;
   const std::vector<std::string>& classes() const;

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "scene/material_json.hpp"
+#include "solvers/mesh/shape_source.hpp"
 #include "synth/material/material.hpp"
 
 namespace carillon::eval::studies {
@@ -36,36 +37,28 @@ json read_description(const fs::path& dataset) {
 }
 
 /// "shape: bar, parameters: {...}" or "mesh: cup.obj".
-std::string source_of(const json& request, const std::string& name) {
-  const json& shape = request.at("shape");
-  const json& file = request.at("file");
+std::string source_of(const solvers::mesh::MeshRequest& request, const std::string& name) {
+  const auto& [family, parameters, profile] = request.shape;
+  const solvers::mesh::MeshFile& file = request.file;
   std::string text;
-  if (const std::string path = file.at("path"); !path.empty()) {
-    if (!fs::exists(path)) {
-      throw core::InputError(fmt::format("the mesh of {}, {}, is not there", name, path),
+  if (!file.path.empty()) {
+    if (!fs::exists(file.path)) {
+      throw core::InputError(fmt::format("the mesh of {}, {}, is not there", name, file.path),
                              "run where the dataset was built");
     }
-    text = fmt::format("mesh: \"{}\"", fs::absolute(path).lexically_normal().string());
-  } else {
-    text = fmt::format("shape: {}", shape.at("family").get<std::string>());
-    if (const json& profile = shape.at("profile"); !profile.empty()) {
-      std::vector<std::string> corners;
-      for (const json& corner : profile) {
-        corners.push_back(fmt::format("{{radius: {}, height: {}}}", corner.at(0).get<double>(),
-                                      corner.at(1).get<double>()));
-      }
-      text += fmt::format(", profile: [{}]", fmt::join(corners, ", "));
-    } else {
-      std::vector<std::string> values;
-      for (const auto& [key, value] : shape.at("parameters").items()) {
-        values.push_back(fmt::format("{}: {}", key, value.get<double>()));
-      }
-      text += fmt::format(", parameters: {{{}}}", fmt::join(values, ", "));
+    text = fmt::format("mesh: \"{}\"", fs::absolute(file.path).lexically_normal().string());
+  } else if (!profile.empty()) {
+    std::vector<std::string> corners;
+    for (const auto& [radius, height] : profile) {
+      corners.push_back(fmt::format("{{radius: {}, height: {}}}", radius, height));
     }
+    text = fmt::format("shape: {}, profile: [{}]", family, fmt::join(corners, ", "));
+  } else {
+    std::vector<std::string> values;
+    for (const auto& [key, value] : parameters) values.push_back(fmt::format("{}: {}", key, value));
+    text = fmt::format("shape: {}, parameters: {{{}}}", family, fmt::join(values, ", "));
   }
-  if (const double length = file.at("length"); length > 0) {
-    text += fmt::format(", length: {}", length);
-  }
+  if (file.length > 0) text += fmt::format(", length: {}", file.length);
   return text;
 }
 
@@ -118,7 +111,7 @@ RecognisedBody body_of_class(const fs::path& dataset, const std::string& column,
     if (shape.at(column == "shape" ? "id" : "family") != name) continue;
     const std::string id = shape.at("id");
     const double size = shape.at("variants").at(0).at("size");
-    std::string entry = source_of(shape.at("request"), id);
+    std::string entry = source_of(solvers::mesh::mesh_request_from_json(shape.at("request")), id);
     if (size != 1) entry += fmt::format(", sizes: [{}]", size);
     return {id, entry, ""};
   }

@@ -14,15 +14,6 @@ namespace carillon::eval::studies {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-networks::Learner load_learner(const fs::path& folder) {
-  nlohmann::json notes;
-  return networks::Learner::load(folder / "model", notes);
-}
-
-}  // namespace
-
 double validation_rank(const TrainingRecord& record) {
   return std::isnan(record.validation_accuracy) ? -1.0 : record.validation_accuracy;
 }
@@ -30,7 +21,7 @@ double validation_rank(const TrainingRecord& record) {
 Recogniser::Recogniser(const fs::path& folder)
     : folder_(folder),
       record_(read_record(folder)),
-      learner_(load_learner(folder)),
+      learner_(networks::Learner::load(folder / "model")),
       recognition_(recognition::load_recognition(folder / "recognition")),
       preparer_(recognition_.format) {}
 

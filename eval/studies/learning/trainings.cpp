@@ -204,16 +204,15 @@ void add_accuracies(TrainingRecord& record, const Answers& answers) {
 
 /// The record is written last: what has one is whole.
 void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& record) {
-  const nlohmann::ordered_json found = to_json(record);
   std::filesystem::create_directories(job.folder);
   if (learnt.learner) {
-    learnt.learner->save(job.folder / "model", found);
+    learnt.learner->save(job.folder / "model");
     core::write_text_durably(job.folder / "curves.csv", curves_csv(learnt.trained));
   }
   if (learnt.recognition)
     recognition::save_recognition(job.folder / "recognition", *learnt.recognition);
   write_answers(job.folder / "answers.h5", learnt.answers);
-  core::write_text_durably(job.folder / "training.json", found.dump(1) + "\n");
+  core::write_text_durably(job.folder / "training.json", to_json(record).dump(1) + "\n");
   std::filesystem::remove(job.folder / "checkpoint");
 }
 

@@ -173,10 +173,8 @@ TEST(SavedLearner, AnswersAsItDid) {
   method.learning.epochs = 1;
   networks::Learner learner(method, extents_of(method, source), samples.classes);
   learner.train(source, samples, {}, {}, {});
-  learner.save(folder.path() / "model", {{"note", 7}});
-  nlohmann::json notes;
-  networks::Learner loaded = networks::Learner::load(folder.path() / "model", notes);
-  EXPECT_EQ(notes.at("note"), 7);
+  learner.save(folder.path() / "model");
+  networks::Learner loaded = networks::Learner::load(folder.path() / "model");
   EXPECT_EQ(loaded.classes(), samples.classes);
   EXPECT_EQ(learning::to_json(loaded.method()), learning::to_json(method));
   const auto rows = samples.rows(learning::Part::test);

@@ -84,8 +84,7 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
 }
 
 void find_exciting(const TrainedClassifier& trained, DatasetSpectrograms& dataset) {
-  nlohmann::json notes;
-  const networks::Learner learner = networks::Learner::load(trained.job.folder / "model", notes);
+  const networks::Learner learner = networks::Learner::load(trained.job.folder / "model");
   const std::vector<float> mean(dataset.mean.begin(), dataset.mean.end());
   for (std::size_t c = 0; c < learner.classes().size(); ++c) {
     const std::vector<float> input = learner.exciting_input(c, mean, dataset.mean_square);
